@@ -1,0 +1,49 @@
+// Anything that can compute a task: this library, a peer, or the copy.
+#ifndef TESSERA_BENCH_CONTESTANT_H_
+#define TESSERA_BENCH_CONTESTANT_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "task.h"
+
+namespace tessera::bench {
+
+class Contestant {
+ public:
+  virtual ~Contestant() = default;
+  // "tessera AVX3", "OpenColorIO"; no '/' or ':'.
+  virtual std::string Name() const = 0;
+  // Untimed, before every run: settings that belong to the process, such as thread counts.
+  virtual void Prepare() {}
+  // Timed: reads the frame's inputs, writes the frame's output.
+  virtual void Run() = 0;
+  // A yardstick has no error of its own to report.
+  virtual bool IsCopy() const { return false; }
+};
+
+// Task, frame and thread count outlive the contestants made for them.
+struct Setting {
+  const Task& task;
+  const Frame& frame;
+  int threads = 1;
+};
+
+// Each returns null when it has no public call for the task and pixel type.
+std::unique_ptr<Contestant> MakeOiio(const Setting& setting);
+std::unique_ptr<Contestant> MakeOcio(const Setting& setting);
+std::unique_ptr<Contestant> MakeOpenCv(const Setting& setting);  // null when built without OpenCV
+
+// Name and version of every peer that was built in, for the report's heading.
+std::vector<std::pair<std::string, std::string>> PeerVersions();
+
+// This library on one compiled target ("AVX2"); without `optimize` nothing is folded.
+std::unique_ptr<Contestant> MakeTessera(const Setting& setting, const std::string& target, bool optimize = true);
+
+// The copy of input 0 (of the output, for a generator) to the output: memcpy, or streaming.
+std::unique_ptr<Contestant> MakeCopy(const Setting& setting, bool streaming);
+
+}  // namespace tessera::bench
+
+#endif  // TESSERA_BENCH_CONTESTANT_H_

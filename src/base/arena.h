@@ -1,0 +1,45 @@
+// A worker's scratch memory: bump allocation, reset per tile, no allocation after the first tile.
+#ifndef TESSERA_BASE_ARENA_H_
+#define TESSERA_BASE_ARENA_H_
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace tessera::base {
+
+inline constexpr size_t kAlignment = 64;  // a cache line and the widest vector
+
+// Aligned bytes, uninitialised; throws tessera::Error when memory is refused.
+std::shared_ptr<std::byte> AllocateAligned(size_t bytes);
+
+class Arena {
+ public:
+  Arena() = default;
+  Arena(const Arena&) = delete;
+  Arena& operator=(const Arena&) = delete;
+
+  // Uninitialised, kAlignment-aligned; valid until Reset.
+  template <typename T>
+  T* Allocate(size_t count) {
+    return reinterpret_cast<T*>(Bytes(count * sizeof(T)));
+  }
+  // Gives everything back; after the first round one chunk serves all.
+  void Reset();
+  size_t capacity() const { return capacity_; }
+
+ private:
+  std::byte* Bytes(size_t bytes);
+
+  struct Chunk {
+    std::shared_ptr<std::byte> memory;
+    size_t size = 0, used = 0;
+  };
+  std::vector<Chunk> chunks_;
+  size_t capacity_ = 0;
+};
+
+}  // namespace tessera::base
+
+#endif  // TESSERA_BASE_ARENA_H_

@@ -1,0 +1,162 @@
+// Reads the words of a line from left to right by the commands' rows. OpenImageIO's ArgParse is not used here: it
+// acts on each word as it meets it, stops at the first unknown one with words of its own, knows no modifiers and
+// cannot be asked what an option takes, while a line must be checked whole, with suggestions, before a file is touched.
+#include "cli/arguments.h"
+
+#include <algorithm>
+
+#include "cli/validate.h"
+#include "tessera/error.h"
+
+namespace tessera::cli {
+namespace {
+
+bool IsCommand(const std::string& word) { return word.size() > 1 && word[0] == '-'; }
+
+std::string WithoutDashes(const std::string& word) {
+  return word.substr(std::min(word.find_first_not_of('-'), size_t{2}));
+}
+
+// Which arguments of a command are file names, where # and %04d stand for the frame.
+bool MayHoldFrame(const Command& command, const ops::ParamInfo& param) {
+  return param.type == ops::ParamType::kText && command.effect != Effect::kOption &&
+         (param.name == "FILE" || command.info.make != nullptr);
+}
+
+class LineReader {
+ public:
+  explicit LineReader(const std::vector<std::string>& words) : words_(words) {}
+
+  Line Read() {
+    while (next_ < words_.size()) {
+      const std::string& word = words_[next_];
+      if (IsCommand(word)) {
+        ReadCommandAt(next_++);
+      } else if (word.empty()) {
+        throw UsageError("\"\"", "found an empty word, expected a file name or a command");
+      } else {
+        line_.file_words.push_back(next_++);
+        Add(ReadCommand(), word, {}, {word});
+      }
+    }
+    return std::move(line_);
+  }
+
+ private:
+  void ReadCommandAt(size_t at) {
+    const std::string& word = words_[at];
+    const Token token = SplitToken(WithoutDashes(word));
+    const Command* command = FindCommand(token.name);
+    if (command == nullptr) Unknown(token.name);
+    const auto& params = command->info.arguments;
+    std::vector<std::string> values;
+    if (command->optional_argument) {
+      if (next_ < words_.size()) values.push_back(words_[next_++]);
+    } else {
+      for (const ops::ParamInfo& param : params) {
+        if (next_ >= words_.size()) {
+          throw UsageError(word, "found the end of the line, expected " + param.name +
+                                     (param.help.empty() ? "" : " (" + param.help + ")"));
+        }
+        if (MayHoldFrame(*command, param)) line_.file_words.push_back(next_);
+        values.push_back(words_[next_++]);
+      }
+    }
+    Add(*command, word, token.modifiers, values);
+  }
+
+  [[noreturn]] static void Unknown(const std::string& name) {
+    const std::vector<std::string> names = CommandNames();
+    const std::string near = ops::Nearest(name, names);
+    throw UsageError("--" + name, near.empty() ? "unknown command, --help lists them all"
+                                               : "unknown command; did you mean --" + near + "?");
+  }
+
+  void Add(const Command& command, const std::string& written,
+           const std::vector<std::pair<std::string, std::string>>& modifiers, std::vector<std::string> values) {
+    Step step;
+    step.command = &command;
+    step.written = written;
+    try {
+      if (command.info.name == "pattern") FindGenerator(values, step);
+      if (command.optional_argument) {
+        if (!values.empty()) step.arguments.values[command.info.arguments[0].name].text = values[0];
+      } else {
+        step.arguments = ops::ParseArguments(command.info, values, modifiers);
+      }
+    } catch (const Error& e) {
+      throw UsageError("--" + e.subject(), e.reason());
+    }
+    if (command.effect == Effect::kOption) {
+      command.set(step.arguments, line_.options);
+    } else {
+      line_.steps.push_back(std::move(step));
+    }
+  }
+
+  // --pattern NAME:key=value: the modifiers belong to the generator.
+  static void FindGenerator(std::vector<std::string>& values, Step& step) {
+    const Token token = SplitToken(values[0]);
+    std::vector<std::string> names;
+    for (const ops::OpInfo* generator : Generators()) {
+      names.push_back(generator->name);
+      if (generator->name == token.name) step.generator = generator;
+    }
+    if (step.generator == nullptr) {
+      const std::string near = ops::Nearest(token.name, names);
+      std::string known;
+      for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+      throw Error("pattern", "unknown pattern \"" + token.name + "\"" +
+                                 (near.empty() ? ", known ones are " + known : "; did you mean " + near + "?"));
+    }
+    try {
+      step.generator_arguments = ops::ParseArguments(*step.generator, {}, token.modifiers);
+    } catch (const Error& e) {
+      throw Error("pattern " + e.subject(), e.reason());
+    }
+  }
+
+  const std::vector<std::string>& words_;
+  size_t next_ = 0;
+  Line line_;
+};
+
+}  // namespace
+
+Token SplitToken(const std::string& word) {
+  // Pieces between colons; a quote protects what it encloses.
+  std::vector<std::string> pieces(1);
+  char quote = 0;
+  for (char c : word) {
+    if (quote != 0 && c == quote) {
+      quote = 0;
+    } else if (quote == 0 && (c == '"' || c == '\'')) {
+      quote = c;
+    } else if (quote == 0 && c == ':') {
+      pieces.emplace_back();
+    } else {
+      pieces.back() += c;
+    }
+  }
+  if (quote != 0) throw UsageError(word, "found an opening quote without a closing one");
+  Token token{pieces[0], {}};
+  for (size_t i = 1; i < pieces.size(); ++i) {
+    const size_t equals = pieces[i].find('=');
+    token.modifiers.emplace_back(pieces[i].substr(0, equals),
+                                 equals == std::string::npos ? "" : pieces[i].substr(equals + 1));
+  }
+  return token;
+}
+
+Line ParseLine(const std::vector<std::string>& words) {
+  Line line = LineReader(words).Read();
+  const Options& o = line.options;
+  const bool only_informs = o.help || o.version || o.list_commands || o.simd == "list";
+  if (!only_informs) {
+    line.steps = OperandsFirst(std::move(line.steps));
+    CheckStack(line.steps);
+  }
+  return line;
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,59 @@
+// A command as the line's reader sees it: its row (name, arguments, modifiers, help), what it does to the stack, its action.
+#ifndef TESSERA_CLI_COMMAND_H_
+#define TESSERA_CLI_COMMAND_H_
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ops/registry.h"
+
+namespace tessera::cli {
+
+class Session;
+struct Options;
+struct Step;
+
+// What a command does to the image stack; enough to check a whole line before any file is touched.
+enum class Effect {
+  kOption,   // holds for the whole line, wherever it stands
+  kSetting,  // holds for the commands after it
+  kPush,     // pushes an image
+  kApply,    // pops its operands and pushes the result
+  kUse,      // looks at its operands and leaves them
+  kDup,
+  kSwap,
+  kPop,
+};
+
+struct Command {
+  ops::OpInfo info;          // name without dashes; `make` is set for the operations of the registry only
+  std::string group;         // heading of the help and of the reference page
+  Effect effect = Effect::kApply;
+  std::string applies_to;    // kSetting: the command it is meant for, which must follow
+  bool optional_argument = false;  // its argument may be left out (--help)
+  std::vector<std::string> aliases = {};
+  void (*set)(const ops::Arguments&, Options&) = nullptr;  // kOption
+  void (*run)(const Step&, Session&) = nullptr;            // every other one
+};
+
+// All commands: the general ones in the order of the manual, then the registry's, family by family.
+const std::vector<Command>& Commands();
+// By name or alias without dashes; null when there is none.
+const Command* FindCommand(const std::string& name);
+// The command behind a bare file name.
+const Command& ReadCommand();
+// Every word that may follow the dashes, for suggestions.
+std::vector<std::string> CommandNames();
+// Generators that `--pattern NAME` knows.
+std::vector<const ops::OpInfo*> Generators();
+
+// Rows of the general commands, by topic (options.cc, stack_commands.cc, report_commands.cc).
+std::vector<Command> OptionCommands();
+std::vector<Command> ImageCommands();
+std::vector<Command> StackCommands();
+std::vector<Command> ReportCommands();
+
+}  // namespace tessera::cli
+
+#endif  // TESSERA_CLI_COMMAND_H_

@@ -1,0 +1,38 @@
+// Runs a checked line: steps in order, then all outputs at once.
+#include "cli/session.h"
+
+#include <span>
+
+namespace tessera::cli {
+
+Entry Session::Pop() {
+  Entry entry = std::move(stack_.back());
+  stack_.pop_back();
+  return entry;
+}
+
+int Session::Run(const std::vector<Step>& steps) {
+  for (const Step& step : steps) step.command->run(step, *this);
+  for (PendingOutput& output : outputs_) output.Commit();
+  return exit_code;
+}
+
+void ApplyOperation(const Step& step, Session& session) {
+  const ops::OpInfo& op = step.command->info;
+  std::vector<Entry> operands(static_cast<size_t>(op.inputs));
+  for (auto it = operands.rbegin(); it != operands.rend(); ++it) *it = session.Pop();
+  std::vector<Node> inputs;
+  for (const Entry& e : operands) inputs.push_back(e.node);
+  Entry result;
+  try {
+    result.node = op.make(inputs, step.arguments, nullptr);
+  } catch (const Error& e) {
+    // The operation knows its own name; the line knows it with its dashes.
+    throw Error("--" + (e.subject().starts_with(op.name) ? e.subject() : op.name + " " + e.subject()), e.reason());
+  }
+  result.name = step.written;
+  result.attributes = std::move(operands.front().attributes);
+  session.Push(std::move(result));
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,125 @@
+// Follows the image stack through a line without running it.
+#include "cli/validate.h"
+
+#include <algorithm>
+#include <set>
+
+namespace tessera::cli {
+namespace {
+
+// Images a command needs on the stack, and how many more there are after it.
+int Needs(const Step& step) { return step.command->info.inputs; }
+int Growth(const Step& step) {
+  switch (step.command->effect) {
+    case Effect::kPush:
+    case Effect::kDup:
+      return 1;
+    case Effect::kApply:
+      return 1 - Needs(step);
+    case Effect::kPop:
+      return -1;
+    default:
+      return 0;
+  }
+}
+
+std::string Images(int n) { return std::to_string(n) + (n == 1 ? " image" : " images"); }
+
+// The file a step reads or writes, empty for the others.
+std::string FileOf(const Step& step) {
+  const auto it = step.arguments.values.find("FILE");
+  return it == step.arguments.values.end() || step.command->info.make != nullptr ? "" : it->second.text;
+}
+
+struct Slot {
+  std::string origin;
+  bool used = false;
+};
+
+// A file written by a line appears when the whole line has succeeded, so the line cannot read it again.
+void CheckFiles(const std::vector<Step>& steps) {
+  std::set<std::string> written;
+  for (const Step& step : steps) {
+    const std::string file = FileOf(step);
+    if (file.empty()) continue;
+    const bool writes = step.command->effect == Effect::kUse;
+    if (written.contains(file)) {
+      throw UsageError(file, writes ? "is written twice by this line"
+                                    : "is read after this line wrote it; outputs appear when the whole line is done");
+    }
+    if (writes) written.insert(file);
+  }
+}
+
+void CheckSettings(const std::vector<Step>& steps) {
+  for (auto it = steps.begin(); it != steps.end(); ++it) {
+    if (it->command->effect != Effect::kSetting) continue;
+    const std::string& target = it->command->applies_to;
+    if (std::none_of(it, steps.end(), [&](const Step& s) { return s.command->info.name == target; })) {
+      throw UsageError(it->written, "no " + std::string(target.size() == 1 ? "-" : "--") + target +
+                                        " comes after it, and it holds only for those that do");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Step> OperandsFirst(std::vector<Step> steps) {
+  int depth = 0;
+  for (size_t i = 0; i < steps.size(); ++i) {
+    const int missing = Needs(steps[i]) - depth;
+    if (missing > 0) {
+      const auto is_push = [](const Step& s) { return s.command->effect == Effect::kPush; };
+      const size_t end = i + 1 + static_cast<size_t>(missing);
+      if (end > steps.size() || !std::all_of(steps.begin() + i + 1, steps.begin() + end, is_push)) return steps;
+      std::rotate(steps.begin() + i, steps.begin() + i + 1, steps.begin() + end);
+    }
+    depth += Growth(steps[i]);
+  }
+  return steps;
+}
+
+void CheckStack(const std::vector<Step>& steps) {
+  std::vector<Slot> stack;
+  bool any_result = false;
+  for (const Step& step : steps) {
+    const int needs = Needs(step), holds = static_cast<int>(stack.size());
+    if (holds < needs) {
+      throw UsageError(step.written, "needs " + Images(needs) + ", the stack holds " + std::to_string(holds));
+    }
+    switch (step.command->effect) {
+      case Effect::kOption:
+      case Effect::kSetting:
+        break;
+      case Effect::kPush:
+        stack.push_back({step.generator ? step.generator->name : FileOf(step).empty() ? step.written : FileOf(step)});
+        break;
+      case Effect::kApply:
+        stack.resize(stack.size() - static_cast<size_t>(needs));
+        stack.push_back({step.written});
+        break;
+      case Effect::kUse:
+        for (int k = 1; k <= needs; ++k) stack[stack.size() - static_cast<size_t>(k)].used = true;
+        any_result = true;
+        break;
+      case Effect::kDup:
+        stack.push_back(stack.back());
+        break;
+      case Effect::kSwap:
+        std::swap(stack[stack.size() - 1], stack[stack.size() - 2]);
+        break;
+      case Effect::kPop:
+        stack.pop_back();
+        break;
+    }
+  }
+  if (steps.empty()) throw UsageError("command line", "found no image and no command; --help shows how it is used");
+  CheckSettings(steps);
+  if (!any_result) throw UsageError("command line", "no output: found no -o FILE (nor --diff or --printstats)");
+  for (const Slot& slot : stack) {
+    if (!slot.used) throw UsageError(slot.origin, "this image is left over with no output; add -o FILE or --pop");
+  }
+  CheckFiles(steps);
+}
+
+}  // namespace tessera::cli

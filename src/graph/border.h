@@ -1,0 +1,19 @@
+// What lies beyond the data window, for stages that look there.
+#ifndef TESSERA_GRAPH_BORDER_H_
+#define TESSERA_GRAPH_BORDER_H_
+
+#include "base/tile.h"
+#include "graph/stage.h"
+
+namespace tessera::graph {
+
+// The part of the data window whose pixels appear in `wanted` once the border rule is applied.
+Roi BorderSource(const Roi& wanted, const Roi& window, Border border);
+
+// Fills `out` (any region) from `in`, which covers BorderSource(out.roi(), window, border). Border pixels are
+// copies, so a fused evaluation equals an eager one bit for bit. An empty window gives zeros.
+void FillWithBorder(const base::Tile& in, const Roi& window, Border border, base::Tile& out);
+
+}  // namespace tessera::graph
+
+#endif  // TESSERA_GRAPH_BORDER_H_

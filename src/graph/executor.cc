@@ -1,0 +1,76 @@
+// Tile grids over resident pixels.
+#include "graph/executor.h"
+
+#include <algorithm>
+#include <mutex>
+#include <vector>
+
+#include "graph/progress.h"
+#include "graph/run_tile.h"
+#include "sched/scheduler.h"
+
+namespace tessera::graph {
+
+TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions& options) {
+  TileShape t{options.tile_width, options.tile_height};
+  int channels = 0;  // of the tiles between steps; none for a plan of point operations
+  for (size_t i = 0; i + 1 < plan.buffers.size(); ++i) channels += static_cast<int>(plan.buffers[i].channels.size());
+  if (channels == 0) {
+    // Wide rows: blocks go from source to sink, so that only the prefetcher sees the tile's shape.
+    constexpr int kPixels = 1 << 15;
+    if (t.width <= 0) t.width = std::max(1, roi.width());
+    if (t.height <= 0) t.height = std::max(1, kPixels / t.width);
+  } else {
+    // Fat strips whose tiles stay within half of a 1 MB L2; halos are a small share of them.
+    constexpr int64_t kFloats = (1 << 19) / 4;
+    if (t.height <= 0) t.height = 64;
+    if (t.width <= 0) {
+      t.width = static_cast<int>(std::max<int64_t>(kBlockPixels, kFloats / channels / t.height / kBlockPixels * kBlockPixels));
+    }
+  }
+  t.width = std::min(t.width, std::max(1, roi.width()));
+  t.height = std::min(t.height, std::max(1, roi.height()));
+  return t;
+}
+
+int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type) {
+  const Regions regions = RequiredRegions(plan, roi);
+  int64_t bytes = roi.pixels() * plan.spec.channel_count() * static_cast<int64_t>(PixelBytes(type));
+  for (size_t k = 0; k < plan.sources.size(); ++k) {
+    const PlannedSource& s = plan.sources[k];
+    bytes += regions.sources[k].pixels() * std::count(s.needed.begin(), s.needed.end(), true) *
+             static_cast<int64_t>(PixelBytes(s.source->spec().type));
+  }
+  return bytes;
+}
+
+void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& options) {
+  if (out.roi.empty()) return;
+  std::vector<SourceView> sources;
+  for (const PlannedSource& s : plan.sources) sources.push_back({*s.source->View(), 0});
+  const TileRunner runner(plan);
+  const TileShape shape = ChooseTileShape(plan, out.roi, options);
+  const int64_t columns = (int64_t{out.roi.width()} + shape.width - 1) / shape.width;
+  const int64_t rows = (int64_t{out.roi.height()} + shape.height - 1) / shape.height;
+  const int threads = options.shuffle_tiles ? 1 : sched::ThreadCount(options.threads);
+  std::vector<base::Arena> arenas(static_cast<size_t>(threads));
+  Progress progress(options.progress, columns * rows);
+  // A result that does not fit in the last-level cache goes around it: no reads for ownership.
+  constexpr int64_t kStreamBytes = int64_t{8} << 20;
+  const bool stream = out.roi.pixels() * out.channels * static_cast<int64_t>(PixelBytes(out.type)) > kStreamBytes;
+
+  const auto task = [&](int64_t i, int worker) {
+    const int x0 = out.roi.x0 + static_cast<int>(i % columns) * shape.width;
+    const int y0 = out.roi.y0 + static_cast<int>(i / columns) * shape.height;
+    const Roi roi{x0, y0, std::min(x0 + shape.width, out.roi.x1), std::min(y0 + shape.height, out.roi.y1)};
+    runner.Run(RequiredRegions(plan, roi), sources, out.Sub(roi), stream, arenas[static_cast<size_t>(worker)]);
+    progress.Step();
+  };
+  if (options.shuffle_tiles) {
+    sched::ShuffledFor(columns * rows, 1, task);
+  } else {
+    sched::ParallelFor(columns * rows, threads, task);
+  }
+}
+
+}  // namespace tessera::graph

@@ -1,0 +1,39 @@
+// Runs a plan over many tiles: resident pixels on a grid, files in bands of rows.
+#ifndef TESSERA_GRAPH_EXECUTOR_H_
+#define TESSERA_GRAPH_EXECUTOR_H_
+
+#include <functional>
+
+#include "graph/plan.h"
+#include "graph/source.h"
+#include "tessera/render.h"
+
+namespace tessera::graph {
+
+// Width and height of the tiles that `roi` is cut into.
+struct TileShape {
+  int width = 0, height = 0;
+};
+TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions& options);
+
+// Rows per band and bands alive at once for a result of `row_bytes` a row.
+struct BandShape {
+  int rows = 0, tokens = 0;
+};
+BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, int granularity,
+                          const RenderOptions& options);
+
+// Bytes read from sources and written for `roi`.
+int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type);
+
+// Computes out.roi from sources that are all resident.
+void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& options);
+
+// Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and `sink` is
+// given.
+void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
+              const RenderOptions& options);
+
+}  // namespace tessera::graph
+
+#endif  // TESSERA_GRAPH_EXECUTOR_H_

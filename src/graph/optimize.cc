@@ -1,0 +1,45 @@
+// The optimiser: knows only Op::IsIdentity and Op::Compose.
+#include "graph/optimize.h"
+
+#include <unordered_map>
+
+#include "graph/op.h"
+#include "graph/topology.h"
+
+namespace tessera::graph {
+namespace {
+
+// One node whose inputs are optimised already. Composing goes on while the input composes as well.
+Node Simplify(const Node& node) {
+  Node n = node;
+  for (;;) {
+    const NodeData& d = *n.data();
+    if (d.op->Kind() == OpKind::kSource) return n;
+    if (!d.inputs.empty() && d.op->IsIdentity()) return d.inputs[0];
+    if (d.inputs.size() != 1) return n;
+    const NodeData& before = *d.inputs[0].data();
+    if (before.inputs.size() != 1) return n;
+    std::shared_ptr<const Op> both = before.op->Compose(*d.op);
+    if (both == nullptr) return n;
+    n = MakeNode(std::move(both), before.inputs);
+  }
+}
+
+}  // namespace
+
+Node Optimize(const Node& root) {
+  std::unordered_map<const NodeData*, Node> done;
+  for (const Node& node : TopologicalOrder(root)) {
+    const NodeData& d = *node.data();
+    std::vector<Node> inputs;
+    bool changed = false;
+    for (const Node& input : d.inputs) {
+      inputs.push_back(done.at(input.data()));
+      changed |= inputs.back().data() != input.data();
+    }
+    done.emplace(&d, Simplify(changed ? MakeNode(d.op, std::move(inputs)) : node));
+  }
+  return done.at(root.data());
+}
+
+}  // namespace tessera::graph

@@ -1,0 +1,97 @@
+// The plan: a graph after optimisation as a flat list of steps over tiles, ready to run on any region.
+#ifndef TESSERA_GRAPH_PLAN_H_
+#define TESSERA_GRAPH_PLAN_H_
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "graph/op.h"
+#include "graph/source.h"
+#include "graph/stage.h"
+#include "tessera/node.h"
+
+namespace tessera::graph {
+
+// A float plane of one block inside a run; small numbers, reused as planes die.
+using PlaneId = int;
+inline constexpr PlaneId kZeroPlane = 0, kOnePlane = 1, kDummyPlane = 2, kFirstFreePlane = 3;
+
+// Where a run reads pixels: a source of the plan, or a tile that an earlier step made.
+struct PlaneLoad {
+  bool from_tile = false;
+  int index = 0;                        // into Plan::sources or Plan::buffers
+  int channel[4] = {-1, -1, -1, -1};    // of the source / of the tile; -1: plane unused
+  PlaneId plane[4] = {};
+};
+
+struct PointStep {
+  std::unique_ptr<PointStage> stage;
+  std::string label;
+  std::vector<std::array<PlaneId, 4>> in;
+  std::array<PlaneId, 4> out = {};
+  int fused_load = -1;                  // the load whose pixels input 0 may take directly
+  bool fused_store = false;             // the result may go directly to the sink
+};
+
+// A run of point operations, block by block: loads, point steps, then one store of every channel.
+struct PointRun {
+  struct Item {
+    bool is_load = false;
+    int index = 0;                      // into loads or steps
+  };
+  std::vector<Item> items;              // in order of execution
+  std::vector<PlaneLoad> loads;
+  std::vector<PointStep> steps;
+  std::vector<PlaneId> result;          // plane of every stored channel
+  int planes = kFirstFreePlane;         // physical planes in use
+};
+
+// A window or gather operation: tiles to a tile.
+struct TileStep {
+  std::unique_ptr<TileStage> stage;
+  std::string label;
+  std::vector<int> in;                  // buffers
+  std::vector<Roi> window;              // data window of every input
+};
+
+// A materialised result inside a tile; the last one is the plan's result.
+struct Buffer {
+  Roi window;                           // data window of its node
+  std::vector<int> channels;            // node channels held, in tile order
+  std::unique_ptr<PointRun> run;        // exactly one of the two makes it
+  std::unique_ptr<TileStep> tile;
+};
+
+struct PlannedSource {
+  const PixelSource* source = nullptr;
+  Node node;                            // keeps it alive
+  std::vector<bool> needed;             // channels
+  int first = 0, last = 0;              // the range read from a file
+};
+
+struct Plan {
+  Node root;                            // optimised; keeps ops alive
+  ImageSpec spec;                       // of the result
+  std::vector<PlannedSource> sources;
+  std::vector<Buffer> buffers;
+  std::vector<std::string> statistics;  // what was computed beforehand, for Explain
+  int operations = 0;                   // nodes before optimisation
+};
+
+// Computes a statistic of a node; called while planning.
+using StatisticFunction = std::function<double(const Node& input, const StatisticRequest&)>;
+
+Plan MakePlan(const Node& root, bool optimize, const StatisticFunction& statistic);
+
+// The region of every buffer and source needed for `out` of the result. Source regions are within their windows.
+struct Regions {
+  std::vector<Roi> buffers, sources;
+};
+Regions RequiredRegions(const Plan& plan, const Roi& out);
+
+}  // namespace tessera::graph
+
+#endif  // TESSERA_GRAPH_PLAN_H_

@@ -1,0 +1,194 @@
+// One tile through the plan: point runs block by block in L1, window steps on whole tiles.
+#include "graph/run_tile.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "graph/border.h"
+
+namespace tessera::graph {
+namespace {
+
+constexpr int kPlaneFloats = kBlockPixels;
+
+bool IsInterleavedRgba(ptrdiff_t channel_stride, ptrdiff_t pixel_stride, PixelType type) {
+  const auto bytes = static_cast<ptrdiff_t>(PixelBytes(type));
+  return channel_stride == bytes && pixel_stride == 4 * bytes;
+}
+
+// A load of one run with its pixels found.
+struct BoundLoad {
+  simd::LoadArgs args;     // pixels and count are set per block
+  ConstImageView view;
+  bool skipped = false;    // a fused step reads the pixels itself
+};
+
+struct BoundStep {
+  const PointStage* stage = nullptr;
+  PointArgs args;
+  const BoundLoad* source = nullptr;
+  bool sink = false;
+};
+
+// The length of the next block: whole blocks, then whole groups, then a tail shorter than a group.
+int BlockLength(int left) {
+  if (left >= kBlockPixels) return kBlockPixels;
+  return left >= kGroupPixels ? left / kGroupPixels * kGroupPixels : left;
+}
+
+}  // namespace
+
+void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sources,
+                           const std::vector<base::Tile>& tiles, const ImageView& out, bool stream,
+                           base::Arena& arena) const {
+  const auto plane_count = static_cast<size_t>(run.planes);
+  float* memory = arena.Allocate<float>(plane_count * kPlaneFloats);
+  std::fill_n(memory, plane_count * kPlaneFloats, 0.0f);
+  const auto plane = [&](PlaneId p) { return memory + static_cast<ptrdiff_t>(p) * kPlaneFloats; };
+  std::fill_n(plane(kOnePlane), kPlaneFloats, 1.0f);
+
+  std::vector<BoundLoad> loads(run.loads.size());
+  for (size_t l = 0; l < loads.size(); ++l) {
+    const PlaneLoad& planned = run.loads[l];
+    BoundLoad& load = loads[l];
+    const auto k = static_cast<size_t>(planned.index);
+    load.view = planned.from_tile ? ConstImageView(tiles[k].view()) : sources[k].view;
+    const int first = planned.from_tile ? 0 : sources[k].first;
+    load.args.type = load.view.type;
+    load.args.pixel_stride = load.view.pixel_stride;
+    for (int p = 0; p < 4; ++p) {
+      if (planned.channel[p] < 0) continue;
+      load.args.channel[p] = (planned.channel[p] - first) * load.view.channel_stride;
+      load.args.plane[p] = plane(planned.plane[p]);
+    }
+  }
+
+  size_t pointer_count = 0;
+  for (const PointStep& step : run.steps) pointer_count += step.in.size();
+  const float*(*inputs)[4] = reinterpret_cast<const float*(*)[4]>(arena.Allocate<const float*>(4 * pointer_count));
+  std::vector<BoundStep> steps(run.steps.size());
+  bool stored = false;
+  for (size_t s = 0; s < steps.size(); ++s) {
+    const PointStep& planned = run.steps[s];
+    BoundStep& step = steps[s];
+    step.stage = planned.stage.get();
+    step.args.order = pixels_.order;
+    step.args.in = inputs;
+    for (const auto& in : planned.in) {
+      for (size_t p = 0; p < 4; ++p) (*inputs)[p] = plane(in[p]);
+      ++inputs;
+    }
+    for (size_t p = 0; p < 4; ++p) step.args.out[p] = plane(planned.out[p]);
+    if (planned.fused_load >= 0) {
+      BoundLoad& load = loads[static_cast<size_t>(planned.fused_load)];
+      if (IsInterleavedRgba(load.view.channel_stride, load.view.pixel_stride, load.view.type) &&
+          step.stage->CanFuse(true, load.view.type)) {
+        load.skipped = true;
+        step.source = &load;
+        step.args.source.type = load.view.type;
+      }
+    }
+    if (planned.fused_store && IsInterleavedRgba(out.channel_stride, out.pixel_stride, out.type) &&
+        step.stage->CanFuse(false, out.type)) {
+      step.sink = stored = true;
+      step.args.sink.type = out.type;
+      step.args.sink.stream = stream;
+    }
+  }
+
+  std::vector<simd::StoreArgs> stores;
+  for (int c = 0; c < out.channels && !stored; c += 4) {
+    simd::StoreArgs store;
+    store.type = out.type;
+    store.pixel_stride = out.pixel_stride;
+    store.stream = stream;
+    for (int p = 0; p < 4 && c + p < out.channels; ++p) {
+      store.channel[p] = (c + p) * out.channel_stride;
+      store.plane[p] = plane(run.result[static_cast<size_t>(c + p)]);
+    }
+    stores.push_back(store);
+  }
+
+  // Four floats a pixel is the widest fused format; a tail goes through these.
+  alignas(base::kAlignment) std::byte tail_in[kGroupPixels * 16] = {};
+  alignas(base::kAlignment) std::byte tail_out[kGroupPixels * 16];
+  const size_t sink_pixel = 4 * PixelBytes(out.type);
+  for (int y = out.roi.y0; y < out.roi.y1; ++y) {
+    for (int x = out.roi.x0; x < out.roi.x1;) {
+      const int count = BlockLength(out.roi.x1 - x);
+      const bool tail = count < kGroupPixels;
+      for (const PointRun::Item& item : run.items) {
+        const auto i = static_cast<size_t>(item.index);
+        if (item.is_load) {
+          BoundLoad& load = loads[i];
+          if (load.skipped) continue;
+          load.args.pixels = load.view.At(x, y);
+          load.args.count = count;
+          pixels_.load(load.args);
+          continue;
+        }
+        BoundStep& step = steps[i];
+        step.args.x = x;
+        step.args.y = y;
+        step.args.count = tail ? kGroupPixels : count;
+        if (step.source != nullptr) {
+          step.args.source.read = step.source->view.At(x, y);
+          if (tail) {
+            std::memcpy(tail_in, step.args.source.read,
+                        static_cast<size_t>(count) * 4 * PixelBytes(step.args.source.type));
+            step.args.source.read = tail_in;
+          }
+        }
+        if (step.sink) step.args.sink.write = tail ? tail_out : out.At(x, y);
+        step.stage->Run(step.args);
+        if (step.sink && tail) std::memcpy(out.At(x, y), tail_out, static_cast<size_t>(count) * sink_pixel);
+      }
+      for (simd::StoreArgs& store : stores) {
+        store.pixels = out.At(x, y);
+        store.count = count;
+        pixels_.store(store);
+      }
+      x += count;
+    }
+  }
+}
+
+void TileRunner::RunTile(const TileStep& step, const std::vector<base::Tile>& tiles, base::Tile& out,
+                         base::Arena& arena) const {
+  std::vector<base::Tile> extended;
+  extended.reserve(step.in.size());
+  std::vector<const base::Tile*> in;
+  for (size_t k = 0; k < step.in.size(); ++k) {
+    const base::Tile& tile = tiles[static_cast<size_t>(step.in[k])];
+    const Roi wanted = step.stage->InputRoi(static_cast<int>(k), out.roi());
+    if (step.window[k].Contains(wanted)) {
+      in.push_back(&tile);
+      continue;
+    }
+    extended.emplace_back(arena, wanted, tile.channels());
+    FillWithBorder(tile, step.window[k], step.stage->InputBorder(static_cast<int>(k)), extended.back());
+    in.push_back(&extended.back());
+  }
+  step.stage->Run(in, out, arena);
+}
+
+void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources, const ImageView& out, bool stream,
+                     base::Arena& arena) const {
+  arena.Reset();
+  const size_t count = plan_.buffers.size();
+  std::vector<base::Tile> tiles(count);
+  for (size_t i = 0; i + 1 < count; ++i) {
+    const Buffer& buffer = plan_.buffers[i];
+    if (regions.buffers[i].empty()) continue;
+    tiles[i] = base::Tile(arena, regions.buffers[i], static_cast<int>(buffer.channels.size()));
+    if (buffer.run) {
+      RunPoints(*buffer.run, sources, tiles, tiles[i].view(), false, arena);
+    } else {
+      RunTile(*buffer.tile, tiles, tiles[i], arena);
+    }
+  }
+  RunPoints(*plan_.buffers.back().run, sources, tiles, out, stream, arena);
+  if (stream) simd::FlushStreams();
+}
+
+}  // namespace tessera::graph

@@ -1,0 +1,42 @@
+// Runs a plan on one region of its result.
+#ifndef TESSERA_GRAPH_RUN_TILE_H_
+#define TESSERA_GRAPH_RUN_TILE_H_
+
+#include <span>
+#include <vector>
+
+#include "base/arena.h"
+#include "graph/plan.h"
+#include "simd/pixels.h"
+
+namespace tessera::graph {
+
+// Pixels of a source that cover what the region needs; channel 0 of the view is channel `first` of the source.
+struct SourceView {
+  ConstImageView view;
+  int first = 0;
+};
+
+class TileRunner {
+ public:
+  // Uses the SIMD target of this moment.
+  explicit TileRunner(const Plan& plan) : plan_(plan), pixels_(simd::CurrentPixelFunctions()) {}
+
+  // Computes `out.roi` of the result into `out`. `regions` are RequiredRegions(plan, out.roi). Scratch memory
+  // comes from the worker's arena, which is reset first. `stream`: write around the cache.
+  void Run(const Regions& regions, std::span<const SourceView> sources, const ImageView& out, bool stream,
+           base::Arena& arena) const;
+
+ private:
+  void RunPoints(const PointRun& run, std::span<const SourceView> sources, const std::vector<base::Tile>& tiles,
+                 const ImageView& out, bool stream, base::Arena& arena) const;
+  void RunTile(const TileStep& step, const std::vector<base::Tile>& tiles, base::Tile& out,
+               base::Arena& arena) const;
+
+  const Plan& plan_;
+  const simd::PixelFunctions pixels_;
+};
+
+}  // namespace tessera::graph
+
+#endif  // TESSERA_GRAPH_RUN_TILE_H_

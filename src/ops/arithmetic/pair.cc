@@ -1,0 +1,170 @@
+// Two images, sample by sample: add, subtract, multiply, minimum, maximum, absolute difference.
+#include <memory>
+#include <span>
+#include <string>
+
+#include "graph/op.h"
+#include "ops/arithmetic/arithmetic_ops.h"
+#include "ops/arithmetic/operands.h"
+#include "tessera/ops/arithmetic.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/arithmetic/pair.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/point-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace s = simd::HWY_NAMESPACE;
+namespace hn = hwy::HWY_NAMESPACE;
+
+// One kernel for all six: F works on one vector of each image.
+template <class F>
+struct Pairwise {
+  F f;
+  HWY_INLINE s::Pixels operator()(const s::Pixels& a, const s::Pixels& b) const { return s::Map(a, b, f); }
+};
+struct AddF {
+  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Add(a, b); }
+};
+struct SubF {
+  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Sub(a, b); }
+};
+struct MulF {
+  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Mul(a, b); }
+};
+struct AbsDiffF {
+  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Abs(hn::Sub(a, b)); }
+};
+struct MinF {
+  HWY_INLINE s::V operator()(s::V a, s::V b) const { return s::MinNumber(a, b); }
+};
+struct MaxF {
+  HWY_INLINE s::V operator()(s::V a, s::V b) const { return s::MaxNumber(a, b); }
+};
+
+template <class F>
+std::unique_ptr<graph::PointStage> MakePair() {
+  return s::MakeStage<2>(Pairwise<F>{});
+}
+std::unique_ptr<graph::PointStage> MakeAdd() { return MakePair<AddF>(); }
+std::unique_ptr<graph::PointStage> MakeSub() { return MakePair<SubF>(); }
+std::unique_ptr<graph::PointStage> MakeMul() { return MakePair<MulF>(); }
+std::unique_ptr<graph::PointStage> MakeAbsDiff() { return MakePair<AbsDiffF>(); }
+std::unique_ptr<graph::PointStage> MakeMin() { return MakePair<MinF>(); }
+std::unique_ptr<graph::PointStage> MakeMax() { return MakePair<MaxF>(); }
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+namespace {
+
+HWY_EXPORT(MakeAdd);
+HWY_EXPORT(MakeSub);
+HWY_EXPORT(MakeMul);
+HWY_EXPORT(MakeAbsDiff);
+HWY_EXPORT(MakeMin);
+HWY_EXPORT(MakeMax);
+
+std::unique_ptr<graph::PointStage> Make(const std::string& name) {
+  if (name == "add") return HWY_DYNAMIC_DISPATCH(MakeAdd)();
+  if (name == "sub") return HWY_DYNAMIC_DISPATCH(MakeSub)();
+  if (name == "mul") return HWY_DYNAMIC_DISPATCH(MakeMul)();
+  if (name == "absdiff") return HWY_DYNAMIC_DISPATCH(MakeAbsDiff)();
+  if (name == "min") return HWY_DYNAMIC_DISPATCH(MakeMin)();
+  return HWY_DYNAMIC_DISPATCH(MakeMax)();
+}
+
+class PairOp final : public graph::OpWith<NoParams> {
+ public:
+  explicit PairOp(const char* name) : OpWith({}), name_(name) {}
+  std::string Name() const override { return name_; }
+  graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    return RequireSameShape(name_, inputs);
+  }
+  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override { return Make(name_); }
+
+ private:
+  const char* name_;
+};
+
+Node Pair(const char* name, const Node& a, const Node& b) {
+  return graph::MakeNode(std::make_shared<const PairOp>(name), {a, b});
+}
+
+// What the six rows have in common.
+OpInfo Row(const char* name, const char* summary, const char* formula, const char* hard_cases) {
+  OpInfo info;
+  info.name = name;
+  info.family = "arithmetic";
+  info.inputs = 2;
+  info.summary = summary;
+  info.help = std::string("Each sample of the result is ") + formula +
+              ", where A is the lower and B the upper image of the stack; alpha and further channels are treated "
+              "like the others. Both images need the same data window and the same number of channels (use --crop "
+              "and --ch to make them equal). The result keeps the names, alpha and metadata of A.\n" + hard_cases;
+  info.bound = "1 rounding: u * |result|";
+  info.bound_u = 1;
+  info.examples = {""};
+  return info;
+}
+
+constexpr char kIeee[] =
+    "NaN and infinities follow IEEE 754. Nothing is clamped: integer outputs saturate when they are written.";
+constexpr char kNumberWins[] = "A number wins over NaN; the result is NaN only where both are. Samples keep their bits.";
+
+}  // namespace
+
+OpInfo AddInfo() {
+  OpInfo info = Row("add", "Add two images", "A + B", kIeee);
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Add(in[0], in[1]); };
+  return info;
+}
+OpInfo SubInfo() {
+  OpInfo info = Row("sub", "Subtract the upper image from the lower", "A - B", kIeee);
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Sub(in[0], in[1]); };
+  return info;
+}
+OpInfo MulInfo() {
+  OpInfo info = Row("mul", "Multiply two images", "A * B", kIeee);
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Mul(in[0], in[1]); };
+  return info;
+}
+OpInfo AbsDiffInfo() {
+  OpInfo info = Row("absdiff", "Absolute difference of two images", "|A - B|", kIeee);
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return AbsDiff(in[0], in[1]); };
+  return info;
+}
+OpInfo MinInfo() {
+  OpInfo info = Row("min", "The smaller sample of two images", "min(A, B)", kNumberWins);
+  info.bound = "exact";
+  info.bound_u = 0;
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Min(in[0], in[1]); };
+  return info;
+}
+OpInfo MaxInfo() {
+  OpInfo info = Row("max", "The larger sample of two images", "max(A, B)", kNumberWins);
+  info.bound = "exact";
+  info.bound_u = 0;
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Max(in[0], in[1]); };
+  return info;
+}
+
+}  // namespace tessera::ops
+
+namespace tessera {
+
+Node Add(const Node& a, const Node& b) { return ops::Pair("add", a, b); }
+Node Sub(const Node& a, const Node& b) { return ops::Pair("sub", a, b); }
+Node Mul(const Node& a, const Node& b) { return ops::Pair("mul", a, b); }
+Node AbsDiff(const Node& a, const Node& b) { return ops::Pair("absdiff", a, b); }
+Node Min(const Node& a, const Node& b) { return ops::Pair("min", a, b); }
+Node Max(const Node& a, const Node& b) { return ops::Pair("max", a, b); }
+
+}  // namespace tessera
+#endif  // HWY_ONCE

@@ -1,0 +1,61 @@
+// The oracle: one plain double-precision function per operation, one loop, no cleverness, written independently
+// of the kernels. Serves tests, benchmarks and --verify.
+#ifndef TESSERA_REFERENCE_REFERENCE_H_
+#define TESSERA_REFERENCE_REFERENCE_H_
+
+#include <any>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tessera/image.h"
+
+namespace tessera::reference {
+
+// Interleaved doubles over a region.
+struct ImageD {
+  Roi roi;
+  int channels = 0;
+  std::vector<double> samples;
+
+  ImageD() = default;
+  ImageD(const Roi& r, int n) : roi(r), channels(n), samples(static_cast<size_t>(r.pixels()) * n) {}
+  double& at(int x, int y, int c) { return samples[Index(x, y, c)]; }
+  double at(int x, int y, int c) const { return samples[Index(x, y, c)]; }
+
+ private:
+  size_t Index(int x, int y, int c) const {
+    return (static_cast<size_t>(y - roi.y0) * roi.width() + (x - roi.x0)) * channels + c;
+  }
+};
+
+// What a reference function is given. `out` has its roi set; in[k] covers the region input_roi asked for
+// (out.roi for point operations). `scale`, when not null, has out's shape and receives what the operation's
+// bound is a multiple of (ACCURACY: S = sum |w x| for a weighted sum, max |RGB| for hue, |result| for one
+// rounding): bound = OpInfo::bound_u * 2^-24 * scale.
+struct Call {
+  const std::any& parameters;  // the op's parameter struct
+  std::span<const ImageD> in;
+  std::span<const ImageSpec> in_specs;
+  const ImageSpec& out_spec;
+  std::span<const double> statistics;
+  ImageD& out;
+  ImageD* scale;
+};
+using Function = void (*)(const Call&);
+using InputRoiFunction = Roi (*)(const std::any& parameters, int input, const Roi& out);
+
+struct Entry {
+  std::string op;  // Op::Name()
+  Function evaluate = nullptr;
+  InputRoiFunction input_roi = nullptr;  // null for point operations
+};
+
+// The entry of an operation, or null. Shuffles, crops and sources need none.
+const Entry* Find(const std::string& op);
+// Adds or replaces an entry: for tests that bring operations of their own.
+void Register(Entry entry);
+
+}  // namespace tessera::reference
+
+#endif  // TESSERA_REFERENCE_REFERENCE_H_

@@ -1,0 +1,53 @@
+// Finds an operation's reference function.
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "reference/reference.h"
+
+namespace tessera::reference {
+
+// Entries of each family, defined beside its functions.
+std::vector<Entry> ColorEntries();
+std::vector<Entry> ArithmeticEntries();
+std::vector<Entry> GenerateEntries();
+
+namespace {
+
+// A map's nodes stay where they are, so pointers handed out by Find outlive later insertions.
+struct Table {
+  std::mutex mutex;
+  std::map<std::string, Entry> entries;
+
+  Table() {
+    for (auto* family : {&ColorEntries, &ArithmeticEntries, &GenerateEntries}) {
+      for (Entry& entry : family()) {
+        std::string name = entry.op;
+        entries.insert_or_assign(std::move(name), std::move(entry));
+      }
+    }
+  }
+};
+
+Table& Entries() {
+  static Table table;
+  return table;
+}
+
+}  // namespace
+
+const Entry* Find(const std::string& op) {
+  Table& table = Entries();
+  const std::lock_guard lock(table.mutex);
+  const auto it = table.entries.find(op);
+  return it == table.entries.end() ? nullptr : &it->second;
+}
+
+void Register(Entry entry) {
+  Table& table = Entries();
+  const std::lock_guard lock(table.mutex);
+  std::string name = entry.op;
+  table.entries.insert_or_assign(std::move(name), std::move(entry));
+}
+
+}  // namespace tessera::reference

@@ -1,0 +1,77 @@
+// The scheduler on oneTBB; the only file that includes it.
+#include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "sched/scheduler.h"
+
+namespace tessera::sched {
+
+int ThreadCount(int requested) {
+  return requested > 0 ? requested : std::max(1, tbb::info::default_concurrency());
+}
+
+void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task) {
+  if (threads <= 1 || count <= 1) {
+    for (int64_t i = 0; i < count; ++i) task(i, 0);
+    return;
+  }
+  // More threads than cores are legal (the tests use them), so the process-wide limit is raised while we run.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
+  tbb::task_arena arena(threads);
+  arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<int64_t>(0, count, 1),
+        [&](const tbb::blocked_range<int64_t>& r) {
+          const int worker = tbb::this_task_arena::current_thread_index();
+          for (int64_t i = r.begin(); i != r.end(); ++i) task(i, worker);
+        });
+  });
+}
+
+void ShuffledFor(int64_t count, uint32_t seed, const std::function<void(int64_t, int)>& task) {
+  std::vector<int64_t> order(static_cast<size_t>(count));
+  std::iota(order.begin(), order.end(), int64_t{0});
+  std::shuffle(order.begin(), order.end(), std::mt19937(seed));
+  for (const int64_t i : order) task(i, 0);
+}
+
+void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
+  if (threads <= 1) {
+    while (const std::shared_ptr<void> item = steps.read()) {
+      steps.work(item.get(), 0);
+      steps.write(item.get());
+    }
+    return;
+  }
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
+  tbb::task_arena arena(threads);
+  using Item = std::shared_ptr<void>;
+  arena.execute([&] {
+    tbb::parallel_pipeline(
+        static_cast<size_t>(tokens),
+        tbb::make_filter<void, Item>(tbb::filter_mode::serial_in_order,
+                                     [&](tbb::flow_control& control) {
+                                       Item item = steps.read();
+                                       if (!item) control.stop();
+                                       return item;
+                                     }) &
+            tbb::make_filter<Item, Item>(tbb::filter_mode::parallel,
+                                         [&](const Item& item) {
+                                           steps.work(item.get(), tbb::this_task_arena::current_thread_index());
+                                           return item;
+                                         }) &
+            tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order,
+                                         [&](const Item& item) { steps.write(item.get()); }));
+  });
+}
+
+}  // namespace tessera::sched

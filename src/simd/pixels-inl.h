@@ -1,0 +1,197 @@
+// Vectors of pixels from and to memory, in the permuted order that makes RGBA transposes cheap.
+//
+// Plane order: with N lanes, four loads hold pixels j*N/4 .. (j+1)*N/4 - 1 each (j = 0..3), interleaved. A transpose
+// within 128-bit lanes leaves pixel j*N/4 + k in lane 4*k + j of each plane, which saves the shuffles across lanes.
+#if defined(TESSERA_SIMD_PIXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_SIMD_PIXELS_INL_H_
+#undef TESSERA_SIMD_PIXELS_INL_H_
+#else
+#define TESSERA_SIMD_PIXELS_INL_H_
+#endif
+
+#include <cstddef>
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include "simd/convert-inl.h"
+#include "simd/point-inl.h"
+#include "tessera/image.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::simd::HWY_NAMESPACE {
+
+constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+constexpr int kQuarter = kLanes >= 4 ? kLanes / 4 : 1;
+static_assert(kLanes == 1 || kLanes >= 4);
+
+// The pixel in lane i, and the lane of pixel i.
+constexpr int PixelOfLane(int i) { return kLanes == 1 ? 0 : (i % 4) * kQuarter + i / 4; }
+constexpr int LaneOfPixel(int i) { return kLanes == 1 ? 0 : (i % kQuarter) * 4 + i / kQuarter; }
+
+struct LaneTables {
+  int32_t pixel[kLanes], lane[kLanes];
+};
+constexpr LaneTables MakeLaneTables() {
+  LaneTables t{};
+  for (int i = 0; i < kLanes; ++i) t.pixel[i] = PixelOfLane(i), t.lane[i] = LaneOfPixel(i);
+  return t;
+}
+inline constexpr LaneTables kTables = MakeLaneTables();
+
+// Contiguous pixels to plane order and back.
+template <class Vec>
+HWY_INLINE Vec ToPlaneOrder(Vec v) {
+  if constexpr (kLanes <= 4) {
+    return v;
+  } else {
+    return hn::TableLookupLanes(v, hn::SetTableIndices(hn::DFromV<Vec>(), kTables.pixel));
+  }
+}
+template <class Vec>
+HWY_INLINE Vec ToPixelOrder(Vec v) {
+  if constexpr (kLanes <= 4) {
+    return v;
+  } else {
+    return hn::TableLookupLanes(v, hn::SetTableIndices(hn::DFromV<Vec>(), kTables.lane));
+  }
+}
+
+// The 4x4 transpose within 128-bit lanes; its own inverse. With one lane the four vectors already are the planes.
+HWY_INLINE void Transpose4(V& a, V& b, V& c, V& d) {
+#if HWY_TARGET != HWY_SCALAR
+  const D df;
+  const hn::Repartition<double, D> dd;
+  const auto ab_lo = hn::BitCast(dd, hn::InterleaveLower(df, a, b));
+  const auto ab_hi = hn::BitCast(dd, hn::InterleaveUpper(df, a, b));
+  const auto cd_lo = hn::BitCast(dd, hn::InterleaveLower(df, c, d));
+  const auto cd_hi = hn::BitCast(dd, hn::InterleaveUpper(df, c, d));
+  a = hn::BitCast(df, hn::InterleaveLower(dd, ab_lo, cd_lo));
+  b = hn::BitCast(df, hn::InterleaveUpper(dd, ab_lo, cd_lo));
+  c = hn::BitCast(df, hn::InterleaveLower(dd, ab_hi, cd_hi));
+  d = hn::BitCast(df, hn::InterleaveUpper(dd, ab_hi, cd_hi));
+#else
+  (void)a, (void)b, (void)c, (void)d;
+#endif
+}
+
+// Stores kLanes samples, around the cache when asked (the address is then aligned to the vector). Vectors shorter
+// than 128 bits cannot go around it.
+template <class DT, class VT>
+HWY_INLINE void StoreOrStream(VT v, DT d, hn::TFromD<DT>* to, bool stream) {
+  if constexpr (sizeof(hn::TFromD<DT>) * kLanes >= 16) {
+    if (stream) return hn::Stream(v, d, to);
+  }
+  hn::StoreU(v, d, to);
+}
+
+// How samples of a type become float vectors. Codes are what lies in the pixel, as floats (0..255, 0..65535), for
+// kernels that fold the scale into their coefficients; values are codes / max. For half and float both are the value.
+template <PixelType type>
+struct Samples;
+
+template <>
+struct Samples<PixelType::kFloat> {
+  using T = float;
+  static constexpr float kMax = 1;
+  static HWY_INLINE V LoadCodes(const T* p) { return hn::LoadU(D(), p); }
+  static HWY_INLINE void StoreCodes(V v, T* p, bool stream) { StoreOrStream(v, D(), p, stream); }
+  static HWY_INLINE void StoreValues(V v, T* p, bool stream) { StoreOrStream(v, D(), p, stream); }
+  static HWY_INLINE V Value(V code) { return code; }
+};
+template <>
+struct Samples<PixelType::kHalf> {
+  using T = uint16_t;
+  static constexpr float kMax = 1;
+  static HWY_INLINE V LoadCodes(const T* p) { return FloatFromHalf(hn::LoadU(DU16(), p)); }
+  static HWY_INLINE void StoreCodes(V v, T* p, bool stream) { StoreOrStream(HalfFromFloat(v), DU16(), p, stream); }
+  static HWY_INLINE void StoreValues(V v, T* p, bool stream) { StoreCodes(v, p, stream); }
+  static HWY_INLINE V Value(V code) { return code; }
+};
+template <>
+struct Samples<PixelType::kUint16> {
+  using T = uint16_t;
+  static constexpr float kMax = 65535;
+  static HWY_INLINE V LoadCodes(const T* p) {
+    return hn::ConvertTo(D(), hn::PromoteTo(DI(), hn::LoadU(DU16(), p)));
+  }
+  static HWY_INLINE void StoreCodes(V v, T* p, bool stream) {
+    StoreOrStream(hn::DemoteTo(DU16(), ToCode(v, kMax)), DU16(), p, stream);
+  }
+  static HWY_INLINE void StoreValues(V v, T* p, bool stream) {
+    StoreOrStream(hn::DemoteTo(DU16(), ToUnorm<65536>(v)), DU16(), p, stream);
+  }
+  static HWY_INLINE V Value(V code) { return FromUnorm16(code); }
+};
+template <>
+struct Samples<PixelType::kUint8> {
+  using T = uint8_t;
+  static constexpr float kMax = 255;
+  static HWY_INLINE V LoadCodes(const T* p) {
+    return hn::ConvertTo(D(), hn::PromoteTo(DI(), hn::LoadU(DU8(), p)));
+  }
+  static HWY_INLINE void StoreCodes(V v, T* p, bool stream) {
+    StoreOrStream(hn::DemoteTo(DU8(), ToCode(v, kMax)), DU8(), p, stream);
+  }
+  static HWY_INLINE void StoreValues(V v, T* p, bool stream) {
+    StoreOrStream(hn::DemoteTo(DU8(), ToUnorm<256>(v)), DU8(), p, stream);
+  }
+  static HWY_INLINE V Value(V code) { return FromUnorm8(code); }
+};
+
+// kLanes interleaved RGBA pixels as codes, in plane order.
+template <PixelType type>
+HWY_INLINE Pixels LoadRgbaCodes(const typename Samples<type>::T* p) {
+  const D d;
+  if constexpr (type == PixelType::kUint8 && HWY_TARGET != HWY_SCALAR) {
+    const DU du;
+    const DI di;
+    const VU v = ToPlaneOrder(hn::LoadU(du, reinterpret_cast<const uint32_t*>(p)));
+    const VU mask = hn::Set(du, 0xFFu);
+    const auto convert = [&](VU x) HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(di, x)); };
+    return {convert(hn::And(v, mask)), convert(hn::And(hn::ShiftRight<8>(v), mask)),
+            convert(hn::And(hn::ShiftRight<16>(v), mask)), convert(hn::ShiftRight<24>(v))};
+  } else {
+    Pixels q{Samples<type>::LoadCodes(p), Samples<type>::LoadCodes(p + kLanes),
+             Samples<type>::LoadCodes(p + 2 * kLanes), Samples<type>::LoadCodes(p + 3 * kLanes)};
+    Transpose4(q.r, q.g, q.b, q.a);
+    return q;
+  }
+}
+template <PixelType type>
+HWY_INLINE Pixels ValuesOf(const Pixels& codes) {
+  return Map(codes, [](V v) HWY_ATTR { return Samples<type>::Value(v); });
+}
+
+// The way back: kValues packs values exactly, otherwise codes (already scaled) are rounded.
+template <PixelType type, bool kValues>
+HWY_INLINE void StoreRgba(const Pixels& q, typename Samples<type>::T* p, bool stream) {
+  using S = Samples<type>;
+  if constexpr (type == PixelType::kUint8 && HWY_TARGET != HWY_SCALAR) {
+    const DU du;
+    const auto code = [](V v) HWY_ATTR {
+      return hn::BitCast(DU(), kValues ? ToUnorm<256>(v) : ToCode(v, S::kMax));
+    };
+    const VU rg = hn::Or(code(q.r), hn::ShiftLeft<8>(code(q.g)));
+    const VU ba = hn::Or(hn::ShiftLeft<16>(code(q.b)), hn::ShiftLeft<24>(code(q.a)));
+    StoreOrStream(ToPixelOrder(hn::Or(rg, ba)), du, reinterpret_cast<uint32_t*>(p), stream);
+  } else {
+    V a = q.r, b = q.g, c = q.b, d = q.a;
+    Transpose4(a, b, c, d);
+    if constexpr (kValues) {
+      S::StoreValues(a, p, stream), S::StoreValues(b, p + kLanes, stream);
+      S::StoreValues(c, p + 2 * kLanes, stream), S::StoreValues(d, p + 3 * kLanes, stream);
+    } else {
+      S::StoreCodes(a, p, stream), S::StoreCodes(b, p + kLanes, stream);
+      S::StoreCodes(c, p + 2 * kLanes, stream), S::StoreCodes(d, p + 3 * kLanes, stream);
+    }
+  }
+}
+
+// Whether pixels at this address may be written with StoreRgba's streaming form.
+HWY_INLINE bool CanStream(const void* p) { return reinterpret_cast<uintptr_t>(p) % 64 == 0; }
+
+}  // namespace tessera::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

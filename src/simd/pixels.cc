@@ -1,0 +1,253 @@
+// The two loops that have a tail: pixels of any type and stride to float planes and back, for every target.
+#include "simd/pixels.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "base/block.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/pixels.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/pixels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::simd::HWY_NAMESPACE {
+
+// What the strides of a call amount to.
+struct Layout {
+  enum Kind { kRgba, kRgb, kPlanar, kOther } kind = kOther;
+  // kRgba, kRgb: which plane holds the sample at each place of a pixel, and the offset of the first place.
+  int plane_of[4] = {0, 1, 2, 3};
+  ptrdiff_t first = 0;
+};
+
+template <class Args>
+Layout Classify(const Args& args) {
+  Layout layout;
+  const ptrdiff_t bytes = static_cast<ptrdiff_t>(PixelBytes(args.type));
+  ptrdiff_t low = PTRDIFF_MAX;
+  int present = 0;
+  for (ptrdiff_t c : args.channel) {
+    if (c != kNoChannel) ++present, low = std::min(low, c);
+  }
+  layout.first = low;
+  if (args.pixel_stride == bytes) {
+    layout.kind = Layout::kPlanar;
+  } else if ((present == 4 || present == 3) && args.pixel_stride == present * bytes) {
+    int seen = 0;
+    for (int i = 0; i < 4; ++i) {
+      if (args.channel[i] == kNoChannel) continue;
+      const ptrdiff_t offset = args.channel[i] - low;
+      if (offset % bytes != 0 || offset / bytes >= present) return layout;
+      layout.plane_of[offset / bytes] = i;
+      seen |= 1 << (offset / bytes);
+    }
+    if (seen == (1 << present) - 1) layout.kind = present == 4 ? Layout::kRgba : Layout::kRgb;
+  }
+  return layout;
+}
+
+// Runs body(pixels, first, groups * kGroupPixels) on the whole groups, then on a zeroed copy of the rest.
+template <class T, class Body>
+HWY_INLINE void LoadGroups(const T* pixels, int samples_per_pixel, int count, const Body& body) {
+  const int whole = count / kGroupPixels * kGroupPixels;
+  body(pixels, 0, whole);
+  if (whole == count) return;
+  alignas(64) T rest[4 * kGroupPixels] = {};
+  std::memcpy(rest, pixels + static_cast<ptrdiff_t>(whole) * samples_per_pixel,
+              sizeof(T) * (count - whole) * samples_per_pixel);
+  body(rest, whole, kGroupPixels);
+}
+template <class T, class Body>
+HWY_INLINE void StoreGroups(T* pixels, int samples_per_pixel, int count, bool stream, const Body& body) {
+  const int whole = count / kGroupPixels * kGroupPixels;
+  body(pixels, 0, whole, stream && CanStream(pixels));
+  if (whole == count) return;
+  alignas(64) T rest[4 * kGroupPixels];
+  body(rest, whole, kGroupPixels, false);
+  std::memcpy(pixels + static_cast<ptrdiff_t>(whole) * samples_per_pixel, rest,
+              sizeof(T) * (count - whole) * samples_per_pixel);
+}
+
+template <PixelType type>
+void LoadPlane(const typename Samples<type>::T* samples, int count, float* plane) {
+  using S = Samples<type>;
+  LoadGroups(samples, 1, count, [=](const typename S::T* p, int first, int n) HWY_ATTR {
+    for (int i = 0; i < n; i += kLanes) {
+      hn::StoreU(ToPlaneOrder(S::Value(S::LoadCodes(p + i))), D(), plane + first + i);
+    }
+  });
+}
+template <PixelType type>
+void StorePlane(const float* plane, int count, bool stream, typename Samples<type>::T* samples) {
+  using S = Samples<type>;
+  StoreGroups(samples, 1, count, stream, [=](typename S::T* p, int first, int n, bool around) HWY_ATTR {
+    for (int i = 0; i < n; i += kLanes) {
+      S::StoreValues(ToPixelOrder(hn::LoadU(D(), plane + first + i)), p + i, around);
+    }
+  });
+}
+
+// Three interleaved samples per pixel: Highway's three-way loads on the narrow type, then as planes.
+template <PixelType type>
+HWY_INLINE void LoadRgbVector(const typename Samples<type>::T* p, V& x, V& y, V& z) {
+  using S = Samples<type>;
+  const hn::Rebind<typename S::T, D> d;
+  hn::Vec<decltype(d)> a, b, c;
+  hn::LoadInterleaved3(d, p, a, b, c);
+  const auto value = [](hn::Vec<decltype(d)> v) HWY_ATTR {
+    if constexpr (type == PixelType::kFloat) {
+      return v;
+    } else if constexpr (type == PixelType::kHalf) {
+      return FloatFromHalf(v);
+    } else {
+      return S::Value(hn::ConvertTo(D(), hn::PromoteTo(DI(), v)));
+    }
+  };
+  x = ToPlaneOrder(value(a)), y = ToPlaneOrder(value(b)), z = ToPlaneOrder(value(c));
+}
+template <PixelType type>
+HWY_INLINE void StoreRgbVector(V x, V y, V z, typename Samples<type>::T* p) {
+  using S = Samples<type>;
+  const hn::Rebind<typename S::T, D> d;
+  const auto sample = [&](V v) HWY_ATTR {
+    v = ToPixelOrder(v);
+    if constexpr (type == PixelType::kFloat) {
+      return v;
+    } else if constexpr (type == PixelType::kHalf) {
+      return HalfFromFloat(v);
+    } else if constexpr (type == PixelType::kUint8) {
+      return hn::DemoteTo(d, ToUnorm<256>(v));
+    } else {
+      return hn::DemoteTo(d, ToUnorm<65536>(v));
+    }
+  };
+  hn::StoreInterleaved3(sample(x), sample(y), sample(z), d, p);
+}
+
+template <PixelType type>
+void LoadTyped(const LoadArgs& args) {
+  using S = Samples<type>;
+  using T = typename S::T;
+  const Layout layout = Classify(args);
+  // Samples that are not aligned to their size go through the copy below.
+  const bool aligned = layout.first == PTRDIFF_MAX ||
+                       reinterpret_cast<uintptr_t>(args.pixels + layout.first) % alignof(T) == 0;
+  const T* const pixels = reinterpret_cast<const T*>(args.pixels + (layout.first == PTRDIFF_MAX ? 0 : layout.first));
+  if (layout.kind == Layout::kRgba && aligned) {
+    float* const plane[4] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
+                             args.plane[layout.plane_of[2]], args.plane[layout.plane_of[3]]};
+    LoadGroups(pixels, 4, args.count, [&](const T* p, int first, int n) HWY_ATTR {
+      for (int i = 0; i < n; i += kLanes) StorePlanes(ValuesOf<type>(LoadRgbaCodes<type>(p + 4 * i)), plane, first + i);
+    });
+  } else if (layout.kind == Layout::kRgb && aligned) {
+    float* const plane[3] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
+                             args.plane[layout.plane_of[2]]};
+    LoadGroups(pixels, 3, args.count, [&](const T* p, int first, int n) HWY_ATTR {
+      for (int i = 0; i < n; i += kLanes) {
+        V x, y, z;
+        LoadRgbVector<type>(p + 3 * i, x, y, z);
+        hn::StoreU(x, D(), plane[0] + first + i);
+        hn::StoreU(y, D(), plane[1] + first + i);
+        hn::StoreU(z, D(), plane[2] + first + i);
+      }
+    });
+  } else {
+    for (int c = 0; c < 4; ++c) {
+      if (args.channel[c] == kNoChannel) continue;
+      const std::byte* const from = args.pixels + args.channel[c];
+      if (layout.kind == Layout::kPlanar && reinterpret_cast<uintptr_t>(from) % alignof(T) == 0) {
+        LoadPlane<type>(reinterpret_cast<const T*>(from), args.count, args.plane[c]);
+        continue;
+      }
+      alignas(64) T samples[kBlockPixels];
+      for (int i = 0; i < args.count; ++i) std::memcpy(&samples[i], from + i * args.pixel_stride, sizeof(T));
+      LoadPlane<type>(samples, args.count, args.plane[c]);
+    }
+  }
+}
+
+template <PixelType type>
+void StoreTyped(const StoreArgs& args) {
+  using S = Samples<type>;
+  using T = typename S::T;
+  const Layout layout = Classify(args);
+  const bool aligned = layout.first == PTRDIFF_MAX ||
+                       reinterpret_cast<uintptr_t>(args.pixels + layout.first) % alignof(T) == 0;
+  T* const pixels = reinterpret_cast<T*>(args.pixels + (layout.first == PTRDIFF_MAX ? 0 : layout.first));
+  if (layout.kind == Layout::kRgba && aligned) {
+    const float* const plane[4] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
+                                   args.plane[layout.plane_of[2]], args.plane[layout.plane_of[3]]};
+    StoreGroups(pixels, 4, args.count, args.stream, [&](T* p, int first, int n, bool around) HWY_ATTR {
+      for (int i = 0; i < n; i += kLanes) StoreRgba<type, true>(LoadPlanes(plane, first + i), p + 4 * i, around);
+    });
+  } else if (layout.kind == Layout::kRgb && aligned) {
+    const float* const plane[3] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
+                                   args.plane[layout.plane_of[2]]};
+    StoreGroups(pixels, 3, args.count, false, [&](T* p, int first, int n, bool) HWY_ATTR {
+      for (int i = 0; i < n; i += kLanes) {
+        StoreRgbVector<type>(hn::LoadU(D(), plane[0] + first + i), hn::LoadU(D(), plane[1] + first + i),
+                             hn::LoadU(D(), plane[2] + first + i), p + 3 * i);
+      }
+    });
+  } else {
+    for (int c = 0; c < 4; ++c) {
+      if (args.channel[c] == kNoChannel) continue;
+      std::byte* const to = args.pixels + args.channel[c];
+      if (layout.kind == Layout::kPlanar && reinterpret_cast<uintptr_t>(to) % alignof(T) == 0) {
+        StorePlane<type>(args.plane[c], args.count, args.stream, reinterpret_cast<T*>(to));
+        continue;
+      }
+      alignas(64) T samples[kBlockPixels];
+      StorePlane<type>(args.plane[c], args.count, false, samples);
+      for (int i = 0; i < args.count; ++i) std::memcpy(to + i * args.pixel_stride, &samples[i], sizeof(T));
+    }
+  }
+}
+
+void LoadBlock(const LoadArgs& args) {
+  switch (args.type) {
+    case PixelType::kUint8: return LoadTyped<PixelType::kUint8>(args);
+    case PixelType::kUint16: return LoadTyped<PixelType::kUint16>(args);
+    case PixelType::kHalf: return LoadTyped<PixelType::kHalf>(args);
+    case PixelType::kFloat: return LoadTyped<PixelType::kFloat>(args);
+  }
+}
+void StoreBlock(const StoreArgs& args) {
+  switch (args.type) {
+    case PixelType::kUint8: return StoreTyped<PixelType::kUint8>(args);
+    case PixelType::kUint16: return StoreTyped<PixelType::kUint16>(args);
+    case PixelType::kHalf: return StoreTyped<PixelType::kHalf>(args);
+    case PixelType::kFloat: return StoreTyped<PixelType::kFloat>(args);
+  }
+}
+
+constexpr std::array<int32_t, kBlockPixels> MakeOrder() {
+  std::array<int32_t, kBlockPixels> order{};
+  for (int i = 0; i < kBlockPixels; ++i) order[i] = i / kLanes * kLanes + PixelOfLane(i % kLanes);
+  return order;
+}
+constexpr std::array<int32_t, kBlockPixels> kOrder = MakeOrder();
+
+PixelFunctions Functions() { return {LoadBlock, StoreBlock, kOrder.data()}; }
+
+void Flush() { hwy::FlushStream(); }
+
+}  // namespace tessera::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::simd {
+
+HWY_EXPORT(Functions);
+HWY_EXPORT(Flush);
+
+PixelFunctions CurrentPixelFunctions() { return HWY_DYNAMIC_DISPATCH(Functions)(); }
+void FlushStreams() { HWY_DYNAMIC_DISPATCH(Flush)(); }
+
+}  // namespace tessera::simd
+#endif

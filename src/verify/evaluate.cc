@@ -1,0 +1,160 @@
+// One operation at a time, in double, beside the error that its bound allows.
+#include "verify/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "graph/border.h"
+#include "graph/op.h"
+#include "graph/source.h"
+#include "tessera/error.h"
+#include "verify/pixels.h"
+
+namespace tessera::verify {
+namespace {
+
+using graph::NodeData;
+using graph::OpKind;
+using reference::ImageD;
+
+constexpr double kU = 0x1p-24;
+
+Evaluated Empty(const Roi& roi, int channels) { return {ImageD(roi, channels), ImageD(roi, channels)}; }
+
+// Calls f(x, y, c) for every sample.
+template <typename F>
+void ForEachSample(const ImageD& image, const F& f) {
+  for (int y = image.roi.y0; y < image.roi.y1; ++y) {
+    for (int x = image.roi.x0; x < image.roi.x1; ++x) {
+      for (int c = 0; c < image.channels; ++c) f(x, y, c);
+    }
+  }
+}
+
+Evaluated Shuffle(const NodeData& d, std::span<const Evaluated> in, const Roi& roi) {
+  std::vector<ImageSpec> specs;
+  for (const Node& input : d.inputs) specs.push_back(input.spec());
+  const std::vector<graph::ChannelRef> map = d.op->ChannelMap(specs);
+  Evaluated out = Empty(roi, d.spec.channel_count());
+  ForEachSample(out.value, [&](int x, int y, int c) {
+    const graph::ChannelRef& ref = map[static_cast<size_t>(c)];
+    if (ref.input < 0) {
+      out.value.at(x, y, c) = ref.value;
+      return;
+    }
+    const Evaluated& from = in[static_cast<size_t>(ref.input)];
+    out.value.at(x, y, c) = from.value.at(x, y, ref.channel);
+    out.tolerance.at(x, y, c) = from.tolerance.at(x, y, ref.channel);
+  });
+  return out;
+}
+
+Evaluated Crop(const Evaluated& in, const Roi& roi, int channels) {
+  Evaluated out = Empty(roi, channels);
+  ForEachSample(out.value, [&](int x, int y, int c) {
+    if (!in.value.roi.Contains({x, y, x + 1, y + 1})) return;
+    out.value.at(x, y, c) = in.value.at(x, y, c);
+    out.tolerance.at(x, y, c) = in.tolerance.at(x, y, c);
+  });
+  return out;
+}
+
+}  // namespace
+
+const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
+  const auto it = statistics_.find(node.data());
+  if (it != statistics_.end()) return it->second;
+  std::vector<double> values;
+  for (const graph::StatisticRequest& r : node.data()->op->Statistics()) {
+    const Node& input = node.data()->inputs[static_cast<size_t>(r.input)];
+    const Roi& window = input.spec().data_window;
+    long double sum = 0;
+    int64_t count = 0;
+    constexpr int kRows = 64;  // a band at a time bounds the memory
+    for (int y = window.y0; y < window.y1; y += kRows) {
+      const Evaluated band = Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
+      for (int64_t i = 0; i < band.value.roi.pixels(); ++i) {
+        const double* p = &band.value.samples[static_cast<size_t>(i * band.value.channels)];
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+        sum += static_cast<long double>(r.weights[0]) * p[0] + static_cast<long double>(r.weights[1]) * p[1] +
+               static_cast<long double>(r.weights[2]) * p[2];
+        ++count;
+      }
+    }
+    values.push_back(count > 0 ? static_cast<double>(sum / count) : std::numeric_limits<double>::quiet_NaN());
+  }
+  return statistics_.emplace(node.data(), std::move(values)).first->second;
+}
+
+Evaluated ReferenceEngine::Evaluate(const Node& node, const Roi& roi) {
+  const NodeData& d = *node.data();
+  if (d.op->Kind() == OpKind::kSource) {
+    Evaluated out = Empty(roi, d.spec.channel_count());
+    ReadExact(static_cast<const graph::SourceOp&>(*d.op).source(), out.value);
+    return out;
+  }
+  if (d.op->Kind() == OpKind::kCrop) {
+    const Roi inside = Intersection(roi, d.inputs[0].spec().data_window);
+    return Crop(Evaluate(d.inputs[0], inside), roi, d.spec.channel_count());
+  }
+  return EvaluateOp(node, roi);
+}
+
+Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
+  const NodeData& d = *node.data();
+  const reference::Entry* entry = reference::Find(d.op->Name());
+  if (entry == nullptr && d.op->Kind() != OpKind::kShuffle) {
+    throw Error(d.op->Name(), "has no reference function, so it cannot be verified");
+  }
+  std::vector<Evaluated> in;
+  std::vector<ImageSpec> specs;
+  for (size_t k = 0; k < d.inputs.size(); ++k) {
+    Roi wanted = roi;
+    if (entry != nullptr && entry->input_roi != nullptr) {
+      wanted = Intersection(entry->input_roi(d.op->Parameters(), static_cast<int>(k), roi),
+                            d.inputs[k].spec().data_window);
+    }
+    in.push_back(Evaluate(d.inputs[k], wanted));
+    specs.push_back(d.inputs[k].spec());
+  }
+  if (d.op->Kind() == OpKind::kShuffle) return Shuffle(d, in, roi);
+
+  Evaluated out = Empty(roi, d.spec.channel_count());
+  ImageD scale(roi, d.spec.channel_count());
+  std::vector<ImageD> values;
+  for (const Evaluated& e : in) values.push_back(e.value);
+  const std::vector<double>& statistics = Statistics(node);
+  const auto call = [&](ImageD& result, ImageD* scales) {
+    entry->evaluate({d.op->Parameters(), values, specs, d.spec, statistics, result, scales});
+  };
+  call(out.value, &scale);
+  const double bound = bound_(d.op->Name()) * kU;
+  ForEachSample(out.value, [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
+
+  // How the inputs' errors pass through: the operation's response to inputs moved by their tolerances, each
+  // channel alone, the moves' effects added. Exact for affine operations, first order for the rest.
+  for (size_t k = 0; k < in.size(); ++k) {
+    const ImageD& tolerance = in[k].tolerance;
+    for (int moved = 0; moved < tolerance.channels; ++moved) {
+      bool any = false;
+      ForEachSample(tolerance, [&](int x, int y, int c) {
+        if (c == moved && tolerance.at(x, y, c) > 0) {
+          any = true;
+          values[k].at(x, y, c) += tolerance.at(x, y, c);
+        }
+      });
+      if (!any) continue;
+      ImageD response(roi, out.value.channels);
+      call(response, nullptr);
+      ForEachSample(response, [&](int x, int y, int c) {
+        const double change = std::fabs(response.at(x, y, c) - out.value.at(x, y, c));
+        if (std::isfinite(change)) out.tolerance.at(x, y, c) += change;
+      });
+      values[k] = in[k].value;
+    }
+  }
+  return out;
+}
+
+}  // namespace tessera::verify

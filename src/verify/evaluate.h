@@ -1,0 +1,37 @@
+// The reference engine: a graph evaluated operation by operation in double, without fusion or optimisation.
+#ifndef TESSERA_VERIFY_EVALUATE_H_
+#define TESSERA_VERIFY_EVALUATE_H_
+
+#include <map>
+#include <utility>
+
+#include "reference/reference.h"
+#include "tessera/node.h"
+
+namespace tessera::verify {
+
+// A region in double and, per sample, the error that the operations' bounds allow a float32 evaluation.
+struct Evaluated {
+  reference::ImageD value, tolerance;
+};
+
+class ReferenceEngine {
+ public:
+  // `bound_u` of an operation by name: its bound in units of 2^-24 times the reference's scale.
+  using BoundFunction = double (*)(const std::string& op);
+  explicit ReferenceEngine(BoundFunction bound) : bound_(bound) {}
+
+  // Evaluates a region inside the node's data window. Throws Error for an operation without a reference.
+  Evaluated Evaluate(const Node& node, const Roi& roi);
+
+ private:
+  Evaluated EvaluateOp(const Node& node, const Roi& roi);
+  const std::vector<double>& Statistics(const Node& node);
+
+  BoundFunction bound_;
+  std::map<const graph::NodeData*, std::vector<double>> statistics_;
+};
+
+}  // namespace tessera::verify
+
+#endif  // TESSERA_VERIFY_EVALUATE_H_

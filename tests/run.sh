@@ -1,0 +1,18 @@
+#!/bin/sh
+# Sets the machine up, builds everything and runs every test.
+#   tests/run.sh [--preset release|debug|asan|tsan] [CTEST_OPTION...]
+set -eu
+
+preset=release
+case "${1:-}" in
+  --preset) preset=${2:?tests/run.sh: --preset needs a name: release, debug, asan or tsan}; shift 2 ;;
+  --preset=*) preset=${1#*=}; shift ;;
+  -h|--help) sed -n '2,3s/^# *//p' "$0"; exit 0 ;;
+esac
+
+cd "$(dirname "$0")/.."
+./samples/setup.sh
+cmake --preset "$preset"
+cmake --build --preset "$preset"
+export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp ${TSAN_OPTIONS:-}"
+exec ctest --test-dir "build/$preset" --output-on-failure -j "$(nproc)" "$@"
