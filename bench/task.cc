@@ -8,6 +8,7 @@
 
 #include "oracle.h"
 #include "tessera/error.h"
+#include "verify/pixels.h"
 
 namespace tessera::bench {
 namespace {
@@ -138,9 +139,7 @@ double Decode(const std::byte* sample, PixelType type) {
   uint16_t bits;
   std::memcpy(&bits, sample, 2);
   if (type == PixelType::kUint16) return bits / 65535.0;
-  Imath::half h;
-  h.setBits(bits);
-  return static_cast<float>(h);
+  return verify::HalfToDouble(bits);
 }
 
 }  // namespace tessera::bench

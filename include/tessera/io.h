@@ -19,7 +19,7 @@ namespace tessera {
 
 struct ReadOptions {
   int subimage = 0;          // index of the part
-  std::string part;          // or its name (EXR part, TIFF page name); wins over the index when not empty
+  std::string part{};        // or its name (EXR part, TIFF page name); wins over the index when not empty
 };
 
 // A lazy image of a file: the header is read now, pixels when evaluated, only the channels and rows that the
@@ -31,18 +31,18 @@ struct ReadOptions {
 Node Read(const std::string& file, const ReadOptions& options = {});
 
 struct WriteOptions {
-  std::optional<PixelType> type;          // empty: the node's spec().type
-  RenderOptions render;
+  std::optional<PixelType> type{};        // empty: the node's spec().type
+  RenderOptions render{};
   // Added to, or replacing, the node's metadata; one without any value removes it. OpenImageIO's output hints
   // ("compression", "oiio:BitsPerSample") work too; tile_width and tile_height of 0 ask for scanlines.
-  std::vector<Attribute> attributes;
+  std::vector<Attribute> attributes{};
   RunStats* stats = nullptr;
 };
 
 // Evaluates and writes, streaming bands of rows. The file appears whole or not at all: it is written beside its
 // name and renamed; an existing file stays as it is until then, and keeps its permissions. The output may be one
 // of the graph's own inputs. What the format cannot hold:
-//   type     the format's own nearest type is written (a float image becomes uint8 in JPEG, uint16 in PNG), with
+//   type     the format's own nearest type is written (a float image becomes uint8 in JPEG and PNG), with
 //            the one rounding of the engine;
 //   windows  a format without display windows gets the pixels of the display window, zero where there are none;
 //   alpha    is left out by formats without it (JPEG, HDR);

@@ -1,6 +1,7 @@
-// Reads the words of a line from left to right by the commands' rows. OpenImageIO's ArgParse is not used here: it
-// acts on each word as it meets it, stops at the first unknown one with words of its own, knows no modifiers and
-// cannot be asked what an option takes, while a line must be checked whole, with suggestions, before a file is touched.
+// Reads the words of a line from left to right by the commands' rows. OpenImageIO's ArgParse is not used
+// here: it acts on each word as it meets it, stops at the first unknown one with words of its own, knows no
+// modifiers and cannot be asked what an option takes; here a line is checked whole, with suggestions, before
+// a file is touched.
 #include "cli/arguments.h"
 
 #include <algorithm>
@@ -72,8 +73,8 @@ class LineReader {
                                                : "unknown command; did you mean --" + near + "?");
   }
 
-  void Add(const Command& command, const std::string& written,
-           const std::vector<std::pair<std::string, std::string>>& modifiers, std::vector<std::string> values) {
+  void Add(const Command& command, const std::string& written, const Modifiers& modifiers,
+           std::vector<std::string> values) {
     Step step;
     step.command = &command;
     step.written = written;
@@ -106,8 +107,9 @@ class LineReader {
       const std::string near = ops::Nearest(token.name, names);
       std::string known;
       for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-      throw Error("pattern", "unknown pattern \"" + token.name + "\"" +
-                                 (near.empty() ? ", known ones are " + known : "; did you mean " + near + "?"));
+      throw Error("pattern",
+                  "unknown pattern \"" + token.name + "\"" +
+                      (near.empty() ? ", known ones are " + known : "; did you mean " + near + "?"));
     }
     try {
       step.generator_arguments = ops::ParseArguments(*step.generator, {}, token.modifiers);

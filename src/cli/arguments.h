@@ -9,28 +9,31 @@
 
 #include "cli/command.h"
 #include "cli/options.h"
+#include "tessera/error.h"
 
 namespace tessera::cli {
 
 // A wrong command line: exit code 2. what() is "SUBJECT: REASON".
 class UsageError : public std::runtime_error {
  public:
-  UsageError(const std::string& subject, const std::string& reason) : std::runtime_error(subject + ": " + reason) {}
+  UsageError(const std::string& subject, const std::string& reason)
+      : std::runtime_error(subject + ": " + reason) {}
 };
 
 // One command of the line with its checked arguments.
 struct Step {
   const Command* command = nullptr;
-  std::string written;                     // as the user wrote it, for messages
+  std::string written;  // as the user wrote it, for messages
   ops::Arguments arguments;
   const ops::OpInfo* generator = nullptr;  // --pattern: its row and its modifiers
   ops::Arguments generator_arguments;
 };
 
 // `--name:key=value:flag` taken apart. Values may be quoted ("a:b" or 'a:b') to hold a colon.
+using Modifiers = std::vector<std::pair<std::string, std::string>>;
 struct Token {
   std::string name;
-  std::vector<std::pair<std::string, std::string>> modifiers;
+  Modifiers modifiers;
 };
 // `word` without its dashes.
 Token SplitToken(const std::string& word);
@@ -38,12 +41,12 @@ Token SplitToken(const std::string& word);
 // A whole line.
 struct Line {
   Options options;
-  std::vector<Step> steps;               // without the options
-  std::vector<size_t> file_words;        // positions of words that may hold a frame pattern
+  std::vector<Step> steps;         // without the options
+  std::vector<size_t> file_words;  // positions of words that may hold a frame pattern
 };
 
-// Checks everything that can be known from the words alone: names, modifiers, arguments, ranges, operands on the
-// stack, images without an output. Throws UsageError.
+// Checks everything that can be known from the words alone: names, modifiers, arguments, ranges, operands on
+// the stack, images without an output. Throws UsageError.
 Line ParseLine(const std::vector<std::string>& words);
 
 }  // namespace tessera::cli

@@ -1,4 +1,5 @@
-// A command as the line's reader sees it: its row (name, arguments, modifiers, help), what it does to the stack, its action.
+// A command as the line's reader sees it: its row (name, arguments, modifiers, help), what it does to the
+// stack, its action.
 #ifndef TESSERA_CLI_COMMAND_H_
 #define TESSERA_CLI_COMMAND_H_
 
@@ -27,10 +28,10 @@ enum class Effect {
 };
 
 struct Command {
-  ops::OpInfo info;          // name without dashes; `make` is set for the operations of the registry only
-  std::string group;         // heading of the help and of the reference page
+  ops::OpInfo info;   // name without dashes; `make` is set for the operations of the registry only
+  std::string group;  // heading of the help and of the reference page
   Effect effect = Effect::kApply;
-  std::string applies_to;    // kSetting: the command it is meant for, which must follow
+  std::string applies_to;          // kSetting: the command it is meant for, which must follow
   bool optional_argument = false;  // its argument may be left out (--help)
   std::vector<std::string> aliases = {};
   void (*set)(const ops::Arguments&, Options&) = nullptr;  // kOption

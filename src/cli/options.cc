@@ -28,7 +28,12 @@ Command Option(const std::string& name, const std::string& summary, void (*set)(
 
 ParamInfo Whole(const std::string& name, double min, double max, const std::string& help,
                 const std::string& default_value = "") {
-  return {.name = name, .type = ParamType::kInteger, .default_value = default_value, .help = help, .min = min, .max = max};
+  return {.name = name,
+          .type = ParamType::kInteger,
+          .default_value = default_value,
+          .help = help,
+          .min = min,
+          .max = max};
 }
 
 ParamInfo Text(const std::string& name, const std::string& help) {
@@ -41,13 +46,13 @@ bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(
 
 std::vector<Command> OptionCommands() {
   std::vector<Command> rows;
-  rows.push_back(Option(
-      "help", "Prints the overview, or all about one command.",
-      [](const Arguments& a, Options& o) {
-        o.help = true;
-        if (const auto topic = a.values.find("COMMAND"); topic != a.values.end()) o.help_topic = topic->second.text;
-      },
-      {Text("COMMAND", "the name of a command or of a pattern")}));
+  rows.push_back(Option("help", "Prints the overview, or all about one command.",
+                        [](const Arguments& a, Options& o) {
+                          o.help = true;
+                          if (const auto topic = a.values.find("COMMAND"); topic != a.values.end())
+                            o.help_topic = topic->second.text;
+                        },
+                        {Text("COMMAND", "the name of a command or of a pattern")}));
   rows.back().optional_argument = true;
   rows.back().aliases = {"h"};
   rows.push_back(Option("version", "Prints the version and the compiled targets that this machine runs.",
@@ -60,22 +65,25 @@ std::vector<Command> OptionCommands() {
   rows.back().aliases = {"quiet"};
   rows.push_back(Option("n", "Dry run: checks the line and opens the inputs; computes and writes nothing.",
                         [](const Arguments&, Options& o) { o.dry_run = true; }));
-  rows.push_back(Option("threads", "Number of threads; 0, the default, is every core. Results do not depend on it.",
+  rows.push_back(Option("threads",
+                        "Number of threads; 0, the default, is every core. Results do not depend on it.",
                         [](const Arguments& a, Options& o) { o.render.threads = a.Integer("N"); },
                         {Whole("N", 0, 4096, "threads")}));
   rows.push_back(Option("runstats", "Prints per output: time per pass, Mpixel/s, GB/s, and the peak memory.",
                         [](const Arguments&, Options& o) { o.runstats = true; }));
-  rows.push_back(Option(
-      "verify", "Runs the double-precision reference on sampled tiles of this very line.",
-      [](const Arguments& a, Options& o) {
-        o.verify = true;
-        o.verify_samples = a.Integer("samples");
-      },
-      {}, {Whole("samples", 1, 65536, "tiles of 64x64 pixels that are compared", "16")}));
+  rows.push_back(Option("verify", "Runs the double-precision reference on sampled tiles of this very line.",
+                        [](const Arguments& a, Options& o) {
+                          o.verify = true;
+                          o.verify_samples = a.Integer("samples");
+                        },
+                        {}, {Whole("samples", 1, 65536, "tiles of 64x64 pixels that are compared", "16")}));
   rows.back().info.help =
-      "Prints one line per output with the maximum and the root-mean-square error against the reference, and the bound "
-      "that the operations promise together. An output that is not within its bound is not written: exit code 1.";
-  rows.push_back(Option("explain", "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
+      "Prints one line per output with the maximum and the root-mean-square error against the reference, and "
+      "the bound "
+      "that the operations promise together. An output that is not within its bound is not written: exit "
+      "code 1.";
+  rows.push_back(Option("explain",
+                        "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
                         [](const Arguments&, Options& o) { o.explain = true; }));
   rows.push_back(Option("max-memory", "Memory that streaming buffers may take together, in MB.",
                         [](const Arguments& a, Options& o) {
@@ -85,31 +93,41 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",
                         [](const Arguments& a, Options& o) { o.simd = a.Text("TARGET"); },
                         {Text("TARGET", "a target's name, auto or list")}));
-  rows.push_back(Option(
-      "list-commands", "Prints every command for programs to read.",
-      [](const Arguments& a, Options& o) {
-        o.list_commands = true;
-        o.list_format = a.Text("format");
-      },
-      {},
-      {{.name = "format", .type = ParamType::kChoice, .default_value = "tsv", .help = "how it is printed",
-        .choices = {"tsv", "json", "markdown"}}}));
+  rows.push_back(Option("list-commands", "Prints every command for programs to read.",
+                        [](const Arguments& a, Options& o) {
+                          o.list_commands = true;
+                          o.list_format = a.Text("format");
+                        },
+                        {},
+                        {{.name = "format",
+                          .type = ParamType::kChoice,
+                          .default_value = "tsv",
+                          .help = "how it is printed",
+                          .choices = {"tsv", "json", "markdown"}}}));
   rows.back().info.help =
-      "tsv: a heading line, then one line per command with tab-separated columns: name, group, images taken, images "
-      "given, arguments (blank-separated), modifiers (key=default, written as on the line), summary. Generators are "
-      "listed as \"pattern NAME\". json holds ranges, choices and the whole help as well. markdown is the reference page.";
+      "tsv: a heading line, then one line per command with tab-separated columns: name, group, images taken, "
+      "images "
+      "given, arguments (blank-separated), modifiers (key=default, written as on the line), summary. "
+      "Generators are "
+      "listed as \"pattern NAME\". json holds ranges, choices and the whole help as well. markdown is the "
+      "reference page.";
   rows.push_back(Option("progress", "Shows progress on stderr even when that is no terminal.",
                         [](const Arguments&, Options& o) { o.progress = true; }));
-  rows.push_back(Option("no-progress", "Shows no progress.",
-                        [](const Arguments&, Options& o) { o.progress = false; }));
-  rows.push_back(Option("frames", "Runs the line once per frame; # or %04d in file names becomes the frame's number.",
+  rows.push_back(
+      Option("no-progress", "Shows no progress.", [](const Arguments&, Options& o) { o.progress = false; }));
+  rows.push_back(Option("frames",
+                        "Runs the line once per frame; # or %04d in file names becomes the frame's number.",
                         [](const Arguments& a, Options& o) { o.frames = a.Text("RANGE"); },
                         {Text("RANGE", "frames such as 1-10, 1-100x2 or 3,7,10-20")}));
   rows.back().info.help =
-      "RANGE is a comma-separated list of frames and of ranges FIRST-LAST, FIRST-LASTxSTEP or FIRST-LASTySTEP (those "
-      "that x leaves out), at most a million frames. # stands for four digits, @ for one, %04d for what printf makes of "
-      "it. Without --frames, a range in a name (shot.1-10#.exr) or the files present decide. Frames are independent.";
-  rows.push_back(Option("skip-bad-frames", "A frame that fails does not stop the frames after it; the exit code is 1.",
+      "RANGE is a comma-separated list of frames and of ranges FIRST-LAST, FIRST-LASTxSTEP or "
+      "FIRST-LASTySTEP (those "
+      "that x leaves out), at most a million frames. # stands for four digits, @ for one, %04d for what "
+      "printf makes of "
+      "it. Without --frames, a range in a name (shot.1-10#.exr) or the files present decide. Frames are "
+      "independent.";
+  rows.push_back(Option("skip-bad-frames",
+                        "A frame that fails does not stop the frames after it; the exit code is 1.",
                         [](const Arguments&, Options& o) { o.skip_bad_frames = true; }));
   rows.push_back(Option("framepadding", "Digits of frame numbers, whatever the pattern says.",
                         [](const Arguments& a, Options& o) { o.frame_padding = a.Integer("N"); },

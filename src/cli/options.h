@@ -12,16 +12,16 @@ namespace tessera::cli {
 struct Options {
   RenderOptions render;
   bool help = false, version = false, list_commands = false;
-  std::string help_topic;                 // empty: the overview
+  std::string help_topic;  // empty: the overview
   std::string list_format = "tsv";
   bool verbose = false, quiet = false, dry_run = false, runstats = false, explain = false;
   bool verify = false;
   int verify_samples = 16;
-  std::optional<bool> progress;           // unset: when stderr is a terminal
-  std::string simd;                       // empty: the best target; "list" prints them
-  std::string frames;                     // empty: from the file names
+  std::optional<bool> progress;  // unset: when stderr is a terminal
+  std::string simd;              // empty: the best target; "list" prints them
+  std::string frames;            // empty: from the file names
   bool skip_bad_frames = false;
-  int frame_padding = 0;                  // 0: as the pattern says
+  int frame_padding = 0;  // 0: as the pattern says
   bool software_attribute = true;
 
   bool ShowsProgress() const;

@@ -28,7 +28,8 @@ void ApplyOperation(const Step& step, Session& session) {
     result.node = op.make(inputs, step.arguments, nullptr);
   } catch (const Error& e) {
     // The operation knows its own name; the line knows it with its dashes.
-    throw Error("--" + (e.subject().starts_with(op.name) ? e.subject() : op.name + " " + e.subject()), e.reason());
+    throw Error("--" + (e.subject().starts_with(op.name) ? e.subject() : op.name + " " + e.subject()),
+                e.reason());
   }
   result.name = step.written;
   result.attributes = std::move(operands.front().attributes);

@@ -1,4 +1,5 @@
-// One run of a line: the image stack, settings that hold from here on, and the outputs that appear together at its end.
+// One run of a line: the image stack, settings that hold from here on, and the outputs that appear together
+// at its end.
 #ifndef TESSERA_CLI_SESSION_H_
 #define TESSERA_CLI_SESSION_H_
 
@@ -47,7 +48,7 @@ class Session {
 
   std::optional<PixelType> output_type;  // -d
   DiffLimits diff;
-  int exit_code = 0;                     // set by --diff
+  int exit_code = 0;  // set by --diff
 
  private:
   const Options& options_;
@@ -55,6 +56,9 @@ class Session {
   std::vector<Entry> stack_;
   std::list<PendingOutput> outputs_;
 };
+
+// The type of that name, which must be one of the four.
+PixelType PixelTypeNamed(const std::string& name);
 
 // The action of every command that is an operation of the registry.
 void ApplyOperation(const Step& step, Session& session);

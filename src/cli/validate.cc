@@ -44,8 +44,9 @@ void CheckFiles(const std::vector<Step>& steps) {
     if (file.empty()) continue;
     const bool writes = step.command->effect == Effect::kUse;
     if (written.contains(file)) {
-      throw UsageError(file, writes ? "is written twice by this line"
-                                    : "is read after this line wrote it; outputs appear when the whole line is done");
+      throw UsageError(
+          file, writes ? "is written twice by this line"
+                       : "is read after this line wrote it; outputs appear when the whole line is done");
     }
     if (writes) written.insert(file);
   }
@@ -71,7 +72,8 @@ std::vector<Step> OperandsFirst(std::vector<Step> steps) {
     if (missing > 0) {
       const auto is_push = [](const Step& s) { return s.command->effect == Effect::kPush; };
       const size_t end = i + 1 + static_cast<size_t>(missing);
-      if (end > steps.size() || !std::all_of(steps.begin() + i + 1, steps.begin() + end, is_push)) return steps;
+      if (end > steps.size() || !std::all_of(steps.begin() + i + 1, steps.begin() + end, is_push))
+        return steps;
       std::rotate(steps.begin() + i, steps.begin() + i + 1, steps.begin() + end);
     }
     depth += Growth(steps[i]);
@@ -92,7 +94,9 @@ void CheckStack(const std::vector<Step>& steps) {
       case Effect::kSetting:
         break;
       case Effect::kPush:
-        stack.push_back({step.generator ? step.generator->name : FileOf(step).empty() ? step.written : FileOf(step)});
+        stack.push_back({step.generator         ? step.generator->name
+                         : FileOf(step).empty() ? step.written
+                                                : FileOf(step)});
         break;
       case Effect::kApply:
         stack.resize(stack.size() - static_cast<size_t>(needs));
@@ -113,11 +117,14 @@ void CheckStack(const std::vector<Step>& steps) {
         break;
     }
   }
-  if (steps.empty()) throw UsageError("command line", "found no image and no command; --help shows how it is used");
+  if (steps.empty())
+    throw UsageError("command line", "found no image and no command; --help shows how it is used");
   CheckSettings(steps);
-  if (!any_result) throw UsageError("command line", "no output: found no -o FILE (nor --diff or --printstats)");
+  if (!any_result)
+    throw UsageError("command line", "no output: found no -o FILE (nor --diff or --printstats)");
   for (const Slot& slot : stack) {
-    if (!slot.used) throw UsageError(slot.origin, "this image is left over with no output; add -o FILE or --pop");
+    if (!slot.used)
+      throw UsageError(slot.origin, "this image is left over with no output; add -o FILE or --pop");
   }
   CheckFiles(steps);
 }

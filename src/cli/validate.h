@@ -8,12 +8,12 @@
 
 namespace tessera::cli {
 
-// As in oiiotool, a command may stand before its operands (`--diff a.exr b.exr`): it is moved behind the images that
-// follow it when the stack is too short for it where it stands.
+// As in oiiotool, a command may stand before its operands (`--diff a.exr b.exr`): it is moved behind the
+// images that follow it when the stack is too short for it where it stands.
 std::vector<Step> OperandsFirst(std::vector<Step> steps);
 
-// Throws UsageError for too few images, an image that no output uses, a line without output, a file that is both
-// written and read or written twice, a setting that comes after all it could hold for.
+// Throws UsageError for too few images, an image that no output uses, a line without output, a file that is
+// both written and read or written twice, a setting that comes after all it could hold for.
 void CheckStack(const std::vector<Step>& steps);
 
 }  // namespace tessera::cli

@@ -256,8 +256,10 @@ class RunBuilder {
         continue;
       }
       PointStep& step = run_->steps[Z(item.index)];
-      for (auto& in : step.in) {
-        for (PlaneId& p : in) {
+      // Backwards, so that a result gets the place of the first input's same channel where that one dies.
+      for (size_t k = step.in.size(); k-- > 0;) {
+        for (size_t c = 4; c-- > 0;) {
+          PlaneId& p = step.in[k][c];
           const bool dies = p >= kFirstFreePlane && last[Z(p)] == static_cast<int>(n);
           const PlaneId old = p;
           p = physical[Z(old)];

@@ -179,8 +179,9 @@ void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources
   std::vector<base::Tile> tiles(count);
   for (size_t i = 0; i + 1 < count; ++i) {
     const Buffer& buffer = plan_.buffers[i];
-    if (regions.buffers[i].empty()) continue;
+    // An empty tile still says how many channels it has: a border may be all that its reader sees.
     tiles[i] = base::Tile(arena, regions.buffers[i], static_cast<int>(buffer.channels.size()));
+    if (regions.buffers[i].empty()) continue;
     if (buffer.run) {
       RunPoints(*buffer.run, sources, tiles, tiles[i].view(), false, arena);
     } else {

@@ -30,7 +30,8 @@ struct PointArgs {
   const int32_t* order = nullptr;   // position in a plane -> offset from x of the pixel it holds
   const float* const (*in)[4] = nullptr;  // in[k]: four planes of input k; a plane that no channel feeds is 0
                                           // (1 for a missing alpha)
-  float* out[4] = {};               // four planes; may be those of an input (in place); never null
+  float* out[4] = {};               // four planes, never null; may be any of the inputs' planes, in any order: read a
+                                    // group of every input before writing it
   DirectPixels source, sink;        // used only when CanFuse allowed it
 };
 

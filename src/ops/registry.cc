@@ -5,6 +5,7 @@
 
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/channels/channels_ops.h"
+#include "ops/color/color_ops.h"
 #include "ops/generate/generate_ops.h"
 
 namespace tessera::ops {
@@ -28,6 +29,18 @@ const std::vector<OpInfo>& Registry() {
       InvertInfo(),
       ClampInfo(),
       QuantizeInfo(),
+      PremultiplyInfo(),
+      UnpremultiplyInfo(),
+      ColorMatrixInfo(),
+      SaturateInfo(),
+      HueInfo(),
+      LuminanceInfo(),
+      CmyInfo(),
+      CmykInfo(),
+      YiqInfo(),
+      InterpolateInfo(),
+      BrightnessInfo(),
+      ContrastInfo(),
       ConstantInfo(),
       CreateInfo(),
       CheckerInfo(),

@@ -27,8 +27,8 @@ struct ParamInfo {
   std::string help;                  // one line, with the unit
   double min = -1e38, max = 1e38;
   int min_count = 1, max_count = 1;
-  std::vector<int> counts;           // kNumbers: when not empty, the only counts allowed (9,12,16,20)
-  std::vector<std::string> choices;
+  std::vector<int> counts = {};          // kNumbers: when not empty, the only counts allowed (9,12,16,20)
+  std::vector<std::string> choices = {};
   bool numbers_too = false;
 };
 

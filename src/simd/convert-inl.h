@@ -27,16 +27,16 @@ using DU16 = hn::Rebind<uint16_t, D>;
 using DF16 = hn::Rebind<hwy::float16_t, D>;
 using VU16 = hn::Vec<DU16>;
 
-// code / 255 and code / 65535, correctly rounded: 1/255 = 2^-8 + 2^-16 + 2^-24 + ..., and cut after 2^-32 (2^-64)
-// it differs by less than the distance of any quotient from a rounding boundary. Both products are exact, so a
-// fused and a separate multiply-add give equal bits.
+// code / 255 and code / 65535, correctly rounded: 1/255 = 2^-8 + 2^-16 + 2^-24 + ..., of which the second product
+// holds enough to decide ties (powers of two are one at 2^-24). The first product is exact, so a fused and a separate
+// multiply-add give equal bits.
 HWY_INLINE V FromUnorm8(V code) {
   const D d;
-  return hn::MulAdd(code, hn::Set(d, 0x1.01p-8f), hn::Mul(code, hn::Set(d, 0x1.01p-24f)));
+  return hn::MulAdd(code, hn::Set(d, 0x1.01p-8f), hn::Mul(code, hn::Set(d, 0x1.0101p-24f)));
 }
 HWY_INLINE V FromUnorm16(V code) {
   const D d;
-  return hn::MulAdd(code, hn::Set(d, 0x1p-16f), hn::Mul(code, hn::Set(d, 0x1p-32f)));
+  return hn::MulAdd(code, hn::Set(d, 0x1p-16f), hn::Mul(code, hn::Set(d, 0x1.0001p-32f)));
 }
 
 // The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to 0.

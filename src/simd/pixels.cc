@@ -5,6 +5,8 @@
 #include <array>
 #include <cstring>
 
+#include <hwy/cache_control.h>
+
 #include "base/block.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -235,8 +237,6 @@ constexpr std::array<int32_t, kBlockPixels> kOrder = MakeOrder();
 
 PixelFunctions Functions() { return {LoadBlock, StoreBlock, kOrder.data()}; }
 
-void Flush() { hwy::FlushStream(); }
-
 }  // namespace tessera::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -244,10 +244,9 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::simd {
 
 HWY_EXPORT(Functions);
-HWY_EXPORT(Flush);
 
 PixelFunctions CurrentPixelFunctions() { return HWY_DYNAMIC_DISPATCH(Functions)(); }
-void FlushStreams() { HWY_DYNAMIC_DISPATCH(Flush)(); }
+void FlushStreams() { hwy::FlushStream(); }
 
 }  // namespace tessera::simd
 #endif

@@ -8,9 +8,10 @@
 namespace tessera {
 namespace {
 
-// The set detected for this CPU, before anything was forced.
+// The set detected for this CPU, before anything was forced. The compiler's baseline is always there; Highway's own
+// library may have been built with another portable fallback than ours.
 int64_t DetectedTargets() {
-  static const int64_t detected = hwy::SupportedTargets() & HWY_TARGETS;
+  static const int64_t detected = (hwy::SupportedTargets() | HWY_STATIC_TARGET) & HWY_TARGETS;
   return detected;
 }
 
@@ -25,8 +26,8 @@ std::vector<std::string> SimdTargets() {
 }
 
 std::string SimdTarget() {
-  DetectedTargets();
-  const int64_t current = hwy::SupportedTargets() & HWY_TARGETS;
+  const int64_t detected = DetectedTargets();
+  const int64_t current = (hwy::SupportedTargets() | HWY_STATIC_TARGET) & detected;
   return hwy::TargetName(current & -current);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "graph/border.h"
 #include "graph/op.h"
@@ -88,6 +89,22 @@ const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
 }
 
 Evaluated ReferenceEngine::Evaluate(const Node& node, const Roi& roi) {
+  // Nested calls (statistics) must not clear what their caller has gathered.
+  std::map<Key, Evaluated> outer = std::exchange(shared_, {});
+  Evaluated result = EvaluateNode(node, roi);
+  shared_ = std::move(outer);
+  return result;
+}
+
+Evaluated ReferenceEngine::Shared(const Node& node, const Roi& roi) {
+  if (node.shared().use_count() <= 1) return EvaluateNode(node, roi);
+  const Key key{node.data(), roi.x0, roi.y0, roi.x1, roi.y1};
+  const auto it = shared_.find(key);
+  if (it != shared_.end()) return it->second;
+  return shared_.emplace(key, EvaluateNode(node, roi)).first->second;
+}
+
+Evaluated ReferenceEngine::EvaluateNode(const Node& node, const Roi& roi) {
   const NodeData& d = *node.data();
   if (d.op->Kind() == OpKind::kSource) {
     Evaluated out = Empty(roi, d.spec.channel_count());
@@ -96,7 +113,7 @@ Evaluated ReferenceEngine::Evaluate(const Node& node, const Roi& roi) {
   }
   if (d.op->Kind() == OpKind::kCrop) {
     const Roi inside = Intersection(roi, d.inputs[0].spec().data_window);
-    return Crop(Evaluate(d.inputs[0], inside), roi, d.spec.channel_count());
+    return Crop(Shared(d.inputs[0], inside), roi, d.spec.channel_count());
   }
   return EvaluateOp(node, roi);
 }
@@ -115,7 +132,7 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
       wanted = Intersection(entry->input_roi(d.op->Parameters(), static_cast<int>(k), roi),
                             d.inputs[k].spec().data_window);
     }
-    in.push_back(Evaluate(d.inputs[k], wanted));
+    in.push_back(Shared(d.inputs[k], wanted));
     specs.push_back(d.inputs[k].spec());
   }
   if (d.op->Kind() == OpKind::kShuffle) return Shuffle(d, in, roi);

@@ -3,7 +3,8 @@
 #define TESSERA_VERIFY_EVALUATE_H_
 
 #include <map>
-#include <utility>
+#include <tuple>
+#include <vector>
 
 #include "reference/reference.h"
 #include "tessera/node.h"
@@ -25,11 +26,16 @@ class ReferenceEngine {
   Evaluated Evaluate(const Node& node, const Roi& roi);
 
  private:
+  Evaluated Shared(const Node& node, const Roi& roi);
+  Evaluated EvaluateNode(const Node& node, const Roi& roi);
   Evaluated EvaluateOp(const Node& node, const Roi& roi);
   const std::vector<double>& Statistics(const Node& node);
 
   BoundFunction bound_;
   std::map<const graph::NodeData*, std::vector<double>> statistics_;
+  // Regions of shared nodes, for one call of Evaluate: a graph of diamonds is not evaluated exponentially often.
+  using Key = std::tuple<const graph::NodeData*, int, int, int, int>;
+  std::map<Key, Evaluated> shared_;
 };
 
 }  // namespace tessera::verify

@@ -39,7 +39,7 @@ Node RenameChannels(const Node& image, const std::vector<std::string>& names);
 Node Crop(const Node& image, const Roi& window);
 
 // A geometry WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1 (x1 and y1 included), as oiiotool's --crop; what is not named is taken
-// from `base`. Error when it is none of these, or when a side is negative or leaves int's range.
+// from `base`. Error when it is none of these, holds no pixel, or leaves the range of int.
 Roi ParseGeometry(const std::string& text, const Roi& base);
 
 }  // namespace tessera

@@ -33,7 +33,10 @@ Node Checker(const ImageSpec& spec, const CheckerParams& params = {});
 // The coloured quad that starts a pixel-texture algorithm: channel 0 is s = (x + 1/2) / width, channel 1
 // t = (y + 1/2) / height, channel 2 is 0, channel 3 and all further ones 1. x and y count from the display
 // window's corner and width and height are the display window's (the data window's where that is empty), so crops
-// of a ramp agree. Each value is the exact quotient within 1 ULP.
+// of a ramp agree. Each value is the exact quotient rounded once, up to 2^23 pixels across.
+struct RampParams {
+  Roi frame;  // (0, 0) to (1, 1) of s and t
+};
 Node Ramp(const ImageSpec& spec);
 
 }  // namespace tessera

@@ -67,21 +67,25 @@ struct DitheredQuantize {
 
   // Rounds in double: the product is exact there and the offset keeps 24 bits, so no target differs.
   template <class DF, class VF>
-  HWY_INLINE hn::Vec<DF> Half(DF df, VF x, VF offset) const {
+  HWY_INLINE hn::Vec<DF> RoundedSum(DF df, VF x, VF offset) const {
     const hn::Rebind<double, DF> dd;
     const auto sum = hn::Add(hn::Mul(hn::PromoteTo(dd, x), hn::Set(dd, steps)), hn::PromoteTo(dd, offset));
     return hn::DemoteTo(df, hn::Round(sum));
   }
   HWY_INLINE s::V One(s::V value, s::VU column, uint32_t row_key) const {
     const s::D d;
-    const hn::Half<s::D> dh;
     const s::V x = Unit(value);
     const s::VU hash = Mix(hn::Xor(column, hn::Set(s::DU(), row_key)));
     // The upper 24 bits as a number in [-1/2, 1/2).
     const s::V share = hn::ConvertTo(d, hn::BitCast(s::DI(), hn::ShiftRight<8>(hash)));
     const s::V offset = hn::Sub(hn::Mul(share, hn::Set(d, 0x1p-24f)), hn::Set(d, 0.5f));
-    const s::V code = hn::Combine(d, Half(dh, hn::UpperHalf(dh, x), hn::UpperHalf(dh, offset)),
-                                  Half(dh, hn::LowerHalf(dh, x), hn::LowerHalf(dh, offset)));
+#if HWY_TARGET == HWY_SCALAR
+    const s::V code = RoundedSum(d, x, offset);
+#else
+    const hn::Half<s::D> dh;
+    const s::V code = hn::Combine(d, RoundedSum(dh, hn::UpperHalf(dh, x), hn::UpperHalf(dh, offset)),
+                                  RoundedSum(dh, hn::LowerHalf(dh, x), hn::LowerHalf(dh, offset)));
+#endif
     // Rounding half to even keeps codes 0 and the last, but leaves a negative zero.
     return hn::Div(hn::Abs(code), hn::Set(d, static_cast<float>(steps)));
   }
@@ -131,7 +135,7 @@ class QuantizeOp final : public graph::OpWith<QuantizeParams> {
   graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
   std::string Describe() const override {
-    return "quantize " + std::to_string(params().bits) + (params().dither ? " dithered" : "");
+    return std::string("quantize ").append(std::to_string(params().bits)).append(params().dither ? " dithered" : "");
   }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext& context) const override {
     return HWY_DYNAMIC_DISPATCH(MakeQuantize)(params(), context.channels);

@@ -1,0 +1,102 @@
+// OpenColorIO's optimised CPU processor as a peer: the whole task as one group transform, applied to packed images,
+// rows split over threads by the caller, as its applications do.
+#include <OpenColorIO/OpenColorIO.h>
+
+#include <cstddef>
+
+#include "contestant.h"
+#include "peers/peers.h"
+#include "workers.h"
+
+namespace tessera::bench {
+namespace {
+
+namespace ocio = OCIO_NAMESPACE;
+
+// The transforms of one step, or null when OpenColorIO has none that equals it.
+ocio::TransformRcPtr TransformOf(const Step& step) {
+  if (step.affine) {
+    double matrix[16], offset[4];
+    for (int r = 0; r < 4; ++r) {
+      for (int c = 0; c < 4; ++c) matrix[r * 4 + c] = step.affine->m[r][c];
+      offset[r] = step.affine->m[r][4];
+    }
+    ocio::MatrixTransformRcPtr transform = ocio::MatrixTransform::Create();
+    transform->setMatrix(matrix);
+    transform->setOffset(offset);
+    return transform;
+  }
+  if (step.op() == "clamp") {
+    const auto range = ClampRange(step);
+    if (!range) return nullptr;
+    const auto& [lo, hi] = *range;
+    for (int c = 1; c < 3; ++c) {
+      if (lo[c] != lo[0] || hi[c] != hi[0]) return nullptr;
+    }
+    // Alpha is left alone; the tasks keep it inside the limits.
+    ocio::RangeTransformRcPtr transform = ocio::RangeTransform::Create();
+    transform->setStyle(ocio::RANGE_CLAMP);
+    if (lo[0] > -1e30) transform->setMinInValue(lo[0]), transform->setMinOutValue(lo[0]);
+    if (hi[0] < 1e30) transform->setMaxInValue(hi[0]), transform->setMaxOutValue(hi[0]);
+    return transform;
+  }
+  if (step.op() == "powc") {
+    const std::vector<double> exponent = step.Positional(0);
+    double values[4];
+    for (size_t c = 0; c < 4; ++c) values[c] = exponent.size() == 1 ? exponent[0] : exponent.at(c);
+    ocio::ExponentTransformRcPtr transform = ocio::ExponentTransform::Create();
+    transform->setNegativeStyle(ocio::NEGATIVE_CLAMP);
+    transform->setValue(values);
+    return transform;
+  }
+  return nullptr;
+}
+
+class Ocio final : public Contestant {
+ public:
+  Ocio(const Setting& setting, const ocio::TransformRcPtr& transform)
+      : from_(setting.frame.inputs[0].view()), to_(setting.frame.output.view()), workers_(setting.threads) {
+    depth_ = from_.type == PixelType::kUint8   ? ocio::BIT_DEPTH_UINT8
+             : from_.type == PixelType::kUint16 ? ocio::BIT_DEPTH_UINT16
+             : from_.type == PixelType::kHalf   ? ocio::BIT_DEPTH_F16
+                                                : ocio::BIT_DEPTH_F32;
+    const ocio::ConstProcessorRcPtr processor = ocio::Config::CreateRaw()->getProcessor(transform);
+    processor_ = processor->getOptimizedCPUProcessor(depth_, depth_, ocio::OPTIMIZATION_DEFAULT);
+  }
+  std::string Name() const override { return "OpenColorIO"; }
+  void Run() override {
+    workers_.Run([this](int i) {
+      const int height = from_.roi.height();
+      const int y0 = height * i / workers_.count(), y1 = height * (i + 1) / workers_.count();
+      const ocio::PackedImageDesc from = Rows(from_, y0, y1);
+      ocio::PackedImageDesc to = Rows(to_, y0, y1);
+      processor_->apply(from, to);
+    });
+  }
+
+ private:
+  ocio::PackedImageDesc Rows(const ImageView& view, int y0, int y1) const {
+    return {view.data + y0 * view.row_stride, view.roi.width(), y1 - y0,          ocio::CHANNEL_ORDERING_RGBA,
+            depth_,                           view.channel_stride, view.pixel_stride, view.row_stride};
+  }
+
+  ImageView from_, to_;
+  ocio::BitDepth depth_;
+  ocio::ConstCPUProcessorRcPtr processor_;
+  Workers workers_;
+};
+
+}  // namespace
+
+std::unique_ptr<Contestant> MakeOcio(const Setting& setting) {
+  if (!setting.frame.plain() || setting.frame.inputs.size() != 1) return nullptr;
+  ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
+  for (const Step& step : setting.task.steps) {
+    const ocio::TransformRcPtr transform = TransformOf(step);
+    if (!transform) return nullptr;
+    group->appendTransform(transform);
+  }
+  return std::make_unique<Ocio>(setting, group);
+}
+
+}  // namespace tessera::bench

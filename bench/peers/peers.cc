@@ -1,0 +1,37 @@
+// Shared readings of operation arguments, and the list of peers.
+#include "peers/peers.h"
+
+#include <OpenColorIO/OpenColorIO.h>
+#include <OpenImageIO/oiioversion.h>
+#if defined(TESSERA_BENCH_OPENCV)
+#include <opencv2/core/version.hpp>
+#endif
+
+#include "contestant.h"
+
+namespace tessera::bench {
+
+std::optional<std::pair<std::vector<double>, std::vector<double>>> ClampRange(const Step& step) {
+  std::vector<double> lo = step.Numbers("min"), hi = step.Numbers("max");
+  for (std::vector<double>* v : {&lo, &hi}) {
+    if (v->size() == 1) v->assign(4, v->front());
+    if (v->size() != 4) return std::nullopt;
+  }
+  return std::make_pair(lo, hi);
+}
+
+bool IsRec709(const Step& step) {
+  const auto found = step.arguments.values.find("weights");
+  return found != step.arguments.values.end() && found->second.text == "rec709";
+}
+
+std::vector<std::pair<std::string, std::string>> PeerVersions() {
+  std::vector<std::pair<std::string, std::string>> versions = {
+      {"OpenImageIO", OIIO_VERSION_STRING}, {"OpenColorIO", OCIO_NAMESPACE::GetVersion()}};
+#if defined(TESSERA_BENCH_OPENCV)
+  versions.emplace_back("OpenCV", CV_VERSION);
+#endif
+  return versions;
+}
+
+}  // namespace tessera::bench

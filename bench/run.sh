@@ -1,0 +1,45 @@
+#!/bin/sh
+# Installs the peers, builds the release preset, measures everything against them and writes the report.
+#   bench/run.sh            all sizes, targets, pixel types, one and two threads (about half an hour)
+#   bench/run.sh --quick    the pipelines at 3840x2160 and the operations at 1920x1080, best target, one thread
+#   bench/run.sh --readme   also refreshes the table in README.md
+# Output: build/bench/index.html, report.md, plots/, *.json
+set -eu
+cd "$(dirname "$0")/.."
+
+quick=
+readme=
+for argument; do
+  case $argument in
+    --quick) quick=1 ;;
+    --readme) readme="--readme README.md" ;;
+    *) echo "bench/run.sh: error: $argument: found an unknown argument, expected --quick or --readme" >&2; exit 2 ;;
+  esac
+done
+
+samples/setup.sh libopencv-dev librsvg2-bin python3
+build=build/release
+cmake --preset release >/dev/null
+cmake --build --preset release --target bench_ops bench_pipelines
+out=build/bench
+rm -rf "$out"
+mkdir -p "$out"
+
+# measure NAME PROGRAM FLAGS...: one JSON file per run; the programs interleave their contestants themselves.
+measure() {
+  name=$1
+  program=$2
+  shift 2
+  echo "measuring $name"
+  "$build/bin/$program" "$@" --benchmark_out="$out/$name.json" --benchmark_out_format=json >"$out/$name.log"
+}
+
+if [ -n "$quick" ]; then
+  measure pipelines bench_pipelines --sizes=3840x2160 --targets=best --threads=1,2 --seconds=1
+  measure ops bench_ops --sizes=1920x1080 --targets=best --threads=1 --seconds=1
+else
+  measure pipelines bench_pipelines --sizes=3840x2160,1920x1080 --targets=all --threads=1,2
+  measure ops bench_ops --sizes=3840x2160,1920x1080 --targets=all --threads=1,2
+  measure pipelines-large bench_pipelines --sizes=large --targets=best --threads=1,2
+fi
+bench/report "$out"/*.json --out "$out" $readme

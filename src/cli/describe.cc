@@ -1,0 +1,130 @@
+// Commands in words: synopsis, operands, what a parameter may be.
+#include "cli/describe.h"
+
+#include <charconv>
+
+namespace tessera::cli {
+namespace {
+
+std::string Shown(double value) {
+  char text[32];
+  return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+std::string Modifiers(const ops::OpInfo& row) {
+  std::string text;
+  for (const ops::ParamInfo& p : row.modifiers) text += ":" + p.name + "=" + p.default_value;
+  return text.empty() ? "" : "[" + text + "]";
+}
+
+std::string Joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& w : words) text += (text.empty() ? "" : ", ") + w;
+  return text;
+}
+
+std::string Count(const ops::ParamInfo& p) {
+  if (!p.counts.empty()) {
+    std::vector<std::string> words;
+    for (int n : p.counts) words.push_back(std::to_string(n));
+    return Joined(words);
+  }
+  if (p.min_count == p.max_count) return std::to_string(p.min_count);
+  return std::to_string(p.min_count) + " to " + std::to_string(p.max_count);
+}
+
+std::string Range(const ops::ParamInfo& p) {
+  const bool low = p.min > -1e38, high = p.max < 1e38;
+  if (low && high) return " from " + Shown(p.min) + " to " + Shown(p.max);
+  if (low) return " of at least " + Shown(p.min);
+  if (high) return " of at most " + Shown(p.max);
+  return "";
+}
+
+}  // namespace
+
+std::string Dashed(const std::string& name) { return (name.size() == 1 ? "-" : "--") + name; }
+
+std::string Synopsis(const Command& command) {
+  std::string text = Dashed(command.info.name) + Modifiers(command.info);
+  for (const ops::ParamInfo& p : command.info.arguments)
+    text += command.optional_argument ? " [" + p.name + "]" : " " + p.name;
+  return text;
+}
+
+std::string GeneratorSynopsis(const ops::OpInfo& generator) { return generator.name + Modifiers(generator); }
+
+int Taken(const Command& command) {
+  return command.effect == Effect::kApply || command.effect == Effect::kSwap ||
+                 command.effect == Effect::kDup || command.effect == Effect::kPop ||
+                 command.effect == Effect::kUse
+             ? command.info.inputs
+             : 0;
+}
+
+int Given(const Command& command) {
+  switch (command.effect) {
+    case Effect::kPush:
+    case Effect::kApply:
+      return 1;
+    case Effect::kDup:
+    case Effect::kSwap:
+      return 2;
+    case Effect::kUse:
+      return command.info.inputs;
+    default:
+      return 0;
+  }
+}
+
+std::string Operands(const Command& command) {
+  const auto images = [](int n) {
+    constexpr const char* kWords[] = {"no image", "one image", "two images", "three images", "four images"};
+    return n >= 0 && n < 5 ? std::string(kWords[n]) : std::to_string(n) + " images";
+  };
+  switch (command.effect) {
+    case Effect::kPush:
+      return "Pushes one image.";
+    case Effect::kApply:
+      return "Takes " + images(command.info.inputs) + " from the stack" +
+             (command.info.inputs > 1 ? ", the last one on top," : "") + " and pushes the result.";
+    case Effect::kUse:
+      return "Looks at " + images(command.info.inputs) + " on the stack.";
+    default:
+      return "";
+  }
+}
+
+std::string TypeName(ops::ParamType type) {
+  constexpr const char* kNames[] = {"number", "integer", "flag", "numbers", "choice", "text"};
+  return kNames[static_cast<int>(type)];
+}
+
+std::string AllowedValues(const ops::ParamInfo& p) {
+  std::string text;
+  switch (p.type) {
+    case ops::ParamType::kNumber:
+      text = "A number" + Range(p);
+      break;
+    case ops::ParamType::kInteger:
+      text = "A whole number" + Range(p);
+      break;
+    case ops::ParamType::kFlag:
+      text = "0 or 1";
+      break;
+    case ops::ParamType::kNumbers:
+      text =
+          "Comma-separated numbers, " + Count(p) + " of them" + (Range(p).empty() ? "" : ", each" + Range(p));
+      break;
+    case ops::ParamType::kChoice:
+      text = "One of " + Joined(p.choices) +
+             (p.numbers_too ? ", or " + Count(p) + " comma-separated numbers" : "");
+      break;
+    case ops::ParamType::kText:
+      break;
+  }
+  if (!p.default_value.empty()) text += (text.empty() ? "Default " : "; default ") + p.default_value;
+  return text.empty() ? "" : text + ".";
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,29 @@
+// Commands in words: synopsis, operands, what a parameter may be.
+#ifndef TESSERA_CLI_DESCRIBE_H_
+#define TESSERA_CLI_DESCRIBE_H_
+
+#include <string>
+
+#include "cli/command.h"
+
+namespace tessera::cli {
+
+// "--saturate[:weights=rec709] S".
+std::string Synopsis(const Command& command);
+// "checker[:width=16]".
+std::string GeneratorSynopsis(const ops::OpInfo& generator);
+// "Takes two images and gives one."; empty where the stack is not concerned.
+std::string Operands(const Command& command);
+// How many images are on the stack for it, and how many more or fewer it leaves in their place.
+int Taken(const Command& command);
+int Given(const Command& command);
+// "A number from 0 to 1; default 0.5."
+std::string AllowedValues(const ops::ParamInfo& param);
+// The name of a parameter's type: number, integer, flag, numbers, choice, text.
+std::string TypeName(ops::ParamType type);
+// "-o" or "--name".
+std::string Dashed(const std::string& name);
+
+}  // namespace tessera::cli
+
+#endif  // TESSERA_CLI_DESCRIBE_H_

@@ -1,0 +1,131 @@
+// Frame ranges and file name patterns, by OpenImageIO's rules for sequences; ranges are checked first,
+// because its own reading takes "1-999999999" at its word.
+#include "cli/frames.h"
+
+#include <OpenImageIO/filesystem.h>
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
+#include "tessera/error.h"
+
+namespace tessera::cli {
+namespace {
+
+constexpr int64_t kMostFrames = 1000000;
+
+// Takes a non-negative number off the front.
+bool TakeNumber(std::string_view& text, int& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || value < 0) return false;
+  text.remove_prefix(static_cast<size_t>(end - text.data()));
+  return true;
+}
+
+// The number of frames that one part of a range may give.
+int64_t CheckPart(const std::string& subject, std::string_view part) {
+  const std::string shown(part);
+  const auto refuse = [&](const std::string& expected) {
+    throw UsageError(subject, "found the frames \"" + shown + "\", expected " + expected);
+  };
+  int first = 0, last = 0, step = 1;
+  if (!TakeNumber(part, first)) refuse("a range such as 1-10, 1-100x2 or 3,7,10-20");
+  if (part.empty()) return 1;
+  if (part[0] != '-') refuse("a range such as 1-10, 1-100x2 or 3,7,10-20");
+  part.remove_prefix(1);
+  if (!TakeNumber(part, last)) refuse("a last frame after the dash");
+  if (last < first) refuse("a last frame of at least " + std::to_string(first));
+  if (!part.empty()) {
+    if (part[0] != 'x' && part[0] != 'y') refuse("x or y and a step after the last frame");
+    part.remove_prefix(1);
+    if (!TakeNumber(part, step) || !part.empty() || step < 1) refuse("a step of at least 1");
+  }
+  return (int64_t{last} - first) / (shown.find('y') == std::string::npos ? step : 1) + 1;
+}
+
+struct Pattern {
+  size_t word;         // which word of the line
+  std::string normal;  // with %0Nd
+  std::string range;   // embedded, or empty
+};
+
+std::vector<Pattern> FindPatterns(const std::vector<std::string>& words, const Line& line) {
+  std::vector<Pattern> patterns;
+  for (size_t at : line.file_words) {
+    Pattern p{at, "", ""};
+    if (words[at].find_first_of("#@%") != std::string::npos &&
+        OIIO::Filesystem::parse_pattern(words[at].c_str(), line.options.frame_padding, p.normal, p.range)) {
+      patterns.push_back(std::move(p));
+    }
+  }
+  return patterns;
+}
+
+// The frames of one name: its own range, or the files that are there.
+std::vector<int> FramesOf(const std::string& word, const Pattern& pattern) {
+  if (!pattern.range.empty()) return ParseFrameRange(word, pattern.range);
+  std::vector<int> frames;
+  std::vector<std::string> files;
+  OIIO::Filesystem::scan_for_matching_filenames(pattern.normal, frames, files);
+  if (frames.empty()) throw Error(word, "no file matches this pattern; --frames gives the frames of outputs");
+  std::sort(frames.begin(), frames.end());
+  return frames;
+}
+
+}  // namespace
+
+std::vector<int> ParseFrameRange(const std::string& subject, const std::string& range) {
+  int64_t count = 0;
+  for (size_t begin = 0; begin <= range.size();) {
+    const size_t end = std::min(range.find(',', begin), range.size());
+    count += CheckPart(subject, std::string_view(range).substr(begin, end - begin));
+    if (count > kMostFrames) {
+      throw UsageError(subject,
+                       "found the frames \"" + range + "\", expected at most " + std::to_string(kMostFrames));
+    }
+    begin = end + 1;
+  }
+  std::vector<int> frames;
+  if (!OIIO::Filesystem::enumerate_sequence(range, frames) || frames.empty()) {
+    throw UsageError(subject, "found the frames \"" + range + "\", expected a range such as 1-10 or 1-100x2");
+  }
+  return frames;
+}
+
+std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const Line& line) {
+  const std::string& range = line.options.frames;
+  const std::vector<Pattern> patterns = FindPatterns(words, line);
+  std::vector<int> frames;
+  if (!range.empty()) frames = ParseFrameRange("--frames", range);
+  if (patterns.empty()) {
+    if (!range.empty())
+      throw UsageError("--frames", "found no file name with # or %04d, expected at least one");
+    return {{0, words}};
+  }
+
+  // Every name has as many frames as the first, in its own numbers where it brings a range of its own.
+  std::vector<std::vector<std::string>> files;
+  if (range.empty()) frames = FramesOf(words[patterns[0].word], patterns[0]);
+  for (const Pattern& p : patterns) {
+    std::vector<int> own = p.range.empty() ? frames : ParseFrameRange(words[p.word], p.range);
+    if (own.size() != frames.size()) {
+      throw UsageError(words[p.word], "found " + std::to_string(own.size()) + " frames, expected " +
+                                          std::to_string(frames.size()) + " as for " +
+                                          (range.empty() ? words[patterns[0].word] : "--frames"));
+    }
+    files.emplace_back();
+    if (!OIIO::Filesystem::enumerate_file_sequence(p.normal, own, files.back()) ||
+        files.back().size() != own.size()) {
+      throw UsageError(words[p.word], "found a frame pattern that cannot be filled in, expected # or %04d");
+    }
+  }
+  std::vector<FrameLine> lines;
+  for (size_t f = 0; f < frames.size(); ++f) {
+    lines.push_back({frames[f], words});
+    for (size_t p = 0; p < patterns.size(); ++p) lines.back().words[patterns[p].word] = files[p][f];
+  }
+  return lines;
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,28 @@
+// Frame ranges and file name patterns: one line becomes one line per frame.
+#ifndef TESSERA_CLI_FRAMES_H_
+#define TESSERA_CLI_FRAMES_H_
+
+#include <string>
+#include <vector>
+
+#include "cli/arguments.h"
+
+namespace tessera::cli {
+
+// The frames of a range such as 1-10, 1-100x2 or 3,7,10-20. Throws UsageError: not a range, backwards, step
+// below 1, more than a million frames.
+std::vector<int> ParseFrameRange(const std::string& subject, const std::string& range);
+
+// The words of the line for each frame: just `words` when there is neither a pattern nor --frames. Frames
+// come from
+// --frames, else from a range in a name, else from the files that match the first name.
+// Throws UsageError, and Error when no file matches.
+struct FrameLine {
+  int frame = 0;
+  std::vector<std::string> words;
+};
+std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const Line& line);
+
+}  // namespace tessera::cli
+
+#endif  // TESSERA_CLI_FRAMES_H_

@@ -1,0 +1,146 @@
+// Commands that bring images in and out: FILE, -i, --create, --pattern, -o, -d.
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include "cli/session.h"
+#include "tessera/io.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/generate.h"
+
+namespace tessera::cli {
+namespace {
+
+using ops::ParamInfo;
+using ops::ParamType;
+
+constexpr int64_t kLongestSide = int64_t{1} << 24;
+constexpr int64_t kMostSamples = int64_t{1} << 40;
+
+const std::vector<std::string> kTypes = {"uint8", "uint16", "half", "float"};
+
+Command Row(const std::string& name, Effect effect, int inputs, const std::string& summary,
+            void (*run)(const Step&, Session&), std::vector<ParamInfo> arguments,
+            std::vector<ParamInfo> modifiers) {
+  Command c;
+  c.info.name = name;
+  c.info.inputs = inputs;
+  c.info.summary = summary;
+  c.info.arguments = std::move(arguments);
+  c.info.modifiers = std::move(modifiers);
+  c.group = "Images";
+  c.effect = effect;
+  c.run = run;
+  return c;
+}
+
+void ReadImage(const Step& step, Session& session) {
+  const std::string& file = step.arguments.Text("FILE");
+  ReadOptions options;
+  if (step.arguments.Given("subimage")) {
+    const std::string& part = step.arguments.Text("subimage");
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), options.subimage);
+    if (error != std::errc() || end != part.data() + part.size()) {
+      options.subimage = 0;
+      options.part = part;
+    }
+  }
+  Entry entry{Read(file, options), file, {}};
+  if (session.options().verbose) {
+    const ImageSpec& spec = entry.node.spec();
+    std::fprintf(stderr, "tessera: reading %s: %d x %d, %d channels, %s\n", file.c_str(), spec.width(),
+                 spec.height(), spec.channel_count(), PixelTypeName(spec.type));
+  }
+  session.Push(std::move(entry));
+}
+
+// The spec of an image made from nothing.
+ImageSpec SpecOf(const Step& step) {
+  const std::string& geometry = step.arguments.Text("GEOM");
+  const Roi window = ParseGeometry(geometry, Roi{});
+  const int64_t channels = step.arguments.Integer("NCHANS");
+  // As 64-bit differences: a window may reach from one end of int to the other.
+  const int64_t width = int64_t{window.x1} - window.x0, height = int64_t{window.y1} - window.y0;
+  if (width < 1 || height < 1 || width > kLongestSide || height > kLongestSide ||
+      width * height > kMostSamples / channels) {
+    throw Error(step.written, "found a geometry of \"" + geometry + "\" with " + std::to_string(channels) +
+                                  " channels, expected sides from 1 to " + std::to_string(kLongestSide) +
+                                  " and at most 2^40 samples");
+  }
+  ImageSpec spec(static_cast<int>(width), static_cast<int>(height), static_cast<int>(channels));
+  spec.data_window = spec.display_window = window;
+  return spec;
+}
+
+void CreateImage(const Step& step, Session& session) { session.Push({Create(SpecOf(step)), "create", {}}); }
+
+void CreatePattern(const Step& step, Session& session) {
+  const ImageSpec spec = SpecOf(step);
+  session.Push({step.generator->make({}, step.generator_arguments, &spec), step.generator->name, {}});
+}
+
+std::vector<ParamInfo> Shape() {
+  return {{.name = "GEOM", .type = ParamType::kText, .default_value = "", .help = "WxH or WxH+X+Y, pixels"},
+          {.name = "NCHANS",
+           .type = ParamType::kInteger,
+           .default_value = "",
+           .help = "number of channels",
+           .min = 1,
+           .max = 1024}};
+}
+
+ParamInfo File(const std::string& help) {
+  return {.name = "FILE", .type = ParamType::kText, .default_value = "", .help = help};
+}
+
+}  // namespace
+
+PixelType PixelTypeNamed(const std::string& name) {
+  return static_cast<PixelType>(std::find(kTypes.begin(), kTypes.end(), name) - kTypes.begin());
+}
+
+std::vector<Command> ImageCommands() {
+  std::vector<Command> rows;
+  rows.push_back(Row("i", Effect::kPush, 0, "Pushes the image of a file; -i may be left out.", ReadImage,
+                     {File("a file that OpenImageIO reads")},
+                     {{.name = "subimage",
+                       .type = ParamType::kText,
+                       .default_value = "0",
+                       .help = "index from 0, or name, of the part that is read"}}));
+  rows.push_back(Row("o", Effect::kUse, 1, "Writes the top image, which stays on the stack.", WriteOutput,
+                     {File("the file to write; its extension names the format")},
+                     {{.name = "type",
+                       .type = ParamType::kText,
+                       .default_value = "",
+                       .help = "uint8, uint16, half or float, for this file alone"}}));
+  rows.back().info.modifiers[0].type = ParamType::kChoice;
+  rows.back().info.modifiers[0].choices = kTypes;
+  rows.back().info.help =
+      "Without a type, here or by -d, the image keeps the type it has where the format can hold it. All "
+      "outputs of a "
+      "line (of a frame) are written beside their names and put in place together when the line has "
+      "succeeded, so an "
+      "output may be one of the inputs, and a run that fails leaves what was there.";
+  rows.push_back(Row("d", Effect::kSetting, 0, "Pixel type of the outputs that follow.",
+                     [](const Step& step, Session& session) {
+                       session.output_type = PixelTypeNamed(step.arguments.Text("TYPE"));
+                     },
+                     {{.name = "TYPE",
+                       .type = ParamType::kChoice,
+                       .default_value = "",
+                       .help = "pixel type",
+                       .choices = kTypes}},
+                     {}));
+  rows.back().applies_to = "o";
+  rows.push_back(Row("create", Effect::kPush, 0, "Pushes a black image.", CreateImage, Shape(), {}));
+  std::vector<ParamInfo> pattern = Shape();
+  pattern.insert(pattern.begin(), {.name = "NAME",
+                                   .type = ParamType::kText,
+                                   .default_value = "",
+                                   .help = "a generator with its modifiers, as checker:width=8"});
+  rows.push_back(Row("pattern", Effect::kPush, 0, "Pushes a generated image.", CreatePattern, pattern, {}));
+  rows.back().info.help = "The generators are listed below; --help NAME tells all about one.";
+  return rows;
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,122 @@
+// The `tessera` command: checks the line, runs it once per frame, turns errors and signals into exit codes.
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <iostream>
+#include <new>
+
+#include "cli/arguments.h"
+#include "cli/frames.h"
+#include "cli/help.h"
+#include "cli/session.h"
+#include "tessera/targets.h"
+
+namespace tessera::cli {
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongLine = 2;
+
+extern "C" void RemoveFilesAndLeave(int signal) {
+  RemoveUnfinishedOutputs();
+  _exit(128 + signal);
+}
+
+void CatchSignals() {
+  struct sigaction action {};
+  action.sa_handler = RemoveFilesAndLeave;
+  for (int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+// One line on stderr, whatever the message holds.
+void PrintError(std::string message) {
+  for (char& c : message) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  std::cout.flush();
+  std::fprintf(stderr, "tessera: error: %s\n", message.c_str());
+}
+
+// The line as a shell would take it, for the history; the program by its name alone.
+std::string HistoryOf(const std::vector<std::string>& words) {
+  std::string line = "tessera";
+  for (const std::string& word : words) {
+    const bool quote = word.empty() || word.find_first_of(" \t\n\"'|$&;<>()`*?\\") != std::string::npos;
+    line += " " + (quote ? "\"" + word + "\"" : word);
+  }
+  return line;
+}
+
+// --help and its like; true when one of them was asked for.
+bool Inform(const Options& options) {
+  if (options.help) {
+    options.help_topic.empty() ? PrintOverview(std::cout) : PrintCommandHelp(std::cout, options.help_topic);
+  } else if (options.version) {
+    PrintVersion(std::cout);
+  } else if (options.list_commands) {
+    PrintCommandList(std::cout, options.list_format);
+  } else if (options.simd == "list") {
+    for (const std::string& target : SimdTargets()) std::cout << target << "\n";
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void ChooseTarget(const std::string& name) {
+  if (name.empty()) return;
+  try {
+    SetSimdTarget(name);
+  } catch (const Error& e) {
+    throw UsageError("--simd", e.reason());
+  }
+}
+
+int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
+  int code = kDone;
+  for (const FrameLine& frame : frames) {
+    if (line.options.verbose && frames.size() > 1) std::fprintf(stderr, "tessera: frame %d\n", frame.frame);
+    try {
+      // Names are the only thing that differs; the whole line is checked again with them.
+      const Line own = ParseLine(frame.words);
+      code = std::max(code, Session(own.options, HistoryOf(frame.words)).Run(own.steps));
+    } catch (const Error& e) {
+      if (!line.options.skip_bad_frames) throw;
+      PrintError(std::string(e.what()) + " (frame " + std::to_string(frame.frame) + " skipped)");
+      code = kFailed;
+    }
+  }
+  return code;
+}
+
+int Main(const std::vector<std::string>& words) {
+  const Line line = ParseLine(words);
+  if (Inform(line.options)) return kDone;
+  ChooseTarget(line.options.simd);
+  CatchSignals();
+  return RunFrames(line, ExpandFrames(words, line));
+}
+
+}  // namespace
+}  // namespace tessera::cli
+
+int main(int argc, char** argv) {
+  using namespace tessera::cli;
+  int code = kFailed;
+  try {
+    code = Main(std::vector<std::string>(argv + 1, argv + argc));
+    // What was asked for on stdout must have arrived there.
+    if (!std::cout.flush()) {
+      PrintError("standard output: cannot be written");
+      code = kFailed;
+    }
+  } catch (const UsageError& e) {
+    PrintError(e.what());
+    code = kWrongLine;
+  } catch (const std::bad_alloc&) {
+    PrintError("memory: refused by the system");
+  } catch (const std::exception& e) {
+    PrintError(e.what());
+  }
+  return code;
+}

@@ -1,0 +1,96 @@
+// -o: type, metadata, plan, reference check and statistics of one output, which is written beside its name.
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+
+#include "cli/report.h"
+#include "cli/session.h"
+#include "tessera/verify.h"
+
+namespace tessera::cli {
+namespace {
+
+Attribute TextAttribute(const std::string& name, const std::string& text) {
+  return {name, "string", {}, {text}};
+}
+
+// The text of an attribute of the image: what --attrib set, or else what came with the node.
+std::string TextOf(const Entry& entry, const std::string& name) {
+  for (const Attribute& a : entry.attributes) {
+    if (a.name == name) return a.strings.empty() ? "" : a.strings[0];
+  }
+  if (entry.node.spec().metadata) {
+    for (const Attribute& a : *entry.node.spec().metadata) {
+      if (a.name == name) return a.strings.empty() ? "" : a.strings[0];
+    }
+  }
+  return "";
+}
+
+// As oiiotool: the line is appended to the history, and Software names the program and the line.
+void AddHistory(const Entry& entry, const std::string& line, std::vector<Attribute>& attributes) {
+  std::erase_if(attributes,
+                [](const Attribute& a) { return a.name == "Exif:ImageHistory" || a.name == "Software"; });
+  std::string history = TextOf(entry, "Exif:ImageHistory");
+  if (!history.ends_with(line)) {
+    if (!history.empty() && !history.ends_with('\n')) history += '\n';
+    history += line;
+  }
+  attributes.push_back(TextAttribute("Exif:ImageHistory", history));
+  attributes.push_back(TextAttribute("Software", std::string("tessera " TESSERA_VERSION " : ") + line));
+}
+
+void CheckAgainstReference(const Entry& entry, const std::string& file, PixelType type,
+                           const Options& options) {
+  VerifyOptions verify;
+  verify.samples = options.verify_samples;
+  verify.render = options.render;
+  const VerifyReport report = Verify(entry.node, type, verify);
+  std::cout << "verify " << file << ": " << report.Summary() << std::endl;
+  if (!report.within_bound) {
+    throw Error(file, "the result is not within its bound of the reference (" + report.Summary() + ")");
+  }
+}
+
+}  // namespace
+
+void WriteOutput(const Step& step, Session& session) {
+  const Options& options = session.options();
+  const Entry& entry = session.Top();
+  const std::string& file = step.arguments.Text("FILE");
+
+  WriteOptions write;
+  write.render = options.render;
+  write.attributes = entry.attributes;
+  if (step.arguments.Given("type")) {
+    write.type = PixelTypeNamed(step.arguments.Text("type"));
+  } else if (session.output_type) {
+    write.type = session.output_type;
+  }
+  if (options.software_attribute) AddHistory(entry, session.history(), write.attributes);
+
+  if (options.verbose) std::fprintf(stderr, "tessera: writing %s\n", file.c_str());
+  if (options.explain) {
+    std::cout << file << ":\n"
+              << Explain(entry.node, write.type.value_or(entry.node.spec().type), options.render);
+    return;
+  }
+  if (options.dry_run) return;
+
+  RunStats stats;
+  if (options.runstats) write.stats = &stats;
+  ProgressBar bar(file, options.ShowsProgress());
+  write.render.progress = bar.Callback();
+  PendingOutput output(entry.node, file, write);
+  bar.Finish();
+  // A type that nobody asked for may become the format's nearest; one that was asked for may not.
+  if (write.type && output.type() != *write.type) {
+    throw Error(file, std::string("found the type ") + PixelTypeName(*write.type) +
+                          ", expected one that this format holds, such as " + PixelTypeName(output.type()));
+  }
+  if (options.verify) CheckAgainstReference(entry, file, output.type(), options);
+  session.AddOutput(std::move(output));
+  if (options.runstats) PrintRunStats(file, stats);
+}
+
+}  // namespace tessera::cli

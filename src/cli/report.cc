@@ -1,0 +1,61 @@
+// What is told about a run: the progress bar, --runstats.
+#include "cli/report.h"
+
+#include <OpenImageIO/strutil.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+
+namespace tessera::cli {
+
+ProgressBar::~ProgressBar() {
+  if (drawn_) std::fputs("\r\033[K", stderr);
+}
+
+std::function<bool(double)> ProgressBar::Callback() {
+  if (!shown_) return {};
+  return [this](double share) {
+    Draw(share);
+    return true;
+  };
+}
+
+void ProgressBar::Draw(double share) {
+  constexpr auto kInterval = std::chrono::milliseconds(100);
+  constexpr int kCells = 30;
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (drawn_ && share < 1 && now - last_ < kInterval) return;
+  last_ = now;
+  drawn_ = true;
+  const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * kCells);
+  std::fprintf(stderr, "\r[%s%s] %3.0f%% %s", std::string(full, '#').c_str(),
+               std::string(kCells - full, '.').c_str(), 100 * share, label_.c_str());
+  std::fflush(stderr);
+}
+
+void ProgressBar::Finish() {
+  if (!shown_) return;
+  Draw(1);
+  std::fputs("\n", stderr);
+  drawn_ = false;
+}
+
+void PrintRunStats(const std::string& output, const RunStats& stats) {
+  using OIIO::Strutil::sprintf;
+  std::cout << "runstats " << output << ":\n";
+  double total = 0;
+  for (const RunStats::Pass& pass : stats.passes) {
+    total += pass.seconds;
+    const double seconds = std::max(pass.seconds, 1e-9);
+    std::cout << sprintf("  %-28s %9.4f s %10.1f Mpixel/s %8.2f GB/s\n", pass.name, pass.seconds,
+                         pass.pixels / seconds * 1e-6, pass.bytes / seconds * 1e-9);
+  }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  std::cout << sprintf("  total %.4f s, peak memory %.1f MB\n", total, usage.ru_maxrss / 1024.0);
+}
+
+}  // namespace tessera::cli

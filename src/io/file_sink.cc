@@ -1,0 +1,260 @@
+// Writes bands of rows with OpenImageIO, cut or padded to what the format holds, and checks that all of it arrived.
+#include "io/file_sink.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <numeric>
+#include <system_error>
+
+#include "io/spec.h"
+#include "tessera/error.h"
+
+namespace tessera::io {
+namespace {
+
+constexpr int kPadRows = 16;  // rows of zeros written at once beyond the data window
+
+// What was true of the pixels that were read and is not of those written: their digests, their thumbnail, their
+// levels. A file of one level that calls itself a MIP map cannot be read.
+constexpr const char* kStale[] = {"oiio:SHA-1",           "oiio:ConstantColor",    "oiio:AverageColor",
+                                  "oiio:subimages",       "openexr:levelmode",     "openexr:roundingmode",
+                                  "openexr:lineOrder",    "textureformat",         "thumbnail_image",
+                                  "thumbnail_width",      "thumbnail_height",      "thumbnail_nchannels"};
+
+int TileHint(const ImageSpec& spec, const std::vector<Attribute>& attributes, const std::string& name) {
+  int value = 0;
+  const auto take = [&](const std::vector<Attribute>& list) {
+    for (const Attribute& a : list) {
+      if (a.name == name && a.bytes.size() == sizeof value) std::memcpy(&value, a.bytes.data(), sizeof value);
+    }
+  };
+  if (spec.metadata) take(*spec.metadata);
+  take(attributes);
+  return value;
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+  std::string list;
+  for (size_t i = 0; i < names.size() && i < 8; ++i) list += (i ? "," : "") + names[i];
+  return list + (names.size() > 8 ? ",..." : "");
+}
+
+}  // namespace
+
+FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType type,
+                   const std::vector<Attribute>& attributes)
+    : shown_(shown), data_(spec.data_window), type_(type) {
+  output_ = OIIO::ImageOutput::create(shown);
+  if (!output_) {
+    OIIO::geterror();
+    const std::string extension = std::filesystem::path(shown).extension().string();
+    throw Error(shown, (extension.empty() ? "found no file extension" : "found the extension \"" + extension + "\"") +
+                           ", expected that of a format that can be written: " +
+                           std::string(OIIO::get_string_attribute("output_format_list")));
+  }
+  if (data_.empty()) throw Error(shown, "found an image without pixels, expected at least 1 x 1");
+  file_spec_ = SpecTo(spec, type);
+  if (type != spec.type) file_spec_.erase_attribute("oiio:BitsPerSample");
+  for (const char* name : kStale) file_spec_.erase_attribute(name);
+  for (const Attribute& a : attributes) {
+    if (a.name != "tile_width" && a.name != "tile_height") SetAttribute(file_spec_, a);
+  }
+  ChooseChannels(spec);
+  ChooseWindow(spec);
+  ChooseTiles(spec, attributes);
+  direct_ = window_ == data_ && kept_.size() == spec.channels.size();
+  next_ = tile_top_ = window_.y0;
+}
+
+FileSink::~FileSink() = default;
+
+void FileSink::ChooseChannels(const ImageSpec& spec) {
+  kept_.resize(spec.channels.size());
+  std::iota(kept_.begin(), kept_.end(), 0);
+  if (output_->supports("nchannels")) return;
+  const bool alpha = output_->supports("alpha");
+  if (!alpha && spec.alpha >= 0 && kept_.size() > 1) kept_.erase(kept_.begin() + spec.alpha);
+  const size_t count = kept_.size();
+  if (count != 1 && count != 3 && !(alpha && (count == 2 || count == 4))) {
+    throw Error(shown_, "found " + std::to_string(spec.channel_count()) + " channels (" + Joined(spec.channels) +
+                            "), expected " + (alpha ? "1 to 4" : "1 or 3, and alpha, which is left out,") + " for " +
+                            output_->format_name());
+  }
+  if (count == spec.channels.size()) return;
+  file_spec_.nchannels = static_cast<int>(count);
+  file_spec_.channelnames.erase(file_spec_.channelnames.begin() + spec.alpha);
+  file_spec_.alpha_channel = -1;
+}
+
+void FileSink::ChooseWindow(const ImageSpec& spec) {
+  window_ = data_;
+  if (!output_->supports("displaywindow") && !spec.display_window.empty()) window_ = spec.display_window;
+  Roi place = window_;
+  const int dx = output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.x0, file_spec_.full_x));
+  const int dy = output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.y0, file_spec_.full_y));
+  file_spec_.x = output_->supports("origin") ? place.x0 - dx : 0;
+  file_spec_.y = output_->supports("origin") ? place.y0 - dy : 0;
+  file_spec_.width = window_.width();
+  file_spec_.height = window_.height();
+  file_spec_.full_x += file_spec_.x - place.x0;
+  file_spec_.full_y += file_spec_.y - place.y0;
+}
+
+void FileSink::ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& attributes) {
+  const int width = TileHint(spec, attributes, "tile_width"), height = TileHint(spec, attributes, "tile_height");
+  if (width < 0 || height < 0 || (width > 0) != (height > 0)) {
+    throw Error(shown_, "found tiles of " + std::to_string(width) + " x " + std::to_string(height) +
+                            ", expected both sides positive or both 0");
+  }
+  if (width == 0 || !output_->supports("tiles")) return;
+  file_spec_.tile_width = width;
+  file_spec_.tile_height = height;
+  file_spec_.tile_depth = 1;
+}
+
+void FileSink::Open(const std::string& temporary) {
+  temporary_ = temporary;
+  if (output_->supports("ioproxy")) {
+    stream_ = std::make_unique<CheckedFile>(temporary);
+    if (stream_->failure() != 0) Fail("");
+    output_->set_ioproxy(stream_.get());
+  }
+  bool ok = false;
+  try {
+    ok = output_->open(temporary, file_spec_);
+  } catch (const std::exception& e) {
+    Fail(e.what());
+  }
+  if (!ok) Fail(output_->geterror());
+  file_spec_ = output_->spec();
+  // Formats pick their nearest type; where it is none of ours (double, uint32), OpenImageIO converts from float.
+  type_ = PixelTypeOf(file_spec_.format).value_or(PixelType::kFloat);
+  granularity_ = file_spec_.tile_height > 0 ? file_spec_.tile_height
+                                            : ChunkRows(output_->format_name(), file_spec_);
+}
+
+void FileSink::Write(const ConstImageView& rows) {
+  if (direct_) {
+    Put(rows.roi.y0, rows.roi.y1, rows.data, rows.row_stride);
+    return;
+  }
+  Pad(std::min(rows.roi.y0, window_.y1));
+  const Roi part = Intersection(window_, rows.roi);
+  if (part.empty()) return;
+  const size_t sample = PixelBytes(type_), pixel = sample * kept_.size(), row = pixel * window_.width();
+  composed_.assign(row * part.height(), std::byte{0});
+  for (int y = part.y0; y < part.y1; ++y) {
+    std::byte* to = composed_.data() + row * (y - part.y0) + pixel * (part.x0 - window_.x0);
+    const std::byte* from = rows.At(part.x0, y);
+    if (static_cast<int>(kept_.size()) == rows.channels) {
+      std::memcpy(to, from, pixel * part.width());
+      continue;
+    }
+    for (int x = 0; x < part.width(); ++x, from += rows.pixel_stride) {
+      for (const int c : kept_) {
+        std::memcpy(to, from + c * rows.channel_stride, sample);
+        to += sample;
+      }
+    }
+  }
+  Put(part.y0, part.y1, composed_.data(), static_cast<ptrdiff_t>(row));
+}
+
+void FileSink::Pad(int until) {
+  if (next_ >= until) return;
+  const size_t row = PixelBytes(type_) * kept_.size() * window_.width();
+  const std::vector<std::byte> zeros(row * std::min(kPadRows, until - next_));
+  while (next_ < until) Put(next_, std::min(next_ + kPadRows, until), zeros.data(), static_cast<ptrdiff_t>(row));
+}
+
+void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) {
+  if (y0 != next_ || y1 > window_.y1) {
+    Fail("rows " + std::to_string(y0) + " to " + std::to_string(y1 - 1) + " arrived, expected row " +
+         std::to_string(next_));
+  }
+  if (file_spec_.tile_height > 0) {
+    PutTiles(y0, y1, data, row_stride);
+    return;
+  }
+  const int offset = file_spec_.y - window_.y0;
+  bool ok = false;
+  try {
+    ok = output_->write_scanlines(y0 + offset, y1 + offset, 0, TypeDescOf(type_), data, OIIO::AutoStride, row_stride);
+  } catch (const std::exception& e) {
+    Fail(e.what());
+  }
+  if (!ok || (stream_ && stream_->failure() != 0)) Fail(output_->geterror());
+  next_ = y1;
+}
+
+void FileSink::PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) {
+  const int dx = file_spec_.x - window_.x0, dy = file_spec_.y - window_.y0, tile = file_spec_.tile_height;
+  const auto write = [&](int top, int bottom, const std::byte* pixels, ptrdiff_t stride) {
+    bool ok = false;
+    try {
+      ok = output_->write_tiles(window_.x0 + dx, window_.x1 + dx, top + dy, bottom + dy, 0, 1, TypeDescOf(type_),
+                                pixels, OIIO::AutoStride, stride);
+    } catch (const std::exception& e) {
+      Fail(e.what());
+    }
+    if (!ok || (stream_ && stream_->failure() != 0)) Fail(output_->geterror());
+    tile_top_ = bottom;
+  };
+  const size_t row = PixelBytes(type_) * kept_.size() * window_.width();
+  for (int y = y0; y < y1;) {
+    const int end = static_cast<int>(std::min<int64_t>(int64_t{tile_top_} + tile, window_.y1));
+    const std::byte* from = data + (y - y0) * row_stride;
+    if (y == tile_top_ && end <= y1) {
+      write(y, end, from, row_stride);
+      y = end;
+      continue;
+    }
+    const int stop = std::min(end, y1);  // part of a tile row: kept until it is whole
+    tile_rows_.resize(row * (end - tile_top_));
+    for (; y < stop; ++y, from += row_stride) std::memcpy(tile_rows_.data() + row * (y - tile_top_), from, row);
+    if (y == end) write(tile_top_, end, tile_rows_.data(), static_cast<ptrdiff_t>(row));
+  }
+  next_ = y1;
+}
+
+void FileSink::Finish() {
+  Pad(window_.y1);
+  if (next_ != window_.y1) Fail("row " + std::to_string(next_) + " and those below never arrived");
+  bool ok = false;
+  try {
+    ok = output_->close();
+  } catch (const std::exception& e) {
+    Fail(e.what());
+  }
+  if (stream_) stream_->close();
+  if (!ok || (stream_ && stream_->failure() != 0)) Fail(output_->geterror());
+  if (!stream_) CheckReadable();
+}
+
+// Formats that open files themselves may lose bytes without a word: the last row tells.
+void FileSink::CheckReadable() {
+  const auto input = OIIO::ImageInput::create(temporary_);
+  OIIO::ImageSpec found;
+  if (!input) {
+    OIIO::geterror();  // a format that can only be written
+    return;
+  }
+  std::vector<float> row(static_cast<size_t>(file_spec_.width) * file_spec_.nchannels);
+  bool ok = input->open(temporary_, found) && found.width == file_spec_.width &&
+            found.height == file_spec_.height && found.nchannels >= 1;
+  if (ok) {
+    row.resize(static_cast<size_t>(found.width) * found.nchannels);
+    ok = found.tile_width > 0 || input->read_scanline(found.y + found.height - 1, 0, OIIO::TypeFloat, row.data());
+  }
+  if (!ok) Fail("the file that was written cannot be read back: " + input->geterror());
+}
+
+void FileSink::Fail(const std::string& message) {
+  const int code = stream_ ? stream_->failure() : 0;
+  if (code != 0) throw Error(shown_, "cannot be written: " + std::error_code(code, std::generic_category()).message());
+  throw Error(shown_, "cannot be written as " + std::string(output_->format_name()) + ": " +
+                          OneLine(message, temporary_, shown_));
+}
+
+}  // namespace tessera::io

@@ -1,0 +1,61 @@
+// Rows into a file through OpenImageIO: what the format can hold, its windows, its tiles.
+#ifndef TESSERA_IO_FILE_SINK_H_
+#define TESSERA_IO_FILE_SINK_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <OpenImageIO/imageio.h>
+
+#include "graph/source.h"
+#include "io/output_file.h"
+#include "tessera/image.h"
+
+namespace tessera::io {
+
+class FileSink final : public graph::RowSink {
+ public:
+  // Judges what can be judged before a file exists; `shown` names it in errors and its extension is the format.
+  // Throws Error for an unknown extension and for channels that the format cannot hold.
+  FileSink(const std::string& shown, const ImageSpec& spec, PixelType type, const std::vector<Attribute>& attributes);
+  ~FileSink() override;
+
+  // Opens the existing, empty file. Throws Error.
+  void Open(const std::string& temporary);
+  // The type that Write takes: the one asked for, or the nearest that the format has. Known after Open.
+  PixelType type() const { return type_; }
+
+  void Write(const ConstImageView& rows) override;
+  int RowGranularity() const override { return granularity_; }
+  // Writes what is missing below the last row and closes. Throws Error when not everything reached the disk.
+  void Finish();
+
+ private:
+  void ChooseChannels(const ImageSpec& spec);
+  void ChooseWindow(const ImageSpec& spec);
+  void ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& attributes);
+  void Pad(int until);
+  void Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
+  void PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
+  void CheckReadable();
+  [[noreturn]] void Fail(const std::string& message);
+
+  std::string shown_, temporary_;
+  std::unique_ptr<CheckedFile> stream_;        // null for formats that open files themselves; outlives output_
+  std::unique_ptr<OIIO::ImageOutput> output_;
+  OIIO::ImageSpec file_spec_;
+  Roi data_;                                   // window of the rows that Write is given
+  Roi window_;                                 // the part that the file holds, same coordinates
+  std::vector<int> kept_;                      // channels that the file holds
+  bool direct_ = true;                         // rows go to the file as they are
+  int next_ = 0;                               // first row of window_ that is not written
+  PixelType type_;
+  int granularity_ = 1;
+  std::vector<std::byte> composed_, tile_rows_;
+  int tile_top_ = 0;                           // tile_rows_ holds [tile_top_, next_)
+};
+
+}  // namespace tessera::io
+
+#endif  // TESSERA_IO_FILE_SINK_H_

@@ -1,0 +1,196 @@
+// Temporary names, their removal from signal handlers, and the stream that remembers failures.
+#include "io/output_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include "tessera/error.h"
+#include "tessera/io.h"
+
+namespace tessera {
+namespace io {
+namespace {
+
+// Names of unfinished outputs. Whoever exchanges a pointer out owns it, so that a signal handler and a thread never
+// both act on one; a name taken by a handler is not freed, because free is not safe there.
+std::array<std::atomic<char*>, 1024> unfinished{};
+static_assert(std::atomic<char*>::is_always_lock_free);
+
+void Remember(const std::string& name) {
+  char* copy = ::strdup(name.c_str());
+  if (!copy) throw Error(name, "no memory for its name");
+  for (auto& slot : unfinished) {
+    char* empty = nullptr;
+    if (slot.compare_exchange_strong(empty, copy)) return;
+  }
+  std::free(copy);  // more outputs at once than slots: only an interrupt would leave this one behind
+}
+
+void Forget(const std::string& name) noexcept {
+  for (auto& slot : unfinished) {
+    char* held = slot.load();
+    // Only the owner of a temporary name removes it, so `held` can vanish only through a handler, which never frees.
+    if (held && name == held && slot.compare_exchange_strong(held, nullptr)) {
+      std::free(held);
+      return;
+    }
+  }
+}
+
+std::string Reason(int code) { return std::error_code(code, std::generic_category()).message(); }
+
+}  // namespace
+
+std::string ResolveTarget(const std::string& file) {
+  namespace fs = std::filesystem;
+  std::error_code code;
+  fs::path path(file);
+  if (fs::is_symlink(fs::symlink_status(path, code))) {
+    const fs::path real = fs::weakly_canonical(path, code);
+    if (!code) path = real;
+  }
+  const auto type = fs::status(path, code).type();
+  if (type == fs::file_type::directory) throw Error(file, "found a directory, expected a file to write");
+  if (type != fs::file_type::not_found && type != fs::file_type::regular && type != fs::file_type::none) {
+    throw Error(file, "found a device or pipe, expected a file to write");
+  }
+  if (type == fs::file_type::regular && ::access(path.c_str(), W_OK) != 0) {
+    throw Error(file, "cannot be written: " + Reason(errno));
+  }
+  return path.string();
+}
+
+std::string CreateTemporary(const std::string& target, const std::string& shown) {
+  static std::atomic<int64_t> count{0};
+  const std::filesystem::path path(target);
+  const auto directory = path.parent_path();
+  std::error_code code;
+  if (!directory.empty() && !std::filesystem::exists(directory, code)) {
+    throw Error(shown, "cannot be written: no directory " + directory.string());
+  }
+  // Names are limited to 255 bytes; the stem is only there for the eye.
+  const std::string stem = path.stem().string().substr(0, 100);
+  for (;;) {
+    const std::string name = (directory / ("." + stem + ".tessera-" + std::to_string(::getpid()) + "-" +
+                                           std::to_string(count++) + path.extension().string()))
+                                 .string();
+    Remember(name);
+    const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0) {
+      ::close(descriptor);
+      return name;
+    }
+    const int error = errno;
+    Forget(name);
+    if (error != EEXIST) throw Error(shown, "cannot be written: " + Reason(error));
+  }
+}
+
+void RemoveTemporary(const std::string& temporary) noexcept {
+  if (temporary.empty()) return;
+  ::unlink(temporary.c_str());
+  Forget(temporary);
+}
+
+void RenameTemporary(const std::string& temporary, const std::string& target, const std::string& shown) {
+  struct stat old;
+  if (::stat(target.c_str(), &old) == 0 && ::chmod(temporary.c_str(), old.st_mode & 07777) != 0) {
+    throw Error(shown, "cannot be given the permissions of the file it replaces: " + Reason(errno));
+  }
+  if (::rename(temporary.c_str(), target.c_str()) != 0) {
+    throw Error(shown, "cannot be written: " + Reason(errno));
+  }
+  Forget(temporary);
+}
+
+CheckedFile::CheckedFile(const std::string& name) : IOProxy(name, Write), file_(std::fopen(name.c_str(), "w+b")) {
+  if (!file_) {
+    failure_ = errno;
+    m_mode = Closed;
+  }
+}
+
+CheckedFile::~CheckedFile() { CheckedFile::close(); }
+
+void CheckedFile::Note(bool ok) const {
+  if (!ok && failure_ == 0) failure_ = errno ? errno : EIO;
+}
+
+void CheckedFile::close() {
+  const std::lock_guard lock(mutex_);
+  if (!file_) return;
+  Note(std::fflush(file_) == 0);
+  Note(std::fclose(file_) == 0);
+  file_ = nullptr;
+  m_mode = Closed;
+}
+
+bool CheckedFile::seek(int64_t offset) {
+  const std::lock_guard lock(mutex_);
+  if (!file_) return false;
+  Note(::fseeko(file_, offset, SEEK_SET) == 0);
+  return true;
+}
+
+int64_t CheckedFile::tell() {
+  const std::lock_guard lock(mutex_);
+  return file_ ? ::ftello(file_) : -1;
+}
+
+size_t CheckedFile::read(void* buffer, size_t size) {
+  const std::lock_guard lock(mutex_);
+  return file_ ? std::fread(buffer, 1, size, file_) : 0;
+}
+
+size_t CheckedFile::write(const void* buffer, size_t size) {
+  const std::lock_guard lock(mutex_);
+  if (file_ && failure_ == 0) Note(std::fwrite(buffer, 1, size, file_) == size);
+  return size;
+}
+
+size_t CheckedFile::pread(void* buffer, size_t size, int64_t offset) {
+  const std::lock_guard lock(mutex_);
+  const int64_t here = tell();
+  const size_t done = seek(offset) ? read(buffer, size) : 0;
+  seek(here);
+  return done;
+}
+
+size_t CheckedFile::pwrite(const void* buffer, size_t size, int64_t offset) {
+  const std::lock_guard lock(mutex_);
+  const int64_t here = tell();
+  const size_t done = seek(offset) ? write(buffer, size) : 0;
+  seek(here);
+  return done;
+}
+
+size_t CheckedFile::size() const {
+  const std::lock_guard lock(mutex_);
+  struct stat now;
+  if (!file_ || std::fflush(file_) != 0 || ::fstat(::fileno(file_), &now) != 0) return 0;
+  return static_cast<size_t>(now.st_size);
+}
+
+void CheckedFile::flush() const {
+  const std::lock_guard lock(mutex_);
+  if (file_) Note(std::fflush(file_) == 0);
+}
+
+}  // namespace io
+
+void RemoveUnfinishedOutputs() {
+  for (auto& slot : io::unfinished) {
+    if (char* name = slot.exchange(nullptr)) ::unlink(name);
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,253 @@
+// Images in files as lazy sources: the header is read and judged here, rows are read when the engine asks.
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <OpenImageIO/imageio.h>
+
+#include "graph/source.h"
+#include "io/spec.h"
+#include "tessera/error.h"
+#include "tessera/io.h"
+
+namespace tessera {
+namespace io {
+namespace {
+
+using OIIO::ImageInput;
+
+// A header of a short file that declares much more than any codec could pack into it is corrupt or malicious.
+constexpr int64_t kUnsuspiciousBytes = int64_t{1} << 30;
+constexpr int64_t kLargestCompression = 20000;
+constexpr int64_t kLargestRowBytes = (int64_t{1} << 31) - 1;
+
+std::string PartList(const std::vector<std::string>& names) {
+  std::string list;
+  for (size_t i = 0; i < names.size(); ++i) {
+    list += (i ? ", " : "") + std::to_string(i) + (names[i].empty() ? "" : " (" + names[i] + ")");
+  }
+  return list;
+}
+
+std::string PartName(const OIIO::ImageSpec& spec) {
+  return std::string(spec.get_string_attribute("oiio:subimagename", spec.get_string_attribute("name")));
+}
+
+// Calls into OpenImageIO and the libraries behind it; what they throw becomes an Error of this file.
+template <typename Call>
+auto Guarded(const std::string& file, Call&& call) {
+  try {
+    return call();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw Error(file, OneLine(e.what()));
+  }
+}
+
+int64_t CheckFile(const std::string& file) {
+  std::error_code code;
+  const auto status = std::filesystem::status(file, code);
+  if (status.type() == std::filesystem::file_type::not_found) throw Error(file, "no such file");
+  if (status.type() == std::filesystem::file_type::directory) {
+    throw Error(file, "found a directory, expected an image file");
+  }
+  if (status.type() != std::filesystem::file_type::regular) {
+    throw Error(file, code ? "cannot be read: " + code.message() : "found a device or pipe, expected an image file");
+  }
+  const auto size = std::filesystem::file_size(file, code);
+  if (code) throw Error(file, "cannot be read: " + code.message());
+  if (size == 0) throw Error(file, "found an empty file (0 bytes), expected an image");
+  errno = 0;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> probe(std::fopen(file.c_str(), "rb"), &std::fclose);
+  if (!probe) throw Error(file, "cannot be read: " + std::error_code(errno, std::generic_category()).message());
+  return static_cast<int64_t>(size);
+}
+
+void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_bytes) {
+  const std::string size = std::to_string(s.width) + " x " + std::to_string(s.height);
+  if (s.deep) throw Error(file, "found deep pixels, expected flat ones");
+  if (s.depth > 1) throw Error(file, "found a volume " + std::to_string(s.depth) + " deep, expected a flat image");
+  if (s.width < 1 || s.height < 1) throw Error(file, "found " + size + " pixels, expected at least 1 x 1");
+  if (s.nchannels < 1) throw Error(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
+  for (const int64_t end : {int64_t{s.x} + s.width, int64_t{s.y} + s.height, int64_t{s.full_x} + s.full_width,
+                            int64_t{s.full_y} + s.full_height}) {
+    if (end > INT32_MAX) throw Error(file, "found a window of " + size + " that ends beyond 2147483647");
+  }
+  const int64_t row = int64_t{s.width} * static_cast<int64_t>(PixelBytes(StorageType(s)));  // below 2^33
+  const std::string declared = size + " pixels of " + std::to_string(s.nchannels) + " channels";
+  if (row > kLargestRowBytes / s.nchannels) {
+    throw Error(file, "found " + declared + ", expected rows below 2 GiB");
+  }
+  const double bytes = static_cast<double>(row) * s.nchannels * s.height;
+  if (bytes > kUnsuspiciousBytes && bytes / kLargestCompression > static_cast<double>(file_bytes)) {
+    throw Error(file, "found " + declared + " declared in a file of " + std::to_string(file_bytes) +
+                          " bytes, expected a plausible size");
+  }
+  if (s.tile_width < 0 || s.tile_height < 0 || s.tile_depth > 1 || (s.tile_width > 0) != (s.tile_height > 0)) {
+    throw Error(file, "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
+  }
+}
+
+std::unique_ptr<ImageInput> OpenInput(const std::string& file) {
+  auto input = Guarded(file, [&] { return ImageInput::open(file); });
+  if (!input) throw Error(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
+  return input;
+}
+
+std::vector<std::string> PartNames(ImageInput& input) {
+  std::vector<std::string> names;
+  for (int i = 0; input.seek_subimage(i, 0); ++i) names.push_back(PartName(input.spec()));
+  input.geterror();  // the seek past the end
+  return names;
+}
+
+class FileReader final : public graph::RowReader {
+ public:
+  FileReader(const std::string& file, int subimage, const OIIO::ImageSpec& expected, int first, int last)
+      : file_(file), subimage_(subimage), first_(first), last_(last), input_(OpenInput(file)) {
+    const bool found = Guarded(file, [&] { return input_->seek_subimage(subimage, 0); });
+    const OIIO::ImageSpec& now = input_->spec();
+    if (!found || now.roi() != expected.roi() || now.format != expected.format ||
+        now.tile_width != expected.tile_width || now.tile_height != expected.tile_height) {
+      throw Error(file, "the file changed after its header was read");
+    }
+    spec_ = now;
+    type_ = StorageType(spec_);
+  }
+
+  void Read(const ImageView& out) override {
+    if (out.roi.empty()) return;
+    if (out.channels != last_ - first_ || out.type != type_ || out.roi.x0 != spec_.x ||
+        out.roi.width() != spec_.width || out.roi.y0 < spec_.y || out.roi.y1 > spec_.y + spec_.height ||
+        out.channel_stride != static_cast<ptrdiff_t>(PixelBytes(type_))) {
+      throw Error(file_, "rows asked for do not fit the file's window, channels or type");
+    }
+    if (spec_.tile_height == 0) {
+      ReadScanlines(out);
+      return;
+    }
+    for (int y = out.roi.y0; y < out.roi.y1;) y = ReadTileRow(out, y);
+  }
+
+ private:
+  void ReadScanlines(const ImageView& out) {
+    const bool ok = Guarded(file_, [&] {
+      return input_->read_scanlines(subimage_, 0, out.roi.y0, out.roi.y1, 0, first_, last_, TypeDescOf(type_),
+                                    out.data, out.pixel_stride, out.row_stride);
+    });
+    if (!ok) Fail(out.roi);
+  }
+
+  void ReadTiles(const Roi& rows, std::byte* data, ptrdiff_t pixel_stride, ptrdiff_t row_stride) {
+    const bool ok = Guarded(file_, [&] {
+      return input_->read_tiles(subimage_, 0, rows.x0, rows.x1, rows.y0, rows.y1, 0, 1, first_, last_,
+                                TypeDescOf(type_), data, pixel_stride, row_stride);
+    });
+    if (!ok) Fail(rows);
+  }
+
+  // Fills out's rows from y to the end of their tile row and returns the next row wanted. A tile row that is only
+  // partly asked for is kept, because the rest of it is asked for next.
+  int ReadTileRow(const ImageView& out, int y) {
+    const int bottom = spec_.y + spec_.height, tile = spec_.tile_height;
+    const int top = spec_.y + (y - spec_.y) / tile * tile;
+    const int end = static_cast<int>(std::min<int64_t>(int64_t{top} + tile, bottom));
+    const Roi row{spec_.x, top, spec_.x + spec_.width, end};
+    if (y == top && end <= out.roi.y1 && kept_ != row) {
+      ReadTiles(row, out.At(row.x0, top), out.pixel_stride, out.row_stride);
+      return end;
+    }
+    const size_t pixel = PixelBytes(type_) * out.channels, width = static_cast<size_t>(row.width());
+    if (kept_ != row) {
+      kept_ = {};
+      pixels_.resize(pixel * width * row.height());
+      ReadTiles(row, pixels_.data(), static_cast<ptrdiff_t>(pixel), static_cast<ptrdiff_t>(pixel * width));
+      kept_ = row;
+    }
+    const int stop = std::min(end, out.roi.y1);
+    for (; y < stop; ++y) {
+      const std::byte* from = pixels_.data() + pixel * width * (y - top);
+      std::byte* to = out.At(row.x0, y);
+      if (out.pixel_stride == static_cast<ptrdiff_t>(pixel)) {
+        std::memcpy(to, from, pixel * width);
+      } else {
+        for (size_t x = 0; x < width; ++x, to += out.pixel_stride) std::memcpy(to, from + x * pixel, pixel);
+      }
+    }
+    return stop;
+  }
+
+  [[noreturn]] void Fail(const Roi& rows) {
+    throw Error(file_, "rows " + std::to_string(rows.y0) + " to " + std::to_string(rows.y1 - 1) +
+                           " cannot be read: " + OneLine(input_->geterror()));
+  }
+
+  std::string file_;
+  int subimage_, first_, last_;
+  std::unique_ptr<ImageInput> input_;
+  OIIO::ImageSpec spec_;
+  PixelType type_;
+  Roi kept_;  // the tile row in pixels_
+  std::vector<std::byte> pixels_;
+};
+
+class FileSource final : public graph::PixelSource {
+ public:
+  FileSource(const std::string& file, const ReadOptions& options) : file_(file), subimage_(options.subimage) {
+    const int64_t bytes = CheckFile(file);
+    const auto input = OpenInput(file);
+    Guarded(file, [&] {
+      FindPart(*input, options);
+      native_ = input->spec();
+    });
+    CheckSpec(file, native_, bytes);
+    spec_ = SpecFrom(native_);
+    granularity_ = native_.tile_height > 0 ? native_.tile_height : ChunkRows(input->format_name(), native_);
+  }
+
+  const ImageSpec& spec() const override { return spec_; }
+  std::string Describe() const override { return file_; }
+  std::unique_ptr<graph::RowReader> Open(int first, int last) const override {
+    return std::make_unique<FileReader>(file_, subimage_, native_, first, last);
+  }
+  int RowGranularity() const override { return granularity_; }
+
+ private:
+  void FindPart(ImageInput& input, const ReadOptions& options) {
+    if (options.part.empty()) {
+      if (options.subimage >= 0 && input.seek_subimage(options.subimage, 0)) return;
+      throw Error(file_, "no part " + std::to_string(options.subimage) + "; parts found: " +
+                             PartList(PartNames(input)));
+    }
+    for (subimage_ = 0; input.seek_subimage(subimage_, 0); ++subimage_) {
+      if (PartName(input.spec()) == options.part) return;
+    }
+    throw Error(file_, "no part named \"" + options.part + "\"; parts found: " + PartList(PartNames(input)));
+  }
+
+  std::string file_;
+  int subimage_;
+  OIIO::ImageSpec native_;
+  ImageSpec spec_;
+  int granularity_ = 1;
+};
+
+}  // namespace
+}  // namespace io
+
+Node Read(const std::string& file, const ReadOptions& options) {
+  return graph::MakeSource(std::make_shared<io::FileSource>(file, options));
+}
+
+std::vector<std::string> Subimages(const std::string& file) {
+  io::CheckFile(file);
+  const auto input = io::OpenInput(file);
+  return io::Guarded(file, [&] { return io::PartNames(*input); });
+}
+
+}  // namespace tessera

@@ -1,0 +1,44 @@
+// Evaluation into files: a sink over a temporary file, renamed when everything has arrived.
+#include <string>
+#include <utility>
+
+#include "graph/render.h"
+#include "io/file_sink.h"
+#include "io/output_file.h"
+#include "tessera/error.h"
+#include "tessera/io.h"
+
+namespace tessera {
+
+PendingOutput::PendingOutput(const Node& node, const std::string& file, const WriteOptions& options) : file_(file) {
+  const ImageSpec& spec = node.spec();
+  const std::string target = io::ResolveTarget(file);
+  io::FileSink sink(file, spec, options.type.value_or(spec.type), options.attributes);
+  temporary_ = io::CreateTemporary(target, file);
+  try {
+    sink.Open(temporary_);
+    type_ = sink.type();
+    graph::RenderToSink(node, type_, sink, options.render, options.stats);
+    sink.Finish();
+  } catch (...) {
+    io::RemoveTemporary(temporary_);
+    throw;
+  }
+}
+
+PendingOutput::PendingOutput(PendingOutput&& other) noexcept
+    : temporary_(std::exchange(other.temporary_, {})), file_(std::move(other.file_)), type_(other.type_) {}
+
+PendingOutput::~PendingOutput() { io::RemoveTemporary(temporary_); }
+
+void PendingOutput::Commit() {
+  if (temporary_.empty()) return;
+  io::RenameTemporary(temporary_, io::ResolveTarget(file_), file_);
+  temporary_.clear();
+}
+
+void Write(const Node& node, const std::string& file, const WriteOptions& options) {
+  PendingOutput(node, file, options).Commit();
+}
+
+}  // namespace tessera

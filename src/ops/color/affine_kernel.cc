@@ -1,0 +1,196 @@
+// The one kernel of every affine operation: blocks of planes, or straight from and to interleaved RGBA pixels.
+#include <cmath>
+#include <memory>
+
+#include "graph/stage.h"
+#include "ops/color/affine.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/color/affine_kernel.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/pixels-inl.h"
+#include "simd/point-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
+using s::Pixels;
+using s::V;
+
+// How far limits go: the fast form serves four channels whose NaN becomes the lower limit.
+enum class LimitForm : uint8_t { kNone, kAll, kSome };
+
+// Coefficients as the kernel reads them. `unit` is what 1.0 is in the samples it works on: 1, 255 or 65535.
+struct Coefficients {
+  float m[4][4], bias[4], low[4], high[4], nan[4];
+
+  Coefficients(const double (&matrix)[4][5], const Limits (&limits)[4], double unit) {
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) m[i][j] = static_cast<float>(matrix[i][j]);
+      // -0 is what leaves every sum alone, zeros of either sign included.
+      bias[i] = matrix[i][4] == 0 ? -0.0f : static_cast<float>(matrix[i][4] * unit);
+      low[i] = static_cast<float>(limits[i].low * unit);
+      high[i] = static_cast<float>(limits[i].high * unit);
+      nan[i] = static_cast<float>(limits[i].nan * unit);
+    }
+  }
+};
+
+template <AffineClass kClass>
+class Affine {
+ public:
+  HWY_INLINE Affine(const Coefficients& c, LimitForm form) : c_(c), form_(form) {}
+
+  HWY_INLINE Pixels operator()(const Pixels& p) const {
+    Pixels q{Row<0>(p, p.r), Row<1>(p, p.g), Row<2>(p, p.b), Alpha(p)};
+    if (form_ == LimitForm::kAll) {
+      q = {Limit<0>(q.r), Limit<1>(q.g), Limit<2>(q.b), Limit<3>(q.a)};
+    } else if (form_ == LimitForm::kSome) {
+      q = {LimitNaN<0>(q.r), LimitNaN<1>(q.g), LimitNaN<2>(q.b), LimitNaN<3>(q.a)};
+    }
+    return q;
+  }
+
+ private:
+  static HWY_INLINE V Set(float v) { return hn::Set(s::D(), v); }
+
+  template <int i>
+  HWY_INLINE V Row(const Pixels& p, V own) const {
+    if constexpr (kClass == AffineClass::kDiagonal) {
+      return hn::MulAdd(own, Set(c_.m[i][i]), Set(c_.bias[i]));
+    } else {
+      V v = hn::MulAdd(p.r, Set(c_.m[i][0]), Set(c_.bias[i]));
+      v = hn::MulAdd(p.g, Set(c_.m[i][1]), v);
+      v = hn::MulAdd(p.b, Set(c_.m[i][2]), v);
+      if constexpr (kClass == AffineClass::kFull) v = hn::MulAdd(p.a, Set(c_.m[i][3]), v);
+      return v;
+    }
+  }
+  HWY_INLINE V Alpha(const Pixels& p) const {
+    if constexpr (kClass == AffineClass::kFull) {
+      return Row<3>(p, p.a);
+    } else {
+      return hn::MulAdd(p.a, Set(c_.m[3][3]), Set(c_.bias[3]));
+    }
+  }
+  template <int i>
+  HWY_INLINE V Limit(V v) const {
+    return s::ClampHigh(s::ClampLow(v, Set(c_.low[i])), Set(c_.high[i]));
+  }
+  template <int i>
+  HWY_INLINE V LimitNaN(V v) const {
+    return hn::IfThenElse(hn::IsNaN(v), Set(c_.nan[i]), Limit<i>(v));
+  }
+
+  Coefficients c_;
+  LimitForm form_;
+};
+
+template <AffineClass kClass>
+class AffineStage final : public graph::PointStage {
+ public:
+  AffineStage(const double (&matrix)[4][5], const Limits (&limits)[4])
+      : values_(matrix, limits, 1), codes8_(matrix, limits, 255), codes16_(matrix, limits, 65535) {
+    bool some = false, all = true;
+    for (const Limits& l : limits) {
+      some |= l.any();
+      all &= l.any() && l.nan == l.low;
+    }
+    form_ = !some ? LimitForm::kNone : all ? LimitForm::kAll : LimitForm::kSome;
+  }
+
+  bool CanFuse(bool, PixelType) const override { return true; }
+
+  void Run(const graph::PointArgs& args) const override {
+    const std::byte* const read = args.source.read;
+    std::byte* const write = args.sink.write;
+    if (read == nullptr && write == nullptr) {
+      s::RunPoint<1>(args, Affine<kClass>(values_, form_));
+    } else if (read != nullptr) {
+      switch (args.source.type) {
+        case PixelType::kUint8: return RunFrom<PixelType::kUint8>(args, codes8_);
+        case PixelType::kUint16: return RunFrom<PixelType::kUint16>(args, codes16_);
+        case PixelType::kHalf: return RunFrom<PixelType::kHalf>(args, values_);
+        case PixelType::kFloat: return RunFrom<PixelType::kFloat>(args, values_);
+      }
+    } else {
+      const auto load = [in = args.in[0]](int i) HWY_ATTR { return s::LoadPlanes(in, i); };
+      RunTo(args, load, Affine<kClass>(values_, form_));
+    }
+  }
+
+ private:
+  // From pixels: to pixels of the same type on codes, else on values.
+  template <PixelType type>
+  void RunFrom(const graph::PointArgs& args, const Coefficients& codes) const {
+    using T = typename s::Samples<type>::T;
+    const T* const from = reinterpret_cast<const T*>(args.source.read);
+    const int count = args.count;
+    const Affine<kClass> on_values(values_, form_);
+    if (args.sink.write != nullptr && args.sink.type == type) {
+      const Affine<kClass> on_codes(codes, form_);
+      T* const to = reinterpret_cast<T*>(args.sink.write);
+      const bool stream = args.sink.stream && s::CanStream(to);
+      for (int i = 0; i < count; i += s::kLanes) {
+        s::StoreRgba<type, false>(on_codes(s::LoadRgbaCodes<type>(from + 4 * i)), to + 4 * i, stream);
+      }
+      return;
+    }
+    for (int i = 0; i < count; i += s::kLanes) {
+      s::StorePlanes(on_values(s::ValuesOf<type>(s::LoadRgbaCodes<type>(from + 4 * i))), args.out, i);
+    }
+    if (args.sink.write == nullptr) return;
+    const auto load = [&args](int i) HWY_ATTR { return s::LoadPlanes(args.out, i); };
+    RunTo(args, load, [](const Pixels& p) HWY_ATTR { return p; });
+  }
+
+  // From planes to pixels.
+  template <class Load, class F>
+  static HWY_INLINE void RunTo(const graph::PointArgs& args, const Load& load, const F& f) {
+    switch (args.sink.type) {
+      case PixelType::kUint8: return StoreAll<PixelType::kUint8>(args, load, f);
+      case PixelType::kUint16: return StoreAll<PixelType::kUint16>(args, load, f);
+      case PixelType::kHalf: return StoreAll<PixelType::kHalf>(args, load, f);
+      case PixelType::kFloat: return StoreAll<PixelType::kFloat>(args, load, f);
+    }
+  }
+  template <PixelType type, class Load, class F>
+  static HWY_INLINE void StoreAll(const graph::PointArgs& args, const Load& load, const F& f) {
+    using T = typename s::Samples<type>::T;
+    T* const to = reinterpret_cast<T*>(args.sink.write);
+    const bool stream = args.sink.stream && s::CanStream(to);
+    for (int i = 0; i < args.count; i += s::kLanes) s::StoreRgba<type, true>(f(load(i)), to + 4 * i, stream);
+  }
+
+  Coefficients values_, codes8_, codes16_;
+  LimitForm form_ = LimitForm::kNone;
+};
+
+std::unique_ptr<graph::PointStage> NewAffineStage(AffineClass structure, const double (&matrix)[4][5],
+                                                  const Limits (&limits)[4]) {
+  switch (structure) {
+    case AffineClass::kDiagonal: return std::make_unique<AffineStage<AffineClass::kDiagonal>>(matrix, limits);
+    case AffineClass::kRgb: return std::make_unique<AffineStage<AffineClass::kRgb>>(matrix, limits);
+    case AffineClass::kFull: break;
+  }
+  return std::make_unique<AffineStage<AffineClass::kFull>>(matrix, limits);
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+
+HWY_EXPORT(NewAffineStage);
+
+std::unique_ptr<graph::PointStage> MakeAffineStage(AffineClass structure, const double (&matrix)[4][5],
+                                                   const Limits (&limits)[4]) {
+  return HWY_DYNAMIC_DISPATCH(NewAffineStage)(structure, matrix, limits);
+}
+
+}  // namespace tessera::ops
+#endif

@@ -1,0 +1,87 @@
+// Hue rotation about the grey axis, keeping luminance (sheared) or not.
+#include <cmath>
+#include <numbers>
+
+#include "ops/color/color_ops.h"
+
+namespace tessera {
+namespace ops {
+namespace {
+
+// sin and cos of an angle in degrees: reduced modulo 360 exactly, exact at multiples of 90.
+void SinCosDegrees(double degrees, double* sin, double* cos) {
+  const double reduced = std::remainder(degrees, 360.0);  // exact, in [-180, 180]
+  const double quarter = std::nearbyint(reduced / 90);
+  const double rest = (reduced - 90 * quarter) * std::numbers::pi / 180;
+  const double s = std::sin(rest), c = std::cos(rest);
+  switch (static_cast<int>(quarter) & 3) {
+    case 0: *sin = s, *cos = c; break;
+    case 1: *sin = c, *cos = -s; break;
+    case 2: *sin = -s, *cos = -c; break;
+    default: *sin = -c, *cos = s; break;
+  }
+}
+
+// H = 1 w^T + cos t P + sin t P [g]x with P = I - 1 w^T; with w = 1/3 this is the plain rotation.
+Matrix3 HueMatrix(double degrees, const double (&w)[3]) {
+  double sin, cos;
+  SinCosDegrees(degrees, &sin, &cos);
+  const double k = 1 / std::numbers::sqrt3;
+  const double cross[3][3] = {{0, -k, k}, {k, 0, -k}, {-k, k, 0}};
+  Matrix3 h;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) {
+      double turned = cross[i][j];  // (P [g]x)_ij
+      for (size_t l = 0; l < 3; ++l) turned -= w[l] * cross[l][j];
+      h[i][j] = (1 - cos) * w[j] + (i == j ? cos : 0) + sin * turned;
+    }
+  }
+  return h;
+}
+
+}  // namespace
+
+OpInfo HueInfo() {
+  OpInfo info;
+  info.name = "hue";
+  info.family = "color";
+  info.summary = "Rotate hue about the grey axis";
+  info.help =
+      "R,G,B are turned by DEG degrees about the grey axis; +120 turns red to green. preserve=luminance (the default) "
+      "shears so that the weighted luminance stays: H = 1 w^T + cos P + sin P [g]x, P = I - 1 w^T; preserve=none is the "
+      "plain rotation, which keeps R+G+B. Greys stay grey. The angle is reduced modulo 360 in double; 0 and 360 return "
+      "the input bit for bit. Results may leave [0,1]; clamp at the end, not between. Alpha is kept; NaN or infinity "
+      "in R, G or B reaches all three. Source: spec/color.md, hue rotation (with its correction of the shear).";
+  info.bound = "8 u max(|R|,|G|,|B|)";
+  info.bound_u = 8;
+  info.arguments = {NumberParam("DEG", "angle in degrees")};
+  ParamInfo preserve;
+  preserve.name = "preserve";
+  preserve.type = ParamType::kChoice;
+  preserve.default_value = "luminance";
+  preserve.help = "what the rotation keeps";
+  preserve.choices = {"luminance", "none"};
+  info.modifiers = {preserve, WeightsParam()};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    return RotateHue(in[0], HueParams{a.Number("DEG"), a.Text("preserve") == "luminance", WeightsOf(a)});
+  };
+  info.examples = {"30", "-75 weights=haeberli", "120 preserve=none", "180 weights=yiq", "1000000030"};
+  info.identity = "360";
+  return info;
+}
+
+}  // namespace ops
+
+Node RotateHue(const Node& image, const HueParams& params) {
+  ops::RequireFinite("hue", "angle", params.degrees);
+  const LuminanceWeights n = ops::NormalizedWeights("hue", params.weights);
+  const double w[3] = {n.r, n.g, n.b}, third[3] = {1.0 / 3, 1.0 / 3, 1.0 / 3};
+  const ops::Matrix3 m = ops::HueMatrix(params.degrees, params.preserve_luminance ? w : third);
+  return ops::MakeRgbNode("hue", image, m, params);
+}
+
+Node RotateHue(const Node& image, Degrees angle, const LuminanceWeights& weights) {
+  return RotateHue(image, HueParams{angle.value, true, weights});
+}
+
+}  // namespace tessera

@@ -1,0 +1,111 @@
+// Premultiplication by alpha and its inverse.
+#include <memory>
+
+#include "ops/color/color_ops.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/color/premultiply.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/point-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
+
+struct PremultiplyKernel {
+  HWY_INLINE s::Pixels operator()(const s::Pixels& p) const {
+    return {hn::Mul(p.r, p.a), hn::Mul(p.g, p.a), hn::Mul(p.b, p.a), p.a};
+  }
+};
+struct UnpremultiplyKernel {
+  HWY_INLINE s::Pixels operator()(const s::Pixels& p) const {
+    const auto zero = hn::Eq(p.a, hn::Zero(s::D()));
+    return {hn::IfThenElse(zero, p.r, hn::Div(p.r, p.a)), hn::IfThenElse(zero, p.g, hn::Div(p.g, p.a)),
+            hn::IfThenElse(zero, p.b, hn::Div(p.b, p.a)), p.a};
+  }
+};
+std::unique_ptr<graph::PointStage> MakePremultiply() { return s::MakeStage<1>(PremultiplyKernel{}); }
+std::unique_ptr<graph::PointStage> MakeUnpremultiply() { return s::MakeStage<1>(UnpremultiplyKernel{}); }
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera {
+namespace ops {
+namespace {
+
+HWY_EXPORT(MakePremultiply);
+HWY_EXPORT(MakeUnpremultiply);
+
+class PremultiplyOp final : public graph::Op {
+ public:
+  PremultiplyOp(bool inverse, bool has_alpha)
+      : inverse_(inverse), has_alpha_(has_alpha), parameters_(inverse ? std::any(UnpremultiplyParams()) : std::any(PremultiplyParams())) {}
+  std::string Name() const override { return inverse_ ? "unpremult" : "premult"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kColor; }
+  const std::any& Parameters() const override { return parameters_; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    if (has_alpha_) graph::RequireColor(Name(), inputs[0]);
+    return inputs[0];
+  }
+  bool IsIdentity() const override { return !has_alpha_; }
+  bool ReadsAlpha() const override { return true; }
+  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
+    return inverse_ ? HWY_DYNAMIC_DISPATCH(MakeUnpremultiply)() : HWY_DYNAMIC_DISPATCH(MakePremultiply)();
+  }
+
+ private:
+  bool inverse_, has_alpha_;
+  std::any parameters_;
+};
+
+Node MakePremultiplyNode(const Node& image, bool inverse) {
+  // Without alpha there is nothing to do, whatever the channels: the input itself.
+  if (image.spec().alpha < 0) return image;
+  return graph::MakeNode(std::make_shared<const PremultiplyOp>(inverse, true), {image});
+}
+
+}  // namespace
+
+OpInfo PremultiplyInfo() {
+  OpInfo info;
+  info.name = "premult";
+  info.family = "color";
+  info.summary = "Multiply R,G,B by alpha";
+  info.help =
+      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept. An image without alpha is returned unchanged. "
+      "Source: as oiiotool --premult, spec/color.md, premultiplied alpha.";
+  info.bound = "u |result|";
+  info.bound_u = 1;
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Premultiply(in[0]); };
+  info.examples = {""};
+  return info;
+}
+
+OpInfo UnpremultiplyInfo() {
+  OpInfo info;
+  info.name = "unpremult";
+  info.family = "color";
+  info.summary = "Divide R,G,B by alpha";
+  info.help =
+      "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may divide to "
+      "infinity, a NaN alpha gives NaN. Alpha and further channels are kept. An image without alpha is returned "
+      "unchanged. Source: as oiiotool --unpremult.";
+  info.bound = "u |result|";
+  info.bound_u = 1;
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Unpremultiply(in[0]); };
+  info.examples = {""};
+  return info;
+}
+
+}  // namespace ops
+
+Node Premultiply(const Node& image) { return ops::MakePremultiplyNode(image, false); }
+Node Unpremultiply(const Node& image) { return ops::MakePremultiplyNode(image, true); }
+
+}  // namespace tessera
+#endif  // HWY_ONCE

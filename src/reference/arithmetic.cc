@@ -1,0 +1,155 @@
+// Reference of the arithmetic operations on images and constants.
+#include <any>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+#include "tessera/ops/arithmetic.h"
+
+namespace tessera::reference {
+namespace {
+
+using Sample = std::pair<double, double>;  // value, scale of its bound
+
+// value(a, b) of two images; one rounding.
+template <double (*value)(double, double)>
+void EvaluatePair(const Call& call) {
+  ForEachSample(call, [&](int x, int y, int c) {
+    return Rounded(value(call.in[0].at(x, y, c), call.in[1].at(x, y, c)));
+  });
+}
+double Sum(double a, double b) { return a + b; }
+double Difference(double a, double b) { return a - b; }
+double Product(double a, double b) { return a * b; }
+double Distance(double a, double b) { return std::fabs(a - b); }
+// C's fmin and fmax: the number wins over NaN.
+double Smaller(double a, double b) { return std::fmin(a, b); }
+double Larger(double a, double b) { return std::fmax(a, b); }
+
+void EvaluateMad(const Call& call) {
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double product = call.in[0].at(x, y, c) * call.in[1].at(x, y, c), summand = call.in[2].at(x, y, c);
+    return Sample(product + summand, std::fabs(product) + std::fabs(summand));
+  });
+}
+
+// A list of constants as a channel sees it.
+double ConstantOf(const std::vector<double>& values, int channel, double missing) {
+  if (values.size() == 1) return values.front();
+  if (channel < static_cast<int>(values.size())) return values.at(static_cast<size_t>(channel));
+  return missing;
+}
+
+// f(sample, constant) -> {value, scale}.
+template <class F>
+void EvaluateConstants(const Call& call, double missing, F f) {
+  const auto& p = std::any_cast<const ChannelConstants&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) -> Sample {
+    return f(call.in[0].at(x, y, c), ConstantOf(p.values, c, missing));
+  });
+}
+
+void EvaluateAddc(const Call& call) {
+  EvaluateConstants(call, 0, [](double v, double k) { return Sample(v + k, std::fabs(v) + std::fabs(k)); });
+}
+void EvaluateSubc(const Call& call) {
+  EvaluateConstants(call, 0, [](double v, double k) { return Sample(v - k, std::fabs(v) + std::fabs(k)); });
+}
+void EvaluateMulc(const Call& call) {
+  EvaluateConstants(call, 1, [](double v, double k) { return Rounded(v * k); });
+}
+void EvaluateMinc(const Call& call) {
+  EvaluateConstants(call, 0, [](double v, double k) { return Rounded(std::fmin(v, k)); });
+}
+void EvaluateMaxc(const Call& call) {
+  EvaluateConstants(call, 0, [](double v, double k) { return Rounded(std::fmax(v, k)); });
+}
+// Also the absolute value, whose constant is 0.
+void EvaluateAbsDiffc(const Call& call) {
+  EvaluateConstants(call, 0, [](double v, double k) { return Sample(std::fabs(v - k), std::fabs(v) + std::fabs(k)); });
+}
+
+void EvaluateInvert(const Call& call) {
+  const auto& p = std::any_cast<const InvertParams&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double v = call.in[0].at(x, y, c);
+    return c >= p.first && c < p.last ? Sample(1 - v, 1 + std::fabs(v)) : Rounded(v);
+  });
+}
+
+void EvaluateClamp(const Call& call) {
+  const auto& p = std::any_cast<const ClampParams&>(call.parameters);
+  const double inf = std::numeric_limits<double>::infinity();
+  ForEachSample(call, [&](int x, int y, int c) {
+    double v = call.in[0].at(x, y, c);
+    const double low = ConstantOf(p.min, c, -inf), high = ConstantOf(p.max, c, inf);
+    if (low != -inf) v = std::fmax(v, low);
+    if (high != inf) v = std::fmin(v, high);
+    if (p.clamp_alpha && c == call.out_spec.alpha) v = std::fmin(std::fmax(v, 0), 1);
+    return Rounded(v);
+  });
+}
+
+// The dither's hash, in plain integers.
+uint32_t Hash(uint32_t h) {
+  h = (h ^ (h >> 16)) * 0x21f0aaadu;
+  h = (h ^ (h >> 15)) * 0xd35a2d97u;
+  return h ^ (h >> 15);
+}
+
+// In codes, from -1/2 up to but without 1/2.
+double DitherOffset(int x, int y, int channel, uint32_t seed) {
+  const uint32_t key = Hash(seed * 0xc2b2ae3du + static_cast<uint32_t>(channel) + 1);
+  const uint32_t row = Hash(static_cast<uint32_t>(y) * 0x85ebca77u ^ key);
+  const uint32_t hash = Hash(static_cast<uint32_t>(x) * 0x9e3779b1u ^ row);
+  return std::ldexp(static_cast<double>(hash >> 8), -24) - 0.5;
+}
+
+double RoundHalfToEven(double v) {
+  const double below = std::floor(v), excess = v - below;
+  if (excess != 0.5) return excess < 0.5 ? below : below + 1;
+  return std::fmod(below, 2.0) == 0 ? below : below + 1;
+}
+
+void EvaluateQuantize(const Call& call) {
+  const auto& p = std::any_cast<const QuantizeParams&>(call.parameters);
+  const double last = std::ldexp(1.0, p.bits) - 1;
+  ForEachSample(call, [&](int x, int y, int c) {
+    double v = call.in[0].at(x, y, c);
+    if (!(v > 0)) v = 0;
+    if (v > 1) v = 1;
+    double code = v * last;
+    if (p.dither) code += DitherOffset(x, y, c, p.seed);
+    return Rounded(std::fabs(RoundHalfToEven(code)) / last);
+  });
+}
+
+}  // namespace
+
+std::vector<Entry> ArithmeticEntries() {
+  return {
+      {"add", EvaluatePair<Sum>},
+      {"sub", EvaluatePair<Difference>},
+      {"mul", EvaluatePair<Product>},
+      {"absdiff", EvaluatePair<Distance>},
+      {"min", EvaluatePair<Smaller>},
+      {"max", EvaluatePair<Larger>},
+      {"mad", EvaluateMad},
+      {"addc", EvaluateAddc},
+      {"subc", EvaluateSubc},
+      {"mulc", EvaluateMulc},
+      {"minc", EvaluateMinc},
+      {"maxc", EvaluateMaxc},
+      {"abs", EvaluateAbsDiffc},
+      {"absdiffc", EvaluateAbsDiffc},
+      {"invert", EvaluateInvert},
+      {"clamp", EvaluateClamp},
+      {"quantize", EvaluateQuantize},
+  };
+}
+
+}  // namespace tessera::reference

@@ -1,0 +1,176 @@
+// Wrong lines and bad inputs: the message, the exit code, and that nothing is left behind.
+#include "cli/cli_test.h"
+
+namespace tessera::testing {
+namespace {
+
+struct BadLine {
+  const char* line;
+  int exit_code;
+  std::vector<std::string> says;  // pieces of the message
+};
+
+class CommandLineTest : public CliTest {
+ protected:
+  void SetUp() override {
+    MakePicture("a.png", 32, 24, 3, OIIO::TypeUInt8);
+    MakePicture("small.png", 16, 24, 3, OIIO::TypeUInt8);
+    std::ofstream(Path("empty.png")).close();
+    std::ofstream(Path("text.exr")) << "this is no picture\n";
+    std::ofstream(Path("kept.png")) << "what was there";
+    std::filesystem::create_directory(Path("folder.png"));
+    const std::string whole = FileText(Path("a.png"));
+    std::ofstream(Path("cut.png"), std::ios::binary) << whole.substr(0, whole.size() / 2);
+  }
+
+  void Check(const BadLine& bad) {
+    SCOPED_TRACE(std::string("tessera ") + bad.line);
+    const auto before = directory_.Names();
+    const CommandResult result = Tessera(bad.line);
+    EXPECT_EQ(result.exit_code, bad.exit_code) << result.err;
+    EXPECT_TRUE(result.err.starts_with("tessera: error: ")) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    for (const std::string& piece : bad.says) {
+      EXPECT_NE(result.err.find(piece), std::string::npos) << "missing \"" << piece << "\" in\n"
+                                                           << result.err;
+    }
+    EXPECT_EQ(directory_.Names(), before);
+    EXPECT_EQ(FileText(Path("kept.png")), "what was there");
+  }
+};
+
+TEST_F(CommandLineTest, WrongWordsAreNamedWithTheNearestKnownOne) {
+  for (const BadLine& bad : std::vector<BadLine>{
+           {"a.png --saturat 2 -o out.png", 2, {"--saturat", "did you mean --saturate?"}},
+           {"a.png --zzzzzzzz -o out.png", 2, {"--zzzzzzzz", "unknown command"}},
+           {"a.png --hue:preserv=none 30 -o out.png", 2, {"--hue", "preserv", "did you mean preserve?"}},
+           {"a.png --hue:preserve=lumi 30 -o out.png", 2, {"preserve", "luminance"}},
+           {"a.png --swap:now=1 -o out.png", 2, {"--swap", "now", "none"}},
+           {"--pattern cheker 8x8 3 -o out.png", 2, {"--pattern", "did you mean checker?"}},
+           {"--pattern checker:widht=3 8x8 3 -o out.png", 2, {"checker", "did you mean width?"}},
+           {"a.png -d uint9 -o out.png", 2, {"-d", "uint9", "uint8"}},
+           {"a.png --simd AVX7 -o out.png", 2, {"--simd", "AVX7"}},
+           {"--help saturat", 2, {"did you mean saturate?"}},
+           {"--list-commands:format=xml", 2, {"xml", "json"}},
+       }) {
+    Check(bad);
+  }
+}
+
+TEST_F(CommandLineTest, WrongArgumentsAreRefusedBeforeAFileIsTouched) {
+  // The missing input shows that nothing was opened: the argument is what is complained about.
+  for (const BadLine& bad : std::vector<BadLine>{
+           {"gone.png --ccmatrix 1,2,3,4,5,6,7,8 -o out.png", 2, {"ccmatrix", "8", "9"}},
+           {"gone.png --saturate nan -o out.png", 2, {"saturate", "nan", "finite"}},
+           {"gone.png --saturate 1,5x -o out.png", 2, {"saturate", "1,5x"}},
+           {"gone.png --mulc 1,,2 -o out.png", 2, {"mulc", "position 2"}},
+           {"gone.png --mulc inf -o out.png", 2, {"mulc", "inf"}},
+           {"gone.png --quantize 99 -o out.png", 2, {"quantize", "99"}},
+           {"gone.png --threads -1 -o out.png", 2, {"threads", "-1"}},
+           {"gone.png --threads many -o out.png", 2, {"threads", "many"}},
+           {"gone.png --max-memory 0 -o out.png", 2, {"max-memory", "0"}},
+           {"gone.png --verify:samples=0 -o out.png", 2, {"samples", "0"}},
+           {"gone.png --attrib:type=int N", 2, {"--attrib", "VALUE"}},
+           {"gone.png -o", 2, {"-o", "FILE"}},
+           {"gone.png --saturate", 2, {"--saturate", "end of the line"}},
+           {"gone.png --hue:preserve=\"none 30 -o out.png", 2, {"quote"}},
+       }) {
+    Check(bad);
+  }
+}
+
+TEST_F(CommandLineTest, TheStackMustComeOut) {
+  for (const BadLine& bad : std::vector<BadLine>{
+           {"", 2, {"no image", "--help"}},
+           {"a.png", 2, {"no output", "-o"}},
+           {"a.png --invert", 2, {"no output"}},
+           {"a.png --add -o out.png", 2, {"--add", "needs 2 images", "holds 1"}},
+           {"--invert -o out.png", 2, {"--invert", "needs 1 image", "holds 0"}},
+           {"-o out.png", 2, {"-o", "needs 1 image"}},
+           {"a.png --swap -o out.png", 2, {"--swap", "needs 2 images"}},
+           {"a.png --pop --pop", 2, {"--pop", "holds 0"}},
+           {"small.png a.png -o out.png", 2, {"small.png", "left over"}},
+           {"a.png -o out.png -o out.png", 2, {"out.png", "written twice"}},
+           {"a.png -o out.png out.png --add -o b.png", 2, {"out.png", "wrote"}},
+           {"a.png -o out.png -d half", 2, {"-d", "-o", "after"}},
+           {"a.png a.png --diff --fail 0.1", 2, {"--fail", "--diff", "after"}},
+       }) {
+    Check(bad);
+  }
+}
+
+TEST_F(CommandLineTest, FrameRangesAreChecked) {
+  for (const BadLine& bad : std::vector<BadLine>{
+           {"--frames 5-1 a.png -o out.#.png", 2, {"5-1", "at least 5"}},
+           {"--frames 1-10x0 a.png -o out.#.png", 2, {"1-10x0", "step"}},
+           {"--frames 1-999999999 a.png -o out.#.png", 2, {"1-999999999", "1000000"}},
+           {"--frames 1-99999999999999 a.png -o out.#.png", 2, {"99999999999999"}},
+           {"--frames one a.png -o out.#.png", 2, {"one", "range"}},
+           {"--frames 1- a.png -o out.#.png", 2, {"1-"}},
+           {"--frames 1,,2 a.png -o out.#.png", 2, {"range"}},
+           {"--frames 1-3 a.png -o out.png", 2, {"--frames", "# or %04d"}},
+           {"in.1-3#.png -o out.1-4#.png", 2, {"4 frames", "expected 3"}},
+           {"in.#.png -o out.#.png", 1, {"in.#.png", "no file matches"}},
+           {"--framepadding 0 a.png -o out.#.png", 2, {"framepadding"}},
+       }) {
+    Check(bad);
+  }
+}
+
+TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {
+  for (const BadLine& bad : std::vector<BadLine>{
+           {"gone.png -o kept.png", 1, {"gone.png"}},
+           {"folder.png -o kept.png", 1, {"folder.png", "directory"}},
+           {"empty.png -o kept.png", 1, {"empty.png"}},
+           {"text.exr -o kept.png", 1, {"text.exr"}},
+           {"cut.png -o kept.png", 1, {"cut.png"}},
+           {"a.png cut.png --add -o kept.png", 1, {"cut.png"}},
+           {"-i:subimage=7 a.png -o kept.png", 1, {"a.png", "7"}},
+           {"-i:subimage=beauty a.png -o kept.png", 1, {"a.png", "beauty"}},
+           {"a.png small.png --add -o kept.png", 1, {"add", "32", "16"}},
+           {"a.png small.png --diff", 1, {"32 x 24", "16 x 24"}},
+           {"a.png --ch R,Q -o kept.png", 1, {"ch", "Q", "R", "G", "B"}},
+           {"a.png --crop 10by10 -o kept.png", 1, {"crop", "10by10"}},
+           {"a.png --attrib:type=int N x -o kept.png", 1, {"--attrib", "x", "int"}},
+           {"--create 0x5 3 -o kept.png", 1, {"0x5"}},
+           {"--create 2147483647x2147483647 3 -o kept.png", 1, {"2147483647x2147483647"}},
+           {"--pattern ramp axb 3 -o kept.png", 1, {"axb"}},
+           {"a.png -o gone/out.png", 1, {"gone/out.png", "directory"}},
+           {"a.png -o folder.png", 1, {"folder.png", "directory"}},
+           {"a.png -o out.nosuch", 1, {"out.nosuch", "extension"}},
+           {"a.png -o out", 1, {"out", "extension"}},
+           {"a.png -d half -o kept.png", 1, {"kept.png", "half"}},
+           {"--create 8x8 7 -o kept.png", 1, {"kept.png", "7"}},
+           // The first output was complete, the second fails: neither appears.
+           {"a.png -o first.png --invert -o gone/second.png", 1, {"gone/second.png"}},
+           {"a.png -o first.png cut.png -o second.png", 1, {"cut.png"}},
+       }) {
+    Check(bad);
+  }
+}
+
+TEST_F(CommandLineTest, DashesAreEqualAndModifiersMayBeQuoted) {
+  Works("a.png -invert -o one.png");
+  Works("a.png --invert --o two.png");
+  EXPECT_EQ(Oiiotool("--fail 0 one.png two.png --diff").exit_code, 0);
+  Works("--pattern \"checker\":width='4':color1='0.5,0,0' 8x8 3 -d float -o c.tif");
+  EXPECT_EQ(Sample("c.tif", 0, 0, 0), 0.5f);
+  EXPECT_EQ(Sample("c.tif", 4, 0, 1), 1.0f);
+}
+
+TEST_F(CommandLineTest, NumbersDoNotDependOnTheLocale) {
+  setenv("LC_ALL", "de_DE.UTF-8", 1);
+  Works("--pattern constant:color=0.25 4x4 1 --mulc 0.5 -d float -o c.tif");
+  unsetenv("LC_ALL");
+  EXPECT_EQ(Sample("c.tif", 0, 0, 0), 0.125f);
+}
+
+TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
+  const CommandResult result = RunCommand(
+      {"sh", "-c", std::string("'") + TESSERA_PROGRAM + "' --list-commands > /dev/full"}, directory_.path());
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("standard output"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace tessera::testing

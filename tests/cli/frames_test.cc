@@ -1,0 +1,66 @@
+// Frame sequences: patterns, ranges, padding, bad frames.
+#include "cli/cli_test.h"
+
+namespace tessera::testing {
+namespace {
+
+class FramesTest : public CliTest {
+ protected:
+  // in.0001.png to in.0003.png; frame N holds N/10.
+  void SetUp() override {
+    for (int f = 1; f <= 3; ++f) {
+      Works("--pattern constant:color=0." + std::to_string(f) + " 4x4 1 -o in.000" + std::to_string(f) +
+            ".tif");
+    }
+  }
+};
+
+TEST_F(FramesTest, EveryFrameRunsTheLine) {
+  Works("--frames 1-3 in.#.tif --mulc 2 -o out.#.tif");
+  EXPECT_EQ(Sample("out.0001.tif", 0, 0, 0), 0.2f);
+  EXPECT_EQ(Sample("out.0003.tif", 0, 0, 0), 0.6f);
+}
+
+TEST_F(FramesTest, ThePatternTellsTheDigits) {
+  Works("--frames 1-3x2 in.%04d.tif -o a.%02d.tif");
+  Works("--frames 2 in.#.tif -o b.@@@.tif");
+  Works("--frames 1-3y2 --framepadding 4 in.@.tif -o c.@.tif");
+  const std::set<std::string> names = directory_.Names();
+  for (const char* name : {"a.01.tif", "a.03.tif", "b.002.tif", "c.0002.tif"})
+    EXPECT_TRUE(names.contains(name)) << name;
+  EXPECT_EQ(names.size(), 3u + 4u);
+}
+
+TEST_F(FramesTest, FilesPresentAndRangesInNamesDecideWithoutTheOption) {
+  Works("in.#.tif -o all.#.tif");
+  Works("in.1-2#.tif -o moved.11-12#.tif");
+  const std::set<std::string> names = directory_.Names();
+  for (const char* name :
+       {"all.0001.tif", "all.0002.tif", "all.0003.tif", "moved.0011.tif", "moved.0012.tif"}) {
+    EXPECT_TRUE(names.contains(name)) << name;
+  }
+  EXPECT_EQ(names.size(), 3u + 5u);
+  EXPECT_EQ(Sample("moved.0012.tif", 0, 0, 0), 0.2f);
+}
+
+TEST_F(FramesTest, FramesAreIndependent) {
+  Works("--frames 1-3 in.#.tif --invert -o whole.#.tif");
+  Works("--frames 2 in.#.tif --invert -o part.#.tif");
+  EXPECT_EQ(Oiiotool("--fail 0 whole.0002.tif part.0002.tif --diff").exit_code, 0);
+}
+
+TEST_F(FramesTest, ABadFrameStopsTheRunOrIsSkipped) {
+  std::ofstream(Path("in.0002.tif")) << "spoilt";
+  CommandResult result = Tessera("--frames 1-3 in.#.tif -o stop.#.tif");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("in.0002.tif"), std::string::npos) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(Path("stop.0003.tif")));
+  result = Tessera("--frames 1-3 --skip-bad-frames in.#.tif -o skip.#.tif");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("frame 2 skipped"), std::string::npos) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(Path("skip.0002.tif")));
+  EXPECT_TRUE(std::filesystem::exists(Path("skip.0003.tif")));
+}
+
+}  // namespace
+}  // namespace tessera::testing

@@ -1,0 +1,77 @@
+// Help, the command lists and the other commands that only inform: all of them cover the registry.
+#include "cli/cli_test.h"
+#include "ops/registry.h"
+#include "tessera/targets.h"
+
+namespace tessera::testing {
+namespace {
+
+class HelpTest : public CliTest {};
+
+TEST_F(HelpTest, EveryCommandHasAPage) {
+  const std::string list = Works("--list-commands");
+  std::istringstream lines(list);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "name\tgroup\ttakes\tgives\targuments\tmodifiers\tsummary");
+  int commands = 0;
+  while (std::getline(lines, line)) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), '\t'), 6) << line;
+    std::string name = line.substr(0, line.find('\t'));
+    if (name.starts_with("pattern ")) name = name.substr(8);
+    const std::string page = Works("--help " + name), summary = line.substr(line.rfind('\t') + 1);
+    EXPECT_NE(page.find(name), std::string::npos) << page;
+    EXPECT_FALSE(summary.empty()) << line;
+    EXPECT_NE(page.find(summary.substr(0, summary.find(' '))), std::string::npos) << page;
+    ++commands;
+  }
+  EXPECT_GT(commands, 40);
+}
+
+TEST_F(HelpTest, PagesAndListsHoldWhatTheRegistrySays) {
+  const std::string tsv = Works("--list-commands"), json = Works("--list-commands:format=json"),
+                    page = Works("--list-commands:format=markdown"), overview = Works("--help");
+  for (const ops::OpInfo& op : ops::Registry()) {
+    SCOPED_TRACE(op.name);
+    const std::string listed = (op.generator ? "pattern " : "") + op.name;
+    EXPECT_NE(tsv.find("\n" + listed + "\t"), std::string::npos);
+    EXPECT_NE(json.find("{\"name\": \"" + listed + "\""), std::string::npos);
+    EXPECT_NE(page.find("\n### " + listed + "\n"), std::string::npos);
+    EXPECT_NE(overview.find("  " + std::string(op.generator ? "" : "--") + op.name), std::string::npos);
+    const std::string help = Works("--help " + op.name);
+    for (const auto* params : {&op.arguments, &op.modifiers}) {
+      for (const ops::ParamInfo& p : *params) {
+        EXPECT_NE(help.find(p.name), std::string::npos) << p.name;
+        EXPECT_NE(help.find(p.help), std::string::npos) << p.name;
+        EXPECT_NE(json.find("\"name\": \"" + p.name + "\""), std::string::npos) << p.name;
+      }
+    }
+  }
+}
+
+TEST_F(HelpTest, JsonIsJson) {
+  Works("--list-commands:format=json");
+  const CommandResult result = RunCommand(
+      {"sh", "-c",
+       std::string("'") + TESSERA_PROGRAM + "' --list-commands:format=json | python3 -m json.tool"},
+      directory_.path());
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(result.out.starts_with("[")) << result.out.substr(0, 80);
+}
+
+TEST_F(HelpTest, TopicsMayHaveDashes) {
+  EXPECT_EQ(Works("--help --saturate"), Works("-help saturate"));
+  EXPECT_NE(Works("--help o").find("-o"), std::string::npos);
+  EXPECT_NE(Works("-h").find("Usage: tessera"), std::string::npos);
+}
+
+TEST_F(HelpTest, VersionAndTargets) {
+  EXPECT_TRUE(Works("--version").starts_with("tessera "));
+  std::istringstream lines(Works("--simd list"));
+  std::vector<std::string> targets;
+  for (std::string line; std::getline(lines, line);) targets.push_back(line);
+  EXPECT_EQ(targets, SimdTargets());
+}
+
+}  // namespace
+}  // namespace tessera::testing

@@ -1,0 +1,32 @@
+// An outside program: renders something through the installed library and checks the pixels.
+#include <cstdio>
+#include <cmath>
+
+#include <tessera/tessera.h>
+
+int main() {
+  try {
+    const tessera::Node ramp = tessera::Ramp(tessera::ImageSpec(64, 48, 3));
+    const tessera::Node scaled = tessera::AddConstant(tessera::MulConstant(ramp, {2.0}), {0.25});
+    const tessera::Image image = tessera::Render(tessera::Saturate(scaled, 0.0));
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        const double r = 2 * (x + 0.5) / 64 + 0.25, g = 2 * (y + 0.5) / 48 + 0.25, b = 0.25;
+        const double luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        for (int c = 0; c < 3; ++c) {
+          const float found = image.at<float>(x, y, c);
+          if (!(std::abs(found - luminance) < 1e-5)) {
+            std::printf("pixel %d,%d channel %d: found %g, expected %g\n", x, y, c, found, luminance);
+            return 1;
+          }
+        }
+      }
+    }
+    const tessera::VerifyReport report = tessera::Verify(scaled);
+    if (!report.within_bound) std::printf("verify: %s\n", report.Summary().c_str());
+    return report.within_bound ? 0 : 1;
+  } catch (const tessera::Error& error) {
+    std::printf("%s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,352 @@
+// The laws that every operation of the registry obeys, on every instruction set of this machine.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "ops/registry.h"
+#include "support/test_ops.h"
+#include "tessera/ops/channels.h"
+#include "tessera/render.h"
+#include "tessera/targets.h"
+#include "tessera/verify.h"
+#include "verify/evaluate.h"
+
+namespace tessera {
+namespace {
+
+using testing::ExpectSameBits;
+
+// Restores the best instruction set when a test leaves.
+struct AutoTarget {
+  ~AutoTarget() { SetSimdTarget("auto"); }
+};
+
+// Storage conversions without the library's kernels: doubles to codes of a type.
+uint16_t HalfOf(float v) {
+  const uint32_t sign = std::signbit(v) ? 0x8000 : 0;
+  if (std::isnan(v)) return static_cast<uint16_t>(sign | 0x7e00);
+  const float a = std::fabs(v);
+  if (a >= 65520.0f) return static_cast<uint16_t>(sign | 0x7c00);
+  int exponent = 0;
+  std::frexp(a, &exponent);
+  const int shift = std::max(exponent - 11, -24);
+  const auto steps = static_cast<uint32_t>(std::nearbyint(std::ldexp(a, -shift)));
+  const uint32_t bits = a == 0 ? 0 : steps + (static_cast<uint32_t>(shift + 24) << 10);
+  return static_cast<uint16_t>(sign | bits);
+}
+
+void StoreSample(const ImageView& view, int x, int y, int c, float v) {
+  std::byte* const at = view.At(x, y, c);
+  const auto code = [&](double steps) { return std::nearbyint(std::clamp<double>(std::isnan(v) ? 0 : v, 0, 1) * steps); };
+  switch (view.type) {
+    case PixelType::kUint8:
+      *reinterpret_cast<uint8_t*>(at) = static_cast<uint8_t>(code(255));
+      break;
+    case PixelType::kUint16:
+      *reinterpret_cast<uint16_t*>(at) = static_cast<uint16_t>(code(65535));
+      break;
+    case PixelType::kHalf:
+      *reinterpret_cast<uint16_t*>(at) = HalfOf(v);
+      break;
+    case PixelType::kFloat:
+      *reinterpret_cast<float*>(at) = v;
+      break;
+  }
+}
+
+enum class Content { kOrdinary, kSpecial };
+
+// Values of both signs and above 1; kSpecial strews NaN, infinities, zeros, subnormals and huge values among them.
+Image Picture(const Roi& window, int channels, PixelType type, uint32_t seed, Content content = Content::kOrdinary) {
+  ImageSpec spec(window.width(), window.height(), channels, type);
+  spec.data_window = window;
+  spec.display_window = Roi{-2, -3, 70, 20};
+  const Image image(spec);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> value(-0.75f, 1.75f);
+  const float specials[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                            -std::numeric_limits<float>::infinity(), 0.0f, -0.0f, 1e-40f, -1e-45f, 3.4e38f, -3.4e38f, 1.0f};
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        float v = value(random);
+        if (content == Content::kSpecial && random() % 3 == 0) v = specials[random() % std::size(specials)];
+        StoreSample(image.view(), x, y, c, v);
+      }
+    }
+  }
+  return image;
+}
+
+// One row with one of its examples, applied to pictures.
+struct Case {
+  const ops::OpInfo* op;
+  std::string example;
+
+  Node On(const std::vector<Node>& inputs, const ImageSpec& spec) const {
+    return op->make(inputs, ops::ParseExample(*op, example), op->generator ? &spec : nullptr);
+  }
+  // On pictures of this window, type and channel count.
+  Node Make(const Roi& window, int channels, PixelType type, Content content = Content::kOrdinary) const {
+    std::vector<Node> inputs;
+    for (int k = 0; k < op->inputs; ++k) {
+      inputs.push_back(FromImage(Picture(window, channels, type, 7u * static_cast<uint32_t>(k) + 1, content)));
+    }
+    return On(inputs, Picture(window, channels, type, 0).spec());
+  }
+};
+
+// gtest prints it beside a parameterised test's name.
+void PrintTo(const Case& c, std::ostream* out) { *out << c.op->name << " " << c.example; }
+
+std::vector<Case> AllCases() {
+  std::vector<Case> cases;
+  for (const ops::OpInfo& op : ops::Registry()) {
+    for (const std::string& example : op.examples) cases.push_back({&op, example});
+  }
+  return cases;
+}
+
+std::string CaseName(const ::testing::TestParamInfo<Case>& info) {
+  std::string name = info.param.op->name;
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  }
+  return name + "_" + std::to_string(info.index);
+}
+
+const Roi kWindow{-5, 3, 48, 22};  // 53 x 19, off the origin
+
+double BoundOf(const std::string& name) {
+  const ops::OpInfo* const op = ops::FindOp(name);
+  return op == nullptr ? 0 : op->bound_u;
+}
+
+// Float32 result against the reference within its tolerance times `slack`.
+void ExpectWithinBound(const Node& node, const Image& got, double slack = 1.0) {
+  const Roi& window = node.spec().data_window;
+  verify::ReferenceEngine engine(BoundOf);
+  const verify::Evaluated want = engine.Evaluate(node, window);
+  int wrong = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      for (int c = 0; c < got.spec().channel_count() && wrong < 3; ++c) {
+        const double reference = want.value.at(x, y, c), value = got.at<float>(x, y, c);
+        const double tolerance = slack * want.tolerance.at(x, y, c) * (1 + 1e-6);
+        if (!(std::fabs(value - reference) <= tolerance)) {
+          ++wrong;
+          ADD_FAILURE() << "at " << x << "," << y << " channel " << c << ": " << value << ", expected " << reference
+                        << " within " << tolerance << ", off by " << std::fabs(value - reference);
+        }
+      }
+    }
+  }
+}
+
+class Laws : public ::testing::TestWithParam<Case> {
+ protected:
+  // Runs a law on every target that this machine has.
+  template <class F>
+  static void OnEveryTarget(F law) {
+    const AutoTarget restore;
+    for (const std::string& target : SimdTargets()) {
+      SCOPED_TRACE(target);
+      SetSimdTarget(target);
+      law();
+    }
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Registry, Laws, ::testing::ValuesIn(AllCases()), CaseName);
+
+TEST_P(Laws, ResultIsWithinTheBoundOfTheReference) {
+  for (const int channels : {3, 4, 6}) {
+    for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+      SCOPED_TRACE(std::to_string(channels) + " channels of " + PixelTypeName(type));
+      const Node node = GetParam().Make(kWindow, channels, type);
+      OnEveryTarget([&] { ExpectWithinBound(node, Render(node)); });
+    }
+  }
+}
+
+TEST_P(Laws, TilesAndThreadsAndOrderDoNotMatter) {
+  const Node node = GetParam().Make(kWindow, 4, PixelType::kFloat, Content::kSpecial);
+  OnEveryTarget([&] {
+    const Image whole = Render(node, PixelType::kFloat, {.threads = 1});
+    const int tiles[][2] = {{1, 1}, {17, 13}, {4096, 1}, {53, 19}};
+    for (const auto& tile : tiles) {
+      SCOPED_TRACE(std::to_string(tile[0]) + "x" + std::to_string(tile[1]));
+      for (const int threads : {1, 2, 3, 8}) {
+        if (tile[0] == 1 && threads > 2) continue;
+        ExpectSameBits(whole, Render(node, PixelType::kFloat,
+                                     {.threads = threads, .tile_width = tile[0], .tile_height = tile[1]}));
+      }
+      ExpectSameBits(whole, Render(node, PixelType::kFloat,
+                                   {.tile_width = tile[0], .tile_height = tile[1], .shuffle_tiles = true}));
+    }
+  });
+}
+
+TEST_P(Laws, WidthsDoNotMatter) {
+  const Case& c = GetParam();
+  OnEveryTarget([&] {
+    const Node node = c.Make({-5, 3, 62, 5}, 4, PixelType::kFloat);
+    const Image whole = Render(node);
+    for (int width = 1; width <= 67; ++width) {
+      const Roi part{-5, 3, -5 + width, 5};
+      if (!node.spec().data_window.Contains(part)) break;
+      const Image image = Render(Crop(node, part));
+      for (int y = part.y0; y < part.y1; ++y) {
+        ASSERT_EQ(std::memcmp(image.view().At(part.x0, y), whole.view().At(part.x0, y),
+                              static_cast<size_t>(width) * 4 * image.spec().channels.size()), 0)
+            << "width " << width;
+      }
+    }
+  });
+}
+
+TEST_P(Laws, SmallestAndEmptyImagesWork) {
+  const Case& c = GetParam();
+  OnEveryTarget([&] {
+    const Node one = c.Make({4, 4, 5, 5}, 4, PixelType::kFloat);
+    ExpectWithinBound(one, Render(one));
+    if (c.op->name == "crop") return;
+    const Node none = c.Make({}, 4, PixelType::kFloat);
+    EXPECT_EQ(Render(none).spec().data_window.pixels(), 0);
+  });
+}
+
+TEST_P(Laws, LazyEqualsEagerWithTheOptimiserOff) {
+  const Case& c = GetParam();
+  if (c.op->inputs == 0) return;
+  const ops::OpInfo* const before = ops::FindOp("mad");
+  OnEveryTarget([&] {
+    const RenderOptions off{.optimize = false};
+    // Something computed below the operation, and it and a sum above.
+    std::vector<Node> lazy, eager;
+    for (int k = 0; k < c.op->inputs; ++k) {
+      const std::vector<Node> pictures(3, FromImage(Picture(kWindow, 4, PixelType::kHalf, static_cast<uint32_t>(k) + 3)));
+      lazy.push_back(before->make(pictures, ops::ParseExample(*before, ""), nullptr));
+      eager.push_back(FromImage(Render(lazy.back(), PixelType::kFloat, off)));
+    }
+    ExpectSameBits(Render(c.On(lazy, {}), PixelType::kFloat, off), Render(c.On(eager, {}), PixelType::kFloat, off));
+  });
+}
+
+TEST_P(Laws, OptimiserOnEqualsOffWithinTheBound) {
+  const Case& c = GetParam();
+  const ops::OpInfo* const scale = ops::FindOp("mulc");
+  OnEveryTarget([&] {
+    Node node = c.Make(kWindow, 4, PixelType::kFloat);
+    node = scale->make(std::vector{node}, ops::ParseExample(*scale, "1.25,0.5,2,1"), nullptr);
+    ExpectWithinBound(node, Render(node, PixelType::kFloat, {.optimize = true}));
+    ExpectWithinBound(node, Render(node, PixelType::kFloat, {.optimize = false}));
+  });
+}
+
+TEST_P(Laws, InPlaceEqualsOutOfPlace) {
+  const Case& c = GetParam();
+  if (c.op->inputs == 0 || c.op->name == "crop") return;
+  OnEveryTarget([&] {
+    const Image first = Picture(kWindow, 4, PixelType::kFloat, 1);
+    std::vector<Node> inputs = {FromImage(first)};
+    for (int k = 1; k < c.op->inputs; ++k) {
+      inputs.push_back(FromImage(Picture(kWindow, 4, PixelType::kFloat, 50u + static_cast<uint32_t>(k))));
+    }
+    const Node node = c.On(inputs, {});
+    if (node.spec().channel_count() != 4) return;
+    const Image apart = Render(node);
+    RenderInto(node, first.view());
+    ExpectSameBits(apart, Image(first));
+  });
+}
+
+TEST_P(Laws, IdentityReturnsTheInputsBits) {
+  const Case& c = GetParam();
+  if (c.op->identity.empty() || c.example != c.op->examples[0]) return;
+  OnEveryTarget([&] {
+    for (const Content content : {Content::kOrdinary, Content::kSpecial}) {
+      const Image in = Picture(kWindow, 4, PixelType::kFloat, 5, content);
+      const Node node = Case{c.op, c.op->identity}.On(std::vector<Node>(static_cast<size_t>(c.op->inputs), FromImage(in)), {});
+      ExpectSameBits(Render(node), in);
+    }
+  });
+}
+
+TEST_P(Laws, TargetsWithFusedMultiplyAddAgreeInEveryBit) {
+  const std::vector<std::string> targets = SimdTargets();
+  const auto has = [&](const char* t) { return std::find(targets.begin(), targets.end(), t) != targets.end(); };
+  if (!has("AVX2") || !has("AVX3")) GTEST_SKIP() << "this machine has not both AVX2 and AVX-512";
+  const AutoTarget restore;
+  for (const PixelType type : {PixelType::kUint8, PixelType::kHalf, PixelType::kFloat}) {
+    const Node node = GetParam().Make(kWindow, 4, type, Content::kSpecial);
+    SetSimdTarget("AVX2");
+    const Image avx2 = Render(node);
+    SetSimdTarget("AVX3");
+    ExpectSameBits(avx2, Render(node));
+  }
+}
+
+TEST_P(Laws, TypesOfResultsRoundTheFloatResult) {
+  const Node node = GetParam().Make(kWindow, 4, PixelType::kFloat);
+  OnEveryTarget([&] {
+    const Image exact = Render(node);
+    for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf}) {
+      const Image packed = Render(node, type);
+      Image expected(packed.spec());
+      const Roi& w = node.spec().data_window;
+      for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+          for (int c = 0; c < exact.spec().channel_count(); ++c) {
+            StoreSample(expected.view(), x, y, c, exact.at<float>(x, y, c));
+          }
+        }
+      }
+      ExpectSameBits(packed, expected);
+    }
+  });
+}
+
+TEST(Registry, RandomChainsStayWithinTheirBounds) {
+  const AutoTarget restore;
+  std::vector<Case> cases;
+  for (const Case& c : AllCases()) {
+    // A quantised value may take the neighbouring code when its input is off by a rounding, and a division's error
+    // has no bound near alpha 0: neither can be chained.
+    if (!c.op->generator && c.op->name != "quantize" && c.op->name != "unpremult" && c.op->family != "channels" &&
+        c.example.find("unpremult") == std::string::npos && c.op->name != "contrast") {
+      cases.push_back(c);
+    }
+  }
+  ASSERT_GT(cases.size(), 20u);
+  std::mt19937 random(20);
+  for (int chain = 0; chain < 40; ++chain) {
+    std::vector<Node> nodes;
+    for (uint32_t k = 0; k < 3; ++k) nodes.push_back(FromImage(Picture(kWindow, 4, PixelType::kFloat, 90 + k)));
+    std::string words;
+    for (int length = 0; length < 8; ++length) {
+      const Case& c = cases[random() % cases.size()];
+      std::vector<Node> inputs;
+      for (int k = 0; k < c.op->inputs; ++k) inputs.push_back(nodes[nodes.size() - 1 - random() % 3]);
+      const Node node = c.On(inputs, {});
+      if (node.spec().channel_count() != 4) continue;
+      nodes.push_back(node);
+      words += " --" + c.op->name + " " + c.example;
+    }
+    SCOPED_TRACE(words);
+    for (const std::string& target : SimdTargets()) {
+      SetSimdTarget(target);
+      const VerifyReport report = Verify(nodes.back(), PixelType::kFloat, {.samples = 4, .tile_size = 32});
+      EXPECT_TRUE(report.within_bound) << target << ": " << report.Summary();
+      EXPECT_GT(report.samples, 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera

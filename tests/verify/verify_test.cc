@@ -1,0 +1,122 @@
+// The reference engine tells the truth, and says so when a kernel lies.
+#include "tessera/verify.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "reference/reference.h"
+#include "support/test_ops.h"
+#include "verify/pixels.h"
+
+namespace tessera {
+namespace {
+
+using testing::RandomImage;
+using testing::SlowAffine;
+using testing::SlowAffineOf;
+
+void AffineReference(const reference::Call& call) {
+  const auto& p = std::any_cast<const SlowAffine&>(call.parameters);
+  for (size_t i = 0; i < call.out.samples.size(); ++i) {
+    const double v = call.in[0].samples[i];
+    call.out.samples[i] = static_cast<double>(p.factor) * v + p.offset;
+    if (call.scale != nullptr) call.scale->samples[i] = std::fabs(p.factor * v) + std::fabs(p.offset);
+  }
+}
+
+// The same operation with a kernel that is wrong in one pixel of a thousand.
+class SpoiltOp final : public graph::OpWith<SlowAffine> {
+ public:
+  using OpWith::OpWith;
+  std::string Name() const override { return "test-spoilt"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> in) const override { return in[0]; }
+  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
+    class Stage final : public graph::PointStage {
+     public:
+      explicit Stage(const SlowAffine& p) : p_(p) {}
+      void Run(const graph::PointArgs& a) const override {
+        for (int i = 0; i < a.count; ++i) {
+          const float lie = (a.x + a.order[i] + 31 * a.y) % 1000 == 0 ? 1e-4f : 0.0f;
+          float r[4];
+          for (int c = 0; c < 4; ++c) r[c] = p_.factor * a.in[0][c][i] + p_.offset + lie;
+          for (int c = 0; c < 4; ++c) a.out[c][i] = r[c];
+        }
+      }
+
+     private:
+      SlowAffine p_;
+    };
+    return std::make_unique<Stage>(params());
+  }
+};
+
+class VerifyTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    reference::Register({"test-affine", AffineReference, nullptr});
+    reference::Register({"test-spoilt", AffineReference, nullptr});
+  }
+  Image in_ = RandomImage({0, 0, 200, 150}, 4, 1);
+};
+
+TEST_F(VerifyTest, HonestKernelIsWithinBoundAndTheErrorIsTheOneMeasured) {
+  const Node node = SlowAffineOf(SlowAffineOf(FromImage(in_), {0.7f, 0.3f}), {1.3f, -0.1f});
+  VerifyOptions options;
+  options.samples = 100;  // everything, some of it twice
+  options.tile_size = 200;
+  const VerifyReport report = Verify(node, PixelType::kFloat, options);
+  const Image out = Render(node);
+  double worst = 0, squares = 0;
+  for (int y = 0; y < 150; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      for (int c = 0; c < 4; ++c) {
+        const double exact = 1.3f * (0.7f * static_cast<double>(in_.at<float>(x, y, c)) + 0.3f) - double{0.1f};
+        const double error = std::fabs(out.at<float>(x, y, c) - exact);
+        worst = std::max(worst, error);
+        squares += error * error;
+      }
+    }
+  }
+  EXPECT_TRUE(report.within_bound) << report.Summary();
+  EXPECT_EQ(report.samples, 200 * 150 * 4);
+  EXPECT_NEAR(report.max_error, worst, 1e-3 * worst);
+  EXPECT_NEAR(report.rms_error, std::sqrt(squares / (200 * 150 * 4)), 1e-3 * report.rms_error);
+  EXPECT_GT(report.max_error, 0);
+}
+
+TEST_F(VerifyTest, SpoiltKernelIsFound) {
+  const Node node = graph::MakeNode(std::make_shared<const SpoiltOp>(SlowAffine{0.7f, 0.3f}), {FromImage(in_)});
+  const VerifyReport report = Verify(node);
+  EXPECT_FALSE(report.within_bound);
+  EXPECT_NEAR(report.max_error, 1e-4, 1e-6);
+  EXPECT_EQ((report.worst_x + 31 * report.worst_y) % 1000, 0);
+  EXPECT_NE(report.Summary().find("OUT OF BOUND"), std::string::npos);
+}
+
+TEST_F(VerifyTest, CodesAreComparedForIntegerTypes) {
+  const VerifyReport good = Verify(SlowAffineOf(FromImage(in_), {0.5f, 0.2f}), PixelType::kUint8);
+  EXPECT_TRUE(good.within_bound) << good.Summary();
+  EXPECT_LE(good.max_code_error, 1);
+  EXPECT_EQ(verify::CodeOf(0.5 / 255, 255), 0);   // half to even
+  EXPECT_EQ(verify::CodeOf(1.5 / 255, 255), 2);
+  EXPECT_EQ(verify::CodeOf(std::nan(""), 255), 0);
+  EXPECT_EQ(verify::CodeOf(7.0, 65535), 65535);
+}
+
+TEST_F(VerifyTest, HalfIsReadExactly) {
+  EXPECT_EQ(verify::HalfToDouble(0x3C00), 1.0);
+  EXPECT_EQ(verify::HalfToDouble(0xC000), -2.0);
+  EXPECT_EQ(verify::HalfToDouble(0x0001), 0x1p-24);
+  EXPECT_EQ(verify::HalfToDouble(0x7BFF), 65504.0);
+  EXPECT_TRUE(std::isinf(verify::HalfToDouble(0x7C00)));
+  EXPECT_TRUE(std::isnan(verify::HalfToDouble(0x7E00)));
+}
+
+TEST_F(VerifyTest, AnOperationWithoutReferenceIsRefused) {
+  EXPECT_THROW(Verify(testing::BoxSumOf(FromImage(in_), {})), Error);
+}
+
+}  // namespace
+}  // namespace tessera
