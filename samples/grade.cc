@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
     tessera::Node photo = tessera::Read(in);
     tessera::Node warm = tessera::MulConstant(photo, {1.12, 1.05, 0.95, 1});
     tessera::Node graded = tessera::RotateHue(tessera::Saturate(warm, 1.35), tessera::Degrees(150));
-    tessera::Write(graded, out, {.type = tessera::PixelType::kUint8, .keep_type = false});
+    tessera::Write(graded, out, {.type = tessera::PixelType::kUint8});
     std::puts(tessera::Verify(graded).Summary().c_str());
   } catch (const tessera::Error& error) {
     std::fprintf(stderr, "grade: %s\n", error.what());

@@ -9,7 +9,10 @@ namespace {
 
 // Draws a bar on the terminal's line; returning false would cancel.
 bool DrawBar(double done) {
+  static int drawn = -1;
   const int cells = static_cast<int>(40 * std::clamp(done, 0.0, 1.0));
+  if (cells == drawn) return true;
+  drawn = cells;
   std::fprintf(stderr, "\r[%s%s]", std::string(cells, '=').c_str(), std::string(40 - cells, ' ').c_str());
   return true;
 }

@@ -44,7 +44,7 @@ matrices=$(LC_ALL=C awk -v weights=$weights -v s=1.35 -v degrees=150 'BEGIN {
   }
   sub(/,$/, "", saturate); sub(/,$/, "", hue); print saturate, hue }')
 read -r saturate hue <<<"$matrices"
-theirs=(--mulc 1.12,1.05,0.95,1 --ccmatrix "$saturate" --ccmatrix "$hue"
+theirs=(--mulc 1.12,1.05,0.95,1 --ccmatrix:transpose=1 "$saturate" --ccmatrix:transpose=1 "$hue"
         --mulc 1.2,1.2,1.2,1 --addc -0.08,-0.08,-0.08,0 --clamp:min=0,0,0:max=1,1,1)
 
 # best N COMMAND...: milliseconds of the fastest of N runs.

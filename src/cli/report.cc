@@ -27,7 +27,8 @@ void ProgressBar::Draw(double share) {
   constexpr int kCells = 30;
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
-  if (drawn_ && share < 1 && now - last_ < kInterval) return;
+  if (drawn_ && (share <= share_ || (share < 1 && now - last_ < kInterval))) return;
+  share_ = share;
   last_ = now;
   drawn_ = true;
   const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * kCells);

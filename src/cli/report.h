@@ -29,6 +29,7 @@ class ProgressBar {
 
   std::string label_;
   bool shown_, drawn_ = false;
+  double share_ = 0;
   std::mutex mutex_;
   std::chrono::steady_clock::time_point last_{};
 };

@@ -155,7 +155,7 @@ class RunBuilder {
         planes_[{i, c}] = Plane(graph_.inputs[Z(i)][0], PassedFrom(specs[0], out, c));
       }
     }
-    const bool pass_alpha = alpha_out >= 0 && needed[Z(alpha_out)];
+    const bool pass_alpha = !op.WritesAlpha() && alpha_out >= 0 && needed[Z(alpha_out)];
     if (!any) {  // only alpha is wanted and the op does not touch it
       if (pass_alpha) planes_[{i, alpha_out}] = Plane(graph_.inputs[Z(i)][0], specs[0].alpha);
       return;

@@ -90,7 +90,7 @@ void FileSink::ChooseChannels(const ImageSpec& spec) {
 void FileSink::ChooseWindow(const ImageSpec& spec) {
   window_ = data_;
   if (!output_->supports("displaywindow") && !spec.display_window.empty()) window_ = spec.display_window;
-  Roi place = window_;
+  const Roi place = window_;
   const int dx = output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.x0, file_spec_.full_x));
   const int dy = output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.y0, file_spec_.full_y));
   file_spec_.x = output_->supports("origin") ? place.x0 - dx : 0;
@@ -232,8 +232,11 @@ void FileSink::Finish() {
   if (!stream_) CheckReadable();
 }
 
-// Formats that open files themselves may lose bytes without a word: the last row tells.
+// Formats that open files themselves may lose bytes without a word.
 void FileSink::CheckReadable() {
+  if (const int code = GrowthFailure(temporary_); code != 0) {
+    throw Error(shown_, "cannot be written: " + std::error_code(code, std::generic_category()).message());
+  }
   const auto input = OIIO::ImageInput::create(temporary_);
   OIIO::ImageSpec found;
   if (!input) {

@@ -112,6 +112,22 @@ void RenameTemporary(const std::string& temporary, const std::string& target, co
   Forget(temporary);
 }
 
+int GrowthFailure(const std::string& name) {
+  const int descriptor = ::open(name.c_str(), O_WRONLY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  static constexpr std::array<char, 1 << 16> kMore{};  // more than the buffer whose last write may have been lost
+  const off_t size = ::lseek(descriptor, 0, SEEK_END);
+  int failure = size < 0 ? errno : 0;
+  if (failure == 0) {
+    const ssize_t done = ::write(descriptor, kMore.data(), kMore.size());
+    if (done < 0) failure = errno;
+    else if (done < static_cast<ssize_t>(kMore.size())) failure = ENOSPC;
+    if (::ftruncate(descriptor, size) != 0 && failure == 0) failure = errno;
+  }
+  if (::close(descriptor) != 0 && failure == 0) failure = errno;
+  return failure;
+}
+
 CheckedFile::CheckedFile(const std::string& name) : IOProxy(name, Write), file_(std::fopen(name.c_str(), "w+b")) {
   if (!file_) {
     failure_ = errno;

@@ -23,6 +23,10 @@ void RemoveTemporary(const std::string& temporary) noexcept;
 // Gives it its final name and the permissions of the file it replaces. Throws Error naming `shown`.
 void RenameTemporary(const std::string& temporary, const std::string& target, const std::string& shown);
 
+// Whether a file that an encoder wrote without a stream of ours could still have grown: the errno that a further
+// write meets, 0 for none. The file is left as it was. A disk that was full while it was written says so here.
+int GrowthFailure(const std::string& name);
+
 // The stream that encoders write to. Some overlook a full disk (OpenEXR when it closes a file), some end the process
 // (libjpeg), so that this stream accepts every write and remembers the first that failed; whoever owns it asks.
 class CheckedFile final : public OIIO::Filesystem::IOProxy {

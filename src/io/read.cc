@@ -1,8 +1,14 @@
 // Images in files as lazy sources: the header is read and judged here, rows are read when the engine asks.
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -97,6 +103,22 @@ std::unique_ptr<ImageInput> OpenInput(const std::string& file) {
   auto input = Guarded(file, [&] { return ImageInput::open(file); });
   if (!input) throw Error(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
   return input;
+}
+
+// Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an error.
+bool JpegEnds(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
+  for (size_t at = 2; at + 4 <= bytes.size() && byte(at) == 0xFF;) {
+    if (byte(at + 1) == 0xFF) {
+      ++at;  // fill byte
+      continue;
+    }
+    if (byte(at + 1) == 0xDA) return bytes.find("\xFF\xD9", at) != std::string::npos;
+    at += 2 + static_cast<size_t>(byte(at + 2)) * 256 + byte(at + 3);
+  }
+  return true;  // the decoder is the judge of what else is wrong
 }
 
 std::vector<std::string> PartNames(ImageInput& input) {
@@ -206,6 +228,9 @@ class FileSource final : public graph::PixelSource {
       native_ = input->spec();
     });
     CheckSpec(file, native_, bytes);
+    if (std::string_view(input->format_name()) == "jpeg" && !JpegEnds(file)) {
+      throw Error(file, "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
+    }
     spec_ = SpecFrom(native_);
     granularity_ = native_.tile_height > 0 ? native_.tile_height : ChunkRows(input->format_name(), native_);
   }

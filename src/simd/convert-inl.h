@@ -39,6 +39,13 @@ HWY_INLINE V FromUnorm16(V code) {
   return hn::MulAdd(code, hn::Set(d, 0x1p-16f), hn::Mul(code, hn::Set(d, 0x1.0001p-32f)));
 }
 
+// The integer nearest to a float in [0, 65535], ties to even: adding 2^23 leaves it in the low bits. Cheaper than
+// Highway's conversions, which mend overflows that cannot happen here.
+HWY_INLINE VI NearestCode(V v) {
+  const V shifted = hn::Add(v, hn::Set(D(), 0x1p23f));
+  return hn::And(hn::BitCast(DI(), shifted), hn::Set(DI(), 0xFFFF));
+}
+
 // The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to 0.
 // kScale is 256 or 65536: kScale * v - v is computed with its rounding error, which decides apparent ties.
 template <int kScale>
@@ -49,19 +56,20 @@ HWY_INLINE VI ToUnorm(V v) {
   const V big = hn::Mul(v, hn::Set(d, static_cast<float>(kScale)));
   const V product = hn::Sub(big, v);
   const V error = hn::Sub(hn::Sub(big, product), v);  // product + error == (kScale - 1) * v exactly
-  const V nearest = hn::Round(product);
+  const V shift = hn::Set(d, 0x1p23f);
+  const V nearest = hn::Sub(hn::Add(product, shift), shift);
   const V rest = hn::Sub(product, nearest);
   const auto up = hn::And(hn::Eq(rest, half), hn::Gt(error, zero));
   const auto down = hn::And(hn::Eq(rest, hn::Neg(half)), hn::Lt(error, zero));
   V code = hn::Add(nearest, hn::IfThenElseZero(up, one));
   code = hn::Sub(code, hn::IfThenElseZero(down, one));
-  return hn::ConvertTo(DI(), code);
+  return NearestCode(code);
 }
 
 // Rounds a value already scaled to codes (clamped to [0, max], NaN to 0), ties to even.
 HWY_INLINE VI ToCode(V v, float max) {
   const D d;
-  return hn::NearestInt(ClampHigh(ClampLow(v, hn::Zero(d)), hn::Set(d, max)));
+  return NearestCode(ClampHigh(ClampLow(v, hn::Zero(d)), hn::Set(d, max)));
 }
 
 // binary16 bits to float and back, as the hardware does: round to nearest even, infinities kept, signalling NaN made

@@ -109,6 +109,9 @@ Evaluated ReferenceEngine::EvaluateNode(const Node& node, const Roi& roi) {
   if (d.op->Kind() == OpKind::kSource) {
     Evaluated out = Empty(roi, d.spec.channel_count());
     ReadExact(static_cast<const graph::SourceOp&>(*d.op).source(), out.value);
+    if (d.spec.type == PixelType::kUint8 || d.spec.type == PixelType::kUint16) {  // unpacking rounds once
+      ForEachSample(out.value, [&](int x, int y, int c) { out.tolerance.at(x, y, c) = kU * out.value.at(x, y, c); });
+    }
     return out;
   }
   if (d.op->Kind() == OpKind::kCrop) {
@@ -150,25 +153,27 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   ForEachSample(out.value, [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
 
   // How the inputs' errors pass through: the operation's response to inputs moved by their tolerances, each
-  // channel alone, the moves' effects added. Exact for affine operations, first order for the rest.
+  // channel alone and either way, the larger effects added. Exact for affine operations, first order for the rest.
   for (size_t k = 0; k < in.size(); ++k) {
     const ImageD& tolerance = in[k].tolerance;
     for (int moved = 0; moved < tolerance.channels; ++moved) {
       bool any = false;
-      ForEachSample(tolerance, [&](int x, int y, int c) {
-        if (c == moved && tolerance.at(x, y, c) > 0) {
+      ImageD up(roi, out.value.channels), down = up;
+      for (ImageD* response : {&up, &down}) {
+        ForEachSample(tolerance, [&](int x, int y, int c) {
+          if (c != moved || !(tolerance.at(x, y, c) > 0)) return;
           any = true;
-          values[k].at(x, y, c) += tolerance.at(x, y, c);
-        }
-      });
+          values[k].at(x, y, c) += response == &up ? tolerance.at(x, y, c) : -tolerance.at(x, y, c);
+        });
+        if (any) call(*response, nullptr);
+        values[k] = in[k].value;
+      }
       if (!any) continue;
-      ImageD response(roi, out.value.channels);
-      call(response, nullptr);
-      ForEachSample(response, [&](int x, int y, int c) {
-        const double change = std::fabs(response.at(x, y, c) - out.value.at(x, y, c));
+      ForEachSample(up, [&](int x, int y, int c) {
+        const double value = out.value.at(x, y, c);
+        const double change = std::max(std::fabs(up.at(x, y, c) - value), std::fabs(down.at(x, y, c) - value));
         if (std::isfinite(change)) out.tolerance.at(x, y, c) += change;
       });
-      values[k] = in[k].value;
     }
   }
   return out;

@@ -47,7 +47,9 @@ class CmykOp final : public graph::OpWith<CmykParams> {
     spec.alpha = -1;
     return spec;
   }
-  bool WritesAlpha() const override { return true; }  // K takes the fourth place
+  // K takes the fourth plane, where the input's alpha comes in.
+  bool WritesAlpha() const override { return true; }
+  bool ReadsAlpha() const override { return true; }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
     return HWY_DYNAMIC_DISPATCH(MakeCmyk)();
   }

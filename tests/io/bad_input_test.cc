@@ -1,0 +1,115 @@
+// Files that are no images, or lie about being one: each gets its Error, in bounded time and memory.
+#include "files.h"
+
+#include <OpenImageIO/deepdata.h>
+
+namespace tessera {
+namespace {
+
+using namespace testing_io;
+using OIIO::TypeDesc;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class BadInputTest : public FileTest {
+ protected:
+  std::string Reason(const std::string& name) {
+    const std::string text = ErrorOf([&] { Read(Path(name)); });
+    EXPECT_THAT(text, StartsWith(Path(name) + ": "));
+    return text;
+  }
+  // Reads the header and every row; returns the error, empty for none.
+  std::string ReadAll(const std::string& file) {
+    try {
+      const Node node = Read(file);
+      ConstImageView view;
+      if (node.spec().data_window.pixels() < 1 << 20) ReadRows(node, 0, node.spec().channel_count(), 16, &view);
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), StartsWith(file + ": "));
+      return e.what();
+    }
+    return "";
+  }
+};
+
+TEST_F(BadInputTest, NotAnImage) {
+  EXPECT_THAT(Reason("missing.exr"), HasSubstr("no such file"));
+  std::filesystem::create_directory(Path("directory.exr"));
+  EXPECT_THAT(Reason("directory.exr"), HasSubstr("found a directory, expected an image file"));
+  SetContents(Path("empty.exr"), "");
+  EXPECT_THAT(Reason("empty.exr"), HasSubstr("0 bytes"));
+  SetContents(Path("text.exr"), "This is a letter and not a picture.\n");
+  EXPECT_THAT(Reason("text.exr"), HasSubstr("cannot be read as an image"));
+  EXPECT_THAT(ErrorOf([] { Read("/dev/null"); }), HasSubstr("device"));
+  EXPECT_THAT(ErrorOf([&] { Subimages(Path("missing.exr")); }), HasSubstr("no such file"));
+}
+
+TEST_F(BadInputTest, TruncatedFilesAreNoticedBeforeOrWhileReading) {
+  for (const char* name : {"a.exr", "a.tif", "a.png", "a.bmp", "a.dpx", "a.jpg"}) {
+    const bool exr = std::string(name) == "a.exr";
+    WritePattern(Path(name), {OIIO::ImageSpec(67, 45, 3, exr ? TypeDesc::HALF : TypeDesc::UINT8)});
+    const std::string whole = Contents(Path(name));
+    for (const size_t size : {size_t{4}, size_t{20}, whole.size() / 4, whole.size() / 2}) {
+      SetContents(Path(name), whole.substr(0, size));
+      EXPECT_NE(ReadAll(Path(name)), "") << name << " cut to " << size << " of " << whole.size();
+    }
+  }
+}
+
+TEST_F(BadInputTest, FlippedBytesNeverDoHarm) {
+  for (const char* name : {"a.exr", "a.tif", "a.png"}) {
+    const bool exr = std::string(name) == "a.exr";
+    WritePattern(Path(name), {OIIO::ImageSpec(33, 21, 3, exr ? TypeDesc::HALF : TypeDesc::UINT8)});
+    const std::string whole = Contents(Path(name));
+    int errors = 0;
+    for (size_t i = 0; i < std::min<size_t>(whole.size(), 400); i += 3) {
+      std::string spoilt = whole;
+      spoilt[i] = static_cast<char>(spoilt[i] ^ 0xFF);
+      SetContents(Path(name), spoilt);
+      errors += !ReadAll(Path(name)).empty();
+    }
+    EXPECT_GT(errors, 0) << name;
+  }
+}
+
+// An EXR header with its data window replaced.
+TEST_F(BadInputTest, AbsurdDimensions) {
+  OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);
+  spec.attribute("compression", "none");
+  WritePattern(Path("a.exr"), {spec});
+  const std::string whole = Contents(Path("a.exr"));
+  const size_t at = whole.find("dataWindow") + 11 + 6 + 4;  // name, "box2i", size
+  for (const auto& [x1, y1] : {std::pair{INT32_MAX, INT32_MAX}, {999999, 999999}, {-1, 20}, {32, -1}, {INT32_MIN, 5}}) {
+    std::string spoilt = whole;
+    std::memcpy(spoilt.data() + at + 8, &x1, 4);
+    std::memcpy(spoilt.data() + at + 12, &y1, 4);
+    SetContents(Path("a.exr"), spoilt);
+    EXPECT_NE(ReadAll(Path("a.exr")), "") << x1 << " " << y1;
+    EXPECT_NE(ErrorOf([&] { Read(Path("a.exr")); }), "");
+  }
+}
+
+TEST_F(BadInputTest, HugeImageInAShortFile) {
+  // A BMP header of 54 bytes that declares 30000 x 30000 pixels.
+  std::string bmp(54, '\0');
+  const auto put = [&](size_t at, uint32_t value, size_t size) { std::memcpy(bmp.data() + at, &value, size); };
+  bmp[0] = 'B', bmp[1] = 'M';
+  put(2, 54, 4), put(10, 54, 4), put(14, 40, 4), put(18, 30000, 4), put(22, 30000, 4), put(26, 1, 2), put(28, 24, 2);
+  SetContents(Path("a.bmp"), bmp);
+  EXPECT_THAT(Reason("a.bmp"), HasSubstr("30000 x 30000"));
+}
+
+TEST_F(BadInputTest, DeepPixels) {
+  OIIO::ImageSpec spec(4, 3, 2, TypeDesc::FLOAT);
+  spec.channelnames = {"A", "Z"};
+  spec.deep = true;
+  OIIO::DeepData deep(spec);
+  for (int i = 0; i < 12; ++i) deep.set_samples(i, 1);
+  auto output = OIIO::ImageOutput::create(Path("a.exr"));
+  ASSERT_TRUE(output->open(Path("a.exr"), spec) && output->write_deep_image(deep) && output->close())
+      << output->geterror();
+  EXPECT_THAT(Reason("a.exr"), HasSubstr("found deep pixels, expected flat ones"));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,170 @@
+// The list of operations, and what its argument parser accepts and refuses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ops/registry.h"
+#include "reference/reference.h"
+#include "tessera/error.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/generate.h"
+
+namespace tessera::ops {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using Modifiers = std::vector<std::pair<std::string, std::string>>;
+
+Arguments Parse(const std::string& op, const std::vector<std::string>& words, const Modifiers& modifiers = {}) {
+  const OpInfo* const info = FindOp(op);
+  if (info == nullptr) throw Error(op, "is not in the registry");
+  return ParseArguments(*info, words, modifiers);
+}
+
+// The message of the Error that parsing throws.
+std::string Refusal(const std::string& op, const std::vector<std::string>& words, const Modifiers& modifiers = {}) {
+  try {
+    Parse(op, words, modifiers);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(RegistryTest, RowsAreComplete) {
+  std::set<std::string> names;
+  for (const OpInfo& op : Registry()) {
+    SCOPED_TRACE(op.name);
+    EXPECT_TRUE(names.insert(op.name).second) << "twice";
+    EXPECT_NE(op.make, nullptr);
+    EXPECT_FALSE(op.summary.empty());
+    EXPECT_FALSE(op.help.empty());
+    EXPECT_FALSE(op.bound.empty());
+    ASSERT_FALSE(op.examples.empty());
+    EXPECT_EQ(op.generator, op.inputs == 0);
+    for (const std::string& example : op.examples) EXPECT_NO_THROW(ParseExample(op, example)) << example;
+    for (const ParamInfo& p : op.modifiers) EXPECT_FALSE(p.help.empty()) << p.name;
+  }
+}
+
+TEST(RegistryTest, EveryOperationHasAReference) {
+  for (const OpInfo& op : Registry()) {
+    if (op.family != "channels") EXPECT_NE(reference::Find(op.name), nullptr) << op.name;
+  }
+  EXPECT_EQ(reference::Find("no-such-operation"), nullptr);
+}
+
+TEST(RegistryTest, RegisterReplacesAndKeepsPointers) {
+  reference::Register({"registry-test", nullptr, nullptr});
+  const reference::Entry* const entry = reference::Find("registry-test");
+  ASSERT_NE(entry, nullptr);
+  const reference::Function f = [](const reference::Call&) {};
+  reference::Register({"registry-test", f, nullptr});
+  EXPECT_EQ(reference::Find("registry-test"), entry);
+  EXPECT_EQ(entry->evaluate, f);
+}
+
+TEST(ArgumentsTest, NumbersAreParsedWhole) {
+  EXPECT_THAT(Parse("addc", {"1,-2.5,+3e-2, .5"}).Numbers("VALUES"), ElementsAre(1, -2.5, 0.03, 0.5));
+  EXPECT_TRUE(Parse("addc", {"1"}).Given("VALUES"));
+  EXPECT_THAT(Parse("clamp", {}).Numbers("min"), ElementsAre());
+  EXPECT_FALSE(Parse("clamp", {}).Given("min"));
+  EXPECT_EQ(Parse("quantize", {"8"}).Integer("BITS"), 8);
+  EXPECT_FALSE(Parse("quantize", {"8"}).Flag("dither"));
+  EXPECT_TRUE(Parse("quantize", {"8"}, {{"dither", ""}}).Flag("dither"));
+  EXPECT_TRUE(Parse("quantize", {"8"}, {{"dither", "1"}}).Flag("dither"));
+}
+
+TEST(ArgumentsTest, RefusalsNameParameterFoundAndExpected) {
+  EXPECT_EQ(Refusal("ccmatrix", {"1,0,0,0,1,0,0,0"}), "ccmatrix: found 8 numbers, expected 9, 12, 16 or 20");
+  EXPECT_THAT(Refusal("addc", {"nan"}), HasSubstr("addc: found \"nan\", expected a finite number"));
+  EXPECT_THAT(Refusal("addc", {"inf"}), HasSubstr("expected a finite number"));
+  EXPECT_THAT(Refusal("addc", {"1,-inf"}), HasSubstr("expected a finite number"));
+  EXPECT_THAT(Refusal("addc", {"1e999"}), HasSubstr("found \"1e999\""));
+  EXPECT_THAT(Refusal("addc", {"1e39"}), HasSubstr("found \"1e39\""));
+  EXPECT_THAT(Refusal("addc", {""}), HasSubstr("addc: found nothing"));
+  EXPECT_THAT(Refusal("addc", {"1,,2"}), HasSubstr("found nothing, expected a number at position 2"));
+  EXPECT_THAT(Refusal("addc", {"1,"}), HasSubstr("found nothing"));
+  EXPECT_THAT(Refusal("addc", {"1x"}), HasSubstr("found \"1x\""));
+  EXPECT_THAT(Refusal("addc", {"0x10"}), HasSubstr("found \"0x10\""));
+  EXPECT_THAT(Refusal("addc", {"+-1"}), HasSubstr("found \"+-1\""));
+  EXPECT_EQ(Refusal("addc", {}), "addc: found 0 arguments, expected 1 (VALUES)");
+  EXPECT_EQ(Refusal("add", {"1"}), "add: found 1 arguments, expected 0");
+  EXPECT_EQ(Refusal("quantize", {"0"}), "quantize: found \"0\", expected a whole number from 1 to 24");
+  EXPECT_EQ(Refusal("quantize", {"25"}), "quantize: found \"25\", expected a whole number from 1 to 24");
+  EXPECT_EQ(Refusal("quantize", {"8.5"}), "quantize: found \"8.5\", expected a whole number from 1 to 24");
+  EXPECT_EQ(Refusal("quantize", {"99999999999999999999"}),
+            "quantize: found \"99999999999999999999\", expected a whole number from 1 to 24");
+  EXPECT_EQ(Refusal("quantize", {"8"}, {{"dither", "2"}}), "quantize:dither: found \"2\", expected 0 or 1");
+  EXPECT_THAT(Refusal("hue", {"30"}, {{"preserve", "luminence"}}), HasSubstr("did you mean luminance?"));
+}
+
+TEST(ArgumentsTest, UnknownModifiersNameTheNearest) {
+  EXPECT_EQ(Refusal("quantize", {"8"}, {{"dithr", "1"}}),
+            "quantize: unknown modifier \"dithr\"; did you mean dither?");
+  EXPECT_EQ(Refusal("quantize", {"8"}, {{"zzz", "1"}}), "quantize: unknown modifier \"zzz\", expected dither or seed");
+  EXPECT_EQ(Refusal("abs", {}, {{"x", "1"}}), "abs: unknown modifier \"x\", it takes none");
+}
+
+TEST(ArgumentsTest, NearestFindsTypingErrorsOnly) {
+  const std::vector<std::string> known = {"saturate", "hue", "luminance", "min", "max"};
+  EXPECT_EQ(Nearest("saturte", known), "saturate");
+  EXPECT_EQ(Nearest("satruate", known), "saturate");
+  EXPECT_EQ(Nearest("lum", known), "luminance");
+  EXPECT_EQ(Nearest("Hue", known), "hue");
+  EXPECT_EQ(Nearest("xyzzy", known), "");
+  EXPECT_EQ(Nearest("", known), "");
+  EXPECT_EQ(Nearest(std::string(100000, 'a'), known), "");
+}
+
+TEST(ChannelsTest, SelectionsFollowOiiotool) {
+  const Node image = Constant(ImageSpec(2, 2, 4));
+  const auto names = [&](const std::string& list) { return SelectChannels(image, list).spec().channels; };
+  EXPECT_THAT(names("2,1,0"), ElementsAre("B", "G", "R"));
+  EXPECT_THAT(names("r,g"), ElementsAre("R", "G"));
+  EXPECT_THAT(names("R=G,newname=B,=0.75,Z=1"), ElementsAre("R", "newname", "B", "Z"));
+  EXPECT_EQ(SelectChannels(image, "A,R").spec().alpha, 0);
+  EXPECT_EQ(SelectChannels(image, "R,G,B").spec().alpha, -1);
+  EXPECT_EQ(SelectChannels(image, "R,A=1.0").spec().alpha, 1);
+  EXPECT_THAT(AppendChannels(image, image).spec().channels,
+              ElementsAre("R", "G", "B", "A", "channel4", "channel5", "channel6", "channel7"));
+  EXPECT_THAT(RenameChannels(image, {"", "x", "y", "z", "more"}).spec().channels, ElementsAre("R", "x", "y", "z"));
+}
+
+TEST(ChannelsTest, MissingChannelsListThosePresent) {
+  const Node image = Constant(ImageSpec(2, 2, 3));
+  const auto refusal = [&](const std::string& list) -> std::string {
+    try {
+      SelectChannels(image, list);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refusal("R,A"), "ch: found no channel \"A\", expected one of R,G,B");
+  EXPECT_EQ(refusal("7"), "ch: found no channel \"7\", expected one of R,G,B");
+  EXPECT_EQ(refusal("-1"), "ch: found no channel \"-1\", expected one of R,G,B");
+  EXPECT_EQ(refusal("R,,B"), "ch: found an empty entry, expected one of R,G,B");
+  EXPECT_THAT(refusal("R=nan"), HasSubstr("finite"));
+}
+
+TEST(ChannelsTest, Geometries) {
+  const Roi base{3, 4, 13, 24};
+  EXPECT_EQ(ParseGeometry("2x5", base), (Roi{3, 4, 5, 9}));
+  EXPECT_EQ(ParseGeometry("2x5+10-20", base), (Roi{10, -20, 12, -15}));
+  EXPECT_EQ(ParseGeometry("-1+2", base), (Roi{-1, 2, 9, 22}));
+  EXPECT_EQ(ParseGeometry("1,2,3,4", base), (Roi{1, 2, 4, 5}));
+  EXPECT_EQ(ParseGeometry("-3,-2,-3,-2", base), (Roi{-3, -2, -2, -1}));
+  for (const char* bad : {"", "x", "2x", "2x5+1", "2x5+1+", "2x5+1+1x", "1,2,3", "1,2,3,4,5", "3,3,1,1", "0x5", "-2x5",
+                          "2147483647x2+2147483647+0", "99999999999999999999x1", "1,2,3,2147483648", "50%", "2x5+-1+1"}) {
+    EXPECT_THROW(ParseGeometry(bad, base), Error) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::ops
