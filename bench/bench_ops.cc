@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
     const Options options = ParseOptions(&argc, argv);
     for (const tessera::ops::OpInfo& op : tessera::ops::Registry()) {
       if (op.examples.empty()) continue;
-      RegisterTask("ops", MakeTask(op.name, {{op.name, op.examples.front()}}), options, /*with_unfolded=*/false);
+      RegisterTask("ops", MakeTask(op.name, {{op.name, op.examples.front()}}), options,
+                   /*with_unfolded=*/false);
     }
     return RunRegistered(&argc, argv);
   } catch (const std::exception& error) {

@@ -1,5 +1,5 @@
-// Chains as users write them: one that folds into two matrices and a clamp, one that cannot be folded, and the
-// single matrix that every library has.
+// Chains as users write them: one that folds into two matrices and a clamp, one that cannot be folded, and
+// the single matrix that every library has.
 #include <cstdio>
 #include <exception>
 

@@ -39,7 +39,8 @@ std::unique_ptr<Contestant> MakeOpenCv(const Setting& setting);  // null when bu
 std::vector<std::pair<std::string, std::string>> PeerVersions();
 
 // This library on one compiled target ("AVX2"); without `optimize` nothing is folded.
-std::unique_ptr<Contestant> MakeTessera(const Setting& setting, const std::string& target, bool optimize = true);
+std::unique_ptr<Contestant> MakeTessera(const Setting& setting, const std::string& target,
+                                        bool optimize = true);
 
 // The copy of input 0 (of the output, for a generator) to the output: memcpy, or streaming.
 std::unique_ptr<Contestant> MakeCopy(const Setting& setting, bool streaming);

@@ -9,8 +9,8 @@ namespace tessera::bench {
 // Plain memcpy, which chooses its own way of writing.
 void CopyPlain(const std::byte* from, std::byte* to, size_t bytes);
 
-// Writes whole cache lines around the cache, so that the destination is not read first. Falls back to memcpy on
-// processors without such stores and for the unaligned edges.
+// Writes whole cache lines around the cache, so that the destination is not read first. Falls back to memcpy
+// on processors without such stores and for the unaligned edges.
 void CopyStreaming(const std::byte* from, std::byte* to, size_t bytes);
 
 }  // namespace tessera::bench

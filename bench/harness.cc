@@ -1,6 +1,7 @@
 // The interleaved loop, the flags, and the bridge to Google Benchmark's registration and JSON output.
 #include "harness.h"
 
+#include <benchmark/benchmark.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,8 +13,6 @@
 #include <random>
 #include <sstream>
 
-#include <benchmark/benchmark.h>
-
 #include "tessera/error.h"
 #include "tessera/targets.h"
 
@@ -21,7 +20,8 @@ namespace tessera::bench {
 namespace {
 
 constexpr char kUsage[] =
-    "expected --sizes=WxH|large,... --types=float,half,uint16,uint8 --threads=N,... --targets=all|best|NAME,... "
+    "expected --sizes=WxH|large,... --types=float,half,uint16,uint8 --threads=N,... "
+    "--targets=all|best|NAME,... "
     "--repetitions=N --seconds=S";
 constexpr int kWarmUps = 2;
 
@@ -35,7 +35,8 @@ std::vector<std::string> Split(const std::string& list) {
 int Positive(const std::string& flag, const std::string& text) {
   char* end = nullptr;
   const long value = std::strtol(text.c_str(), &end, 10);
-  if (*end || value < 1 || value > 1 << 20) throw Error(flag, "found '" + text + "', expected a positive integer");
+  if (*end || value < 1 || value > 1 << 20)
+    throw Error(flag, "found '" + text + "', expected a positive integer");
   return static_cast<int>(value);
 }
 
@@ -54,7 +55,8 @@ struct FrameCache {
 
   Frame Make(const Task& task, const Options::Size& size, PixelType type) {
     const ImageSpec spec(size.width, size.height, 4, type);
-    if (!inputs.empty() && (inputs[0].spec().data_window != spec.data_window || inputs[0].spec().type != type)) {
+    if (!inputs.empty() &&
+        (inputs[0].spec().data_window != spec.data_window || inputs[0].spec().type != type)) {
       inputs.clear();
     }
     while (static_cast<int>(inputs.size()) < task.inputs()) {
@@ -137,8 +139,10 @@ void Report(benchmark::State& state, Group& group, const std::string& contestant
   const double ns = group.Nanoseconds(m);
   const double copy_bytes = 8.0 * static_cast<double>(PixelBytes(group.type));
   state.counters["ns_per_pixel"] = ns;
-  state.counters["ns_per_pixel_min"] = ns * *std::min_element(m.seconds.begin(), m.seconds.end()) / Median(m.seconds);
-  state.counters["ns_per_pixel_max"] = ns * *std::max_element(m.seconds.begin(), m.seconds.end()) / Median(m.seconds);
+  state.counters["ns_per_pixel_min"] =
+      ns * *std::min_element(m.seconds.begin(), m.seconds.end()) / Median(m.seconds);
+  state.counters["ns_per_pixel_max"] =
+      ns * *std::max_element(m.seconds.begin(), m.seconds.end()) / Median(m.seconds);
   state.counters["times_copy"] = ns / group.copy_ns;
   state.counters["repetitions"] = static_cast<double>(m.seconds.size());
   if (m.is_copy) return;
@@ -170,7 +174,8 @@ Options ParseOptions(int* argc, char** argv) {
     const std::string argument = argv[i];
     const size_t equals = argument.find('=');
     const std::string flag = argument.substr(0, equals);
-    const std::vector<std::string> words = Split(equals == std::string::npos ? "" : argument.substr(equals + 1));
+    const std::vector<std::string> words =
+        Split(equals == std::string::npos ? "" : argument.substr(equals + 1));
     const auto is = [&](const char* name) {
       if (flag != name) return false;
       if (words.empty()) throw Error(flag, std::string("found no value, ") + kUsage);
@@ -252,7 +257,9 @@ std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestan
     std::shuffle(order.begin(), order.end(), random);
     for (size_t i : order) {
       const std::vector<double>& spent = results[i].seconds;
-      if (seconds > 0 && k >= kFewestRepetitions && std::accumulate(spent.begin(), spent.end(), 0.0) > seconds) continue;
+      if (seconds > 0 && k >= kFewestRepetitions &&
+          std::accumulate(spent.begin(), spent.end(), 0.0) > seconds)
+        continue;
       contestants[i]->Prepare();
       const auto start = std::chrono::steady_clock::now();
       contestants[i]->Run();
@@ -283,11 +290,12 @@ void RegisterTask(const std::string& suite, const Task& task, const Options& opt
           if (auto peer = make(setting)) names.push_back(peer->Name());
         }
         std::ostringstream prefix;
-        prefix << suite << '/' << task.name << '/' << PixelTypeName(type) << '/' << size.width << 'x' << size.height
-               << "/threads:" << threads << '/';
+        prefix << suite << '/' << task.name << '/' << PixelTypeName(type) << '/' << size.width << 'x'
+               << size.height << "/threads:" << threads << '/';
         for (const std::string& name : names) {
-          benchmark::RegisterBenchmark((prefix.str() + name).c_str(),
-                                       [group, name](benchmark::State& state) { Report(state, *group, name); })
+          benchmark::RegisterBenchmark(
+              (prefix.str() + name).c_str(),
+              [group, name](benchmark::State& state) { Report(state, *group, name); })
               ->Iterations(1)
               ->UseManualTime()
               ->Unit(benchmark::kMillisecond);

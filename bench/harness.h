@@ -34,17 +34,17 @@ struct Measured {
   bool is_copy = false;
 };
 
-// Warms every contestant up, checks its pixels against the oracle, then runs `repetitions` rounds in which each
-// contestant runs once, in an order shuffled anew for each round. With `seconds` slow contestants leave early, which
-// quick looks need; the protocol's figures are made without.
+// Warms every contestant up, checks its pixels against the oracle, then runs `repetitions` rounds in which
+// each contestant runs once, in an order shuffled anew for each round. With `seconds` slow contestants leave
+// early, which quick looks need; the protocol's figures are made without.
 inline constexpr int kFewestRepetitions = 5;
 std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestants, const Frame& frame,
                               const Oracle& oracle, int repetitions, double seconds = 0);
 
 double Median(std::vector<double> values);
 
-// Registers the benchmarks SUITE/TASK/TYPE/WxH/threads:N/CONTESTANT for every choice of the options. A group's
-// contestants are measured together when the first of them is asked for.
+// Registers the benchmarks SUITE/TASK/TYPE/WxH/threads:N/CONTESTANT for every choice of the options. A
+// group's contestants are measured together when the first of them is asked for.
 void RegisterTask(const std::string& suite, const Task& task, const Options& options, bool with_unfolded);
 
 // Runs what was registered; the process's exit code.

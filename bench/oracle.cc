@@ -28,7 +28,8 @@ Oracle::Oracle(const Node& node, int bands, int rows_per_band) {
   const Roi window = node.spec().data_window;
   const int rows = std::min(rows_per_band, window.height());
   bands = std::max(1, std::min(bands, window.height() / std::max(1, rows)));
-  verify::ReferenceEngine engine([](const std::string&) { return 0.0; });  // remembers statistics between bands
+  verify::ReferenceEngine engine(
+      [](const std::string&) { return 0.0; });  // remembers statistics between bands
   for (int i = 0; i < bands; ++i) {
     const int last = window.height() - rows;
     const int y = window.y0 + (bands > 1 ? static_cast<int>(int64_t{last} * i / (bands - 1)) : 0);

@@ -17,13 +17,14 @@ reference::ImageD Reference(const Node& node, const Roi& roi);
 // True when an operation of the graph depends on a statistic of a whole image.
 bool NeedsStatistics(const Node& node);
 
-// Distances in units of the value range (1.0 = white) from the exact, unrounded result; for integer pixels from
-// the exact result clamped to [0,1], so half a code is the least possible maximum of a perfect contestant.
+// Distances in units of the value range (1.0 = white) from the exact, unrounded result; for integer pixels
+// from the exact result clamped to [0,1], so half a code is the least possible maximum of a perfect
+// contestant.
 struct Errors {
   double max = 0, rms = 0;
   int64_t values = 0;
-  // Integer pixels: codes that differ from the correctly rounded one although the exact result is farther than
-  // 2^-12 of a code from the tie, and the largest difference in codes from the correctly rounded one.
+  // Integer pixels: codes that differ from the correctly rounded one although the exact result is farther
+  // than 2^-12 of a code from the tie, and the largest difference in codes from the correctly rounded one.
   int64_t wrong_codes = 0;
   int max_code_error = 0;
   // A NaN or infinity on one side only.

@@ -1,10 +1,10 @@
 // Builds tasks from the registry, probes which steps are affine, and makes the input pictures.
 #include "task.h"
 
+#include <OpenImageIO/Imath.h>
+
 #include <cmath>
 #include <cstring>
-
-#include <OpenImageIO/Imath.h>
 
 #include "oracle.h"
 #include "tessera/error.h"
@@ -21,7 +21,8 @@ uint64_t Hash(uint64_t x) {
   return x ^ (x >> 31);
 }
 
-// The operation evaluated in double on black, the four unit pixels and some others; affine when the others agree.
+// The operation evaluated in double on black, the four unit pixels and some others; affine when the others
+// agree.
 std::optional<Step::Affine> ProbeAffine(const Step& step) {
   if (step.info->generator || step.info->inputs != 1) return std::nullopt;
   constexpr int kProbes = 16;
@@ -108,8 +109,8 @@ Image MakeInput(int width, int height, PixelType type, uint64_t seed) {
   const size_t samples = static_cast<size_t>(width) * height * 4;
   for (size_t i = 0; i < samples; i += 4) {
     const uint64_t a = Hash(seed * 0x2545f4914f6cdd1du + i), b = Hash(a);
-    const uint32_t bits[4] = {static_cast<uint32_t>(a), static_cast<uint32_t>(a >> 32), static_cast<uint32_t>(b),
-                              static_cast<uint32_t>(b >> 32)};
+    const uint32_t bits[4] = {static_cast<uint32_t>(a), static_cast<uint32_t>(a >> 32),
+                              static_cast<uint32_t>(b), static_cast<uint32_t>(b >> 32)};
     for (int c = 0; c < 4; ++c) {
       const float unit = static_cast<float>(bits[c] >> 8) / 0xffffffp0f;
       const float v = c == 3 ? 0.25f + 0.75f * unit : unit;

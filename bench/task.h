@@ -13,8 +13,9 @@
 
 namespace tessera::bench {
 
-// One operation of a chain. `matrix`, when set, is the 4x5 affine map (rows R,G,B,A; last column the bias) that
-// the operation is, found by probing the double-precision reference: peers need no knowledge of our operations.
+// One operation of a chain. `matrix`, when set, is the 4x5 affine map (rows R,G,B,A; last column the bias)
+// that the operation is, found by probing the double-precision reference: peers need no knowledge of our
+// operations.
 struct Step {
   const ops::OpInfo* info = nullptr;
   ops::Arguments arguments;
@@ -57,7 +58,8 @@ struct Frame {
   bool plain() const;
 };
 
-// A deterministic RGBA picture of white noise: colours in [0,1], alpha in [0.25,1] so that dividing by it is sane.
+// A deterministic RGBA picture of white noise: colours in [0,1], alpha in [0.25,1] so that dividing by it is
+// sane.
 Image MakeInput(int width, int height, PixelType type, uint64_t seed);
 
 // The exact value of a stored sample.

@@ -1,5 +1,5 @@
-// OpenColorIO's optimised CPU processor as a peer: the whole task as one group transform, applied to packed images,
-// rows split over threads by the caller, as its applications do.
+// OpenColorIO's optimised CPU processor as a peer: the whole task as one group transform, applied to packed
+// images, rows split over threads by the caller, as its applications do.
 #include <OpenColorIO/OpenColorIO.h>
 
 #include <cstddef>
@@ -56,7 +56,7 @@ class Ocio final : public Contestant {
  public:
   Ocio(const Setting& setting, const ocio::TransformRcPtr& transform)
       : from_(setting.frame.inputs[0].view()), to_(setting.frame.output.view()), workers_(setting.threads) {
-    depth_ = from_.type == PixelType::kUint8   ? ocio::BIT_DEPTH_UINT8
+    depth_ = from_.type == PixelType::kUint8    ? ocio::BIT_DEPTH_UINT8
              : from_.type == PixelType::kUint16 ? ocio::BIT_DEPTH_UINT16
              : from_.type == PixelType::kHalf   ? ocio::BIT_DEPTH_F16
                                                 : ocio::BIT_DEPTH_F32;
@@ -76,8 +76,14 @@ class Ocio final : public Contestant {
 
  private:
   ocio::PackedImageDesc Rows(const ImageView& view, int y0, int y1) const {
-    return {view.data + y0 * view.row_stride, view.roi.width(), y1 - y0,          ocio::CHANNEL_ORDERING_RGBA,
-            depth_,                           view.channel_stride, view.pixel_stride, view.row_stride};
+    return {view.data + y0 * view.row_stride,
+            view.roi.width(),
+            y1 - y0,
+            ocio::CHANNEL_ORDERING_RGBA,
+            depth_,
+            view.channel_stride,
+            view.pixel_stride,
+            view.row_stride};
   }
 
   ImageView from_, to_;

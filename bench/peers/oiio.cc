@@ -1,11 +1,11 @@
-// OpenImageIO's ImageBufAlgo as a peer: one call per operation into a destination that is already there, which is
-// how its users chain operations today.
-#include <functional>
-#include <map>
-
+// OpenImageIO's ImageBufAlgo as a peer: one call per operation into a destination that is already there,
+// which is how its users chain operations today.
 #include <OpenImageIO/Imath.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
+
+#include <functional>
+#include <map>
 
 #include "contestant.h"
 #include "peers/peers.h"
@@ -19,10 +19,14 @@ namespace iba = OIIO::ImageBufAlgo;
 
 OIIO::TypeDesc TypeOf(PixelType type) {
   switch (type) {
-    case PixelType::kUint8: return OIIO::TypeUInt8;
-    case PixelType::kUint16: return OIIO::TypeUInt16;
-    case PixelType::kHalf: return OIIO::TypeHalf;
-    default: return OIIO::TypeFloat;
+    case PixelType::kUint8:
+      return OIIO::TypeUInt8;
+    case PixelType::kUint16:
+      return OIIO::TypeUInt16;
+    case PixelType::kHalf:
+      return OIIO::TypeHalf;
+    default:
+      return OIIO::TypeFloat;
   }
 }
 
@@ -55,11 +59,14 @@ std::vector<Call> AffineCalls(const Step::Affine& affine) {
       scales |= affine.m[c][c] != 1;
     }
     if (scales && affine.has_bias()) {
-      calls.push_back([=](ImageBuf& dst, const auto& in, int n) { return iba::mad(dst, *in[0], scale, bias, {}, n); });
+      calls.push_back(
+          [=](ImageBuf& dst, const auto& in, int n) { return iba::mad(dst, *in[0], scale, bias, {}, n); });
     } else if (scales) {
-      calls.push_back([=](ImageBuf& dst, const auto& in, int n) { return iba::mul(dst, *in[0], scale, {}, n); });
+      calls.push_back(
+          [=](ImageBuf& dst, const auto& in, int n) { return iba::mul(dst, *in[0], scale, {}, n); });
     } else {
-      calls.push_back([=](ImageBuf& dst, const auto& in, int n) { return iba::add(dst, *in[0], bias, {}, n); });
+      calls.push_back(
+          [=](ImageBuf& dst, const auto& in, int n) { return iba::add(dst, *in[0], bias, {}, n); });
     }
     return calls;
   }
@@ -74,7 +81,8 @@ std::vector<Call> AffineCalls(const Step::Affine& affine) {
     return iba::colormatrixtransform(dst, *in[0], m, /*unpremult=*/false, {}, n);
   });
   if (affine.has_bias()) {
-    calls.push_back([bias](ImageBuf& dst, const auto& in, int n) { return iba::add(dst, *in[0], bias, {}, n); });
+    calls.push_back(
+        [bias](ImageBuf& dst, const auto& in, int n) { return iba::add(dst, *in[0], bias, {}, n); });
   }
   return calls;
 }
@@ -104,7 +112,8 @@ std::vector<Call> CallsOf(const Step& step) {
   if (op == "clamp") {
     if (const auto range = ClampRange(step)) {
       const std::vector<float> lo = Floats(range->first), hi = Floats(range->second);
-      return {[=](ImageBuf& d, const auto& in, int n) { return iba::clamp(d, *in[0], lo, hi, false, {}, n); }};
+      return {
+          [=](ImageBuf& d, const auto& in, int n) { return iba::clamp(d, *in[0], lo, hi, false, {}, n); }};
     }
   }
   if (op == "powc") {
@@ -120,7 +129,9 @@ std::vector<Call> CallsOf(const Step& step) {
     const std::vector<double> w = step.Numbers("width"), h = step.Numbers("height");
     if (w.empty() || h.empty() || a.size() != 4 || b.size() != 4) return {};
     const int width = static_cast<int>(w[0]), height = static_cast<int>(h[0]);
-    return {[=](ImageBuf& d, const auto&, int n) { return iba::checker(d, width, height, 1, a, b, 0, 0, 0, {}, n); }};
+    return {[=](ImageBuf& d, const auto&, int n) {
+      return iba::checker(d, width, height, 1, a, b, 0, 0, 0, {}, n);
+    }};
   }
   return {};
 }

@@ -1,10 +1,10 @@
-// OpenCV as a peer: its array functions and cv::transform, one call per operation into an allocated destination.
+// OpenCV as a peer: its array functions and cv::transform, one call per operation into an allocated
+// destination.
 #include "contestant.h"
 
 #if defined(TESSERA_BENCH_OPENCV)
 
 #include <functional>
-
 #include <opencv2/core.hpp>
 
 #include "peers/peers.h"
@@ -16,7 +16,9 @@ namespace {
 using Call = std::function<void(const std::vector<cv::Mat>& in, cv::Mat& dst)>;
 
 // The range of a pixel type in OpenCV's arithmetic, which works on codes.
-double WhiteOf(PixelType type) { return type == PixelType::kUint8 ? 255 : type == PixelType::kUint16 ? 65535 : 1; }
+double WhiteOf(PixelType type) {
+  return type == PixelType::kUint8 ? 255 : type == PixelType::kUint16 ? 65535 : 1;
+}
 
 cv::Scalar ScalarOf(const std::vector<double>& v, double factor) {
   return {v[0] * factor, v[1] * factor, v[2] * factor, v[3] * factor};
@@ -33,10 +35,12 @@ std::vector<Call> CallsOf(const Step& step, PixelType type) {
     for (int r = 0; r < 4; ++r) {
       scales |= a.m[r][r] != 1;
       scale[r] = a.m[r][r], bias[r] = a.m[r][4] * white;
-      for (int c = 0; c < matrix.cols; ++c) matrix(r, c) = static_cast<float>(c == 4 ? a.m[r][c] * white : a.m[r][c]);
+      for (int c = 0; c < matrix.cols; ++c)
+        matrix(r, c) = static_cast<float>(c == 4 ? a.m[r][c] * white : a.m[r][c]);
     }
     if (a.diagonal() && !scales) return {[=](const auto& in, cv::Mat& d) { cv::add(in[0], bias, d); }};
-    if (a.diagonal() && !a.has_bias()) return {[=](const auto& in, cv::Mat& d) { cv::multiply(in[0], scale, d); }};
+    if (a.diagonal() && !a.has_bias())
+      return {[=](const auto& in, cv::Mat& d) { cv::multiply(in[0], scale, d); }};
     return {[=](const auto& in, cv::Mat& d) { cv::transform(in[0], d, matrix); }};
   }
   if (op == "add") return {[](const auto& in, cv::Mat& d) { cv::add(in[0], in[1], d); }};
@@ -66,7 +70,9 @@ std::vector<Call> CallsOf(const Step& step, PixelType type) {
 
 cv::Mat Wrap(const Image& image) {
   const ImageView view = image.view();
-  const int depth = view.type == PixelType::kUint8 ? CV_8U : view.type == PixelType::kUint16 ? CV_16U : CV_32F;
+  const int depth = view.type == PixelType::kUint8    ? CV_8U
+                    : view.type == PixelType::kUint16 ? CV_16U
+                                                      : CV_32F;
   return cv::Mat(view.roi.height(), view.roi.width(), CV_MAKETYPE(depth, 4), view.data,
                  static_cast<size_t>(view.row_stride));
 }
@@ -98,7 +104,8 @@ class OpenCv final : public Contestant {
 
 // OpenCV has no arithmetic on half pixels.
 std::unique_ptr<Contestant> MakeOpenCv(const Setting& setting) {
-  if (!setting.frame.plain() || setting.frame.type == PixelType::kHalf || setting.frame.inputs.empty()) return nullptr;
+  if (!setting.frame.plain() || setting.frame.type == PixelType::kHalf || setting.frame.inputs.empty())
+    return nullptr;
   std::vector<Call> calls;
   for (const Step& step : setting.task.steps) {
     const std::vector<Call> more = CallsOf(step, setting.frame.type);

@@ -26,8 +26,8 @@ bool IsRec709(const Step& step) {
 }
 
 std::vector<std::pair<std::string, std::string>> PeerVersions() {
-  std::vector<std::pair<std::string, std::string>> versions = {
-      {"OpenImageIO", OIIO_VERSION_STRING}, {"OpenColorIO", OCIO_NAMESPACE::GetVersion()}};
+  std::vector<std::pair<std::string, std::string>> versions = {{"OpenImageIO", OIIO_VERSION_STRING},
+                                                               {"OpenColorIO", OCIO_NAMESPACE::GetVersion()}};
 #if defined(TESSERA_BENCH_OPENCV)
   versions.emplace_back("OpenCV", CV_VERSION);
 #endif

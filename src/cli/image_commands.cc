@@ -3,6 +3,7 @@
 #include <cctype>
 #include <charconv>
 
+#include "cli/messages.h"
 #include "cli/session.h"
 #include "tessera/io.h"
 #include "tessera/ops/channels.h"
@@ -48,7 +49,7 @@ void ReadImage(const Step& step, Session& session) {
   Entry entry{Read(file, options), file, {}};
   if (session.options().verbose) {
     const ImageSpec& spec = entry.node.spec();
-    std::fprintf(stderr, "tessera: reading %s: %d x %d, %d channels, %s\n", file.c_str(), spec.width(),
+    std::fprintf(Messages(), "tessera: reading %s: %d x %d, %d channels, %s\n", file.c_str(), spec.width(),
                  spec.height(), spec.channel_count(), PixelTypeName(spec.type));
   }
   session.Push(std::move(entry));

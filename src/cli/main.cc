@@ -9,6 +9,7 @@
 #include "cli/arguments.h"
 #include "cli/frames.h"
 #include "cli/help.h"
+#include "cli/messages.h"
 #include "cli/session.h"
 #include "tessera/targets.h"
 
@@ -34,7 +35,7 @@ void PrintError(std::string message) {
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
   }
   std::cout.flush();
-  std::fprintf(stderr, "tessera: error: %s\n", message.c_str());
+  std::fprintf(Messages(), "tessera: error: %s\n", message.c_str());
 }
 
 // The line as a shell would take it, for the history; the program by its name alone.
@@ -68,14 +69,15 @@ void ChooseTarget(const std::string& name) {
   try {
     SetSimdTarget(name);
   } catch (const Error& e) {
-    throw UsageError("--simd", e.reason());
+    throw UsageError("--simd " + name, e.reason());
   }
 }
 
 int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
   int code = kDone;
   for (const FrameLine& frame : frames) {
-    if (line.options.verbose && frames.size() > 1) std::fprintf(stderr, "tessera: frame %d\n", frame.frame);
+    if (line.options.verbose && frames.size() > 1)
+      std::fprintf(Messages(), "tessera: frame %d\n", frame.frame);
     try {
       // Names are the only thing that differs; the whole line is checked again with them.
       const Line own = ParseLine(frame.words);
@@ -94,6 +96,7 @@ int Main(const std::vector<std::string>& words) {
   if (Inform(line.options)) return kDone;
   ChooseTarget(line.options.simd);
   CatchSignals();
+  if (!line.options.verbose) SilenceLibraries();
   return RunFrames(line, ExpandFrames(words, line));
 }
 

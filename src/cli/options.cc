@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "cli/command.h"
+#include "cli/messages.h"
 
 namespace tessera::cli {
 namespace {
@@ -42,7 +43,7 @@ ParamInfo Text(const std::string& name, const std::string& help) {
 
 }  // namespace
 
-bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(STDERR_FILENO) == 1); }
+bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(fileno(Messages())) == 1); }
 
 std::vector<Command> OptionCommands() {
   std::vector<Command> rows;

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <iostream>
 
+#include "cli/messages.h"
 #include "cli/report.h"
 #include "cli/session.h"
 #include "tessera/verify.h"
@@ -69,7 +70,7 @@ void WriteOutput(const Step& step, Session& session) {
   }
   if (options.software_attribute) AddHistory(entry, session.history(), write.attributes);
 
-  if (options.verbose) std::fprintf(stderr, "tessera: writing %s\n", file.c_str());
+  if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", file.c_str());
   if (options.explain) {
     std::cout << file << ":\n"
               << Explain(entry.node, write.type.value_or(entry.node.spec().type), options.render);

@@ -8,10 +8,12 @@
 #include <cstdio>
 #include <iostream>
 
+#include "cli/messages.h"
+
 namespace tessera::cli {
 
 ProgressBar::~ProgressBar() {
-  if (drawn_) std::fputs("\r\033[K", stderr);
+  if (drawn_) std::fputs("\r\033[K", Messages());
 }
 
 std::function<bool(double)> ProgressBar::Callback() {
@@ -32,15 +34,15 @@ void ProgressBar::Draw(double share) {
   last_ = now;
   drawn_ = true;
   const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * kCells);
-  std::fprintf(stderr, "\r[%s%s] %3.0f%% %s", std::string(full, '#').c_str(),
+  std::fprintf(Messages(), "\r[%s%s] %3.0f%% %s", std::string(full, '#').c_str(),
                std::string(kCells - full, '.').c_str(), 100 * share, label_.c_str());
-  std::fflush(stderr);
+  std::fflush(Messages());
 }
 
 void ProgressBar::Finish() {
   if (!shown_) return;
   Draw(1);
-  std::fputs("\n", stderr);
+  std::fputs("\n", Messages());
   drawn_ = false;
 }
 

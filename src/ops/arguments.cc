@@ -1,4 +1,5 @@
-// Checks and converts the words of a command: numbers, lists, flags, choices; every refusal says what was expected.
+// Checks and converts the words of a command: numbers, lists, flags, choices; every refusal says what was
+// expected.
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -139,19 +140,18 @@ class ParamParser {
     if (Trimmed(text).empty()) Refuse("found nothing, expected " + ExpectedCounts() + " numbers");
     // A list far too long is refused by its count, so it is not stored whole.
     const size_t count = 1 + static_cast<size_t>(std::count(text.begin(), text.end(), ','));
-    const bool allowed = param_.counts.empty()
-                             ? count >= static_cast<size_t>(param_.min_count) &&
-                                   count <= static_cast<size_t>(param_.max_count)
-                             : std::find(param_.counts.begin(), param_.counts.end(), static_cast<int>(count)) !=
-                                   param_.counts.end();
+    const bool allowed = param_.counts.empty() ? count >= static_cast<size_t>(param_.min_count) &&
+                                                     count <= static_cast<size_t>(param_.max_count)
+                                               : std::find(param_.counts.begin(), param_.counts.end(),
+                                                           static_cast<int>(count)) != param_.counts.end();
     if (!allowed) {
       Refuse("found " + std::to_string(count) + (count == 1 ? " number" : " numbers") + ", expected " +
              ExpectedCounts());
     }
     for (size_t begin = 0; begin <= text.size();) {
       const size_t end = std::min(text.find(',', begin), text.size());
-      numbers.push_back(One(text.substr(begin, end - begin),
-                            "a number at position " + std::to_string(numbers.size() + 1)));
+      numbers.push_back(
+          One(text.substr(begin, end - begin), "a number at position " + std::to_string(numbers.size() + 1)));
       begin = end + 1;
     }
     return numbers;
@@ -165,8 +165,8 @@ class ParamParser {
       value.numbers = List(text);
       return;
     }
-    std::string reason = (text.empty() ? std::string("found nothing") : "found " + Quoted(text)) + ", expected " +
-                         Alternatives(param_.choices);
+    std::string reason = (text.empty() ? std::string("found nothing") : "found " + Quoted(text)) +
+                         ", expected " + Alternatives(param_.choices);
     if (param_.numbers_too) reason += ", or " + ExpectedCounts() + " numbers";
     const std::string near = Nearest(text, param_.choices);
     if (!near.empty()) reason += "; did you mean " + near + "?";
@@ -187,7 +187,8 @@ int EditDistance(std::string_view a, std::string_view b) {
   for (size_t j = 0; j <= b.size(); ++j) d[0][j] = static_cast<int>(j);
   for (size_t i = 1; i <= a.size(); ++i) {
     for (size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (same(a[i - 1], b[j - 1]) ? 0 : 1)});
+      d[i][j] =
+          std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (same(a[i - 1], b[j - 1]) ? 0 : 1)});
       if (i > 1 && j > 1 && same(a[i - 1], b[j - 2]) && same(a[i - 2], b[j - 1])) {
         d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
       }
@@ -202,7 +203,8 @@ const Arguments::Value& Find(const Arguments& arguments, const std::string& name
   return it->second;
 }
 
-// The default of an optional parameter; an empty one stays empty (no numbers), and is asked for through Given().
+// The default of an optional parameter; an empty one stays empty (no numbers), and is asked for through
+// Given().
 Arguments::Value DefaultValue(const std::string& subject, const ParamInfo& param) {
   if (param.default_value.empty()) return {};
   return ParamParser(subject, param).Parse(param.default_value, false);
@@ -217,7 +219,9 @@ double Arguments::Number(const std::string& name) const {
 }
 int Arguments::Integer(const std::string& name) const { return static_cast<int>(Number(name)); }
 bool Arguments::Flag(const std::string& name) const { return Number(name) != 0; }
-const std::vector<double>& Arguments::Numbers(const std::string& name) const { return Find(*this, name).numbers; }
+const std::vector<double>& Arguments::Numbers(const std::string& name) const {
+  return Find(*this, name).numbers;
+}
 const std::string& Arguments::Text(const std::string& name) const { return Find(*this, name).text; }
 bool Arguments::Given(const std::string& name) const { return Find(*this, name).given; }
 
@@ -241,8 +245,8 @@ std::string Nearest(const std::string& word, std::span<const std::string> known)
 Arguments ParseArguments(const OpInfo& op, std::span<const std::string> positional,
                          std::span<const std::pair<std::string, std::string>> modifiers) {
   Arguments result;
-  const size_t required = static_cast<size_t>(
-      std::count_if(op.arguments.begin(), op.arguments.end(), [](const ParamInfo& p) { return p.default_value.empty(); }));
+  const size_t required = static_cast<size_t>(std::count_if(
+      op.arguments.begin(), op.arguments.end(), [](const ParamInfo& p) { return p.default_value.empty(); }));
   if (positional.size() < required || positional.size() > op.arguments.size()) {
     std::string names;
     for (const ParamInfo& p : op.arguments) names += (names.empty() ? "" : " ") + p.name;
@@ -294,7 +298,8 @@ Arguments ParseExample(const OpInfo& op, const std::string& example) {
         })) {
       positional.push_back(word);
     } else {
-      modifiers.emplace_back(word.substr(0, equals), equals == std::string::npos ? "" : word.substr(equals + 1));
+      modifiers.emplace_back(word.substr(0, equals),
+                             equals == std::string::npos ? "" : word.substr(equals + 1));
     }
   }
   return ParseArguments(op, positional, modifiers);

@@ -55,7 +55,8 @@ const std::vector<OpInfo>& Registry() {
 
 const OpInfo* FindOp(const std::string& name) {
   const std::vector<OpInfo>& rows = Registry();
-  const auto row = std::find_if(rows.begin(), rows.end(), [&name](const OpInfo& op) { return op.name == name; });
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [&name](const OpInfo& op) { return op.name == name; });
   return row == rows.end() ? nullptr : &*row;
 }
 

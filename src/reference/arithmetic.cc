@@ -1,4 +1,6 @@
 // Reference of the arithmetic operations on images and constants.
+#include "tessera/ops/arithmetic.h"
+
 #include <any>
 #include <cmath>
 #include <cstdint>
@@ -8,7 +10,6 @@
 
 #include "reference/point_loop.h"
 #include "reference/reference.h"
-#include "tessera/ops/arithmetic.h"
 
 namespace tessera::reference {
 namespace {
@@ -70,7 +71,8 @@ void EvaluateMaxc(const Call& call) {
 }
 // Also the absolute value, whose constant is 0.
 void EvaluateAbsDiffc(const Call& call) {
-  EvaluateConstants(call, 0, [](double v, double k) { return Sample(std::fabs(v - k), std::fabs(v) + std::fabs(k)); });
+  EvaluateConstants(call, 0,
+                    [](double v, double k) { return Sample(std::fabs(v - k), std::fabs(v) + std::fabs(k)); });
 }
 
 void EvaluateInvert(const Call& call) {
@@ -132,22 +134,14 @@ void EvaluateQuantize(const Call& call) {
 
 std::vector<Entry> ArithmeticEntries() {
   return {
-      {"add", EvaluatePair<Sum>},
-      {"sub", EvaluatePair<Difference>},
-      {"mul", EvaluatePair<Product>},
-      {"absdiff", EvaluatePair<Distance>},
-      {"min", EvaluatePair<Smaller>},
-      {"max", EvaluatePair<Larger>},
-      {"mad", EvaluateMad},
-      {"addc", EvaluateAddc},
-      {"subc", EvaluateSubc},
-      {"mulc", EvaluateMulc},
-      {"minc", EvaluateMinc},
-      {"maxc", EvaluateMaxc},
-      {"abs", EvaluateAbsDiffc},
-      {"absdiffc", EvaluateAbsDiffc},
-      {"invert", EvaluateInvert},
-      {"clamp", EvaluateClamp},
+      {"add", EvaluatePair<Sum>},     {"sub", EvaluatePair<Difference>},
+      {"mul", EvaluatePair<Product>}, {"absdiff", EvaluatePair<Distance>},
+      {"min", EvaluatePair<Smaller>}, {"max", EvaluatePair<Larger>},
+      {"mad", EvaluateMad},           {"addc", EvaluateAddc},
+      {"subc", EvaluateSubc},         {"mulc", EvaluateMulc},
+      {"minc", EvaluateMinc},         {"maxc", EvaluateMaxc},
+      {"abs", EvaluateAbsDiffc},      {"absdiffc", EvaluateAbsDiffc},
+      {"invert", EvaluateInvert},     {"clamp", EvaluateClamp},
       {"quantize", EvaluateQuantize},
   };
 }

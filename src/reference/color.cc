@@ -1,11 +1,12 @@
 // The oracle of the colour operations, from the stepwise formulas of spec/color.md, in double.
+#include "tessera/ops/color.h"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
 
 #include "reference/reference.h"
-#include "tessera/ops/color.h"
 
 namespace tessera::reference {
 namespace {
@@ -17,13 +18,15 @@ const P& Params(const Call& call) {
   return *std::any_cast<P>(&call.parameters);
 }
 
-// Copies all channels of input 0, then lets f(in, out, scale) change one pixel: pointers to its channels; alpha is
-// in[alpha] with alpha = the input's index or -1. The scale of a copied channel is 0: it must be exact.
+// Copies all channels of input 0, then lets f(in, out, scale) change one pixel: pointers to its channels;
+// alpha is in[alpha] with alpha = the input's index or -1. The scale of a copied channel is 0: it must be
+// exact.
 template <typename F>
 void EachPixel(const Call& call, const F& f) {
   const ImageD& in = call.in[0];
   const int n = std::min(in.channels, call.out.channels);
-  std::vector<double> from(static_cast<size_t>(in.channels)), to(static_cast<size_t>(call.out.channels)), scale;
+  std::vector<double> from(static_cast<size_t>(in.channels)), to(static_cast<size_t>(call.out.channels)),
+      scale;
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
       for (int c = 0; c < in.channels; ++c) from[static_cast<size_t>(c)] = in.at(x, y, c);
@@ -38,9 +41,7 @@ void EachPixel(const Call& call, const F& f) {
   }
 }
 
-double LargestColor(const double* p) {
-  return std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])});
-}
+double LargestColor(const double* p) { return std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])}); }
 
 // Weights divided by their sum.
 void Weights(const LuminanceWeights& given, double w[3]) {
@@ -68,14 +69,16 @@ void SaturateReference(const Call& call) {
   });
 }
 
-// The seed's construction, corrected: turn grey to +z, shear planes of equal luminance level, rotate about z, undo.
+// The seed's construction, corrected: turn grey to +z, shear planes of equal luminance level, rotate about z,
+// undo.
 void HueReference(const Call& call) {
   const auto& p = Params<HueParams>(call);
   double w[3] = {1.0 / 3, 1.0 / 3, 1.0 / 3};
   if (p.preserve_luminance) Weights(p.weights, w);
   const double a = std::sqrt(0.5), b = -std::sqrt(1.0 / 3), c = std::sqrt(2.0 / 3);
   const double rx[3][3] = {{1, 0, 0}, {0, a, -a}, {0, a, a}}, ry[3][3] = {{c, 0, b}, {0, 1, 0}, {-b, 0, c}};
-  const double rx_back[3][3] = {{1, 0, 0}, {0, a, a}, {0, -a, a}}, ry_back[3][3] = {{c, 0, -b}, {0, 1, 0}, {b, 0, c}};
+  const double rx_back[3][3] = {{1, 0, 0}, {0, a, a}, {0, -a, a}},
+               ry_back[3][3] = {{c, 0, -b}, {0, 1, 0}, {b, 0, c}};
   double l[3] = {w[0], w[1], w[2]};
   Transform(rx, l), Transform(ry, l);
   const double zx = l[0] / l[2], zy = l[1] / l[2];
@@ -196,7 +199,9 @@ void ColorMatrixReference(const Call& call) {
   const auto& p = Params<ColorMatrixParams>(call);
   const int alpha = call.in_specs[0].alpha >= 3 ? call.in_specs[0].alpha : -1;
   const int n = p.values.size() >= 16 ? 4 : 3;
-  const auto entry = [&](int i, int j) { return p.values[static_cast<size_t>(p.transpose ? j * n + i : i * n + j)]; };
+  const auto entry = [&](int i, int j) {
+    return p.values[static_cast<size_t>(p.transpose ? j * n + i : i * n + j)];
+  };
   EachPixel(call, [&](const double* in, double* out, double* scale) {
     const double a = alpha >= 0 ? in[alpha] : 0;
     const double divisor = p.unpremult && alpha >= 0 && a != 0 ? a : 1;
@@ -222,12 +227,18 @@ void ColorMatrixReference(const Call& call) {
 
 std::vector<Entry> ColorEntries();
 std::vector<Entry> ColorEntries() {
-  return {{"saturate", SaturateReference},       {"hue", HueReference},
-          {"luminance", LuminanceReference},     {"cmy", CmyReference},
-          {"cmyk", CmykReference},               {"yiq", YiqReference},
-          {"brightness", BrightnessReference},   {"contrast", ContrastReference},
-          {"interp", InterpolateReference},      {"premult", PremultiplyReference},
-          {"unpremult", UnpremultiplyReference}, {"ccmatrix", ColorMatrixReference}};
+  return {{"saturate", SaturateReference},
+          {"hue", HueReference},
+          {"luminance", LuminanceReference},
+          {"cmy", CmyReference},
+          {"cmyk", CmykReference},
+          {"yiq", YiqReference},
+          {"brightness", BrightnessReference},
+          {"contrast", ContrastReference},
+          {"interp", InterpolateReference},
+          {"premult", PremultiplyReference},
+          {"unpremult", UnpremultiplyReference},
+          {"ccmatrix", ColorMatrixReference}};
 }
 
 }  // namespace tessera::reference

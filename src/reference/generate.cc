@@ -1,11 +1,12 @@
 // Reference of the generators.
+#include "tessera/ops/generate.h"
+
 #include <any>
 #include <cmath>
 #include <vector>
 
 #include "reference/point_loop.h"
 #include "reference/reference.h"
-#include "tessera/ops/generate.h"
 
 namespace tessera::reference {
 namespace {
@@ -50,7 +51,9 @@ void EvaluateRamp(const Call& call) {
 }  // namespace
 
 std::vector<Entry> GenerateEntries() {
-  return {{"constant", EvaluateConstant}, {"create", EvaluateConstant}, {"checker", EvaluateChecker},
+  return {{"constant", EvaluateConstant},
+          {"create", EvaluateConstant},
+          {"checker", EvaluateChecker},
           {"ramp", EvaluateRamp}};
 }
 

@@ -10,7 +10,8 @@
 
 namespace tessera::reference {
 
-// u times this is half of the smallest subnormal step: below it a rounding error no longer shrinks with the value.
+// u times this is half of the smallest subnormal step: below it a rounding error no longer shrinks with the
+// value.
 inline constexpr double kSmallestScale = 0x1p-126;
 
 // f(x, y, channel) -> {value, scale} for each sample of the result.

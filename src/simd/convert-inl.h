@@ -1,4 +1,5 @@
-// Exact conversions between float vectors and stored samples: unorm8, unorm16, half. Same bits on every target.
+// Exact conversions between float vectors and stored samples: unorm8, unorm16, half. Same bits on every
+// target.
 #if defined(TESSERA_SIMD_CONVERT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_CONVERT_INL_H_
 #undef TESSERA_SIMD_CONVERT_INL_H_
@@ -10,7 +11,8 @@
 
 #include "simd/point-inl.h"
 
-// Targets whose processors convert half in hardware (F16C); the others use integer code with the same results.
+// Targets whose processors convert half in hardware (F16C); the others use integer code with the same
+// results.
 #undef TESSERA_NATIVE_F16
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2 && !defined(HWY_DISABLE_F16C)
 #define TESSERA_NATIVE_F16 1
@@ -27,9 +29,9 @@ using DU16 = hn::Rebind<uint16_t, D>;
 using DF16 = hn::Rebind<hwy::float16_t, D>;
 using VU16 = hn::Vec<DU16>;
 
-// code / 255 and code / 65535, correctly rounded: 1/255 = 2^-8 + 2^-16 + 2^-24 + ..., of which the second product
-// holds enough to decide ties (powers of two are one at 2^-24). The first product is exact, so a fused and a separate
-// multiply-add give equal bits.
+// code / 255 and code / 65535, correctly rounded: 1/255 = 2^-8 + 2^-16 + 2^-24 + ..., of which the second
+// product holds enough to decide ties (powers of two are one at 2^-24). The first product is exact, so a
+// fused and a separate multiply-add give equal bits.
 HWY_INLINE V FromUnorm8(V code) {
   const D d;
   return hn::MulAdd(code, hn::Set(d, 0x1.01p-8f), hn::Mul(code, hn::Set(d, 0x1.0101p-24f)));
@@ -39,15 +41,15 @@ HWY_INLINE V FromUnorm16(V code) {
   return hn::MulAdd(code, hn::Set(d, 0x1p-16f), hn::Mul(code, hn::Set(d, 0x1.0001p-32f)));
 }
 
-// The integer nearest to a float in [0, 65535], ties to even: adding 2^23 leaves it in the low bits. Cheaper than
-// Highway's conversions, which mend overflows that cannot happen here.
+// The integer nearest to a float in [0, 65535], ties to even: adding 2^23 leaves it in the low bits. Cheaper
+// than Highway's conversions, which mend overflows that cannot happen here.
 HWY_INLINE VI NearestCode(V v) {
   const V shifted = hn::Add(v, hn::Set(D(), 0x1p23f));
   return hn::And(hn::BitCast(DI(), shifted), hn::Set(DI(), 0xFFFF));
 }
 
-// The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to 0.
-// kScale is 256 or 65536: kScale * v - v is computed with its rounding error, which decides apparent ties.
+// The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to
+// 0. kScale is 256 or 65536: kScale * v - v is computed with its rounding error, which decides apparent ties.
 template <int kScale>
 HWY_INLINE VI ToUnorm(V v) {
   const D d;
@@ -72,8 +74,8 @@ HWY_INLINE VI ToCode(V v, float max) {
   return NearestCode(ClampHigh(ClampLow(v, hn::Zero(d)), hn::Set(d, max)));
 }
 
-// binary16 bits to float and back, as the hardware does: round to nearest even, infinities kept, signalling NaN made
-// quiet, the payload's upper bits kept, subnormals exact.
+// binary16 bits to float and back, as the hardware does: round to nearest even, infinities kept, signalling
+// NaN made quiet, the payload's upper bits kept, subnormals exact.
 HWY_INLINE V FloatFromHalf(VU16 bits) {
 #if TESSERA_NATIVE_F16
   return hn::PromoteTo(D(), hn::BitCast(DF16(), bits));

@@ -1,7 +1,8 @@
 // Vectors of pixels from and to memory, in the permuted order that makes RGBA transposes cheap.
 //
-// Plane order: with N lanes, four loads hold pixels j*N/4 .. (j+1)*N/4 - 1 each (j = 0..3), interleaved. A transpose
-// within 128-bit lanes leaves pixel j*N/4 + k in lane 4*k + j of each plane, which saves the shuffles across lanes.
+// Plane order: with N lanes, four loads hold pixels j*N/4 .. (j+1)*N/4 - 1 each (j = 0..3), interleaved. A
+// transpose within 128-bit lanes leaves pixel j*N/4 + k in lane 4*k + j of each plane, which saves the
+// shuffles across lanes.
 #if defined(TESSERA_SIMD_PIXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_PIXELS_INL_H_
 #undef TESSERA_SIMD_PIXELS_INL_H_
@@ -9,10 +10,10 @@
 #define TESSERA_SIMD_PIXELS_INL_H_
 #endif
 
+#include <hwy/highway.h>
+
 #include <cstddef>
 #include <cstdint>
-
-#include <hwy/highway.h>
 
 #include "simd/convert-inl.h"
 #include "simd/point-inl.h"
@@ -57,7 +58,8 @@ HWY_INLINE Vec ToPixelOrder(Vec v) {
   }
 }
 
-// The 4x4 transpose within 128-bit lanes; its own inverse. With one lane the four vectors already are the planes.
+// The 4x4 transpose within 128-bit lanes; its own inverse. With one lane the four vectors already are the
+// planes.
 HWY_INLINE void Transpose4(V& a, V& b, V& c, V& d) {
 #if HWY_TARGET != HWY_SCALAR
   const D df;
@@ -75,8 +77,8 @@ HWY_INLINE void Transpose4(V& a, V& b, V& c, V& d) {
 #endif
 }
 
-// Stores kLanes samples, around the cache when asked (the address is then aligned to the vector). Vectors shorter
-// than 128 bits cannot go around it.
+// Stores kLanes samples, around the cache when asked (the address is then aligned to the vector). Vectors
+// shorter than 128 bits cannot go around it.
 template <class DT, class VT>
 HWY_INLINE void StoreOrStream(VT v, DT d, hn::TFromD<DT>* to, bool stream) {
   if constexpr (sizeof(hn::TFromD<DT>) * kLanes >= 16) {
@@ -85,8 +87,9 @@ HWY_INLINE void StoreOrStream(VT v, DT d, hn::TFromD<DT>* to, bool stream) {
   hn::StoreU(v, d, to);
 }
 
-// How samples of a type become float vectors. Codes are what lies in the pixel, as floats (0..255, 0..65535), for
-// kernels that fold the scale into their coefficients; values are codes / max. For half and float both are the value.
+// How samples of a type become float vectors. Codes are what lies in the pixel, as floats (0..255, 0..65535),
+// for kernels that fold the scale into their coefficients; values are codes / max. For half and float both
+// are the value.
 template <PixelType type>
 struct Samples;
 
@@ -104,7 +107,9 @@ struct Samples<PixelType::kHalf> {
   using T = uint16_t;
   static constexpr float kMax = 1;
   static HWY_INLINE V LoadCodes(const T* p) { return FloatFromHalf(hn::LoadU(DU16(), p)); }
-  static HWY_INLINE void StoreCodes(V v, T* p, bool stream) { StoreOrStream(HalfFromFloat(v), DU16(), p, stream); }
+  static HWY_INLINE void StoreCodes(V v, T* p, bool stream) {
+    StoreOrStream(HalfFromFloat(v), DU16(), p, stream);
+  }
   static HWY_INLINE void StoreValues(V v, T* p, bool stream) { StoreCodes(v, p, stream); }
   static HWY_INLINE V Value(V code) { return code; }
 };

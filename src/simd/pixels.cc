@@ -1,11 +1,11 @@
 // The two loops that have a tail: pixels of any type and stride to float planes and back, for every target.
 #include "simd/pixels.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
-
-#include <hwy/cache_control.h>
 
 #include "base/block.h"
 
@@ -139,12 +139,14 @@ void LoadTyped(const LoadArgs& args) {
   // Samples that are not aligned to their size go through the copy below.
   const bool aligned = layout.first == PTRDIFF_MAX ||
                        reinterpret_cast<uintptr_t>(args.pixels + layout.first) % alignof(T) == 0;
-  const T* const pixels = reinterpret_cast<const T*>(args.pixels + (layout.first == PTRDIFF_MAX ? 0 : layout.first));
+  const T* const pixels =
+      reinterpret_cast<const T*>(args.pixels + (layout.first == PTRDIFF_MAX ? 0 : layout.first));
   if (layout.kind == Layout::kRgba && aligned) {
     float* const plane[4] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
                              args.plane[layout.plane_of[2]], args.plane[layout.plane_of[3]]};
     LoadGroups(pixels, 4, args.count, [&](const T* p, int first, int n) HWY_ATTR {
-      for (int i = 0; i < n; i += kLanes) StorePlanes(ValuesOf<type>(LoadRgbaCodes<type>(p + 4 * i)), plane, first + i);
+      for (int i = 0; i < n; i += kLanes)
+        StorePlanes(ValuesOf<type>(LoadRgbaCodes<type>(p + 4 * i)), plane, first + i);
     });
   } else if (layout.kind == Layout::kRgb && aligned) {
     float* const plane[3] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
@@ -185,7 +187,8 @@ void StoreTyped(const StoreArgs& args) {
     const float* const plane[4] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
                                    args.plane[layout.plane_of[2]], args.plane[layout.plane_of[3]]};
     StoreGroups(pixels, 4, args.count, args.stream, [&](T* p, int first, int n, bool around) HWY_ATTR {
-      for (int i = 0; i < n; i += kLanes) StoreRgba<type, true>(LoadPlanes(plane, first + i), p + 4 * i, around);
+      for (int i = 0; i < n; i += kLanes)
+        StoreRgba<type, true>(LoadPlanes(plane, first + i), p + 4 * i, around);
     });
   } else if (layout.kind == Layout::kRgb && aligned) {
     const float* const plane[3] = {args.plane[layout.plane_of[0]], args.plane[layout.plane_of[1]],
@@ -213,18 +216,26 @@ void StoreTyped(const StoreArgs& args) {
 
 void LoadBlock(const LoadArgs& args) {
   switch (args.type) {
-    case PixelType::kUint8: return LoadTyped<PixelType::kUint8>(args);
-    case PixelType::kUint16: return LoadTyped<PixelType::kUint16>(args);
-    case PixelType::kHalf: return LoadTyped<PixelType::kHalf>(args);
-    case PixelType::kFloat: return LoadTyped<PixelType::kFloat>(args);
+    case PixelType::kUint8:
+      return LoadTyped<PixelType::kUint8>(args);
+    case PixelType::kUint16:
+      return LoadTyped<PixelType::kUint16>(args);
+    case PixelType::kHalf:
+      return LoadTyped<PixelType::kHalf>(args);
+    case PixelType::kFloat:
+      return LoadTyped<PixelType::kFloat>(args);
   }
 }
 void StoreBlock(const StoreArgs& args) {
   switch (args.type) {
-    case PixelType::kUint8: return StoreTyped<PixelType::kUint8>(args);
-    case PixelType::kUint16: return StoreTyped<PixelType::kUint16>(args);
-    case PixelType::kHalf: return StoreTyped<PixelType::kHalf>(args);
-    case PixelType::kFloat: return StoreTyped<PixelType::kFloat>(args);
+    case PixelType::kUint8:
+      return StoreTyped<PixelType::kUint8>(args);
+    case PixelType::kUint16:
+      return StoreTyped<PixelType::kUint16>(args);
+    case PixelType::kHalf:
+      return StoreTyped<PixelType::kHalf>(args);
+    case PixelType::kFloat:
+      return StoreTyped<PixelType::kFloat>(args);
   }
 }
 

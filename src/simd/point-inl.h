@@ -1,4 +1,5 @@
-// THE point-block loop: runs a functor on the four planes of a block, vector by vector, for every point operation.
+// THE point-block loop: runs a functor on the four planes of a block, vector by vector, for every point
+// operation.
 //
 // How an operation uses it (src/ops/<family>/x.cc):
 //
@@ -13,7 +14,8 @@
 //   struct Add {                       // parameters are plain floats; Set() them per call, it costs nothing
 //     HWY_INLINE s::Pixels operator()(const s::Pixels& a, const s::Pixels& b) const {
 //       return {hn::Add(a.r, b.r), hn::Add(a.g, b.g), hn::Add(a.b, b.b), hn::Add(a.a, b.a)};
-//     }                                // or: return s::Map(a, b, [](s::V x, s::V y) HWY_ATTR { return hn::Add(x, y); });
+//     }                                // or: return s::Map(a, b, [](s::V x, s::V y) HWY_ATTR { return
+//     hn::Add(x, y); });
 //   };
 //   std::unique_ptr<graph::PointStage> MakeAdd() { return s::MakeStage<2>(Add{}); }
 //   }  // namespace tessera::ops::HWY_NAMESPACE
@@ -25,9 +27,10 @@
 //   }
 //   #endif
 //
-// Ordinary headers (<memory>, "graph/op.h", ...) are included above foreach_target.h. A functor that needs to know
-// where it is takes a Position as its last argument; with kInputs = 0 it takes only that. The four planes are just
-// four channels for a kChannel operation, R, G, B, A for a kColor one. Padding lanes may hold anything.
+// Ordinary headers (<memory>, "graph/op.h", ...) are included above foreach_target.h. A functor that needs to
+// know where it is takes a Position as its last argument; with kInputs = 0 it takes only that. The four
+// planes are just four channels for a kChannel operation, R, G, B, A for a kColor one. Padding lanes may hold
+// anything.
 #if defined(TESSERA_SIMD_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_POINT_INL_H_
 #undef TESSERA_SIMD_POINT_INL_H_
@@ -35,11 +38,11 @@
 #define TESSERA_SIMD_POINT_INL_H_
 #endif
 
+#include <hwy/highway.h>
+
 #include <memory>
 #include <type_traits>
 #include <utility>
-
-#include <hwy/highway.h>
 
 #include "graph/stage.h"
 
@@ -74,8 +77,8 @@ HWY_INLINE Pixels Map(const Pixels& p, const Pixels& q, const Pixels& o, const F
   return {f(p.r, q.r, o.r), f(p.g, q.g, o.g), f(p.b, q.b, o.b), f(p.a, q.a, o.a)};
 }
 
-// The larger (smaller) of x and a bound that is a number; the bound when x is NaN. When x equals the bound the result
-// is the bound (it decides the sign of zero), on every target.
+// The larger (smaller) of x and a bound that is a number; the bound when x is NaN. When x equals the bound
+// the result is the bound (it decides the sign of zero), on every target.
 HWY_INLINE V ClampLow(V x, V bound) {
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
   return hn::Max(x, bound);
@@ -131,7 +134,8 @@ HWY_INLINE void StorePlanes(const Pixels& p, float* const plane[4], int i) {
 namespace detail {
 template <class F, size_t... k>
 HWY_INLINE Pixels Apply(const graph::PointArgs& args, const F& f, int i, std::index_sequence<k...>) {
-  if constexpr (std::is_invocable_v<const F&, decltype((void)k, std::declval<const Pixels&>())..., Position>) {
+  if constexpr (std::is_invocable_v<const F&, decltype((void)k, std::declval<const Pixels&>())...,
+                                    Position>) {
     return f(LoadPlanes(args.in[k], i)..., Position(args, i));
   } else {
     return f(LoadPlanes(args.in[k], i)...);

@@ -8,8 +8,8 @@
 namespace tessera {
 namespace {
 
-// The set detected for this CPU, before anything was forced. The compiler's baseline is always there; Highway's own
-// library may have been built with another portable fallback than ours.
+// The set detected for this CPU, before anything was forced. The compiler's baseline is always there;
+// Highway's own library may have been built with another portable fallback than ours.
 int64_t DetectedTargets() {
   static const int64_t detected = (hwy::SupportedTargets() | HWY_STATIC_TARGET) & HWY_TARGETS;
   return detected;
@@ -40,7 +40,8 @@ void SetSimdTarget(const std::string& name) {
     if (name == hwy::TargetName(target)) chosen = target;
     known += std::string(known.empty() ? "" : ", ") + hwy::TargetName(target);
   }
-  if (chosen == 0) throw Error("simd target '" + name + "'", "not available here; expected auto or one of " + known);
+  if (chosen == 0)
+    throw Error("simd target '" + name + "'", "not available here; expected auto or one of " + known);
   hwy::SetSupportedTargetsForTest(name == "auto" ? 0 : chosen);
   hwy::GetChosenTarget().Update(chosen);
 }

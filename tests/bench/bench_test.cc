@@ -130,8 +130,8 @@ TEST(MeasureTest, Median) {
   EXPECT_EQ(Median({4, 1, 2, 3}), 2.5);
 }
 
-// Every peer that takes part in a pipeline really computes it. The gains are at most 1, so that peers that keep uint8
-// between their calls do not clip there; what is left to them is one rounding per call.
+// Every peer that takes part in a pipeline really computes it. The gains are at most 1, so that peers that
+// keep uint8 between their calls do not clip there; what is left to them is one rounding per call.
 TEST(PeersTest, AgreeWithTheOracle) {
   const Task task = MakeTask("chain", {{"mulc", "0.95,0.9,1,1"},
                                        {"ccmatrix", ".8,.1,.1,0,.1,.8,.1,0,.1,.2,.7,0,0,0,0,1"},
@@ -150,7 +150,9 @@ TEST(PeersTest, AgreeWithTheOracle) {
         peer->Prepare();
         peer->Run();
         const Errors errors = oracle.Compare(frame.output.view());
-        EXPECT_LT(errors.max, type == PixelType::kUint8 ? 4 / 255.0 : type == PixelType::kHalf ? 4e-3 : 1e-5)
+        EXPECT_LT(errors.max, type == PixelType::kUint8  ? 4 / 255.0
+                              : type == PixelType::kHalf ? 4e-3
+                                                         : 1e-5)
             << peer->Name() << ' ' << PixelTypeName(type);
       }
       EXPECT_GE(peers, 2);

@@ -1,4 +1,7 @@
-// Arithmetic and generators: hard values, oiiotool's rules for constants, quantising and its dither, refusals.
+// Arithmetic and generators: hard values, oiiotool's rules for constants, quantising and its dither,
+// refusals.
+#include "tessera/ops/arithmetic.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +14,6 @@
 #include <vector>
 
 #include "tessera/error.h"
-#include "tessera/ops/arithmetic.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
@@ -132,7 +134,8 @@ TEST(ArithmeticTest, ConstantListsAreReadAsByOiiotool) {
   EXPECT_THAT(Samples(Invert(a, {.first = 1, .last = 2})), ElementsAre(0.125f, 0.75f, 0.375f, 0.5f));
   EXPECT_THAT(Samples(Invert(a, {.last = 4})), ElementsAre(0.875f, 0.75f, 0.625f, 0.5f));
   EXPECT_THAT(Samples(Clamp(a, {.max = {0.25, 0.125}})), ElementsAre(0.125f, 0.125f, 0.375f, 0.5f));
-  EXPECT_THAT(Samples(Clamp(MulConstant(a, {4}), {.clamp_alpha = true})), ElementsAre(0.5f, 1.0f, 1.5f, 1.0f));
+  EXPECT_THAT(Samples(Clamp(MulConstant(a, {4}), {.clamp_alpha = true})),
+              ElementsAre(0.5f, 1.0f, 1.5f, 1.0f));
 }
 
 TEST(ArithmeticTest, ChannelsBeyondAlphaTakePart) {
@@ -143,24 +146,27 @@ TEST(ArithmeticTest, ChannelsBeyondAlphaTakePart) {
 
 TEST(ArithmeticTest, PackingRoundsTheExactProductHalfToEven) {
   const float half_code = 0.5f / 255;
-  const std::vector<float> in = {0.5f, 0.49999997f / 255, half_code, 254.5f / 255, 255.5f / 255, kNaN, kInf, -kInf, -0.0f};
+  const std::vector<float> in = {
+      0.5f, 0.49999997f / 255, half_code, 254.5f / 255, 255.5f / 255, kNaN, kInf, -kInf, -0.0f};
   OnEveryTarget([&] {
     // The product with 1 leaves the sample alone: what is seen is the conversion.
-    const std::vector<uint8_t> codes = Samples<uint8_t>(AddConstant(FromImage(Row(in)), {0}), PixelType::kUint8);
+    const std::vector<uint8_t> codes =
+        Samples<uint8_t>(AddConstant(FromImage(Row(in)), {0}), PixelType::kUint8);
     for (size_t i = 0; i < 5; ++i) {
       EXPECT_EQ(codes[i], std::nearbyint(std::min(1.0, double{in[i]}) * 255)) << i;
     }
     EXPECT_EQ(codes[5], 0);
     EXPECT_EQ(codes[6], 255);
     EXPECT_EQ(codes[7], 0);
-    const std::vector<uint16_t> halves =
-        Samples<uint16_t>(FromImage(Row({65519.99f, 65520.0f, 5.9604645e-8f, 2.9802322e-8f, -0.0f})), PixelType::kHalf);
+    const std::vector<uint16_t> halves = Samples<uint16_t>(
+        FromImage(Row({65519.99f, 65520.0f, 5.9604645e-8f, 2.9802322e-8f, -0.0f})), PixelType::kHalf);
     EXPECT_THAT(halves, ElementsAre(0x7bff, 0x7c00, 0x0001, 0x0000, 0x8000));
   });
 }
 
 TEST(ArithmeticTest, RefusalsNameBothOperands) {
-  const Node four = Constant(ImageSpec(4, 4, 4)), three = Constant(ImageSpec(4, 4, 3)), wide = Constant(ImageSpec(5, 4, 4));
+  const Node four = Constant(ImageSpec(4, 4, 4)), three = Constant(ImageSpec(4, 4, 3)),
+             wide = Constant(ImageSpec(5, 4, 4));
   EXPECT_EQ(Refusal([&] { Add(four, three); }),
             "add: operands differ in channels: 4 (R,G,B,A) and 3 (R,G,B), expected the same number");
   EXPECT_THAT(Refusal([&] { Mad(four, four, three); }), HasSubstr("mad: operands differ in channels"));
@@ -171,7 +177,8 @@ TEST(ArithmeticTest, RefusalsNameBothOperands) {
   EXPECT_THAT(Refusal([&] { AddConstant(four, {kNaN}); }), HasSubstr("expected finite numbers"));
   EXPECT_THAT(Refusal([&] { MulConstant(four, {1e39}); }), HasSubstr("expected finite numbers"));
   EXPECT_THAT(Refusal([&] { Clamp(four, {.min = {2}, .max = {1}}); }), HasSubstr("expected min <= max"));
-  EXPECT_THAT(Refusal([&] { Invert(four, {.first = 3, .last = 1}); }), HasSubstr("expected 0 <= chbegin <= chend"));
+  EXPECT_THAT(Refusal([&] { Invert(four, {.first = 3, .last = 1}); }),
+              HasSubstr("expected 0 <= chbegin <= chend"));
   EXPECT_EQ(Refusal([&] { Quantize(four, {.bits = 0}); }), "quantize: found 0 bits, expected 1 to 24");
   EXPECT_EQ(Refusal([&] { Quantize(four, {.bits = 25}); }), "quantize: found 25 bits, expected 1 to 24");
 }
@@ -245,7 +252,8 @@ TEST(QuantizeTest, DitherHasNoPatternBetweenNeighbours) {
 TEST(GenerateTest, CheckerGoesOnAcrossTheOrigin) {
   ImageSpec spec(40, 40, 1);
   spec.data_window = spec.display_window = Roi{-20, -20, 20, 20};
-  for (const auto& [width, height] : {std::pair{1, 1}, {3, 5}, {16, 16}, {127, 1}, {128, 2}, {1 << 29, 1 << 29}}) {
+  for (const auto& [width, height] :
+       {std::pair{1, 1}, {3, 5}, {16, 16}, {127, 1}, {128, 2}, {1 << 29, 1 << 29}}) {
     const Image image = Render(Checker(spec, {.width = width, .height = height}));
     for (int y = -20; y < 20; ++y) {
       for (int x = -20; x < 20; ++x) {

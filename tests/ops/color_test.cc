@@ -1,4 +1,9 @@
-// Colour operations on every target: checks and hard cases of spec/color.md, bounds against the oracle, folding.
+// Colour operations on every target: checks and hard cases of spec/color.md, bounds against the oracle,
+// folding.
+#include "tessera/ops/color.h"
+
+#include <gtest/gtest.h>
+
 #include <bit>
 #include <cfloat>
 #include <cmath>
@@ -7,15 +12,12 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-
 #include "graph/op.h"
 #include "graph/optimize.h"
 #include "ops/registry.h"
 #include "reference/reference.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
-#include "tessera/ops/color.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
 
@@ -113,7 +115,8 @@ TEST_P(ColorTest, StaysWithinItsBound) {
       for (size_t i = 0; i < got.size(); ++i) {
         const double bound = info.bound_u * 0x1p-24 * scale.samples[i];
         const double error = std::fabs(got[i] - out.samples[i]);
-        ASSERT_LE(error, bound + 1e-44) << "sample " << i << " is " << got[i] << ", expected " << out.samples[i];
+        ASSERT_LE(error, bound + 1e-44)
+            << "sample " << i << " is " << got[i] << ", expected " << out.samples[i];
         if (scale.samples[i] > 0) worst = std::max(worst, error / scale.samples[i] * 0x1p24);
       }
       RecordProperty(info.name, std::to_string(worst));
@@ -125,11 +128,10 @@ TEST_P(ColorTest, IdentityParametersReturnTheBits) {
   Samples s = RandomSamples(4 * 67, -2, 3);
   s[0] = kNaN, s[5] = kInf, s[9] = -0.0f, s[13] = FLT_MIN / 8;
   const Node in = Pixels(s);
-  for (const Node& node :
-       {RotateHue(in, Degrees(0)), RotateHue(in, Degrees(-720)), RotateHue(in, {360, false}), Saturate(in, 1),
-        Brightness(in, 1), Contrast(in, 1), Contrast(in, {1, 0.5}),
-        ColorMatrix(in, {{1, 0, 0, 0, 1, 0, 0, 0, 1}}), Interpolate(in, Saturate(in, 0), 0),
-        Interpolate(Saturate(in, 0), in, 1)}) {
+  for (const Node& node : {RotateHue(in, Degrees(0)), RotateHue(in, Degrees(-720)),
+                           RotateHue(in, {360, false}), Saturate(in, 1), Brightness(in, 1), Contrast(in, 1),
+                           Contrast(in, {1, 0.5}), ColorMatrix(in, {{1, 0, 0, 0, 1, 0, 0, 0, 1}}),
+                           Interpolate(in, Saturate(in, 0), 0), Interpolate(Saturate(in, 0), in, 1)}) {
     EXPECT_TRUE(SameBits(Values(node), s)) << node.data()->op->Describe();
   }
 }
@@ -140,7 +142,9 @@ TEST_P(ColorTest, LuminanceAndGreysAreKept) {
   for (const LuminanceWeights& w : kSets) {
     const Samples before = Values(Luminance(in, {w}));
     for (const double degrees : {1.0, 75.0, 90.0, 180.0, -33.3, 1e9}) {
-      EXPECT_LT(MaxDifference(Values(Luminance(Pixels(Values(RotateHue(in, Degrees(degrees), w))), {w})), before), 1e-6);
+      EXPECT_LT(
+          MaxDifference(Values(Luminance(Pixels(Values(RotateHue(in, Degrees(degrees), w))), {w})), before),
+          1e-6);
     }
     for (const double sat : {-1.0, 0.0, 0.4}) {
       EXPECT_LT(MaxDifference(Values(Luminance(Pixels(Values(Saturate(in, sat, w))), {w})), before), 1e-6);
@@ -177,7 +181,8 @@ TEST_P(ColorTest, HueIsAGroup) {
   EXPECT_LT(MaxDifference(turned, {0, 1, 0, 0.5f}), 1e-7);
   // Haeberli's weights, values printed in spec/color.md.
   EXPECT_LT(MaxDifference(Values(RotateHue(Pixels({1, 0, 0, 1}), Degrees(90), kHaeberli)),
-                          {0.0041055f, 0.5814557f, -0.5732448f, 1}), 1e-6);
+                          {0.0041055f, 0.5814557f, -0.5732448f, 1}),
+            1e-6);
 }
 
 TEST_P(ColorTest, ThirtySixThousandRotationsFold) {
@@ -190,7 +195,8 @@ TEST_P(ColorTest, ThirtySixThousandRotationsFold) {
 TEST_P(ColorTest, NeighboursFoldIntoOneNode) {
   const Node in = Pixels(RandomSamples(4 * 300, 0, 1));
   Node node = Saturate(ColorMatrix(AddConstant(MulConstant(in, {1.1}), {0.01}),
-                                   {{.9, .1, 0, 0, 0, .8, .1, 0, .1, .1, .9, 0, 0, 0, 0, 1}}), 1.3);
+                                   {{.9, .1, 0, 0, 0, .8, .1, 0, .1, .1, .9, 0, 0, 0, 0, 1}}),
+                       1.3);
   node = Clamp(RotateHue(Cmy(node), Degrees(20)), {{0, 0, 0, 0}, {1, 1, 1, 1}});
   const Node folded = graph::Optimize(node);
   EXPECT_EQ(folded.data()->inputs[0].data(), in.data());
@@ -227,15 +233,18 @@ TEST_P(ColorTest, MatrixIsRowVectorTimesMatrix) {
   const Samples p = {0.2f, 0.3f, 0.5f, 0.5f};
   const auto near = [](const Samples& a, const Samples& b) { return MaxDifference(a, b) < 1e-5; };
   // What Debian's oiiotool 2.4 prints.
-  EXPECT_TRUE(near(Values(ColorMatrix(Pixels(p), {{1, 10, 100, 0, 1, 0, 0, 0, 1}})), {0.2f, 2.3f, 20.5f, 0.5f}));
-  EXPECT_TRUE(near(Values(ColorMatrix(Pixels(p), {{1, 10, 100, 0, 1, 0, 0, 0, 1}, true})), {53.2f, 0.3f, 0.5f, 0.5f}));
+  EXPECT_TRUE(
+      near(Values(ColorMatrix(Pixels(p), {{1, 10, 100, 0, 1, 0, 0, 0, 1}})), {0.2f, 2.3f, 20.5f, 0.5f}));
+  EXPECT_TRUE(near(Values(ColorMatrix(Pixels(p), {{1, 10, 100, 0, 1, 0, 0, 0, 1}, true})),
+                   {53.2f, 0.3f, 0.5f, 0.5f}));
   const std::vector<double> last_row = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 10, 20, 30, 1};
   EXPECT_TRUE(near(Values(ColorMatrix(Pixels(p), {last_row})), {5.2f, 10.3f, 15.5f, 0.5f}));
   EXPECT_TRUE(near(Values(ColorMatrix(Pixels({0.2f, 0.3f, 0.5f}, 3), {last_row})), {0.2f, 0.3f, 0.5f}));
   std::vector<double> doubled = last_row;
   doubled[15] = 2;
   EXPECT_TRUE(near(Values(ColorMatrix(Pixels(p), {doubled, false, true})), {2.7f, 5.3f, 8.0f, 1.0f}));
-  EXPECT_TRUE(near(Values(ColorMatrix(Pixels(p), {{1, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}})), {5.2f, 6.3f, 7.5f, 0.5f}));
+  EXPECT_TRUE(
+      near(Values(ColorMatrix(Pixels(p), {{1, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}})), {5.2f, 6.3f, 7.5f, 0.5f}));
 }
 
 TEST_P(ColorTest, InterpolationHardCases) {
@@ -324,7 +333,8 @@ TEST_P(ColorTest, EightAndSixteenBitPixelsAreRounded) {
 
 TEST_P(ColorTest, SameBitsOnTargetsWithFusedMultiplyAdd) {
   const Node in = Pixels(RandomSamples(4 * 1000, -1, 2));
-  const Node node = Clamp(ColorMatrix(Saturate(in, 1.3), {{.9, .1, 0, 0, 0, .8, .1, 0, .1, .1, .9, 0, 0, 0, 0, 1}}), {{0}, {1}});
+  const Node node = Clamp(
+      ColorMatrix(Saturate(in, 1.3), {{.9, .1, 0, 0, 0, .8, .1, 0, .1, .1, .9, 0, 0, 0, 0, 1}}), {{0}, {1}});
   const Samples here = Values(node);
   if (GetParam() == "SSE4" || GetParam() == "SCALAR") GTEST_SKIP() << "no fused multiply-add";
   SetSimdTarget("AVX2");

@@ -44,7 +44,9 @@ uint16_t HalfOf(float v) {
 
 void StoreSample(const ImageView& view, int x, int y, int c, float v) {
   std::byte* const at = view.At(x, y, c);
-  const auto code = [&](double steps) { return std::nearbyint(std::clamp<double>(std::isnan(v) ? 0 : v, 0, 1) * steps); };
+  const auto code = [&](double steps) {
+    return std::nearbyint(std::clamp<double>(std::isnan(v) ? 0 : v, 0, 1) * steps);
+  };
   switch (view.type) {
     case PixelType::kUint8:
       *reinterpret_cast<uint8_t*>(at) = static_cast<uint8_t>(code(255));
@@ -63,16 +65,26 @@ void StoreSample(const ImageView& view, int x, int y, int c, float v) {
 
 enum class Content { kOrdinary, kSpecial };
 
-// Values of both signs and above 1; kSpecial strews NaN, infinities, zeros, subnormals and huge values among them.
-Image Picture(const Roi& window, int channels, PixelType type, uint32_t seed, Content content = Content::kOrdinary) {
+// Values of both signs and above 1; kSpecial strews NaN, infinities, zeros, subnormals and huge values among
+// them.
+Image Picture(const Roi& window, int channels, PixelType type, uint32_t seed,
+              Content content = Content::kOrdinary) {
   ImageSpec spec(window.width(), window.height(), channels, type);
   spec.data_window = window;
   spec.display_window = Roi{-2, -3, 70, 20};
   const Image image(spec);
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> value(-0.75f, 1.75f);
-  const float specials[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
-                            -std::numeric_limits<float>::infinity(), 0.0f, -0.0f, 1e-40f, -1e-45f, 3.4e38f, -3.4e38f, 1.0f};
+  const float specials[] = {std::numeric_limits<float>::quiet_NaN(),
+                            std::numeric_limits<float>::infinity(),
+                            -std::numeric_limits<float>::infinity(),
+                            0.0f,
+                            -0.0f,
+                            1e-40f,
+                            -1e-45f,
+                            3.4e38f,
+                            -3.4e38f,
+                            1.0f};
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       for (int c = 0; c < channels; ++c) {
@@ -174,8 +186,9 @@ void ExpectWithinBound(const Node& node, const Image& got, double slack = 1.0) {
         const double tolerance = slack * want.tolerance.at(x, y, c) * (1 + 1e-6);
         if (!(std::fabs(value - reference) <= tolerance)) {
           ++wrong;
-          ADD_FAILURE() << "at " << x << "," << y << " channel " << c << ": " << value << ", expected " << reference
-                        << " within " << tolerance << ", off by " << std::fabs(value - reference);
+          ADD_FAILURE() << "at " << x << "," << y << " channel " << c << ": " << value << ", expected "
+                        << reference << " within " << tolerance << ", off by "
+                        << std::fabs(value - reference);
         }
       }
     }
@@ -199,7 +212,8 @@ INSTANTIATE_TEST_SUITE_P(Registry, Laws, ::testing::ValuesIn(AllCases()), CaseNa
 
 TEST_P(Laws, ResultIsWithinTheBoundOfTheReference) {
   for (const int channels : {3, 4, 6}) {
-    for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    for (const PixelType type :
+         {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
       SCOPED_TRACE(std::to_string(channels) + " channels of " + PixelTypeName(type));
       const Node node = GetParam().Make(kWindow, channels, type);
       // The bound is the operation's own: its inputs are the floats that the samples become.
@@ -238,7 +252,8 @@ TEST_P(Laws, WidthsDoNotMatter) {
       const Image image = Render(Crop(node, part));
       for (int y = part.y0; y < part.y1; ++y) {
         ASSERT_EQ(std::memcmp(image.view().At(part.x0, y), whole.view().At(part.x0, y),
-                              static_cast<size_t>(width) * 4 * image.spec().channels.size()), 0)
+                              static_cast<size_t>(width) * 4 * image.spec().channels.size()),
+                  0)
             << "width " << width;
       }
     }
@@ -265,11 +280,13 @@ TEST_P(Laws, LazyEqualsEagerWithTheOptimiserOff) {
     // Something computed below the operation, and it and a sum above.
     std::vector<Node> lazy, eager;
     for (int k = 0; k < c.op->inputs; ++k) {
-      const std::vector<Node> pictures(3, FromImage(Picture(kWindow, 4, PixelType::kHalf, static_cast<uint32_t>(k) + 3)));
+      const std::vector<Node> pictures(
+          3, FromImage(Picture(kWindow, 4, PixelType::kHalf, static_cast<uint32_t>(k) + 3)));
       lazy.push_back(before->make(pictures, ops::ParseExample(*before, ""), nullptr));
       eager.push_back(FromImage(Render(lazy.back(), PixelType::kFloat, off)));
     }
-    ExpectSameBits(Render(c.On(lazy, {}), PixelType::kFloat, off), Render(c.On(eager, {}), PixelType::kFloat, off));
+    ExpectSameBits(Render(c.On(lazy, {}), PixelType::kFloat, off),
+                   Render(c.On(eager, {}), PixelType::kFloat, off));
   });
 }
 
@@ -307,7 +324,8 @@ TEST_P(Laws, IdentityReturnsTheInputsBits) {
   OnEveryTarget([&] {
     for (const Content content : {Content::kOrdinary, Content::kSpecial}) {
       const Image in = Picture(kWindow, 4, PixelType::kFloat, 5, content);
-      const Node node = Case{c.op, c.op->identity}.On(std::vector<Node>(static_cast<size_t>(c.op->inputs), FromImage(in)), {});
+      const Node node = Case{c.op, c.op->identity}.On(
+          std::vector<Node>(static_cast<size_t>(c.op->inputs), FromImage(in)), {});
       ExpectSameBits(Render(node), in);
     }
   });
@@ -315,7 +333,9 @@ TEST_P(Laws, IdentityReturnsTheInputsBits) {
 
 TEST_P(Laws, TargetsWithFusedMultiplyAddAgreeInEveryBit) {
   const std::vector<std::string> targets = SimdTargets();
-  const auto has = [&](const char* t) { return std::find(targets.begin(), targets.end(), t) != targets.end(); };
+  const auto has = [&](const char* t) {
+    return std::find(targets.begin(), targets.end(), t) != targets.end();
+  };
   if (!has("AVX2") || !has("AVX3")) GTEST_SKIP() << "this machine has not both AVX2 and AVX-512";
   const AutoTarget restore;
   for (const PixelType type : {PixelType::kUint8, PixelType::kHalf, PixelType::kFloat}) {
@@ -351,10 +371,11 @@ TEST(Registry, RandomChainsStayWithinTheirBounds) {
   const AutoTarget restore;
   std::vector<Case> cases;
   for (const Case& c : AllCases()) {
-    // A quantised value may take the neighbouring code when its input is off by a rounding, and a division's error
-    // has no bound near alpha 0: neither can be chained.
-    if (!c.op->generator && c.op->name != "quantize" && c.op->name != "unpremult" && c.op->family != "channels" &&
-        c.example.find("unpremult") == std::string::npos && c.op->name != "contrast") {
+    // A quantised value may take the neighbouring code when its input is off by a rounding, and a division's
+    // error has no bound near alpha 0: neither can be chained.
+    if (!c.op->generator && c.op->name != "quantize" && c.op->name != "unpremult" &&
+        c.op->family != "channels" && c.example.find("unpremult") == std::string::npos &&
+        c.op->name != "contrast") {
       cases.push_back(c);
     }
   }
@@ -362,7 +383,8 @@ TEST(Registry, RandomChainsStayWithinTheirBounds) {
   std::mt19937 random(20);
   for (int chain = 0; chain < 40; ++chain) {
     std::vector<Node> nodes;
-    for (uint32_t k = 0; k < 3; ++k) nodes.push_back(FromImage(Picture(kWindow, 4, PixelType::kFloat, 90 + k)));
+    for (uint32_t k = 0; k < 3; ++k)
+      nodes.push_back(FromImage(Picture(kWindow, 4, PixelType::kFloat, 90 + k)));
     std::string words;
     for (int length = 0; length < 8; ++length) {
       const Case& c = cases[random() % cases.size()];

@@ -1,4 +1,6 @@
 // The list of operations, and what its argument parser accepts and refuses.
+#include "ops/registry.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "ops/registry.h"
 #include "reference/reference.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
@@ -20,14 +21,16 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Modifiers = std::vector<std::pair<std::string, std::string>>;
 
-Arguments Parse(const std::string& op, const std::vector<std::string>& words, const Modifiers& modifiers = {}) {
+Arguments Parse(const std::string& op, const std::vector<std::string>& words,
+                const Modifiers& modifiers = {}) {
   const OpInfo* const info = FindOp(op);
   if (info == nullptr) throw Error(op, "is not in the registry");
   return ParseArguments(*info, words, modifiers);
 }
 
 // The message of the Error that parsing throws.
-std::string Refusal(const std::string& op, const std::vector<std::string>& words, const Modifiers& modifiers = {}) {
+std::string Refusal(const std::string& op, const std::vector<std::string>& words,
+                    const Modifiers& modifiers = {}) {
   try {
     Parse(op, words, modifiers);
   } catch (const Error& error) {
@@ -107,7 +110,8 @@ TEST(ArgumentsTest, RefusalsNameParameterFoundAndExpected) {
 TEST(ArgumentsTest, UnknownModifiersNameTheNearest) {
   EXPECT_EQ(Refusal("quantize", {"8"}, {{"dithr", "1"}}),
             "quantize: unknown modifier \"dithr\"; did you mean dither?");
-  EXPECT_EQ(Refusal("quantize", {"8"}, {{"zzz", "1"}}), "quantize: unknown modifier \"zzz\", expected dither or seed");
+  EXPECT_EQ(Refusal("quantize", {"8"}, {{"zzz", "1"}}),
+            "quantize: unknown modifier \"zzz\", expected dither or seed");
   EXPECT_EQ(Refusal("abs", {}, {{"x", "1"}}), "abs: unknown modifier \"x\", it takes none");
 }
 
@@ -133,7 +137,8 @@ TEST(ChannelsTest, SelectionsFollowOiiotool) {
   EXPECT_EQ(SelectChannels(image, "R,A=1.0").spec().alpha, 1);
   EXPECT_THAT(AppendChannels(image, image).spec().channels,
               ElementsAre("R", "G", "B", "A", "channel4", "channel5", "channel6", "channel7"));
-  EXPECT_THAT(RenameChannels(image, {"", "x", "y", "z", "more"}).spec().channels, ElementsAre("R", "x", "y", "z"));
+  EXPECT_THAT(RenameChannels(image, {"", "x", "y", "z", "more"}).spec().channels,
+              ElementsAre("R", "x", "y", "z"));
 }
 
 TEST(ChannelsTest, MissingChannelsListThosePresent) {
@@ -160,8 +165,9 @@ TEST(ChannelsTest, Geometries) {
   EXPECT_EQ(ParseGeometry("-1+2", base), (Roi{-1, 2, 9, 22}));
   EXPECT_EQ(ParseGeometry("1,2,3,4", base), (Roi{1, 2, 4, 5}));
   EXPECT_EQ(ParseGeometry("-3,-2,-3,-2", base), (Roi{-3, -2, -2, -1}));
-  for (const char* bad : {"", "x", "2x", "2x5+1", "2x5+1+", "2x5+1+1x", "1,2,3", "1,2,3,4,5", "3,3,1,1", "0x5", "-2x5",
-                          "2147483647x2+2147483647+0", "99999999999999999999x1", "1,2,3,2147483648", "50%", "2x5+-1+1"}) {
+  for (const char* bad :
+       {"", "x", "2x", "2x5+1", "2x5+1+", "2x5+1+1x", "1,2,3", "1,2,3,4,5", "3,3,1,1", "0x5", "-2x5",
+        "2147483647x2+2147483647+0", "99999999999999999999x1", "1,2,3,2147483648", "50%", "2x5+-1+1"}) {
     EXPECT_THROW(ParseGeometry(bad, base), Error) << bad;
   }
 }

@@ -1,6 +1,8 @@
-// Pixel loads and stores on every target: exact conversions, every layout, no access outside the given pixels.
+// Pixel loads and stores on every target: exact conversions, every layout, no access outside the given
+// pixels.
 #include "simd/pixels.h"
 
+#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -14,8 +16,6 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-
 #include "tessera/error.h"
 #include "tessera/targets.h"
 
@@ -28,7 +28,8 @@ constexpr PixelType kTypes[] = {PixelType::kUint8, PixelType::kUint16, PixelType
 double HalfValue(uint16_t h) {
   const int e = (h >> 10) & 31, m = h & 1023;
   const double sign = h & 0x8000 ? -1 : 1;
-  if (e == 31) return m ? std::numeric_limits<double>::quiet_NaN() : sign * std::numeric_limits<double>::infinity();
+  if (e == 31)
+    return m ? std::numeric_limits<double>::quiet_NaN() : sign * std::numeric_limits<double>::infinity();
   return sign * (e == 0 ? std::ldexp(m, -24) : std::ldexp(1024 + m, e - 25));
 }
 // Nearest binary16, ties to even, in double arithmetic.
@@ -158,13 +159,29 @@ TEST_P(PixelsTest, UnpacksEveryCodeCorrectlyRounded) {
   EXPECT_EQ(StoreLine<uint16_t>(PixelType::kUint16, f16), u16);
 }
 
-// Values whose packing is hard: each code, each tie and their float neighbours, every exponent, the special ones.
+// Values whose packing is hard: each code, each tie and their float neighbours, every exponent, the special
+// ones.
 std::vector<float> HardValues() {
-  std::vector<float> v = {0.f, -0.f, 1.f, -1.f, 2.f, 0.49999997f, 0.5f, 254.5f / 255, 255.5f, 65519.99f, 65520.f, 65504.f,
-                          std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
-                          std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::quiet_NaN(),
-                          std::numeric_limits<float>::denorm_min(), std::numeric_limits<float>::max(),
-                          std::bit_cast<float>(0x7FA00001u), std::bit_cast<float>(0xFFFFFFFFu)};
+  std::vector<float> v = {0.f,
+                          -0.f,
+                          1.f,
+                          -1.f,
+                          2.f,
+                          0.49999997f,
+                          0.5f,
+                          254.5f / 255,
+                          255.5f,
+                          65519.99f,
+                          65520.f,
+                          65504.f,
+                          std::numeric_limits<float>::infinity(),
+                          -std::numeric_limits<float>::infinity(),
+                          std::numeric_limits<float>::quiet_NaN(),
+                          -std::numeric_limits<float>::quiet_NaN(),
+                          std::numeric_limits<float>::denorm_min(),
+                          std::numeric_limits<float>::max(),
+                          std::bit_cast<float>(0x7FA00001u),
+                          std::bit_cast<float>(0xFFFFFFFFu)};
   const auto around = [&](double x) {
     const float f = static_cast<float>(x);
     for (float s : {f, -f}) {
@@ -199,7 +216,8 @@ TEST_P(PixelsTest, PacksEveryFloat) {
   if (!std::getenv("TESSERA_LONG_TESTS")) GTEST_SKIP() << "all 2^32 floats; set TESSERA_LONG_TESTS=1";
   std::vector<float> values(1 << 20);
   for (uint64_t first = 0; first < (uint64_t{1} << 32); first += values.size()) {
-    for (size_t i = 0; i < values.size(); ++i) values[i] = std::bit_cast<float>(static_cast<uint32_t>(first + i));
+    for (size_t i = 0; i < values.size(); ++i)
+      values[i] = std::bit_cast<float>(static_cast<uint32_t>(first + i));
     const auto half = StoreLine<uint16_t>(PixelType::kHalf, values);
     const auto u8 = StoreLine<uint8_t>(PixelType::kUint8, values);
     const auto u16 = StoreLine<uint16_t>(PixelType::kUint16, values);
@@ -213,17 +231,25 @@ TEST_P(PixelsTest, PacksEveryFloat) {
 
 struct TestLayout {
   const char* name;
-  int channels;              // samples a pixel has
-  int order[4];              // place of plane i's sample in a pixel, -1 for none
-  int extra = 0;             // bytes between pixels
+  int channels;   // samples a pixel has
+  int order[4];   // place of plane i's sample in a pixel, -1 for none
+  int extra = 0;  // bytes between pixels
   bool planar = false, reversed = false;
 };
 constexpr TestLayout kLayouts[] = {
-    {"rgba", 4, {0, 1, 2, 3}},         {"bgra", 4, {2, 1, 0, 3}},        {"rgb", 3, {0, 1, 2, -1}},
-    {"bgr", 3, {2, 1, 0, -1}},         {"rgb_of_rgba", 4, {0, 1, 2, -1}}, {"alpha_of_rgba", 4, {-1, -1, -1, 3}},
-    {"y", 1, {0, -1, -1, -1}},         {"ya", 2, {0, -1, -1, 1}},        {"five", 5, {0, 4, 2, 3}},
-    {"repeated", 2, {0, 0, 0, 1}},     {"planar", 4, {0, 1, 2, 3}, 0, true},
-    {"reversed", 4, {0, 1, 2, 3}, 0, false, true},                        {"odd", 3, {0, 1, 2, -1}, 1},
+    {"rgba", 4, {0, 1, 2, 3}},
+    {"bgra", 4, {2, 1, 0, 3}},
+    {"rgb", 3, {0, 1, 2, -1}},
+    {"bgr", 3, {2, 1, 0, -1}},
+    {"rgb_of_rgba", 4, {0, 1, 2, -1}},
+    {"alpha_of_rgba", 4, {-1, -1, -1, 3}},
+    {"y", 1, {0, -1, -1, -1}},
+    {"ya", 2, {0, -1, -1, 1}},
+    {"five", 5, {0, 4, 2, 3}},
+    {"repeated", 2, {0, 0, 0, 1}},
+    {"planar", 4, {0, 1, 2, 3}, 0, true},
+    {"reversed", 4, {0, 1, 2, 3}, 0, false, true},
+    {"odd", 3, {0, 1, 2, -1}, 1},
     {"sixteen", 16, {3, 0, 15, 7}},
 };
 
@@ -238,7 +264,8 @@ TEST_P(PixelsTest, LoadsAndStoresEveryLayoutBetweenGuardPages) {
         // The last pixel's padding is not part of the pixels.
         const ptrdiff_t step = layout.planar ? bytes : bytes * layout.channels + layout.extra;
         const ptrdiff_t plane_step = layout.planar ? bytes * count : bytes;
-        const size_t size = static_cast<size_t>(layout.planar ? plane_step * layout.channels : step * count - layout.extra);
+        const size_t size =
+            static_cast<size_t>(layout.planar ? plane_step * layout.channels : step * count - layout.extra);
         GuardedBytes memory(size, at_end);
         for (size_t i = 0; i < size; ++i) memory.data()[i] = static_cast<std::byte>(random());
         const std::vector<std::byte> before(memory.data(), memory.data() + size);
@@ -274,13 +301,15 @@ TEST_P(PixelsTest, LoadsAndStoresEveryLayoutBetweenGuardPages) {
               if (bytes >= 2) std::memcpy(&u16[i], p, 2);
               if (bytes >= 4) std::memcpy(&f32[i], p, 4);
             }
-            expected = type == PixelType::kUint8 ? LoadLine(type, u8)
+            expected = type == PixelType::kUint8   ? LoadLine(type, u8)
                        : type == PixelType::kFloat ? f32
                                                    : LoadLine(type, u16);
           }
           for (int i = 0; i < kBlockPixels; ++i) {
             const int pixel = f_.order[i];
-            const float want = layout.order[c] < 0 || i >= padded ? 77.f : pixel < count ? expected[pixel] : 0.f;
+            const float want = layout.order[c] < 0 || i >= padded ? 77.f
+                               : pixel < count                    ? expected[pixel]
+                                                                  : 0.f;
             ASSERT_TRUE(SameFloat(planes.v[c][i], want)) << "plane " << c << " at " << i;
           }
         }

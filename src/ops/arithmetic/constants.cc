@@ -1,5 +1,5 @@
-// An image and a constant per channel: add, subtract, multiply, minimum, maximum. All are affine operations, so
-// that neighbours fold into one.
+// An image and a constant per channel: add, subtract, multiply, minimum, maximum. All are affine operations,
+// so that neighbours fold into one.
 #include <algorithm>
 #include <memory>
 #include <span>
@@ -28,23 +28,27 @@ AffineParams Unchanged(const ImageSpec& spec) {
 
 // `set(affine, c, value)` puts a channel's constant in its place.
 template <class F>
-Node WithConstants(const char* name, const Node& image, const std::vector<double>& values, double otherwise, F set) {
+Node WithConstants(const char* name, const Node& image, const std::vector<double>& values, double otherwise,
+                   F set) {
   RequireConstants(name, values);
   AffineParams affine = Unchanged(image.spec());
-  for (int c = 0; c < affine.channels; ++c) set(affine, static_cast<size_t>(c), ChannelValue(values, c, otherwise));
+  for (int c = 0; c < affine.channels; ++c)
+    set(affine, static_cast<size_t>(c), ChannelValue(values, c, otherwise));
   return graph::MakeNode(MakeAffine(name, std::move(affine), ChannelConstants{values}), {image});
 }
 
-OpInfo Row(const char* name, const char* summary, const char* role, const char* formula, const char* otherwise) {
+OpInfo Row(const char* name, const char* summary, const char* role, const char* formula,
+           const char* otherwise) {
   OpInfo info;
   info.name = name;
   info.family = "arithmetic";
   info.summary = summary;
   info.arguments = {ConstantsArgument(role)};
-  info.help = std::string("Each sample of the result is ") + formula +
-              ". One value serves all channels, alpha included; of several values the n-th is channel n's, channels "
-              "beyond the list have c = " + otherwise +
-              " and values beyond the last channel are ignored, as oiiotool. Nothing else is clamped.";
+  info.help =
+      std::string("Each sample of the result is ") + formula +
+      ". One value serves all channels, alpha included; of several values the n-th is channel n's, channels "
+      "beyond the list have c = " +
+      otherwise + " and values beyond the last channel are ignored, as oiiotool. Nothing else is clamped.";
   return info;
 }
 
@@ -116,8 +120,10 @@ OpInfo InvertInfo() {
   info.family = "arithmetic";
   info.summary = "Subtract from 1";
   info.help =
-      "Channels from chbegin up to but without chend become 1 - A; the others keep their bits. The default is the "
-      "first three, which spares alpha. The inverse of premultiplied colours is alpha - A: --unpremult first where "
+      "Channels from chbegin up to but without chend become 1 - A; the others keep their bits. The default "
+      "is the "
+      "first three, which spares alpha. The inverse of premultiplied colours is alpha - A: --unpremult first "
+      "where "
       "that is meant.";
   info.bound = "2 u * (|A| + 1)";
   info.bound_u = 2;
@@ -147,8 +153,10 @@ OpInfo ClampInfo() {
   info.family = "arithmetic";
   info.summary = "Limit values";
   info.help =
-      "min= and max= hold one limit for all channels, or one per channel; a channel without a limit is free on that "
-      "side. clampalpha=1 limits alpha to [0, 1] as well. A limit wins over NaN, the lower one where there are both; a "
+      "min= and max= hold one limit for all channels, or one per channel; a channel without a limit is free "
+      "on that "
+      "side. clampalpha=1 limits alpha to [0, 1] as well. A limit wins over NaN, the lower one where there "
+      "are both; a "
       "channel without limits keeps its bits. Without modifiers nothing is limited, as oiiotool.";
   info.bound = "1 rounding of each limit";
   info.bound_u = 1;
@@ -165,7 +173,8 @@ OpInfo ClampInfo() {
   alpha.help = "1 limits alpha to [0, 1]";
   info.modifiers = {low, high, alpha};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return Clamp(in[0], {.min = a.Numbers("min"), .max = a.Numbers("max"), .clamp_alpha = a.Flag("clampalpha")});
+    return Clamp(in[0],
+                 {.min = a.Numbers("min"), .max = a.Numbers("max"), .clamp_alpha = a.Flag("clampalpha")});
   };
   info.examples = {"min=0 max=1", "min=0.1,0.2 max=0.5,0.6,0.7", "max=0.9", "min=-1e30 clampalpha=1", ""};
   return info;
@@ -200,8 +209,8 @@ Node MaxConstant(const Node& image, const std::vector<double>& values) {
 
 Node Invert(const Node& image, const InvertParams& params) {
   if (params.first < 0 || params.last < params.first) {
-    throw Error("invert", "found channels " + std::to_string(params.first) + " to " + std::to_string(params.last) +
-                              ", expected 0 <= chbegin <= chend");
+    throw Error("invert", "found channels " + std::to_string(params.first) + " to " +
+                              std::to_string(params.last) + ", expected 0 <= chbegin <= chend");
   }
   ops::AffineParams affine = ops::Unchanged(image.spec());
   for (int c = params.first; c < params.last && c < affine.channels; ++c) {
@@ -219,8 +228,9 @@ Node Clamp(const Node& image, const ClampParams& params) {
     const double low = ops::ChannelValue(params.min, c, -ops::kNoLimit);
     const double high = ops::ChannelValue(params.max, c, ops::kNoLimit);
     if (low > high) {
-      throw Error("clamp", "found a minimum " + std::to_string(low) + " above the maximum " + std::to_string(high) +
-                               " in channel " + std::to_string(c) + ", expected min <= max");
+      throw Error("clamp", "found a minimum " + std::to_string(low) + " above the maximum " +
+                               std::to_string(high) + " in channel " + std::to_string(c) +
+                               ", expected min <= max");
     }
     affine.limits[static_cast<size_t>(c)] = ops::MakeLimits(low, high);
   }

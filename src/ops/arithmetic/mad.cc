@@ -45,7 +45,9 @@ class MadOp final : public graph::OpWith<NoParams> {
   MadOp() : OpWith({}) {}
   std::string Name() const override { return "mad"; }
   graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
-  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return RequireSameShape("mad", inputs); }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    return RequireSameShape("mad", inputs);
+  }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
     return HWY_DYNAMIC_DISPATCH(MakeMad)();
   }
@@ -60,14 +62,18 @@ OpInfo MadInfo() {
   info.inputs = 3;
   info.summary = "Multiply two images and add a third";
   info.help =
-      "Each sample of the result is A * B + C, where A is the lowest and C the uppermost of three images on the "
-      "stack; alpha and further channels are treated like the others. All need the same data window and the same "
+      "Each sample of the result is A * B + C, where A is the lowest and C the uppermost of three images on "
+      "the "
+      "stack; alpha and further channels are treated like the others. All need the same data window and the "
+      "same "
       "number of channels. The result keeps the names, alpha and metadata of A.\n"
       "NaN and infinities follow IEEE 754. Product and sum are rounded once where the processor can (fused "
       "multiply-add), twice elsewhere. Nothing is clamped.";
   info.bound = "2 u * (|A B| + |C|)";
   info.bound_u = 2;
-  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Mad(in[0], in[1], in[2]); };
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
+    return Mad(in[0], in[1], in[2]);
+  };
   info.examples = {""};
   return info;
 }

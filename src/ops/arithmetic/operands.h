@@ -21,7 +21,8 @@ inline constexpr int kMaxConstants = 65536;
 // Parameters of an operation that has none.
 struct NoParams {};
 
-// The spec of a result whose images all have the first one's data window and channel count; throws Error otherwise.
+// The spec of a result whose images all have the first one's data window and channel count; throws Error
+// otherwise.
 inline ImageSpec RequireSameShape(const std::string& op, std::span<const ImageSpec> inputs) {
   graph::RequireSameWindow(op, inputs);
   for (const ImageSpec& input : inputs) {

@@ -87,7 +87,9 @@ class PairOp final : public graph::OpWith<NoParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     return RequireSameShape(name_, inputs);
   }
-  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override { return Make(name_); }
+  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
+    return Make(name_);
+  }
 
  private:
   const char* name_;
@@ -104,10 +106,12 @@ OpInfo Row(const char* name, const char* summary, const char* formula, const cha
   info.family = "arithmetic";
   info.inputs = 2;
   info.summary = summary;
-  info.help = std::string("Each sample of the result is ") + formula +
-              ", where A is the lower and B the upper image of the stack; alpha and further channels are treated "
-              "like the others. Both images need the same data window and the same number of channels (use --crop "
-              "and --ch to make them equal). The result keeps the names, alpha and metadata of A.\n" + hard_cases;
+  info.help =
+      std::string("Each sample of the result is ") + formula +
+      ", where A is the lower and B the upper image of the stack; alpha and further channels are treated "
+      "like the others. Both images need the same data window and the same number of channels (use --crop "
+      "and --ch to make them equal). The result keeps the names, alpha and metadata of A.\n" +
+      hard_cases;
   info.bound = "1 rounding: u * |result|";
   info.bound_u = 1;
   info.examples = {""};
@@ -116,7 +120,8 @@ OpInfo Row(const char* name, const char* summary, const char* formula, const cha
 
 constexpr char kIeee[] =
     "NaN and infinities follow IEEE 754. Nothing is clamped: integer outputs saturate when they are written.";
-constexpr char kNumberWins[] = "A number wins over NaN; the result is NaN only where both are. Samples keep their bits.";
+constexpr char kNumberWins[] =
+    "A number wins over NaN; the result is NaN only where both are. Samples keep their bits.";
 
 }  // namespace
 
@@ -137,7 +142,9 @@ OpInfo MulInfo() {
 }
 OpInfo AbsDiffInfo() {
   OpInfo info = Row("absdiff", "Absolute difference of two images", "|A - B|", kIeee);
-  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return AbsDiff(in[0], in[1]); };
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
+    return AbsDiff(in[0], in[1]);
+  };
   return info;
 }
 OpInfo MinInfo() {

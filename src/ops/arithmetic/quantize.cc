@@ -33,8 +33,8 @@ struct Quantize {
   HWY_INLINE s::V One(s::V value) const {
     const s::D d;
     const s::V x = Unit(value);
-    // x * steps is the difference of two floats, levels * x - x: its rounding error e is a float too (Fast2Sum), so
-    // ties are those of the exact product, with or without a fused multiply-add.
+    // x * steps is the difference of two floats, levels * x - x: its rounding error e is a float too
+    // (Fast2Sum), so ties are those of the exact product, with or without a fused multiply-add.
     const s::V scaled = hn::Mul(x, hn::Set(d, levels));
     const s::V product = hn::Sub(scaled, x);
     const s::V e = hn::Sub(hn::Sub(scaled, product), x);
@@ -48,7 +48,9 @@ struct Quantize {
     code = hn::Sub(code, hn::IfThenElseZero(down, one));
     return hn::Div(code, hn::Set(d, steps));
   }
-  HWY_INLINE s::Pixels operator()(const s::Pixels& p) const { return {One(p.r), One(p.g), One(p.b), One(p.a)}; }
+  HWY_INLINE s::Pixels operator()(const s::Pixels& p) const {
+    return {One(p.r), One(p.g), One(p.b), One(p.a)};
+  }
 };
 
 // A bijection of 32 bits that leaves no pattern (Ettinger's low-bias constants of Wellons' hash).
@@ -112,7 +114,8 @@ std::unique_ptr<graph::PointStage> MakeQuantize(const QuantizeParams& params, co
   }
   DitheredQuantize f{static_cast<double>(levels - 1), {}};
   for (int i = 0; i < 4; ++i) {
-    f.key[i] = DitheredQuantize::ScalarMix(params.seed * 0xc2b2ae3du + static_cast<uint32_t>(channels[i]) + 1);
+    f.key[i] =
+        DitheredQuantize::ScalarMix(params.seed * 0xc2b2ae3du + static_cast<uint32_t>(channels[i]) + 1);
   }
   return s::MakeStage<1>(f);
 }
@@ -135,7 +138,9 @@ class QuantizeOp final : public graph::OpWith<QuantizeParams> {
   graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
   std::string Describe() const override {
-    return std::string("quantize ").append(std::to_string(params().bits)).append(params().dither ? " dithered" : "");
+    return std::string("quantize ")
+        .append(std::to_string(params().bits))
+        .append(params().dither ? " dithered" : "");
   }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext& context) const override {
     return HWY_DYNAMIC_DISPATCH(MakeQuantize)(params(), context.channels);
@@ -151,10 +156,13 @@ OpInfo QuantizeInfo() {
   info.summary = "Round to the codes of an N-bit integer";
   info.help =
       "Every channel, alpha included, becomes code / (2^BITS - 1), where code is the exact product "
-      "A * (2^BITS - 1) rounded half to even, A first limited to [0, 1] and NaN taken as 0: what storing the image "
+      "A * (2^BITS - 1) rounded half to even, A first limited to [0, 1] and NaN taken as 0: what storing the "
+      "image "
       "with BITS bits and reading it back gives.\n"
-      "With dither=1 an offset in [-1/2, 1/2) of a code is added before rounding. It is a hash of pixel position, "
-      "channel and seed, so the picture does not depend on tiles or threads; the mean of a flat area is kept, and "
+      "With dither=1 an offset in [-1/2, 1/2) of a code is added before rounding. It is a hash of pixel "
+      "position, "
+      "channel and seed, so the picture does not depend on tiles or threads; the mean of a flat area is "
+      "kept, and "
       "so are the codes 0 and 2^BITS - 1. Give each frame of a sequence its own seed.";
   info.bound = "the code is exact; its quotient 1 rounding: u * |result|";
   info.bound_u = 1;

@@ -26,7 +26,8 @@ class AppendOp final : public graph::OpWith<AppendParams> {
     const int first = inputs[0].channel_count();
     for (const std::string& name : inputs[1].channels) {
       const bool taken = std::find(out.channels.begin(), out.channels.end(), name) != out.channels.end();
-      out.channels.push_back(taken ? std::string("channel").append(std::to_string(out.channels.size())) : name);
+      out.channels.push_back(taken ? std::string("channel").append(std::to_string(out.channels.size()))
+                                   : name);
     }
     if (out.alpha < 0 && inputs[1].alpha >= 0) out.alpha = first + inputs[1].alpha;
     return out;
@@ -50,11 +51,15 @@ OpInfo AppendChannelsInfo() {
   info.inputs = 2;
   info.summary = "Append the channels of two images";
   info.help =
-      "The result has all channels of the lower image, then all of the upper one; both need the same data window. A "
-      "name that is taken already becomes channelN, N its position from 0. Alpha is the lower image's, or else the "
+      "The result has all channels of the lower image, then all of the upper one; both need the same data "
+      "window. A "
+      "name that is taken already becomes channelN, N its position from 0. Alpha is the lower image's, or "
+      "else the "
       "upper one's. Samples keep their bits.";
   info.bound = "exact";
-  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return AppendChannels(in[0], in[1]); };
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
+    return AppendChannels(in[0], in[1]);
+  };
   info.examples = {""};
   return info;
 }

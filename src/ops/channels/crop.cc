@@ -104,8 +104,10 @@ OpInfo CropInfo() {
   info.family = "channels";
   info.summary = "Set the data window, cutting off or padding with zero";
   info.help =
-      "GEOM is WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1 (x1 and y1 included); what is not named stays. The display window "
-      "stays. Pixels that the image does not have are zero in every channel. Pixels outside are neither read nor "
+      "GEOM is WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1 (x1 and y1 included); what is not named stays. The display "
+      "window "
+      "stays. Pixels that the image does not have are zero in every channel. Pixels outside are neither read "
+      "nor "
       "computed.";
   info.bound = "exact";
   ParamInfo geometry;
@@ -129,9 +131,11 @@ Node Crop(const Node& image, const Roi& window) {
 }
 
 Roi ParseGeometry(const std::string& text, const Roi& base) {
-  const auto corners = text.find(',') != std::string::npos ? ops::ParseCorners(text) : ops::ParseSize(text, base);
+  const auto corners =
+      text.find(',') != std::string::npos ? ops::ParseCorners(text) : ops::ParseSize(text, base);
   if (!corners) {
-    throw Error("geometry", "found \"" + text.substr(0, 60) + "\", expected WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1");
+    throw Error("geometry",
+                "found \"" + text.substr(0, 60) + "\", expected WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1");
   }
   const auto [x0, y0, x1, y1] = *corners;
   constexpr int64_t kMost = std::numeric_limits<int32_t>::max();

@@ -13,9 +13,8 @@
 namespace tessera::ops {
 
 inline bool EqualIgnoringCase(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
-    return std::tolower(x) == std::tolower(y);
-  });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
 inline bool IsAlphaName(const std::string& name) {
@@ -32,7 +31,8 @@ inline int AlphaByName(const std::vector<std::string>& names) {
 inline std::string ListChannels(const ImageSpec& spec) {
   constexpr size_t kShown = 32;
   std::string text;
-  for (size_t c = 0; c < spec.channels.size() && c < kShown; ++c) text += (c > 0 ? "," : "") + spec.channels[c];
+  for (size_t c = 0; c < spec.channels.size() && c < kShown; ++c)
+    text += (c > 0 ? "," : "") + spec.channels[c];
   if (spec.channels.size() > kShown) text += ",…";
   return text;
 }

@@ -27,7 +27,8 @@ class SelectOp final : public graph::OpWith<Choices> {
 
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const ImageSpec& in = inputs[0];
-    if (params().empty()) throw Error("ch", "found no channels, expected at least one of " + ListChannels(in));
+    if (params().empty())
+      throw Error("ch", "found no channels, expected at least one of " + ListChannels(in));
     ImageSpec out = in;
     out.channels.clear();
     out.alpha = -1;
@@ -53,7 +54,8 @@ class SelectOp final : public graph::OpWith<Choices> {
   std::vector<graph::ChannelRef> ChannelMap(std::span<const ImageSpec>) const override {
     std::vector<graph::ChannelRef> map;
     for (const ChannelChoice& choice : params()) {
-      map.push_back(choice.channel < 0 ? graph::ChannelRef{-1, 0, choice.value} : graph::ChannelRef{0, choice.channel, 0});
+      map.push_back(choice.channel < 0 ? graph::ChannelRef{-1, 0, choice.value}
+                                       : graph::ChannelRef{0, choice.channel, 0});
     }
     return map;
   }
@@ -76,12 +78,15 @@ int FindChannel(const ImageSpec& spec, const std::string& word) {
   }
   int index = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
-  if (error == std::errc() && end == word.data() + word.size() && index >= 0 && index < spec.channel_count()) {
+  if (error == std::errc() && end == word.data() + word.size() && index >= 0 &&
+      index < spec.channel_count()) {
     return index;
   }
   const std::string near = Nearest(word, spec.channels);
-  throw Error("ch", (word.empty() ? std::string("found an empty entry") : "found no channel \"" + word + "\"") +
-                        ", expected one of " + ListChannels(spec) + (near.empty() ? "" : "; did you mean " + near + "?"));
+  throw Error("ch",
+              (word.empty() ? std::string("found an empty entry") : "found no channel \"" + word + "\"") +
+                  ", expected one of " + ListChannels(spec) +
+                  (near.empty() ? "" : "; did you mean " + near + "?"));
 }
 
 ChannelChoice ParseChoice(const ImageSpec& spec, const std::string& word) {
@@ -103,11 +108,16 @@ OpInfo SelectChannelsInfo() {
   info.family = "channels";
   info.summary = "Select, reorder, rename channels or set them to constants";
   info.help =
-      "LIST holds comma-separated entries: a channel's name (upper and lower case are equal unless both exist) or its "
-      "index from 0; NEW=CHANNEL renames; NEW=VALUE makes a constant channel, =VALUE one with the usual name of its "
-      "position. Examples: B,G,R   R,G,B,A=1.0   Y,Y,Y   R=0.5,G,B. A channel that is missing is an error that lists "
-      "those present (oiiotool warns and fills with 0). Alpha is the channel named A or alpha, or else the image's own "
-      "where it was selected. Samples keep their bits, and channels that nobody selects are neither read nor computed.";
+      "LIST holds comma-separated entries: a channel's name (upper and lower case are equal unless both "
+      "exist) or its "
+      "index from 0; NEW=CHANNEL renames; NEW=VALUE makes a constant channel, =VALUE one with the usual name "
+      "of its "
+      "position. Examples: B,G,R   R,G,B,A=1.0   Y,Y,Y   R=0.5,G,B. A channel that is missing is an error "
+      "that lists "
+      "those present (oiiotool warns and fills with 0). Alpha is the channel named A or alpha, or else the "
+      "image's own "
+      "where it was selected. Samples keep their bits, and channels that nobody selects are neither read nor "
+      "computed.";
   info.bound = "exact";
   ParamInfo list;
   list.name = "LIST";
@@ -131,7 +141,8 @@ Node SelectChannels(const Node& image, const std::vector<ChannelChoice>& choices
 
 Node SelectChannels(const Node& image, const std::string& list) {
   std::vector<ChannelChoice> choices;
-  for (const std::string& word : ops::SplitCommas(list)) choices.push_back(ops::ParseChoice(image.spec(), word));
+  for (const std::string& word : ops::SplitCommas(list))
+    choices.push_back(ops::ParseChoice(image.spec(), word));
   return SelectChannels(image, choices);
 }
 

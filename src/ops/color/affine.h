@@ -1,5 +1,5 @@
-// The affine operation: scale and bias per channel or a 4x5 colour matrix, then limits. Everything that is one of
-// these is made here, so that neighbours fold into one.
+// The affine operation: scale and bias per channel or a 4x5 colour matrix, then limits. Everything that is
+// one of these is made here, so that neighbours fold into one.
 #ifndef TESSERA_OPS_COLOR_AFFINE_H_
 #define TESSERA_OPS_COLOR_AFFINE_H_
 
@@ -22,8 +22,8 @@ enum class AffineClass : uint8_t {
 
 inline constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-// Limits of one channel; infinite where there is none. A limit wins over NaN: the lower one, where there is none
-// the upper one. A channel without limits keeps its NaN.
+// Limits of one channel; infinite where there is none. A limit wins over NaN: the lower one, where there is
+// none the upper one. A channel without limits keeps its NaN.
 struct Limits {
   double low = -kNoLimit, high = kNoLimit;
   double nan = std::numeric_limits<double>::quiet_NaN();  // what NaN becomes; set by MakeLimits
@@ -42,14 +42,15 @@ struct AffineParams {
   AffineClass structure = AffineClass::kDiagonal;
   // kDiagonal: one per channel of the image; v' = scale v + bias. Empty means all 1 (all 0).
   std::vector<double> scale, bias;
-  // Other classes: (R,G,B,A)' = matrix (R,G,B,A,1), rows of five; a missing alpha reads as 1 and is not written.
+  // Other classes: (R,G,B,A)' = matrix (R,G,B,A,1), rows of five; a missing alpha reads as 1 and is not
+  // written.
   double matrix[4][5] = {{1, 0, 0, 0, 0}, {0, 1, 0, 0, 0}, {0, 0, 1, 0, 0}, {0, 0, 0, 1, 0}};
   // Applied last: one per channel (kDiagonal), or of R, G, B, A (other classes). Empty means none.
   std::vector<Limits> limits;
 };
 
-// The operation `name`, whose Parameters() are the caller's public struct. It folds with its neighbours; the result
-// is called "affine".
+// The operation `name`, whose Parameters() are the caller's public struct. It folds with its neighbours; the
+// result is called "affine".
 std::shared_ptr<const graph::Op> MakeAffine(std::string name, AffineParams affine, std::any parameters);
 
 // The stage alone, for operations that learn their coefficients from statistics.

@@ -1,4 +1,5 @@
-// The one kernel of every affine operation: blocks of planes, or straight from and to interleaved RGBA pixels.
+// The one kernel of every affine operation: blocks of planes, or straight from and to interleaved RGBA
+// pixels.
 #include <cmath>
 #include <memory>
 
@@ -111,10 +112,14 @@ class AffineStage final : public graph::PointStage {
       s::RunPoint<1>(args, Affine<kClass>(values_, form_));
     } else if (read != nullptr) {
       switch (args.source.type) {
-        case PixelType::kUint8: return RunFrom<PixelType::kUint8>(args, codes8_);
-        case PixelType::kUint16: return RunFrom<PixelType::kUint16>(args, codes16_);
-        case PixelType::kHalf: return RunFrom<PixelType::kHalf>(args, values_);
-        case PixelType::kFloat: return RunFrom<PixelType::kFloat>(args, values_);
+        case PixelType::kUint8:
+          return RunFrom<PixelType::kUint8>(args, codes8_);
+        case PixelType::kUint16:
+          return RunFrom<PixelType::kUint16>(args, codes16_);
+        case PixelType::kHalf:
+          return RunFrom<PixelType::kHalf>(args, values_);
+        case PixelType::kFloat:
+          return RunFrom<PixelType::kFloat>(args, values_);
       }
     } else {
       const auto load = [in = args.in[0]](int i) HWY_ATTR { return s::LoadPlanes(in, i); };
@@ -151,10 +156,14 @@ class AffineStage final : public graph::PointStage {
   template <class Load, class F>
   static HWY_INLINE void RunTo(const graph::PointArgs& args, const Load& load, const F& f) {
     switch (args.sink.type) {
-      case PixelType::kUint8: return StoreAll<PixelType::kUint8>(args, load, f);
-      case PixelType::kUint16: return StoreAll<PixelType::kUint16>(args, load, f);
-      case PixelType::kHalf: return StoreAll<PixelType::kHalf>(args, load, f);
-      case PixelType::kFloat: return StoreAll<PixelType::kFloat>(args, load, f);
+      case PixelType::kUint8:
+        return StoreAll<PixelType::kUint8>(args, load, f);
+      case PixelType::kUint16:
+        return StoreAll<PixelType::kUint16>(args, load, f);
+      case PixelType::kHalf:
+        return StoreAll<PixelType::kHalf>(args, load, f);
+      case PixelType::kFloat:
+        return StoreAll<PixelType::kFloat>(args, load, f);
     }
   }
   template <PixelType type, class Load, class F>
@@ -172,9 +181,12 @@ class AffineStage final : public graph::PointStage {
 std::unique_ptr<graph::PointStage> NewAffineStage(AffineClass structure, const double (&matrix)[4][5],
                                                   const Limits (&limits)[4]) {
   switch (structure) {
-    case AffineClass::kDiagonal: return std::make_unique<AffineStage<AffineClass::kDiagonal>>(matrix, limits);
-    case AffineClass::kRgb: return std::make_unique<AffineStage<AffineClass::kRgb>>(matrix, limits);
-    case AffineClass::kFull: break;
+    case AffineClass::kDiagonal:
+      return std::make_unique<AffineStage<AffineClass::kDiagonal>>(matrix, limits);
+    case AffineClass::kRgb:
+      return std::make_unique<AffineStage<AffineClass::kRgb>>(matrix, limits);
+    case AffineClass::kFull:
+      break;
   }
   return std::make_unique<AffineStage<AffineClass::kFull>>(matrix, limits);
 }

@@ -9,7 +9,8 @@ OpInfo CmyInfo() {
   info.family = "color";
   info.summary = "Cyan, magenta, yellow: 1 - (R,G,B)";
   info.help =
-      "R,G,B become 1 - R, 1 - G, 1 - B under the same channel names; alpha and further channels are kept. It is its own "
+      "R,G,B become 1 - R, 1 - G, 1 - B under the same channel names; alpha and further channels are kept. "
+      "It is its own "
       "inverse. Meant for unpremultiplied colours. Source: spec/color.md, CMY.";
   info.bound = "u (1 + |v|)";
   info.bound_u = 1;

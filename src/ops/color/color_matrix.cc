@@ -69,7 +69,8 @@ class UnpremultipliedMatrixOp final : public graph::OpWith<ColorMatrixParams> {
   bool ReadsAlpha() const override { return true; }
   bool WritesAlpha() const override { return affine_.structure == AffineClass::kFull; }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
-    return HWY_DYNAMIC_DISPATCH(MakeUnpremultipliedMatrix)(affine_.matrix, affine_.structure == AffineClass::kFull);
+    return HWY_DYNAMIC_DISPATCH(MakeUnpremultipliedMatrix)(affine_.matrix,
+                                                           affine_.structure == AffineClass::kFull);
   }
 
  private:
@@ -84,10 +85,14 @@ OpInfo ColorMatrixInfo() {
   info.family = "color";
   info.summary = "Multiply by a colour matrix";
   info.help =
-      "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias of "
-      "R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the matrix, giving "
-      "the column form. An image without alpha takes part with the upper left 3x3 and the bias. unpremult=1 divides "
-      "R,G,B by alpha before and multiplies by the same alpha after; where alpha is 0 it does neither. NaN or infinity "
+      "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias "
+      "of "
+      "R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the "
+      "matrix, giving "
+      "the column form. An image without alpha takes part with the upper left 3x3 and the bias. unpremult=1 "
+      "divides "
+      "R,G,B by alpha before and multiplies by the same alpha after; where alpha is 0 it does neither. NaN "
+      "or infinity "
       "in R, G or B reaches all three, and alpha too with 16 or 20 numbers. Source: spec/color.md.";
   info.bound = "4 u (sum of |m v| + |bias|), 8 u with unpremult";
   info.bound_u = 8;
@@ -113,8 +118,7 @@ OpInfo ColorMatrixInfo() {
     return ColorMatrix(in[0], {a.Numbers("M"), a.Flag("transpose"), a.Flag("unpremult")});
   };
   info.examples = {"0.9,0.1,0,0,0.05,0.8,0.1,0,0.1,0.1,0.9,0,0,0,0,1",
-                   "0.4,0.3,0.2,-0.1,0.8,0.3,0.05,0.2,1.1",
-                   "1,0.2,0,0,1,0,0.3,0,1,0.1,-0.2,0.3 transpose=1",
+                   "0.4,0.3,0.2,-0.1,0.8,0.3,0.05,0.2,1.1", "1,0.2,0,0,1,0,0.3,0,1,0.1,-0.2,0.3 transpose=1",
                    "0.5,0,0,0.1,0,0.5,0,0,0,0,0.5,0,0,0.1,0,0.9,0.1,0.2,0.3,0.05",
                    "0.9,0.1,0,0,0.8,0.2,0.1,0,0.9 unpremult=1"};
   info.identity = "1,0,0,0,1,0,0,0,1";

@@ -8,7 +8,8 @@ namespace tessera::ops {
 
 void RequireFinite(const std::string& op, const std::string& what, double value) {
   if (std::fabs(value) <= std::numeric_limits<float>::max()) return;  // false for NaN
-  throw Error(op, "found " + what + " " + std::to_string(value) + ", expected a finite number within float's range");
+  throw Error(
+      op, "found " + what + " " + std::to_string(value) + ", expected a finite number within float's range");
 }
 
 LuminanceWeights NormalizedWeights(const std::string& op, const LuminanceWeights& w) {
@@ -32,7 +33,8 @@ Node MakeRgbNode(const std::string& op, const Node& image, const Matrix3& m, std
   return graph::MakeNode(MakeAffine(op, std::move(p), std::move(parameters)), {image});
 }
 
-Node MakeScaleBiasNode(const std::string& op, const Node& image, double scale, double bias, std::any parameters) {
+Node MakeScaleBiasNode(const std::string& op, const Node& image, double scale, double bias,
+                       std::any parameters) {
   const ImageSpec& spec = image.spec();
   graph::RequireColor(op, spec);
   AffineParams p;

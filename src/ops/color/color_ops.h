@@ -35,7 +35,8 @@ LuminanceWeights NormalizedWeights(const std::string& op, const LuminanceWeights
 // A node of a 3x3 matrix on columns (R,G,B), of class kRgb.
 Node MakeRgbNode(const std::string& op, const Node& image, const Matrix3& m, std::any parameters);
 // A node of (R,G,B)' = scale (R,G,B) + bias, other channels untouched.
-Node MakeScaleBiasNode(const std::string& op, const Node& image, double scale, double bias, std::any parameters);
+Node MakeScaleBiasNode(const std::string& op, const Node& image, double scale, double bias,
+                       std::any parameters);
 
 // The "weights" modifier and its value.
 ParamInfo WeightsParam();

@@ -44,9 +44,12 @@ OpInfo ContrastInfo() {
   info.family = "color";
   info.summary = "Scale R,G,B about a grey: interpolation from it";
   info.help =
-      "R,G,B become pivot + X * (v - pivot): above 1 more contrast, between 0 and 1 less, 1 the input bit for bit. "
-      "Without a pivot it is the mean luminance of the image (rec709 weights) over its finite pixels, found in a pass of "
-      "its own and kept by the operation; an image without finite pixels comes back unchanged. Alpha is kept. "
+      "R,G,B become pivot + X * (v - pivot): above 1 more contrast, between 0 and 1 less, 1 the input bit "
+      "for bit. "
+      "Without a pivot it is the mean luminance of the image (rec709 weights) over its finite pixels, found "
+      "in a pass of "
+      "its own and kept by the operation; an image without finite pixels comes back unchanged. Alpha is "
+      "kept. "
       "Source: spec/color.md, interpolate / extrapolate (whose seed has the direction reversed).";
   info.bound = "2 u (|X v| + |(1-X) pivot|)";
   info.bound_u = 2;
@@ -79,6 +82,8 @@ Node Contrast(const Node& image, const ContrastParams& params) {
   return ops::MakeScaleBiasNode("contrast", image, params.x, (1 - params.x) * *params.pivot, params);
 }
 
-Node Contrast(const Node& image, double x) { return Contrast(image, ContrastParams{.x = x, .pivot = {}, .weights = kRec709}); }
+Node Contrast(const Node& image, double x) {
+  return Contrast(image, ContrastParams{.x = x, .pivot = {}, .weights = kRec709});
+}
 
 }  // namespace tessera

@@ -15,8 +15,8 @@ namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
 
-// Works from the nearer image, so that the error stays within the weighted sum: near + y (far - near), y <= 1/2 inside
-// [0, 1]. Where the difference is not finite the weighted sum is taken instead.
+// Works from the nearer image, so that the error stays within the weighted sum: near + y (far - near), y <=
+// 1/2 inside [0, 1]. Where the difference is not finite the weighted sum is taken instead.
 struct InterpolateKernel {
   float y;       // weight of the far image
   float rest;    // 1 - y
@@ -79,7 +79,8 @@ OpInfo InterpolateInfo() {
   info.inputs = 2;
   info.summary = "Interpolate or extrapolate between two images";
   info.help =
-      "(1 - X) * first + X * second, every channel. X = 0 and X = 1 return the first and the second image bit for bit, X "
+      "(1 - X) * first + X * second, every channel. X = 0 and X = 1 return the first and the second image "
+      "bit for bit, X "
       "outside [0,1] extrapolates; equal images give themselves for any X. FLT_MAX and -FLT_MAX meet at 0. "
       "Source: spec/color.md, interpolate / extrapolate.";
   info.bound = "4 u (|(1-X) first| + |X second|)";

@@ -9,7 +9,8 @@ OpInfo LuminanceInfo() {
   info.family = "color";
   info.summary = "Grey image of the weighted luminance";
   info.help =
-      "R = G = B = wR R + wG G + wB B; alpha and further channels are kept. The weights are divided by their sum; "
+      "R = G = B = wR R + wG G + wB B; alpha and further channels are kept. The weights are divided by their "
+      "sum; "
       "a sum near 0 is refused. Source: spec/color.md, luminance matrix.";
   info.bound = "4 u (|wR R| + |wG G| + |wB B|)";
   info.bound_u = 4;

@@ -44,7 +44,9 @@ HWY_EXPORT(MakeUnpremultiply);
 class PremultiplyOp final : public graph::Op {
  public:
   PremultiplyOp(bool inverse, bool has_alpha)
-      : inverse_(inverse), has_alpha_(has_alpha), parameters_(inverse ? std::any(UnpremultiplyParams()) : std::any(PremultiplyParams())) {}
+      : inverse_(inverse),
+        has_alpha_(has_alpha),
+        parameters_(inverse ? std::any(UnpremultiplyParams()) : std::any(PremultiplyParams())) {}
   std::string Name() const override { return inverse_ ? "unpremult" : "premult"; }
   graph::OpKind Kind() const override { return graph::OpKind::kColor; }
   const std::any& Parameters() const override { return parameters_; }
@@ -77,7 +79,8 @@ OpInfo PremultiplyInfo() {
   info.family = "color";
   info.summary = "Multiply R,G,B by alpha";
   info.help =
-      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept. An image without alpha is returned unchanged. "
+      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept. An image without alpha is returned "
+      "unchanged. "
       "Source: as oiiotool --premult, spec/color.md, premultiplied alpha.";
   info.bound = "u |result|";
   info.bound_u = 1;
@@ -92,12 +95,16 @@ OpInfo UnpremultiplyInfo() {
   info.family = "color";
   info.summary = "Divide R,G,B by alpha";
   info.help =
-      "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may divide to "
-      "infinity, a NaN alpha gives NaN. Alpha and further channels are kept. An image without alpha is returned "
+      "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may "
+      "divide to "
+      "infinity, a NaN alpha gives NaN. Alpha and further channels are kept. An image without alpha is "
+      "returned "
       "unchanged. Source: as oiiotool --unpremult.";
   info.bound = "u |result|";
   info.bound_u = 1;
-  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Unpremultiply(in[0]); };
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
+    return Unpremultiply(in[0]);
+  };
   info.examples = {""};
   return info;
 }

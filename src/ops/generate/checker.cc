@@ -111,15 +111,18 @@ ParamInfo SideModifier(const char* name, const char* help) {
 OpInfo CheckerInfo() {
   OpInfo info = GeneratorRow("checker", "Checkerboard of two colours");
   info.help =
-      "Rectangles of width= x height= pixels; the one that holds pixel (0, 0) has color1. A colour of one value "
-      "serves every channel; channels beyond a longer list get 0 in color1 and 1 in color2, values beyond the last "
-      "channel are ignored, as oiiotool's --pattern checker. Left of and above the origin the squares go on at the "
+      "Rectangles of width= x height= pixels; the one that holds pixel (0, 0) has color1. A colour of one "
+      "value "
+      "serves every channel; channels beyond a longer list get 0 in color1 and 1 in color2, values beyond "
+      "the last "
+      "channel are ignored, as oiiotool's --pattern checker. Left of and above the origin the squares go on "
+      "at the "
       "same size (oiiotool 2.4 repeats a column there).";
   info.bound = "1 rounding of each constant";
   info.bound_u = 1;
-  info.modifiers = {ColorModifier("color1", "0", "colour at the origin"),
-                    ColorModifier("color2", "1", "the other colour"), SideModifier("width", "pixels of a square"),
-                    SideModifier("height", "pixels of a square")};
+  info.modifiers = {
+      ColorModifier("color1", "0", "colour at the origin"), ColorModifier("color2", "1", "the other colour"),
+      SideModifier("width", "pixels of a square"), SideModifier("height", "pixels of a square")};
   info.make = [](std::span<const Node>, const Arguments& a, const ImageSpec* output) {
     return Checker(*output, {.color1 = a.Numbers("color1"),
                              .color2 = a.Numbers("color2"),
@@ -137,9 +140,11 @@ namespace tessera {
 Node Checker(const ImageSpec& spec, const CheckerParams& params) {
   ops::RequireConstants("checker:color1", params.color1);
   ops::RequireConstants("checker:color2", params.color2);
-  if (std::min(params.width, params.height) < 1 || std::max(params.width, params.height) > ops::kLongestSide) {
-    throw Error("checker", "found squares of " + std::to_string(params.width) + "x" + std::to_string(params.height) +
-                               " pixels, expected sides from 1 to " + std::to_string(ops::kLongestSide));
+  if (std::min(params.width, params.height) < 1 ||
+      std::max(params.width, params.height) > ops::kLongestSide) {
+    throw Error("checker", "found squares of " + std::to_string(params.width) + "x" +
+                               std::to_string(params.height) + " pixels, expected sides from 1 to " +
+                               std::to_string(ops::kLongestSide));
   }
   return graph::MakeNode(std::make_shared<const ops::CheckerOp>("checker", spec, params), {});
 }

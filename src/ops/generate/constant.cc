@@ -67,7 +67,8 @@ ParamInfo ColorModifier(const char* name, const char* default_value, const char*
 OpInfo ConstantInfo() {
   OpInfo info = GeneratorRow("constant", "One colour everywhere");
   info.help =
-      "color= holds a value per channel; one value serves every channel, channels beyond the list get 1, values "
+      "color= holds a value per channel; one value serves every channel, channels beyond the list get 1, "
+      "values "
       "beyond the last channel are ignored, as oiiotool's --pattern constant.";
   info.bound = "1 rounding of each constant";
   info.bound_u = 1;
@@ -83,7 +84,9 @@ OpInfo CreateInfo() {
   OpInfo info = GeneratorRow("create", "A black image");
   info.help = "Every channel, alpha included, is 0, as oiiotool's --create.";
   info.bound = "exact";
-  info.make = [](std::span<const Node>, const Arguments&, const ImageSpec* output) { return Create(*output); };
+  info.make = [](std::span<const Node>, const Arguments&, const ImageSpec* output) {
+    return Create(*output);
+  };
   info.examples = {""};
   return info;
 }

@@ -28,7 +28,8 @@ struct RampStage final : graph::PointStage {
     const s::D d;
     const int step = static_cast<int>(hn::Lanes(d));
     const float t = static_cast<float>((2.0 * (int64_t{args.y} - y0) + 1) / (2.0 * height));
-    // (2 x + 1) / (2 width): numerator and denominator are floats exactly up to 2^24, so the quotient is rounded once.
+    // (2 x + 1) / (2 width): numerator and denominator are floats exactly up to 2^24, so the quotient is
+    // rounded once.
     const s::V divisor = hn::Set(d, 2.0f * static_cast<float>(width));
     const auto first = hn::Set(s::DI(), args.x - x0);
     for (int c = 0; c < 4; ++c) {
@@ -77,8 +78,10 @@ class RampOp final : public GeneratorOp<RampParams> {
 OpInfo RampInfo() {
   OpInfo info = GeneratorRow("ramp", "Pixel coordinates s, t in [0,1] as colours");
   info.help =
-      "Channel 0 is s = (x + 1/2) / width, channel 1 is t = (y + 1/2) / height, channel 2 is 0, channel 3 and all "
-      "further ones are 1: the coloured quad that starts every pixel-texture algorithm. x (right) and y (down) count "
+      "Channel 0 is s = (x + 1/2) / width, channel 1 is t = (y + 1/2) / height, channel 2 is 0, channel 3 "
+      "and all "
+      "further ones are 1: the coloured quad that starts every pixel-texture algorithm. x (right) and y "
+      "(down) count "
       "from the display window's corner, width and height are the display window's.";
   info.bound = "1 rounding up to 2^23 pixels across, 3 beyond: 3 u * |result|";
   info.bound_u = 3;
