@@ -31,8 +31,8 @@ struct BoundStep {
 };
 
 // The length of the next block: whole blocks, then whole groups, then a tail shorter than a group.
-int BlockLength(int left) {
-  if (left >= kBlockPixels) return kBlockPixels;
+int BlockLength(int left, int block) {
+  if (left >= block) return block;
   return left >= kGroupPixels ? left / kGroupPixels * kGroupPixels : left;
 }
 
@@ -109,13 +109,18 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
     stores.push_back(store);
   }
 
+  // One step from source to sink touches no plane, so its blocks may be as long as the row: coefficients are set up
+  // once.
+  const bool no_planes = steps.size() == 1 && loads.size() == 1 && loads[0].skipped && stored;
+  const int block = no_planes ? std::max(kBlockPixels, out.roi.width() / kGroupPixels * kGroupPixels) : kBlockPixels;
+
   // Four floats a pixel is the widest fused format; a tail goes through these.
   alignas(base::kAlignment) std::byte tail_in[kGroupPixels * 16] = {};
   alignas(base::kAlignment) std::byte tail_out[kGroupPixels * 16];
   const size_t sink_pixel = 4 * PixelBytes(out.type);
   for (int y = out.roi.y0; y < out.roi.y1; ++y) {
     for (int x = out.roi.x0; x < out.roi.x1;) {
-      const int count = BlockLength(out.roi.x1 - x);
+      const int count = BlockLength(out.roi.x1 - x, block);
       const bool tail = count < kGroupPixels;
       for (const PointRun::Item& item : run.items) {
         const auto i = static_cast<size_t>(item.index);

