@@ -61,7 +61,7 @@ best() {
 }
 
 # Uncompressed files, so that the comparison is about the pixels; the pictures to look at are PNG.
-oiiotool "$image" --ch R,G,B -o "$out/before.tif"
+oiiotool "$image" --ch R,G,B --compression none -o "$out/before.tif"
 ours_ms=$(best 7 tessera "$out/before.tif" "${ours[@]}" -o "$out/tessera.tif")
 theirs_ms=$(best 7 oiiotool "$out/before.tif" "${theirs[@]}" -o "$out/oiiotool.tif")
 difference=$(oiiotool --fail 0.0040 --warn 0.0040 "$out/tessera.tif" "$out/oiiotool.tif" --diff 2>&1) ||

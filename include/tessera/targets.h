@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-// Names of the compiled targets that this CPU can run, best first: "AVX3", "AVX2", "SSE4", "EMU128".
+// Names of the compiled targets that this CPU can run, best first: "AVX3", "AVX2", "SSE4", "SCALAR".
 std::vector<std::string> SimdTargets();
 
 // The name of the one that the next evaluation uses.
