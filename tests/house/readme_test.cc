@@ -1,16 +1,17 @@
-// What the README shows must be so: its C++ lines are those of the sample, its files exist, its commands are known.
+// What the README shows must be so: its C++ lines are those of the sample, its files exist, its shell lines run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include "ops/registry.h"
 
 namespace tessera::house {
 namespace {
@@ -24,15 +25,15 @@ std::string Contents(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// The lines of the README's first fenced block of a language.
+// The lines of the README's fenced blocks of a language.
 std::vector<std::string> Block(const std::string& readme, const std::string& language) {
-  const size_t begin = readme.find("```" + language + "\n");
-  if (begin == std::string::npos) return {};
-  std::istringstream text(readme.substr(begin, readme.find("\n```", begin) - begin));
   std::vector<std::string> lines;
-  std::string line;
-  std::getline(text, line);
-  while (std::getline(text, line)) lines.push_back(line);
+  const std::string fence = "```" + language + "\n";
+  for (size_t at = readme.find(fence); at != std::string::npos; at = readme.find(fence, at + 1)) {
+    const size_t begin = at + fence.size();
+    std::istringstream text(readme.substr(begin, readme.find("\n```", begin) - begin));
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+  }
   return lines;
 }
 
@@ -64,12 +65,34 @@ TEST(ReadmeTest, FoldersOfTheTableExist) {
   EXPECT_GE(found, 10);
 }
 
-TEST(ReadmeTest, OperationsOfTheShellLinesAreRegistered) {
-  const std::string text = Contents(kRoot / "README.md");
-  for (const char* name : {"mulc", "saturate", "hue", "interp", "clamp", "mul"}) {
-    EXPECT_NE(text.find(std::string("--") + name), std::string::npos) << name;
-    EXPECT_NE(ops::FindOp(name), nullptr) << name;
+TEST(ReadmeTest, ShellLinesRun) {
+  const fs::path work = fs::path(::testing::TempDir()) / ("tessera_readme_" + std::to_string(std::random_device{}()));
+  fs::create_directories(work);
+  const auto run = [&](const std::string& arguments) {
+    const std::string line = "cd '" + work.string() + "' && '" TESSERA_PROGRAM "' -q " + arguments;
+    return std::system((line + " >output.txt 2>&1").c_str());
+  };
+  for (const char* input : {"in.exr", "a.png", "b.png", "shot.0001.exr"}) {
+    ASSERT_EQ(run(std::string("--pattern ramp 64x48 3 --addc 0.1 -o ") + input), 0) << Contents(work / "output.txt");
   }
+  for (int frame = 2; frame <= 100; ++frame) {
+    char name[16];
+    std::snprintf(name, sizeof name, "shot.%04d.exr", frame);
+    fs::copy_file(work / "shot.0001.exr", work / name);
+  }
+  int lines = 0;
+  for (const std::string& line : Block(Contents(kRoot / "README.md"), "sh")) {
+    if (line.rfind("tessera ", 0) != 0) continue;
+    ++lines;
+    EXPECT_EQ(run(line.substr(line.find(' '))), 0) << line << "\n" << Contents(work / "output.txt");
+    const size_t output = line.find("-o ");
+    ASSERT_NE(output, std::string::npos) << line;
+    std::string name = line.substr(output + 3);
+    if (const size_t digits = name.find('#'); digits != std::string::npos) name.replace(digits, 1, "0100");
+    EXPECT_TRUE(fs::exists(work / name)) << line;
+  }
+  EXPECT_EQ(lines, 5);
+  fs::remove_all(work);
 }
 
 }  // namespace
