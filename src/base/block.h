@@ -4,8 +4,8 @@
 
 namespace tessera {
 
-// 128 pixels x 4 planes x 4 bytes = 2 KB; long planar rows leave L1 and cost up to 2.7 times as much.
-inline constexpr int kBlockPixels = 128;
+// 256 pixels x 4 planes x 4 bytes = 4 KB; long planar rows leave L1 and cost up to 2.7 times as much.
+inline constexpr int kBlockPixels = 256;
 // The widest vector of any compiled target, in floats: blocks are padded to whole groups.
 inline constexpr int kGroupPixels = 16;
 static_assert(kBlockPixels % kGroupPixels == 0);

@@ -202,6 +202,9 @@ void ColorMatrixReference(const Call& call) {
   const auto entry = [&](int i, int j) {
     return p.values[static_cast<size_t>(p.transpose ? j * n + i : i * n + j)];
   };
+  // Where nothing couples alpha and colour, not even NaN passes between them.
+  bool coupled = false;
+  for (int i = 0; i < 3 && n == 4; ++i) coupled |= entry(i, 3) != 0 || entry(3, i) != 0;
   EachPixel(call, [&](const double* in, double* out, double* scale) {
     const double a = alpha >= 0 ? in[alpha] : 0;
     const double divisor = p.unpremult && alpha >= 0 && a != 0 ? a : 1;
@@ -213,6 +216,7 @@ void ColorMatrixReference(const Call& call) {
       double sum = biased ? p.values[static_cast<size_t>(n * n + j)] : 0, magnitude = std::fabs(sum);
       for (int i = 0; i < n; ++i) {
         if (i == 3 && alpha < 0) continue;
+        if (!coupled && (i == 3) != (j == 3)) continue;
         sum += pixel[i] * entry(i, j);
         magnitude += std::fabs(pixel[i] * entry(i, j));
       }

@@ -222,8 +222,14 @@ TEST_P(ColorTest, NotANumberSpreadsOnlyWhereSaid) {
   EXPECT_TRUE(std::isnan(bright[0]));
   EXPECT_EQ(bright[1], 1.0f);
   EXPECT_EQ(bright[5], kInf);
-  const Samples full = Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));
-  for (int i = 0; i < 4; ++i) EXPECT_TRUE(std::isnan(full[static_cast<size_t>(i)]));
+  const Samples coupled = Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));
+  for (size_t i = 0; i < 4; ++i) EXPECT_TRUE(std::isnan(coupled[i]));
+  // Nothing couples colour and alpha: 16 numbers or 9, NaN stays on its side.
+  const Samples apart = Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));
+  for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(std::isnan(apart[i]));
+  EXPECT_EQ(apart[3], 1.5f);
+  EXPECT_EQ(apart[8], 0.5f);
+  EXPECT_TRUE(std::isnan(apart[11]));
   const Samples clamped = Values(Clamp(Pixels(bad), {{0.1}, {1}}));
   EXPECT_EQ(clamped[0], 0.1f);
   EXPECT_EQ(clamped[5], 1.0f);

@@ -38,7 +38,8 @@ struct Degrees {
 // (R,G,B,A) + bias. An image without alpha takes part with the upper left 3x3 and the bias, as oiiotool.
 // `unpremult` divides R, G, B by alpha before and multiplies them by the same (input) alpha after; where
 // alpha is 0 it does neither. Error for other counts and for numbers that are not finite. A singular matrix
-// is legal. |error| <= 4 u (sum of |m v| + |bias|).
+// is legal. NaN and infinity pass between colour and alpha only where some entry couples them. |error| <= 4 u (sum of
+// |m v| + |bias|).
 struct ColorMatrixParams {
   std::vector<double> values;
   bool transpose = false, unpremult = false;

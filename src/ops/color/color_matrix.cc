@@ -18,7 +18,7 @@ namespace s = simd::HWY_NAMESPACE;
 // Matrix on unpremultiplied colours; the input alpha comes back at the end. Alpha 0 skips both.
 struct UnpremultipliedMatrixKernel {
   float m[4][5];
-  bool full;
+  bool full, writes_alpha;
 
   HWY_INLINE s::V Row(const s::Pixels& p, int i) const {
     const s::D d;
@@ -27,21 +27,27 @@ struct UnpremultipliedMatrixKernel {
     v = hn::MulAdd(p.b, hn::Set(d, m[i][2]), v);
     return full ? hn::MulAdd(p.a, hn::Set(d, m[i][3]), v) : v;
   }
+  HWY_INLINE s::V Alpha(const s::Pixels& p) const {
+    if (full) return Row(p, 3);
+    const s::D d;
+    return writes_alpha ? hn::MulAdd(p.a, hn::Set(d, m[3][3]), hn::Set(d, m[3][4])) : p.a;
+  }
   HWY_INLINE s::Pixels operator()(const s::Pixels& p) const {
     const s::D d;
     const s::V one = hn::Set(d, 1.0f);
     const s::V alpha = hn::IfThenElse(hn::Eq(p.a, hn::Zero(d)), one, p.a);
     const s::Pixels q{hn::Div(p.r, alpha), hn::Div(p.g, alpha), hn::Div(p.b, alpha), p.a};
     return {hn::Mul(Row(q, 0), alpha), hn::Mul(Row(q, 1), alpha), hn::Mul(Row(q, 2), alpha),
-            full ? Row(q, 3) : p.a};
+            Alpha(q)};
   }
 };
-std::unique_ptr<graph::PointStage> MakeUnpremultipliedMatrix(const double (&m)[4][5], bool full) {
+std::unique_ptr<graph::PointStage> MakeUnpremultipliedMatrix(const double (&m)[4][5], bool full,
+                                                             bool writes_alpha) {
   UnpremultipliedMatrixKernel k;
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 5; ++j) k.m[i][j] = static_cast<float>(m[i][j]);
   }
-  k.full = full;
+  k.full = full, k.writes_alpha = writes_alpha;
   return s::MakeStage<1>(k);
 }
 
@@ -67,10 +73,12 @@ class UnpremultipliedMatrixOp final : public graph::OpWith<ColorMatrixParams> {
   }
   std::string Describe() const override { return "ccmatrix unpremult"; }
   bool ReadsAlpha() const override { return true; }
-  bool WritesAlpha() const override { return affine_.structure == AffineClass::kFull; }
+  bool WritesAlpha() const override {
+    return affine_.structure == AffineClass::kFull || affine_.matrix[3][3] != 1 || affine_.matrix[3][4] != 0;
+  }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
     return HWY_DYNAMIC_DISPATCH(MakeUnpremultipliedMatrix)(affine_.matrix,
-                                                           affine_.structure == AffineClass::kFull);
+                                                           affine_.structure == AffineClass::kFull, WritesAlpha());
   }
 
  private:
@@ -85,15 +93,12 @@ OpInfo ColorMatrixInfo() {
   info.family = "color";
   info.summary = "Multiply by a colour matrix";
   info.help =
-      "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias "
-      "of "
-      "R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the "
-      "matrix, giving "
-      "the column form. An image without alpha takes part with the upper left 3x3 and the bias. unpremult=1 "
-      "divides "
-      "R,G,B by alpha before and multiplies by the same alpha after; where alpha is 0 it does neither. NaN "
-      "or infinity "
-      "in R, G or B reaches all three, and alpha too with 16 or 20 numbers. Source: spec/color.md.";
+      "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias of "
+      "R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the matrix, giving "
+      "the column form. An image without alpha takes part with the upper left 3x3 and the bias. unpremult=1 divides "
+      "R,G,B by alpha before and multiplies by the same alpha after; where alpha is 0 it does neither. NaN or infinity "
+      "in R, G or B reaches all three; it passes between colour and alpha only where some entry couples them. Source: "
+      "spec/color.md.";
   info.bound = "4 u (sum of |m v| + |bias|), 8 u with unpremult";
   info.bound_u = 8;
   ParamInfo m;
@@ -120,7 +125,9 @@ OpInfo ColorMatrixInfo() {
   info.examples = {"0.9,0.1,0,0,0.05,0.8,0.1,0,0.1,0.1,0.9,0,0,0,0,1",
                    "0.4,0.3,0.2,-0.1,0.8,0.3,0.05,0.2,1.1", "1,0.2,0,0,1,0,0.3,0,1,0.1,-0.2,0.3 transpose=1",
                    "0.5,0,0,0.1,0,0.5,0,0,0,0,0.5,0,0,0.1,0,0.9,0.1,0.2,0.3,0.05",
-                   "0.9,0.1,0,0,0.8,0.2,0.1,0,0.9 unpremult=1"};
+                   "0.9,0.1,0,0,0.8,0.2,0.1,0,0.9 unpremult=1",
+                   "0.9,0.1,0,0,0,0.8,0.2,0,0.1,0,0.9,0,0,0,0,0.5,0,0,0.1,0.2 unpremult=1",
+                   "0.7,0.2,0.1,0.1,0.2,0.7,0.1,0,0.1,0.1,0.8,0.1,0.1,0.1,0,0.8"};
   info.identity = "1,0,0,0,1,0,0,0,1";
   return info;
 }
@@ -138,13 +145,16 @@ Node ColorMatrix(const Node& image, const ColorMatrixParams& params) {
   ops::AffineParams p;
   p.channels = spec.channel_count(), p.alpha = spec.alpha;
   const size_t n = v.size() >= 16 ? 4 : 3;
-  p.structure = n == 4 && has_alpha ? ops::AffineClass::kFull : ops::AffineClass::kRgb;
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = 0; j < n; ++j) {
       if ((i == 3 || j == 3) && !has_alpha) continue;
       p.matrix[i][j] = params.transpose ? v[i * n + j] : v[j * n + i];
     }
-    if (v.size() > n * n) p.matrix[i][4] = v[n * n + i];
+    if (v.size() > n * n && (i < 3 || has_alpha)) p.matrix[i][4] = v[n * n + i];
+  }
+  p.structure = ops::AffineClass::kRgb;
+  for (int i = 0; i < 3; ++i) {
+    if (p.matrix[i][3] != 0 || p.matrix[3][i] != 0) p.structure = ops::AffineClass::kFull;
   }
   if (params.unpremult && has_alpha) {
     return graph::MakeNode(std::make_shared<const ops::UnpremultipliedMatrixOp>(params, p), {image});
