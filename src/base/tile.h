@@ -1,4 +1,4 @@
-// Float32 planes of a region: what window and gather kernels see. Rows are aligned and padded to whole vectors.
+// Float32 pixels of a region in a worker's memory, interleaved: what window and gather kernels see.
 #ifndef TESSERA_BASE_TILE_H_
 #define TESSERA_BASE_TILE_H_
 
@@ -8,30 +8,11 @@
 
 namespace tessera::base {
 
-class Tile {
- public:
-  Tile() = default;
-  // Memory comes from the arena and lives until its Reset.
-  Tile(Arena& arena, const Roi& roi, int channels);
+// How far beyond the end of a tile's row a kernel may read.
+inline constexpr ptrdiff_t kReadMargin = 64;
 
-  const Roi& roi() const { return roi_; }
-  int channels() const { return channels_; }
-  ptrdiff_t stride() const { return stride_; }  // floats between rows; a multiple of 16
-  // The row y (image coordinates) of a channel; element 0 is x = roi().x0. Up to stride() floats are readable.
-  float* Row(int channel, int y) const {
-    return data_ + (static_cast<ptrdiff_t>(channel) * roi_.height() + (y - roi_.y0)) * stride_;
-  }
-  ImageView view() const {
-    return {reinterpret_cast<std::byte*>(data_), roi_, channels_, PixelType::kFloat,
-            stride_ * 4 * roi_.height(), 4, stride_ * 4};
-  }
-
- private:
-  float* data_ = nullptr;
-  Roi roi_;
-  int channels_ = 0;
-  ptrdiff_t stride_ = 0;
-};
+// A dense tile: rows start on vector boundaries. The memory comes from the arena and lives until its Reset.
+ImageView NewTile(Arena& arena, const Roi& roi, int channels);
 
 }  // namespace tessera::base
 

@@ -28,6 +28,12 @@ int MapCoordinate(int v, int lo, int hi, Border border, bool& black) {
       k = ((k % period) + period) % period;
       return static_cast<int>(lo + (k < n ? k : period - 1 - k));
     }
+    case Border::kMirror101: {  // edge pixel shown once
+      if (n == 1) return lo;
+      const int64_t period = 2 * (n - 1);
+      k = ((k % period) + period) % period;
+      return static_cast<int>(lo + (k < n ? k : period - k));
+    }
   }
   return lo;
 }
@@ -72,28 +78,39 @@ Roi BorderSource(const Roi& wanted, const Roi& window, Border border) {
   return r.empty() ? Roi{} : r;
 }
 
-void FillWithBorder(const base::Tile& in, const Roi& window, Border border, base::Tile& out) {
-  const Roi& o = out.roi();
-  std::vector<int> column(static_cast<size_t>(o.width()));
-  std::vector<char> black_column(column.size());
-  for (int x = o.x0; x < o.x1 && !window.empty(); ++x) {
-    bool black;
-    const auto i = static_cast<size_t>(x - o.x0);
-    column[i] = MapCoordinate(x, window.x0, window.x1, border, black) - in.roi().x0;
-    black_column[i] = black;
-  }
-  for (int c = 0; c < out.channels(); ++c) {
-    for (int y = o.y0; y < o.y1; ++y) {
-      float* to = out.Row(c, y);
-      bool black = window.empty();
-      const int source_y = black ? 0 : MapCoordinate(y, window.y0, window.y1, border, black);
+void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, const ImageView& out) {
+  const Roi& o = out.roi;
+  const auto row_of = [](const auto& view, int y) { return view.data + (y - view.roi.y0) * view.row_stride; };
+  const size_t pixel = static_cast<size_t>(out.pixel_stride);
+  // The part of a row that lies inside the window is copied at once; the columns beside it one by one.
+  const int inside0 = std::clamp(window.x0, o.x0, o.x1), inside1 = std::clamp(window.x1, inside0, o.x1);
+  const auto columns = [&](int x0, int x1, const std::byte* from, std::byte* to) {
+    for (int x = x0; x < x1; ++x) {
+      bool black;
+      const int source = MapCoordinate(x, window.x0, window.x1, border, black);
+      std::byte* at = to + (x - o.x0) * out.pixel_stride;
       if (black) {
-        std::memset(to, 0, column.size() * sizeof(float));
-        continue;
+        std::memset(at, 0, pixel);
+      } else {
+        std::memcpy(at, from + (source - in.roi.x0) * in.pixel_stride, pixel);
       }
-      const float* from = in.Row(c, source_y);
-      for (size_t i = 0; i < column.size(); ++i) to[i] = black_column[i] ? 0.0f : from[column[i]];
     }
+  };
+  for (int y = o.y0; y < o.y1; ++y) {
+    std::byte* to = row_of(out, y);
+    bool black = window.empty();
+    const int source_y = black ? 0 : MapCoordinate(y, window.y0, window.y1, border, black);
+    if (black) {
+      std::memset(to, 0, pixel * static_cast<size_t>(o.width()));
+      continue;
+    }
+    const std::byte* from = row_of(in, source_y);
+    columns(o.x0, inside0, from, to);
+    if (inside1 > inside0) {
+      std::memcpy(to + (inside0 - o.x0) * out.pixel_stride, from + (inside0 - in.roi.x0) * in.pixel_stride,
+                  pixel * static_cast<size_t>(inside1 - inside0));
+    }
+    columns(inside1, o.x1, from, to);
   }
 }
 

@@ -2,7 +2,6 @@
 #ifndef TESSERA_GRAPH_BORDER_H_
 #define TESSERA_GRAPH_BORDER_H_
 
-#include "base/tile.h"
 #include "graph/stage.h"
 
 namespace tessera::graph {
@@ -12,7 +11,7 @@ Roi BorderSource(const Roi& wanted, const Roi& window, Border border);
 
 // Fills `out` (any region) from `in`, which covers BorderSource(out.roi(), window, border). Border pixels are
 // copies, so a fused evaluation equals an eager one bit for bit. An empty window gives zeros.
-void FillWithBorder(const base::Tile& in, const Roi& window, Border border, base::Tile& out);
+void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, const ImageView& out);
 
 }  // namespace tessera::graph
 

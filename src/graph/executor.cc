@@ -13,8 +13,17 @@ namespace tessera::graph {
 
 TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions& options) {
   TileShape t{options.tile_width, options.tile_height};
-  int channels = 0;  // of the tiles between steps; none for a plan of point operations
-  for (size_t i = 0; i + 1 < plan.buffers.size(); ++i) channels += static_cast<int>(plan.buffers[i].channels.size());
+  int channels = 0;      // of the tiles between steps; none for a plan of point operations
+  TileSize preferred;    // the largest that any stage asks for
+  for (size_t i = 0; i + 1 < plan.buffers.size(); ++i) {
+    channels += static_cast<int>(plan.buffers[i].channels.size());
+    if (!plan.buffers[i].tile) continue;
+    const TileSize size = plan.buffers[i].tile->stage->Preferred();
+    preferred.width = std::max(preferred.width, size.width);
+    preferred.height = std::max(preferred.height, size.height);
+  }
+  if (t.width <= 0) t.width = preferred.width;
+  if (t.height <= 0) t.height = preferred.height;
   if (channels == 0) {
     // Wide rows: blocks go from source to sink, so that only the prefetcher sees the tile's shape.
     constexpr int kPixels = 1 << 15;
@@ -23,9 +32,10 @@ TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions&
   } else {
     // Fat strips whose tiles stay within half of a 1 MB L2; halos are a small share of them.
     constexpr int64_t kFloats = (1 << 19) / 4;
+    constexpr int64_t kStep = 128;
     if (t.height <= 0) t.height = 64;
     if (t.width <= 0) {
-      t.width = static_cast<int>(std::max<int64_t>(kBlockPixels, kFloats / channels / t.height / kBlockPixels * kBlockPixels));
+      t.width = static_cast<int>(std::max<int64_t>(kStep, kFloats / channels / t.height / kStep * kStep));
     }
   }
   t.width = std::min(t.width, std::max(1, roi.width()));

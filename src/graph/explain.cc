@@ -6,7 +6,10 @@
 #include <string>
 
 #include "graph/executor.h"
+#include "graph/optimize.h"
 #include "graph/plan.h"
+#include "graph/topology.h"
+#include "graph/whole.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
 
@@ -14,6 +17,28 @@ namespace tessera {
 namespace {
 
 using namespace graph;  // NOLINT: this file is about nothing else
+
+// Nothing is computed for a plan that is only printed.
+class NoPrepass final : public Prepass, public Workers {
+ public:
+  double Statistic(const Node&, const StatisticRequest&) override {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  ConstImageView Whole(const Node& input) override {
+    ImageSpec spec = input.spec();
+    spec.type = PixelType::kFloat;
+    images_.emplace_back(std::move(spec));
+    return images_.back().view();
+  }
+  const Workers& workers() const override { return *this; }
+  int count() const override { return 1; }
+  void For(int64_t n, const std::function<void(int64_t, int)>& task) const override {
+    for (int64_t i = 0; i < n; ++i) task(i, 0);
+  }
+
+ private:
+  std::vector<Image> images_;
+};
 
 std::string ChannelNames(const ImageSpec& spec, const std::vector<bool>& wanted) {
   std::string s;
@@ -44,10 +69,17 @@ void DescribeRun(const Plan& plan, const PointRun& run, bool last, std::string& 
 }  // namespace
 
 std::string Explain(const Node& node, PixelType type, const RenderOptions& options) {
-  // Statistics are not computed for a plan that is only printed.
-  const Plan plan = MakePlan(node, options.optimize, [](const Node&, const StatisticRequest&) {
-    return std::numeric_limits<double>::quiet_NaN();
-  });
+  std::vector<std::string> passes;
+  int operations = 0;
+  for (const Node& n : TopologicalOrder(node)) operations += n.data()->op->Kind() != OpKind::kSource;
+  const auto pretend = [&passes](const Node& n) {
+    passes.push_back(n.data()->op->Describe() + " on the whole image");
+    ImageSpec spec = n.spec();
+    spec.type = PixelType::kFloat;
+    return Image(std::move(spec));
+  };
+  NoPrepass none;
+  const Plan plan = MakePlan(ResolveWhole(options.optimize ? Optimize(node) : node, pretend), operations, none);
   const Roi& roi = plan.spec.data_window;
   std::string text;
   for (size_t k = 0; k < plan.sources.size(); ++k) {
@@ -58,9 +90,8 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
             "\n";
   }
   int pass = 1;
-  for (const std::string& statistic : plan.statistics) {
-    text += "pass " + std::to_string(pass++) + ": " + statistic + "\n";
-  }
+  passes.insert(passes.end(), plan.prepasses.begin(), plan.prepasses.end());
+  for (const std::string& before : passes) text += "pass " + std::to_string(pass++) + ": " + before + "\n";
   text += "pass " + std::to_string(pass) + ": " + std::to_string(plan.operations) + " operations, target " + SimdTarget() + "\n";
   for (size_t i = 0; i < plan.buffers.size(); ++i) {
     const Buffer& b = plan.buffers[i];

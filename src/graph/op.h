@@ -24,7 +24,8 @@ enum class OpKind {
   kColor,    // point operation on the first three channels and alpha together (matrix); others pass through
   kShuffle,  // renames, selects or appends channels; no arithmetic (ChannelMap)
   kCrop,     // changes windows only; new pixels, if any, are zero
-  kTile,     // needs a neighbourhood or any other region of its inputs (TileStage)
+  kTile,     // needs a neighbourhood or any other region of its inputs, or makes pixels in rows (TileStage)
+  kWhole,    // computes the whole result from whole inputs (WholeStage); costs memory for all of them
 };
 
 // Where a channel of a kShuffle's result comes from: channel `channel` of input `input`, or, when input is -1,
@@ -41,6 +42,10 @@ struct StageContext {
   const ImageSpec& output;
   int channels[4];
   std::span<const double> statistics;  // one per StatisticRequest of the op
+  // One per input: the whole data window as dense float pixels where the op NeedsWhole(k) or is kWhole, else no data.
+  // The pixels stay as long as the stage.
+  std::span<const ConstImageView> whole;
+  const Workers& workers;              // for costly preparation
 };
 
 // A number the op needs about a whole input before its stage can be made; computed in a pass of its own with
@@ -71,6 +76,12 @@ class Op {
     return nullptr;
   }
   virtual std::vector<StatisticRequest> Statistics() const { return {}; }
+  // Whether input `k` must be in memory whole before the stage is made (a table, a warp's source). A point stage sees
+  // zero planes for it, a tile stage the whole image.
+  virtual bool NeedsWhole(int k) const {
+    (void)k;
+    return false;
+  }
   // kChannel, kColor: the point stage on four planes.
   virtual std::unique_ptr<PointStage> MakePointStage(const StageContext&) const { return nullptr; }
   // kColor: whether alpha is read / written. A stage that does not write alpha passes plane 3 on, bit for bit. One
@@ -79,6 +90,8 @@ class Op {
   virtual bool WritesAlpha() const { return false; }
   // kTile.
   virtual std::unique_ptr<TileStage> MakeTileStage(const StageContext&) const { return nullptr; }
+  // kWhole.
+  virtual std::unique_ptr<WholeStage> MakeWholeStage(const StageContext&) const { return nullptr; }
   // kTile: channels of `input` needed for the channels of the result (true = needed); default all.
   virtual std::vector<bool> NeededChannels(int input, const std::vector<bool>& result, const ImageSpec& in) const {
     (void)input, (void)result;

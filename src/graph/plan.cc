@@ -2,11 +2,11 @@
 #include "graph/plan.h"
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 #include <unordered_map>
 
 #include "graph/border.h"
-#include "graph/optimize.h"
 #include "graph/run_builder.h"
 #include "graph/topology.h"
 
@@ -18,24 +18,40 @@ class GrowStage final : public TileStage {
  public:
   Roi InputRoi(int, const Roi& out) const override { return out; }
   Border InputBorder(int) const override { return Border::kBlack; }
-  void Run(std::span<const base::Tile* const> in, base::Tile& out, base::Arena&) const override {
-    for (int c = 0; c < out.channels(); ++c) {
-      for (int y = out.roi().y0; y < out.roi().y1; ++y) {
-        const float* from = in[0]->Row(c, y) + (out.roi().x0 - in[0]->roi().x0);
-        std::copy_n(from, out.roi().width(), out.Row(c, y));
-      }
+  void Run(const TileArgs& args) const override {
+    const Roi& roi = args.out.roi;
+    for (int y = roi.y0; y < roi.y1; ++y) {
+      std::memcpy(args.out.At(roi.x0, y), args.in[0].At(roi.x0, y),
+                  static_cast<size_t>(args.out.pixel_stride) * static_cast<size_t>(roi.width()));
     }
   }
 };
 
+// The load of a run that does nothing but hand on all that was loaded, in order; null for any other run.
+const PlaneLoad* OnlyLoads(const PointRun& run) {
+  if (!run.steps.empty() || run.loads.empty()) return nullptr;
+  for (size_t c = 0; c < run.result.size(); ++c) {
+    const size_t l = c / 4, p = c % 4;
+    if (l >= run.loads.size()) return nullptr;
+    const PlaneLoad& load = run.loads[l];
+    if (load.from_tile != run.loads[0].from_tile || load.index != run.loads[0].index) return nullptr;
+    if (load.channel[p] != static_cast<int>(c) || load.plane[p] != run.result[c]) return nullptr;
+  }
+  return &run.loads[0];
+}
+
 class Planner {
  public:
-  Planner(const Node& root, const StatisticFunction& statistic) : statistic_(statistic) {
-    graph_.nodes = TopologicalOrder(root);
+  Planner(const Node& root, Prepass& prepass) : prepass_(prepass) {
+    const auto follow = [](const NodeData& d, int k) { return !d.op->NeedsWhole(k); };
+    graph_.nodes = TopologicalOrder(root, follow);
     for (size_t i = 0; i < graph_.nodes.size(); ++i) index_[graph_.nodes[i].data()] = static_cast<int>(i);
     for (const Node& node : graph_.nodes) {
+      const NodeData& d = *node.data();
       std::vector<int>& in = graph_.inputs.emplace_back();
-      for (const Node& input : node.data()->inputs) in.push_back(index_.at(input.data()));
+      for (size_t k = 0; k < d.inputs.size(); ++k) {
+        in.push_back(follow(d, static_cast<int>(k)) ? index_.at(d.inputs[k].data()) : -1);
+      }
     }
     FindNeededChannels();
     FindOwners();
@@ -58,7 +74,12 @@ class Planner {
       if (IsTile(i)) {
         buffer.tile = MakeTileStep(plan, i);
       } else {
-        buffer.run = BuildRun(graph_, i, buffer.channels, StatisticsOf(plan));
+        buffer.run = BuildRun(graph_, i, buffer.channels, prepass_, plan.prepasses);
+        const PlaneLoad* const load = OnlyLoads(*buffer.run);
+        if (load != nullptr && !load->from_tile &&
+            plan.sources[Z(load->index)].source->spec().channel_count() == static_cast<int>(buffer.channels.size())) {
+          buffer.same_as_source = load->index;
+        }
       }
       graph_.buffer[Z(i)] = static_cast<int>(plan.buffers.size());
       plan.buffers.push_back(std::move(buffer));
@@ -69,6 +90,7 @@ class Planner {
       last.window = plan.buffers.back().window;
       last.channels = plan.buffers.back().channels;
       last.run = BuildCopyRun(graph_, root, last.channels);
+      last.same_as_buffer = graph_.buffer[Z(root)];
       plan.buffers.push_back(std::move(last));
     }
   }
@@ -89,6 +111,7 @@ class Planner {
     for (int i = static_cast<int>(graph_.nodes.size()) - 1; i >= 0; --i) {
       for (size_t k = 0; k < graph_.inputs[Z(i)].size(); ++k) {
         const int input = graph_.inputs[Z(i)][k];
+        if (input < 0) continue;
         const std::vector<bool> needs = NeededOfInput(graph_, i, static_cast<int>(k));
         for (size_t c = 0; c < needs.size(); ++c) {
           if (needs[c]) graph_.needed[Z(input)][c] = true;
@@ -108,12 +131,16 @@ class Planner {
     for (int i = static_cast<int>(count) - 1; i >= 0; --i) {
       if (IsTile(i)) {
         resident_[Z(i)] = true;
-        for (const int input : graph_.inputs[Z(i)]) resident_[Z(input)] = true;
+        for (const int input : graph_.inputs[Z(i)]) {
+          if (input >= 0) resident_[Z(input)] = true;
+        }
         continue;
       }
       if (users[Z(i)].size() > 1 && Kind(i) != OpKind::kSource) resident_[Z(i)] = true;
       graph_.owner[Z(i)] = resident_[Z(i)] || users[Z(i)].empty() ? i : *users[Z(i)].begin();
-      for (const int input : graph_.inputs[Z(i)]) users[Z(input)].insert(graph_.owner[Z(i)]);
+      for (const int input : graph_.inputs[Z(i)]) {
+        if (input >= 0) users[Z(input)].insert(graph_.owner[Z(i)]);
+      }
     }
   }
 
@@ -130,36 +157,30 @@ class Planner {
     plan.sources.push_back(std::move(s));
   }
 
-  std::function<std::vector<double>(int)> StatisticsOf(Plan& plan) {
-    return [this, &plan](int i) {
-      std::vector<double> values;
-      for (const StatisticRequest& r : Data(i).op->Statistics()) {
-        values.push_back(statistic_(Data(i).inputs[Z(r.input)], r));
-        plan.statistics.push_back("mean of input " + std::to_string(r.input) + " of " + Data(i).op->Name());
-      }
-      return values;
-    };
-  }
-
   std::unique_ptr<TileStep> MakeTileStep(Plan& plan, int i) {
     auto step = std::make_unique<TileStep>();
     step->label = Data(i).op->Describe();
-    std::vector<ImageSpec> specs;
-    for (const int input : graph_.inputs[Z(i)]) {
-      step->in.push_back(graph_.buffer[Z(input)]);
-      step->window.push_back(Data(input).spec.data_window);
-      specs.push_back(Data(input).spec);
+    for (size_t k = 0; k < Data(i).inputs.size(); ++k) {
+      const Node& input = Data(i).inputs[k];
+      TileStep::Input in;
+      in.window = input.spec().data_window;
+      if (graph_.inputs[Z(i)][k] >= 0) {
+        in.buffer = graph_.buffer[Z(graph_.inputs[Z(i)][k])];
+      } else {
+        in.whole = prepass_.Whole(input);
+      }
+      step->in.push_back(in);
     }
     if (Grows(i)) {
       step->stage = std::make_unique<GrowStage>();
     } else {
-      const std::vector<double> statistics = StatisticsOf(plan)(i);
-      step->stage = Data(i).op->MakeTileStage({specs, Data(i).spec, {-1, -1, -1, -1}, statistics});
+      const ContextOf context(Data(i), prepass_, &plan.prepasses);
+      step->stage = Data(i).op->MakeTileStage(context.For({-1, -1, -1, -1}));
     }
     return step;
   }
 
-  const StatisticFunction& statistic_;
+  Prepass& prepass_;
   PlannedGraph graph_;
   std::unordered_map<const NodeData*, int> index_;
   std::vector<bool> resident_;
@@ -167,12 +188,35 @@ class Planner {
 
 }  // namespace
 
-Plan MakePlan(const Node& root, bool optimize, const StatisticFunction& statistic) {
+ContextOf::ContextOf(const NodeData& data, Prepass& prepass, std::vector<std::string>* prepasses)
+    : data_(data), workers_(prepass.workers()) {
+  const auto note = [&](const std::string& what, int input) {
+    if (prepasses == nullptr) return;
+    prepasses->push_back(what + " of input " + std::to_string(input) + " of " + data.op->Name());
+  };
+  for (const StatisticRequest& r : data.op->Statistics()) {
+    statistics_.push_back(prepass.Statistic(data.inputs[static_cast<size_t>(r.input)], r));
+    note("mean", r.input);
+  }
+  for (size_t k = 0; k < data.inputs.size(); ++k) {
+    const int input = static_cast<int>(k);
+    specs_.push_back(data.inputs[k].spec());
+    const bool whole = data.op->Kind() == OpKind::kWhole || data.op->NeedsWhole(input);
+    whole_.push_back(whole ? prepass.Whole(data.inputs[k]) : ConstImageView());
+    if (whole) note("all", input);
+  }
+}
+
+StageContext ContextOf::For(const std::array<int, 4>& channels) const {
+  return {specs_, data_.spec, {channels[0], channels[1], channels[2], channels[3]}, statistics_, whole_, workers_};
+}
+
+Plan MakePlan(const Node& root, int operations, Prepass& prepass) {
   Plan plan;
   plan.spec = root.spec();
-  for (const Node& node : TopologicalOrder(root)) plan.operations += node.data()->op->Kind() != OpKind::kSource;
-  plan.root = optimize ? Optimize(root) : root;
-  Planner(plan.root, statistic).Fill(plan);
+  plan.operations = operations;
+  plan.root = root;
+  Planner(plan.root, prepass).Fill(plan);
   return plan;
 }
 
@@ -193,12 +237,13 @@ Regions RequiredRegions(const Plan& plan, const Roi& out) {
         }
       }
     } else {
+      const TileStage& stage = *buffer.tile->stage;
       for (size_t k = 0; k < buffer.tile->in.size(); ++k) {
-        const auto input = static_cast<size_t>(buffer.tile->in[k]);
+        const TileStep::Input& in = buffer.tile->in[k];
+        if (in.buffer < 0 || r.buffers[i].empty()) continue;
         const int n = static_cast<int>(k);
-        r.buffers[input] = Union(r.buffers[input], BorderSource(buffer.tile->stage->InputRoi(n, r.buffers[i]),
-                                                                buffer.tile->window[k],
-                                                                buffer.tile->stage->InputBorder(n)));
+        Roi& wanted = r.buffers[static_cast<size_t>(in.buffer)];
+        wanted = Union(wanted, BorderSource(stage.InputRoi(n, r.buffers[i]), in.window, stage.InputBorder(n)));
       }
     }
   }

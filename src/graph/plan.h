@@ -51,10 +51,14 @@ struct PointRun {
 
 // A window or gather operation: tiles to a tile.
 struct TileStep {
+  struct Input {
+    int buffer = -1;                    // -1: wanted whole
+    Roi window;                         // its data window
+    ConstImageView whole;
+  };
   std::unique_ptr<TileStage> stage;
   std::string label;
-  std::vector<int> in;                  // buffers
-  std::vector<Roi> window;              // data window of every input
+  std::vector<Input> in;
 };
 
 // A materialised result inside a tile; the last one is the plan's result.
@@ -63,6 +67,8 @@ struct Buffer {
   std::vector<int> channels;            // node channels held, in tile order
   std::unique_ptr<PointRun> run;        // exactly one of the two makes it
   std::unique_ptr<TileStep> tile;
+  int same_as_source = -1;              // the run only hands on all channels of this source: its pixels may serve
+  int same_as_buffer = -1;              // the run only stores this buffer: it may be computed where it is stored
 };
 
 struct PlannedSource {
@@ -77,14 +83,37 @@ struct Plan {
   ImageSpec spec;                       // of the result
   std::vector<PlannedSource> sources;
   std::vector<Buffer> buffers;
-  std::vector<std::string> statistics;  // what was computed beforehand, for Explain
+  std::vector<std::string> prepasses;   // what was computed beforehand, for Explain
   int operations = 0;                   // nodes before optimisation
 };
 
-// Computes a statistic of a node; called while planning.
-using StatisticFunction = std::function<double(const Node& input, const StatisticRequest&)>;
+// What planning must know of the pixels themselves; Explain makes it up.
+class Prepass {
+ public:
+  virtual ~Prepass() = default;
+  virtual double Statistic(const Node& input, const StatisticRequest& request) = 0;
+  // All of a node as dense float pixels, which stay as long as the Prepass.
+  virtual ConstImageView Whole(const Node& input) = 0;
+  virtual const Workers& workers() const = 0;
+};
 
-Plan MakePlan(const Node& root, bool optimize, const StatisticFunction& statistic);
+// An op's context, its statistics and whole inputs taken from `prepass`. Owns what the context refers to.
+class ContextOf {
+ public:
+  ContextOf(const NodeData& data, Prepass& prepass, std::vector<std::string>* prepasses = nullptr);
+  StageContext For(const std::array<int, 4>& channels) const;
+
+ private:
+  const NodeData& data_;
+  const Workers& workers_;
+  std::vector<ImageSpec> specs_;
+  std::vector<double> statistics_;
+  std::vector<ConstImageView> whole_;
+};
+
+// `root` is optimised and free of kWhole nodes (whole.h); `operations` counts what it was made from. What `prepass`
+// gives must outlive the plan.
+Plan MakePlan(const Node& root, int operations, Prepass& prepass);
 
 // The region of every buffer and source needed for `out` of the result. Source regions are within their windows.
 struct Regions {

@@ -1,13 +1,17 @@
-// Evaluation: statistics first, then the plan over tiles or bands.
+// Evaluation: what needs whole images first, then the plan over tiles or bands.
 #include "graph/render.h"
 
 #include <chrono>
-#include <cmath>
-#include <limits>
+#include <unordered_map>
+#include <utility>
 
 #include "graph/executor.h"
+#include "graph/optimize.h"
 #include "graph/plan.h"
 #include "graph/statistics.h"
+#include "graph/topology.h"
+#include "graph/whole.h"
+#include "sched/scheduler.h"
 
 namespace tessera {
 namespace graph {
@@ -35,33 +39,111 @@ bool AllResident(const Plan& plan) {
   return true;
 }
 
-// Runs the whole plan; one of `out` and `sink`.
-void Evaluate(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options, RunStats* stats) {
-  const auto statistic = [&](const Node& input, const StatisticRequest& request) {
-    PassTimer timer(stats, "mean");
+class SchedulerWorkers final : public Workers {
+ public:
+  explicit SchedulerWorkers(const RenderOptions& options)
+      : shuffle_(options.shuffle_tiles), threads_(shuffle_ ? 1 : sched::ThreadCount(options.threads)) {}
+  int count() const override { return threads_; }
+  void For(int64_t n, const std::function<void(int64_t, int)>& task) const override {
+    if (shuffle_) {
+      sched::ShuffledFor(n, 1, task);
+    } else {
+      sched::ParallelFor(n, threads_, task);
+    }
+  }
+
+ private:
+  bool shuffle_;
+  int threads_;
+};
+
+// One evaluation: what must be known or computed beforehand, then the plan.
+class Evaluation final : public Prepass {
+ public:
+  Evaluation(const RenderOptions& options, RunStats* stats)
+      : options_(options), quiet_(options), stats_(stats), workers_(options) {
+    quiet_.progress = nullptr;
+  }
+
+  // One of `out` and `sink`.
+  void Run(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
+    int operations = 0;
+    for (const Node& n : TopologicalOrder(node)) operations += n.data()->op->Kind() != OpKind::kSource;
+    Node root = options_.optimize ? Optimize(node) : node;
+    const auto compute = [this](const Node& n) {
+      ImageSpec spec = n.spec();
+      spec.type = PixelType::kFloat;
+      Image image(std::move(spec));
+      RunWhole(n, image.view());
+      return image;
+    };
+    if (root.data()->op->Kind() == OpKind::kWhole && out != nullptr && IsDenseFloat(*out) &&
+        out->roi == root.spec().data_window) {
+      RunWhole(ResolveInputs(root, compute), *out);
+      return;
+    }
+    root = ResolveWhole(root, compute);
+    const Plan plan = MakePlan(root, operations, *this);
+    PassTimer timer(stats_, sink != nullptr ? "stream" : "render");
+    if (out != nullptr && AllResident(plan)) {
+      RunResident(plan, *out, options_);
+    } else {
+      RunBands(plan, roi, type, out, sink, options_);
+    }
+    timer.Stop(roi.pixels(), BytesMoved(plan, roi, type));
+  }
+
+  double Statistic(const Node& input, const StatisticRequest& request) override {
+    PassTimer timer(stats_, "mean");
     MeanSink mean(request.weights);
-    RenderOptions quiet = options;
-    quiet.progress = nullptr;
     const Node color = ColorOf(input);
-    Evaluate(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean, quiet, nullptr);
+    Evaluation(quiet_, nullptr).Run(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean);
     timer.Stop(input.spec().data_window.pixels(), input.spec().data_window.pixels() * 12);
     return mean.Mean();
-  };
-  const Plan plan = MakePlan(node, options.optimize, statistic);
-  PassTimer timer(stats, sink != nullptr ? "stream" : "render");
-  if (out != nullptr && AllResident(plan)) {
-    RunResident(plan, *out, options);
-  } else {
-    RunBands(plan, roi, type, out, sink, options);
   }
-  timer.Stop(roi.pixels(), BytesMoved(plan, roi, type));
-}
+
+  ConstImageView Whole(const Node& input) override {
+    if (input.data()->op->Kind() == OpKind::kSource) {
+      const auto view = static_cast<const SourceOp&>(*input.data()->op).source().View();
+      if (view && IsDenseFloat(*view)) return *view;
+    }
+    const auto [it, fresh] = whole_.try_emplace(input.data());
+    if (fresh) {
+      ImageSpec spec = input.spec();
+      spec.type = PixelType::kFloat;
+      const Image image(std::move(spec));
+      const ImageView view = image.view();
+      Evaluation(quiet_, stats_).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
+      it->second = {input, image};
+    }
+    return it->second.second.view();
+  }
+  const Workers& workers() const override { return workers_; }
+
+ private:
+  void RunWhole(const Node& node, const ImageView& out) {
+    if (out.roi.empty()) return;
+    const NodeData& d = *node.data();
+    const ContextOf context(d, *this);
+    const StageContext& c = context.For({-1, -1, -1, -1});
+    PassTimer timer(stats_, d.op->Name());
+    d.op->MakeWholeStage(c)->Run(c.whole, out, workers_);
+    int64_t bytes = out.roi.pixels() * out.pixel_stride;
+    for (const ConstImageView& in : c.whole) bytes += in.roi.pixels() * in.pixel_stride;
+    timer.Stop(out.roi.pixels(), bytes);
+  }
+
+  const RenderOptions& options_;
+  RenderOptions quiet_;
+  RunStats* stats_;
+  SchedulerWorkers workers_;
+  std::unordered_map<const NodeData*, std::pair<Node, Image>> whole_;  // the node keeps its address taken
+};
 
 }  // namespace
 
 void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderOptions& options, RunStats* stats) {
-  Evaluate(node, node.spec().data_window, type, nullptr, &sink, options, stats);
+  Evaluation(options, stats).Run(node, node.spec().data_window, type, nullptr, &sink);
 }
 
 }  // namespace graph
@@ -81,7 +163,7 @@ void RenderInto(const Node& node, const ImageView& out, const RenderOptions& opt
     throw Error("render", "the output has " + std::to_string(out.channels) + " channels, expected " +
                               std::to_string(spec.channel_count()));
   }
-  graph::Evaluate(node, out.roi, out.type, &out, nullptr, options, stats);
+  graph::Evaluation(options, stats).Run(node, out.roi, out.type, &out, nullptr);
 }
 
 }  // namespace tessera

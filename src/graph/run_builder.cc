@@ -32,12 +32,13 @@ class RunBuilder {
  public:
   RunBuilder(const PlannedGraph& graph, int root) : graph_(graph), root_(root) {}
 
-  void Emit(const std::function<std::vector<double>(int)>& statistics) {
+  void Emit(Prepass& prepass, std::vector<std::string>& prepasses) {
     for (int i = 0; i <= root_; ++i) {
       if (graph_.owner[Z(i)] != root_) continue;
       switch (Data(i).op->Kind()) {
         case OpKind::kSource:
         case OpKind::kTile:
+        case OpKind::kWhole:
           break;  // loaded where used
         case OpKind::kShuffle:
           Shuffle(i);
@@ -48,10 +49,10 @@ class RunBuilder {
           }
           break;
         case OpKind::kChannel:
-          ChannelOp(i, statistics(i));
+          ChannelOp(i, ContextOf(Data(i), prepass, &prepasses));
           break;
         case OpKind::kColor:
-          ColorOp(i, statistics(i));
+          ColorOp(i, ContextOf(Data(i), prepass, &prepasses));
           break;
       }
     }
@@ -115,11 +116,11 @@ class RunBuilder {
     return plane;
   }
 
-  void ChannelOp(int i, const std::vector<double>& statistics) {
+  void ChannelOp(int i, const ContextOf& context) {
     const std::vector<ImageSpec> specs = InputSpecs(i);
     for (int base = 0; base < Channels(i); base += 4) {
       PointStep step;
-      StageContext context{specs, Data(i).spec, {-1, -1, -1, -1}, statistics};
+      std::array<int, 4> channels = {-1, -1, -1, -1};
       step.in.assign(specs.size(), {kZeroPlane, kZeroPlane, kZeroPlane, kZeroPlane});
       bool any = false;
       for (int p = 0; p < 4; ++p) {
@@ -127,20 +128,21 @@ class RunBuilder {
         step.out[Z(p)] = kDummyPlane;
         if (c >= Channels(i) || !graph_.needed[Z(i)][Z(c)]) continue;
         any = true;
-        context.channels[p] = c;
+        channels[Z(p)] = c;
         for (size_t k = 0; k < specs.size(); ++k) {
+          if (graph_.inputs[Z(i)][k] < 0) continue;
           step.in[k][Z(p)] = Plane(graph_.inputs[Z(i)][k], specs[k].channel_count() == 1 ? 0 : c);
         }
         step.out[Z(p)] = planes_[{i, c}] = NewPlane();
       }
       if (!any) continue;
-      step.stage = Data(i).op->MakePointStage(context);
+      step.stage = Data(i).op->MakePointStage(context.For(channels));
       step.label = Data(i).op->Describe();
       AddStep(std::move(step));
     }
   }
 
-  void ColorOp(int i, const std::vector<double>& statistics) {
+  void ColorOp(int i, const ContextOf& context) {
     const Op& op = *Data(i).op;
     const ImageSpec& out = Data(i).spec;
     const std::vector<ImageSpec> specs = InputSpecs(i);
@@ -162,7 +164,11 @@ class RunBuilder {
     }
     PointStep step;
     for (size_t k = 0; k < specs.size(); ++k) {
-      std::array<PlaneId, 4> in;
+      std::array<PlaneId, 4> in = {kZeroPlane, kZeroPlane, kZeroPlane, kZeroPlane};
+      if (graph_.inputs[Z(i)][k] < 0) {
+        step.in.push_back(in);
+        continue;
+      }
       for (int p = 0; p < 3; ++p) in[Z(p)] = Plane(graph_.inputs[Z(i)][k], p);
       const bool alpha = specs[k].alpha >= 0 && (op.ReadsAlpha() || pass_alpha);
       in[3] = alpha ? Plane(graph_.inputs[Z(i)][k], specs[k].alpha) : kOnePlane;
@@ -173,7 +179,7 @@ class RunBuilder {
       const bool wanted = c >= 0 && c < out.channel_count() && needed[Z(c)];
       step.out[Z(p)] = wanted ? planes_[{i, c}] = NewPlane() : kDummyPlane;
     }
-    step.stage = op.MakePointStage({specs, out, {0, 1, 2, alpha_out}, statistics});
+    step.stage = op.MakePointStage(context.For({0, 1, 2, alpha_out}));
     step.label = op.Describe();
     AddStep(std::move(step));
   }
@@ -213,7 +219,7 @@ class RunBuilder {
       if (step.in.size() == 1 && alone(step.in[0])) {
         for (size_t l = 0; l < run_->loads.size(); ++l) {
           const PlaneLoad& load = run_->loads[l];
-          if (!load.from_tile && std::equal(step.in[0].begin(), step.in[0].end(), load.plane) &&
+          if (std::equal(step.in[0].begin(), step.in[0].end(), load.plane) &&
               std::equal(load.channel, load.channel + 4, std::array{0, 1, 2, 3}.begin())) {
             step.fused_load = static_cast<int>(l);
           }
@@ -300,6 +306,7 @@ std::vector<bool> NeededOfInput(const PlannedGraph& graph, int i, int k) {
   std::vector<ImageSpec> specs;
   switch (d.op->Kind()) {
     case OpKind::kSource:
+    case OpKind::kWhole:
       break;
     case OpKind::kTile:
       return d.op->NeededChannels(k, needed, in);
@@ -339,9 +346,9 @@ std::vector<bool> NeededOfInput(const PlannedGraph& graph, int i, int k) {
 }
 
 std::unique_ptr<PointRun> BuildRun(const PlannedGraph& graph, int root, const std::vector<int>& channels,
-                                   const std::function<std::vector<double>(int)>& statistics) {
+                                   Prepass& prepass, std::vector<std::string>& prepasses) {
   RunBuilder builder(graph, root);
-  builder.Emit(statistics);
+  builder.Emit(prepass, prepasses);
   return builder.Finish(channels);
 }
 

@@ -2,8 +2,8 @@
 #ifndef TESSERA_GRAPH_RUN_BUILDER_H_
 #define TESSERA_GRAPH_RUN_BUILDER_H_
 
-#include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "graph/plan.h"
@@ -13,7 +13,7 @@ namespace tessera::graph {
 // The graph as the planner sees it: nodes in topological order and, per node, what was found out about it.
 struct PlannedGraph {
   std::vector<Node> nodes;
-  std::vector<std::vector<int>> inputs;      // node indices
+  std::vector<std::vector<int>> inputs;      // node indices; -1: wanted whole, not part of this plan
   std::vector<std::vector<bool>> needed;     // channels that somebody uses
   std::vector<int> owner;                    // the resident node whose run computes this one; -1: a tile step
   std::vector<int> buffer, source;           // index in the plan, -1 for none yet
@@ -22,9 +22,9 @@ struct PlannedGraph {
 // Channels of input `k` that node `i` needs for its own needed channels.
 std::vector<bool> NeededOfInput(const PlannedGraph& graph, int i, int k);
 
-// The run that computes `channels` of node `root`. `statistics` gives an op's statistics by node index.
+// The run that computes `channels` of node `root`. What the prepass had to do is noted in `prepasses`.
 std::unique_ptr<PointRun> BuildRun(const PlannedGraph& graph, int root, const std::vector<int>& channels,
-                                   const std::function<std::vector<double>(int)>& statistics);
+                                   Prepass& prepass, std::vector<std::string>& prepasses);
 
 // A run that only stores the tile of `node`.
 std::unique_ptr<PointRun> BuildCopyRun(const PlannedGraph& graph, int node, const std::vector<int>& channels);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/tile.h"
 #include "graph/border.h"
 
 namespace tessera::graph {
@@ -14,6 +15,17 @@ constexpr int kPlaneFloats = kBlockPixels;
 bool IsInterleavedRgba(ptrdiff_t channel_stride, ptrdiff_t pixel_stride, PixelType type) {
   const auto bytes = static_cast<ptrdiff_t>(PixelBytes(type));
   return channel_stride == bytes && pixel_stride == 4 * bytes;
+}
+
+// Whether a tile stage may be given the source's own pixels: dense floats with the margin that it may read.
+bool CanServe(const SourceView& source, const Roi& region) {
+  const ConstImageView& v = source.view;
+  if (region.empty() || source.first != 0 || !IsDenseFloat(v) || v.row_stride < v.pixel_stride * v.roi.width() ||
+      v.row_stride % 4 != 0) {
+    return false;
+  }
+  const std::byte* const end = v.At(v.roi.x1 - 1, v.roi.y1 - 1) + v.pixel_stride;
+  return v.At(region.x1 - 1, region.y1 - 1) + v.pixel_stride + base::kReadMargin <= end;
 }
 
 // A load of one run with its pixels found.
@@ -39,7 +51,7 @@ int BlockLength(int left, int block) {
 }  // namespace
 
 void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sources,
-                           const std::vector<base::Tile>& tiles, const ImageView& out, bool stream,
+                           std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                            base::Arena& arena) const {
   const auto plane_count = static_cast<size_t>(run.planes);
   float* memory = arena.Allocate<float>(plane_count * kPlaneFloats);
@@ -52,7 +64,7 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
     const PlaneLoad& planned = run.loads[l];
     BoundLoad& load = loads[l];
     const auto k = static_cast<size_t>(planned.index);
-    load.view = planned.from_tile ? ConstImageView(tiles[k].view()) : sources[k].view;
+    load.view = planned.from_tile ? tiles[k] : sources[k].view;
     const int first = planned.from_tile ? 0 : sources[k].first;
     load.args.type = load.view.type;
     load.args.pixel_stride = load.view.pixel_stride;
@@ -158,42 +170,62 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
   }
 }
 
-void TileRunner::RunTile(const TileStep& step, const std::vector<base::Tile>& tiles, base::Tile& out,
-                         base::Arena& arena) const {
-  std::vector<base::Tile> extended;
-  extended.reserve(step.in.size());
-  std::vector<const base::Tile*> in;
+void TileRunner::RunTile(const TileStep& step, std::span<const ConstImageView> tiles, const ImageView& out,
+                         bool stream, base::Arena& arena) const {
+  std::vector<ConstImageView> in;
   for (size_t k = 0; k < step.in.size(); ++k) {
-    const base::Tile& tile = tiles[static_cast<size_t>(step.in[k])];
-    const Roi wanted = step.stage->InputRoi(static_cast<int>(k), out.roi());
-    if (step.window[k].Contains(wanted)) {
-      in.push_back(&tile);
+    const TileStep::Input& input = step.in[k];
+    if (input.buffer < 0) {
+      in.push_back(input.whole);
       continue;
     }
-    extended.emplace_back(arena, wanted, tile.channels());
-    FillWithBorder(tile, step.window[k], step.stage->InputBorder(static_cast<int>(k)), extended.back());
-    in.push_back(&extended.back());
+    const ConstImageView& tile = tiles[static_cast<size_t>(input.buffer)];
+    const Roi wanted = step.stage->InputRoi(static_cast<int>(k), out.roi);
+    if (input.window.Contains(wanted)) {
+      in.push_back(tile);
+      continue;
+    }
+    const ImageView extended = base::NewTile(arena, wanted, tile.channels);
+    FillWithBorder(tile, input.window, step.stage->InputBorder(static_cast<int>(k)), extended);
+    in.push_back(extended);
   }
-  step.stage->Run(in, out, arena);
+  step.stage->Run({in, out, stream, arena});
 }
 
 void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources, const ImageView& out, bool stream,
                      base::Arena& arena) const {
   arena.Reset();
   const size_t count = plan_.buffers.size();
-  std::vector<base::Tile> tiles(count);
+  const Buffer& last = plan_.buffers.back();
+  const bool direct = last.same_as_buffer >= 0 && IsDenseFloat(out);
+  std::vector<ConstImageView> tiles(count);
   for (size_t i = 0; i + 1 < count; ++i) {
     const Buffer& buffer = plan_.buffers[i];
+    const Roi& region = regions.buffers[i];
+    const int channels = static_cast<int>(buffer.channels.size());
+    if (buffer.same_as_source >= 0) {
+      const SourceView& source = sources[static_cast<size_t>(buffer.same_as_source)];
+      if (CanServe(source, region)) {
+        tiles[i] = source.view.Sub(region);
+        continue;
+      }
+    }
+    const bool here = direct && last.same_as_buffer == static_cast<int>(i) && region == out.roi;
     // An empty tile still says how many channels it has: a border may be all that its reader sees.
-    tiles[i] = base::Tile(arena, regions.buffers[i], static_cast<int>(buffer.channels.size()));
-    if (regions.buffers[i].empty()) continue;
+    const ImageView tile = here ? out : base::NewTile(arena, region, channels);
+    tiles[i] = tile;
+    if (region.empty()) continue;
     if (buffer.run) {
-      RunPoints(*buffer.run, sources, tiles, tiles[i].view(), false, arena);
+      RunPoints(*buffer.run, sources, tiles, tile, false, arena);
     } else {
-      RunTile(*buffer.tile, tiles, tiles[i], arena);
+      RunTile(*buffer.tile, tiles, tile, here && stream, arena);
+    }
+    if (here) {
+      if (stream) simd::FlushStreams();
+      return;
     }
   }
-  RunPoints(*plan_.buffers.back().run, sources, tiles, out, stream, arena);
+  RunPoints(*last.run, sources, tiles, out, stream, arena);
   if (stream) simd::FlushStreams();
 }
 

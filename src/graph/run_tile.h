@@ -28,9 +28,9 @@ class TileRunner {
            base::Arena& arena) const;
 
  private:
-  void RunPoints(const PointRun& run, std::span<const SourceView> sources, const std::vector<base::Tile>& tiles,
+  void RunPoints(const PointRun& run, std::span<const SourceView> sources, std::span<const ConstImageView> tiles,
                  const ImageView& out, bool stream, base::Arena& arena) const;
-  void RunTile(const TileStep& step, const std::vector<base::Tile>& tiles, base::Tile& out,
+  void RunTile(const TileStep& step, std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                base::Arena& arena) const;
 
   const Plan& plan_;

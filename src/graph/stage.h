@@ -4,10 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include "base/block.h"
-#include "base/tile.h"
+#include "base/arena.h"
 #include "tessera/image.h"
 #include "tessera/roi.h"
 
@@ -48,19 +49,57 @@ class PointStage {
 };
 
 // What lies beyond an input's data window.
-enum class Border : uint8_t { kBlack, kClamp, kRepeat, kMirror };
+enum class Border : uint8_t { kBlack, kClamp, kRepeat, kMirror, kMirror101 };  // kMirror shows the edge pixel twice
+
+// Whether pixels are as tile and whole stages want them: floats, channels side by side, pixels too.
+inline bool IsDenseFloat(const ConstImageView& v) {
+  return v.type == PixelType::kFloat && v.channel_stride == 4 && v.pixel_stride == ptrdiff_t{4} * v.channels;
+}
+
+// One tile for a tile stage: float pixels, interleaved and dense (pixel stride 4 bytes x channels), rows at any stride.
+// An input may be the source's own pixels and the output the caller's.
+struct TileArgs {
+  std::span<const ConstImageView> in;  // in[k].roi contains InputRoi(k, out.roi), borders filled; 64 bytes beyond the
+                                       // end of a row may be read. An input that the op needs whole is its whole
+                                       // data window instead, without that margin
+  ImageView out;                       // nothing but its own pixels may be written
+  bool stream = false;                 // write around the cache where aligned
+  base::Arena& scratch;                // the worker's memory, released after the tile
+};
+
+// Width and height of a tile that suit a stage best; 0 leaves the choice to the planner.
+struct TileSize {
+  int width = 0, height = 0;
+};
 
 class TileStage {
  public:
   virtual ~TileStage() = default;
-  // The region of input `k` that is needed to compute `out`; may leave the data window.
+  // The region of input `k` that is needed to compute `out`; may leave the data window. Not asked for inputs that
+  // the op needs whole.
   virtual Roi InputRoi(int k, const Roi& out) const = 0;
   virtual Border InputBorder(int k) const {
     (void)k;
     return Border::kClamp;
   }
-  // Computes out.roi(); in[k] covers InputRoi(k, out.roi()), borders filled.
-  virtual void Run(std::span<const base::Tile* const> in, base::Tile& out, base::Arena& scratch) const = 0;
+  virtual TileSize Preferred() const { return {}; }
+  virtual void Run(const TileArgs& args) const = 0;
+};
+
+// Calls task(i, worker) for every i in [0, count), on Workers::count() threads; results must not depend on the order.
+class Workers {
+ public:
+  virtual ~Workers() = default;
+  virtual int count() const = 0;
+  virtual void For(int64_t count, const std::function<void(int64_t i, int worker)>& task) const = 0;
+};
+
+// An operation on whole images (recursive filters, transforms, streamlines that cross tiles).
+class WholeStage {
+ public:
+  virtual ~WholeStage() = default;
+  // in[k]: the whole data window of input k; out: the whole result. Float, interleaved and dense, any row stride.
+  virtual void Run(std::span<const ConstImageView> in, const ImageView& out, const Workers& workers) const = 0;
 };
 
 }  // namespace tessera::graph

@@ -10,25 +10,33 @@
 
 namespace tessera::graph {
 
-// Each node once. Iterative: a chain of a hundred thousand operations does not overflow the stack.
-inline std::vector<Node> TopologicalOrder(const Node& root) {
+// Each node once. Iterative: a chain of a hundred thousand operations does not overflow the stack. Inputs for which
+// follow(node data, input) is false are left out.
+template <typename Follow>
+std::vector<Node> TopologicalOrder(const Node& root, const Follow& follow) {
   std::vector<Node> order;
   std::unordered_set<const NodeData*> done;
   std::vector<std::pair<Node, size_t>> stack = {{root, 0}};
   while (!stack.empty()) {
     auto& [node, next] = stack.back();
-    if (done.count(node.data())) {
+    const NodeData& data = *node.data();
+    if (done.count(&data)) {
       stack.pop_back();
-    } else if (next < node.data()->inputs.size()) {
-      Node input = node.data()->inputs[next++];
+    } else if (next < data.inputs.size()) {
+      const size_t k = next++;
+      if (!follow(data, static_cast<int>(k))) continue;
+      Node input = data.inputs[k];
       if (!done.count(input.data())) stack.emplace_back(std::move(input), 0);
     } else {
-      done.insert(node.data());
+      done.insert(&data);
       order.push_back(node);
       stack.pop_back();
     }
   }
   return order;
+}
+inline std::vector<Node> TopologicalOrder(const Node& root) {
+  return TopologicalOrder(root, [](const NodeData&, int) { return true; });
 }
 
 }  // namespace tessera::graph

@@ -91,17 +91,18 @@ class BoxSumOp final : public graph::OpWith<BoxSum> {
       explicit Stage(const BoxSum& p) : p_(p) {}
       Roi InputRoi(int, const Roi& out) const override { return Inflate(out, p_.rx, p_.ry); }
       graph::Border InputBorder(int) const override { return p_.border; }
-      void Run(std::span<const base::Tile* const> in, base::Tile& out, base::Arena&) const override {
-        const Roi& o = out.roi();
-        for (int c = 0; c < out.channels(); ++c) {
-          for (int y = o.y0; y < o.y1; ++y) {
-            for (int x = o.x0; x < o.x1; ++x) {
+      void Run(const graph::TileArgs& args) const override {
+        const Roi& o = args.out.roi;
+        const auto at = [](const auto& view, int x, int y, int c) { return reinterpret_cast<const float*>(view.At(x, y, c)); };
+        EXPECT_TRUE(graph::IsDenseFloat(args.in[0]) && graph::IsDenseFloat(args.out));
+        for (int y = o.y0; y < o.y1; ++y) {
+          for (int x = o.x0; x < o.x1; ++x) {
+            for (int c = 0; c < args.out.channels; ++c) {
               float sum = 0;
               for (int dy = -p_.ry; dy <= p_.ry; ++dy) {
-                const float* row = in[0]->Row(c, y + dy) - in[0]->roi().x0;
-                for (int dx = -p_.rx; dx <= p_.rx; ++dx) sum += row[x + dx];
+                for (int dx = -p_.rx; dx <= p_.rx; ++dx) sum += *at(args.in[0], x + dx, y + dy, c);
               }
-              out.Row(c, y)[x - o.x0] = sum;
+              *const_cast<float*>(at(args.out, x, y, c)) = sum;
             }
           }
         }
@@ -159,12 +160,11 @@ class FlipRowsOp final : public graph::OpWith<FlipRows> {
      public:
       explicit Stage(const Roi& w) : sum_(w.y0 + w.y1) {}
       Roi InputRoi(int, const Roi& o) const override { return {o.x0, sum_ - o.y1, o.x1, sum_ - o.y0}; }
-      void Run(std::span<const base::Tile* const> in, base::Tile& out, base::Arena&) const override {
-        const Roi& o = out.roi();
-        for (int c = 0; c < out.channels(); ++c) {
-          for (int y = o.y0; y < o.y1; ++y) {
-            std::memcpy(out.Row(c, y), in[0]->Row(c, sum_ - 1 - y) + (o.x0 - in[0]->roi().x0), sizeof(float) * static_cast<size_t>(o.width()));
-          }
+      void Run(const graph::TileArgs& args) const override {
+        const Roi& o = args.out.roi;
+        for (int y = o.y0; y < o.y1; ++y) {
+          std::memcpy(args.out.At(o.x0, y), args.in[0].At(o.x0, sum_ - 1 - y),
+                      static_cast<size_t>(args.out.pixel_stride) * static_cast<size_t>(o.width()));
         }
       }
 
