@@ -58,6 +58,10 @@ float BoxSumAt(const Image& in, const BoxSum& p, int x, int y, int c) {
       while (k < 0) k += n;
       return lo + k % n;
     }
+    if (p.border == graph::Border::kMirror101) {
+      while (n > 1 && (k < 0 || k >= n)) k = k < 0 ? -k : 2 * n - 2 - k;
+      return n > 1 ? lo + k : lo;
+    }
     while (k < 0 || k >= n) k = k < 0 ? -1 - k : 2 * n - 1 - k;
     return lo + k;
   };
@@ -78,7 +82,8 @@ float BoxSumAt(const Image& in, const BoxSum& p, int x, int y, int c) {
 TEST(Engine, BordersFollowTheirDefinitionEvenBeyondTheImage) {
   for (const Roi window : {Roi{0, 0, 19, 11}, Roi{-7, 5, -4, 7}, Roi{3, 3, 4, 4}, Roi{0, 0, 1, 9}}) {
     const Image in = RandomImage(window, 2, 1);
-    for (const auto border : {graph::Border::kBlack, graph::Border::kClamp, graph::Border::kRepeat, graph::Border::kMirror}) {
+    for (const auto border : {graph::Border::kBlack, graph::Border::kClamp, graph::Border::kRepeat, graph::Border::kMirror,
+                              graph::Border::kMirror101}) {
       for (const BoxSum p : {BoxSum{1, 1, border}, BoxSum{5, 12, border}}) {
         const Image out = Render(BoxSumOf(FromImage(in), p), PixelType::kFloat, Tiles(5, 3, 1));
         for (int y = window.y0; y < window.y1; ++y) {
