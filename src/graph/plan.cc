@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <set>
 #include <unordered_map>
 
@@ -73,6 +74,7 @@ class Planner {
       }
       if (IsTile(i)) {
         buffer.tile = MakeTileStep(plan, i);
+        buffer.tile->channels = buffer.channels;
       } else {
         buffer.run = BuildRun(graph_, i, buffer.channels, prepass_, plan.prepasses);
         const PlaneLoad* const load = OnlyLoads(*buffer.run);
@@ -166,8 +168,11 @@ class Planner {
       in.window = input.spec().data_window;
       if (graph_.inputs[Z(i)][k] >= 0) {
         in.buffer = graph_.buffer[Z(graph_.inputs[Z(i)][k])];
+        in.channels = plan.buffers[Z(in.buffer)].channels;
       } else {
         in.whole = prepass_.Whole(input);
+        in.channels.resize(input.spec().channels.size());
+        std::iota(in.channels.begin(), in.channels.end(), 0);
       }
       step->in.push_back(in);
     }

@@ -55,10 +55,12 @@ struct TileStep {
     int buffer = -1;                    // -1: wanted whole
     Roi window;                         // its data window
     ConstImageView whole;
+    std::vector<int> channels;          // of its node, in the order of the pixels
   };
   std::unique_ptr<TileStage> stage;
   std::string label;
   std::vector<Input> in;
+  std::vector<int> channels;            // of the result, in the order of the pixels
 };
 
 // A materialised result inside a tile; the last one is the plan's result.

@@ -173,8 +173,10 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
 void TileRunner::RunTile(const TileStep& step, std::span<const ConstImageView> tiles, const ImageView& out,
                          bool stream, base::Arena& arena) const {
   std::vector<ConstImageView> in;
+  std::vector<std::span<const int>> in_channels;
   for (size_t k = 0; k < step.in.size(); ++k) {
     const TileStep::Input& input = step.in[k];
+    in_channels.emplace_back(input.channels);
     if (input.buffer < 0) {
       in.push_back(input.whole);
       continue;
@@ -189,7 +191,7 @@ void TileRunner::RunTile(const TileStep& step, std::span<const ConstImageView> t
     FillWithBorder(tile, input.window, step.stage->InputBorder(static_cast<int>(k)), extended);
     in.push_back(extended);
   }
-  step.stage->Run({in, out, stream, arena});
+  step.stage->Run({in, out, stream, arena, step.channels, in_channels});
 }
 
 void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources, const ImageView& out, bool stream,

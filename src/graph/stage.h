@@ -65,6 +65,8 @@ struct TileArgs {
   ImageView out;                       // nothing but its own pixels may be written
   bool stream = false;                 // write around the cache where aligned
   base::Arena& scratch;                // the worker's memory, released after the tile
+  std::span<const int> channels = {};  // which channels of the result `out` holds, in its order
+  std::span<const std::span<const int>> in_channels = {};  // the same for every input
 };
 
 // Width and height of a tile that suit a stage best; 0 leaves the choice to the planner.

@@ -41,17 +41,16 @@ HWY_INLINE V FromUnorm16(V code) {
   return hn::MulAdd(code, hn::Set(d, 0x1p-16f), hn::Mul(code, hn::Set(d, 0x1.0001p-32f)));
 }
 
-// The integer nearest to a float in [0, 65535], ties to even: adding 2^23 leaves it in the low bits. Cheaper
-// than Highway's conversions, which mend overflows that cannot happen here.
-HWY_INLINE VI NearestCode(V v) {
-  const V shifted = hn::Add(v, hn::Set(D(), 0x1p23f));
-  return hn::And(hn::BitCast(DI(), shifted), hn::Set(DI(), 0xFFFF));
-}
+// The integer nearest to a float in [0, 65535], ties to even, in the low half of each lane: adding 2^23 leaves it
+// there, below the bits kCodeBits. Cheaper than Highway's conversions, which mend overflows that cannot happen here.
+inline constexpr uint32_t kCodeBits = 0x4B000000u;
+HWY_INLINE VU NearestCodeBits(V v) { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), 0x1p23f))); }
+HWY_INLINE VI CodeOfBits(VU bits) { return hn::BitCast(DI(), hn::And(bits, hn::Set(DU(), 0xFFFFu))); }
 
 // The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to
 // 0. kScale is 256 or 65536: kScale * v - v is computed with its rounding error, which decides apparent ties.
 template <int kScale>
-HWY_INLINE VI ToUnorm(V v) {
+HWY_INLINE VU ToUnormBits(V v) {
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
   v = ClampHigh(ClampLow(v, zero), one);
@@ -65,14 +64,19 @@ HWY_INLINE VI ToUnorm(V v) {
   const auto down = hn::And(hn::Eq(rest, hn::Neg(half)), hn::Lt(error, zero));
   V code = hn::Add(nearest, hn::IfThenElseZero(up, one));
   code = hn::Sub(code, hn::IfThenElseZero(down, one));
-  return NearestCode(code);
+  return NearestCodeBits(code);
+}
+template <int kScale>
+HWY_INLINE VI ToUnorm(V v) {
+  return CodeOfBits(ToUnormBits<kScale>(v));
 }
 
 // Rounds a value already scaled to codes (clamped to [0, max], NaN to 0), ties to even.
-HWY_INLINE VI ToCode(V v, float max) {
+HWY_INLINE VU ToCodeBits(V v, float max) {
   const D d;
-  return NearestCode(ClampHigh(ClampLow(v, hn::Zero(d)), hn::Set(d, max)));
+  return NearestCodeBits(ClampHigh(ClampLow(v, hn::Zero(d)), hn::Set(d, max)));
 }
+HWY_INLINE VI ToCode(V v, float max) { return CodeOfBits(ToCodeBits(v, max)); }
 
 // binary16 bits to float and back, as the hardware does: round to nearest even, infinities kept, signalling
 // NaN made quiet, the payload's upper bits kept, subnormals exact.

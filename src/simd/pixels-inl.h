@@ -144,18 +144,37 @@ struct Samples<PixelType::kUint8> {
   static HWY_INLINE V Value(V code) { return FromUnorm8(code); }
 };
 
+// One 8-bit RGBA pixel a lane to four planes of codes and back, lane by lane.
+HWY_INLINE Pixels UnpackRgba8(VU v) {
+#if HWY_TARGET == HWY_SCALAR
+  const auto plane = [](VU x) HWY_ATTR { return hn::ConvertTo(D(), hn::BitCast(DI(), hn::And(x, hn::Set(DU(), 255u)))); };
+  return {plane(v), plane(hn::ShiftRight<8>(v)), plane(hn::ShiftRight<16>(v)), plane(hn::ShiftRight<24>(v))};
+#else
+  const hn::Repartition<uint8_t, D> d8;
+  // Byte c of every lane, the other bytes zero.
+  alignas(16) static constexpr uint8_t kPick[4][16] = {
+      {0, 128, 128, 128, 4, 128, 128, 128, 8, 128, 128, 128, 12, 128, 128, 128},
+      {1, 128, 128, 128, 5, 128, 128, 128, 9, 128, 128, 128, 13, 128, 128, 128},
+      {2, 128, 128, 128, 6, 128, 128, 128, 10, 128, 128, 128, 14, 128, 128, 128},
+      {3, 128, 128, 128, 7, 128, 128, 128, 11, 128, 128, 128, 15, 128, 128, 128}};
+  const auto bytes = hn::BitCast(d8, v);
+  const auto plane = [&](int c) HWY_ATTR {
+    return hn::ConvertTo(D(), hn::BitCast(DI(), hn::TableLookupBytesOr0(bytes, hn::LoadDup128(d8, kPick[c]))));
+  };
+  return {plane(0), plane(1), plane(2), plane(3)};
+#endif
+}
+// The planes are NearestCodeBits of numbers up to 255; shifts push the upper bits out of all but the first.
+HWY_INLINE VU PackRgba8(VU r, VU g, VU b, VU a) {
+  const VU rg = hn::Xor3(r, hn::Set(DU(), kCodeBits), hn::ShiftLeft<8>(g));
+  return hn::Xor3(rg, hn::ShiftLeft<16>(b), hn::ShiftLeft<24>(a));
+}
+
 // kLanes interleaved RGBA pixels as codes, in plane order.
 template <PixelType type>
 HWY_INLINE Pixels LoadRgbaCodes(const typename Samples<type>::T* p) {
-  const D d;
-  if constexpr (type == PixelType::kUint8 && HWY_TARGET != HWY_SCALAR) {
-    const DU du;
-    const DI di;
-    const VU v = ToPlaneOrder(hn::LoadU(du, reinterpret_cast<const uint32_t*>(p)));
-    const VU mask = hn::Set(du, 0xFFu);
-    const auto convert = [&](VU x) HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(di, x)); };
-    return {convert(hn::And(v, mask)), convert(hn::And(hn::ShiftRight<8>(v), mask)),
-            convert(hn::And(hn::ShiftRight<16>(v), mask)), convert(hn::ShiftRight<24>(v))};
+  if constexpr (type == PixelType::kUint8) {
+    return UnpackRgba8(ToPlaneOrder(hn::LoadU(DU(), reinterpret_cast<const uint32_t*>(p))));
   } else {
     Pixels q{Samples<type>::LoadCodes(p), Samples<type>::LoadCodes(p + kLanes),
              Samples<type>::LoadCodes(p + 2 * kLanes), Samples<type>::LoadCodes(p + 3 * kLanes)};
@@ -172,14 +191,10 @@ HWY_INLINE Pixels ValuesOf(const Pixels& codes) {
 template <PixelType type, bool kValues>
 HWY_INLINE void StoreRgba(const Pixels& q, typename Samples<type>::T* p, bool stream) {
   using S = Samples<type>;
-  if constexpr (type == PixelType::kUint8 && HWY_TARGET != HWY_SCALAR) {
-    const DU du;
-    const auto code = [](V v) HWY_ATTR {
-      return hn::BitCast(DU(), kValues ? ToUnorm<256>(v) : ToCode(v, S::kMax));
-    };
-    const VU rg = hn::Or(code(q.r), hn::ShiftLeft<8>(code(q.g)));
-    const VU ba = hn::Or(hn::ShiftLeft<16>(code(q.b)), hn::ShiftLeft<24>(code(q.a)));
-    StoreOrStream(ToPixelOrder(hn::Or(rg, ba)), du, reinterpret_cast<uint32_t*>(p), stream);
+  if constexpr (type == PixelType::kUint8) {
+    const auto code = [](V v) HWY_ATTR { return kValues ? ToUnormBits<256>(v) : ToCodeBits(v, S::kMax); };
+    const VU packed = PackRgba8(code(q.r), code(q.g), code(q.b), code(q.a));
+    StoreOrStream(ToPixelOrder(packed), DU(), reinterpret_cast<uint32_t*>(p), stream);
   } else {
     V a = q.r, b = q.g, c = q.b, d = q.a;
     Transpose4(a, b, c, d);
@@ -191,6 +206,15 @@ HWY_INLINE void StoreRgba(const Pixels& q, typename Samples<type>::T* p, bool st
       S::StoreCodes(c, p + 2 * kLanes, stream), S::StoreCodes(d, p + 3 * kLanes, stream);
     }
   }
+}
+
+// 8-bit codes to 8-bit codes in the order of the pixels, which a stage that touches no plane may use: it saves two
+// permutations. f gives codes within [0, 255], to be rounded.
+template <class F>
+HWY_INLINE void MapRgba8(const uint8_t* from, uint8_t* to, bool stream, const F& f) {
+  const Pixels q = f(UnpackRgba8(hn::LoadU(DU(), reinterpret_cast<const uint32_t*>(from))));
+  StoreOrStream(PackRgba8(NearestCodeBits(q.r), NearestCodeBits(q.g), NearestCodeBits(q.b), NearestCodeBits(q.a)), DU(),
+                reinterpret_cast<uint32_t*>(to), stream);
 }
 
 // Whether pixels at this address may be written with StoreRgba's streaming form.

@@ -1,5 +1,6 @@
 // The one kernel of every affine operation: blocks of planes, or straight from and to interleaved RGBA
 // pixels.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -38,6 +39,11 @@ struct Coefficients {
       nan[i] = static_cast<float>(limits[i].nan * unit);
     }
   }
+
+  // Storing codes limits them too; one pair of limits does for both. What NaN becomes stays.
+  void LimitToCodes(float max) {
+    for (int i = 0; i < 4; ++i) low[i] = std::clamp(low[i], 0.0f, max), high[i] = std::clamp(high[i], 0.0f, max);
+  }
 };
 
 template <AffineClass kClass>
@@ -46,16 +52,21 @@ class Affine {
   HWY_INLINE Affine(const Coefficients& c, LimitForm form) : c_(c), form_(form) {}
 
   HWY_INLINE Pixels operator()(const Pixels& p) const {
-    Pixels q{Row<0>(p, p.r), Row<1>(p, p.g), Row<2>(p, p.b), Alpha(p)};
-    if (form_ == LimitForm::kAll) {
-      q = {Limit<0>(q.r), Limit<1>(q.g), Limit<2>(q.b), Limit<3>(q.a)};
-    } else if (form_ == LimitForm::kSome) {
+    if (form_ == LimitForm::kAll) return Limited(p);
+    Pixels q = Rows(p);
+    if (form_ == LimitForm::kSome) {
       q = {LimitNaN<0>(q.r), LimitNaN<1>(q.g), LimitNaN<2>(q.b), LimitNaN<3>(q.a)};
     }
     return q;
   }
+  // Limits on every channel, whatever the form.
+  HWY_INLINE Pixels Limited(const Pixels& p) const {
+    const Pixels q = Rows(p);
+    return {Limit<0>(q.r), Limit<1>(q.g), Limit<2>(q.b), Limit<3>(q.a)};
+  }
 
  private:
+  HWY_INLINE Pixels Rows(const Pixels& p) const { return {Row<0>(p, p.r), Row<1>(p, p.g), Row<2>(p, p.b), Alpha(p)}; }
   static HWY_INLINE V Set(float v) { return hn::Set(s::D(), v); }
 
   template <int i>
@@ -101,6 +112,8 @@ class AffineStage final : public graph::PointStage {
       all &= l.any() && l.nan == l.low;
     }
     form_ = !some ? LimitForm::kNone : all ? LimitForm::kAll : LimitForm::kSome;
+    codes8_.LimitToCodes(255);
+    codes16_.LimitToCodes(65535);
   }
 
   bool CanFuse(bool, PixelType) const override { return true; }
@@ -139,6 +152,13 @@ class AffineStage final : public graph::PointStage {
       const Affine<kClass> on_codes(codes, form_);
       T* const to = reinterpret_cast<T*>(args.sink.write);
       const bool stream = args.sink.stream && s::CanStream(to);
+      if constexpr (type == PixelType::kUint8) {
+        if (form_ != LimitForm::kSome) {
+          const auto limited = [&on_codes](const Pixels& p) HWY_ATTR { return on_codes.Limited(p); };
+          for (int i = 0; i < count; i += s::kLanes) s::MapRgba8(from + 4 * i, to + 4 * i, stream, limited);
+          return;
+        }
+      }
       for (int i = 0; i < count; i += s::kLanes) {
         s::StoreRgba<type, false>(on_codes(s::LoadRgbaCodes<type>(from + 4 * i)), to + 4 * i, stream);
       }
