@@ -47,13 +47,18 @@ inline constexpr uint32_t kCodeBits = 0x4B000000u;
 HWY_INLINE VU NearestCodeBits(V v) { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), 0x1p23f))); }
 HWY_INLINE VI CodeOfBits(VU bits) { return hn::BitCast(DI(), hn::And(bits, hn::Set(DU(), 0xFFFFu))); }
 
-// The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to
-// 0. kScale is 256 or 65536: kScale * v - v is computed with its rounding error, which decides apparent ties.
+// The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to 0. kScale
+// is 256 or 65536. A fused multiply-add to 2^23 rounds that product once, to the integer; without one kScale * v - v is
+// computed with its rounding error, which decides apparent ties.
 template <int kScale>
 HWY_INLINE VU ToUnormBits(V v) {
   const D d;
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   v = ClampHigh(ClampLow(v, zero), one);
+#if HWY_NATIVE_FMA
+  return hn::BitCast(DU(), hn::MulAdd(v, hn::Set(d, static_cast<float>(kScale - 1)), hn::Set(d, 0x1p23f)));
+#else
+  const V half = hn::Set(d, 0.5f);
   const V big = hn::Mul(v, hn::Set(d, static_cast<float>(kScale)));
   const V product = hn::Sub(big, v);
   const V error = hn::Sub(hn::Sub(big, product), v);  // product + error == (kScale - 1) * v exactly
@@ -65,6 +70,7 @@ HWY_INLINE VU ToUnormBits(V v) {
   V code = hn::Add(nearest, hn::IfThenElseZero(up, one));
   code = hn::Sub(code, hn::IfThenElseZero(down, one));
   return NearestCodeBits(code);
+#endif
 }
 template <int kScale>
 HWY_INLINE VI ToUnorm(V v) {
