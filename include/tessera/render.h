@@ -19,7 +19,7 @@ struct RenderOptions {
   int tile_width = 0, tile_height = 0;    // 0: the planner's choice
   bool optimize = true;                   // fold, drop and share; off for comparison
   bool shuffle_tiles = false;             // serial, in a shuffled order: for tests
-  std::function<bool(double)> progress;   // called with the share done in [0,1]; false cancels
+  std::function<bool(double)> progress = {};  // called with the share done in [0,1]; false cancels
 };
 
 // What an evaluation did, for --runstats and the benchmarks.

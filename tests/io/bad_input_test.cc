@@ -99,6 +99,47 @@ TEST_F(BadInputTest, HugeImageInAShortFile) {
   EXPECT_THAT(Reason("a.bmp"), HasSubstr("30000 x 30000"));
 }
 
+TEST_F(BadInputTest, Unreadable) {
+  WritePattern(Path("a.png"), {OIIO::ImageSpec(4, 3, 3, TypeDesc::UINT8)});
+  std::filesystem::permissions(Path("a.png"), std::filesystem::perms::none);
+  std::filesystem::permissions(std::filesystem::path(Path("a.png")).parent_path(), std::filesystem::perms(0755));
+  const bool root = ::geteuid() == 0;  // who may read everything
+  if (root) ASSERT_EQ(::seteuid(65534), 0);
+  const std::string reason = Reason("a.png");
+  if (root) ASSERT_EQ(::seteuid(0), 0);
+  EXPECT_THAT(reason, HasSubstr("Permission denied"));
+}
+
+TEST_F(BadInputTest, AsManyChannelsAsAFileCanHave) {
+  // A TIFF of two pixels, written by hand: OpenImageIO writes none with so many channels.
+  constexpr uint32_t kChannels = 65535;
+  struct Tag {
+    uint16_t id, type;
+    uint32_t count, value;
+  };
+  constexpr uint16_t kShort = 3, kLong = 4;
+  const std::vector<Tag> tags = {{256, kShort, 1, 2}, {257, kShort, 1, 1},         {258, kShort, 1, 8},
+                                 {259, kShort, 1, 1}, {262, kShort, 1, 1},         {273, kLong, 1, 8},
+                                 {277, kShort, 1, kChannels}, {278, kShort, 1, 1}, {279, kLong, 1, 2 * kChannels},
+                                 {284, kShort, 1, 1}};
+  std::string tiff("II\x2a\0", 4);
+  const auto put = [&tiff](uint32_t value, size_t size) { tiff.append(reinterpret_cast<const char*>(&value), size); };
+  put(8 + 2 * kChannels, 4);
+  for (uint32_t i = 0; i < 2 * kChannels; ++i) put(i % 251, 1);
+  put(static_cast<uint32_t>(tags.size()), 2);
+  for (const Tag& tag : tags) put(tag.id, 2), put(tag.type, 2), put(tag.count, 4), put(tag.value, 4);
+  put(0, 4);
+  SetContents(Path("a.tif"), tiff);
+  const std::string reason = ErrorOf([&] {
+    const Node node = Read(Path("a.tif"));
+    ASSERT_EQ(node.spec().channel_count(), static_cast<int>(kChannels));
+    ConstImageView view;
+    const auto kept = ReadRows(node, kChannels - 1, kChannels, 1, &view);
+    EXPECT_EQ(std::to_integer<int>(*view.At(1, 0)), static_cast<int>((2 * kChannels - 1) % 251));
+  });
+  if (!reason.empty()) EXPECT_THAT(reason, StartsWith(Path("a.tif") + ": "));  // a library may refuse, but by name
+}
+
 TEST_F(BadInputTest, DeepPixels) {
   OIIO::ImageSpec spec(4, 3, 2, TypeDesc::FLOAT);
   spec.channelnames = {"A", "Z"};
