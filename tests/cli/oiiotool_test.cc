@@ -38,8 +38,9 @@ const Shared kShared[] = {
     {"InvertRgba", "p", "--invert"},
     {"Abs", "a", "--addc -0.5 --abs"},
     {"Premult", "p", "--premult"},
-    // Without the alpha: oiiotool marks the file's alpha as unassociated, and reading would multiply again.
     {"Unpremult", "p", "--unpremult --ch R,G,B"},
+    {"UnpremultMarksTheFile", "p", "--unpremult"},
+    {"UnpremultAndBack", "p", "--unpremult --mulc 0.8,0.9,0.7,1 --premult"},
     {"Matrix3", "a", "--ccmatrix 0.6,0.3,0.1,0.2,0.7,0.1,0.05,0.15,0.8"},
     {"Matrix4", "p", "--ccmatrix 0.6,0.3,0.1,0,0.2,0.7,0.1,0,0.05,0.15,0.8,0,0,0,0,1"},
     {"Matrix3Transposed", "a", "--ccmatrix:transpose=1 0.6,0.3,0.1,0.2,0.7,0.1,0.05,0.15,0.8"},

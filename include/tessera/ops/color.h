@@ -121,7 +121,8 @@ Node Contrast(const Node& image, double x);
 
 // R, G, B times alpha, or divided by it; alpha kept. One rounding. Unpremultiply leaves pixels with alpha 0
 // alone; tiny alphas (1e-40) divide, to infinity if need be; a NaN alpha gives NaN. An image without alpha is
-// returned unchanged.
+// returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha, Premultiply
+// takes it off: writers store what it says.
 struct PremultiplyParams {};
 Node Premultiply(const Node& image);
 struct UnpremultiplyParams {};

@@ -1,5 +1,7 @@
 // Premultiplication by alpha and its inverse.
+#include <cstring>
 #include <memory>
+#include <vector>
 
 #include "ops/color/color_ops.h"
 
@@ -38,6 +40,21 @@ namespace tessera {
 namespace ops {
 namespace {
 
+// Files say by this item that colours are not multiplied by alpha; OpenImageIO's writers heed it.
+constexpr char kUnassociated[] = "oiio:UnassociatedAlpha";
+
+std::shared_ptr<const std::vector<Attribute>> MarkAlpha(const ImageSpec& spec, bool unassociated) {
+  auto items = spec.metadata ? *spec.metadata : std::vector<Attribute>();
+  std::erase_if(items, [](const Attribute& item) { return item.name == kUnassociated; });
+  if (unassociated) {
+    Attribute item{kUnassociated, "int", std::vector<std::byte>(sizeof(int)), {}};
+    const int one = 1;
+    std::memcpy(item.bytes.data(), &one, sizeof one);
+    items.push_back(std::move(item));
+  }
+  return std::make_shared<const std::vector<Attribute>>(std::move(items));
+}
+
 HWY_EXPORT(MakePremultiply);
 HWY_EXPORT(MakeUnpremultiply);
 
@@ -52,7 +69,9 @@ class PremultiplyOp final : public graph::Op {
   const std::any& Parameters() const override { return parameters_; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     if (has_alpha_) graph::RequireColor(Name(), inputs[0]);
-    return inputs[0];
+    ImageSpec spec = inputs[0];
+    spec.metadata = MarkAlpha(spec, inverse_);
+    return spec;
   }
   bool IsIdentity() const override { return !has_alpha_; }
   bool ReadsAlpha() const override { return true; }
@@ -79,9 +98,9 @@ OpInfo PremultiplyInfo() {
   info.family = "color";
   info.summary = "Multiply R,G,B by alpha";
   info.help =
-      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept. An image without alpha is returned "
-      "unchanged. "
-      "Source: as oiiotool --premult, spec/color.md, premultiplied alpha.";
+      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept, and the mark oiio:UnassociatedAlpha is taken "
+      "off. An image without alpha is returned unchanged. Source: as oiiotool --premult, spec/color.md, premultiplied "
+      "alpha.";
   info.bound = "u |result|";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Premultiply(in[0]); };
@@ -95,11 +114,9 @@ OpInfo UnpremultiplyInfo() {
   info.family = "color";
   info.summary = "Divide R,G,B by alpha";
   info.help =
-      "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may "
-      "divide to "
-      "infinity, a NaN alpha gives NaN. Alpha and further channels are kept. An image without alpha is "
-      "returned "
-      "unchanged. Source: as oiiotool --unpremult.";
+      "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may divide to "
+      "infinity, a NaN alpha gives NaN. Alpha and further channels are kept; the result is marked oiio:UnassociatedAlpha, "
+      "so that files say what they hold. An image without alpha is returned unchanged. Source: as oiiotool --unpremult.";
   info.bound = "u |result|";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
