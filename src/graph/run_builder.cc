@@ -60,6 +60,7 @@ class RunBuilder {
 
   std::unique_ptr<PointRun> Finish(const std::vector<int>& channels) {
     for (const int c : channels) run_->result.push_back(Plane(root_, c));
+    JoinSteps();
     FindFusions(channels);
     AssignPlanes();
     return std::move(run_);
@@ -205,6 +206,42 @@ class RunBuilder {
     }
     for (const PlaneId p : run_->result) ++readers[Z(p)];
     return readers;
+  }
+
+  // Two steps in a row become one where the second alone takes the first's planes and their stages can be joined. Pairs
+  // only: longer chains would not find their coefficients in registers.
+  void JoinSteps() {
+    const std::vector<int> readers = Readers();
+    std::vector<PointRun::Item> items;
+    std::vector<PointStep> steps;
+    bool joined = false;  // the step last kept is a pair
+    for (PointRun::Item item : run_->items) {
+      if (item.is_load) {
+        items.push_back(item);
+        joined = false;
+        continue;
+      }
+      PointStep step = std::move(run_->steps[Z(item.index)]);
+      if (!items.empty() && !items.back().is_load && !joined) {
+        PointStep& first = steps.back();
+        const bool alone = step.in.size() == 1 && step.in[0] == first.out &&
+                           std::all_of(first.out.begin(), first.out.end(),
+                                       [&](PlaneId p) { return p >= kFirstFreePlane && readers[Z(p)] == 1; });
+        if (auto both = alone ? first.stage->Then(*step.stage) : nullptr) {
+          first.stage = std::move(both);
+          first.out = step.out;
+          first.label += ", " + step.label;
+          joined = true;
+          continue;
+        }
+      }
+      joined = false;
+      item.index = static_cast<int>(steps.size());
+      items.push_back(item);
+      steps.push_back(std::move(step));
+    }
+    run_->items = std::move(items);
+    run_->steps = std::move(steps);
   }
 
   // A first step that alone reads all of an RGBA load, and a last one whose planes alone are stored, may work on

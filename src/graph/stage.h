@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 
 #include "base/block.h"
@@ -45,6 +46,12 @@ class PointStage {
   virtual bool CanFuse(bool load, PixelType type) const {
     (void)load, (void)type;
     return false;
+  }
+  // This stage followed by `next`, which takes nothing but its result, as one stage that keeps the pixels in
+  // registers, with the same bits; null when that would not be faster.
+  virtual std::unique_ptr<PointStage> Then(const PointStage& next) const {
+    (void)next;
+    return nullptr;
   }
 };
 

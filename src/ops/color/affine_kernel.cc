@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <type_traits>
 
 #include "graph/stage.h"
 #include "ops/color/affine.h"
@@ -50,6 +51,10 @@ template <AffineClass kClass>
 class Affine {
  public:
   HWY_INLINE Affine(const Coefficients& c, LimitForm form) : c_(c), form_(form) {}
+
+  LimitForm form() const { return form_; }
+  // For samples that are codes and are stored as such.
+  void LimitToCodes(float max) { c_.LimitToCodes(max); }
 
   HWY_INLINE Pixels operator()(const Pixels& p) const {
     if (form_ == LimitForm::kAll) return Limited(p);
@@ -101,34 +106,57 @@ class Affine {
   LimitForm form_;
 };
 
-template <AffineClass kClass>
+// One after the other in registers.
+template <class First, class Second>
+class Pair {
+ public:
+  HWY_INLINE Pair(const First& first, const Second& second) : first_(first), second_(second) {}
+
+  LimitForm form() const { return second_.form(); }
+  void LimitToCodes(float max) { second_.LimitToCodes(max); }
+  HWY_INLINE Pixels operator()(const Pixels& p) const { return second_(first_(p)); }
+  HWY_INLINE Pixels Limited(const Pixels& p) const { return second_.Limited(first_(p)); }
+
+ private:
+  First first_;
+  Second second_;
+};
+
+// Kernel: Affine or Pair, on values and on codes of 8 and 16 bits.
+template <class Kernel>
 class AffineStage final : public graph::PointStage {
  public:
-  AffineStage(const double (&matrix)[4][5], const Limits (&limits)[4])
-      : values_(matrix, limits, 1), codes8_(matrix, limits, 255), codes16_(matrix, limits, 65535) {
-    bool some = false, all = true;
-    for (const Limits& l : limits) {
-      some |= l.any();
-      all &= l.any() && l.nan == l.low;
-    }
-    form_ = !some ? LimitForm::kNone : all ? LimitForm::kAll : LimitForm::kSome;
-    codes8_.LimitToCodes(255);
-    codes16_.LimitToCodes(65535);
+  AffineStage(const Kernel& values, const Kernel& codes8, const Kernel& codes16)
+      : values_(values), codes8_(codes8), codes16_(codes16), stored8_(codes8), stored16_(codes16) {
+    stored8_.LimitToCodes(255);
+    stored16_.LimitToCodes(65535);
   }
 
   bool CanFuse(bool, PixelType) const override { return true; }
+
+  std::unique_ptr<graph::PointStage> Then(const graph::PointStage& next) const override {
+    // Colour matrices meet most often; a pair of each two classes would be compiled for every target.
+    if constexpr (std::is_same_v<Kernel, Affine<AffineClass::kRgb>>) {
+      if (const auto* const other = dynamic_cast<const AffineStage*>(&next)) {
+        using Both = Pair<Kernel, Kernel>;
+        return std::make_unique<AffineStage<Both>>(Both(values_, other->values_), Both(codes8_, other->codes8_),
+                                                   Both(codes16_, other->codes16_));
+      }
+    }
+    return nullptr;
+  }
 
   void Run(const graph::PointArgs& args) const override {
     const std::byte* const read = args.source.read;
     std::byte* const write = args.sink.write;
     if (read == nullptr && write == nullptr) {
-      s::RunPoint<1>(args, Affine<kClass>(values_, form_));
+      s::RunPoint<1>(args, Kernel(values_));
     } else if (read != nullptr) {
       switch (args.source.type) {
         case PixelType::kUint8:
-          return RunFrom<PixelType::kUint8>(args, codes8_);
+          return RunFrom<PixelType::kUint8>(args, stored8_);
         case PixelType::kUint16:
-          return RunFrom<PixelType::kUint16>(args, codes16_);
+          return RunFrom<PixelType::kUint16>(args, stored16_);
         case PixelType::kHalf:
           return RunFrom<PixelType::kHalf>(args, values_);
         case PixelType::kFloat:
@@ -136,24 +164,24 @@ class AffineStage final : public graph::PointStage {
       }
     } else {
       const auto load = [in = args.in[0]](int i) HWY_ATTR { return s::LoadPlanes(in, i); };
-      RunTo(args, load, Affine<kClass>(values_, form_));
+      RunTo(args, load, Kernel(values_));
     }
   }
 
  private:
   // From pixels: to pixels of the same type on codes, else on values.
   template <PixelType type>
-  void RunFrom(const graph::PointArgs& args, const Coefficients& codes) const {
+  void RunFrom(const graph::PointArgs& args, const Kernel& stored) const {
     using T = typename s::Samples<type>::T;
     const T* const from = reinterpret_cast<const T*>(args.source.read);
     const int count = args.count;
-    const Affine<kClass> on_values(values_, form_);
+    const Kernel on_values(values_);
     if (args.sink.write != nullptr && args.sink.type == type) {
-      const Affine<kClass> on_codes(codes, form_);
+      const Kernel on_codes(stored);
       T* const to = reinterpret_cast<T*>(args.sink.write);
       const bool stream = args.sink.stream && s::CanStream(to);
       if constexpr (type == PixelType::kUint8) {
-        if (form_ != LimitForm::kSome) {
+        if (on_codes.form() != LimitForm::kSome) {
           const auto limited = [&on_codes](const Pixels& p) HWY_ATTR { return on_codes.Limited(p); };
           for (int i = 0; i < count; i += s::kLanes) s::MapRgba8(from + 4 * i, to + 4 * i, stream, limited);
           return;
@@ -194,21 +222,33 @@ class AffineStage final : public graph::PointStage {
     for (int i = 0; i < args.count; i += s::kLanes) s::StoreRgba<type, true>(f(load(i)), to + 4 * i, stream);
   }
 
-  Coefficients values_, codes8_, codes16_;
-  LimitForm form_ = LimitForm::kNone;
+  Kernel values_, codes8_, codes16_;
+  Kernel stored8_, stored16_;  // limited to the codes there are
 };
+
+template <AffineClass kClass>
+std::unique_ptr<graph::PointStage> NewStage(const double (&matrix)[4][5], const Limits (&limits)[4]) {
+  bool some = false, all = true;
+  for (const Limits& l : limits) {
+    some |= l.any();
+    all &= l.any() && l.nan == l.low;
+  }
+  const LimitForm form = !some ? LimitForm::kNone : all ? LimitForm::kAll : LimitForm::kSome;
+  const auto kernel = [&](double unit) { return Affine<kClass>(Coefficients(matrix, limits, unit), form); };
+  return std::make_unique<AffineStage<Affine<kClass>>>(kernel(1), kernel(255), kernel(65535));
+}
 
 std::unique_ptr<graph::PointStage> NewAffineStage(AffineClass structure, const double (&matrix)[4][5],
                                                   const Limits (&limits)[4]) {
   switch (structure) {
     case AffineClass::kDiagonal:
-      return std::make_unique<AffineStage<AffineClass::kDiagonal>>(matrix, limits);
+      return NewStage<AffineClass::kDiagonal>(matrix, limits);
     case AffineClass::kRgb:
-      return std::make_unique<AffineStage<AffineClass::kRgb>>(matrix, limits);
+      return NewStage<AffineClass::kRgb>(matrix, limits);
     case AffineClass::kFull:
       break;
   }
-  return std::make_unique<AffineStage<AffineClass::kFull>>(matrix, limits);
+  return NewStage<AffineClass::kFull>(matrix, limits);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
