@@ -33,7 +33,20 @@ struct Setting {
 // Each returns null when it has no public call for the task and pixel type.
 std::unique_ptr<Contestant> MakeOiio(const Setting& setting);
 std::unique_ptr<Contestant> MakeOcio(const Setting& setting);
+std::unique_ptr<Contestant> MakeLibm(const Setting& setting);
 std::unique_ptr<Contestant> MakeOpenCv(const Setting& setting);  // null when built without OpenCV
+std::unique_ptr<Contestant> MakeOiioResample(const Setting& setting);
+std::unique_ptr<Contestant> MakeOpenCvResample(const Setting& setting);
+std::unique_ptr<Contestant> MakeVips(const Setting& setting);  // null when built without libvips
+
+// The filters' peers, and other ways of this library to the same blur: recursive, decimated, cut off at three sigma,
+// three boxes.
+std::unique_ptr<Contestant> MakeOpenCvFilter(const Setting& setting);  // null when built without OpenCV
+std::unique_ptr<Contestant> MakeOiioFilter(const Setting& setting);
+std::unique_ptr<Contestant> MakeRecursiveBlur(const Setting& setting);
+std::unique_ptr<Contestant> MakeDecimatedBlur(const Setting& setting);
+std::unique_ptr<Contestant> MakeShortBlur(const Setting& setting);
+std::unique_ptr<Contestant> MakeBoxesBlur(const Setting& setting);
 
 // Name and version of every peer that was built in, for the report's heading.
 std::vector<std::pair<std::string, std::string>> PeerVersions();

@@ -52,16 +52,19 @@ Options::Size LargeSize(PixelType type) {
 // The frame of the group that is being measured; the next group reuses inputs of equal shape.
 struct FrameCache {
   std::vector<Image> inputs;
+  bool own_inputs = false;  // made by the task
 
   Frame Make(const Task& task, const Options::Size& size, PixelType type) {
     const ImageSpec spec(size.width, size.height, 4, type);
     if (!inputs.empty() &&
-        (inputs[0].spec().data_window != spec.data_window || inputs[0].spec().type != type)) {
+        (own_inputs || task.make_input != nullptr || inputs[0].spec().data_window != spec.data_window || inputs[0].spec().type != type)) {
       inputs.clear();
     }
     while (static_cast<int>(inputs.size()) < task.inputs()) {
-      inputs.push_back(MakeInput(size.width, size.height, type, inputs.size() + 1));
+      inputs.push_back(task.make_input != nullptr ? task.make_input(size.width, size.height, type, inputs.size())
+                                                  : MakeInput(size.width, size.height, type, inputs.size() + 1));
     }
+    own_inputs = task.make_input != nullptr;
     Frame frame{size.width, size.height, type, {}, {}};
     frame.inputs.assign(inputs.begin(), inputs.begin() + task.inputs());
     std::vector<Node> nodes;
@@ -102,7 +105,8 @@ struct Group {
     contestants.push_back(MakeCopy(setting, true));
     for (const std::string& target : targets) contestants.push_back(MakeTessera(setting, target));
     if (with_unfolded) contestants.push_back(MakeTessera(setting, targets.front(), false));
-    for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv}) {
+    for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv, MakeLibm, MakeOiioResample, MakeOpenCvResample, MakeVips, MakeOpenCvFilter,
+                            MakeOiioFilter, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
       if (auto peer = make(setting)) contestants.push_back(std::move(peer));
     }
     std::vector<Node> nodes;
@@ -286,7 +290,8 @@ void RegisterTask(const std::string& suite, const Task& task, const Options& opt
         std::vector<std::string> names = {"copy memcpy", "copy streaming"};
         for (const std::string& target : options.targets) names.push_back("tessera " + target);
         if (with_unfolded) names.push_back("tessera " + options.targets.front() + " unfolded");
-        for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv}) {
+        for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv, MakeLibm, MakeOiioResample, MakeOpenCvResample, MakeVips, MakeOpenCvFilter,
+                            MakeOiioFilter, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
           if (auto peer = make(setting)) names.push_back(peer->Name());
         }
         std::ostringstream prefix;

@@ -24,7 +24,7 @@ uint64_t Hash(uint64_t x) {
 // The operation evaluated in double on black, the four unit pixels and some others; affine when the others
 // agree.
 std::optional<Step::Affine> ProbeAffine(const Step& step) {
-  if (step.info->generator || step.info->inputs != 1) return std::nullopt;
+  if (step.info->generator || step.info->Operands(step.arguments) != 1) return std::nullopt;
   constexpr int kProbes = 16;
   const Image probe{ImageSpec(kProbes, 1, 4)};
   for (int x = 0; x < kProbes; ++x) {
@@ -78,7 +78,7 @@ std::vector<double> Step::Positional(size_t index) const {
 Node Task::Build(const std::vector<Node>& inputs, const ImageSpec& output) const {
   std::vector<Node> operands = inputs;
   for (const Step& step : steps) {
-    operands.resize(step.info->generator ? 0 : static_cast<size_t>(step.info->inputs));
+    operands.resize(step.info->generator ? 0 : static_cast<size_t>(step.info->Operands(step.arguments)));
     operands = {step.info->make(operands, step.arguments, &output)};
   }
   return operands.front();

@@ -36,8 +36,10 @@ struct Step {
 struct Task {
   std::string name;
   std::vector<Step> steps;
+  // Input `index` where noise is no sensible one (coordinates); null for noise.
+  Image (*make_input)(int width, int height, PixelType type, size_t index) = nullptr;
 
-  int inputs() const { return steps.front().info->generator ? 0 : steps.front().info->inputs; }
+  int inputs() const { return steps.front().info->generator ? 0 : steps.front().info->Operands(steps.front().arguments); }
   // The lazy result on these inputs; `output` gives windows and channels to a generator. Throws Error.
   Node Build(const std::vector<Node>& inputs, const ImageSpec& output) const;
 };

@@ -13,6 +13,50 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
+// A curve by name, or null when OpenColorIO has none that equals it.
+ocio::TransformRcPtr CurveOf(const ops::Arguments& a) {
+  const std::string& name = a.Text("NAME");
+  ocio::TransformRcPtr result;
+  if (name == "srgb") {
+    ocio::ExponentWithLinearTransformRcPtr transform = ocio::ExponentWithLinearTransform::Create();
+    transform->setGamma({2.4, 2.4, 2.4, 1});
+    transform->setOffset({0.055, 0.055, 0.055, 0});
+    transform->setDirection(ocio::TRANSFORM_DIR_INVERSE);
+    result = transform;
+  } else if (name == "gamma") {
+    ocio::ExponentTransformRcPtr transform = ocio::ExponentTransform::Create();
+    const double exponent = 1 / a.Number("exponent");
+    transform->setValue({exponent, exponent, exponent, 1});
+    result = transform;
+  } else if (name == "log2" || name == "log10" || name == "ln") {
+    ocio::LogTransformRcPtr transform = ocio::LogTransform::Create();
+    transform->setBase(name == "log2" ? 2 : name == "ln" ? 2.718281828459045 : 10);
+    result = transform;
+  } else if (name == "acescct" || name == "pq") {
+    ocio::BuiltinTransformRcPtr transform = ocio::BuiltinTransform::Create();
+    transform->setStyle(name == "pq" ? "CURVE - LINEAR_to_ST-2084" : "CURVE - ACEScct-LOG_to_LINEAR");
+    if (name == "acescct") transform->setDirection(ocio::TRANSFORM_DIR_INVERSE);
+    result = transform;
+    if (name == "pq") {
+      // OpenColorIO's light is in units of 100 cd/m^2.
+      const double units[] = {100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 1};
+      ocio::MatrixTransformRcPtr matrix = ocio::MatrixTransform::Create();
+      matrix->setMatrix(units);
+      ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
+      group->appendTransform(matrix);
+      group->appendTransform(result);
+      result = group;
+    }
+  } else {
+    return nullptr;
+  }
+  if (a.Flag("inverse")) {
+    result->setDirection(result->getDirection() == ocio::TRANSFORM_DIR_INVERSE ? ocio::TRANSFORM_DIR_FORWARD
+                                                                               : ocio::TRANSFORM_DIR_INVERSE);
+  }
+  return result;
+}
+
 // The transforms of one step, or null when OpenColorIO has none that equals it.
 ocio::TransformRcPtr TransformOf(const Step& step) {
   if (step.affine) {
@@ -49,6 +93,13 @@ ocio::TransformRcPtr TransformOf(const Step& step) {
     transform->setValue(values);
     return transform;
   }
+  if (step.op() == "lut") {
+    ocio::FileTransformRcPtr transform = ocio::FileTransform::Create();
+    transform->setSrc(step.arguments.Text("FILE").c_str());
+    transform->setInterpolation(step.arguments.Text("interp") == "linear" ? ocio::INTERP_LINEAR : ocio::INTERP_BEST);
+    return transform;
+  }
+  if (step.op() == "curve") return CurveOf(step.arguments);
   return nullptr;
 }
 

@@ -55,6 +55,8 @@ class LineReader {
       if (next_ < words_.size()) values.push_back(words_[next_++]);
     } else {
       for (const ops::ParamInfo& param : params) {
+        const auto replaces = [&](const auto& m) { return m.first == param.omitted_with; };
+        if (std::any_of(token.modifiers.begin(), token.modifiers.end(), replaces)) continue;
         if (next_ >= words_.size()) {
           throw UsageError(word, "found the end of the line, expected " + param.name +
                                      (param.help.empty() ? "" : " (" + param.help + ")"));

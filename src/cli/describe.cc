@@ -55,6 +55,7 @@ std::string Synopsis(const Command& command) {
 std::string GeneratorSynopsis(const ops::OpInfo& generator) { return generator.name + Modifiers(generator); }
 
 int Taken(const Command& command) {
+  if (command.info.operands != nullptr) return -1;
   return command.effect == Effect::kApply || command.effect == Effect::kSwap ||
                  command.effect == Effect::kDup || command.effect == Effect::kPop ||
                  command.effect == Effect::kUse
@@ -86,6 +87,9 @@ std::string Operands(const Command& command) {
     case Effect::kPush:
       return "Pushes one image.";
     case Effect::kApply:
+      if (command.info.operands != nullptr) {
+        return "Takes as many images from the stack as its arguments say, the last one on top, and pushes the result.";
+      }
       return "Takes " + images(command.info.inputs) + " from the stack" +
              (command.info.inputs > 1 ? ", the last one on top," : "") + " and pushes the result.";
     case Effect::kUse:

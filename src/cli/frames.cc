@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <numeric>
 #include <string_view>
 
 #include "tessera/error.h"
@@ -73,6 +74,16 @@ std::vector<int> FramesOf(const std::string& word, const Pattern& pattern) {
   return frames;
 }
 
+// The number of frames that a command with the modifiers animate and frame asks for (--lic:animate=24); 0 for none.
+int AnimatedFrames(const Line& line) {
+  int count = 0;
+  for (const Step& step : line.steps) {
+    const auto& values = step.arguments.values;
+    if (values.contains("animate") && values.contains("frame")) count = std::max(count, step.arguments.Integer("animate"));
+  }
+  return count;
+}
+
 }  // namespace
 
 std::vector<int> ParseFrameRange(const std::string& subject, const std::string& range) {
@@ -93,12 +104,27 @@ std::vector<int> ParseFrameRange(const std::string& subject, const std::string& 
   return frames;
 }
 
+std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames, int padding) {
+  std::string normal, range;
+  std::vector<std::string> files;
+  if (!OIIO::Filesystem::parse_pattern(pattern.c_str(), padding, normal, range)) {
+    throw UsageError(pattern, "found a name without # or %04d, expected a pattern of frame numbers");
+  }
+  const std::vector<int> wanted = frames.empty() && !range.empty() ? ParseFrameRange(pattern, range) : frames;
+  if (!wanted.empty() && !OIIO::Filesystem::enumerate_file_sequence(normal, wanted, files)) {
+    throw UsageError(pattern, "found a frame pattern that cannot be filled in, expected # or %04d");
+  }
+  return files;
+}
+
 std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const Line& line) {
   const std::string& range = line.options.frames;
   const std::vector<Pattern> patterns = FindPatterns(words, line);
   std::vector<int> frames;
   if (!range.empty()) frames = ParseFrameRange("--frames", range);
+  const int animated = AnimatedFrames(line);
   if (patterns.empty()) {
+    if (animated > 0) throw UsageError("animate", "found no file name with # or %04d, expected one for the frames");
     if (!range.empty())
       throw UsageError("--frames", "found no file name with # or %04d, expected at least one");
     return {{0, words}};
@@ -106,7 +132,12 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
 
   // Every name has as many frames as the first, in its own numbers where it brings a range of its own.
   std::vector<std::vector<std::string>> files;
-  if (range.empty()) frames = FramesOf(words[patterns[0].word], patterns[0]);
+  if (range.empty() && animated > 0) {
+    frames.resize(static_cast<size_t>(animated));
+    std::iota(frames.begin(), frames.end(), 1);
+  } else if (range.empty()) {
+    frames = FramesOf(words[patterns[0].word], patterns[0]);
+  }
   for (const Pattern& p : patterns) {
     std::vector<int> own = p.range.empty() ? frames : ParseFrameRange(words[p.word], p.range);
     if (own.size() != frames.size()) {

@@ -7,6 +7,7 @@
 #include "cli/session.h"
 #include "tessera/io.h"
 #include "tessera/ops/channels.h"
+#include "tessera/ops/filter.h"
 #include "tessera/ops/generate.h"
 
 namespace tessera::cli {
@@ -75,6 +76,10 @@ ImageSpec SpecOf(const Step& step) {
 
 void CreateImage(const Step& step, Session& session) { session.Push({Create(SpecOf(step)), "create", {}}); }
 
+void CreateKernel(const Step& step, Session& session) {
+  session.Push({KernelImage(NamedKernel(step.arguments.Text("NAME"), step.arguments.Text("GEOM"))), "kernel", {}});
+}
+
 void CreatePattern(const Step& step, Session& session) {
   const ImageSpec spec = SpecOf(step);
   session.Push({step.generator->make({}, step.generator_arguments, &spec), step.generator->name, {}});
@@ -133,7 +138,24 @@ std::vector<Command> ImageCommands() {
                        .choices = kTypes}},
                      {}));
   rows.back().applies_to = "o";
+  rows.push_back(Row("colorconfig", Effect::kSetting, 0, "OpenColorIO config of the commands that follow.",
+                     [](const Step& step, Session& session) {
+                       session.color_config = step.arguments.Text("CONFIG");
+                     },
+                     {{.name = "CONFIG",
+                       .type = ParamType::kText,
+                       .default_value = "",
+                       .help = "a config file, or built-in"}},
+                     {}));
+  rows.back().applies_to = ":config";
   rows.push_back(Row("create", Effect::kPush, 0, "Pushes a black image.", CreateImage, Shape(), {}));
+  rows.push_back(Row("kernel", Effect::kPush, 0, "Pushes a convolution kernel as an image centred on the origin.", CreateKernel,
+                     {{.name = "NAME", .type = ParamType::kText, .default_value = "", .help = "a kernel's name"},
+                      {.name = "GEOM", .type = ParamType::kText, .default_value = "", .help = "WxH or one number, pixels"}},
+                     {}));
+  rows.back().info.help = "For --convolve, as oiiotool's --kernel. Names: ";
+  for (const std::string& name : KernelNames()) rows.back().info.help += (name == KernelNames()[0] ? "" : ", ") + name;
+  rows.back().info.help += ". Those with a number or a direction in their name have a size of their own and ignore GEOM.";
   std::vector<ParamInfo> pattern = Shape();
   pattern.insert(pattern.begin(), {.name = "NAME",
                                    .type = ParamType::kText,

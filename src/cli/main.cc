@@ -80,8 +80,16 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
       std::fprintf(Messages(), "tessera: frame %d\n", frame.frame);
     try {
       // Names are the only thing that differs; the whole line is checked again with them.
-      const Line own = ParseLine(frame.words);
-      code = std::max(code, Session(own.options, HistoryOf(frame.words)).Run(own.steps));
+      Line own = ParseLine(frame.words);
+      for (Step& step : own.steps) {
+        auto& values = step.arguments.values;
+        const auto number = values.find("frame");
+        if (number == values.end() || !values.contains("animate") || number->second.given) continue;
+        number->second.text = std::to_string(frame.frame), number->second.numbers = {double(frame.frame)};
+      }
+      Session session(own.options, HistoryOf(frame.words));
+      session.frame = frame.frame;
+      code = std::max(code, session.Run(own.steps));
     } catch (const Error& e) {
       if (!line.options.skip_bad_frames) throw;
       PrintError(std::string(e.what()) + " (frame " + std::to_string(frame.frame) + " skipped)");

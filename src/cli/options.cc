@@ -106,8 +106,8 @@ std::vector<Command> OptionCommands() {
                           .help = "how it is printed",
                           .choices = {"tsv", "json", "markdown"}}}));
   rows.back().info.help =
-      "tsv: a heading line, then one line per command with tab-separated columns: name, group, images taken, "
-      "images "
+      "tsv: a heading line, then one line per command with tab-separated columns: name, group, images taken (-1: as "
+      "many as its arguments say), images "
       "given, arguments (blank-separated), modifiers (key=default, written as on the line), summary. "
       "Generators are "
       "listed as \"pattern NAME\". json holds ranges, choices and the whole help as well. markdown is the "

@@ -47,8 +47,10 @@ class Session {
   void AddOutput(PendingOutput output) { outputs_.push_back(std::move(output)); }
 
   std::optional<PixelType> output_type;  // -d
+  std::string color_config;              // --colorconfig
   DiffLimits diff;
   int exit_code = 0;  // set by --diff
+  int frame = 0;      // that the line is run for
 
  private:
   const Options& options_;

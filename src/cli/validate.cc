@@ -8,7 +8,7 @@ namespace tessera::cli {
 namespace {
 
 // Images a command needs on the stack, and how many more there are after it.
-int Needs(const Step& step) { return step.command->info.inputs; }
+int Needs(const Step& step) { return step.command->info.Operands(step.arguments); }
 int Growth(const Step& step) {
   switch (step.command->effect) {
     case Effect::kPush:
@@ -56,9 +56,16 @@ void CheckSettings(const std::vector<Step>& steps) {
   for (auto it = steps.begin(); it != steps.end(); ++it) {
     if (it->command->effect != Effect::kSetting) continue;
     const std::string& target = it->command->applies_to;
-    if (std::none_of(it, steps.end(), [&](const Step& s) { return s.command->info.name == target; })) {
-      throw UsageError(it->written, "no " + std::string(target.size() == 1 ? "-" : "--") + target +
-                                        " comes after it, and it holds only for those that do");
+    const bool modifier = target.starts_with(':');
+    const auto serves = [&](const Step& s) {
+      const ops::OpInfo& info = s.command->info;
+      if (!modifier) return info.name == target;
+      return std::any_of(info.modifiers.begin(), info.modifiers.end(),
+                         [&](const ops::ParamInfo& p) { return p.name == target.substr(1); });
+    };
+    if (std::none_of(it, steps.end(), serves)) {
+      const std::string name = modifier ? "command with " + target + "=" : (target.size() == 1 ? "-" : "--") + target;
+      throw UsageError(it->written, "no " + name + " comes after it, and it holds only for those that do");
     }
   }
 }

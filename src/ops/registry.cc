@@ -3,10 +3,18 @@
 
 #include <algorithm>
 
+#include "ocio/ocio_ops.h"
+#include "ops/accumulate/accumulate_ops.h"
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/channels/channels_ops.h"
 #include "ops/color/color_ops.h"
+#include "ops/curve/curve_ops.h"
+#include "ops/filter/filter_ops.h"
+#include "ops/flow/flow_ops.h"
 #include "ops/generate/generate_ops.h"
+#include "ops/noise/noise_ops.h"
+#include "ops/geometry/geometry_ops.h"
+#include "ops/lookup/lookup_ops.h"
 
 namespace tessera::ops {
 
@@ -41,14 +49,64 @@ const std::vector<OpInfo>& Registry() {
       InterpolateInfo(),
       BrightnessInfo(),
       ContrastInfo(),
+      PowerConstantInfo(),
+      CurveInfo(),
+      TransferInfo(),
+      LutInfo(),
+      ColorConvertInfo(),
+      OcioDisplayInfo(),
+      OcioLookInfo(),
+      OcioFileTransformInfo(),
+      ConvolveInfo(),
+      EmbossInfo(),
+      LaplacianInfo(),
+      HighPassInfo(),
+      BlurInfo(),
+      SobelInfo(),
+      UnsharpInfo(),
+      MedianInfo(),
+      DilateInfo(),
+      ErodeInfo(),
+      AccumInfo(),
+      AverageInfo(),
+      ShiftAccumulateInfo(),
+      DepthOfFieldInfo(),
+      ResizeInfo(),
+      MipInfo(),
+      ZoomInfo(),
+      ShiftInfo(),
+      WarpInfo(),
+      StWarpInfo(),
+      DistortInfo(),
+      TableInfo(),
+      LookupInfo(),
       ConstantInfo(),
       CreateInfo(),
       CheckerInfo(),
       RampInfo(),
+      WhiteNoiseInfo(),
+      ValueNoiseInfo(),
+      GradientNoiseInfo(),
+      SimplexNoiseInfo(),
+      CellNoiseInfo(),
+      SparseNoiseInfo(),
+      SpotNoiseInfo(),
+      NoiseAtInfo(),
+      SvgTurbulenceInfo(),
+      SvgFractalNoiseInfo(),
+      CloudsInfo(),
+      MarbleInfo(),
+      WoodInfo(),
+      FireInfo(),
+      SmokeInfo(),
+      RipplesInfo(),
+      GardnerInfo(),
       SelectChannelsInfo(),
       AppendChannelsInfo(),
       RenameChannelsInfo(),
       CropInfo(),
+      LicInfo(),
+      EqualizeInfo(),
   };
   return kRows;
 }

@@ -30,6 +30,7 @@ struct ParamInfo {
   std::vector<int> counts = {};          // kNumbers: when not empty, the only counts allowed (9,12,16,20)
   std::vector<std::string> choices = {};
   bool numbers_too = false;
+  std::string omitted_with = {};  // a positional argument with a default that is not written where this modifier is
 };
 
 // Parsed and range-checked values, by parameter name; every parameter of the row is present.
@@ -41,6 +42,9 @@ class Arguments {
   const std::vector<double>& Numbers(const std::string& name) const;
   const std::string& Text(const std::string& name) const;  // kChoice, kText: as written
   bool Given(const std::string& name) const;               // written by the user, not the default
+
+  // Where not null, `make` adds what the user asked to be told about the result (the error of a baked transform).
+  std::vector<std::string>* notes = nullptr;
 
   struct Value {
     std::string text;
@@ -55,6 +59,8 @@ struct OpInfo {
   std::string family;                  // the folder: color, arithmetic, generate, channels
   bool generator = false;              // no operands; made with geometry arguments x,y,width,height,channels
   int inputs = 1;                      // operands popped, first below last
+  int (*operands)(const Arguments&) = nullptr;  // where their number depends on the arguments; null: `inputs`
+  int Operands(const Arguments& a) const { return operands != nullptr ? operands(a) : inputs; }
   std::vector<ParamInfo> arguments;    // positional, in order
   std::vector<ParamInfo> modifiers;    // :key=value
   std::string summary;                 // one line

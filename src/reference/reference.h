@@ -4,6 +4,7 @@
 #define TESSERA_REFERENCE_REFERENCE_H_
 
 #include <any>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,6 +50,9 @@ struct Entry {
   std::string op;  // Op::Name()
   Function evaluate = nullptr;
   InputRoiFunction input_roi = nullptr;  // null for point operations
+  // Bit k: the result is a weighted sum of input k's samples and `scale` holds the sum of |weight * sample|, so that
+  // the errors of the samples pass through as that sum. Of other operations the response is tried out.
+  uint32_t weighted_sum_of = 0;
 };
 
 // The entry of an operation, or null. Shuffles, crops and sources need none.

@@ -9,8 +9,17 @@ namespace tessera::reference {
 
 // Entries of each family, defined beside its functions.
 std::vector<Entry> ColorEntries();
+std::vector<Entry> CurveEntries();
+std::vector<Entry> AccumulateEntries();
 std::vector<Entry> ArithmeticEntries();
+std::vector<Entry> FlowEntries();
 std::vector<Entry> GenerateEntries();
+std::vector<Entry> FilterEntries();
+std::vector<Entry> NoiseEntries();
+std::vector<Entry> SvgTurbulenceEntries();
+std::vector<Entry> TextureEntries();
+std::vector<Entry> GeometryEntries();
+std::vector<Entry> LookupEntries();
 
 namespace {
 
@@ -20,7 +29,7 @@ struct Table {
   std::map<std::string, Entry> entries;
 
   Table() {
-    for (auto* family : {&ColorEntries, &ArithmeticEntries, &GenerateEntries}) {
+    for (auto* family : {&AccumulateEntries, &ColorEntries, &CurveEntries, &ArithmeticEntries, &FlowEntries, &GenerateEntries, &FilterEntries, &NoiseEntries, &SvgTurbulenceEntries, &TextureEntries, &GeometryEntries, &LookupEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -59,6 +60,58 @@ Evaluated Crop(const Evaluated& in, const Roi& roi, int channels) {
     out.tolerance.at(x, y, c) = in.tolerance.at(x, y, c);
   });
   return out;
+}
+
+using CallFunction = std::function<void(ImageD& result, ImageD* scales)>;
+
+// How an input's errors pass through a weighted sum: as the sum of |weight * tolerance|, which is its scale at those
+// samples less what the other inputs and a bias contribute. `input` is the operation's; it is put back.
+void AddWeighted(const ImageD& tolerance, ImageD& input, const CallFunction& call, Evaluated& out) {
+  const Roi& roi = out.value.roi;
+  ImageD result(roi, out.value.channels), with = result, without = result;
+  const ImageD kept = input;
+  input = tolerance;
+  call(result, &with);
+  input = ImageD(tolerance.roi, tolerance.channels);
+  call(result, &without);
+  input = kept;
+  ForEachSample(with, [&](int x, int y, int c) {
+    const double passed = with.at(x, y, c) - without.at(x, y, c);
+    if (std::isfinite(passed)) out.tolerance.at(x, y, c) += std::max(0.0, passed);
+  });
+}
+
+// The same for any operation: its response to inputs moved by their tolerances, each channel alone and either way, the
+// larger effects added. Exact for affine operations, first order for the rest. Where neighbours take part their errors
+// may have any signs: some sets of signs are tried as well, and the largest effect counts twice.
+void AddResponses(const ImageD& tolerance, bool neighbours, ImageD& input, const CallFunction& call, Evaluated& out) {
+  const ImageD kept = input;
+  const int sets = neighbours ? 8 : 2;
+  for (int moved = 0; moved < tolerance.channels; ++moved) {
+    ImageD largest(out.value.roi, out.value.channels), response = largest;
+    bool any = false;
+    for (int set = 0; set < sets; ++set) {
+      ForEachSample(tolerance, [&](int x, int y, int c) {
+        if (c != moved || !(tolerance.at(x, y, c) > 0)) return;
+        any = true;
+        uint32_t hash = static_cast<uint32_t>(x) * 0x9E3779B1u ^ static_cast<uint32_t>(y) * 0x85EBCA77u;
+        hash = (hash ^ hash >> 15) * 0xC2B2AE3Du;
+        const bool up = set < 2 ? set == 0 : (hash >> (set + 8) & 1) != 0;
+        input.at(x, y, c) += up ? tolerance.at(x, y, c) : -tolerance.at(x, y, c);
+      });
+      if (any) call(response, nullptr);
+      input = kept;
+      if (!any) break;
+      ForEachSample(largest, [&](int x, int y, int c) {
+        const double change = std::fabs(response.at(x, y, c) - out.value.at(x, y, c));
+        if (std::isfinite(change)) largest.at(x, y, c) = std::max(largest.at(x, y, c), change);
+      });
+    }
+    if (!any) continue;
+    ForEachSample(largest, [&](int x, int y, int c) {
+      out.tolerance.at(x, y, c) += (neighbours ? 2 : 1) * largest.at(x, y, c);
+    });
+  }
 }
 
 }  // namespace
@@ -152,28 +205,11 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   const double bound = bound_(d.op->Name()) * kU;
   ForEachSample(out.value, [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
 
-  // How the inputs' errors pass through: the operation's response to inputs moved by their tolerances, each
-  // channel alone and either way, the larger effects added. Exact for affine operations, first order for the rest.
   for (size_t k = 0; k < in.size(); ++k) {
-    const ImageD& tolerance = in[k].tolerance;
-    for (int moved = 0; moved < tolerance.channels; ++moved) {
-      bool any = false;
-      ImageD up(roi, out.value.channels), down = up;
-      for (ImageD* response : {&up, &down}) {
-        ForEachSample(tolerance, [&](int x, int y, int c) {
-          if (c != moved || !(tolerance.at(x, y, c) > 0)) return;
-          any = true;
-          values[k].at(x, y, c) += response == &up ? tolerance.at(x, y, c) : -tolerance.at(x, y, c);
-        });
-        if (any) call(*response, nullptr);
-        values[k] = in[k].value;
-      }
-      if (!any) continue;
-      ForEachSample(up, [&](int x, int y, int c) {
-        const double value = out.value.at(x, y, c);
-        const double change = std::max(std::fabs(up.at(x, y, c) - value), std::fabs(down.at(x, y, c) - value));
-        if (std::isfinite(change)) out.tolerance.at(x, y, c) += change;
-      });
+    if ((entry->weighted_sum_of >> k & 1) != 0) {
+      AddWeighted(in[k].tolerance, values[k], call, out);
+    } else {
+      AddResponses(in[k].tolerance, entry->input_roi != nullptr, values[k], call, out);
     }
   }
   return out;

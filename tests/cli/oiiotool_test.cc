@@ -34,6 +34,8 @@ const Shared kShared[] = {
     {"AbsDiffConstant", "a", "--absdiffc 0.5"},
     {"Clamp", "a", "--clamp:min=0.25:max=0.75"},
     {"ClampEach", "a", "--clamp:min=0.1,0.2,0.3:max=0.6,0.7,0.8"},
+    {"Power", "a", "--powc 2"},
+    {"PowersRgba", "p", "--powc 2,3,1,1"},
     {"Invert", "a", "--invert"},
     {"InvertRgba", "p", "--invert"},
     {"Abs", "a", "--addc -0.5 --abs"},

@@ -1,0 +1,51 @@
+// Lookups: colour tables per channel, RGB through a 3-D table, pixel textures whose coordinates are an image.
+#ifndef TESSERA_OPS_LOOKUP_H_
+#define TESSERA_OPS_LOOKUP_H_
+
+#include <vector>
+
+#include "tessera/node.h"
+#include "tessera/table.h"
+
+namespace tessera {
+
+// Every pixel's channels are the coordinates (s,t,r,q) of a lookup; the result has the table's channels.
+// Coordinates are used exactly: the only roundings are those of the interpolation. Any dimension goes with
+// any pixel format. |error| <= 4 u (cubic 12 u) times the largest magnitude among the entries read, u =
+// 2^-24; nearest and lookups at an entry return its bits. kMipmap: level log2(rho), rho the larger of the
+// coordinate differences per pixel along x and y in texels of level 0, each the smaller of the differences to
+// the two neighbours that exist and are valid, so that an object's edge does not blur; blended linearly
+// between two levels of MipChain(kBox). Spec: lookup-tables.md. Cost: one pass over the coordinates; kMipmap
+// builds the chain when the node is made (or evaluated, for a node). Errors: a coordinate channel that is
+// missing (those present are listed), kMipmap of four dimensions.
+Node Lookup(const Node& coords, const Table& table, const LookupParams& params = {});
+// The table is an image that is computed whole first; layout as in TableFromImage. The result has its channel
+// names.
+Node Lookup(const Node& coords, const Node& table, const TableLayout& layout = {},
+            const LookupParams& params = {});
+
+// R, G, B (clamped to [0,1], NaN to 0) are the coordinates of a 3-D table of three or four channels; its
+// first three results replace them, alpha and other channels keep their bits. Error unless the image has
+// three channels. kNearest, kLinear, kTetrahedral, kCubic. |error| <= 4 u (cubic 12 u) times the largest
+// entry read; uint8 and uint16 results are correctly rounded but within 2^-12 of a code of a tie. Source:
+// spec/lookup-tables.md.
+struct Table3DParams {
+  TableFilter filter = TableFilter::kTetrahedral;
+  CubicKernel cubic = CubicKernel::kCatmullRom;
+};
+Node ApplyTable3D(const Node& image, const Table& table, const Table3DParams& params = {});
+
+// Each channel through a 1-D table of its own: tables[c] (one dimension, one result channel) for channel c of
+// the image; an empty Table, and channels beyond the list, keep their bits. Samples are clamped to [0,1] for
+// the index, NaN reads entry 0. |error| <= 2 u times the larger entry read (cubic 8 u); entries are returned
+// as they are. uint8 images are mapped code by code, correctly rounded. kNearest, kLinear, kCubic.
+struct Tables1DParams {
+  std::vector<Table> tables;
+  TableFilter filter = TableFilter::kLinear;
+  CubicKernel cubic = CubicKernel::kCatmullRom;
+};
+Node ApplyTables1D(const Node& image, const Tables1DParams& params);
+
+}  // namespace tessera
+
+#endif  // TESSERA_OPS_LOOKUP_H_

@@ -1,0 +1,29 @@
+// What the lookup operations keep: the table beside the public parameters. Read by their references.
+#ifndef TESSERA_BASE_LOOKUP_PARAMS_H_
+#define TESSERA_BASE_LOOKUP_PARAMS_H_
+
+#include <vector>
+
+#include "tessera/table.h"
+
+namespace tessera::base {
+
+struct LookupSettings {
+  Table table;  // empty: input 1 is the table, laid out as `layout` says
+  TableLayout layout;
+  LookupParams lookup;
+};
+
+struct Table3DSettings {
+  Table table;
+  LookupParams lookup;
+};
+
+struct Tables1DSettings {
+  std::vector<Table> tables;  // one per channel; empty ones change nothing
+  LookupParams lookup;
+};
+
+}  // namespace tessera::base
+
+#endif  // TESSERA_BASE_LOOKUP_PARAMS_H_

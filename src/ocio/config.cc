@@ -1,0 +1,287 @@
+// Finds configs, colour spaces, displays, views and looks; the public functions on top of them.
+#include "ocio/config.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <sstream>
+
+#include "ocio/built_in_config.h"
+#include "ops/registry.h"
+#include "tessera/ops/color.h"
+
+namespace tessera {
+namespace ocio {
+
+std::string OneLine(const std::string& text) {
+  std::string line;
+  for (const char c : text) {
+    const bool space = std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!space) {
+      line += c;
+    } else if (!line.empty() && line.back() != ' ') {
+      line += ' ';
+    }
+  }
+  // Of a file that no reader took, what the reader of its extension said is told.
+  constexpr char kReason[] = "' failed with: ";
+  if (const size_t at = line.find(kReason); at != std::string::npos) {
+    line.erase(0, at + sizeof kReason - 1);
+    if (const size_t next = line.find(kReason); next != std::string::npos) line.erase(line.rfind(" '", next));
+  }
+  while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
+  return line;
+}
+
+Config LoadConfig(const OcioParams& params) {
+  Config c;
+  const char* const variable = lib::GetEnvVariable("OCIO");
+  c.name = !params.config.empty()                  ? params.config
+           : variable != nullptr && *variable != 0 ? variable
+                                                   : kBuiltInConfig;
+  if (c.name == kBuiltInConfig) {
+    std::istringstream text(BuiltInConfigText());
+    c.config = Guarded(c.name, [&] { return lib::Config::CreateFromStream(text); });
+  } else {
+    std::error_code ignored;
+    const std::filesystem::path path(c.name);
+    if (std::filesystem::is_directory(path, ignored)) {
+      throw Error(c.name, "found a directory, expected an OpenColorIO config file");
+    }
+    if (!std::filesystem::exists(path, ignored))
+      throw Error(c.name, "no such file, expected an OpenColorIO config");
+    c.config = Guarded(c.name, [&] {
+      lib::ConstConfigRcPtr config = lib::Config::CreateFromFile(c.name.c_str());
+      config->validate();
+      return config;
+    });
+  }
+  const lib::ContextRcPtr context = c.config->getCurrentContext()->createEditableCopy();
+  for (const auto& [key, value] : params.context) context->setStringVar(key.c_str(), value.c_str());
+  c.context = context;
+  return c;
+}
+
+namespace {
+
+[[noreturn]] void Unknown(const Config& config, const std::string& kind, const std::string& name,
+                          const std::vector<std::string>& known) {
+  const std::string near = ops::Nearest(name, known);
+  std::string reason = "found no " + kind + " \"" + name + "\" in this config";
+  if (!near.empty()) {
+    reason += "; did you mean \"" + near + "\"?";
+  } else {
+    constexpr size_t kShown = 12;
+    reason += ", expected one of";
+    for (size_t i = 0; i < known.size() && i < kShown; ++i)
+      reason += (i > 0 ? ", \"" : " \"") + known[i] + "\"";
+    if (known.size() > kShown) reason += ", …";
+  }
+  throw Error(config.name, reason);
+}
+
+// What may name a colour space, names first.
+std::vector<std::string> SpaceNames(const lib::Config& config) {
+  std::vector<std::string> names;
+  const int spaces = config.getNumColorSpaces(lib::SEARCH_REFERENCE_SPACE_ALL, lib::COLORSPACE_ALL);
+  for (int i = 0; i < spaces; ++i) {
+    names.emplace_back(
+        config.getColorSpaceNameByIndex(lib::SEARCH_REFERENCE_SPACE_ALL, lib::COLORSPACE_ALL, i));
+  }
+  for (size_t i = 0, count = names.size(); i < count; ++i) {
+    const lib::ConstColorSpaceRcPtr space = config.getColorSpace(names[i].c_str());
+    for (size_t k = 0; k < space->getNumAliases(); ++k) names.emplace_back(space->getAlias(k));
+  }
+  for (int i = 0; i < config.getNumRoles(); ++i) names.emplace_back(config.getRoleName(i));
+  return names;
+}
+
+std::vector<std::string> Displays(const lib::Config& config) {
+  std::vector<std::string> names;
+  for (int i = 0; i < config.getNumDisplaysAll(); ++i) names.emplace_back(config.getDisplayAll(i));
+  return names;
+}
+std::vector<std::string> Views(const lib::Config& config, const std::string& display) {
+  std::vector<std::string> names;
+  for (const auto type : {lib::VIEW_SHARED, lib::VIEW_DISPLAY_DEFINED}) {
+    for (int i = 0; i < config.getNumViews(type, display.c_str()); ++i) {
+      names.emplace_back(config.getView(type, display.c_str(), i));
+    }
+  }
+  return names;
+}
+std::vector<std::string> Looks(const lib::Config& config) {
+  std::vector<std::string> names;
+  for (int i = 0; i < config.getNumLooks(); ++i) names.emplace_back(config.getLookNameByIndex(i));
+  return names;
+}
+
+// Every name of a list of looks: separated by commas, colons or bars, with a sign.
+void RequireLooks(const Config& config, const std::string& looks) {
+  std::string name;
+  for (const char c : looks + ",") {
+    if (c != ',' && c != ':' && c != '|') {
+      name += c;
+      continue;
+    }
+    const size_t first = name.find_first_not_of(" \t+-"), last = name.find_last_not_of(" \t");
+    if (first != std::string::npos) {
+      RequireOneOf(config, "look", name.substr(first, last - first + 1), Looks(*config.config));
+    }
+    name.clear();
+  }
+}
+
+lib::TransformDirection Direction(bool inverse) {
+  return inverse ? lib::TRANSFORM_DIR_INVERSE : lib::TRANSFORM_DIR_FORWARD;
+}
+
+// `transform` of the config on the image, between division and multiplication by alpha where asked.
+Node Apply(const Node& image, const Config& config, const lib::ConstTransformRcPtr& transform, bool inverse,
+           bool unpremult, const std::string& subject, const TableFilter* filter = nullptr) {
+  const lib::ConstProcessorRcPtr processor = Guarded(
+      subject, [&] { return config.config->getProcessor(config.context, transform, Direction(inverse)); });
+  if (!unpremult) return Translate(image, processor, subject, filter);
+  return Premultiply(Translate(Unpremultiply(image), processor, subject, filter));
+}
+
+lib::Interpolation InterpolationOf(TableFilter filter) {
+  switch (filter) {
+    case TableFilter::kNearest:
+      return lib::INTERP_NEAREST;
+    case TableFilter::kLinear:
+      return lib::INTERP_LINEAR;
+    default:
+      return lib::INTERP_BEST;
+  }
+}
+
+lib::FileTransformRcPtr FileTransformOf(const std::string& file, const LutParams& params) {
+  if (params.filter == TableFilter::kMipmap) {
+    throw Error(file, "found the filter mipmap, expected nearest, linear, tetrahedral or cubic");
+  }
+  const lib::FileTransformRcPtr transform = lib::FileTransform::Create();
+  transform->setSrc(file.c_str());
+  transform->setInterpolation(InterpolationOf(params.filter));
+  transform->setCCCId(params.cccid.empty() ? "0" : params.cccid.c_str());
+  return transform;
+}
+
+}  // namespace
+
+void RequireOneOf(const Config& config, const std::string& kind, const std::string& name,
+                  const std::vector<std::string>& known) {
+  // Names of OpenColorIO do not depend on case.
+  const auto same = [&](const std::string& k) {
+    return k.size() == name.size() && std::equal(k.begin(), k.end(), name.begin(), [](char a, char b) {
+             return std::tolower(static_cast<unsigned char>(a)) ==
+                    std::tolower(static_cast<unsigned char>(b));
+           });
+  };
+  if (std::none_of(known.begin(), known.end(), same)) Unknown(config, kind, name, known);
+}
+
+std::string RequireColorSpace(const Config& config, const std::string& name) {
+  if (config.config->getColorSpace(name.c_str()) == nullptr &&
+      config.config->getNamedTransform(name.c_str()) == nullptr) {
+    Unknown(config, "colour space", name, SpaceNames(*config.config));
+  }
+  return name;
+}
+
+std::string SpaceOrDefault(const Config& config, const std::string& name, const ImageSpec& spec) {
+  if (!name.empty()) return RequireColorSpace(config, name);
+  if (spec.metadata != nullptr) {
+    for (const Attribute& a : *spec.metadata) {
+      if (a.name == "oiio:ColorSpace" && !a.strings.empty() &&
+          config.config->getColorSpace(a.strings[0].c_str()) != nullptr) {
+        return a.strings[0];
+      }
+    }
+  }
+  return RequireColorSpace(config, lib::ROLE_SCENE_LINEAR);
+}
+
+}  // namespace ocio
+
+Node ColorConvert(const Node& image, const std::string& from, const std::string& to,
+                  const OcioParams& params) {
+  const ocio::Config config = ocio::LoadConfig(params);
+  const auto transform = ocio::lib::ColorSpaceTransform::Create();
+  transform->setSrc(ocio::RequireColorSpace(config, from).c_str());
+  transform->setDst(ocio::RequireColorSpace(config, to).c_str());
+  return ocio::Apply(image, config, transform, false, params.unpremult, "colorconvert");
+}
+
+bool HasColorSpace(const std::string& name, const OcioParams& params) {
+  return ocio::LoadConfig(params).config->getColorSpace(name.c_str()) != nullptr;
+}
+
+Node OcioDisplay(const Node& image, const std::string& display, const std::string& view,
+                 const OcioDisplayParams& display_params, const OcioParams& params) {
+  const ocio::Config config = ocio::LoadConfig(params);
+  const std::string from = ocio::SpaceOrDefault(config, display_params.from, image.spec());
+  std::string shown = display, shown_view = view;
+  if (shown.empty()) shown = config.config->getDefaultDisplay();
+  ocio::RequireOneOf(config, "display", shown, ocio::Displays(*config.config));
+  if (shown_view.empty()) shown_view = config.config->getDefaultView(shown.c_str());
+  ocio::RequireOneOf(config, "view", shown_view, ocio::Views(*config.config, shown));
+  const auto transform = ocio::lib::DisplayViewTransform::Create();
+  transform->setSrc(from.c_str());
+  transform->setDisplay(shown.c_str());
+  transform->setView(shown_view.c_str());
+  if (display_params.looks.empty()) {
+    return ocio::Apply(image, config, transform, display_params.inverse, params.unpremult, "ociodisplay");
+  }
+  // The looks in place of the view's own, then the view.
+  ocio::RequireLooks(config, display_params.looks);
+  const auto look = ocio::lib::LookTransform::Create();
+  look->setSrc(from.c_str());
+  const char* const result = ocio::lib::LookTransform::GetLooksResultColorSpace(config.config, config.context,
+                                                                                display_params.looks.c_str());
+  const std::string between = result != nullptr && *result != 0 ? result : from;
+  look->setDst(between.c_str());
+  look->setLooks(display_params.looks.c_str());
+  transform->setSrc(between.c_str());
+  transform->setLooksBypass(true);
+  const auto both = ocio::lib::GroupTransform::Create();
+  both->appendTransform(look);
+  both->appendTransform(transform);
+  return ocio::Apply(image, config, both, display_params.inverse, params.unpremult, "ociodisplay");
+}
+
+Node OcioLook(const Node& image, const std::string& looks, const OcioLookParams& look_params,
+              const OcioParams& params) {
+  const ocio::Config config = ocio::LoadConfig(params);
+  ocio::RequireLooks(config, looks);
+  const std::string from = ocio::SpaceOrDefault(config, look_params.from, image.spec());
+  const auto transform = ocio::lib::LookTransform::Create();
+  transform->setLooks(looks.c_str());
+  transform->setSrc(from.c_str());
+  transform->setDst(look_params.to.empty() ? from.c_str()
+                                           : ocio::RequireColorSpace(config, look_params.to).c_str());
+  return ocio::Apply(image, config, transform, look_params.inverse, params.unpremult, "ociolook");
+}
+
+Node OcioFileTransform(const Node& image, const std::string& file, const LutParams& lut_params,
+                       const OcioParams& params) {
+  const ocio::Config config = ocio::LoadConfig(params);
+  const std::string found =
+      ocio::Guarded(file, [&] { return std::string(config.context->resolveFileLocation(file.c_str())); });
+  const ocio::CheckedLutFile checked(found);
+  const auto transform = ocio::FileTransformOf(checked.path(), lut_params);
+  return ocio::Apply(image, config, transform, lut_params.inverse, params.unpremult, file,
+                     &lut_params.filter);
+}
+
+Node ApplyLut(const Node& image, const std::string& file, const LutParams& lut_params) {
+  const ocio::CheckedLutFile checked(file);
+  ocio::Config raw;
+  raw.config = ocio::lib::Config::CreateRaw();
+  raw.context = raw.config->getCurrentContext();
+  raw.name = file;
+  const auto transform = ocio::FileTransformOf(checked.path(), lut_params);
+  return ocio::Apply(image, raw, transform, lut_params.inverse, false, file, &lut_params.filter);
+}
+
+}  // namespace tessera

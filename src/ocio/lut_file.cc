@@ -1,0 +1,203 @@
+// What is checked of a LUT file before OpenColorIO reads it: sizes, domains, numbers that are none, entries
+// given twice.
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "ocio/config.h"
+
+namespace tessera::ocio {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostEntries1D = 1024 * 1024, kLongestEdge3D = 129;  // as OpenColorIO has them
+constexpr char kByteOrderMark[] = "\xef\xbb\xbf";
+
+std::vector<std::string> WordsOf(const std::string& line) {
+  std::istringstream stream(line);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+// The number that the whole word is, infinities and NaN included.
+bool IsNumber(const std::string& word, double& value) {
+  const char* const first = word.data() + (word.size() > 1 && word[0] == '+' ? 1 : 0);
+  const auto [end, error] = std::from_chars(first, word.data() + word.size(), value);
+  return error != std::errc::invalid_argument && end == word.data() + word.size();
+}
+
+// A text file line by line, with what every check needs to say.
+class Checker {
+ public:
+  Checker(const std::string& file, std::istream& stream) : file_(file), stream_(stream) {}
+
+  // .cube of Iridas and Resolve.
+  void Cube() {
+    while (Next()) {
+      if (words_[0] == "LUT_1D_SIZE") {
+        RequireSize(words_[0], kMostEntries1D);
+      } else if (words_[0] == "LUT_3D_SIZE") {
+        RequireSize(words_[0], kLongestEdge3D);
+      } else if (words_[0] == "DOMAIN_MIN") {
+        Triple(low_);
+      } else if (words_[0] == "DOMAIN_MAX") {
+        Triple(high_);
+      } else if (words_[0] == "LUT_1D_INPUT_RANGE" || words_[0] == "LUT_3D_INPUT_RANGE") {
+        RequireRange(words_[0], 1);
+      } else {
+        RequireFinite(0);
+      }
+    }
+    for (int c = 0; c < 3; ++c) {
+      if (!(low_[c] < high_[c])) {
+        Refuse("found a domain from " + Shown(low_[c]) + " to " + Shown(high_[c]) +
+               ", expected it to increase");
+      }
+    }
+  }
+
+  void Spi1d() {
+    while (Next()) {
+      if (words_[0] == "From") {
+        RequireRange("From", 1);
+      } else {
+        RequireFinite(0);
+      }
+    }
+  }
+
+  void Spi3d() {
+    std::set<std::vector<std::string>> seen;
+    while (Next()) {
+      if (words_.size() != 6) continue;
+      RequireFinite(3);
+      if (!seen.insert({words_[0], words_[1], words_[2]}).second) {
+        Refuse("found the entry " + words_[0] + " " + words_[1] + " " + words_[2] + " twice" + Where());
+      }
+    }
+  }
+
+ private:
+  [[noreturn]] void Refuse(const std::string& reason) const { throw Error(file_, reason); }
+  std::string Where() const { return " in line " + std::to_string(line_); }
+  static std::string Shown(double v) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", v);
+    return text;
+  }
+
+  // The next line that has words, comments left out.
+  bool Next() {
+    for (std::string line; std::getline(stream_, line);) {
+      ++line_;
+      if (line_ == 1 && line.starts_with(kByteOrderMark)) line.erase(0, 3);
+      words_ = line.starts_with("#") ? std::vector<std::string>() : WordsOf(line);
+      if (!words_.empty()) return true;
+    }
+    return false;
+  }
+
+  void RequireSize(const std::string& name, int most) const {
+    const std::string word = words_.size() > 1 ? words_[1] : "nothing";
+    double size = 0;
+    if (words_.size() == 2 && IsNumber(word, size) && size == std::floor(size) && size >= 2 && size <= most)
+      return;
+    Refuse("found " + name + " " + word + Where() + ", expected a size from 2 to " + std::to_string(most));
+  }
+  void RequireRange(const std::string& name, size_t at) const {
+    double low = 0, high = 0;
+    if (words_.size() < at + 2 || !IsNumber(words_[at], low) || !IsNumber(words_[at + 1], high)) return;
+    if (!(low < high)) {
+      Refuse("found " + name + " " + words_[at] + " " + words_[at + 1] + Where() +
+             ", expected a range that increases");
+    }
+  }
+  void Triple(double (&values)[3]) const {
+    if (words_.size() != 4)
+      Refuse("found " + std::to_string(words_.size() - 1) + " numbers after " + words_[0] + Where() +
+             ", expected 3");
+    for (size_t c = 0; c < 3; ++c) {
+      if (!IsNumber(words_[c + 1], values[c]))
+        Refuse("found \"" + words_[c + 1] + "\"" + Where() + ", expected a number");
+    }
+  }
+  // Words that are numbers must be finite; OpenColorIO judges the others.
+  void RequireFinite(size_t from) const {
+    for (size_t i = from; i < words_.size(); ++i) {
+      double value = 0;
+      if (IsNumber(words_[i], value) && !std::isfinite(value)) {
+        Refuse("found " + words_[i] + Where() + ", expected finite numbers");
+      }
+    }
+  }
+
+  const std::string& file_;
+  std::istream& stream_;
+  std::vector<std::string> words_;
+  int line_ = 0;
+  double low_[3] = {0, 0, 0}, high_[3] = {1, 1, 1};
+};
+
+std::string LowerExtension(const std::string& file) {
+  std::string extension = fs::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// A copy without the first `skip` bytes, under a name of its own with the same extension.
+std::string CopyWithout(const std::string& file, std::istream& stream, std::streamoff skip) {
+  const std::string extension = fs::path(file).extension().string();
+  std::string name = (fs::temp_directory_path() / ("tessera_lut_XXXXXX" + extension)).string();
+  const int descriptor = mkstemps(name.data(), static_cast<int>(extension.size()));
+  if (descriptor < 0) throw Error(file, "cannot write a temporary copy without its byte-order mark");
+  close(descriptor);
+  stream.clear();
+  stream.seekg(skip);
+  std::ofstream(name, std::ios::binary) << stream.rdbuf();
+  return name;
+}
+
+}  // namespace
+
+CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) throw Error(file, "no such file, expected a LUT that OpenColorIO reads");
+  if (fs::is_directory(file, ignored)) throw Error(file, "found a directory, expected a LUT file");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(file, "cannot be read");
+  if (stream.peek() == std::ifstream::traits_type::eof()) throw Error(file, "is empty, expected a LUT");
+  const std::string extension = LowerExtension(file);
+  Checker checker(path_, stream);
+  if (extension == ".cube") checker.Cube();
+  if (extension == ".spi1d") checker.Spi1d();
+  if (extension == ".spi3d") checker.Spi3d();
+  char start[4] = {};
+  stream.clear();
+  stream.seekg(0);
+  stream.read(start, 3);
+  if (std::string(start) == kByteOrderMark && extension != ".icc" && extension != ".icm") {
+    path_ = CopyWithout(file, stream, 3);
+    temporary_ = true;
+  }
+}
+
+CheckedLutFile::~CheckedLutFile() {
+  std::error_code ignored;
+  if (temporary_) fs::remove(path_, ignored);
+}
+
+}  // namespace tessera::ocio

@@ -1,0 +1,183 @@
+// Depth of field: every pixel gathers the neighbours whose circle of confusion reaches it.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "graph/op.h"
+#include "ops/accumulate/accumulate_ops.h"
+#include "ops/accumulate/disc_kernel.h"
+#include "ops/geometry/separable.h"
+#include "tessera/ops/accumulate.h"
+
+namespace tessera::ops {
+namespace {
+
+constexpr int kLargestRadius = 128;
+constexpr int kPad = 16;
+
+// The radius of a point's disc in pixels; 0 where there is no depth.
+double CircleOfConfusion(const DepthOfFieldParams& p, double depth) {
+  if (!(depth > 0)) return 0;
+  return std::max(0.5, std::min(p.max_radius, p.aperture * std::fabs(1 / p.focus - 1 / depth)));
+}
+
+class DepthOfFieldStage final : public graph::TileStage {
+ public:
+  DepthOfFieldStage(const DepthOfFieldParams& p, const Roi& window)
+      : params_(p), margin_(static_cast<int>(std::ceil(p.max_radius))), window_(window), gather_(ChooseGatherDiscs()) {}
+
+  Roi InputRoi(int, const Roi& out) const override { return Inflate(out, margin_, margin_); }
+  graph::TileSize Preferred() const override { return {256, 64}; }
+
+  void Run(const graph::TileArgs& args) const override {
+    const ConstImageView color = InputChannels(args, 0);
+    const Roi &in = color.roi, &out = args.out.roi;
+    const int channels = args.out.channels;
+    DiscRow row;
+    row.stride = in.width() + kPad;
+    const size_t plane = static_cast<size_t>(row.stride) * static_cast<size_t>(in.height()) + kPad;
+    const auto new_plane = [&] {
+      float* const p = args.scratch.Allocate<float>(plane);
+      std::fill_n(p, plane, 0.0f);
+      return p;
+    };
+    float *const radius = new_plane(), *const density = new_plane(), *const depth = new_plane();
+    std::vector<float*> values;
+    for (int c = 0; c < channels; ++c) values.push_back(new_plane());
+
+    const std::span<const int> present = args.in_channels[1];
+    const auto channel = std::find(present.begin(), present.end(), params_.depth_channel) - present.begin();
+    double largest = 0;
+    for (int y = in.y0; y < in.y1; ++y) {
+      ptrdiff_t i = (y - in.y0) * row.stride;
+      for (int x = in.x0; x < in.x1; ++x, ++i) {
+        const auto* const pixel = reinterpret_cast<const float*>(color.At(x, y));
+        for (int c = 0; c < channels; ++c) values[static_cast<size_t>(c)][i] = pixel[c];
+        depth[i] = reinterpret_cast<const float*>(args.in[1].At(x, y))[channel];
+        // Beyond the image there is nothing to gather.
+        const double c = window_.Contains({x, y, x + 1, y + 1}) ? CircleOfConfusion(params_, depth[i]) : 0;
+        radius[i] = static_cast<float>(c);
+        density[i] = c > 0 ? static_cast<float>(1 / (std::numbers::pi * c * c)) : 0;
+        largest = std::max(largest, c);
+      }
+    }
+
+    row.width = out.width();
+    row.reach = std::min(margin_, static_cast<int>(std::ceil(largest - 0.5)));
+    row.padded = (out.width() + kPad - 1) / kPad * kPad;
+    const size_t sums = static_cast<size_t>(row.padded) * static_cast<size_t>(channels + 1);
+    row.sums = args.scratch.Allocate<float>(sums);
+    for (int y = out.y0; y < out.y1; ++y) {
+      const ptrdiff_t first = (y - in.y0) * row.stride + (out.x0 - in.x0);
+      row.radius = radius + first, row.density = density + first, row.depth = depth + first;
+      row.values.clear();
+      for (const float* v : values) row.values.push_back(v + first);
+      std::fill_n(row.sums, sums, 0.0f);
+      gather_(row);
+      Finish(row, channels, reinterpret_cast<float*>(args.out.At(out.x0, y)));
+    }
+  }
+
+ private:
+  static void Finish(const DiscRow& row, int channels, float* out) {
+    const float* const totals = row.sums + ptrdiff_t{channels} * row.padded;
+    for (int x = 0; x < row.width; ++x, out += channels) {
+      // Without a depth, or alone in its disc: the pixel itself, bit for bit.
+      const bool alone = row.density[x] == 0 || totals[x] == row.density[x];
+      for (int c = 0; c < channels; ++c) {
+        out[c] = alone ? row.values[static_cast<size_t>(c)][x] : row.sums[ptrdiff_t{c} * row.padded + x] / totals[x];
+      }
+    }
+  }
+
+  DepthOfFieldParams params_;
+  int margin_;
+  Roi window_;
+  DiscFunction gather_;
+};
+
+class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
+ public:
+  using OpWith::OpWith;
+  std::string Name() const override { return "dof"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
+  bool IsIdentity() const override { return params().aperture == 0; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    const DepthOfFieldParams& p = params();
+    if (!(p.focus > 0)) throw Error("dof", "found a focus of " + std::to_string(p.focus) + ", expected a depth above 0");
+    if (!(p.aperture >= 0) || std::isinf(p.aperture)) {
+      throw Error("dof", "found an aperture of " + std::to_string(p.aperture) + ", expected a finite one of at least 0");
+    }
+    if (!(p.max_radius >= 0 && p.max_radius <= kLargestRadius)) {
+      throw Error("dof", "found a radius of " + std::to_string(p.max_radius) + " pixels, expected 0 to 128");
+    }
+    if (p.depth_channel < 0 || p.depth_channel >= inputs[1].channel_count()) {
+      throw Error("dof", "found the depth channel " + std::to_string(p.depth_channel) + ", expected 0 to " +
+                             std::to_string(inputs[1].channel_count() - 1));
+    }
+    graph::RequireSameWindow("dof", inputs);
+    return inputs[0];
+  }
+  std::vector<bool> NeededChannels(int k, const std::vector<bool>& result, const ImageSpec& in) const override {
+    if (k == 0) return result;
+    std::vector<bool> needed(in.channels.size(), false);
+    needed[static_cast<size_t>(params().depth_channel)] = true;
+    return needed;
+  }
+  std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
+    return std::make_unique<DepthOfFieldStage>(params(), context.inputs[0].data_window);
+  }
+};
+
+ParamInfo Number(const char* name, const char* default_value, double min, double max, const char* help) {
+  ParamInfo p;
+  p.name = name;
+  p.default_value = default_value;
+  p.help = help;
+  p.min = min, p.max = max;
+  return p;
+}
+
+}  // namespace
+
+OpInfo DepthOfFieldInfo() {
+  OpInfo info;
+  info.name = "dof";
+  info.family = "accumulate";
+  info.inputs = 2;
+  info.summary = "Depth of field from colour and depth";
+  info.help =
+      "COLOR DEPTH --dof FOCUS: a point at depth z is spread over a disc of radius aperture |1/FOCUS - 1/z| pixels, at "
+      "most max=; a pixel gathers every neighbour whose disc reaches it, weighted by coverage over area. What lies "
+      "behind a pixel is spread no further than the pixel itself is out of focus, so that sharp objects keep their "
+      "edges. Alpha is treated as the colours. A depth of infinity is infinitely far; a depth that is zero, negative or "
+      "NaN leaves the pixel as it is and gives nothing to others. Approximate where one object hides another.";
+  info.bound = "64 u * (largest |value| gathered)";
+  info.bound_u = 64;
+  info.arguments = {Number("FOCUS", "", 1e-30, 1e38, "the depth that is sharp")};
+  ParamInfo channel;
+  channel.name = "channel";
+  channel.type = ParamType::kInteger;
+  channel.default_value = "0";
+  channel.help = "channel of the depth image";
+  channel.min = 0, channel.max = 1023;
+  info.modifiers = {Number("aperture", "8", 0, 1e30, "radius in pixels times depth"),
+                    Number("max", "32", 0, kLargestRadius, "largest radius in pixels"), channel};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    return DepthOfField(in[0], in[1], {a.Number("FOCUS"), a.Number("aperture"), a.Number("max"), a.Integer("channel")});
+  };
+  info.examples = {"0.8 aperture=4 max=6", "0.3 aperture=1 max=3.7 channel=1", "1e30 aperture=2 max=2"};
+  return info;
+}
+
+}  // namespace tessera::ops
+
+namespace tessera {
+
+Node DepthOfField(const Node& image, const Node& depth, const DepthOfFieldParams& params) {
+  return graph::MakeNode(std::make_shared<const ops::DepthOfFieldOp>(params), {image, depth});
+}
+
+}  // namespace tessera

@@ -1,0 +1,358 @@
+// Convolution with a named kernel or a kernel image, and the operations that are one named kernel each.
+#include <cctype>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "graph/op.h"
+#include "ops/filter/filter_ops.h"
+#include "ops/filter/window.h"
+#include "ops/filter/window_stage.h"
+#include "tessera/error.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/color.h"
+#include "tessera/ops/filter.h"
+
+namespace tessera::ops {
+namespace {
+
+// As a correlation, divided.
+Kernel Prepared(Kernel kernel, const ConvolveParams& params) {
+  if (params.divisor != 0) {
+    for (double& w : kernel.weights) w /= params.divisor;
+  }
+  return params.correlate ? kernel : Turned(kernel);
+}
+
+class ConvolveOp final : public graph::OpWith<Convolution> {
+ public:
+  ConvolveOp(Convolution params, int alpha) : OpWith(std::move(params)), alpha_(alpha) {
+    if (!this->params().kernel_image) {
+      window_ = MakeWindow(this->params().kernel);
+    }
+  }
+  std::string Name() const override { return "convolve"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
+  std::string Describe() const override {
+    const Kernel& k = params().kernel;
+    return window_ ? window_->Describe()
+                   : std::to_string(k.width) + "x" + std::to_string(k.height) + " image";
+  }
+  bool IsIdentity() const override {
+    const Kernel& k = params().kernel;
+    const double divisor = params().params.divisor;
+    return window_ && k.planes == 1 && k.width == 1 && k.height == 1 &&
+           k.weights[0] == (divisor == 0 ? 1 : divisor) && params().params.bias == 0;
+  }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    ImageSpec out = inputs[0];
+    const int planes = params().kernel_image ? inputs[1].channel_count() : params().kernel.planes;
+    if (planes != 1 && planes != out.channel_count()) {
+      throw Error("convolve", "found a kernel of " + std::to_string(planes) + " planes for an image of " +
+                                  std::to_string(out.channel_count()) + " channels, expected 1 or as many");
+    }
+    const Kernel& k = params().kernel;
+    out.data_window =
+        OutputWindow(out.data_window, params().params.correlate ? k : Mirrored(k), params().params.border);
+    return out;
+  }
+  bool NeedsWhole(int k) const override { return k == 1; }
+  std::vector<bool> NeededChannels(int input, const std::vector<bool>& result,
+                                   const ImageSpec& in) const override {
+    if (input == 1) return std::vector<bool>(in.channels.size(), true);
+    std::vector<bool> needed = result;
+    if (params().params.bias != 0 && alpha_ >= 0) needed[static_cast<size_t>(alpha_)] = true;
+    return needed;
+  }
+  std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
+    const std::shared_ptr<const Window> window = window_ ? window_ : MakeWindow(FromPixels(context.whole[1]));
+    return std::make_unique<WindowStage>(window, context.inputs[0].data_window);
+  }
+
+ private:
+  // Only the anchor turned: what OutputWindow needs.
+  static Kernel Mirrored(const Kernel& k) {
+    return {k.width, k.height, k.width - 1 - k.anchor_x, k.height - 1 - k.anchor_y, 1, {}};
+  }
+  std::shared_ptr<const Window> MakeWindow(const Kernel& kernel) const {
+    RequireKernel("convolve", kernel);
+    const ConvolveParams& p = params().params;
+    return std::make_shared<const Window>("convolve", Prepared(kernel, p),
+                                          WindowOptions{p.method, p.border, p.border_value, p.bias, alpha_});
+  }
+  Kernel FromPixels(const ConstImageView& pixels) const {
+    Kernel kernel = params().kernel;
+    kernel.planes = pixels.channels;
+    kernel.weights.clear();
+    for (int c = 0; c < pixels.channels; ++c) {
+      double sum = 0;
+      const size_t first = kernel.weights.size();
+      for (int y = pixels.roi.y0; y < pixels.roi.y1; ++y) {
+        for (int x = pixels.roi.x0; x < pixels.roi.x1; ++x) {
+          kernel.weights.push_back(*reinterpret_cast<const float*>(pixels.At(x, y, c)));
+          sum += kernel.weights.back();
+        }
+      }
+      if (!params().normalize || sum == 0) continue;
+      for (size_t i = first; i < kernel.weights.size(); ++i) kernel.weights[i] /= sum;
+    }
+    return kernel;
+  }
+
+  int alpha_;
+  std::shared_ptr<const Window> window_;  // null until the kernel image is there
+};
+
+// Colours divided by alpha, `filter` on them alone, multiplied again.
+template <class F>
+Node OnColorsOnly(const Node& image, F filter) {
+  const ImageSpec& spec = image.spec();
+  if (spec.alpha < 0) return filter(image);
+  std::vector<ChannelChoice> colors, order;
+  for (int c = 0; c < spec.channel_count(); ++c) {
+    if (c != spec.alpha) colors.push_back({c, 0, spec.channels[static_cast<size_t>(c)]});
+  }
+  if (colors.empty()) return image;
+  const Node filtered = filter(SelectChannels(Unpremultiply(image), colors));
+  const Roi& window = filtered.spec().data_window;
+  const Node alpha = SelectChannels(window == spec.data_window ? image : Crop(image, window),
+                                    std::vector<ChannelChoice>{{spec.alpha, 0, ""}});
+  const Node all = AppendChannels(filtered, alpha);
+  for (int c = 0, color = 0; c < spec.channel_count(); ++c) {
+    order.push_back(
+        {c == spec.alpha ? spec.channel_count() - 1 : color++, 0, spec.channels[static_cast<size_t>(c)]});
+  }
+  return Premultiply(SelectChannels(all, order));
+}
+
+Node Apply(const Node& image, const Node& kernel_image, Convolution convolution) {
+  std::vector<Node> inputs = {image};
+  if (kernel_image) inputs.push_back(kernel_image);
+  if (!std::exchange(convolution.params.preserve_alpha, false)) {
+    const int alpha = image.spec().alpha;
+    return graph::MakeNode(std::make_shared<const ConvolveOp>(std::move(convolution), alpha), inputs);
+  }
+  return OnColorsOnly(image, [&](const Node& colors) {
+    inputs[0] = colors;
+    return graph::MakeNode(std::make_shared<const ConvolveOp>(convolution, -1), inputs);
+  });
+}
+
+const std::vector<std::string> kWindowMethods = {"auto", "direct", "separable", "lowrank", "fft"};
+
+// Modifiers of every operation with a fixed kernel.
+std::vector<ParamInfo> CommonModifiers() {
+  return {BorderModifier(),
+          BorderValueModifier(),
+          MethodModifier(kWindowMethods),
+          {.name = "preservealpha",
+           .type = ParamType::kFlag,
+           .default_value = "0",
+           .help = "filter the colours, divided by alpha, and leave alpha alone"}};
+}
+ConvolveParams CommonParams(const Arguments& a) {
+  ConvolveParams p;
+  p.border = BorderNamed(a.Text("border"));
+  p.border_value = a.Number("bordervalue");
+  p.method = MethodNamed(a.Text("method"));
+  p.preserve_alpha = a.Flag("preservealpha");
+  return p;
+}
+
+constexpr char kBound[] =
+    "(2 + log2 k) u * S, k the number of weights, S the sum of |weight * sample|; kernels up to 5x5 of sum 0 "
+    "are summed as "
+    "differences, exactly 0 on flat images: S is then the sum of |weight| times the largest sample; fft: see "
+    "help";
+constexpr char kSource[] = "Kernels and the course's mistakes: spec/accumulation-and-convolution.md.";
+
+OpInfo FixedRow(const char* name, const char* summary) {
+  OpInfo info;
+  info.name = name;
+  info.family = "filter";
+  info.summary = summary;
+  info.bound = kBound;
+  info.bound_u = 1;
+  info.modifiers = CommonModifiers();
+  return info;
+}
+
+}  // namespace
+
+OpInfo ConvolveInfo() {
+  OpInfo info = FixedRow("convolve", "Convolves an image with a kernel");
+  info.inputs = 2;
+  info.operands = [](const Arguments& a) { return a.Text("kernel").empty() ? 2 : 1; };
+  info.help =
+      "IMAGE KERNEL --convolve takes the kernel from an image, one channel for all or one per channel, whose "
+      "pixel "
+      "(0, 0) lies over the pixel computed; --convolve:kernel=NAME takes one image and a kernel by name, of "
+      "size= "
+      "where the name has no size of its own (--help kernel lists the names). The result is the sum over the "
+      "kernel of weight(i, j) * image(x - i, y - j), "
+      "divided by divisor, plus bias times the pixel's alpha, as SVG's feConvolveMatrix; correlate=1 adds i "
+      "and j "
+      "instead, which is what oiiotool does and differs for unsymmetric kernels. A kernel image is divided "
+      "by its sum "
+      "(normalize=0 leaves it, and so does a sum of 0). Kernels are up to 255x255; a tap that is 0 has no "
+      "influence, "
+      "not even on NaN. Methods: direct sums every tap; separable needs a product of a column and a row, "
+      "found by "
+      "factorisation; lowrank sums several products (NaN then spreads over the whole rectangle), and "
+      "--explain prints the bound of what is cut off; fft works in "
+      "blocks, whose error is up to 16 u times the root of the sum of squared weights times that of the "
+      "block's squared "
+      "deviations from its mean. auto takes the cheapest within the bound. " +
+      std::string(kSource);
+  std::vector<ParamInfo> own = {
+      {.name = "kernel",
+       .type = ParamType::kText,
+       .default_value = "",
+       .help = "a kernel's name instead of an image"},
+      {.name = "size",
+       .type = ParamType::kText,
+       .default_value = "3x3",
+       .help = "WxH of a named kernel, in pixels"},
+      {.name = "correlate",
+       .type = ParamType::kFlag,
+       .default_value = "0",
+       .help = "do not turn the kernel round"},
+      {.name = "divisor",
+       .type = ParamType::kNumber,
+       .default_value = "0",
+       .help = "the sum is divided by it; 0: by 1"},
+      {.name = "bias", .type = ParamType::kNumber, .default_value = "0", .help = "added, times alpha"},
+      {.name = "anchor",
+       .type = ParamType::kNumbers,
+       .default_value = "",
+       .help = "column and row of the kernel that lie over the pixel, from 0",
+       .min = 0,
+       .max = 254,
+       .min_count = 2,
+       .max_count = 2},
+      {.name = "normalize",
+       .type = ParamType::kFlag,
+       .default_value = "1",
+       .help = "divide a kernel image by its sum"}};
+  info.modifiers.insert(info.modifiers.begin(), own.begin(), own.end());
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    ConvolveParams p = CommonParams(a);
+    p.correlate = a.Flag("correlate");
+    p.divisor = a.Number("divisor");
+    p.bias = a.Number("bias");
+    if (a.Text("kernel").empty()) {
+      Node kernel = in[1];
+      if (a.Given("anchor"))
+        throw Error("convolve", "found anchor= with a kernel image, expected its data window to say it");
+      return Convolve(in[0], kernel, p, a.Flag("normalize"));
+    }
+    Kernel kernel = NamedKernel(a.Text("kernel"), a.Text("size"));
+    if (a.Given("anchor")) {
+      kernel.anchor_x = static_cast<int>(a.Numbers("anchor")[0]);
+      kernel.anchor_y = static_cast<int>(a.Numbers("anchor")[1]);
+    }
+    return Convolve(in[0], kernel, p);
+  };
+  info.examples = {"kernel=disk size=7x5",
+                   "kernel=smooth3",
+                   "kernel=emboss_ne border=mirror divisor=2 bias=0.5",
+                   "kernel=lanczos3 size=15x15 border=repeat",
+                   "kernel=gaussian size=9x7 border=renormalize anchor=1,5",
+                   "kernel=highpass5 border=mirror101 preservealpha=1 correlate=1",
+                   "kernel=disk size=9x9 method=lowrank border=valid",
+                   "kernel=triangle size=5x5 border=black bordervalue=0.25 method=direct",
+                   "kernel=disk size=23x19 border=mirror"};
+  return info;
+}
+
+OpInfo EmbossInfo() {
+  OpInfo info = FixedRow("emboss", "Relief: differences along one of eight directions");
+  info.help =
+      "Convolves with the emboss kernel named by the direction from dark to light; sums are 0, so a flat "
+      "image "
+      "gives exactly 0. " +
+      std::string(kSource);
+  info.arguments = {{.name = "DIRECTION",
+                     .type = ParamType::kChoice,
+                     .default_value = "",
+                     .help = "a point of the compass, N up",
+                     .choices = {"N", "S", "E", "W", "NE", "NW", "SE", "SW"}}};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    std::string name = "emboss_";
+    for (const char c : a.Text("DIRECTION"))
+      name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return Convolve(in[0], NamedKernel(name), CommonParams(a));
+  };
+  info.examples = {"N", "SW border=repeat", "E preservealpha=1"};
+  return info;
+}
+
+OpInfo LaplacianInfo() {
+  OpInfo info = FixedRow("laplacian", "Sum of second differences: 0 1 0 / 1 -4 1 / 0 1 0");
+  info.help =
+      "As oiiotool's --laplacian. Differences from the centre are summed, so flat images give exactly 0. The "
+      "course's kernels of that name are its negative: --convolve:kernel=laplacian3, laplacian5.";
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    return Convolve(in[0], NamedKernel("laplacian"), CommonParams(a));
+  };
+  info.examples = {"", "border=mirror101"};
+  return info;
+}
+
+OpInfo HighPassInfo() {
+  OpInfo info = FixedRow("highpass", "Sharpens with the 3x3 or 5x5 high-pass kernel");
+  info.help =
+      "Sums are 1, so flat images stay. The 5x5 is the course's with the signs of its edge midpoints mended; "
+      "as printed it sums to -7 (--convolve:kernel=highpass5_course).";
+  info.arguments = {{.name = "SIZE",
+                     .type = ParamType::kChoice,
+                     .default_value = "",
+                     .help = "3 or 5",
+                     .choices = {"3", "5"}}};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    return Convolve(in[0], NamedKernel("highpass" + a.Text("SIZE")), CommonParams(a));
+  };
+  info.examples = {"3", "5 border=black"};
+  return info;
+}
+
+}  // namespace tessera::ops
+
+namespace tessera {
+
+Node Convolve(const Node& image, const Kernel& kernel, const ConvolveParams& params) {
+  ops::RequireKernel("convolve", kernel);
+  return ops::Apply(image, {}, {kernel, params, false, false});
+}
+
+Node Convolve(const Node& image, const Node& kernel, const ConvolveParams& params, bool normalize) {
+  const Roi& window = kernel.spec().data_window;
+  // The kernel's pixels are not there yet: only its shape is checked.
+  Kernel shape{window.width(), window.height(), -window.x0, -window.y0, 1, {}};
+  shape.weights.assign(static_cast<size_t>(std::max<int64_t>(0, std::min<int64_t>(window.pixels(), 65025))),
+                       0);
+  ops::RequireKernel("convolve", shape);
+  shape.weights.clear();
+  return ops::Apply(image, kernel, {shape, params, true, normalize});
+}
+
+Node KernelImage(const Kernel& kernel) {
+  ops::RequireKernel("kernel", kernel);
+  ImageSpec spec(kernel.width, kernel.height, kernel.planes);
+  spec.data_window = spec.display_window = {-kernel.anchor_x, -kernel.anchor_y,
+                                            kernel.width - kernel.anchor_x, kernel.height - kernel.anchor_y};
+  const Image image(spec);
+  for (int c = 0; c < kernel.planes; ++c) {
+    for (int y = 0; y < kernel.height; ++y) {
+      for (int x = 0; x < kernel.width; ++x) {
+        image.at<float>(x - kernel.anchor_x, y - kernel.anchor_y, c) = static_cast<float>(kernel.at(x, y, c));
+      }
+    }
+  }
+  return FromImage(image);
+}
+
+}  // namespace tessera

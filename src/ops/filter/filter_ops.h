@@ -1,0 +1,36 @@
+// Registry rows of the filter family and the modifiers that they share.
+#ifndef TESSERA_OPS_FILTER_FILTER_OPS_H_
+#define TESSERA_OPS_FILTER_FILTER_OPS_H_
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ops/registry.h"
+#include "tessera/ops/filter.h"
+
+namespace tessera::ops {
+
+OpInfo ConvolveInfo();
+OpInfo BlurInfo();
+OpInfo SobelInfo();
+OpInfo EmbossInfo();
+OpInfo LaplacianInfo();
+OpInfo HighPassInfo();
+OpInfo UnsharpInfo();
+OpInfo MedianInfo();
+OpInfo DilateInfo();
+OpInfo ErodeInfo();
+
+// `:border=`, `:bordervalue=`, `:method=` and what they mean.
+ParamInfo BorderModifier();
+ParamInfo BorderValueModifier();
+ParamInfo MethodModifier(std::vector<std::string> methods);
+BorderMode BorderNamed(const std::string& name);
+FilterMethod MethodNamed(const std::string& name);
+// `WxH` or `W`; throws Error(subject, ...) unless both are numbers in [1, 65535].
+std::pair<double, double> ParseSize(const std::string& subject, const std::string& text);
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_FILTER_FILTER_OPS_H_

@@ -1,0 +1,198 @@
+// Direct window sums on every target. Sums are grouped by the tap's column modulo 4, in the same order for
+// every vector length: with four channels and 16 lanes the groups are what one aligned load serves, and only
+// the four group sums have to be shifted.
+#include <algorithm>
+#include <utility>
+
+#include "ops/filter/fir.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/filter/fir_direct.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "ops/filter/fir-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+
+// Output rows that share their loads, as far as the registers go.
+constexpr int kRows = kLanes == 16 ? 4 : 2;
+constexpr int kDenseRows = 4;
+
+// kR rows of kJ vectors; `in` is the window's first tap of the first sample.
+template <bool kCentered, int kR, int kJ>
+HWY_INLINE void DirectBlock(const DirectWindow& window, const float* in, ptrdiff_t stride, int channels,
+                            V (&total)[kR][kJ]) {
+  V centre[kR][kJ];
+  for (int r = 0; r < kR; ++r) {
+    for (int j = 0; j < kJ; ++j) {
+      total[r][j] = centre[r][j] = Nothing();
+      if constexpr (kCentered) {
+        const V c = Load(in + (r + window.center_y) * stride + window.center_x * channels + j * kLanes);
+        centre[r][j] = hn::IfThenElseZero(hn::IsFinite(c), c);
+      }
+    }
+  }
+  for (const auto& group : window.runs) {
+    if (group.empty()) continue;
+    V acc[kR][kJ];
+    for (auto& row : acc) {
+      for (V& a : row) a = Nothing();
+    }
+    for (const DirectWindow::Run& run : group) {
+      AddRun<kCentered>(acc, centre, in + run.dx * channels, stride, window.weights.data() + run.dx,
+                        window.width, run.dy_begin, run.dy_end);
+    }
+    for (int r = 0; r < kR; ++r) {
+      for (int j = 0; j < kJ; ++j) total[r][j] = hn::Add(total[r][j], acc[r][j]);
+    }
+  }
+}
+
+template <bool kCentered, int kR, int kJ>
+HWY_INLINE void DirectStrip(const DirectWindow& window, const FirTile& t, int x, int y_begin, int y_end) {
+  const int count = std::min(kJ * kLanes, t.floats - x);
+  for (int y = y_begin; y + kR <= y_end; y += kR) {
+    V total[kR][kJ];
+    DirectBlock<kCentered>(window, t.in + y * t.in_stride + x, t.in_stride, t.channels, total);
+    for (int r = 0; r < kR; ++r) {
+      float* out = t.out + (y + r) * t.out_stride + x;
+      for (int j = 0; j < kJ; ++j) StorePart(total[r][j], out + j * kLanes, count - j * kLanes, t.stream);
+    }
+  }
+}
+
+template <bool kCentered>
+void DirectColumns(const DirectWindow& window, const FirTile& t, int x_begin) {
+  const int whole = t.rows / kRows * kRows;
+  int x = x_begin;
+  for (; x + kLanes < t.floats; x += 2 * kLanes) {
+    DirectStrip<kCentered, kRows, 2>(window, t, x, 0, whole);
+    DirectStrip<kCentered, 1, 2>(window, t, x, whole, t.rows);
+  }
+  for (; x < t.floats; x += kLanes) DirectStrip<kCentered, 1, 1>(window, t, x, 0, t.rows);
+}
+
+// ---- Small dense kernels on RGBA with 16 lanes: one aligned load per register ----
+#if TESSERA_FIR_RGBA
+
+// Adds the taps of window column `4 * m + g` to group g, row by row as DirectBlock does; kR rows share the
+// loads.
+template <int kW, int kH, int kR, int kGroups>
+HWY_INLINE void DenseSums(const float* HWY_RESTRICT w, const float* p, ptrdiff_t stride,
+                          V (&a)[kR][kGroups]) {
+  HWY_UNROLL(8)
+  for (int r = 0; r < kR; ++r) {
+    HWY_UNROLL(8)
+    for (int g = 0; g < kGroups; ++g) a[r][g] = Nothing();
+  }
+  HWY_UNROLL(3)
+  for (int m = 0; 4 * m < kW; ++m) {
+    HWY_UNROLL(16)
+    for (int yi = 0; yi < kH + kR - 1; ++yi) {
+      const V v = Load(p + yi * stride + m * kLanes);
+      HWY_UNROLL(4)
+      for (int g = 0; g < kGroups; ++g) {
+        HWY_UNROLL(8)
+        for (int r = 0; r < kR; ++r) {
+          if (4 * m + g >= kW || yi < r || yi - r >= kH) continue;
+          a[r][g] = hn::MulAdd(v, hn::Set(D(), w[(yi - r) * kW + 4 * m + g]), a[r][g]);
+        }
+      }
+    }
+  }
+}
+
+template <int kW, int kH, int kR>
+void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int x_end) {
+  constexpr int kGroups = kW < 4 ? kW : 4;
+  const float* w = window.weights.data();
+  for (int y = 0; y + kR <= t.rows; y += kR) {
+    const float* in = t.in + y * t.in_stride;
+    float* out = t.out + y * t.out_stride;
+    V now[kR][kGroups];
+    DenseSums<kW, kH>(w, in, t.in_stride, now);
+    for (int x = 0; x < x_end; x += kLanes) {
+      V next[kR][kGroups];
+      DenseSums<kW, kH>(w, in + x + kLanes, t.in_stride, next);
+      HWY_UNROLL(8)
+      for (int r = 0; r < kR; ++r) {
+        V v = now[r][0];
+        if constexpr (kGroups > 1) v = hn::Add(v, ShiftPixels<1>(now[r][1], next[r][1]));
+        if constexpr (kGroups > 2) v = hn::Add(v, ShiftPixels<2>(now[r][2], next[r][2]));
+        if constexpr (kGroups > 3) v = hn::Add(v, ShiftPixels<3>(now[r][3], next[r][3]));
+        Store(v, out + r * t.out_stride + x, t.stream);
+        HWY_UNROLL(8)
+        for (int g = 0; g < kGroups; ++g) now[r][g] = next[r][g];
+      }
+    }
+  }
+}
+
+// Does what suits it and returns how many floats of each row are done; rows beyond a multiple of kDenseRows
+// are left.
+int DirectDense(const DirectWindow& window, const FirTile& t) {
+  // The last register's neighbour is read too: leave the end of the row to the general form.
+  const int x_end = std::max(0, (t.floats - kLanes) / kLanes * kLanes);
+  if (t.channels != 4 || !window.dense || window.centered || t.rows < kDenseRows || x_end == 0) return 0;
+  if (window.width == 3 && window.height == 3) {
+    DirectDenseRgba<3, 3, kDenseRows>(window, t, x_end);
+  } else if (window.width == 5 && window.height == 5) {
+    DirectDenseRgba<5, 5, kDenseRows>(window, t, x_end);
+  } else if (window.width == 7 && window.height == 7) {
+    DirectDenseRgba<7, 7, kDenseRows>(window, t, x_end);
+  } else if (window.width == 9 && window.height == 9) {
+    DirectDenseRgba<9, 9, kDenseRows>(window, t, x_end);
+  } else {
+    return 0;
+  }
+  return x_end;
+}
+#else
+int DirectDense(const DirectWindow&, const FirTile&) { return 0; }
+#endif
+
+void RunDirectTarget(const DirectWindow& window, const FirTile& t) {
+  if (window.centered) return DirectColumns<true>(window, t, 0);
+  const int done = DirectDense(window, t);
+  if (done > 0) {
+    FirTile rest = t;
+    const int rows = t.rows / kDenseRows * kDenseRows;
+    rest.in += rows * t.in_stride, rest.out += rows * t.out_stride;
+    rest.rows -= rows, rest.floats = done;
+    if (rest.rows > 0) DirectColumns<false>(window, rest, 0);
+  }
+  if (done < t.floats) DirectColumns<false>(window, t, done);
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+
+HWY_EXPORT(RunDirectTarget);
+
+DirectWindow MakeDirectWindow(int width, int height, std::vector<float> weights) {
+  DirectWindow window;
+  window.width = width, window.height = height, window.weights = std::move(weights);
+  window.dense = true;
+  for (int dx = 0; dx < width; ++dx) {
+    const auto zero = [&](int dy) { return window.weights[static_cast<size_t>(dy * width + dx)] == 0; };
+    for (int dy = 0; dy < height;) {
+      const int begin = dy;
+      while (dy < height && !zero(dy)) ++dy;
+      if (dy > begin) window.runs[dx % 4].push_back({dx, begin, dy});
+      while (dy < height && zero(dy)) ++dy, window.dense = false;
+    }
+  }
+  return window;
+}
+
+void RunDirect(const DirectWindow& window, const FirTile& tile) {
+  HWY_DYNAMIC_DISPATCH(RunDirectTarget)(window, tile);
+}
+
+}  // namespace tessera::ops
+#endif  // HWY_ONCE

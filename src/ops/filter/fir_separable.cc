@@ -1,0 +1,188 @@
+// Window sums of products of a column and a row: columns into a strip in L1, rows from there.
+#include <algorithm>
+
+#include "ops/filter/fir.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/filter/fir_separable.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "ops/filter/fir-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+
+// Output rows that share their loads.
+constexpr int kColumnRows = kLanes == 16 ? 8 : 4;
+
+// Rows [0, kR) of the column sums of `floats` (whole vectors) samples.
+template <int kR, int kJ>
+HWY_INLINE void ColumnBlock(const float* HWY_RESTRICT weights, int taps, const float* in, ptrdiff_t stride,
+                            float* out, ptrdiff_t out_stride) {
+  V acc[kR][kJ];
+  for (auto& row : acc) {
+    for (V& a : row) a = Nothing();
+  }
+  AddRun<false>(acc, acc, in, stride, weights, 1, 0, taps);
+  for (int r = 0; r < kR; ++r) {
+    for (int j = 0; j < kJ; ++j) hn::StoreU(acc[r][j], D(), out + r * out_stride + j * kLanes);
+  }
+}
+
+template <int kR>
+void Columns(const std::vector<float>& column, const float* in, ptrdiff_t stride, int floats, float* out,
+             ptrdiff_t out_stride) {
+  const int taps = static_cast<int>(column.size());
+  int x = 0;
+  for (; x + kLanes < floats; x += 2 * kLanes) {
+    ColumnBlock<kR, 2>(column.data(), taps, in + x, stride, out + x, out_stride);
+  }
+  for (; x < floats; x += kLanes)
+    ColumnBlock<kR, 1>(column.data(), taps, in + x, stride, out + x, out_stride);
+}
+
+// The row sums of one register, group by group.
+HWY_INLINE V RowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
+  V total = Nothing();
+  for (int g = 0; g < std::min(4, taps); ++g) {
+    V acc = Nothing();
+    for (int k = g; k < taps; k += 4)
+      acc = hn::MulAdd(Load(in + k * channels), hn::Set(D(), weights[k]), acc);
+    total = hn::Add(total, acc);
+  }
+  return total;
+}
+
+#if TESSERA_FIR_RGBA
+// Group sums of kJ registers from aligned loads.
+template <int kJ>
+HWY_INLINE void RowGroups(const float* HWY_RESTRICT weights, int taps, const float* in, V (&acc)[kJ][4]) {
+  for (auto& groups : acc) {
+    for (V& a : groups) a = Nothing();
+  }
+  int k = 0;
+  for (; k + 4 <= taps; k += 4, in += kLanes) {
+    V v[kJ];
+    for (int j = 0; j < kJ; ++j) v[j] = Load(in + j * kLanes);
+    HWY_UNROLL(4)
+    for (int g = 0; g < 4; ++g) {
+      const V w = hn::Set(D(), weights[k + g]);
+      HWY_UNROLL(4)
+      for (int j = 0; j < kJ; ++j) acc[j][g] = hn::MulAdd(v[j], w, acc[j][g]);
+    }
+  }
+  HWY_UNROLL(4)
+  for (int g = 0; g < 3; ++g) {
+    if (k + g >= taps) break;
+    const V w = hn::Set(D(), weights[k + g]);
+    HWY_UNROLL(4)
+    for (int j = 0; j < kJ; ++j) acc[j][g] = hn::MulAdd(Load(in + j * kLanes), w, acc[j][g]);
+  }
+}
+
+// RGBA; `in` is padded so that whole blocks may be computed.
+template <bool kAdd>
+void RowRgba(const std::vector<float>& row, const float* in, int floats, float* out, bool stream) {
+  constexpr int kJ = 4;
+  const int taps = static_cast<int>(row.size());
+  V first[1][4];
+  RowGroups<1>(row.data(), taps, in, first);
+  for (int x = 0; x < floats; x += kJ * kLanes) {
+    V acc[kJ][4];
+    RowGroups<kJ>(row.data(), taps, in + x + kLanes, acc);
+    for (int j = 0; j < kJ && x + j * kLanes < floats; ++j) {
+      const V(&now)[4] = j == 0 ? first[0] : acc[j - 1];
+      V v = hn::Add(Nothing(), now[0]);
+      if (taps > 1) v = hn::Add(v, ShiftPixels<1>(now[1], acc[j][1]));
+      if (taps > 2) v = hn::Add(v, ShiftPixels<2>(now[2], acc[j][2]));
+      if (taps > 3) v = hn::Add(v, ShiftPixels<3>(now[3], acc[j][3]));
+      float* to = out + x + j * kLanes;
+      const int count = floats - x - j * kLanes;
+      if (kAdd) v = hn::Add(Load(to), v);
+      StorePart(v, to, count, stream);
+    }
+    for (int g = 0; g < 4; ++g) first[0][g] = acc[kJ - 1][g];
+  }
+}
+#endif
+
+// One row of sums of `floats` samples, stored or added to `out`, which for adding is scratch memory of whole
+// vectors.
+template <bool kAdd>
+void Row(const std::vector<float>& row, const float* in, int floats, int channels, float* out, bool stream) {
+#if TESSERA_FIR_RGBA
+  if (channels == 4) return RowRgba<kAdd>(row, in, floats, out, stream);
+#endif
+  const int taps = static_cast<int>(row.size());
+  for (int x = 0; x < floats; x += kLanes) {
+    V v = RowSum(row.data(), taps, in + x, channels);
+    if (kAdd) v = hn::Add(Load(out + x), v);
+    StorePart(v, out + x, floats - x, stream);
+  }
+}
+
+constexpr int kStripFloats = 512;
+constexpr int kStripPad = 5 * 16;  // a strip's last block of four registers, and the one after it
+
+void RunSeparableTarget(const SeparableWindow& window, const FirTile& t, float* scratch) {
+  const int reach = (window.width - 1) * t.channels;  // floats of halo
+  const ptrdiff_t stride = (kStripFloats + reach + kStripPad + 15) / 16 * 16;
+  float* sums = scratch + kColumnRows * stride;  // for kernels of several terms
+  const bool one = window.terms.size() == 1;
+  for (int x = 0; x < t.floats; x += kStripFloats) {
+    const int count = std::min(kStripFloats, t.floats - x);
+    for (int y = 0; y < t.rows;) {
+      const int rows = t.rows - y >= kColumnRows ? kColumnRows : 1;
+      for (size_t k = 0; k < window.terms.size(); ++k) {
+        const SeparableWindow::Term& term = window.terms[k];
+        const float* in = t.in + y * t.in_stride + x;
+        if (rows == kColumnRows) {
+          Columns<kColumnRows>(term.column, in, t.in_stride, count + reach, scratch, stride);
+        } else {
+          Columns<1>(term.column, in, t.in_stride, count + reach, scratch, stride);
+        }
+        for (int r = 0; r < rows; ++r) {
+          float* out = t.out + (y + r) * t.out_stride + x;
+          float* to = sums + r * kStripFloats;
+          if (one) {
+            Row<false>(term.row, scratch + r * stride, count, t.channels, out, t.stream);
+          } else if (k == 0) {
+            Row<false>(term.row, scratch + r * stride, count, t.channels, to, false);
+          } else {
+            Row<true>(term.row, scratch + r * stride, count, t.channels, to, false);
+          }
+        }
+      }
+      for (int r = 0; r < rows && !one; ++r) {
+        float* out = t.out + (y + r) * t.out_stride + x;
+        for (int i = 0; i < count; i += kLanes) {
+          StorePart(Load(sums + r * kStripFloats + i), out + i, count - i, t.stream);
+        }
+      }
+      y += rows;
+    }
+  }
+}
+
+size_t SeparableScratchFloats(const SeparableWindow& window, int channels) {
+  const size_t reach = static_cast<size_t>(window.width - 1) * static_cast<size_t>(channels);
+  return kColumnRows * (kStripFloats + reach + kStripPad + 16) + kColumnRows * kStripFloats + 64;
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+
+HWY_EXPORT(RunSeparableTarget);
+HWY_EXPORT(SeparableScratchFloats);
+
+void RunSeparable(const SeparableWindow& window, const FirTile& tile, base::Arena& scratch) {
+  const size_t floats = HWY_DYNAMIC_DISPATCH(SeparableScratchFloats)(window, tile.channels);
+  HWY_DYNAMIC_DISPATCH(RunSeparableTarget)(window, tile, scratch.Allocate<float>(floats));
+}
+
+}  // namespace tessera::ops
+#endif  // HWY_ONCE

@@ -1,0 +1,84 @@
+// Modifiers that the filters share.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "ops/filter/filter_ops.h"
+#include "tessera/error.h"
+
+namespace tessera::ops {
+namespace {
+
+constexpr std::array<std::pair<const char*, BorderMode>, 7> kBorders = {
+    {{"clamp", BorderMode::kClamp},
+     {"black", BorderMode::kBlack},
+     {"repeat", BorderMode::kRepeat},
+     {"mirror", BorderMode::kMirror},
+     {"mirror101", BorderMode::kMirror101},
+     {"renormalize", BorderMode::kRenormalize},
+     {"valid", BorderMode::kValid}}};
+constexpr std::array<std::pair<const char*, FilterMethod>, 7> kMethods = {
+    {{"auto", FilterMethod::kAuto},
+     {"direct", FilterMethod::kDirect},
+     {"separable", FilterMethod::kSeparable},
+     {"lowrank", FilterMethod::kLowRank},
+     {"fft", FilterMethod::kFft},
+     {"recursive", FilterMethod::kRecursive},
+     {"decimated", FilterMethod::kDecimated}}};
+
+template <class Table>
+auto Named(const Table& table, const std::string& name) {
+  return std::find_if(table.begin(), table.end(), [&](const auto& row) { return name == row.first; })->second;
+}
+
+}  // namespace
+
+ParamInfo BorderModifier() {
+  ParamInfo p{
+      .name = "border",
+      .type = ParamType::kChoice,
+      .default_value = "clamp",
+      .help =
+          "what lies beyond the image: its nearest pixel, bordervalue, the image again, its mirror image "
+          "(edge pixel twice or once); or nothing (weights inside count), or a smaller result"};
+  for (const auto& row : kBorders) p.choices.emplace_back(row.first);
+  return p;
+}
+
+ParamInfo BorderValueModifier() {
+  return {.name = "bordervalue",
+          .type = ParamType::kNumber,
+          .default_value = "0",
+          .help = "every channel's value beyond the image with border=black"};
+}
+
+ParamInfo MethodModifier(std::vector<std::string> methods) {
+  return {.name = "method",
+          .type = ParamType::kChoice,
+          .default_value = "auto",
+          .help = "how it is computed; auto takes the cheapest within the bound",
+          .choices = std::move(methods)};
+}
+
+BorderMode BorderNamed(const std::string& name) { return Named(kBorders, name); }
+FilterMethod MethodNamed(const std::string& name) { return Named(kMethods, name); }
+
+std::pair<double, double> ParseSize(const std::string& subject, const std::string& text) {
+  double size[2] = {0, 0};
+  const char* const end = text.data() + text.size();
+  auto [p, error] = std::from_chars(text.data(), end, size[0]);
+  if (error == std::errc() && p != end && *p == 'x') {
+    const auto second = std::from_chars(p + 1, end, size[1]);
+    p = second.ptr, error = second.ec;
+  } else {
+    size[1] = size[0];
+  }
+  if (error != std::errc() || p != end ||
+      !(size[0] >= 1 && size[0] <= 65535 && size[1] >= 1 && size[1] <= 65535)) {
+    throw Error(subject, "found the size '" + text + "', expected WIDTHxHEIGHT or one number, 1 to 65535");
+  }
+  return {size[0], size[1]};
+}
+
+}  // namespace tessera::ops

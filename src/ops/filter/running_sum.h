@@ -1,0 +1,18 @@
+// Means over boxes of any size by running sums.
+#ifndef TESSERA_OPS_FILTER_RUNNING_SUM_H_
+#define TESSERA_OPS_FILTER_RUNNING_SUM_H_
+
+#include "graph/stage.h"
+#include "tessera/ops/filter.h"
+
+namespace tessera::ops {
+
+// The mean of `width` x `height` pixels, (width - 1) / 2 and (height - 1) / 2 of them before the pixel, of
+// the dense float image `in` into `out` (same window). NaN, infinities and large values leave no trace once
+// out of the box.
+void RunBox(int width, int height, const ConstImageView& in, const ImageView& out, BorderMode border,
+            double border_value, const graph::Workers& workers);
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_FILTER_RUNNING_SUM_H_

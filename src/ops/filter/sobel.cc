@@ -1,0 +1,197 @@
+// Sobel's gradient: magnitude, direction or both components, from differences of neighbours.
+#include <cmath>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "graph/border.h"
+#include "graph/op.h"
+#include "ops/filter/filter_ops.h"
+#include "ops/filter/window.h"
+#include "tessera/error.h"
+#include "tessera/ops/filter.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/filter/sobel.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/pixels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace s = simd::HWY_NAMESPACE;
+namespace hn = hwy::HWY_NAMESPACE;
+using s::D;
+using s::V;
+
+constexpr int kLanes = s::kLanes;
+
+HWY_INLINE V Load(const float* p) { return hn::LoadU(D(), p); }
+
+// sqrt(x^2 + y^2); where the squares would leave float's range the components are scaled by a power of two.
+HWY_INLINE V Length(V x, V y) {
+  const D d;
+  const V sum = hn::MulAdd(x, x, hn::Mul(y, y));
+  const V largest = hn::Max(hn::Abs(x), hn::Abs(y));
+  const auto low = hn::And(hn::Lt(largest, hn::Set(d, 0x1p-50f)), hn::Gt(largest, hn::Zero(d)));
+  const auto high = hn::Gt(largest, hn::Set(d, 0x1p60f));
+  if (HWY_LIKELY(hn::AllFalse(d, hn::Or(low, high)))) return hn::Sqrt(sum);
+  const V one = hn::Set(d, 1.0f);
+  const V up = hn::IfThenElse(low, hn::Set(d, 0x1p99f), hn::IfThenElse(high, hn::Set(d, 0x1p-66f), one));
+  const V down = hn::IfThenElse(low, hn::Set(d, 0x1p-99f), hn::IfThenElse(high, hn::Set(d, 0x1p66f), one));
+  const V a = hn::Mul(x, up), b = hn::Mul(y, up);
+  return hn::Mul(hn::Sqrt(hn::MulAdd(a, a, hn::Mul(b, b))), down);
+}
+
+// X and Y, or the magnitude in `x` when `y` is null, of `count` samples; rows of whole vectors. `in` is the
+// sample above and left of the first one.
+void SobelRow(const float* in, ptrdiff_t stride, int channels, int count, float* x, float* y) {
+  const V two = hn::Set(D(), 2.0f);
+  const float* const top = in;
+  const float* const middle = in + stride;
+  const float* const bottom = middle + stride;
+  const ptrdiff_t c = channels;
+  for (ptrdiff_t i = 0; i < count; i += kLanes) {
+    const V tl = Load(top + i), tr = Load(top + i + 2 * c), bl = Load(bottom + i),
+            br = Load(bottom + i + 2 * c);
+    const V across = hn::Sub(Load(middle + i + 2 * c), Load(middle + i));
+    const V down = hn::Sub(Load(bottom + i + c), Load(top + i + c));
+    const V gx = hn::MulAdd(two, across, hn::Add(hn::Sub(tr, tl), hn::Sub(br, bl)));
+    const V gy = hn::MulAdd(two, down, hn::Add(hn::Sub(bl, tl), hn::Sub(br, tr)));
+    const V first = y == nullptr ? Length(gx, gy) : gx;
+    // Every NaN leaves as the same one.
+    hn::StoreU(hn::IfThenElse(hn::IsNaN(first), hn::NaN(D()), first), D(), x + i);
+    if (y != nullptr) hn::StoreU(hn::IfThenElse(hn::IsNaN(gy), hn::NaN(D()), gy), D(), y + i);
+  }
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+namespace {
+
+HWY_EXPORT(SobelRow);
+
+class SobelStage final : public graph::TileStage {
+ public:
+  explicit SobelStage(const SobelParams& p) : run_(&HWY_DYNAMIC_DISPATCH(SobelRow)), params_(p) {}
+  Roi InputRoi(int, const Roi& out) const override { return Inflate(out, 1, 1); }
+  graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
+  void Run(const graph::TileArgs& args) const override {
+    const Roi& o = args.out.roi;
+    const ConstImageView& in = args.in[0];
+    const int samples = o.width() * in.channels;
+    float* x = args.scratch.Allocate<float>(static_cast<size_t>(samples) + 16);
+    float* y = params_.output == SobelOutput::kMagnitude
+                   ? nullptr
+                   : args.scratch.Allocate<float>(static_cast<size_t>(samples) + 16);
+    for (int row = o.y0; row < o.y1; ++row) {
+      run_(reinterpret_cast<const float*>(in.At(o.x0 - 1, row - 1)), in.row_stride / 4, in.channels, samples,
+           x, y);
+      float* out = reinterpret_cast<float*>(args.out.At(o.x0, row));
+      switch (params_.output) {
+        case SobelOutput::kMagnitude:
+          std::copy_n(x, samples, out);
+          break;
+        case SobelOutput::kDirection:
+          for (int i = 0; i < samples; ++i)
+            out[i] = static_cast<float>(std::atan2(double{y[i]}, double{x[i]}));
+          break;
+        case SobelOutput::kXY:
+          // Result channel 2c is X, 2c + 1 is Y of channel c; some may not be wanted.
+          for (int i = 0; i < args.out.channels; ++i) {
+            const int channel = args.channels[static_cast<size_t>(i)];
+            const auto& held = args.in_channels[0];
+            const float* from = (channel % 2 == 0 ? x : y) +
+                                (std::find(held.begin(), held.end(), channel / 2) - held.begin());
+            for (int p = 0; p < o.width(); ++p) out[p * args.out.channels + i] = from[p * in.channels];
+          }
+          break;
+      }
+    }
+  }
+
+ private:
+  void (*run_)(const float*, ptrdiff_t, int, int, float*, float*);
+  SobelParams params_;
+};
+
+class SobelOp final : public graph::OpWith<SobelParams> {
+ public:
+  explicit SobelOp(const SobelParams& p) : OpWith(p) {
+    if (p.border == BorderMode::kRenormalize || p.border == BorderMode::kValid) {
+      throw Error("sobel",
+                  "found border=renormalize or valid, expected clamp, black, repeat, mirror or mirror101");
+    }
+  }
+  std::string Name() const override { return "sobel"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    ImageSpec out = inputs[0];
+    if (params().output != SobelOutput::kXY) return out;
+    out.channels.clear();
+    for (const std::string& name : inputs[0].channels)
+      out.channels.insert(out.channels.end(), {name + ".x", name + ".y"});
+    out.alpha = -1;
+    return out;
+  }
+  std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec& in) const override {
+    if (params().output != SobelOutput::kXY) return result;
+    std::vector<bool> needed(in.channels.size());
+    for (size_t c = 0; c < needed.size(); ++c) needed[c] = result[2 * c] || result[2 * c + 1];
+    return needed;
+  }
+  std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
+    return std::make_unique<SobelStage>(params());
+  }
+};
+
+}  // namespace
+
+OpInfo SobelInfo() {
+  OpInfo info;
+  info.name = "sobel";
+  info.family = "filter";
+  info.summary = "Gradient by Sobel's operator";
+  info.help =
+      "Differences of the neighbours left and right (X) and below and above (Y), weighted 1 2 1: a ramp of "
+      "slope g per "
+      "pixel gives 8 g, a flat image exactly 0, whatever its value. output=magnitude is sqrt(X^2 + Y^2), "
+      "direction is "
+      "atan2(Y, X) in radians (y down: the direction in which the image grows brighter), xy makes two "
+      "channels c.x "
+      "and c.y of each channel c. Every channel is treated, alpha too.";
+  info.bound = "4 u * sum of |weight * difference| (X, Y, magnitude); direction: that over the magnitude";
+  info.bound_u = 4;
+  ParamInfo border = BorderModifier();
+  border.choices = {"clamp", "black", "repeat", "mirror", "mirror101"};
+  info.modifiers = {{.name = "output",
+                     .type = ParamType::kChoice,
+                     .default_value = "magnitude",
+                     .help = "what is written",
+                     .choices = {"magnitude", "direction", "xy"}},
+                    border};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    const std::string& output = a.Text("output");
+    return Sobel(in[0], {output == "xy"          ? SobelOutput::kXY
+                         : output == "direction" ? SobelOutput::kDirection
+                                                 : SobelOutput::kMagnitude,
+                         BorderNamed(a.Text("border"))});
+  };
+  info.examples = {"", "output=xy border=mirror101", "output=direction"};
+  return info;
+}
+
+}  // namespace tessera::ops
+
+namespace tessera {
+
+Node Sobel(const Node& image, const SobelParams& params) {
+  return graph::MakeNode(std::make_shared<const ops::SobelOp>(params), {image});
+}
+
+}  // namespace tessera
+#endif  // HWY_ONCE

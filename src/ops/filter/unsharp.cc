@@ -1,0 +1,133 @@
+// Unsharp mask: an image and its blurred self.
+#include <memory>
+#include <span>
+#include <string>
+
+#include "graph/op.h"
+#include "ops/filter/filter_ops.h"
+#include "tessera/error.h"
+#include "tessera/ops/filter.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/filter/unsharp.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/point-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace s = simd::HWY_NAMESPACE;
+namespace hn = hwy::HWY_NAMESPACE;
+
+struct Sharpen {
+  float contrast, threshold;
+  HWY_INLINE s::Pixels operator()(const s::Pixels& image, const s::Pixels& blurred) const {
+    const s::D d;
+    const s::V c = hn::Set(d, contrast), t = hn::Set(d, threshold);
+    return s::Map(image, blurred, [&](s::V x, s::V b) HWY_ATTR {
+      const s::V difference = hn::Sub(x, b);
+      const s::V kept = hn::IfThenZeroElse(hn::Lt(hn::Abs(difference), t), difference);
+      const s::V sharp = hn::MulAdd(c, kept, x);
+      // Every NaN leaves as the same one: which of two a sum passes on depends on the compiler.
+      return hn::IfThenElse(hn::IsNaN(sharp), hn::NaN(d), sharp);
+    });
+  }
+};
+std::unique_ptr<graph::PointStage> MakeSharpen(float contrast, float threshold) {
+  return s::MakeStage<2>(Sharpen{contrast, threshold});
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+namespace {
+
+HWY_EXPORT(MakeSharpen);
+
+// Inputs: the image, the blurred image.
+class UnsharpOp final : public graph::OpWith<UnsharpParams> {
+ public:
+  using OpWith::OpWith;
+  std::string Name() const override { return "unsharp"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    graph::RequireSameWindow(Name(), inputs);
+    return inputs[0];
+  }
+  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
+    return HWY_DYNAMIC_DISPATCH(MakeSharpen)(static_cast<float>(params().contrast),
+                                             static_cast<float>(params().threshold));
+  }
+};
+
+}  // namespace
+
+OpInfo UnsharpInfo() {
+  OpInfo info;
+  info.name = "unsharp";
+  info.family = "filter";
+  info.summary = "Sharpens by the difference from a blurred copy";
+  info.help =
+      "image + contrast * (image - blurred), as oiiotool: blurred is the image convolved with kernel= of "
+      "width= pixels "
+      "both ways (or kernel=median); a difference below threshold= counts as 0. Every channel, alpha "
+      "included.";
+  info.bound = "4 u * (|image| + contrast * |image - blurred|)";
+  info.bound_u = 4;
+  info.modifiers = {{.name = "kernel",
+                     .type = ParamType::kText,
+                     .default_value = "gaussian",
+                     .help = "a kernel's name, or median"},
+                    {.name = "width",
+                     .type = ParamType::kNumber,
+                     .default_value = "3",
+                     .help = "its size in pixels",
+                     .min = 1,
+                     .max = 255},
+                    {.name = "contrast",
+                     .type = ParamType::kNumber,
+                     .default_value = "1",
+                     .help = "factor of the difference"},
+                    {.name = "threshold",
+                     .type = ParamType::kNumber,
+                     .default_value = "0",
+                     .help = "smaller differences are dropped",
+                     .min = 0},
+                    BorderModifier()};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    return UnsharpMask(in[0], {a.Text("kernel"), a.Number("width"), a.Number("contrast"),
+                               a.Number("threshold"), BorderNamed(a.Text("border"))});
+  };
+  info.examples = {"", "kernel=box width=7 contrast=0.6 border=mirror", "kernel=median width=3"};
+  return info;
+}
+
+}  // namespace tessera::ops
+
+namespace tessera {
+
+Node UnsharpMask(const Node& image, const UnsharpParams& p) {
+  if (p.border == BorderMode::kValid)
+    throw Error("unsharp", "found border=valid, expected one that keeps the size");
+  if (!(p.contrast >= -1e30 && p.contrast <= 1e30) || !(p.threshold >= 0)) {
+    throw Error("unsharp",
+                "found a contrast or threshold out of range, expected a finite contrast and a threshold of 0 "
+                "or more");
+  }
+  Node blurred;
+  if (p.kernel == "median") {
+    const int size = static_cast<int>(p.width + 0.999999);
+    blurred = Median(image, {size, size});
+  } else {
+    ConvolveParams c;
+    c.border = p.border;
+    blurred = Convolve(image, NamedKernel(p.kernel, p.width, p.width), c);
+  }
+  return graph::MakeNode(std::make_shared<const ops::UnsharpOp>(p), {image, blurred});
+}
+
+}  // namespace tessera
+#endif  // HWY_ONCE

@@ -1,0 +1,126 @@
+// Direct line integral convolution: a line from every pixel, sixteen pixels at a time.
+#include <algorithm>
+
+#include "ops/flow/lines.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/flow/direct_kernel.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "ops/flow/texture-inl.h"
+#include "ops/flow/walk-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::flow::HWY_NAMESPACE {
+
+// The sums of one packet. With kChecked lines may leave the picture, meet a mask or end early.
+template <int kMost, bool kChecked, bool kLinear>
+HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) {
+  const D d;
+  const Place place = PlaceOf(lines, x, y);
+  Starts starts[kParts];
+  PixelStarts(lines.width - 1 - x, lines.height - 1 - y, starts);
+  const int channels = kMost == 1 ? 1 : lines.channels;
+  V sum[kChains][kMost], weight[kChains], alive[kChains];
+  for (int c = 0; c < kChains; ++c) {
+    weight[c] = hn::Zero(d), alive[c] = hn::Set(d, 1.0f);
+    for (int i = 0; i < kMost; ++i) sum[c][i] = hn::Zero(d);
+  }
+  V reach[kParts];
+  if (kChecked && lines.reach != nullptr) {
+    for (int part = 0; part < kParts; ++part) {
+      const VI at = hn::Add(hn::Mul(starts[part].y, hn::Set(DI(), lines.width)), starts[part].x);
+      reach[part] = hn::GatherIndex(d, lines.reach + ptrdiff_t{y} * lines.width + x, at);
+    }
+  }
+  const auto tap = [&](int c, int number, const V2& p) HWY_ATTR {
+    const auto i = static_cast<size_t>(number - 1);
+    V w = hn::Set(d, c < kParts ? lines.forward[i] : lines.backward[i]);
+    const Starts& start = starts[c % kParts];
+    Texels<kLinear> texels = FindTexels<kChecked, kLinear>(lines, place, start, p);
+    if constexpr (kChecked) {
+      alive[c] = hn::And(alive[c], texels.inside);
+      if (lines.reach != nullptr) {
+        const auto within = hn::Le(hn::Set(d, static_cast<float>(number)), reach[c % kParts]);
+        alive[c] = hn::IfThenElseZero(within, alive[c]);
+      }
+      w = hn::Mul(w, alive[c]);
+      weight[c] = hn::Add(weight[c], w);
+    }
+    for (int channel = 0; channel < channels; ++channel) {
+      const V value = texels.Value(place.texture + channel);
+      if constexpr (kChecked) {
+        // A line that has ended takes nothing, not even NaN.
+        const V part = hn::IfThenElseZero(hn::Gt(w, hn::Zero(d)), hn::Mul(w, value));
+        sum[c][channel] = hn::Add(sum[c][channel], part);
+      } else {
+        sum[c][channel] = hn::MulAdd(w, value, sum[c][channel]);
+      }
+    }
+  };
+  Walker<kChecked>(lines, place, starts).Run(lines.taps, tap);
+
+  const V centre = hn::Set(d, lines.centre);
+  for (int part = 0; part < kParts; ++part) {
+    const Texels<kLinear> own =
+        FindTexels<kChecked, kLinear>(lines, place, starts[part], {hn::Zero(d), hn::Zero(d)});
+    const V total =
+        kChecked ? hn::Add(hn::Add(weight[part], weight[part + kParts]), centre) : hn::Set(d, lines.sum);
+    for (int channel = 0; channel < channels; ++channel) {
+      // Forward plus backward first: a field turned round gives the same bits.
+      const V both = hn::Add(sum[part][channel], sum[part + kParts][channel]);
+      V v = own.Value(place.texture + channel);
+      if (lines.centre == 0) v = hn::Zero(d);
+      const V all = hn::MulAdd(centre, v, both);
+      V mean = hn::Div(all, total);
+      if constexpr (kChecked) {
+        mean = hn::IfThenElseZero(hn::Gt(total, hn::Zero(d)), mean);
+        mean = hn::IfThenElseZero(hn::Gt(own.inside, hn::Zero(d)), mean);
+      }
+      hn::StoreU(mean, d, result + channel * kPacket + part * kLanes);
+    }
+  }
+}
+
+void FollowFrom(const Lines& lines, const LineOutput& out) {
+  const int far = static_cast<int>(lines.farthest) + 2;
+  const bool plain =
+      lines.mask == nullptr && lines.reach == nullptr && lines.channels == 1 && !lines.linear &&
+      (lines.integrator == LicIntegrator::kRk4 || lines.integrator == LicIntegrator::kAdaptive);
+  alignas(64) float result[kMostChannels * kPacket];
+  for (int y = out.roi.y0 / kSide * kSide; y < out.roi.y1; y += kSide) {
+    for (int x = out.roi.x0 / kSide * kSide; x < out.roi.x1; x += kSide) {
+      const bool inside =
+          x >= far && y >= far && x + kSide + far <= lines.width && y + kSide + far <= lines.height;
+      if (inside && plain) {
+        ConvolvePacket<1, false, false>(lines, x, y, result);
+      } else if (lines.linear) {
+        ConvolvePacket<kMostChannels, true, true>(lines, x, y, result);
+      } else {
+        ConvolvePacket<kMostChannels, true, false>(lines, x, y, result);
+      }
+      for (int py = std::max(y, out.roi.y0); py < std::min(y + kSide, out.roi.y1); ++py) {
+        for (int px = std::max(x, out.roi.x0); px < std::min(x + kSide, out.roi.x1); ++px) {
+          float* const to = out.data + (py - out.roi.y0) * out.row + ptrdiff_t{px - out.roi.x0} * out.step;
+          for (int c = 0; c < lines.channels; ++c) to[c] = result[c * kPacket + (py - y) * kSide + px - x];
+        }
+      }
+    }
+  }
+}
+
+FollowLines DirectLinesHere() { return FollowFrom; }
+
+}  // namespace tessera::ops::flow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops::flow {
+
+HWY_EXPORT(DirectLinesHere);
+
+FollowLines DirectLines() { return HWY_DYNAMIC_DISPATCH(DirectLinesHere)(); }
+
+}  // namespace tessera::ops::flow
+#endif  // HWY_ONCE

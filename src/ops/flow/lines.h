@@ -1,0 +1,94 @@
+// What the streamline kernels are given: a prepared field, a texture, weights, and how lines are followed.
+#ifndef TESSERA_OPS_FLOW_LINES_H_
+#define TESSERA_OPS_FLOW_LINES_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "tessera/image.h"
+#include "tessera/ops/flow.h"
+
+namespace tessera::ops::flow {
+
+// Kernels work on packets of kSide x kSide pixels of a grid that starts at the picture's first pixel. What is
+// decided for a packet (the length of a step) is decided for all of its pixels alike, so that neither tiles
+// nor the width of vectors matter.
+inline constexpr int kSide = 4;
+inline constexpr int kPacket = kSide * kSide;
+inline constexpr int kMostChannels = 4;
+
+// Everything about one picture, in pixels of the picture counted from its first one; shared by all threads.
+struct Lines {
+  int width = 0, height = 0;
+
+  // Vectors (u, v), x right and y down, at the centres of the pixels, in a frame of one pixel that holds what
+  // the border asks for. Finite; 0 where masked. Directions only, at most 1 in size, unless `speed`.
+  const float* uv = nullptr;  // of pixel (0, 0)
+  ptrdiff_t uv_row = 0;       // floats
+
+  // `channels` floats of each pixel, at most kMostChannels; pixels texture_step, rows texture_row floats
+  // apart.
+  const float* texture = nullptr;
+  ptrdiff_t texture_row = 0;
+  int texture_step = 1, channels = 1;
+
+  // 1 where there is no vector (NaN, alpha 0); null when there is no such pixel.
+  const uint32_t* mask = nullptr;
+  // For integrator kCell: direction v (12 bits, signed) above u (12 bits), and above them, for the library's
+  // own noise, the texture's code (8 bits).
+  const uint32_t* cells = nullptr;
+  bool texture_in_cells = false;
+  // Taps of each pixel, each way, where lines have different lengths; else null.
+  const float* reach = nullptr;
+
+  LicBorder border = LicBorder::kStop;
+  LicIntegrator integrator = LicIntegrator::kAdaptive;
+  bool speed = false;      // vectors as they are; else directions
+  bool linear = false;     // the texture between its pixels: bilinear; else nearest
+  float smallest = 1e-6f;  // vectors shorter than this are 0
+  float step = 1;          // between taps
+  int parts = 1;           // steps of the integrator from tap to tap, where it takes one at a time
+  int taps_at_once = 1;    // kAdaptive: taps of its longest step
+  float turn = 0;          // kAdaptive: the largest change of direction within a step
+  float farthest = 0;      // pixels that a line can lead away, upper bound
+
+  int taps = 0;                          // each way
+  std::vector<float> forward, backward;  // weights of taps 1 to taps
+  float centre = 1;                      // weight of tap 0
+  float sum = 1;                         // of all weights
+  bool box = true;                       // all weights are 1
+};
+
+// The convolution along the lines of the pixels of `roi` (counted from the picture's first pixel):
+// Lines::channels floats of each pixel, pixels `step`, rows `row` floats apart. A pixel whose line has no
+// weight gets 0.
+struct LineOutput {
+  Roi roi;
+  float* data = nullptr;
+  ptrdiff_t row = 0;
+  int step = 1;
+};
+using FollowLines = void (*)(const Lines&, const LineOutput&);
+FollowLines DirectLines();
+FollowLines CellLines();
+// One part of the picture, one channel, by lines that its pixels share; `scratch` keeps its memory from part
+// to part.
+struct SharedScratch {
+  std::vector<float> values;     // of the part's pixels
+  std::vector<int32_t> weights;  // the larger, the nearer their lines pass; 0 for none
+  std::vector<float>
+      samples;  // kPacket lines side by side, from their last tap backward to their last one forward
+  std::vector<float> there;     // 1 where the line has a sample
+  std::vector<int32_t> places;  // of taps: pixel of the part below kWeightShift, weight above; -1 for none
+};
+inline constexpr int kWeightShift = 22;
+// Side of the parts: what does not change with threads.
+constexpr int SharedPartSide(int taps) { return taps <= 48 ? 256 : 512; }
+using ShareLines = void (*)(const Lines&, const LineOutput&, SharedScratch&);
+ShareLines SharedLines();
+
+}  // namespace tessera::ops::flow
+
+#endif  // TESSERA_OPS_FLOW_LINES_H_

@@ -1,0 +1,374 @@
+// Fields, masks, noise and weights for the streamline kernels.
+#include "ops/flow/prepare.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "base/arena.h"
+#include "ops/flow/noise.h"
+
+namespace tessera::ops::flow {
+namespace {
+
+constexpr int kRows = 16;              // of a task
+constexpr uint32_t kSparseShare = 24;  // one cell of so many is bright
+constexpr float kCode = 1.0f / 255;
+
+struct Vector {
+  float u = 0, v = 0;
+  bool known = false;
+};
+
+// The field as it was given, at its own pixels or between them.
+class Field {
+ public:
+  Field(const LicParams& params, const ConstImageView& field, int alpha, const Roi& window)
+      : params_(params),
+        field_(field),
+        alpha_(alpha),
+        window_(window),
+        same_size_(field.roi.width() == window.width() && field.roi.height() == window.height()) {
+    x_ = params.scale_x, y_ = params.y_up ? -params.scale_y : params.scale_y;
+    const double per_x = static_cast<double>(window.width()) / std::max(1, field.roi.width());
+    const double per_y = static_cast<double>(window.height()) / std::max(1, field.roi.height());
+    switch (params.units) {
+      case LicUnits::kPixels:
+        x_ *= per_x, y_ *= per_y;
+        break;
+      case LicUnits::kNormalized:
+        x_ *= window.width(), y_ *= window.height();
+        break;
+      case LicUnits::kLatLong:  // degrees: 360 across, 180 down, north up
+        x_ *= window.width() / 360.0, y_ *= -window.height() / 180.0;
+        break;
+    }
+    plain_ = x_ == 1 && y_ == 1 && params.units != LicUnits::kLatLong;
+  }
+
+  // Pixel (x, y) of the picture, counted from its first one.
+  Vector At(int x, int y) const {
+    if (same_size_) return plain_ ? Stored(x, y) : Scaled(Stored(x, y), y);
+    return Scaled(Between(x, y), y);
+  }
+
+ private:
+  Vector Stored(int x, int y) const {
+    const auto* p = reinterpret_cast<const float*>(field_.At(field_.roi.x0 + x, field_.roi.y0 + y));
+    const bool known = std::isfinite(p[0]) && std::isfinite(p[1]) && (alpha_ < 0 || p[alpha_] > 0);
+    return known ? Vector{p[0], p[1], true} : Vector{};
+  }
+  Vector Scaled(const Vector& f, int y) const {
+    double u = f.u * x_;
+    if (params_.units == LicUnits::kLatLong) {
+      const double latitude = std::numbers::pi * (0.5 - (y + 0.5) / window_.height());
+      u /= std::max(std::cos(latitude), 1e-6);
+    }
+    const Vector s{static_cast<float>(u), static_cast<float>(f.v * y_), f.known};
+    return std::isfinite(s.u) && std::isfinite(s.v) ? s : Vector{};
+  }
+  // Catmull-Rom or linear weights of the neighbours from `first` on.
+  static int Weights(bool cubic, double at, double* w) {
+    const double base = std::floor(at), t = at - base;
+    if (!cubic) {
+      w[0] = 1 - t, w[1] = t;
+      return static_cast<int>(base);
+    }
+    w[0] = 0.5 * t * (-1 + t * (2 - t)), w[1] = 1 + 0.5 * t * t * (3 * t - 5);
+    w[2] = 0.5 * t * (1 + t * (4 - 3 * t)), w[3] = 0.5 * t * t * (t - 1);
+    return static_cast<int>(base) - 1;
+  }
+  int Index(int i, int size, bool x) const {
+    const bool turns = params_.border == LicBorder::kRepeat || (x && params_.units == LicUnits::kLatLong);
+    return turns ? (i % size + size) % size : std::clamp(i, 0, size - 1);
+  }
+  Vector Between(int x, int y) const {
+    const int width = field_.roi.width(), height = field_.roi.height();
+    const double at_x = (x + 0.5) * width / window_.width() - 0.5,
+                 at_y = (y + 0.5) * height / window_.height() - 0.5;
+    // What the nearest pixel does not know is masked; other unknown neighbours do not count.
+    const Vector nearest = Stored(Index(static_cast<int>(std::floor(at_x + 0.5)), width, true),
+                                  Index(static_cast<int>(std::floor(at_y + 0.5)), height, false));
+    if (!nearest.known) return {};
+    double wx[4], wy[4], u = 0, v = 0, sum = 0;
+    const int taps = params_.bicubic ? 4 : 2;
+    const int x0 = Weights(params_.bicubic, at_x, wx), y0 = Weights(params_.bicubic, at_y, wy);
+    for (int j = 0; j < taps; ++j) {
+      for (int i = 0; i < taps; ++i) {
+        const Vector f = Stored(Index(x0 + i, width, true), Index(y0 + j, height, false));
+        if (!f.known) continue;
+        const double w = wx[i] * wy[j];
+        u += w * f.u, v += w * f.v, sum += w;
+      }
+    }
+    if (!(sum > 1e-3)) return nearest;
+    return {static_cast<float>(u / sum), static_cast<float>(v / sum), true};
+  }
+
+  const LicParams& params_;
+  const ConstImageView& field_;
+  int alpha_;
+  Roi window_;
+  bool same_size_, plain_ = true;
+  double x_ = 1, y_ = 1;
+};
+
+template <typename T>
+std::shared_ptr<std::byte> Memory(int64_t count, T** first) {
+  std::shared_ptr<std::byte> memory = base::AllocateAligned(static_cast<size_t>(count) * sizeof(T) + 64);
+  *first = reinterpret_cast<T*>(memory.get());
+  return memory;
+}
+
+// task(y0, y1) on bands of rows.
+template <class F>
+void ForRows(int height, const graph::Workers& workers, const F& task) {
+  workers.For((height + kRows - 1) / kRows, [&](int64_t i, int) {
+    const int y0 = static_cast<int>(i) * kRows;
+    task(y0, std::min(y0 + kRows, height));
+  });
+}
+
+// Vectors, their frame, and the mask where there is one.
+void PrepareField(const LicParams& params, const Field& field, const graph::Workers& workers, Prepared& out) {
+  Lines& lines = out.lines;
+  const int width = lines.width, height = lines.height;
+  lines.uv_row = 2 * (ptrdiff_t{width} + 2);
+  float* first = nullptr;
+  out.uv = Memory(lines.uv_row * (height + 2), &first);
+  float* const uv = first + lines.uv_row + 2;
+  lines.uv = uv;
+  struct Found {
+    float largest = 0;
+    bool masked = false;
+  };
+  std::vector<Found> found(static_cast<size_t>((height + kRows - 1) / kRows));
+  ForRows(height, workers, [&](int y0, int y1) {
+    Found f;
+    for (int y = y0; y < y1; ++y) {
+      float* to = uv + y * lines.uv_row;
+      for (int x = 0; x < width; ++x, to += 2) {
+        const Vector v = field.At(x, y);
+        to[0] = v.u, to[1] = v.v;
+        f.largest = std::max(f.largest, std::max(std::fabs(v.u), std::fabs(v.v)));
+        f.masked |= !v.known;
+      }
+    }
+    found[static_cast<size_t>(y0 / kRows)] = f;
+  });
+  Found all;
+  for (const Found& f : found) all.largest = std::max(all.largest, f.largest), all.masked |= f.masked;
+
+  if (all.masked) {
+    uint32_t* mask = nullptr;
+    out.mask = Memory(int64_t{width} * height, &mask);
+    lines.mask = mask;
+    ForRows(height, workers, [&](int y0, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        for (int x = 0; x < width; ++x) mask[ptrdiff_t{y} * width + x] = field.At(x, y).known ? 0 : 1;
+      }
+    });
+  }
+  // Squares must neither overflow nor vanish; a power of two changes no digit.
+  const int exponent = all.largest > 0 ? std::ilogb(all.largest) : 0;
+  const bool scale = !params.speed && (exponent < -20 || exponent > 20);
+  std::vector<double> longest(found.size());
+  ForRows(height, workers, [&](int y0, int y1) {
+    double most = 0;
+    for (int y = y0; y < y1; ++y) {
+      float* const row = uv + y * lines.uv_row;
+      for (int i = 0; i < 2 * width; i += 2) {
+        if (scale) row[i] = std::ldexp(row[i], -exponent), row[i + 1] = std::ldexp(row[i + 1], -exponent);
+        most = std::max(most, double{row[i]} * row[i] + double{row[i + 1]} * row[i + 1]);
+      }
+      const bool turns = params.border == LicBorder::kRepeat;
+      const ptrdiff_t last = 2 * (ptrdiff_t{width} - 1);
+      for (int i = 0; i < 2; ++i) {
+        row[i - 2] = row[turns ? last + i : i];
+        row[last + 2 + i] = row[turns ? i : last + i];
+      }
+    }
+    longest[static_cast<size_t>(y0 / kRows)] = most;
+  });
+  out.longest = static_cast<float>(std::sqrt(*std::max_element(longest.begin(), longest.end())));
+  out.longest_shown = out.longest;
+  if (params.units == LicUnits::kLatLong) {
+    double most = 0;
+    for (int y = 0; y < height; ++y) {
+      out.shrink.push_back(static_cast<float>(std::sin(std::numbers::pi * (y + 0.5) / height)));
+      for (int x = 0; x < width; ++x) {
+        const double u = double{uv[y * lines.uv_row + 2 * x]} * out.shrink.back(),
+                     v = uv[y * lines.uv_row + 2 * x + 1];
+        most = std::max(most, u * u + v * v);
+      }
+    }
+    out.longest_shown = static_cast<float>(std::sqrt(most));
+  }
+  const bool turns = params.border == LicBorder::kRepeat;
+  const auto copy = [&](int from, int to) {
+    std::copy_n(uv + from * lines.uv_row - 2, lines.uv_row, uv + to * lines.uv_row - 2);
+  };
+  copy(turns ? height - 1 : 0, -1);
+  copy(turns ? 0 : height - 1, height);
+  lines.smallest = std::max(static_cast<float>(params.smallest * out.longest), 1e-18f);
+}
+
+// Codes of a row of noise.
+class NoiseRow {
+ public:
+  NoiseRow(const LicParams& params, const Prepared& prepared) : params_(params), prepared_(prepared) {}
+  void Fill(int y, uint32_t* to) const {
+    const int width = prepared_.lines.width;
+    if (params_.noise == LicNoise::kWhite && params_.spot == 1 && params_.magnitude != LicMagnitude::kNoise) {
+      const uint32_t key = RowKey(y, params_.seed);
+      for (int x = 0; x < width; ++x) to[x] = WhiteCode(x, key);
+      return;
+    }
+    for (int x = 0; x < width; ++x) to[x] = At(x, y);
+  }
+
+ private:
+  uint32_t At(int x, int y) const {
+    uint32_t seed = params_.seed;
+    int spot = params_.spot;
+    if (params_.magnitude == LicMagnitude::kNoise) {
+      const int level = std::min(3, static_cast<int>(4 * prepared_.SizeAt(x, y)));
+      spot <<= level, seed += static_cast<uint32_t>(level);
+    }
+    x /= spot, y /= spot;
+    switch (params_.noise) {
+      case LicNoise::kWhite:
+        break;
+      case LicNoise::kSparse:
+        return Mix(static_cast<uint32_t>(x) * 0x9e3779b1u ^ RowKey(y, seed)) < 0xffffffffu / kSparseShare
+                   ? 255
+                   : 0;
+      case LicNoise::kFiltered: {
+        double sum = 0;
+        for (int j = -1; j <= 1; ++j) {
+          const uint32_t key = RowKey(y + j, seed);
+          for (int i = -1; i <= 1; ++i)
+            sum += (2 - std::abs(i)) * (2 - std::abs(j)) * double(WhiteCode(x + i, key));
+        }
+        // The 1 2 1 weights leave 3/8 of the deviation; most of it is put back.
+        return static_cast<uint32_t>(std::lround(std::clamp(127.5 + 2 * (sum / 16 - 127.5), 0.0, 255.0)));
+      }
+    }
+    return WhiteCode(x, RowKey(y, seed));
+  }
+
+  const LicParams& params_;
+  const Prepared& prepared_;
+};
+
+void PrepareTexture(const LicParams& params, const graph::Workers& workers, Prepared& out) {
+  Lines& lines = out.lines;
+  const int width = lines.width;
+  const bool cells = lines.integrator == LicIntegrator::kCell, noise = lines.texture == nullptr;
+  uint32_t* cell = nullptr;
+  float* texture = nullptr;
+  if (cells) out.cells = Memory(int64_t{width} * lines.height, &cell);
+  if (noise && !cells) out.texture = Memory(int64_t{width} * lines.height, &texture);
+  lines.cells = cell;
+  if (noise) {
+    lines.texture = texture, lines.texture_row = width, lines.texture_in_cells = cells;
+    if (params.noise == LicNoise::kSparse) out.mean = 1.0 / kSparseShare;
+  }
+  const NoiseRow row_of(params, out);
+  ForRows(lines.height, workers, [&](int y0, int y1) {
+    std::vector<uint32_t> codes(static_cast<size_t>(width));
+    for (int y = y0; y < y1; ++y) {
+      const ptrdiff_t at = ptrdiff_t{y} * width;
+      if (noise) row_of.Fill(y, codes.data());
+      if (texture != nullptr) {
+        for (int x = 0; x < width; ++x)
+          texture[at + x] = static_cast<float>(codes[static_cast<size_t>(x)]) * kCode;
+      }
+      if (!cells) continue;
+      for (int x = 0; x < width; ++x) {
+        const float* const v = lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x};
+        const float larger = std::max(std::fabs(v[0]), std::fabs(v[1]));
+        const float squared = v[0] * v[0] + v[1] * v[1];
+        const float factor = squared >= lines.smallest * lines.smallest ? 2047 / larger : 0;
+        const auto code = [&](float c) {
+          return static_cast<uint32_t>(static_cast<int>(std::nearbyintf(c * factor))) & 0xfffu;
+        };
+        cell[at + x] = codes[static_cast<size_t>(x)] << 24 | code(v[1]) << 12 | code(v[0]);
+      }
+    }
+  });
+}
+
+}  // namespace
+
+float Prepared::SizeAt(int x, int y) const {
+  const float* v = lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x};
+  const float u = shrink.empty() ? v[0] : v[0] * shrink[static_cast<size_t>(y)];
+  return longest_shown > 0 ? std::min(1.0f, std::sqrt(u * u + v[1] * v[1]) / longest_shown) : 0;
+}
+
+Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha, const ConstImageView& image,
+                 const Roi& window, const graph::Workers& workers) {
+  Prepared out;
+  Lines& lines = out.lines;
+  lines.width = window.width(), lines.height = window.height();
+  if (window.empty() || field.roi.empty()) return out;
+  lines.border = params.border, lines.integrator = params.integrator;
+  lines.speed = params.speed, lines.linear = params.linear;
+  lines.taps = TapsOf(params);
+  lines.step = params.integrator == LicIntegrator::kCell ? 1.0f : static_cast<float>(params.step);
+
+  const LicWeights weights = WeightsOf(params);
+  lines.forward.assign(weights.forward.begin(), weights.forward.end());
+  lines.backward.assign(weights.backward.begin(), weights.backward.end());
+  lines.centre = static_cast<float>(weights.centre);
+  // Added as the kernels add the weights of lines that end early.
+  float ahead = 0, back = 0;
+  for (const float w : lines.forward) ahead += w;
+  for (const float w : lines.backward) back += w;
+  lines.sum = ahead + back + lines.centre;
+  const auto one = [](float w) { return w == 1; };
+  lines.box = lines.centre == 1 && std::all_of(lines.forward.begin(), lines.forward.end(), one) &&
+              std::all_of(lines.backward.begin(), lines.backward.end(), one);
+
+  PrepareField(params, Field(params, field, alpha, window), workers, out);
+  // The error of a step grows with the fourth power of its turn: longer lines, shorter steps.
+  const double reach = std::max(1.0, lines.taps * params.step);
+  lines.turn = static_cast<float>(std::min(0.3, 0.15 * std::pow(20 / reach, 0.25)));
+  // Errors of steps add up along the line, those of the bends between pixels first.
+  const double longest_step = reach > 32 ? 4 : 7;
+  lines.taps_at_once = std::clamp(static_cast<int>(longest_step / params.step), 1, 40);
+  if (lines.integrator == LicIntegrator::kAdaptive) lines.parts = static_cast<int>(std::ceil(params.step));
+  double fastest = 1;
+  if (params.speed) {
+    fastest = out.longest;
+    const double pixels = std::ceil(fastest * params.step);
+    if (lines.integrator == LicIntegrator::kAdaptive) lines.integrator = LicIntegrator::kRk4;
+    lines.parts = static_cast<int>(std::clamp(pixels, 1.0, 64.0));
+  }
+  lines.farthest =
+      static_cast<float>(std::min(1e9, std::ceil(lines.taps * params.step * std::max(1.0, fastest))));
+
+  if (image.data != nullptr) {
+    lines.texture = reinterpret_cast<const float*>(image.data);
+    lines.texture_row = image.row_stride / 4;
+    lines.texture_step = image.channels, lines.channels = image.channels;
+  }
+  PrepareTexture(params, workers, out);
+  if (params.magnitude == LicMagnitude::kLength) {
+    float* reaches = nullptr;
+    out.reach = Memory(int64_t{lines.width} * lines.height, &reaches);
+    lines.reach = reaches;
+    ForRows(lines.height, workers, [&](int y0, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        for (int x = 0; x < lines.width; ++x) {
+          reaches[ptrdiff_t{y} * lines.width + x] = static_cast<float>(lines.taps) * out.SizeAt(x, y);
+        }
+      }
+    });
+  }
+  return out;
+}
+
+}  // namespace tessera::ops::flow

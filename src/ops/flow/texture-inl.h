@@ -1,0 +1,108 @@
+// The texture's samples at the taps of lines: nearest or bilinear, inside, clamped, repeated or ended.
+#if defined(TESSERA_OPS_FLOW_TEXTURE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_FLOW_TEXTURE_INL_H_
+#undef TESSERA_OPS_FLOW_TEXTURE_INL_H_
+#else
+#define TESSERA_OPS_FLOW_TEXTURE_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include "ops/flow/field-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::flow::HWY_NAMESPACE {
+
+// Where a tap's samples are, relative to the packet's first pixel. `inside` is 1 where the line may go on,
+// else 0.
+template <bool kLinear>
+struct Texels {
+  VI at;
+  V inside;
+  HWY_INLINE V Value(const float* texture) const { return hn::GatherIndex(D(), texture, at); }
+};
+template <>
+struct Texels<true> {
+  VI at00, at10, at01, at11;
+  V tx, ty, inside;
+  HWY_INLINE V Value(const float* texture) const {
+    const D d;
+    const V a = hn::GatherIndex(d, texture, at00), b = hn::GatherIndex(d, texture, at10);
+    const V low_a = hn::GatherIndex(d, texture, at01), low_b = hn::GatherIndex(d, texture, at11);
+    // Weight 0 takes nothing: NaN spreads only where it has weight.
+    const auto lerp = [&](V p, V q, V t) HWY_ATTR {
+      const V between = hn::MulAdd(t, hn::Sub(q, p), p);
+      return hn::IfThenElse(hn::Eq(t, hn::Zero(d)), p, between);
+    };
+    return lerp(lerp(a, b, tx), lerp(low_a, low_b, tx), ty);
+  }
+};
+
+// Indices into the picture, whatever the border.
+template <bool kChecked>
+HWY_INLINE void Limit(const Lines& lines, const Place& place, VI& x, VI& y) {
+  if constexpr (kChecked) {
+    const DI di;
+    const VI x0 = hn::Set(di, place.x), y0 = hn::Set(di, place.y);
+    if (lines.border == LicBorder::kRepeat) {
+      x = hn::Sub(Wrap(hn::Add(x, x0), lines.width), x0);
+      y = hn::Sub(Wrap(hn::Add(y, y0), lines.height), y0);
+    } else {
+      x = hn::Min(hn::Max(x, hn::Sub(hn::Zero(di), x0)), hn::Sub(hn::Set(di, lines.width - 1), x0));
+      y = hn::Min(hn::Max(y, hn::Sub(hn::Zero(di), y0)), hn::Sub(hn::Set(di, lines.height - 1), y0));
+    }
+  }
+}
+
+// 1 where a line at these pixels may go on: they exist (unless the border says otherwise) and are not masked.
+HWY_INLINE V Inside(const Lines& lines, const Place& place, VI x, VI y) {
+  const D d;
+  const DI di;
+  VI in_x = x, in_y = y;
+  Limit<true>(lines, place, in_x, in_y);
+  V inside = hn::Set(d, 1.0f);
+  if (lines.border == LicBorder::kStop) {
+    const auto there = hn::And(hn::Eq(in_x, x), hn::Eq(in_y, y));
+    inside = hn::ConvertTo(d, hn::IfThenElseZero(there, hn::Set(di, 1)));
+  }
+  if (lines.mask != nullptr) {
+    const VI at = hn::Add(hn::Mul(in_y, hn::Set(di, lines.width)), in_x);
+    const VI masked = hn::GatherIndex(di, reinterpret_cast<const int32_t*>(place.mask), at);
+    inside = hn::IfThenElseZero(hn::RebindMask(d, hn::Eq(masked, hn::Zero(di))), inside);
+  }
+  return inside;
+}
+
+template <bool kChecked, bool kLinear>
+HWY_INLINE Texels<kLinear> FindTexels(const Lines& lines, const Place& place, const Starts& start,
+                                      const V2& p) {
+  const D d;
+  const DI di;
+  const VI row = hn::Set(di, static_cast<int>(lines.texture_row));
+  const auto index = [&](VI x, VI y) HWY_ATTR {
+    if (lines.texture_step != 1) x = hn::Mul(x, hn::Set(di, lines.texture_step));
+    return hn::Add(hn::Mul(y, row), x);
+  };
+  Texels<kLinear> t;
+  VI x = hn::Add(hn::NearestInt(p.x), start.x), y = hn::Add(hn::NearestInt(p.y), start.y);
+  if constexpr (kChecked) t.inside = Inside(lines, place, x, y);
+  if constexpr (kLinear) {
+    const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
+    t.tx = hn::Sub(p.x, floor_x), t.ty = hn::Sub(p.y, floor_y);
+    x = hn::Add(hn::ConvertTo(di, floor_x), start.x), y = hn::Add(hn::ConvertTo(di, floor_y), start.y);
+    VI x1 = hn::Add(x, hn::Set(di, 1)), y1 = hn::Add(y, hn::Set(di, 1));
+    Limit<kChecked>(lines, place, x, y);
+    Limit<kChecked>(lines, place, x1, y1);
+    t.at00 = index(x, y), t.at10 = index(x1, y), t.at01 = index(x, y1), t.at11 = index(x1, y1);
+  } else {
+    Limit<kChecked>(lines, place, x, y);
+    t.at = index(x, y);
+  }
+  (void)d;
+  return t;
+}
+
+}  // namespace tessera::ops::flow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

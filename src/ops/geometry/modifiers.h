@@ -1,0 +1,20 @@
+// Modifiers that the geometry operations share.
+#ifndef TESSERA_OPS_GEOMETRY_MODIFIERS_H_
+#define TESSERA_OPS_GEOMETRY_MODIFIERS_H_
+
+#include <string>
+
+#include "ops/registry.h"
+#include "tessera/ops/geometry.h"
+
+namespace tessera::ops {
+
+// `:filter=`, one of oiiotool's names.
+ParamInfo FilterModifier(const std::string& default_value, const std::string& help);
+// `:NAME=black|clamp|repeat|periodic|mirror`, what lies beyond the image.
+ParamInfo WrapModifier(const std::string& name, const std::string& default_value);
+Wrap WrapNamed(const std::string& name);
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_GEOMETRY_MODIFIERS_H_

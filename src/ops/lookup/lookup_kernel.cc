@@ -1,0 +1,273 @@
+// The stage of a lookup through a coordinate image: rows of pixels in chunks, whatever the table.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <span>
+#include <type_traits>
+
+#include "ops/lookup/lookup_stage.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/lookup/lookup_kernel.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "ops/lookup/gather-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+
+template <int kTexel>
+LookupFunction MethodOfTable(int dims, TableFilter filter) {
+  switch (dims) {
+    case 1:
+      return MethodOf<kTexel, 1, false>(filter);
+    case 2:
+      return MethodOf<kTexel, 2, false>(filter);
+    case 3:
+      return MethodOf<kTexel, 3, false>(filter);
+    default:
+      return MethodOf<kTexel, 4, false>(filter);
+  }
+}
+
+class LookupStage final : public graph::TileStage {
+ public:
+  explicit LookupStage(LookupPlan plan) : plan_(std::move(plan)) {
+    for (const auto& levels : plan_.groups) {
+      const Grid& grid = *levels.front();
+      methods_.push_back(grid.texel() == 1 ? MethodOfTable<1>(grid.dims(), plan_.params.filter)
+                                           : MethodOfTable<4>(grid.dims(), plan_.params.filter));
+    }
+  }
+
+  Roi InputRoi(int, const Roi& out) const override { return mipmap() ? Inflate(out, 1, 1) : out; }
+
+  void Run(const graph::TileArgs& args) const override {
+    const Roi& r = args.out.roi;
+    Chunk* const chunk = args.scratch.Allocate<Chunk>(1);
+    for (int y = r.y0; y < r.y1; ++y) {
+      for (int x = r.x0; x < r.x1; x += kChunk) RunChunk(args, x, y, std::min(kChunk, r.x1 - x), *chunk);
+    }
+  }
+
+ private:
+  bool mipmap() const { return plan_.params.filter == TableFilter::kMipmap; }
+
+  void RunChunk(const graph::TileArgs& args, int x, int y, int count, Chunk& chunk) const {
+    const ConstImageView& coords = args.in[0];
+    const int rounded = (count + s::kLanes - 1) / s::kLanes * s::kLanes;
+    LoadCoordinates(reinterpret_cast<const float*>(coords.At(x, y)), coords.channels, count, chunk);
+    if (plan_.params.projective) Divide(rounded, chunk);
+    float level[kChunk];
+    if (mipmap()) {
+      for (int i = 0; i < count; ++i) level[i] = Level(coords, x + i, y);
+    }
+    for (size_t g = 0; g < plan_.groups.size(); ++g) {
+      const auto& levels = plan_.groups[g];
+      const Grid& grid = *levels.front();
+      bool flagged;
+      if (mipmap()) {
+        flagged = BlendLevels(g, level, count, rounded, chunk);
+      } else {
+        flagged = methods_[g](grid, chunk, rounded);
+      }
+      if (flagged || !grid.finite()) Mend(grid, count, flagged, chunk);
+      Write(args, g, x, y, count, chunk);
+    }
+    if (plan_.params.mask >= 0) KeepBackground(args, x, y, count);
+  }
+
+  // The coordinate channels of `count` pixels to planes, zeros up to the next vector.
+  void LoadCoordinates(const float* from, int channels, int count, Chunk& chunk) const {
+    const s::D d;
+    const auto planes = plan_.axes.size();
+    int i = 0;
+    if (channels <= 4) {
+      for (; i + s::kLanes <= count; i += s::kLanes) {
+        const float* const p = from + i * channels;
+        V v[4];
+        if (channels == 1) {
+          v[0] = hn::LoadU(d, p);
+        } else if (channels == 2) {
+          hn::LoadInterleaved2(d, p, v[0], v[1]);
+        } else if (channels == 3) {
+          hn::LoadInterleaved3(d, p, v[0], v[1], v[2]);
+        } else {
+          hn::LoadInterleaved4(d, p, v[0], v[1], v[2], v[3]);
+        }
+        for (size_t a = 0; a < planes; ++a) hn::Store(v[plan_.axes[a]], d, Plane(chunk, a) + i);
+      }
+    }
+    for (size_t a = 0; a < planes; ++a) {
+      float* const plane = Plane(chunk, a);
+      for (int k = i; k < count; ++k) plane[k] = from[k * channels + plan_.axes[a]];
+      for (int k = count; k % s::kLanes != 0; ++k) plane[k] = 0;
+    }
+  }
+  // The divisor q of a 4-D table is a fifth plane; it waits where weights come later.
+  static float* Plane(Chunk& chunk, size_t a) { return a < 4 ? chunk.coord[a] : chunk.weight[15]; }
+
+  void Divide(int count, Chunk& chunk) const {
+    const s::D d;
+    const float* const divisor = Plane(chunk, static_cast<size_t>(plan_.dims));
+    for (int i = 0; i < count; i += s::kLanes) {
+      const V q = hn::Load(d, divisor + i);
+      const auto ahead = hn::Ge(q, hn::Set(d, std::numeric_limits<float>::min()));
+      for (int a = 0; a < plan_.dims; ++a) {
+        const V v = hn::Div(hn::Load(d, chunk.coord[a] + i), q);
+        hn::Store(hn::IfThenElse(ahead, v, hn::NaN(d)), d, chunk.coord[a] + i);
+      }
+    }
+  }
+
+  // Pixels whose taps are not all in memory, whose coordinates are no numbers, or into which an entry that is
+  // not finite may have leaked with weight 0.
+  void Mend(const Grid& grid, int count, bool flagged, Chunk& chunk) const {
+    const int texel = grid.texel();
+    const bool suspect = !grid.finite() && AnyNotFinite(chunk.result, count * texel);
+    if (!flagged && !suspect) return;
+    for (int i = 0; i < count; ++i) {
+      float* const result = chunk.result + i * texel;
+      const int32_t flag = flagged ? chunk.flag[i] : 0;
+      if (flag & kNotANumber) {
+        const bool behind = plan_.params.projective || !plan_.params.propagate_nan;
+        for (int c = 0; c < grid.channels(); ++c) {
+          result[c] = behind ? grid.border(c) : std::numeric_limits<float>::quiet_NaN();
+        }
+        continue;
+      }
+      bool careful = flag != 0;
+      if (suspect) {
+        for (int c = 0; c < grid.channels(); ++c) careful |= !std::isfinite(result[c]);
+      }
+      if (!careful || mipmap()) continue;
+      float at[4];
+      for (int a = 0; a < grid.dims(); ++a) at[a] = chunk.coord[a][i];
+      grid.SampleOne(at, result);
+    }
+  }
+
+  // Coordinate a of a pixel, after the division.
+  float Coordinate(const ConstImageView& coords, int x, int y, int a) const {
+    const auto* const p = reinterpret_cast<const float*>(coords.At(x, y));
+    const float v = p[plan_.axes[static_cast<size_t>(a)]];
+    if (!plan_.params.projective) return v;
+    const float q = p[plan_.axes[static_cast<size_t>(plan_.dims)]];
+    return q >= std::numeric_limits<float>::min() ? v / q : std::numeric_limits<float>::quiet_NaN();
+  }
+  // log2 of the entries of level 0 that a step to a neighbour passes, of the longer of both directions; in
+  // each the shorter of the two steps, so that the far side of an edge does not count.
+  float Level(const ConstImageView& coords, int x, int y) const {
+    const Grid& grid = *plan_.groups.front().front();
+    float rho = 0;
+    for (int direction = 0; direction < 2; ++direction) {
+      float shortest = std::numeric_limits<float>::infinity();
+      for (const int step : {-1, 1}) {
+        const int nx = x + (direction == 0 ? step : 0), ny = y + (direction == 1 ? step : 0);
+        if (!plan_.window.Contains({nx, ny, nx + 1, ny + 1})) continue;
+        float sum = 0;
+        for (int a = 0; a < plan_.dims; ++a) {
+          const float d =
+              (Coordinate(coords, nx, ny, a) - Coordinate(coords, x, y, a)) * grid.axis(a).per_unit;
+          sum += d * d;
+        }
+        if (std::isfinite(sum)) shortest = std::min(shortest, std::sqrt(sum));
+      }
+      if (std::isfinite(shortest)) rho = std::max(rho, shortest);
+    }
+    const float top = static_cast<float>(plan_.groups.front().size() - 1);
+    return rho > 1 ? std::min(std::log2(rho), top) : 0.0f;
+  }
+  bool BlendLevels(size_t g, const float* level, int count, int rounded, Chunk& chunk) const {
+    const auto& levels = plan_.groups[g];
+    const int texel = levels.front()->texel(), top = static_cast<int>(levels.size()) - 1;
+    float blended[4 * kChunk], lower[4 * kChunk];
+    bool flagged = false, done[32] = {};
+    for (int first = 0; first < count; ++first) {
+      const int l = static_cast<int>(level[first]);
+      if (done[l]) continue;
+      done[l] = true;
+      flagged |= methods_[g](*levels[static_cast<size_t>(l)], chunk, rounded);
+      std::memcpy(lower, chunk.result, sizeof lower);
+      if (l < top) flagged |= methods_[g](*levels[static_cast<size_t>(l) + 1], chunk, rounded);
+      for (int i = first; i < count; ++i) {
+        if (static_cast<int>(level[i]) != l) continue;
+        const float t = level[i] - static_cast<float>(l);
+        for (int c = 0; c < texel; ++c) {
+          const float a = lower[i * texel + c], b = chunk.result[i * texel + c];
+          blended[i * texel + c] = t == 0 ? a : (1 - t) * a + t * b;
+        }
+      }
+    }
+    std::memcpy(chunk.result, blended, sizeof(float) * static_cast<size_t>(count * texel));
+    return flagged;
+  }
+
+  void Write(const graph::TileArgs& args, size_t group, int x, int y, int count, const Chunk& chunk) const {
+    const int texel = plan_.groups[group].front()->texel(), channels = args.out.channels;
+    auto* const to = reinterpret_cast<float*>(args.out.At(x, y));
+    const bool all = plan_.groups.size() == 1 && channels == texel && InOrder(args.channels);
+    if (all) {
+      const s::D d;
+      const bool stream = args.stream && s::CanStream(to);
+      const int floats = count * texel;
+      int i = 0;
+      for (; i + s::kLanes <= floats; i += s::kLanes) {
+        s::StoreOrStream(hn::Load(d, chunk.result + i), d, to + i, stream);
+      }
+      for (; i < floats; ++i) to[i] = chunk.result[i];
+      return;
+    }
+    for (int c = 0; c < channels; ++c) {
+      const int channel = args.channels.empty() ? c : args.channels[static_cast<size_t>(c)];
+      if (channel / 4 != static_cast<int>(group)) continue;
+      const float* const from = chunk.result + channel % 4;
+      for (int i = 0; i < count; ++i) to[i * channels + c] = from[i * texel];
+    }
+  }
+  static bool InOrder(std::span<const int> channels) {
+    for (size_t c = 0; c < channels.size(); ++c) {
+      if (channels[c] != static_cast<int>(c)) return false;
+    }
+    return true;
+  }
+
+  void KeepBackground(const graph::TileArgs& args, int x, int y, int count) const {
+    const ConstImageView& coords = args.in[0];
+    for (int i = 0; i < count; ++i) {
+      const auto* const from = reinterpret_cast<const float*>(coords.At(x + i, y));
+      const float mask = from[plan_.params.mask];
+      if (mask != 0 && !std::isnan(mask)) continue;
+      auto* const to = reinterpret_cast<float*>(args.out.At(x + i, y));
+      for (int c = 0; c < args.out.channels; ++c) {
+        const int channel = args.channels.empty() ? c : args.channels[static_cast<size_t>(c)];
+        to[c] = channel < coords.channels ? from[channel] : 0.0f;
+      }
+    }
+  }
+
+  LookupPlan plan_;
+  std::vector<LookupFunction> methods_;
+};
+
+std::unique_ptr<graph::TileStage> NewLookupStage(const LookupPlan& plan) {
+  return std::make_unique<LookupStage>(plan);
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+
+HWY_EXPORT(NewLookupStage);
+
+std::unique_ptr<graph::TileStage> MakeLookupStage(const LookupPlan& plan) {
+  return HWY_DYNAMIC_DISPATCH(NewLookupStage)(plan);
+}
+
+}  // namespace tessera::ops
+#endif

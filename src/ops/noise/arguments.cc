@@ -1,0 +1,173 @@
+// The words of the noise commands: modifiers, and the parameters that they make.
+#include <algorithm>
+#include <utility>
+
+#include "ops/noise/noise_ops.h"
+
+namespace tessera::ops {
+namespace {
+
+ParamInfo Modifier(const char* name, ParamType type, const char* default_value, const char* help) {
+  ParamInfo param;
+  param.name = name;
+  param.type = type;
+  param.default_value = default_value;
+  param.help = help;
+  return param;
+}
+
+}  // namespace
+
+ParamInfo NumberModifier(const char* name, const char* default_value, double min, double max,
+                         const char* help) {
+  ParamInfo param = Modifier(name, ParamType::kNumber, default_value, help);
+  param.min = min;
+  param.max = max;
+  return param;
+}
+ParamInfo IntegerModifier(const char* name, const char* default_value, double min, double max,
+                          const char* help) {
+  ParamInfo param = NumberModifier(name, default_value, min, max, help);
+  param.type = ParamType::kInteger;
+  return param;
+}
+ParamInfo ChoiceModifier(const char* name, std::vector<std::string> choices, const char* help) {
+  ParamInfo param = Modifier(name, ParamType::kChoice, "", help);
+  param.default_value = choices.front();
+  param.choices = std::move(choices);
+  return param;
+}
+ParamInfo FlagModifier(const char* name, const char* help) {
+  return Modifier(name, ParamType::kFlag, "0", help);
+}
+ParamInfo ListModifier(const char* name, const char* default_value, int most, double min, double max,
+                       const char* help) {
+  ParamInfo param = NumberModifier(name, default_value, min, max, help);
+  param.type = ParamType::kNumbers;
+  param.max_count = most;
+  return param;
+}
+
+const char* NoiseName(NoiseKind kind) {
+  constexpr const char* kNames[] = {"white", "value", "perlin", "simplex", "cell", "sparse", "spot"};
+  return kNames[static_cast<int>(kind)];
+}
+
+std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
+  constexpr double kFar = 0x1p40;
+  const bool white = kind == NoiseKind::kWhite;
+  std::vector<ParamInfo> m = {
+      NumberModifier("seed", "0", -2147483648.0, 4294967295.0, "whole number, modulo 2^32"),
+      NumberModifier("freq", white ? "0" : "8", 0, kFar,
+                     white ? "cells across the width; 0: one per pixel"
+                           : "lattice cells across the width; 0: one per pixel"),
+      ListModifier("offset", "0", 4, -kFar, kFar, "position of the corner in cells: x,y,z,w"),
+      NumberModifier("z", "0", -kFar, kFar, "third coordinate in cells, added to offset's"),
+      NumberModifier("w", "0", -kFar, kFar, "fourth coordinate in cells, added to offset's"),
+      IntegerModifier("dims", "2", kind == NoiseKind::kSimplex ? 2 : 1, 4, "dimensions of the lattice"),
+      IntegerModifier("octaves", "1", 0, 64, "number of octaves summed"),
+      NumberModifier("lacunarity", "2", 1, 16, "frequency of an octave over the one before"),
+      NumberModifier("gain", "0.5", 0, 4, "weight of an octave over the one before"),
+      ListModifier("weights", "", 64, -1e6, 1e6, "weight per octave instead of gain"),
+      FlagModifier("turbulence", "sum absolute values: the same as sum=turbulence"),
+      ChoiceModifier("sum", {"fbm", "turbulence", "billow", "ridged"},
+                     "n, |n|, 2|n|-1 or (1-|n|)^2 per octave"),
+      FlagModifier("signed", "values in [-1,1] instead of around 0.5"),
+      FlagModifier("color", "independent noise in every channel"),
+      FlagModifier("gradient", "channel 0 the value, further ones its slopes per cell"),
+      NumberModifier("aspect", "1", 1e-3, 1e3, "cells along x for one along y"),
+      NumberModifier("warp", "0", -1e4, 1e4, "domain warp: positions move by this many cells times noise"),
+      FlagModifier("antialias", "fade octaves to their mean from 1/2 to 1 cell per pixel"),
+      IntegerModifier("slices", "1", 1, 65536, "slices of a volume stacked along y, one step of z apart"),
+      NumberModifier("bias", "0.5", 1e-6, 1 - 1e-6, "Perlin's bias of the result in [0,1]"),
+      NumberModifier("contrast", "0.5", 1e-6, 1 - 1e-6, "Perlin's gain of the result in [0,1]"),
+  };
+  if (kind != NoiseKind::kSimplex)
+    m.push_back(ListModifier("period", "0", 4, 0, 1 << 24, "cells until it repeats; 0: never"));
+  if (kind == NoiseKind::kGradient) {
+    m.push_back(ChoiceModifier("lattice", {"tessera", "perlin", "osl"}, "hash and gradients"));
+  } else if (white) {
+    m.push_back(ChoiceModifier("lattice", {"tessera", "osl"}, "hash; osl is OSL's cellnoise"));
+  }
+  if (kind == NoiseKind::kGradient || kind == NoiseKind::kValue) {
+    m.push_back(
+        ChoiceModifier("fade", {"quintic", "cubic", "linear"}, "interpolation between lattice points"));
+  }
+  if (kind == NoiseKind::kCell) {
+    m.push_back(ChoiceModifier("distance", {"f1", "f2", "f2-f1"},
+                               "to the nearest, second nearest, or the difference"));
+    m.push_back(NumberModifier("jitter", "1", 0, 1, "how far feature points leave cell centres"));
+  }
+  if (kind == NoiseKind::kSparse || kind == NoiseKind::kSpot) {
+    m.push_back(NumberModifier("density", "2", 1e-3, 8, "impulses per cell"));
+  }
+  if (kind == NoiseKind::kSpot) {
+    m.push_back(NumberModifier("stretch", "1", 1, 64, "length over width of a spot"));
+    m.push_back(NumberModifier("angle", "0", -1e9, 1e9, "direction of spots, degrees counter-clockwise"));
+  }
+  return m;
+}
+
+NoiseParams NoiseArguments(NoiseKind kind, const Arguments& a) {
+  const auto has = [&](const char* name) { return a.values.contains(name); };
+  NoiseParams p;
+  p.kind = kind;
+  p.dims = a.Integer("dims");
+  const auto seed = static_cast<int64_t>(a.Number("seed"));
+  p.seed = static_cast<uint32_t>(seed);
+  p.frequency = a.Number("freq");
+  const std::vector<double>& offset = a.Numbers("offset");
+  for (size_t i = 0; i < offset.size(); ++i) p.offset[i] = offset[i];
+  p.offset[2] += a.Number("z");
+  p.offset[3] += a.Number("w");
+  p.octaves = a.Integer("octaves");
+  p.lacunarity = a.Number("lacunarity");
+  p.gain = a.Number("gain");
+  if (a.Given("weights")) p.weights = a.Numbers("weights");
+  constexpr std::pair<const char*, NoiseSum> kSums[] = {{"fbm", NoiseSum::kFbm},
+                                                        {"turbulence", NoiseSum::kTurbulence},
+                                                        {"billow", NoiseSum::kBillow},
+                                                        {"ridged", NoiseSum::kRidged}};
+  for (const auto& [name, sum] : kSums) {
+    if (a.Text("sum") == name) p.sum = sum;
+  }
+  if (a.Flag("turbulence")) p.sum = NoiseSum::kTurbulence;
+  p.is_signed = a.Flag("signed");
+  p.output = a.Flag("gradient") ? NoiseOutput::kGradient
+             : a.Flag("color")  ? NoiseOutput::kColor
+                                : NoiseOutput::kValue;
+  p.aspect = a.Number("aspect");
+  p.warp = a.Number("warp");
+  if (has("antialias")) p.antialias = a.Flag("antialias");
+  if (has("slices")) p.slices = a.Integer("slices");
+  p.bias = a.Number("bias");
+  p.contrast = a.Number("contrast");
+  if (has("period")) {
+    const std::vector<double>& period = a.Numbers("period");
+    for (size_t i = 0; i < 4; ++i)
+      p.period[i] = static_cast<int>(period.size() == 1 ? period[0] : i < period.size() ? period[i] : 0);
+  }
+  if (has("lattice")) {
+    const std::string& lattice = a.Text("lattice");
+    p.lattice = lattice == "perlin" ? NoiseLattice::kPerlin
+                : lattice == "osl"  ? NoiseLattice::kOsl
+                                    : NoiseLattice::kTessera;
+  }
+  if (has("fade")) {
+    p.fade = a.Text("fade") == "cubic"    ? NoiseFade::kCubic
+             : a.Text("fade") == "linear" ? NoiseFade::kLinear
+                                          : NoiseFade::kQuintic;
+  }
+  if (has("distance")) {
+    p.distance = a.Text("distance") == "f2"      ? CellDistance::kF2
+                 : a.Text("distance") == "f2-f1" ? CellDistance::kF2MinusF1
+                                                 : CellDistance::kF1;
+  }
+  if (has("jitter")) p.jitter = a.Number("jitter");
+  if (has("density")) p.density = a.Number("density");
+  if (has("stretch")) p.stretch = a.Number("stretch");
+  if (has("angle")) p.angle = a.Number("angle");
+  return p;
+}
+
+}  // namespace tessera::ops

@@ -1,0 +1,352 @@
+// Rows of noise on a grid: the collapse where it serves, batches of positions elsewhere.
+#include "ops/noise/field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tessera::ops {
+namespace {
+
+constexpr uint32_t kAxis[4] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du, 0x27d4eb2fu};  // as simd/lattice-inl.h
+
+uint32_t NextCell(uint32_t cell, uint32_t period) { return cell + 1 == period ? 0 : cell + 1; }
+
+}  // namespace
+
+float ShapeSlope(NoiseSum sum, float n) {
+  const float sign = n > 0 ? 1.0f : n < 0 ? -1.0f : 0.0f;
+  switch (sum) {
+    case NoiseSum::kFbm:
+      return 1;
+    case NoiseSum::kTurbulence:
+      return sign;
+    case NoiseSum::kBillow:
+      return 2 * sign;
+    default:
+      return -2 * sign * (1 - std::fabs(n));
+  }
+}
+
+float BentValue(const NoiseParams& p, float v) {
+  return p.is_signed ? 2 * BiasAndGain(p.bias, p.contrast, 0.5f + 0.5f * v) - 1
+                     : BiasAndGain(p.bias, p.contrast, v);
+}
+
+NoiseParams WarpParams(const NoiseParams& params, int axis) {
+  NoiseParams inner = params;
+  inner.warp = 0;
+  inner.octaves = 1;
+  inner.weights.clear();
+  inner.kind = NoiseKind::kGradient;
+  inner.lattice = NoiseLattice::kTessera;
+  inner.fade = NoiseFade::kQuintic;
+  inner.output = NoiseOutput::kValue;
+  inner.sum = NoiseSum::kFbm;
+  inner.is_signed = true;
+  inner.antialias = false;
+  inner.bias = inner.contrast = 0.5;
+  inner.seed = OctaveSeed(params.seed, 1000 + axis, 0);
+  return inner;
+}
+
+float BiasAndGain(double bias, double contrast, float t) {
+  double v = std::clamp<double>(t, 0, 1);
+  if (bias != 0.5) v = std::pow(v, std::log(bias) / std::log(0.5));
+  if (contrast != 0.5) {
+    const double exponent = std::log(1 - contrast) / std::log(0.5);
+    v = v < 0.5 ? 0.5 * std::pow(2 * v, exponent) : 1 - 0.5 * std::pow(2 - 2 * v, exponent);
+  }
+  return static_cast<float>(v);
+}
+
+GridField::GridField(const NoiseParams& params, const Roi& columns, int channel)
+    : plan_(MakeNoisePlan(params, true, channel)),
+      kernels_(FindNoiseKernels()),
+      x0_(columns.x0),
+      x1_(columns.x1) {
+  slopes_ = params.output == NoiseOutput::kGradient;
+  collapses_ = params.lattice == NoiseLattice::kTessera && params.dims >= 2 && !slopes_ && params.warp == 0 &&
+               (params.kind == NoiseKind::kGradient || params.kind == NoiseKind::kValue);
+  if (params.lattice != NoiseLattice::kPerlin) {
+    evaluate_ = FindNoise(params.kind, params.lattice, params.dims, slopes_);
+  }
+  if (params.warp != 0) {
+    for (int a = 0; a < params.dims; ++a) {
+      warp_.push_back(std::make_unique<GridField>(WarpParams(params, a), columns, 0));
+    }
+  }
+  columns_.resize(plan_.octaves.size());
+  for (size_t k = 0; k < columns_.size(); ++k) Prepare(plan_.octaves[k], columns_[k]);
+}
+
+void GridField::Prepare(const NoiseOctave& octave, Columns& columns) const {
+  const int origin = plan_.params.frame.x0;
+  // Whole batches, so that kernels may read and write whole vectors.
+  const size_t padded = static_cast<size_t>(std::max(x1_ - x0_, 0) / kNoiseBatch + 2) * kNoiseBatch;
+  const bool perlin = plan_.params.lattice == NoiseLattice::kPerlin;
+  columns.fraction.reserve(padded);
+  uint32_t right = 0;
+  for (int x = x0_; x < x1_; ++x) {
+    const LatticePlace place = PlaceOf(plan_, octave, 0, x - origin + 0.5);
+    columns.fraction.push_back(static_cast<float>(place.fraction));
+    if (perlin) columns.position.push_back((place.cell & 255) + place.fraction);
+    if (!collapses_) {
+      columns.cell.push_back(place.cell);
+      continue;
+    }
+    // Lattice columns as they are met; neighbours share one.
+    const size_t n = columns.hash.size();
+    const uint32_t hash = place.cell * kAxis[0];
+    if (n == 0 || columns.hash[n - 2] != hash) {
+      if (n == 0 || place.cell != right) columns.hash.push_back(hash);
+      right = NextCell(place.cell, octave.period[0]);
+      columns.hash.push_back(right * kAxis[0]);
+    }
+    columns.left.push_back(static_cast<int32_t>(columns.hash.size()) - 2);
+  }
+  if (x1_ <= x0_) return;
+  columns.fraction.resize(padded, columns.fraction.back());
+  if (perlin) columns.position.resize(padded, 0);
+  if (!collapses_) {
+    columns.cell.resize(padded, 0);
+    return;
+  }
+  columns.left.resize(padded, columns.left.back());
+  columns.hash.resize(columns.hash.size() + 2 * kNoisePadding, 0);
+  columns.fade.resize(padded);
+  kernels_.fade(columns.fraction.data(), static_cast<int>(padded), plan_.shape.fade, columns.fade.data());
+}
+
+GridCursor::GridCursor(const GridField& field, int x0, int x1, base::Arena& arena)
+    : field_(field), x0_(x0), x1_(x1) {
+  const NoisePlan& plan = field.plan_;
+  const size_t octaves = plan.octaves.size();
+  for (auto& place : place_) place.resize(octaves);
+  if (field.collapses_) {
+    rows_.resize(octaves);
+    size_t most = 0;
+    const int from = x0 - field.x0_, last = x1 - field.x0_ - 1 + kNoisePadding;
+    for (size_t k = 0; k < octaves; ++k) {
+      const auto& left = field.columns_[k].left;
+      Rows& rows = rows_[k];
+      rows.first = left[static_cast<size_t>(from)];
+      rows.count = left[static_cast<size_t>(last)] + 2 - rows.first;
+      const size_t padded = static_cast<size_t>(rows.count) + 2 * kNoisePadding;
+      most = std::max(most, padded);
+      for (GridLatticeRow* row : {&rows.lower, &rows.upper}) {
+        row->gx = arena.Allocate<float>(padded);
+        row->gy = arena.Allocate<float>(padded);
+        row->rest = arena.Allocate<float>(padded);
+      }
+    }
+    scratch_ = arena.Allocate<float>(4 * most);
+    return;
+  }
+  value_ = arena.Allocate<float>(kNoiseBatch);
+  for (int a = 0; a < 4; ++a) {
+    cell_[a] = arena.Allocate<uint32_t>(kNoiseBatch);
+    fraction_[a] = arena.Allocate<float>(kNoiseBatch);
+    std::fill_n(cell_[a], kNoiseBatch, 0u);
+    std::fill_n(fraction_[a], kNoiseBatch, 0.0f);
+    if (field.slopes_) slope_[a] = arena.Allocate<float>(kNoiseBatch);
+  }
+  for (const auto& warp : field.warp_) {
+    warp_.emplace_back(*warp, x0, x1, arena);
+    float* const row = arena.Allocate<float>(static_cast<size_t>(x1 - x0) + kNoiseBatch);
+    std::fill_n(row, static_cast<size_t>(x1 - x0) + kNoiseBatch, 0.0f);
+    warp_row_.push_back(row);
+  }
+}
+
+void GridCursor::Place(int y) {
+  const NoisePlan& plan = field_.plan_;
+  const Roi& frame = plan.params.frame;
+  const int slices = plan.params.slices;
+  const int height = std::max(frame.height() / slices, 1);
+  const int row = y - frame.y0;
+  const int slice = slices > 1 ? std::clamp(row / height - (row % height < 0 ? 1 : 0), 0, slices - 1) : 0;
+  const bool moved = slice != slice_;
+  slice_ = slice;
+  for (size_t k = 0; k < plan.octaves.size(); ++k) {
+    place_[0][k] = PlaceOf(plan, plan.octaves[k], 1, row - slice * height + 0.5);
+    if (!moved) continue;
+    place_[1][k] = PlaceOf(plan, plan.octaves[k], 2, slice);
+    place_[2][k] = PlaceOf(plan, plan.octaves[k], 3, 0);
+    if (field_.collapses_) rows_[k].valid = false;
+  }
+}
+
+void GridCursor::Row(int y, float* out, float* const* slopes, bool stream) {
+  Place(y);
+  const NoisePlan& plan = field_.plan_;
+  const int width = x1_ - x0_;
+  if (!field_.collapses_ || plan.octaves.empty()) std::fill_n(out, width, plan.bias);
+  if (slopes != nullptr) {
+    for (int a = 0; a < plan.params.dims; ++a) std::fill_n(slopes[a], width, 0.0f);
+  }
+  if (field_.collapses_) {
+    for (size_t k = 0; k < plan.octaves.size(); ++k) CollapsedRow(k, out, stream && plan.octaves.size() == 1);
+  } else if (plan.params.lattice == NoiseLattice::kPerlin && plan.params.warp == 0) {
+    PerlinRow(out, slopes);
+  } else {
+    BatchRow(y, out, slopes);
+  }
+  Finish(out, slopes);
+}
+
+void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
+  const NoisePlan& plan = field_.plan_;
+  const NoiseOctave& octave = plan.octaves[k];
+  const GridField::Columns& columns = field_.columns_[k];
+  const NoiseParams& p = plan.params;
+  const auto fade = [&](float fraction) {
+    float in[kNoisePadding] = {fraction}, out_of[kNoisePadding];
+    field_.kernels_.fade(in, 1, plan.shape.fade, out_of);
+    return out_of[0];
+  };
+  Rows& rows = rows_[k];
+  const LatticePlace& y = place_[0][k];
+  const uint32_t low = (y.cell * kAxis[1]) ^ octave.seed;
+  const uint32_t high = (NextCell(y.cell, octave.period[1]) * kAxis[1]) ^ octave.seed;
+  if (!rows.valid || low != rows.lower_hash || high != rows.upper_hash) {
+    const auto place = [&](const LatticePlace& at, int axis) {
+      GridPlace g;
+      g.hash[0] = at.cell * kAxis[axis];
+      g.hash[1] = NextCell(at.cell, octave.period[axis]) * kAxis[axis];
+      g.fraction = static_cast<float>(at.fraction);
+      g.fade = fade(g.fraction);
+      return g;
+    };
+    GridFill fill;
+    fill.column_hash = columns.hash.data() + rows.first;
+    fill.count = rows.count;
+    fill.dims = p.dims;
+    fill.gradient = p.kind == NoiseKind::kGradient;
+    if (p.dims > 2) fill.z = place(place_[1][k], 2);
+    if (p.dims > 3) fill.w = place(place_[2][k], 3);
+    const auto make = [&](uint32_t hash, const GridLatticeRow& row) {
+      fill.row_hash = hash;
+      fill.out = row;
+      field_.kernels_.fill(fill);
+    };
+    if (rows.valid && low == rows.upper_hash) {
+      std::swap(rows.lower, rows.upper);
+    } else {
+      make(low, rows.lower);
+    }
+    make(high, rows.upper);
+    rows.lower_hash = low;
+    rows.upper_hash = high;
+    rows.valid = true;
+  }
+  const size_t from = static_cast<size_t>(x0_ - field_.x0_);
+  GridRow row;
+  row.columns = {rows.first, rows.count, columns.left.data() + from, columns.fraction.data() + from,
+                 columns.fade.data() + from};
+  row.count = x1_ - x0_;
+  row.lower = rows.lower;
+  row.upper = rows.upper;
+  row.fraction = static_cast<float>(y.fraction);
+  row.fade = fade(row.fraction);
+  row.scale = plan.shape.scale;
+  row.sum = p.sum;
+  row.weight = octave.weight;
+  row.bias = plan.bias;
+  row.add = k > 0;
+  row.out = out;
+  row.scratch = scratch_;
+  row.stream = stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
+  field_.kernels_.row(row);
+}
+
+void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
+  const NoisePlan& plan = field_.plan_;
+  const NoiseParams& p = plan.params;
+  for (size_t a = 0; a < warp_.size(); ++a) warp_[a].Row(y, warp_row_[a]);
+  NoiseBatch batch;
+  batch.shape = &plan.shape;
+  batch.value = value_;
+  const bool with_slopes = slopes != nullptr && field_.slopes_;
+  for (int a = 0; a < p.dims && with_slopes; ++a) batch.slope[a] = slope_[a];
+  float padded[kNoiseBatch];
+  for (size_t k = 0; k < plan.octaves.size(); ++k) {
+    const NoiseOctave& octave = plan.octaves[k];
+    const GridField::Columns& columns = field_.columns_[k];
+    batch.seed = octave.seed;
+    std::copy_n(octave.period, 4, batch.period);
+    for (int x = x0_; x < x1_; x += kNoiseBatch) {
+      const int count = std::min(kNoiseBatch, x1_ - x);
+      const size_t from = static_cast<size_t>(x - field_.x0_);
+      batch.count = count;
+      batch.cell[0] = columns.cell.data() + from;
+      batch.fraction[0] = columns.fraction.data() + from;
+      for (int a = 1; a < p.dims; ++a) {
+        if (x == x0_ || !warp_.empty()) {
+          std::fill_n(cell_[a], kNoiseBatch, place_[a - 1][k].cell);
+          std::fill_n(fraction_[a], kNoiseBatch, static_cast<float>(place_[a - 1][k].fraction));
+        }
+        batch.cell[a] = cell_[a];
+        batch.fraction[a] = fraction_[a];
+      }
+      if (!warp_.empty()) {
+        std::copy_n(batch.cell[0], count, cell_[0]);
+        std::copy_n(batch.fraction[0], count, fraction_[0]);
+        batch.cell[0] = cell_[0];
+        batch.fraction[0] = fraction_[0];
+        for (int a = 0; a < p.dims; ++a) {
+          field_.kernels_.displace({count, warp_row_[static_cast<size_t>(a)] + (x - x0_),
+                                    static_cast<float>(p.warp * octave.scale), octave.period[a], cell_[a],
+                                    fraction_[a]});
+        }
+      }
+      field_.evaluate_(batch);
+      std::copy_n(out + (x - x0_), count, padded);
+      field_.kernels_.accumulate({count, value_, p.sum, octave.weight, padded});
+      std::copy_n(padded, count, out + (x - x0_));
+      for (int a = 0; a < p.dims && with_slopes; ++a) {
+        const float weight = octave.weight * static_cast<float>(octave.scale);
+        float* const to = slopes[a] + (x - x0_);
+        for (int i = 0; i < count; ++i) to[i] += weight * (ShapeSlope(p.sum, value_[i]) * slope_[a][i]);
+      }
+    }
+  }
+}
+
+void GridCursor::PerlinRow(float* out, float* const* slopes) {
+  const NoisePlan& plan = field_.plan_;
+  const NoiseParams& p = plan.params;
+  double y[kNoiseBatch], z[kNoiseBatch];
+  const bool with_slopes = slopes != nullptr && field_.slopes_;
+  for (size_t k = 0; k < plan.octaves.size(); ++k) {
+    const NoiseOctave& octave = plan.octaves[k];
+    const auto coordinate = [&](int axis) {
+      const LatticePlace& place = place_[axis - 1][k];
+      return p.dims > axis ? (place.cell & 255) + place.fraction : 0.0;
+    };
+    std::fill_n(y, kNoiseBatch, coordinate(1));
+    std::fill_n(z, kNoiseBatch, coordinate(2));
+    for (int x = x0_; x < x1_; x += kNoiseBatch) {
+      const int count = std::min(kNoiseBatch, x1_ - x);
+      const double* const position = field_.columns_[k].position.data() + (x - field_.x0_);
+      PerlinNoise(position, y, z, count, value_, with_slopes ? slope_ : nullptr);
+      float padded[kNoiseBatch];
+      std::copy_n(out + (x - x0_), count, padded);
+      field_.kernels_.accumulate({count, value_, p.sum, octave.weight, padded});
+      std::copy_n(padded, count, out + (x - x0_));
+      for (int a = 0; a < p.dims && with_slopes; ++a) {
+        const float weight = octave.weight * static_cast<float>(octave.scale);
+        float* const to = slopes[a] + (x - x0_);
+        for (int i = 0; i < count; ++i) to[i] += weight * (ShapeSlope(p.sum, value_[i]) * slope_[a][i]);
+      }
+    }
+  }
+}
+
+void GridCursor::Finish(float* out, float* const* slopes) const {
+  const NoiseParams& p = field_.plan_.params;
+  if (slopes != nullptr || (p.bias == 0.5 && p.contrast == 0.5)) return;
+  for (int i = 0; i < x1_ - x0_; ++i) out[i] = BentValue(p, out[i]);
+}
+
+}  // namespace tessera::ops

@@ -1,0 +1,89 @@
+// Noise evaluated on rows of a grid and at lists of positions, for the noise operations and for textures.
+#ifndef TESSERA_OPS_NOISE_FIELD_H_
+#define TESSERA_OPS_NOISE_FIELD_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/arena.h"
+#include "ops/noise/kernels.h"
+#include "ops/noise/plan.h"
+#include "tessera/image.h"
+
+namespace tessera::ops {
+
+// A noise prepared for the columns of a grid. Immutable; rows are made by cursors.
+class GridField {
+ public:
+  // `columns`: the pixels x0 .. x1 - 1 of image coordinates that rows will cover.
+  GridField(const NoiseParams& params, const Roi& columns, int channel);
+  const NoisePlan& plan() const { return plan_; }
+  bool slopes() const { return slopes_; }
+
+ private:
+  friend class GridCursor;
+  struct Columns {                      // of one octave
+    std::vector<uint32_t> hash, cell;   // lattice columns in use; cells of pixels
+    std::vector<int32_t> left;          // per pixel, where the row collapses
+    std::vector<float> fraction, fade;  // per pixel
+    std::vector<double> position;       // per pixel, for lattice perlin: in [0, 256)
+  };
+  void Prepare(const NoiseOctave& octave, Columns& columns) const;
+
+  NoisePlan plan_;
+  NoiseKernels kernels_;
+  NoiseEvaluate evaluate_ = nullptr;
+  bool collapses_ = false;  // the row-collapse form serves
+  bool slopes_ = false;
+  int x0_ = 0, x1_ = 0;
+  std::vector<Columns> columns_;
+  std::vector<std::unique_ptr<GridField>> warp_;  // one noise per dimension
+};
+
+// Makes rows of one tile, top to bottom: what neighbouring rows share is kept.
+class GridCursor {
+ public:
+  GridCursor(const GridField& field, int x0, int x1, base::Arena& arena);
+  // Values of row y at x0 .. x1 - 1; `slopes`: dims arrays, null unless the field has them. Writes around the
+  // cache when asked and one octave is all there is.
+  void Row(int y, float* out, float* const* slopes = nullptr, bool stream = false);
+
+ private:
+  struct Rows {  // of one octave
+    GridLatticeRow lower, upper;
+    uint32_t lower_hash = 0, upper_hash = 0;
+    bool valid = false;
+    int first = 0, count = 0;  // columns of the tile
+  };
+  void Place(int y);
+  void CollapsedRow(size_t k, float* out, bool stream);
+  void BatchRow(int y, float* out, float* const* slopes);
+  void PerlinRow(float* out, float* const* slopes);
+  void Finish(float* out, float* const* slopes) const;
+
+  const GridField& field_;
+  int x0_, x1_, slice_ = -1;
+  std::vector<Rows> rows_;
+  std::vector<LatticePlace> place_[3];  // y, z, w of every octave for the current row
+  float* scratch_ = nullptr;            // of the collapse
+  float* value_ = nullptr;              // of batches
+  float* slope_[4] = {};
+  uint32_t* cell_[4] = {};
+  float* fraction_[4] = {};
+  std::vector<GridCursor> warp_;
+  std::vector<float*> warp_row_;
+};
+
+// d shape(n) / dn of a sum's shape.
+float ShapeSlope(NoiseSum sum, float n);
+// The noise that displaces positions along an axis.
+NoiseParams WarpParams(const NoiseParams& params, int axis);
+// The result after the parameters' bias and gain.
+float BentValue(const NoiseParams& params, float value);
+// Perlin's bias and gain of t in [0,1] (clamped): gain(contrast, bias(b, t)).
+float BiasAndGain(double bias, double contrast, float t);
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_NOISE_FIELD_H_

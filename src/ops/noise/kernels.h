@@ -1,0 +1,150 @@
+// What the noise kernels are given: batches of lattice positions, and rows of a grid.
+#ifndef TESSERA_OPS_NOISE_KERNELS_H_
+#define TESSERA_OPS_NOISE_KERNELS_H_
+
+#include <cstdint>
+
+#include "tessera/ops/noise.h"
+
+namespace tessera::ops {
+
+inline constexpr int kNoiseBatch = 256;   // positions per call; arrays hold that many
+inline constexpr int kNoisePadding = 16;  // floats readable past the end of tables
+inline constexpr int kMaxImpulses = 24;   // per cell of kSparse and kSpot
+
+// Constants of a kind that do not change along an image.
+struct NoiseShape {
+  int fade = 0;      // as NoiseFade
+  int channel = -1;  // kOsl's colour noise: 0 to 2; else -1
+  CellDistance distance = CellDistance::kF1;
+  float jitter = 1;
+  float scale = 1;                      // applied to the kind's raw value
+  uint32_t poisson[kMaxImpulses] = {};  // a cell has as many impulses as thresholds are <= its random number
+  float spot[3] = {1, 0, 1};            // symmetric 2x2 matrix xx, xy, yy applied to a spot's offset
+};
+
+// Positions of one octave. Arrays of a dimension hold kNoiseBatch entries, whatever `count` is.
+struct NoiseBatch {
+  int count = 0;
+  const uint32_t* cell[4] = {};   // modulo 2^32, or in [0, period)
+  const float* fraction[4] = {};  // [0, 1), or a rounding outside
+  uint32_t seed = 0;
+  uint32_t period[4] = {};  // 0: none
+  const NoiseShape* shape = nullptr;
+  float* value = nullptr;  // kNoiseBatch entries
+  float* slope[4] = {};    // derivative per cell, dims arrays; null unless asked for
+};
+using NoiseEvaluate = void (*)(const NoiseBatch&);
+
+// The kernel of a kind in `dims` dimensions on the chosen target.
+NoiseEvaluate FindNoise(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes);
+
+// Perlin's 2002 noise in double, in the published order of operations; positions in [0, 256), y and z
+// constant.
+void PerlinNoise(const double* x, const double* y, const double* z, int count, float* value,
+                 float* const* slope);
+
+// Positions from pixels of a position image, for one dimension: high + low (low may be null) times frequency
+// plus offset, as cell and fraction; `invalid` gets nonzero where the position is not finite.
+struct PositionScale {
+  float frequency[2] = {1, 0};  // high and low part
+  float offset = 0, offset_whole = 0;
+  float period = 0;  // 0: none
+};
+struct PositionBatch {
+  int count = 0;
+  const float* high = nullptr;
+  const float* low = nullptr;
+  PositionScale scale;
+  float* cell = nullptr;  // whole number
+  float* fraction = nullptr;
+  uint32_t* invalid = nullptr;  // or-ed into
+};
+// The base position times an octave's scale plus its shift.
+struct OctaveBatch {
+  int count = 0;
+  const float* cell = nullptr;
+  const float* fraction = nullptr;
+  float scale[2] = {1, 0};
+  float shift = 0;
+  uint32_t shift_cell = 0, period = 0;  // cells that reach the period start again
+  uint32_t* out_cell = nullptr;
+  float* out_fraction = nullptr;
+};
+// Moves positions by scale * delta (domain warp).
+struct DisplaceBatch {
+  int count = 0;
+  const float* delta = nullptr;
+  float scale = 1;
+  uint32_t period = 0;
+  uint32_t* cell = nullptr;  // in place
+  float* fraction = nullptr;
+};
+struct AccumulateBatch {
+  int count = 0;
+  const float* value = nullptr;
+  NoiseSum sum = NoiseSum::kFbm;
+  float weight = 1;
+  float* out = nullptr;  // += weight * shape(value)
+};
+
+// One octave's lattice points along a row: a table of the columns in use, and where pixels lie in it.
+struct GridColumns {
+  int first = 0, count = 0;  // columns first .. first + count - 1 of the table
+  const int32_t* left =
+      nullptr;  // per pixel: table index of the column at its left; the next is at its right
+  const float* fraction = nullptr;  // per pixel
+  const float* fade = nullptr;
+};
+// Blended over the third and fourth dimension at one lattice row: n contribution is gx*fx + gy*fy + rest.
+struct GridLatticeRow {
+  float* gx = nullptr;
+  float* gy = nullptr;
+  float* rest = nullptr;
+};
+struct GridPlace {        // one coordinate other than x
+  uint32_t hash[2] = {};  // hashed lower and upper lattice coordinate
+  float fraction = 0, fade = 0;
+};
+struct GridFill {  // blends one lattice row
+  const uint32_t* column_hash = nullptr;
+  int count = 0;
+  uint32_t row_hash = 0;  // lattice row and seed
+  GridPlace z, w;
+  int dims = 2;
+  bool gradient = true;  // else value noise
+  GridLatticeRow out;
+};
+struct GridRow {  // one row of pixels of one octave
+  GridColumns columns;
+  int count = 0;  // pixels
+  GridLatticeRow lower, upper;
+  float fraction = 0, fade = 0;  // of y
+  float scale = 1;
+  NoiseSum sum = NoiseSum::kFbm;
+  float weight = 1, bias = 0;
+  bool add = false;          // add to what `out` holds
+  float* out = nullptr;      // weight * shape(scale * n) + bias
+  float* scratch = nullptr;  // 4 * (columns + 2 * kNoisePadding)
+  bool stream = false;
+};
+
+struct NoiseKernels {
+  // Interleaved channels to planes of kNoiseBatch entries, and back below.
+  void (*separate)(const float* from, int channels, int count, float* const* planes);
+  void (*position)(const PositionBatch&);
+  void (*octave)(const OctaveBatch&);
+  void (*displace)(const DisplaceBatch&);
+  void (*accumulate)(const AccumulateBatch&);
+  void (*clear)(const uint32_t* invalid, int count, float* value);  // zero where invalid
+  void (*fill)(const GridFill&);
+  void (*row)(const GridRow&);
+  // Planes to `channels` interleaved ones; planes[c] may be equal.
+  void (*interleave)(const float* const* planes, int channels, int count, float* out);
+  void (*fade)(const float* fraction, int count, int kind, float* out);
+};
+NoiseKernels FindNoiseKernels();
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_NOISE_KERNELS_H_

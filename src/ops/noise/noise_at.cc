@@ -1,0 +1,323 @@
+// Noise at the positions that an image holds (a G-buffer's P): every kind and lattice, with slopes and domain
+// warp.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "graph/op.h"
+#include "ops/noise/field.h"
+#include "ops/noise/noise_ops.h"
+#include "tessera/ops/noise.h"
+
+namespace tessera::ops {
+namespace {
+
+// A float and what is left of the double.
+void Split(double value, float parts[2]) {
+  parts[0] = static_cast<float>(value);
+  parts[1] = static_cast<float>(value - parts[0]);
+}
+
+// A double of any size as whole number modulo 2^32 and fraction.
+std::pair<uint32_t, double> WholeAndFraction(double value) {
+  const double whole = std::floor(value);
+  double cell = std::fmod(whole, 4294967296.0);
+  if (cell < 0) cell += 4294967296.0;
+  return {static_cast<uint32_t>(cell), value - whole};
+}
+
+// One noise at batches of positions.
+class PointField {
+ public:
+  PointField(const NoiseParams& params, int channel)
+      : plan_(MakeNoisePlan(params, false, channel)), kernels_(FindNoiseKernels()) {
+    slopes_ = params.output == NoiseOutput::kGradient;
+    if (params.lattice != NoiseLattice::kPerlin) {
+      evaluate_ = FindNoise(params.kind, params.lattice, params.dims, slopes_);
+    }
+  }
+  const NoisePlan& plan() const { return plan_; }
+
+  // Position of the first octave, shared by fields of the same frequency, offset and period.
+  PositionScale ScaleOf(int axis) const {
+    PositionScale scale;
+    Split(plan_.step[axis], scale.frequency);
+    const int period = plan_.params.period[static_cast<size_t>(axis)];
+    double offset = plan_.shift[axis];
+    if (period > 0) offset -= period * std::floor(offset / period);
+    const double whole = std::floor(offset);
+    scale.offset = static_cast<float>(offset - whole);
+    // Without a period the whole part is added to the cells of octaves, where it is exact.
+    scale.offset_whole = period > 0 ? static_cast<float>(whole) : 0.0f;
+    scale.period = static_cast<float>(period);
+    return scale;
+  }
+
+  struct Scratch {
+    uint32_t* cell[4];
+    float* fraction[4];
+    float* value;
+    float* slope[4];
+    explicit Scratch(base::Arena& arena) {
+      for (int a = 0; a < 4; ++a) {
+        cell[a] = arena.Allocate<uint32_t>(kNoiseBatch);
+        fraction[a] = arena.Allocate<float>(kNoiseBatch);
+        slope[a] = arena.Allocate<float>(kNoiseBatch);
+        std::fill_n(cell[a], kNoiseBatch, 0u);
+        std::fill_n(fraction[a], kNoiseBatch, 0.0f);
+      }
+      value = arena.Allocate<float>(kNoiseBatch);
+    }
+  };
+
+  // `base_cell`, `base_fraction`: positions in cells; `warp`: displacements per axis or null; `out` and
+  // `slopes` are set.
+  void Run(int count, float* const* base_cell, float* const* base_fraction, const uint32_t* invalid,
+           float* const* warp, const Scratch& s, float* out, float* const* slopes) const {
+    const NoiseParams& p = plan_.params;
+    std::fill_n(out, kNoiseBatch, plan_.bias);
+    for (int a = 0; a < p.dims && slopes != nullptr; ++a) std::fill_n(slopes[a], kNoiseBatch, 0.0f);
+    for (const NoiseOctave& octave : plan_.octaves) {
+      for (int a = 0; a < p.dims; ++a) {
+        OctaveBatch b;
+        b.count = count;
+        b.cell = base_cell[a];
+        b.fraction = base_fraction[a];
+        Split(octave.scale, b.scale);
+        const bool periodic = p.period[static_cast<size_t>(a)] > 0;
+        const double moved = periodic ? 0.0 : std::floor(plan_.shift[a]);
+        const auto [cell, fraction] = WholeAndFraction(moved * octave.scale);
+        // The product's rounding, and the octave's own shift.
+        b.shift = static_cast<float>(fraction + std::fma(moved, octave.scale, -(moved * octave.scale)) +
+                                     octave.shift[a]);
+        b.shift_cell = cell;
+        b.period = octave.period[a];
+        b.out_cell = s.cell[a];
+        b.out_fraction = s.fraction[a];
+        kernels_.octave(b);
+        if (warp != nullptr) {
+          kernels_.displace({count, warp[a], static_cast<float>(p.warp * octave.scale), octave.period[a],
+                             s.cell[a], s.fraction[a]});
+        }
+      }
+      NoiseBatch batch;
+      batch.count = count;
+      batch.seed = octave.seed;
+      batch.shape = &plan_.shape;
+      batch.value = s.value;
+      for (int a = 0; a < 4; ++a) {
+        batch.cell[a] = s.cell[a];
+        batch.fraction[a] = s.fraction[a];
+        batch.period[a] = octave.period[a];
+        if (slopes != nullptr) batch.slope[a] = s.slope[a];
+      }
+      Evaluate(batch);
+      kernels_.clear(invalid, count, s.value);
+      kernels_.accumulate({count, s.value, p.sum, octave.weight, out});
+      for (int a = 0; a < p.dims && slopes != nullptr; ++a) {
+        kernels_.clear(invalid, count, s.slope[a]);
+        const float weight = octave.weight * static_cast<float>(octave.scale);
+        for (int i = 0; i < count; ++i)
+          slopes[a][i] += weight * (ShapeSlope(p.sum, s.value[i]) * s.slope[a][i]);
+      }
+    }
+    if (slopes == nullptr && (p.bias != 0.5 || p.contrast != 0.5)) {
+      for (int i = 0; i < count; ++i) out[i] = BentValue(p, out[i]);
+    }
+  }
+
+ private:
+  void Evaluate(const NoiseBatch& b) const {
+    if (evaluate_ != nullptr) return evaluate_(b);
+    double position[3][kNoiseBatch] = {};
+    for (int a = 0; a < plan_.params.dims; ++a) {
+      for (int i = 0; i < b.count; ++i)
+        position[a][i] = (b.cell[a][i] & 255) + static_cast<double>(b.fraction[a][i]);
+    }
+    PerlinNoise(position[0], position[1], position[2], b.count, b.value,
+                b.slope[0] != nullptr ? b.slope : nullptr);
+  }
+
+  NoisePlan plan_;
+  NoiseKernels kernels_;
+  NoiseEvaluate evaluate_ = nullptr;
+  bool slopes_ = false;
+};
+
+class NoiseAtStage final : public graph::TileStage {
+ public:
+  NoiseAtStage(const NoiseParams& params, const ImageSpec& in, const ImageSpec& out)
+      : params_(params),
+        kernels_(FindNoiseKernels()),
+        alpha_(out.alpha),
+        low_(in.channel_count() >= 2 * params.dims) {
+    const int fields = params.output == NoiseOutput::kColor ? out.channel_count() : 1;
+    for (int c = 0; c < fields; ++c) fields_.emplace_back(params, c);
+    for (int a = 0; a < params.dims; ++a) scale_[a] = fields_[0].ScaleOf(a);
+    for (int a = 0; a < params.dims && params.warp != 0; ++a) warp_.emplace_back(WarpParams(params, a), 0);
+  }
+  Roi InputRoi(int, const Roi& out) const override { return out; }
+
+  void Run(const graph::TileArgs& args) const override {
+    const Roi& r = args.out.roi;
+    const int dims = params_.dims, channels = static_cast<int>(args.channels.size());
+    base::Arena& arena = args.scratch;
+    const PointField::Scratch scratch(arena);
+    const auto floats = [&] {
+      float* const p = arena.Allocate<float>(kNoiseBatch);
+      std::fill_n(p, kNoiseBatch, 0.0f);
+      return p;
+    };
+    float *cell[4], *fraction[4], *warp[4], *slopes[4];
+    for (int a = 0; a < 4; ++a)
+      cell[a] = floats(), fraction[a] = floats(), warp[a] = floats(), slopes[a] = floats();
+    uint32_t* const invalid = arena.Allocate<uint32_t>(kNoiseBatch);
+    float* const ones = floats();
+    float* const zeros = floats();
+    std::fill_n(ones, kNoiseBatch, 1.0f);
+    std::vector<float*> values;
+    for (size_t c = 0; c < fields_.size(); ++c) values.push_back(floats());
+    const bool gradient = params_.output == NoiseOutput::kGradient;
+    std::vector<const float*> planes;
+    for (int c : args.channels) {
+      planes.push_back(gradient      ? c == 0      ? values[0]
+                                       : c <= dims ? slopes[c - 1]
+                                                   : zeros
+                       : c == alpha_ ? ones
+                                     : values[fields_.size() > 1 ? static_cast<size_t>(c) : 0]);
+    }
+    const ConstImageView& in = args.in[0];
+    std::vector<float*> coordinates;
+    for (int c = 0; c < in.channels; ++c) coordinates.push_back(floats());
+    const auto plane_of = [&](int channel) {
+      const auto present = std::find(args.in_channels[0].begin(), args.in_channels[0].end(), channel);
+      return coordinates[static_cast<size_t>(present - args.in_channels[0].begin())];
+    };
+    for (int y = r.y0; y < r.y1; ++y) {
+      for (int x = r.x0; x < r.x1; x += kNoiseBatch) {
+        const int count = std::min(kNoiseBatch, r.x1 - x);
+        std::fill_n(invalid, kNoiseBatch, 0u);
+        kernels_.separate(reinterpret_cast<const float*>(in.At(x, y)), in.channels, count,
+                          coordinates.data());
+        for (int a = 0; a < dims; ++a) {
+          PositionBatch b;
+          b.count = count;
+          b.high = plane_of(a);
+          b.low = low_ ? plane_of(dims + a) : nullptr;
+          b.scale = scale_[a];
+          b.cell = cell[a];
+          b.fraction = fraction[a];
+          b.invalid = invalid;
+          kernels_.position(b);
+        }
+        for (size_t a = 0; a < warp_.size(); ++a) {
+          warp_[a].Run(count, cell, fraction, invalid, nullptr, scratch, warp[a], nullptr);
+        }
+        for (size_t c = 0; c < fields_.size(); ++c) {
+          if (!gradient && std::find(planes.begin(), planes.end(), values[c]) == planes.end()) continue;
+          fields_[c].Run(count, cell, fraction, invalid, warp_.empty() ? nullptr : warp, scratch, values[c],
+                         gradient ? slopes : nullptr);
+        }
+        kernels_.interleave(planes.data(), channels, count, reinterpret_cast<float*>(args.out.At(x, y)));
+      }
+    }
+  }
+
+ private:
+  NoiseParams params_;
+  NoiseKernels kernels_;
+  int alpha_ = -1;
+  bool low_ = false;
+  std::vector<PointField> fields_, warp_;
+  PositionScale scale_[4];
+};
+
+class NoiseAtOp final : public graph::OpWith<NoiseParams> {
+ public:
+  NoiseAtOp(NoiseParams params, int channels) : OpWith(std::move(params)), channels_(channels) {}
+  std::string Name() const override { return "noiseat"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    const int found = inputs[0].channel_count();
+    if (found < params().dims) {
+      throw Error("noiseat", "found " + std::to_string(found) + " channels, expected at least dims=" +
+                                 std::to_string(params().dims) + " coordinates");
+    }
+    ImageSpec spec = inputs[0];
+    spec.channels = DefaultChannelNames(channels_);
+    spec.alpha = spec.ChannelIndex("A");
+    spec.type = PixelType::kFloat;
+    return spec;
+  }
+  std::vector<bool> NeededChannels(int, const std::vector<bool>&, const ImageSpec& in) const override {
+    const int coordinates = in.channel_count() >= 2 * params().dims ? 2 * params().dims : params().dims;
+    std::vector<bool> needed(in.channels.size(), false);
+    std::fill_n(needed.begin(), coordinates, true);
+    return needed;
+  }
+  std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
+    return std::make_unique<NoiseAtStage>(params(), context.inputs[0], context.output);
+  }
+
+ private:
+  int channels_;
+};
+
+}  // namespace
+
+OpInfo NoiseAtInfo() {
+  OpInfo info;
+  info.name = "noiseat";
+  info.family = "noise";
+  info.summary = "Noise at the positions held in an image";
+  info.help =
+      "The first dims= channels are coordinates (a G-buffer's P), times freq= (cells per unit) plus offset=; "
+      "where the image "
+      "has twice as many channels, channel dims + i is added to channel i, for positions of 48 bits. type= "
+      "is one of the "
+      "noise generators, whose modifiers apply. The result has channels= channels. A position that is NaN or "
+      "infinite "
+      "gives noise 0.\nSource: van Wijk's spot noise on position buffers, spec/noise.md.";
+  info.bound = "3e-6 times the sum of the octaves' weights, for positions whose product with freq is exact";
+  info.bound_u = 20;
+  ParamInfo type = ChoiceModifier("type", {"perlin", "white", "value", "simplex", "cell", "sparse", "spot"},
+                                  "kind of noise");
+  info.modifiers = {type, IntegerModifier("channels", "1", 1, 64, "channels of the result")};
+  for (NoiseKind kind : {NoiseKind::kGradient, NoiseKind::kWhite, NoiseKind::kCell, NoiseKind::kSpot}) {
+    for (ParamInfo& param : NoiseModifiers(kind)) {
+      if (param.name == "freq") param.default_value = "1", param.help = "cells per unit of position";
+      if (param.name == "dims") param.default_value = "3", param.min = 1;
+      if (param.name == "slices" || param.name == "antialias") continue;
+      const bool known = std::any_of(info.modifiers.begin(), info.modifiers.end(),
+                                     [&](const ParamInfo& other) { return other.name == param.name; });
+      if (!known) info.modifiers.push_back(std::move(param));
+    }
+  }
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    NoiseKind kind = NoiseKind::kGradient;
+    for (int k = 0; k <= static_cast<int>(NoiseKind::kSpot); ++k) {
+      if (a.Text("type") == NoiseName(static_cast<NoiseKind>(k))) kind = static_cast<NoiseKind>(k);
+    }
+    return NoiseAt(in[0], NoiseArguments(kind, a), a.Integer("channels"));
+  };
+  info.examples = {"", "freq=3.7 octaves=4 channels=4"};
+  return info;
+}
+
+}  // namespace tessera::ops
+
+namespace tessera {
+
+Node NoiseAt(const Node& position, const NoiseParams& params, int channels) {
+  ops::CheckNoise("noiseat", params);
+  if (channels < 1)
+    throw Error("noiseat:channels", "found " + std::to_string(channels) + ", expected at least 1");
+  if (params.slices != 1) throw Error("noiseat:slices", "found slices, which only grids have");
+  return graph::MakeNode(std::make_shared<const ops::NoiseAtOp>(params, channels), {position});
+}
+
+}  // namespace tessera

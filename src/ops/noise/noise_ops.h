@@ -1,0 +1,48 @@
+// Registry rows of the noise family, and the parameters' words that its commands share.
+#ifndef TESSERA_OPS_NOISE_NOISE_OPS_H_
+#define TESSERA_OPS_NOISE_NOISE_OPS_H_
+
+#include <string>
+#include <vector>
+
+#include "ops/registry.h"
+#include "tessera/ops/noise.h"
+
+namespace tessera::ops {
+
+OpInfo WhiteNoiseInfo();
+OpInfo ValueNoiseInfo();
+OpInfo GradientNoiseInfo();
+OpInfo SimplexNoiseInfo();
+OpInfo CellNoiseInfo();
+OpInfo SparseNoiseInfo();
+OpInfo SpotNoiseInfo();
+OpInfo NoiseAtInfo();
+OpInfo SvgTurbulenceInfo();
+OpInfo SvgFractalNoiseInfo();
+OpInfo CloudsInfo();
+OpInfo MarbleInfo();
+OpInfo WoodInfo();
+OpInfo FireInfo();
+OpInfo SmokeInfo();
+OpInfo RipplesInfo();
+OpInfo GardnerInfo();
+
+// The registry name of a kind's generator.
+const char* NoiseName(NoiseKind kind);
+// Modifiers of a kind's commands, and the parameters that they make.
+std::vector<ParamInfo> NoiseModifiers(NoiseKind kind);
+NoiseParams NoiseArguments(NoiseKind kind, const Arguments& arguments);
+
+ParamInfo NumberModifier(const char* name, const char* default_value, double min, double max,
+                         const char* help);
+ParamInfo IntegerModifier(const char* name, const char* default_value, double min, double max,
+                          const char* help);
+ParamInfo ChoiceModifier(const char* name, std::vector<std::string> choices, const char* help);
+ParamInfo FlagModifier(const char* name, const char* help);
+ParamInfo ListModifier(const char* name, const char* default_value, int most, double min, double max,
+                       const char* help);
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_NOISE_NOISE_OPS_H_

@@ -1,0 +1,247 @@
+// Checks a noise's parameters and works them out.
+#include "ops/noise/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tessera/error.h"
+
+namespace tessera::ops {
+namespace {
+
+constexpr double kTwo32 = 4294967296.0;
+
+uint32_t Scramble(uint32_t h) {
+  h = (h ^ (h >> 16)) * 0x21f0aaadu;
+  h = (h ^ (h >> 15)) * 0xd35a2d97u;
+  return h ^ (h >> 15);
+}
+
+// The inverse of the largest sum of gradients in each number of dimensions, for the three fades.
+constexpr double kGradientScale[3][5] = {{0, 2, 1.41421356237, 0.96492117, 0.65079493},
+                                         {0, 2, 1.41421356237, 0.95702458, 0.64716532},
+                                         {0, 2, 1.41421356237, 0.93911873, 0.63884970}};
+constexpr double kOslScale[5] = {0, 0.25, 0.6616, 0.982, 0.8344};
+constexpr double kSimplexScale[5] = {0, 0, 99.204, 76.88, 62.777};
+
+// Integral of the squared kernel over space, (1 - r^2)^(2 * power), in each number of dimensions.
+double KernelEnergy(int dims, int power) {
+  const double sphere[] = {0, 2, 2 * std::numbers::pi, 4 * std::numbers::pi,
+                           2 * std::numbers::pi * std::numbers::pi};
+  // integral of r^(dims-1) (1-r^2)^(2 power) dr = Beta(dims/2, 2 power + 1) / 2.
+  const double a = dims / 2.0, b = 2.0 * power + 1;
+  return sphere[dims] * 0.5 * std::exp(std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b));
+}
+
+NoiseShape ShapeOf(const NoiseParams& p) {
+  NoiseShape shape;
+  shape.fade = static_cast<int>(p.fade);
+  shape.distance = p.distance;
+  shape.jitter = static_cast<float>(p.jitter);
+  double scale = 1;
+  if (p.kind == NoiseKind::kGradient) {
+    scale = p.lattice == NoiseLattice::kOsl ? kOslScale[p.dims] : kGradientScale[shape.fade][p.dims];
+  } else if (p.kind == NoiseKind::kSimplex) {
+    scale = kSimplexScale[p.dims];
+  } else if (p.kind == NoiseKind::kSparse || p.kind == NoiseKind::kSpot) {
+    const bool spot = p.kind == NoiseKind::kSpot;
+    const double heights = spot ? 1 : 1.0 / 3;
+    // A spot of length 1 and width 1 / stretch.
+    const double area = KernelEnergy(p.dims, spot ? 2 : 3) / (spot && p.dims > 1 ? p.stretch : 1);
+    scale = 1 / (3 * std::sqrt(p.density * heights * area));  // Campbell: variance = density * heights * area
+    double probability = std::exp(-p.density), sum = probability;
+    for (int m = 0; m < kMaxImpulses; ++m) {  // more than m impulses when the number reaches the sum so far
+      shape.poisson[m] = static_cast<uint32_t>(std::min(sum * kTwo32, kTwo32 - 1));
+      probability *= p.density / (m + 1);
+      sum += probability;
+    }
+    shape.poisson[kMaxImpulses - 1] = 0xffffffffu;
+    const double angle = p.angle * std::numbers::pi / 180, c = std::cos(angle),
+                 s = -std::sin(angle);  // y is down
+    shape.spot[0] = static_cast<float>(c * c + p.stretch * s * s);
+    shape.spot[1] = static_cast<float>((1 - p.stretch) * c * s);
+    shape.spot[2] = static_cast<float>(s * s + p.stretch * c * c);
+  }
+  shape.scale = static_cast<float>(scale);
+  return shape;
+}
+
+void Require(bool valid, const std::string& op, const std::string& name, double found,
+             const std::string& expected) {
+  if (valid) return;
+  std::string number = std::to_string(found);
+  number.erase(number.find_last_not_of('0') + 1);
+  if (number.back() == '.') number.pop_back();
+  throw Error(op + ":" + name, "found " + number + ", expected " + expected);
+}
+
+// The share of an octave that is left at `cells` per pixel.
+double NyquistShare(double cells) { return std::clamp(2 - 2 * cells, 0.0, 1.0); }
+
+}  // namespace
+
+uint32_t OctaveSeed(uint32_t seed, int octave, int channel) {
+  return Scramble(Scramble(seed + 0x9e3779b9u * static_cast<uint32_t>(channel)) +
+                  0x85ebca6bu * static_cast<uint32_t>(octave));
+}
+
+double MeanSize(NoiseKind kind, int dims) {
+  constexpr double kGradient[5] = {0, 0.23, 0.255, 0.2094, 0.178};
+  constexpr double kValue[5] = {0, 0.443, 0.377, 0.330, 0.294};
+  constexpr double kSimplex[5] = {0, 0, 0.467, 0.314, 0.2225};
+  constexpr double kCell[5] = {0, 0.29, 0.43, 0.52, 0.59};
+  switch (kind) {
+    case NoiseKind::kWhite:
+      return 0.5;
+    case NoiseKind::kValue:
+      return kValue[dims];
+    case NoiseKind::kGradient:
+      return kGradient[dims];
+    case NoiseKind::kSimplex:
+      return kSimplex[dims];
+    case NoiseKind::kCell:
+      return kCell[dims];
+    default:
+      return 0.25;
+  }
+}
+
+void CheckNoise(const std::string& op, const NoiseParams& p) {
+  const bool finite_offset =
+      std::all_of(p.offset.begin(), p.offset.end(), [](double v) { return std::fabs(v) <= 0x1p40; });
+  Require(p.dims >= 1 && p.dims <= 4, op, "dims", p.dims, "1 to 4");
+  Require(p.kind != NoiseKind::kSimplex || p.dims >= 2, op, "dims", p.dims, "2 to 4 for simplex noise");
+  Require(p.frequency >= 0 && p.frequency <= 0x1p40, op, "freq", p.frequency, "0 to 2^40 cells");
+  Require(p.aspect >= 1e-3 && p.aspect <= 1e3, op, "aspect", p.aspect, "0.001 to 1000");
+  Require(finite_offset, op, "offset", p.offset[0], "numbers within 2^40 cells");
+  Require(p.octaves >= 0 && p.octaves <= 64, op, "octaves", p.octaves, "0 to 64");
+  Require(p.lacunarity >= 1 && p.lacunarity <= 16, op, "lacunarity", p.lacunarity, "1 to 16");
+  Require(p.gain >= 0 && p.gain <= 4, op, "gain", p.gain, "0 to 4");
+  for (double w : p.weights) Require(std::fabs(w) <= 1e6, op, "weights", w, "numbers within 1e6");
+  Require(std::fabs(p.warp) <= 1e4, op, "warp", p.warp, "-10000 to 10000 cells");
+  Require(p.jitter >= 0 && p.jitter <= 1, op, "jitter", p.jitter, "0 to 1");
+  Require(p.density > 0 && p.density <= 8, op, "density", p.density, "more than 0, at most 8");
+  Require(p.stretch >= 1 && p.stretch <= 64, op, "stretch", p.stretch, "1 to 64");
+  Require(std::fabs(p.angle) <= 1e9, op, "angle", p.angle, "degrees within 1e9");
+  Require(p.bias > 0 && p.bias < 1, op, "bias", p.bias, "a number between 0 and 1");
+  Require(p.contrast > 0 && p.contrast < 1, op, "contrast", p.contrast, "a number between 0 and 1");
+  Require(p.slices >= 1, op, "slices", p.slices, "1 or more");
+  const bool published = p.lattice != NoiseLattice::kTessera;
+  if (p.lattice == NoiseLattice::kPerlin && (p.kind != NoiseKind::kGradient || p.dims > 3)) {
+    throw Error(op + ":lattice",
+                "found perlin, which is published for gradient noise in 1 to 3 dimensions only");
+  }
+  if (p.lattice == NoiseLattice::kOsl && p.kind != NoiseKind::kGradient && p.kind != NoiseKind::kWhite) {
+    throw Error(op + ":lattice",
+                "found osl, expected it with gradient (OSL's perlin) or white (cellnoise) noise");
+  }
+  if (published && p.fade != NoiseFade::kQuintic) {
+    throw Error(op + ":fade", "found another fade than quintic, which is what the published lattices have");
+  }
+  for (int a = 0; a < 4; ++a) {
+    const int period = p.period[static_cast<size_t>(a)];
+    Require(period >= 0 && period <= 1 << 24, op, "period", period, "0 to 2^24 cells");
+    if (period == 0) continue;
+    Require(p.kind != NoiseKind::kSimplex, op, "period", period,
+            "none for simplex noise: its lattice is skewed");
+    Require(p.lattice != NoiseLattice::kPerlin, op, "period", period,
+            "none for lattice perlin: it repeats after 256 cells");
+    Require(p.octaves < 2 || p.lacunarity == std::floor(p.lacunarity), op, "lacunarity", p.lacunarity,
+            "a whole number where there is a period, or octaves would not repeat with it");
+  }
+}
+
+NoisePlan MakeNoisePlan(const NoiseParams& params, bool on_grid, int channel) {
+  NoisePlan plan;
+  plan.params = params;
+  plan.shape = ShapeOf(params);
+  const int width = params.frame.width();
+  const double step = !on_grid               ? params.frequency
+                      : params.frequency > 0 ? params.frequency / std::max(width, 1)
+                                             : 1.0;
+  for (int a = 0; a < 4; ++a) plan.step[a] = a == 0 ? step * params.aspect : step;
+  const bool published = params.lattice != NoiseLattice::kTessera;
+  if (published && params.output == NoiseOutput::kColor && channel > 0) plan.shape.channel = channel;
+  if (params.lattice == NoiseLattice::kOsl && params.output == NoiseOutput::kColor)
+    plan.shape.channel = channel;
+  for (int a = 0; a < 4; ++a) {
+    plan.shift[a] = params.offset[static_cast<size_t>(a)];
+    if (published && params.seed != 0) {
+      plan.shift[a] += Scramble(params.seed + 0x9e3779b9u * static_cast<uint32_t>(a)) & 0xffff;
+    }
+  }
+  const bool both_signs =
+      params.kind != NoiseKind::kCell && (params.sum == NoiseSum::kFbm || params.sum == NoiseSum::kBillow);
+  const double range = !params.is_signed && both_signs ? 0.5 : 1;
+  double scale = 1, weight = 1, bias = range == 0.5 ? 0.5 : 0;
+  const double size = MeanSize(params.kind, params.dims);
+  const double means[] = {params.kind == NoiseKind::kCell ? size : 0, size, 2 * size - 1,
+                          (1 - size) * (1 - size)};
+  for (int k = 0; k < params.octaves; ++k) {
+    NoiseOctave octave;
+    octave.scale = scale;
+    const auto index = static_cast<size_t>(k);
+    double w = params.weights.empty() ? weight : index < params.weights.size() ? params.weights[index] : 0;
+    if (params.antialias && on_grid && params.kind != NoiseKind::kWhite) {
+      const double share = NyquistShare(std::max(plan.step[0], step) * scale);
+      bias += range * w * (1 - share) * means[static_cast<int>(params.sum)];
+      w *= share;
+    }
+    octave.weight = static_cast<float>(range * w);
+    octave.seed = OctaveSeed(params.seed, k, published ? 0 : channel);
+    for (int a = 0; a < 4; ++a) {
+      if (k > 0 && !published) octave.shift[a] = OctaveSeed(octave.seed, a, 1) / kTwo32;
+      const double period = params.period[static_cast<size_t>(a)] * scale;
+      octave.period[a] = period < kTwo32 ? static_cast<uint32_t>(period) : 0;
+    }
+    if (octave.weight != 0) plan.octaves.push_back(octave);
+    scale *= params.lacunarity;
+    weight *= params.gain;
+  }
+  plan.bias = static_cast<float>(bias);
+  return plan;
+}
+
+LatticePlace PlaceOf(const NoisePlan& plan, const NoiseOctave& octave, int axis, double units) {
+  // units * step + shift as a sum of two doubles.
+  double high = units * plan.step[axis], low = std::fma(units, plan.step[axis], -high);
+  const auto add = [&](double value) {
+    const double sum = high + value, back = sum - high;
+    low += (high - (sum - back)) + (value - back);
+    high = sum;
+  };
+  add(plan.shift[axis]);
+  const int period = plan.params.period[static_cast<size_t>(axis)];
+  if (period > 0) {
+    high = std::fmod(high, period);
+    if (high < 0) add(period);
+  }
+  const double product = high * octave.scale;
+  low = std::fma(high, octave.scale, -product) + low * octave.scale;
+  // Modulo the period of the lattice, or of its integers. Whole numbers of 62 bits are the common case.
+  if (std::fabs(product) < 0x1p62) {
+    const auto floor_of = [](double v) {
+      const auto whole = static_cast<int64_t>(v);
+      return static_cast<double>(whole) > v ? whole - 1 : whole;
+    };
+    const int64_t whole = floor_of(product);
+    double fraction = (product - static_cast<double>(whole)) + low + octave.shift[axis];
+    const int64_t carry = floor_of(fraction);
+    fraction -= static_cast<double>(carry);
+    const int64_t modulus = octave.period[axis];
+    if (modulus == 0) return {static_cast<uint32_t>(whole + carry), fraction};
+    const int64_t cell = (whole + carry) % modulus;
+    return {static_cast<uint32_t>(cell < 0 ? cell + modulus : cell), fraction};
+  }
+  const double whole = std::floor(product);
+  double fraction = (product - whole) + low + octave.shift[axis];
+  const double carry = std::floor(fraction);
+  fraction -= carry;
+  const double modulus = octave.period[axis] != 0 ? octave.period[axis] : kTwo32;
+  double cell = std::fmod(std::fmod(whole, modulus) + carry, modulus);
+  if (cell < 0) cell += modulus;
+  return {static_cast<uint32_t>(cell), fraction};
+}
+
+}  // namespace tessera::ops

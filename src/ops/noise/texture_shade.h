@@ -1,0 +1,111 @@
+// Colours of the textures from their noise: plain float arithmetic, the same bits on every target.
+#ifndef TESSERA_OPS_NOISE_TEXTURE_SHADE_H_
+#define TESSERA_OPS_NOISE_TEXTURE_SHADE_H_
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tessera::ops {
+
+using Rgba = std::array<float, 4>;
+
+// sin(2 pi x), to 2e-7.
+inline float SinTurns(float x) {
+  float r = x - std::floor(x + 0.5f);  // [-1/2, 1/2]
+  if (r > 0.25f) r = 0.5f - r;
+  if (r < -0.25f) r = -0.5f - r;
+  const float s = r * r;
+  return r * (6.2831853f + s * (-41.341702f +
+                                s * (81.605249f + s * (-76.705860f + s * (42.058694f + s * (-15.094643f))))));
+}
+inline float Saturated(float v) { return std::clamp(v, 0.0f, 1.0f); }
+inline float SmoothStep(float v) {
+  v = Saturated(v);
+  return v * v * (3 - 2 * v);
+}
+
+struct RampStop {
+  float at;
+  float color[3];
+};
+// Linear between stops; t within the first and the last.
+template <size_t n>
+Rgba Ramp(const RampStop (&stops)[n], float t) {
+  size_t i = 0;
+  while (i + 2 < n && t > stops[i + 1].at) ++i;
+  const float w = (t - stops[i].at) / (stops[i + 1].at - stops[i].at);
+  Rgba c = {0, 0, 0, 1};
+  for (size_t k = 0; k < 3; ++k) c[k] = stops[i].color[k] + w * (stops[i + 1].color[k] - stops[i].color[k]);
+  return c;
+}
+
+// Where a pixel is: s across and t down in widths, h the height above the lower edge in heights.
+struct TexturePlace {
+  float s, t, h;
+};
+
+inline Rgba Marble(const TexturePlace& p, float bands, float turbulence) {
+  static constexpr RampStop kRamp[] = {{0.0f, {0.075f, 0.085f, 0.105f}},
+                                       {0.10f, {0.24f, 0.25f, 0.27f}},
+                                       {0.35f, {0.62f, 0.61f, 0.59f}},
+                                       {1.0f, {0.90f, 0.88f, 0.84f}}};
+  const float wave = 0.5f + 0.5f * SinTurns(bands * (0.8f * p.s + 0.45f * p.t) + 0.9f * turbulence);
+  return Ramp(kRamp, wave);
+}
+
+inline Rgba Wood(const TexturePlace& p, float rings, float bend, float grain) {
+  static constexpr RampStop kRamp[] = {
+      {0.0f, {0.52f, 0.27f, 0.105f}}, {0.55f, {0.40f, 0.18f, 0.060f}}, {1.0f, {0.17f, 0.062f, 0.018f}}};
+  // Rings around an axis that passes a little below the middle, nearly along the board.
+  const float y = p.t - 0.33f, z = 0.17f + 0.06f * p.s;
+  const float r = rings * std::sqrt(y * y + z * z) + 0.55f * bend;
+  const float w = r - std::floor(r);
+  // Slow growth in summer, a quick dark edge: continuous, so that no edge is aliased.
+  const float late = w < 0.82f ? w * (1 / 0.82f) : (1 - w) * (1 / 0.18f);
+  Rgba c = Ramp(kRamp, late * late);
+  for (size_t k = 0; k < 3; ++k) c[k] *= 1 + 0.35f * grain;
+  return c;
+}
+
+inline Rgba Clouds(const TexturePlace& p, float gardner, float detail, float fine) {
+  const float zenith[3] = {0.075f, 0.20f, 0.50f}, horizon[3] = {0.42f, 0.60f, 0.80f};
+  const float lit[3] = {1.0f, 0.985f, 0.96f}, shade[3] = {0.50f, 0.545f, 0.62f};
+  const float body = 1.15f * gardner + 0.95f * detail - 0.12f;
+  const float cover = SmoothStep(1.9f * body);
+  const float depth = SmoothStep(1.15f * body - 0.25f - 0.35f * fine);
+  Rgba c = {0, 0, 0, 1};
+  for (size_t k = 0; k < 3; ++k) {
+    const float sky = horizon[k] + (zenith[k] - horizon[k]) * p.h;
+    const float cloud = lit[k] + 0.85f * depth * (shade[k] - lit[k]);
+    c[k] = sky + cover * (cloud - sky);
+  }
+  return c;
+}
+
+inline Rgba Fire(const TexturePlace& p, float broad, float middle, float fine) {
+  static constexpr RampStop kRamp[] = {{0.0f, {0.0f, 0.0f, 0.0f}},       {0.15f, {0.10f, 0.008f, 0.0f}},
+                                       {0.38f, {0.72f, 0.085f, 0.004f}}, {0.62f, {1.0f, 0.36f, 0.03f}},
+                                       {0.85f, {1.0f, 0.78f, 0.22f}},    {1.0f, {1.0f, 0.95f, 0.66f}}};
+  // Noise eats into the flame more with height; the base stays closed.
+  const float tongues = 1.0f * broad + 0.62f * middle + 0.38f * fine;
+  const float heat = Saturated(1.12f - 1.55f * p.h + (0.30f + 1.05f * p.h) * tongues);
+  Rgba c = Ramp(kRamp, heat);
+  c[3] = SmoothStep(2.2f * heat);
+  for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
+  return c;
+}
+
+inline Rgba Smoke(const TexturePlace& p, float sway, float body, float fine) {
+  const float centre = 0.5f + (0.04f + 0.22f * p.h) * sway, width = 0.055f + 0.30f * p.h;
+  const float x = (p.s - centre) / width, profile = std::max(0.0f, 1 - x * x);
+  const float lumps = 0.62f + 0.95f * body + 0.35f * fine;
+  const float density = Saturated(profile * lumps * (1.18f - 0.95f * p.h) - 0.05f);
+  const float alpha = density * (1.75f - 0.85f * density);
+  const float grey = 0.30f + 0.42f * Saturated(0.5f + 0.6f * body - 0.35f * x);
+  return {grey * alpha, grey * alpha * 1.01f, grey * alpha * 1.04f, alpha};
+}
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_NOISE_TEXTURE_SHADE_H_

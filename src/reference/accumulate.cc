@@ -1,0 +1,120 @@
+// Reference of accumulation: weighted sums, fixed-point buffers, depth of field.
+#include "tessera/ops/accumulate.h"
+
+#include <algorithm>
+#include <any>
+#include <cmath>
+#include <vector>
+
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+
+namespace tessera::reference {
+namespace {
+
+// A number in [-1, 1] with `bits` binary places, ties to even.
+double Fixed(double v, int bits) {
+  if (std::isnan(v)) return 0;
+  const double one = std::pow(2.0, bits), x = v * one, below = std::floor(x);
+  double code = x - below < 0.5 ? below : below + 1;
+  if (x - below == 0.5 && std::fmod(below, 2.0) == 0) code = below;
+  return std::max(-one, std::min(one, code)) / one;
+}
+
+// What a sum of several terms is allowed: one rounding, and what a sum in double loses.
+std::pair<double, double> Total(double value, double absolute) {
+  return {value, std::fabs(value) + std::ldexp(absolute, -28)};
+}
+
+void EvaluateSum(const Call& call) {
+  const auto& p = std::any_cast<const WeightedSumParams&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) {
+    long double sum = 0, absolute = 0;
+    double held = 0;
+    for (size_t k = 0; k < p.weights.size(); ++k) {
+      if (p.weights[k] == 0) continue;
+      const double term = p.weights[k] * call.in[k].at(x, y, c);
+      sum += static_cast<long double>(p.weights[k]) * call.in[k].at(x, y, c);
+      absolute += std::fabs(term);
+      if (p.bits != 0) held = Fixed(held + term, p.bits);
+    }
+    return p.bits != 0 ? Rounded(held) : Total(static_cast<double>(sum), static_cast<double>(absolute));
+  });
+}
+
+void EvaluateShiftAccumulate(const Call& call) {
+  const auto& p = std::any_cast<const ShiftAccumulateParams&>(call.parameters);
+  const Roi& w = call.in_specs[0].data_window;
+  const double scale = KernelRange(p.taps, p.low, p.high).scale;
+  ForEachSample(call, [&](int x, int y, int c) {
+    long double sum = 0, absolute = 0;
+    double held = 0;
+    for (int j = 0; j < p.height; ++j) {
+      for (int i = 0; i < p.width; ++i) {
+        const double tap = p.taps[static_cast<size_t>(j * p.width + i)];
+        if (tap == 0) continue;
+        const int sx = std::clamp(x + i - p.anchor_x, w.x0, w.x1 - 1), sy = std::clamp(y + j - p.anchor_y, w.y0, w.y1 - 1);
+        const double v = call.in[0].at(sx, sy, c);
+        sum += static_cast<long double>(tap) * v;
+        absolute += std::fabs(tap * v);
+        if (p.bits != 0) held = Fixed(held + tap * scale * v, p.bits);
+      }
+    }
+    return p.bits != 0 ? Rounded(held / scale) : Total(static_cast<double>(sum), static_cast<double>(absolute));
+  });
+}
+Roi ShiftedRegion(const std::any& parameters, int, const Roi& out) {
+  const auto& p = std::any_cast<const ShiftAccumulateParams&>(parameters);
+  // The edge is repeated: at least one pixel of it must be there.
+  return {out.x0 - p.width, out.y0 - p.height, out.x1 + p.width, out.y1 + p.height};
+}
+
+void EvaluateDepthOfField(const Call& call) {
+  const auto& p = std::any_cast<const DepthOfFieldParams&>(call.parameters);
+  const Roi& w = call.in_specs[0].data_window;
+  const auto depth = [&](int x, int y) { return call.in[1].at(x, y, p.depth_channel); };
+  const auto radius = [&](double z) { return std::max(0.5, std::min(p.max_radius, p.aperture * std::fabs(1 / p.focus - 1 / z))); };
+  const int reach = static_cast<int>(std::ceil(p.max_radius));
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      const double own_depth = depth(x, y);
+      for (int c = 0; c < call.out.channels; ++c) {
+        double sum = 0, total = 0, largest = 0;
+        for (int j = std::max(w.y0, y - reach); j <= std::min(w.y1 - 1, y + reach); ++j) {
+          for (int i = std::max(w.x0, x - reach); i <= std::min(w.x1 - 1, x + reach); ++i) {
+            const double other = depth(i, j);
+            if (!(other > 0)) continue;
+            double r = radius(other);
+            if (other > own_depth) r = std::min(r, radius(own_depth));
+            const double coverage = std::clamp(r + 0.5 - std::hypot(i - x, j - y), 0.0, 1.0);
+            if (coverage == 0) continue;
+            const double weight = coverage / (r * r), value = call.in[0].at(i, j, c);
+            sum += weight * value;
+            total += weight;
+            largest = std::max(largest, std::fabs(value));
+          }
+        }
+        const double own = call.in[0].at(x, y, c);
+        call.out.at(x, y, c) = own_depth > 0 ? sum / total : own;
+        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max({largest, std::fabs(own), kSmallestScale});
+      }
+    }
+  }
+}
+Roi DiscRegion(const std::any& parameters, int, const Roi& out) {
+  const int reach = static_cast<int>(std::ceil(std::any_cast<const DepthOfFieldParams&>(parameters).max_radius));
+  return Inflate(out, reach, reach);
+}
+
+}  // namespace
+
+std::vector<Entry> AccumulateEntries() {
+  return {
+      {"accum", EvaluateSum},
+      {"average", EvaluateSum},
+      {"shiftaccum", EvaluateShiftAccumulate, ShiftedRegion, 1},
+      {"dof", EvaluateDepthOfField, DiscRegion},
+  };
+}
+
+}  // namespace tessera::reference

@@ -1,0 +1,375 @@
+// Reference of the filters: plain sums over the window, borders pixel by pixel.
+#include "tessera/ops/filter.h"
+
+#include <algorithm>
+#include <any>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+
+namespace tessera::reference {
+namespace {
+
+using Sample = std::pair<double, double>;  // value, scale of its bound
+constexpr double kUnit = 0x1p-24;
+
+// Everything: borders that show far pixels may ask for any of them.
+constexpr Roi kEverywhere{-(1 << 30), -(1 << 30), 1 << 30, 1 << 30};
+
+bool ShowsFarPixels(BorderMode border) {
+  return border == BorderMode::kRepeat || border == BorderMode::kMirror || border == BorderMode::kMirror101;
+}
+
+// Pixels `left`, `top`, `right`, `bottom` around a region: where it leaves the image, the clamped edge is
+// among them.
+Roi Around(const Roi& out, int left, int top, int right, int bottom, BorderMode border) {
+  if (ShowsFarPixels(border)) return kEverywhere;
+  return {out.x0 - left, out.y0 - top, out.x1 + right, out.y1 + bottom};
+}
+
+// The coordinate shown at v on [lo, hi); false when nothing is.
+bool Shown(int& v, int lo, int hi, BorderMode border) {
+  const int n = hi - lo;
+  if (n <= 0) return false;
+  while (v < lo || v >= hi) {
+    switch (border) {
+      case BorderMode::kClamp:
+        v = v < lo ? lo : hi - 1;
+        break;
+      case BorderMode::kRepeat:
+        v += v < lo ? n : -n;
+        break;
+      case BorderMode::kMirror:
+        v = v < lo ? 2 * lo - 1 - v : 2 * hi - 1 - v;
+        break;
+      case BorderMode::kMirror101:
+        if (n == 1) {
+          v = lo;
+        } else {
+          v = v < lo ? 2 * lo - v : 2 * (hi - 1) - v;
+        }
+        break;
+      default:
+        return false;
+    }
+  }
+  return true;
+}
+
+// An input with its border.
+struct Bordered {
+  const ImageD& image;
+  const Roi& window;
+  BorderMode border;
+  double value;
+  // The sample at (x, y), anywhere; `inside` tells whether a pixel is shown there.
+  double at(int x, int y, int c, bool* inside) const {
+    *inside = Shown(x, window.x0, window.x1, border) && Shown(y, window.y0, window.y1, border);
+    return *inside ? image.at(x, y, c) : value;
+  }
+};
+
+// Sum of weights(i, j) * sample(x - ax + i, y - ay + j), and the sum of magnitudes; zero weights take no
+// part.
+template <class Weight>
+Sample WindowSum(const Bordered& in, int x, int y, int c, int width, int height, int ax, int ay,
+                 Weight weight) {
+  double sum = 0, magnitude = 0, weight_inside = 0, weight_all = 0;
+  for (int j = 0; j < height; ++j) {
+    for (int i = 0; i < width; ++i) {
+      const double w = weight(i, j);
+      weight_all += w;
+      if (w == 0) continue;
+      bool inside = false;
+      const double v = in.at(x - ax + i, y - ay + j, c, &inside);
+      if (inside) weight_inside += w;
+      if (!inside && in.border == BorderMode::kRenormalize) continue;
+      sum += w * v;
+      magnitude += std::fabs(w * v);
+    }
+  }
+  if (in.border == BorderMode::kRenormalize && weight_inside != 0 && weight_inside != weight_all) {
+    const double factor = weight_all / weight_inside;
+    sum *= factor, magnitude *= std::fabs(factor);
+  }
+  return {sum, magnitude};
+}
+
+// The largest sample under a window whose weight is not 0.
+template <class Weight>
+double LargestUnder(const Bordered& in, int x, int y, int c, int width, int height, int ax, int ay,
+                    Weight weight) {
+  double largest = 0;
+  for (int j = 0; j < height; ++j) {
+    for (int i = 0; i < width; ++i) {
+      bool inside = false;
+      if (weight(i, j) != 0)
+        largest = std::max(largest, std::fabs(in.at(x - ax + i, y - ay + j, c, &inside)));
+    }
+  }
+  return largest;
+}
+
+void EvaluateConvolve(const Call& call) {
+  const auto& p = std::any_cast<const Convolution&>(call.parameters);
+  const ConvolveParams& q = p.params;
+  const Kernel& k = p.kernel;
+  const double divisor = q.divisor == 0 ? 1 : q.divisor;
+  std::vector<double> sums(static_cast<size_t>(call.out.channels), 1);
+  const int planes = p.kernel_image ? call.in[1].channels : k.planes;
+  // Weight at column i, row j of the kernel as it was given.
+  const auto given = [&](int i, int j, int plane) {
+    return p.kernel_image ? call.in[1].at(i - k.anchor_x, j - k.anchor_y, plane) : k.at(i, j, plane);
+  };
+  int taps = 0;
+  for (int plane = 0; plane < planes; ++plane) {
+    double sum = 0;
+    int count = 0;
+    for (int j = 0; j < k.height; ++j) {
+      for (int i = 0; i < k.width; ++i) sum += given(i, j, plane), count += given(i, j, plane) != 0;
+    }
+    taps = std::max(taps, count);
+    if (p.kernel_image && p.normalize && sum != 0) sums[static_cast<size_t>(plane)] = sum;
+  }
+  const Bordered in{call.in[0], call.in_specs[0].data_window, q.border,
+                    q.border == BorderMode::kBlack ? q.border_value : 0};
+  // Small kernels whose sum is 0 are sums of differences from one sample: it counts with every weight.
+  double total = 0, balance = 0;
+  for (int j = 0; j < k.height; ++j) {
+    for (int i = 0; i < k.width; ++i) {
+      const double w = given(i, j, 0) / (sums[0] * divisor);
+      total += std::fabs(w), balance += w;
+    }
+  }
+  const bool differences = k.width * k.height <= 25 && std::fabs(balance) < 1e-12 * total;
+  // Large kernels may be transformed in blocks: the error is that of all samples together.
+  double transform = 0;
+  if (q.method == FilterMethod::kFft || (q.method == FilterMethod::kAuto && k.width * k.height > 81)) {
+    double squares = std::fabs(in.value), weights = 0;
+    for (const double v : call.in[0].samples) squares = std::max(squares, std::fabs(v));
+    for (const double w : k.weights) weights += w * w;
+    transform = squares * 128 * std::sqrt(weights) / std::fabs(divisor);
+  }
+  const int alpha = call.in_specs[0].alpha;
+  ForEachSample(call, [&](int x, int y, int c) {
+    const int plane = planes == 1 ? 0 : c;
+    const auto weight = [&](int i, int j) {
+      if (!q.correlate) i = k.width - 1 - i, j = k.height - 1 - j;
+      return given(i, j, plane) / (sums[static_cast<size_t>(plane)] * divisor);
+    };
+    const int ax = q.correlate ? k.anchor_x : k.width - 1 - k.anchor_x;
+    const int ay = q.correlate ? k.anchor_y : k.height - 1 - k.anchor_y;
+    auto [sum, magnitude] = WindowSum(in, x, y, c, k.width, k.height, ax, ay, weight);
+    if (differences) {
+      magnitude = std::max(magnitude, LargestUnder(in, x, y, c, k.width, k.height, ax, ay, weight) * total);
+    }
+    if (transform > 0) magnitude = std::max(magnitude, transform);
+    const double bias = q.bias * (alpha >= 0 && q.bias != 0 ? call.in[0].at(x, y, alpha) : 1);
+    return Sample(sum + bias,
+                  (2 + std::log2(std::max(1, taps))) * magnitude + 2 * std::fabs(bias) + kSmallestScale);
+  });
+}
+Roi ConvolveInput(const std::any& parameters, int input, const Roi& out) {
+  const auto& p = std::any_cast<const Convolution&>(parameters);
+  const Kernel& k = p.kernel;
+  if (input == 1) return {-k.anchor_x, -k.anchor_y, k.width - k.anchor_x, k.height - k.anchor_y};
+  return Around(out, k.width, k.height, k.width, k.height, p.params.border);
+}
+
+// ---- Gaussian and box: one axis after the other, in double ----
+
+// The result along one axis of `in`, over out's region.
+ImageD Along(bool rows, const ImageD& in, const Roi& out, const Roi& window, BorderMode border, double value,
+             const std::vector<double>& weights, int before) {
+  ImageD result(out, in.channels);
+  for (int y = out.y0; y < out.y1; ++y) {
+    for (int x = out.x0; x < out.x1; ++x) {
+      for (int c = 0; c < in.channels; ++c) {
+        double sum = 0, inside_weight = 0;
+        for (size_t i = 0; i < weights.size(); ++i) {
+          int v = (rows ? x : y) - before + static_cast<int>(i);
+          const bool inside =
+              rows ? Shown(v, window.x0, window.x1, border) : Shown(v, window.y0, window.y1, border);
+          if (inside) inside_weight += weights[i];
+          if (inside) {
+            sum += weights[i] * (rows ? in.at(v, y, c) : in.at(x, v, c));
+          } else if (border == BorderMode::kBlack) {
+            sum += weights[i] * value;
+          }
+        }
+        result.at(x, y, c) = border == BorderMode::kRenormalize ? sum / inside_weight : sum;
+      }
+    }
+  }
+  return result;
+}
+
+void EvaluateSeparable(const Call& call, BorderMode border, double value, const std::vector<double>& row,
+                       int left, const std::vector<double>& column, int top, double l1, double roundings) {
+  const Roi& window = call.in_specs[0].data_window;
+  const Roi& o = call.out.roi;
+  if (o.empty()) return;
+  const ImageD& in = call.in[0];
+  // Columns first: few rows are wanted.
+  const ImageD half =
+      Along(false, in, {in.roi.x0, o.y0, in.roi.x1, o.y1}, window, border, value, column, top);
+  ImageD magnitudes = in;
+  double largest = std::fabs(value);
+  for (double& v : magnitudes.samples) v = std::fabs(v), largest = std::max(largest, v);
+  const ImageD half_magnitude =
+      Along(false, magnitudes, half.roi, window, border, std::fabs(value), column, top);
+  const ImageD sums = Along(true, half, o, window, border, value, row, left);
+  const ImageD scales = Along(true, half_magnitude, o, window, border, std::fabs(value), row, left);
+  ForEachSample(call, [&](int x, int y, int c) {
+    return Sample(sums.at(x, y, c), roundings * scales.at(x, y, c) + l1 / kUnit * largest + kSmallestScale);
+  });
+}
+
+std::vector<double> GaussianWeights(double sigma) {
+  const int radius = static_cast<int>(std::ceil(7 * sigma));
+  std::vector<double> weights;
+  double sum = 0;
+  for (int n = -radius; n <= radius; ++n) {
+    weights.push_back(sigma == 0 ? 1 : std::exp(-0.5 * n * n / (sigma * sigma)));
+    sum += weights.back();
+  }
+  for (double& w : weights) w /= sum;
+  return weights;
+}
+
+void EvaluateBlur(const Call& call) {
+  if (const auto* box = std::any_cast<BoxParams>(&call.parameters)) {
+    const std::vector<double> row(static_cast<size_t>(box->width), 1.0 / box->width);
+    const std::vector<double> column(static_cast<size_t>(box->height), 1.0 / box->height);
+    const double taps = double{1} * box->width * box->height;
+    return EvaluateSeparable(call, box->border, box->border_value, row, (box->width - 1) / 2, column,
+                             (box->height - 1) / 2, 0, 2 + std::log2(taps));
+  }
+  const auto& p = std::any_cast<const GaussianParams&>(call.parameters);
+  const std::vector<double> row = GaussianWeights(p.sigma_x), column = GaussianWeights(p.sigma_y);
+  const bool summed = p.method == FilterMethod::kDirect || p.method == FilterMethod::kSeparable ||
+                      (p.method == FilterMethod::kAuto && std::max(p.sigma_x, p.sigma_y) <= 3);
+  const bool decimated = p.method == FilterMethod::kDecimated ||
+                         (p.method == FilterMethod::kAuto && std::min(p.sigma_x, p.sigma_y) >= 16 &&
+                          p.border != BorderMode::kRenormalize);
+  EvaluateSeparable(call, p.border, p.border_value, row, static_cast<int>(row.size() / 2), column,
+                    static_cast<int>(column.size() / 2),
+                    summed      ? 1e-6
+                    : decimated ? 1e-4
+                                : 2e-5,
+                    12);
+}
+Roi BlurInput(const std::any& parameters, int, const Roi& out) {
+  if (const auto* box = std::any_cast<BoxParams>(&parameters)) {
+    return Around(out, box->width, box->height, box->width, box->height, box->border);
+  }
+  const auto& p = std::any_cast<const GaussianParams&>(parameters);
+  const int x = static_cast<int>(std::ceil(7 * p.sigma_x)), y = static_cast<int>(std::ceil(7 * p.sigma_y));
+  return Around(out, x, y, x, y, p.border);
+}
+
+// ---- Gradients ----
+
+void EvaluateSobel(const Call& call) {
+  const auto& p = std::any_cast<const SobelParams&>(call.parameters);
+  const Bordered in{call.in[0], call.in_specs[0].data_window, p.border, 0};
+  ForEachSample(call, [&](int x, int y, int result) {
+    const int c = p.output == SobelOutput::kXY ? result / 2 : result;
+    const auto at = [&](int dx, int dy) {
+      bool inside = false;
+      return in.at(x + dx, y + dy, c, &inside);
+    };
+    double gx = 0, gy = 0, sx = 0, sy = 0;
+    for (int k = -1; k <= 1; ++k) {
+      const double w = k == 0 ? 2 : 1;
+      gx += w * (at(1, k) - at(-1, k)), sx += w * std::fabs(at(1, k) - at(-1, k));
+      gy += w * (at(k, 1) - at(k, -1)), sy += w * std::fabs(at(k, 1) - at(k, -1));
+    }
+    const double magnitude = std::hypot(gx, gy);
+    switch (p.output) {
+      case SobelOutput::kXY:
+        return result % 2 == 0 ? Sample(gx, sx + kSmallestScale) : Sample(gy, sy + kSmallestScale);
+      case SobelOutput::kDirection:
+        return Sample(std::atan2(gy, gx), magnitude > 0 ? 1 + (sx + sy) / magnitude : 0);
+      default:
+        return Sample(magnitude, sx + sy + kSmallestScale);
+    }
+  });
+}
+Roi SobelInput(const std::any& parameters, int, const Roi& out) {
+  return Around(out, 1, 1, 1, 1, std::any_cast<const SobelParams&>(parameters).border);
+}
+
+void EvaluateUnsharp(const Call& call) {
+  const auto& p = std::any_cast<const UnsharpParams&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double v = call.in[0].at(x, y, c), blurred = call.in[1].at(x, y, c);
+    const double difference = std::fabs(v - blurred) < static_cast<float>(p.threshold) ? 0 : v - blurred;
+    return Sample(v + p.contrast * difference,
+                  std::fabs(v) + std::fabs(p.contrast) * (std::fabs(v) + std::fabs(blurred)));
+  });
+}
+
+// ---- Order statistics ----
+
+// choose(sorted samples, numbers only where there are any) of the pixels of the window that exist.
+template <class Choose>
+void EvaluateRank(const Call& call, bool numbers_only, Choose choose) {
+  const auto& p = std::any_cast<const RankParams&>(call.parameters);
+  const Roi& window = call.in_specs[0].data_window;
+  std::vector<double> samples;
+  ForEachSample(call, [&](int x, int y, int c) {
+    samples.clear();
+    int not_numbers = 0;
+    const Roi box = Intersection(
+        window, {x - p.width / 2, y - p.height / 2, x - p.width / 2 + p.width, y - p.height / 2 + p.height});
+    for (int j = box.y0; j < box.y1; ++j) {
+      for (int i = box.x0; i < box.x1; ++i) {
+        const double v = call.in[0].at(i, j, c);
+        if (std::isnan(v)) {
+          ++not_numbers;
+        } else {
+          samples.push_back(v);
+        }
+      }
+    }
+    std::sort(samples.begin(), samples.end());
+    if (!numbers_only || samples.empty()) {
+      samples.insert(samples.end(), static_cast<size_t>(not_numbers),
+                     std::numeric_limits<double>::quiet_NaN());
+    }
+    return Sample(choose(samples), 0.0);
+  });
+}
+void EvaluateMedian(const Call& call) {
+  EvaluateRank(call, false, [](const std::vector<double>& v) { return v[v.size() / 2]; });
+}
+void EvaluateDilate(const Call& call) {
+  EvaluateRank(call, true, [](const std::vector<double>& v) { return v.back(); });
+}
+void EvaluateErode(const Call& call) {
+  EvaluateRank(call, true, [](const std::vector<double>& v) { return v.front(); });
+}
+Roi RankInput(const std::any& parameters, int, const Roi& out) {
+  const auto& p = std::any_cast<const RankParams&>(parameters);
+  return {out.x0 - p.width, out.y0 - p.height, out.x1 + p.width, out.y1 + p.height};
+}
+
+}  // namespace
+
+std::vector<Entry> FilterEntries() {
+  // The first three are convolutions with one kernel each.
+  return {
+      {"emboss", EvaluateConvolve, ConvolveInput},   {"laplacian", EvaluateConvolve, ConvolveInput},
+      {"highpass", EvaluateConvolve, ConvolveInput}, {"convolve", EvaluateConvolve, ConvolveInput, 1},
+      {"blur", EvaluateBlur, BlurInput, 1},          {"sobel", EvaluateSobel, SobelInput},
+      {"unsharp", EvaluateUnsharp, nullptr},         {"median", EvaluateMedian, RankInput},
+      {"dilate", EvaluateDilate, RankInput},         {"erode", EvaluateErode, RankInput},
+  };
+}
+
+}  // namespace tessera::reference

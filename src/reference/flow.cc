@@ -1,0 +1,317 @@
+// Reference of line integral convolution: streamlines of every pixel in double, with small steps, and what
+// their samples may be off by when positions are.
+#include "tessera/ops/flow.h"
+
+#include <algorithm>
+#include <any>
+#include <array>
+#include <climits>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "reference/flow_scene.h"
+#include "reference/reference.h"
+
+namespace tessera::reference {
+namespace {
+
+using flow::Point;
+using flow::Scene;
+
+int Taps(const LicParams& p) {
+  if (p.kernel == LicKernel::kUser) return static_cast<int>(p.weights.size()) / 2;
+  return static_cast<int>(std::lround(p.integrator == LicIntegrator::kCell ? p.length : p.length / p.step));
+}
+
+double Weight(const LicParams& p, int i) {
+  const double s = i / (Taps(p) + 1.0), pi = std::numbers::pi;
+  switch (p.kernel) {
+    case LicKernel::kBox:
+      return 1;
+    case LicKernel::kTent:
+      return 1 - std::fabs(s);
+    case LicKernel::kHann:
+      return std::pow(std::cos(pi * s / 2), 2);
+    case LicKernel::kRamp:
+      return (1 - s) / 2;
+    case LicKernel::kRipple:
+      return std::pow(std::cos(pi * s / 2), 2) * (1 + std::cos(pi * p.waves * s + 2 * pi * p.phase)) / 2;
+    case LicKernel::kUser:
+      return p.weights[static_cast<size_t>(Taps(p) + i)];
+  }
+  return 1;
+}
+
+// Positions of taps 1 to n from a start; `parts` steps of the integrator for each.
+std::vector<Point> Follow(const Scene& scene, const LicParams& p, Point at, double sign, int parts) {
+  std::vector<Point> line;
+  const double h = sign * p.step / parts;
+  for (int i = 0; i < Taps(p); ++i) {
+    for (int k = 0; k < parts; ++k) {
+      const Point k1 = scene.Velocity(at);
+      if (p.integrator == LicIntegrator::kEuler) {
+        at = at + h * k1;
+      } else if (p.integrator == LicIntegrator::kMidpoint) {
+        at = at + h * scene.Velocity(at + 0.5 * h * k1);
+      } else {
+        const Point k2 = scene.Velocity(at + 0.5 * h * k1), k3 = scene.Velocity(at + 0.5 * h * k2);
+        const Point k4 = scene.Velocity(at + h * k3);
+        at = at + (h / 6) * (k1 + 2 * k2 + 2 * k3 + k4);
+      }
+    }
+    line.push_back(at);
+  }
+  return line;
+}
+
+// The same from pixel to pixel; (fx, fy) is where in the first one the line starts.
+std::vector<Point> FollowCells(const Scene& scene, const LicParams& p, int x, int y, double fx, double fy,
+                               double sign) {
+  std::vector<Point> line;
+  for (int i = 0; i < Taps(p); ++i) {
+    const Point v = sign * scene.Code(x, y);
+    const double infinity = std::numeric_limits<double>::infinity();
+    const double to_x = v.x == 0 ? infinity : (v.x > 0 ? 1 - fx : fx) / std::fabs(v.x);
+    const double to_y = v.y == 0 ? infinity : (v.y > 0 ? 1 - fy : fy) / std::fabs(v.y);
+    if (to_x != infinity || to_y != infinity) {
+      if (to_x < to_y || v.y == 0) {
+        x += v.x > 0 ? 1 : -1, fx = v.x > 0 ? 0 : 1, fy += to_x * v.y;
+      } else {
+        y += v.y > 0 ? 1 : -1, fy = v.y > 0 ? 0 : 1, fx += to_y * v.x;
+      }
+    }
+    line.push_back({static_cast<double>(x), static_cast<double>(y)});
+    if (p.border != LicBorder::kStop)
+      x = scene.X(x), y = scene.Y(y);
+    else if (!scene.Open(x, y))
+      x = scene.X(x), y = scene.Y(y);
+  }
+  return line;
+}
+
+// One pixel's sums, and what they may be off by.
+class Pixel {
+ public:
+  Pixel(const Scene& scene, const LicParams& p) : scene_(scene), p_(p) {}
+
+  struct Result {
+    std::vector<double> value, tolerance;
+    bool masked = false;
+  };
+
+  Result Convolve(int x, int y) const {
+    const auto count = static_cast<size_t>(scene_.channels());
+    Result r{std::vector<double>(count), std::vector<double>(count), false};
+    if (!scene_.Open(x, y)) {
+      r.masked = true;
+      return r;
+    }
+    double weight = Weight(p_, 0);
+    for (int c = 0; c < scene_.channels() && weight != 0; ++c)
+      r.value[static_cast<size_t>(c)] = weight * scene_.Texel(x, y, c);
+    bool doubtful = false;
+    for (const double sign : {1.0, -1.0}) AddLine(x, y, sign, r, weight, doubtful);
+    for (size_t c = 0; c < count; ++c) {
+      const double range = scene_.range(static_cast<int>(c));
+      r.value[c] = weight > 0 ? r.value[c] / weight : 0;
+      r.tolerance[c] =
+          (weight > 0 ? r.tolerance[c] / weight : 0) + 2e-6 * std::max(range, std::fabs(r.value[c]));
+      if (doubtful) r.tolerance[c] = range;
+      if (p_.method == LicMethod::kShared) r.tolerance[c] = std::max(r.tolerance[c], range);
+    }
+    return r;
+  }
+
+ private:
+  bool Cells() const { return p_.integrator == LicIntegrator::kCell; }
+  bool Adaptive() const { return p_.integrator == LicIntegrator::kAdaptive && !p_.speed; }
+  double Moved() const { return Cells() || Adaptive() ? 1e-3 : 1e-4; }
+  int Parts() const {
+    if (p_.speed) return static_cast<int>(std::clamp(std::ceil(scene_.longest() * p_.step), 1.0, 64.0));
+    return Adaptive() ? static_cast<int>(std::ceil(p_.step)) : 1;
+  }
+
+  std::vector<Point> From(int x, int y, Point off, double sign, int parts) const {
+    if (Cells()) return FollowCells(scene_, p_, x, y, 0.5 + off.x, 0.5 + off.y, sign);
+    return Follow(scene_, p_, {x + off.x, y + off.y}, sign, parts);
+  }
+
+  void AddLine(int x, int y, double sign, Result& r, double& weight, bool& doubtful) const {
+    const double d = Moved();
+    const std::vector<Point> line = From(x, y, {}, sign, Adaptive() ? 4 * Parts() : Parts());
+    std::vector<std::vector<Point>> others;
+    for (const Point off : {Point{d, 0}, Point{-d, 0}, Point{0, d}, Point{0, -d}}) {
+      others.push_back(From(x, y, off, sign, Parts()));
+    }
+    if (Adaptive()) others.push_back(From(x, y, {}, sign, Parts()));
+    const double reach = p_.magnitude == LicMagnitude::kLength ? Taps(p_) * scene_.Share(x, y)
+                                                               : std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < line.size(); ++i) {
+      const double number = static_cast<double>(i) + 1, w = Weight(p_, static_cast<int>(sign * number));
+      if (std::fabs(number - reach) < 1e-3) doubtful = true;
+      if (number > reach) return;
+      Point low = line[i], high = line[i];
+      for (const auto& other : others) {
+        low = {std::min(low.x, other[i].x), std::min(low.y, other[i].y)};
+        high = {std::max(high.x, other[i].x), std::max(high.y, other[i].y)};
+      }
+      const double margin_x = Cells() ? 0 : d + high.x - low.x, margin_y = Cells() ? 0 : d + high.y - low.y;
+      low = {low.x - margin_x, low.y - margin_y}, high = {high.x + margin_x, high.y + margin_y};
+      const bool open = scene_.Open(Nearest(line[i].x), Nearest(line[i].y));
+      doubtful |= !Spread(line[i], low, high, open, w, r);
+      if (!open) return;
+      weight += w;
+    }
+  }
+  static int Nearest(double v) { return static_cast<int>(std::floor(v + 0.5)); }
+
+  // Adds a tap; false when the line might be anywhere, or ended.
+  bool Spread(Point at, Point low, Point high, bool open, double w, Result& r) const {
+    const int x0 = Nearest(low.x), x1 = Nearest(high.x), y0 = Nearest(low.y), y1 = Nearest(high.y);
+    if (x1 - x0 > 8 || y1 - y0 > 8) {
+      if (open) Take(at, w, r);
+      return false;
+    }
+    bool sure = true;
+    for (int y = y0; y <= y1; ++y) {
+      for (int x = x0; x <= x1; ++x) sure &= scene_.Open(x, y) == open;
+    }
+    if (!open) return sure;
+    for (int c = 0; c < scene_.channels(); ++c) {
+      const double own = Value(at, c);
+      double off = 0;
+      if (p_.linear) {
+        double least = own, most = own;
+        for (int y = static_cast<int>(std::floor(low.y)); y <= static_cast<int>(std::floor(high.y)) + 1;
+             ++y) {
+          for (int x = static_cast<int>(std::floor(low.x)); x <= static_cast<int>(std::floor(high.x)) + 1;
+               ++x) {
+            least = std::min(least, scene_.Texel(x, y, c)), most = std::max(most, scene_.Texel(x, y, c));
+          }
+        }
+        off = (most - least) * std::min(1.0, high.x - low.x + high.y - low.y);
+      } else {
+        for (int y = y0; y <= y1; ++y) {
+          for (int x = x0; x <= x1; ++x) off = std::max(off, std::fabs(scene_.Texel(x, y, c) - own));
+        }
+      }
+      r.tolerance[static_cast<size_t>(c)] += w * off;
+    }
+    Take(at, w, r);
+    return sure;
+  }
+  void Take(Point at, double w, Result& r) const {
+    for (int c = 0; c < scene_.channels() && w != 0; ++c) r.value[static_cast<size_t>(c)] += w * Value(at, c);
+  }
+  double Value(Point at, int c) const {
+    if (!p_.linear || Cells()) return scene_.Texel(Nearest(at.x), Nearest(at.y), c);
+    const double fx = std::floor(at.x), fy = std::floor(at.y), tx = at.x - fx, ty = at.y - fy;
+    const int x = static_cast<int>(fx), y = static_cast<int>(fy);
+    const auto mix = [](double a, double b, double t) { return t == 0 ? a : a + t * (b - a); };
+    return mix(mix(scene_.Texel(x, y, c), scene_.Texel(x + 1, y, c), tx),
+               mix(scene_.Texel(x, y + 1, c), scene_.Texel(x + 1, y + 1, c), tx), ty);
+  }
+
+  const Scene& scene_;
+  const LicParams& p_;
+};
+
+// The colour of |f|, from 0 to 1.
+std::array<double, 3> Color(double t) {
+  const double stops[5][3] = {
+      {0.16, 0.20, 0.55}, {0.12, 0.46, 0.66}, {0.20, 0.70, 0.50}, {0.70, 0.85, 0.30}, {1.0, 0.93, 0.45}};
+  const double at = 4 * t;
+  const int i = std::min(3, static_cast<int>(at));
+  std::array<double, 3> c{};
+  for (size_t k = 0; k < 3; ++k) c[k] = stops[i][k] + (at - i) * (stops[i + 1][k] - stops[i][k]);
+  return c;
+}
+
+void EvaluateLic(const Call& call) {
+  const auto& p = std::any_cast<const LicParams&>(call.parameters);
+  const Scene scene(p, call);
+  const Pixel pixel(scene, p);
+  double sum = 0, squares = 0;
+  for (int i = -Taps(p); i <= Taps(p); ++i) sum += Weight(p, i), squares += Weight(p, i) * Weight(p, i);
+  const double contrast =
+      p.contrast == LicContrast::kRescale ? std::max(1.0, p.gain * sum / std::sqrt(squares)) : 1;
+  const double mean = !p.with_image && p.noise == LicNoise::kSparse ? 1.0 / 24 : 0.5;
+  const bool colored = p.magnitude == LicMagnitude::kColor;
+  const Roi& window = call.out_spec.data_window;
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      const int px = x - window.x0, py = y - window.y0;
+      const Pixel::Result r = pixel.Convolve(px, py);
+      const std::array<double, 3> color = Color(scene.Share(px, py));
+      for (int c = 0; c < call.out.channels; ++c) {
+        double value = 0, tolerance = 0;
+        if (!r.masked && !p.with_image && c == (colored ? 3 : 1)) {
+          value = 1;
+        } else if (!r.masked) {
+          const size_t k = p.with_image ? static_cast<size_t>(c) : 0;
+          value = mean + contrast * (r.value[k] - mean), tolerance = contrast * r.tolerance[k];
+          if (contrast == 1) value = r.value[k];
+          if (colored) {
+            const double shade = color[static_cast<size_t>(c)];
+            value = shade * (0.25 + 1.5 * value), tolerance = 1.5 * shade * tolerance + 4e-6;
+          }
+        }
+        call.out.at(x, y, c) = value;
+        if (call.scale != nullptr) call.scale->at(x, y, c) = 0x1p24 * tolerance;
+      }
+    }
+  }
+}
+
+void EvaluateEqualize(const Call& call) {
+  const ImageD& in = call.in[0];
+  for (int c = 0; c < in.channels; ++c) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    const auto each = [&](const std::function<void(double)>& f) {
+      for (int y = in.roi.y0; y < in.roi.y1; ++y) {
+        for (int x = in.roi.x0; x < in.roi.x1; ++x) f(in.at(x, y, c));
+      }
+    };
+    each([&](double v) {
+      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    });
+    const auto number = [&](double v) {
+      if (!std::isfinite(v)) return v > 0 ? 65535L : 0L;
+      return high > low ? std::lround((v - low) / (high - low) * 65535) : 0L;
+    };
+    std::vector<double> count(65536);
+    double total = 0;
+    each([&](double v) {
+      if (!std::isnan(v)) count[static_cast<size_t>(number(v))] += 1, total += 1;
+    });
+    std::vector<double> below(65537);
+    for (size_t i = 0; i < 65536; ++i) below[i + 1] = below[i] + count[i];
+    for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+      for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+        const double v = in.at(x, y, c);
+        const bool same = c == call.out_spec.alpha || std::isnan(v);
+        const auto i = static_cast<size_t>(same ? 0 : number(v));
+        const auto before = i > 0 ? i - 1 : i, after = std::min<size_t>(i + 2, 65536);
+        call.out.at(x, y, c) = same ? v : (below[i] + 0.5 * count[i]) / total;
+        const double near = same ? 0 : (below[after] - below[before]) / total;
+        if (call.scale != nullptr) call.scale->at(x, y, c) = same ? 0x1p-126 : 0x1p24 * (near + 1e-6);
+      }
+    }
+  }
+}
+
+// All of every input.
+Roi Everything(const std::any&, int, const Roi&) {
+  return {INT_MIN / 2, INT_MIN / 2, INT_MAX / 2, INT_MAX / 2};
+}
+
+}  // namespace
+
+std::vector<Entry> FlowEntries() {
+  return {{"lic", EvaluateLic, Everything}, {"equalize", EvaluateEqualize, Everything}};
+}
+
+}  // namespace tessera::reference

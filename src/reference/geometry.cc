@@ -1,0 +1,353 @@
+// Reference of the geometry operations: the definition of every result pixel as one sum over source pixels.
+#include "tessera/ops/geometry.h"
+
+#include <algorithm>
+#include <any>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+
+namespace tessera::reference {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+struct Kernel {
+  double radius = 0;
+  bool radial = false;
+};
+
+Kernel KernelOf(const std::string& name) {
+  if (name == "box") return {0.5};
+  if (name == "disk") return {0.5, true};
+  if (name == "triangle" || name == "linear" || name == "sharp-gaussian") return {1};
+  if (name == "gaussian" || name == "blackman-harris") return {1.5};
+  if (name == "lanczos3" || name == "lanczos") return {3};
+  if (name == "radial-lanczos3") return {3, true};
+  return {2};
+}
+
+double SineOver(double x) {
+  if (x == 0) return 1;
+  if (x == std::floor(x)) return 0;
+  return std::sin(kPi * x) / (kPi * x);
+}
+
+double Polynomial(double x, double a3, double a2, double a1, double a0) { return a3 * x * x * x + a2 * x * x + a1 * x + a0; }
+
+// Reconstruction Filters in Computer Graphics, Mitchell and Netravali 1988, equation 8.
+double TwoParameterCubic(double x, double b, double c) {
+  if (x < 1) return Polynomial(x, 12 - 9 * b - 6 * c, -18 + 12 * b + 6 * c, 0, 6 - 2 * b) / 6;
+  return Polynomial(x, -b - 6 * c, 6 * b + 30 * c, -12 * b - 48 * c, 8 * b + 24 * c) / 6;
+}
+
+// Keys' cubic convolution with the slope a.
+double KeysCubic(double x, double a) {
+  if (x < 1) return Polynomial(x, a + 2, -(a + 3), 0, 1);
+  return Polynomial(x, a, -5 * a, 8 * a, -4 * a);
+}
+
+double Value(const std::string& name, double distance) {
+  const double x = std::fabs(distance), radius = KernelOf(name).radius;
+  if (name == "box") return x <= 0.5 ? 1 : 0;
+  if (x >= radius) return 0;
+  if (name == "disk") return 1;
+  if (name == "triangle" || name == "linear") return 1 - x;
+  if (name == "gaussian") return std::exp(-2 * (x / 1.5) * (x / 1.5));
+  if (name == "sharp-gaussian") return std::exp(-4 * x * x);
+  if (name == "blackman-harris") {
+    const double t = (x / 1.5 + 1) / 2;
+    return 0.35875 - 0.48829 * std::cos(2 * kPi * t) + 0.14128 * std::cos(4 * kPi * t) -
+           0.01168 * std::cos(6 * kPi * t);
+  }
+  if (name == "sinc") return SineOver(x);
+  if (name == "lanczos3" || name == "lanczos" || name == "radial-lanczos3") return SineOver(x) * SineOver(x / 3);
+  if (name == "mitchell") return TwoParameterCubic(x, 1.0 / 3, 1.0 / 3);
+  if (name == "bspline" || name == "b-spline") return TwoParameterCubic(x, 1, 0);
+  if (name == "cubic") return KeysCubic(x, 0);
+  if (name == "simon") return KeysCubic(x, -0.75);
+  if (name == "rifman") return KeysCubic(x, -1);
+  return KeysCubic(x, -0.5);  // keys, catmull-rom
+}
+
+// The pixel seen at an index beyond the image, false for black.
+bool Seen(Wrap wrap, int64_t low, int64_t high, int64_t* i) {
+  const int64_t n = high - low;
+  if (*i >= low && *i < high) return true;
+  if (wrap == Wrap::kBlack || n <= 0) return false;
+  if (wrap == Wrap::kClamp) {
+    *i = std::min(std::max(*i, low), high - 1);
+    return true;
+  }
+  const int64_t period = wrap == Wrap::kMirror ? 2 * n : n;
+  int64_t m = (*i - low) % period;
+  if (m < 0) m += period;
+  *i = low + (m < n ? m : 2 * n - 1 - m);
+  return true;
+}
+
+// What beyond the image counts as in the sum of weights.
+enum class Outside { kCounts, kLeftOut };
+
+// The image filtered at (x, y), positions of pixel indices; the filter is `wide` times as wide.
+struct Lookup {
+  const ImageD& image;
+  std::string filter;
+  Wrap wrap_x = Wrap::kClamp, wrap_y = Wrap::kClamp;
+  Outside outside = Outside::kCounts;
+  bool nearest_picks_one = false;  // a position between two pixels takes the right one
+
+  struct Tap {
+    int at;
+    double weight;
+  };
+  std::vector<Tap> Axis(double position, double wide, int64_t low, int64_t high, Wrap wrap) const {
+    std::vector<Tap> taps;
+    if (!(std::fabs(position) < 0x1p40)) return taps;
+    double sum = 0;
+    if (filter == "box" && nearest_picks_one && wide == 1) {
+      auto i = static_cast<int64_t>(std::floor(position + 0.5));
+      if (Seen(wrap, low, high, &i)) taps.push_back({static_cast<int>(i), 1});
+      return taps;
+    }
+    const double radius = KernelOf(filter).radius * wide;
+    for (auto i = static_cast<int64_t>(std::ceil(position - radius - 1e-9)); i <= position + radius + 1e-9; ++i) {
+      const double w = Value(filter, (static_cast<double>(i) - position) / wide);
+      int64_t at = i;
+      const bool seen = Seen(wrap, low, high, &at);
+      if (seen || outside == Outside::kCounts) sum += w;
+      if (seen && w != 0) taps.push_back({static_cast<int>(at), w});
+    }
+    if (sum == 0) return {};
+    for (Tap& t : taps) t.weight /= sum;
+    return taps;
+  }
+  // {value, scale} of a channel; the scale is the largest value under the filter times the sum of |weight|.
+  static std::pair<double, double> Sum(const ImageD& image, const std::vector<Tap>& x, const std::vector<Tap>& y, int c) {
+    double value = 0, weight = 0, largest = 0;
+    for (const Tap& row : y) {
+      for (const Tap& column : x) {
+        const double sample = image.at(column.at, row.at, c);
+        value += row.weight * column.weight * sample;
+        weight += std::fabs(row.weight * column.weight);
+        largest = std::max(largest, std::fabs(sample));
+      }
+    }
+    return {value, largest * weight};
+  }
+};
+
+void Put(const Call& call, int x, int y, int c, std::pair<double, double> sample) {
+  call.out.at(x, y, c) = sample.first;
+  if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(sample.second, kSmallestScale);
+}
+
+double Snapped(double position, double within) {
+  const double near = std::round(2 * position) / 2;  // a pixel's centre or edge
+  return std::fabs(position - near) < within ? near : position;
+}
+
+// One axis of a separable operation: result index i looks at position origin + (i + 1/2) step.
+struct Line {
+  double origin, step, wide;
+  double At(int i) const { return Snapped(origin + (i + 0.5) * step - 0.5, 0x1p-20); }
+};
+
+void EvaluateLines(const Call& call, const std::string& filter, const Line& lx, const Line& ly, Wrap wrap) {
+  const ImageD& in = call.in[0];
+  const Roi& w = call.in_specs[0].data_window;
+  const Lookup look{in, filter, wrap, wrap};
+  std::vector<std::vector<Lookup::Tap>> columns;
+  for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+    columns.push_back(look.Axis(lx.At(x), lx.wide, w.x0, w.x1, wrap));
+  }
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    const auto rows = look.Axis(ly.At(y), ly.wide, w.y0, w.y1, wrap);
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      for (int c = 0; c < call.out.channels; ++c) {
+        Put(call, x, y, c, Lookup::Sum(in, columns[static_cast<size_t>(x - call.out.roi.x0)], rows, c));
+      }
+    }
+  }
+}
+
+// The same with a filter of the distance in the plane.
+void EvaluateRadial(const Call& call, const std::string& filter, const Line& lx, const Line& ly) {
+  const ImageD& in = call.in[0];
+  const Roi& w = call.in_specs[0].data_window;
+  const double rx = KernelOf(filter).radius * lx.wide, ry = KernelOf(filter).radius * ly.wide;
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      const double px = lx.origin + (x + 0.5) * lx.step - 0.5, py = ly.origin + (y + 0.5) * ly.step - 0.5;
+      for (int c = 0; c < call.out.channels; ++c) {
+        double value = 0, sum = 0, largest = 0, absolute = 0;
+        for (auto j = static_cast<int64_t>(std::ceil(py - ry)); j <= py + ry; ++j) {
+          for (auto i = static_cast<int64_t>(std::ceil(px - rx)); i <= px + rx; ++i) {
+            const double dx = (static_cast<double>(i) - px) / lx.wide, dy = (static_cast<double>(j) - py) / ly.wide;
+            const double weight = Value(filter, std::sqrt(dx * dx + dy * dy));
+            if (weight == 0) continue;
+            int64_t ix = i, iy = j;
+            Seen(Wrap::kClamp, w.x0, w.x1, &ix);
+            Seen(Wrap::kClamp, w.y0, w.y1, &iy);
+            const double sample = in.at(static_cast<int>(ix), static_cast<int>(iy), c);
+            value += weight * sample, sum += weight;
+            absolute += std::fabs(weight), largest = std::max(largest, std::fabs(sample));
+          }
+        }
+        Put(call, x, y, c, sum == 0 ? std::pair(0.0, 0.0) : std::pair(value / sum, largest * absolute / std::fabs(sum)));
+      }
+    }
+  }
+}
+
+void EvaluateResize(const Call& call) {
+  const auto& p = std::any_cast<const ResizeParams&>(call.parameters);
+  const ImageSpec& in = call.in_specs[0];
+  const Roi from = in.display_window.empty() ? in.data_window : in.display_window;
+  std::string filter = p.filter;
+  const bool grows = p.width > from.width() || p.height > from.height();
+  if (filter.empty()) filter = grows ? "blackman-harris" : "lanczos3";
+  if (p.width == from.width() && p.height == from.height()) filter = "box";
+  const double sx = static_cast<double>(from.width()) / p.width, sy = static_cast<double>(from.height()) / p.height;
+  const Line lx{from.x0 - p.x * sx, sx, std::max(1.0, sx)}, ly{from.y0 - p.y * sy, sy, std::max(1.0, sy)};
+  if (KernelOf(filter).radial) {
+    EvaluateRadial(call, filter, lx, ly);
+  } else {
+    EvaluateLines(call, filter, lx, ly, Wrap::kClamp);
+  }
+}
+
+void EvaluateShift(const Call& call) {
+  const auto& p = std::any_cast<const ShiftParams&>(call.parameters);
+  const bool whole = p.x == std::floor(p.x) && p.y == std::floor(p.y);
+  EvaluateLines(call, whole ? "box" : p.filter, {-p.x, 1, 1}, {-p.y, 1, 1}, p.wrap);
+}
+
+void EvaluateMip(const Call& call) {
+  const auto& p = std::any_cast<const MipParams&>(call.parameters);
+  const ImageSpec& in = call.in_specs[0];
+  const Roi& w = in.data_window;
+  for (double& v : call.out.samples) v = 0;
+  if (call.scale != nullptr) std::fill(call.scale->samples.begin(), call.scale->samples.end(), kSmallestScale);
+  const int first = p.level < 0 ? 0 : p.level, last = p.level < 0 ? MipLevelCount(in) - 1 : p.level;
+  for (int level = first; level <= last; ++level) {
+    const Roi window = p.level < 0 ? MipLevelWindow(in, level) : call.out_spec.data_window;
+    const Roi part = Intersection(window, call.out.roi);
+    if (part.empty()) continue;
+    const double sx = static_cast<double>(w.width()) / window.width(), sy = static_cast<double>(w.height()) / window.height();
+    ImageD value(part, call.out.channels), scale(part, call.out.channels);
+    const Call one{call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, value, &scale};
+    EvaluateLines(one, level == 0 ? "box" : p.filter, {w.x0 - window.x0 * sx, sx, sx}, {w.y0 - window.y0 * sy, sy, sy}, p.wrap);
+    for (int y = part.y0; y < part.y1; ++y) {
+      for (int x = part.x0; x < part.x1; ++x) {
+        for (int c = 0; c < call.out.channels; ++c) Put(call, x, y, c, {value.at(x, y, c), scale.at(x, y, c)});
+      }
+    }
+  }
+}
+
+void EvaluateZoom(const Call& call) {
+  const auto& p = std::any_cast<const ZoomParams&>(call.parameters);
+  const Roi &w = call.in_specs[0].data_window, &d = call.in_specs[0].display_window;
+  const auto source = [](double factor, int i, int origin, int low, int high) {
+    const int at = origin + static_cast<int>(std::floor((i + 0.5 - origin) / factor));
+    return std::min(std::max(at, low), high - 1);
+  };
+  ForEachSample(call, [&](int x, int y, int c) {
+    return Rounded(call.in[0].at(source(p.x, x, d.x0, w.x0, w.x1), source(p.y, y, d.y0, w.y0, w.y1), c));
+  });
+}
+
+// One result pixel of a warp.
+void PutLookup(const Call& call, const Lookup& look, int x, int y, double px, double py, double wide_x, double wide_y) {
+  const Roi& w = call.in_specs[0].data_window;
+  // A reduction takes in at most 65,536 pixels per axis.
+  const double widest = 32768 / KernelOf(look.filter).radius;
+  wide_x = std::min(wide_x, widest), wide_y = std::min(wide_y, widest);
+  const auto columns = look.Axis(Snapped(px, 0x1p-17), wide_x, w.x0, w.x1, look.wrap_x);
+  const auto rows = look.Axis(Snapped(py, 0x1p-17), wide_y, w.y0, w.y1, look.wrap_y);
+  for (int c = 0; c < call.out.channels; ++c) Put(call, x, y, c, Lookup::Sum(look.image, columns, rows, c));
+}
+
+// Solves (x, y, 1) M = q (X, Y, 1) for x and y by Cramer's rule; false where the projector does not see.
+struct Projector {
+  std::vector<long double> m;
+  long double sign;
+
+  Projector(const std::vector<double>& matrix, const Roi& frame) : m(matrix.begin(), matrix.end()) {
+    const long double cx = 0.5L * (0.0L + frame.x0 + frame.x1), cy = 0.5L * (0.0L + frame.y0 + frame.y1);
+    sign = cx * m[2] + cy * m[5] + m[8] < 0 ? -1 : 1;
+  }
+  // x (m0 - X m2) + y (m3 - X m5) = X m8 - m6 and the same with Y; the derivatives of both by X and by Y.
+  bool Source(long double big_x, long double big_y, double at[2], double wide[2]) const {
+    const long double a = m[0] - big_x * m[2], b = m[3] - big_x * m[5], e = big_x * m[8] - m[6];
+    const long double c = m[1] - big_y * m[2], d = m[4] - big_y * m[5], f = big_y * m[8] - m[7];
+    const long double det = a * d - b * c;
+    const long double x = (e * d - b * f) / det, y = (a * f - e * c) / det, q = x * m[2] + y * m[5] + m[8];
+    at[0] = static_cast<double>(x), at[1] = static_cast<double>(y);
+    wide[0] = std::max(1.0, static_cast<double>(std::max(std::fabs(d * q / det), std::fabs(b * q / det))));
+    wide[1] = std::max(1.0, static_cast<double>(std::max(std::fabs(c * q / det), std::fabs(a * q / det))));
+    return q * sign > 0;
+  }
+};
+
+void EvaluateWarp(const Call& call) {
+  const auto& p = std::any_cast<const WarpParams&>(call.parameters);
+  const Projector projector(p.matrix, call.in_specs[0].display_window);
+  const Lookup look{call.in[0], p.filter.empty() ? "lanczos3" : p.filter, p.wrap, p.wrap, Outside::kCounts, true};
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      double at[2], wide[2];
+      if (!projector.Source(x + 0.5L, y + 0.5L, at, wide)) at[0] = at[1] = INFINITY;
+      PutLookup(call, look, x, y, at[0] - 0.5, at[1] - 0.5, wide[0], wide[1]);
+    }
+  }
+}
+
+void EvaluateStWarp(const Call& call) {
+  const auto& p = std::any_cast<const StWarpParams&>(call.parameters);
+  const Roi& d = call.in_specs[0].display_window;
+  const Lookup look{call.in[0], p.filter.empty() ? "lanczos3" : p.filter, p.wrap_s, p.wrap_t, Outside::kLeftOut, true};
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      double s = call.in[1].at(x, y, p.channel_s), t = call.in[1].at(x, y, p.channel_t);
+      if (p.flip_s) s = 1 - s;
+      if (p.flip_t) t = 1 - t;
+      PutLookup(call, look, x, y, d.x0 + s * d.width() - 0.5, d.y0 + t * d.height() - 0.5, 1, 1);
+    }
+  }
+}
+
+void EvaluateDistort(const Call& call) {
+  const auto& p = std::any_cast<const DistortParams&>(call.parameters);
+  const Lookup look{call.in[0], p.filter.empty() ? "triangle" : p.filter, p.wrap, p.wrap, Outside::kCounts, true};
+  const int last = call.in[1].channels - 1;
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      const double dx = call.in[1].at(x, y, p.channel_x), dy = call.in[1].at(x, y, std::min(p.channel_y, last));
+      PutLookup(call, look, x, y, x + p.amount * (dx - p.centre), y + p.amount * (dy - p.centre), 1, 1);
+    }
+  }
+}
+
+constexpr Roi kEverything{INT32_MIN / 2, INT32_MIN / 2, INT32_MAX / 2, INT32_MAX / 2};
+Roi AllOf(const std::any&, int, const Roi&) { return kEverything; }
+Roi AllOfTheFirst(const std::any&, int input, const Roi& out) { return input == 0 ? kEverything : out; }
+
+}  // namespace
+
+std::vector<Entry> GeometryEntries() {
+  return {
+      {"resize", EvaluateResize, AllOf, 1}, {"shift", EvaluateShift, AllOf, 1},
+      {"mip", EvaluateMip, AllOf, 1},       {"zoom", EvaluateZoom, AllOf, 1},
+      {"warp", EvaluateWarp, AllOf, 1},     {"st_warp", EvaluateStWarp, AllOfTheFirst, 1},
+      {"distort", EvaluateDistort, AllOfTheFirst, 1},
+  };
+}
+
+}  // namespace tessera::reference

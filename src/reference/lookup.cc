@@ -1,0 +1,397 @@
+// Reference of the lookups: coordinate images through tables, colours through a 3-D table, channels through
+// 1-D tables.
+#include "tessera/ops/lookup.h"
+
+#include <algorithm>
+#include <any>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/lookup_params.h"
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+
+namespace tessera::reference {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Tap {
+  int64_t entry;  // -1: the border colour
+  double weight;
+};
+
+// A table as a function of entry and channel, without an idea of where it is stored.
+struct Source {
+  std::vector<int> sizes;
+  int channels = 1;
+  bool ends = false;
+  std::function<double(int64_t entry, int channel)> read;
+};
+
+TableWrap WrapOf(const LookupParams& p, size_t axis) {
+  return p.wrap.empty() ? TableWrap::kClampEdge : p.wrap[std::min(axis, p.wrap.size() - 1)];
+}
+
+// Walks an index into the table, one period or reflection at a time where there is one.
+int64_t Wrapped(int64_t i, int64_t n, TableWrap wrap, bool ends) {
+  if (wrap == TableWrap::kClamp || wrap == TableWrap::kBorder) return i < 0 || i >= n ? -1 : i;
+  if (wrap == TableWrap::kClampEdge || n == 1) return std::clamp<int64_t>(i, 0, n - 1);
+  // Entry n - 1 of a period's ends is entry 0 of the next one.
+  if (wrap == TableWrap::kRepeat && ends && i >= n) i -= (i / (n - 1)) * (n - 1);
+  while (i < 0 || i >= n) {
+    if (wrap == TableWrap::kRepeat) {
+      i += (i < 0 ? 1 : -1) * (ends ? n - 1 : n);
+    } else if (i < 0) {
+      i = ends ? -i : -1 - i;
+    } else {
+      i = ends ? 2 * (n - 1) - i : 2 * n - 1 - i;
+    }
+  }
+  return i;
+}
+
+// The kernel k(x) of spec/lookup-tables.md.
+double Kernel(CubicKernel kernel, double x) {
+  const double b = kernel == CubicKernel::kMitchell ? 1.0 / 3 : kernel == CubicKernel::kBSpline ? 1 : 0;
+  const double c = kernel == CubicKernel::kMitchell ? 1.0 / 3 : kernel == CubicKernel::kBSpline ? 0 : 0.5;
+  x = std::fabs(x);
+  if (x >= 2) return 0;
+  if (x < 1) return ((12 - 9 * b - 6 * c) * x * x * x + (-18 + 12 * b + 6 * c) * x * x + (6 - 2 * b)) / 6;
+  return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + (8 * b + 24 * c)) /
+         6;
+}
+
+// The coordinate inside the wrap's period, in float as the contract says; nothing when it is not a number.
+std::optional<double> Reduced(double coordinate, TableWrap wrap) {
+  const auto s = static_cast<float>(coordinate);
+  float r = s;
+  if (wrap == TableWrap::kRepeat) r = s - std::floor(s);
+  if (wrap == TableWrap::kMirror) {
+    r = static_cast<float>(s - 2.0 * std::floor(s / 2.0));
+    if (r > 1) r = 2 - r;
+  }
+  if (std::isnan(r)) return std::nullopt;
+  // Far outside is as good as just outside.
+  const float reach = wrap == TableWrap::kClamp ? 0.0f : 4.0f;
+  return std::clamp(r, -reach, 1 + reach);
+}
+
+struct Place {
+  int64_t first = 0;
+  double fraction = 0;
+};
+// Where a reduced coordinate lies between entries; what is within the coordinate's own rounding of an entry
+// is there.
+Place PlaceOf(double s, int n, bool ends) {
+  const double scaled = ends ? s * (n - 1) : s * n;
+  double v = ends ? scaled : scaled - 0.5;
+  const double entry = std::nearbyint(v), rounding = static_cast<float>(std::fabs(scaled)) / 0x1p24;
+  if (std::fabs(static_cast<float>(v - entry)) <= rounding) v = entry;
+  const double below = std::floor(v);
+  return {static_cast<int64_t>(below), v - below};
+}
+
+std::vector<Tap> AxisTaps(double s, int n, bool ends, TableWrap wrap, const LookupParams& p) {
+  std::vector<Tap> taps;
+  if (p.filter == TableFilter::kNearest) {
+    auto i = static_cast<int64_t>(std::floor(ends ? s * (n - 1) + 0.5 : s * n));
+    if (wrap == TableWrap::kClamp) i = std::clamp<int64_t>(i, 0, n - 1);
+    return {{Wrapped(i, n, wrap, ends), 1}};
+  }
+  const Place at = PlaceOf(s, n, ends);
+  const bool cubic = p.filter == TableFilter::kCubic;
+  for (int64_t k = cubic ? -1 : 0; k <= (cubic ? 2 : 1); ++k) {
+    const double distance = std::fabs(static_cast<double>(k) - at.fraction);
+    const double weight = cubic ? Kernel(p.cubic, distance) : 1 - distance;
+    if (weight != 0) taps.push_back({Wrapped(at.first + k, n, wrap, ends), weight});
+  }
+  return taps;
+}
+
+struct Found {
+  std::vector<double> value;
+  std::vector<double> largest;  // magnitude among the entries read
+};
+
+class Gather {
+ public:
+  Gather(const Source& table, const LookupParams& p) : table_(table), p_(p) {
+    found_.value.assign(static_cast<size_t>(table.channels), 0);
+    found_.largest = found_.value;
+  }
+  double Border(int c) const {
+    return static_cast<size_t>(c) < p_.border.size() ? static_cast<float>(p_.border[static_cast<size_t>(c)])
+                                                     : 0;
+  }
+  // Adds the entry with these indices, -1 for any that lies outside.
+  void Add(const std::vector<int64_t>& index, double weight) {
+    if (weight == 0) return;
+    int64_t entry = 0;
+    for (size_t a = index.size(); a-- > 0;) {
+      entry = entry < 0 || index[a] < 0 ? -1 : entry * table_.sizes[a] + index[a];
+    }
+    for (int c = 0; c < table_.channels; ++c) {
+      const double v = entry < 0 ? Border(c) : table_.read(entry, c);
+      found_.value[static_cast<size_t>(c)] += weight * v;
+      found_.largest[static_cast<size_t>(c)] = std::max(found_.largest[static_cast<size_t>(c)], std::fabs(v));
+    }
+  }
+  // The product of every axis' taps.
+  void AddAll(const std::vector<std::vector<Tap>>& taps, std::vector<int64_t>& index, double weight) {
+    const size_t axis = index.size();
+    if (axis == taps.size()) return Add(index, weight);
+    for (const Tap& tap : taps[axis]) {
+      index.push_back(tap.entry);
+      AddAll(taps, index, weight * tap.weight);
+      index.pop_back();
+    }
+  }
+  const Found& found() const { return found_; }
+
+ private:
+  const Source& table_;
+  const LookupParams& p_;
+  Found found_;
+};
+
+Found LookUp(const Source& table, const LookupParams& p, const std::vector<double>& coords) {
+  Gather gather(table, p);
+  std::vector<double> reduced;
+  for (size_t a = 0; a < table.sizes.size(); ++a) {
+    const std::optional<double> s = Reduced(coords[a], WrapOf(p, a));
+    if (!s) {
+      Found none;
+      for (int c = 0; c < table.channels; ++c) {
+        none.value.push_back(p.propagate_nan && !p.projective ? kNaN : gather.Border(c));
+        none.largest.push_back(std::fabs(gather.Border(c)));
+      }
+      return none;
+    }
+    reduced.push_back(*s);
+  }
+  const size_t dims = reduced.size();
+  if (p.filter == TableFilter::kTetrahedral) {
+    // The vertices of the simplex: for each distinct fraction t, the corner that has stepped along every axis
+    // whose fraction is at least t; its weight is the gap down to the next fraction.
+    std::vector<Place> places;
+    std::vector<double> levels = {1, 0};
+    for (size_t a = 0; a < dims; ++a) {
+      places.push_back(PlaceOf(reduced[a], table.sizes[a], table.ends));
+      levels.push_back(places.back().fraction);
+    }
+    std::sort(levels.begin(), levels.end(), std::greater<>());
+    for (size_t k = 0; k + 1 < levels.size(); ++k) {
+      const double middle = 0.5 * (levels[k] + levels[k + 1]);
+      std::vector<int64_t> index;
+      for (size_t a = 0; a < dims; ++a) {
+        const int64_t i = places[a].first + (places[a].fraction > middle ? 1 : 0);
+        index.push_back(Wrapped(i, table.sizes[a], WrapOf(p, a), table.ends));
+      }
+      gather.Add(index, levels[k] - levels[k + 1]);
+    }
+    return gather.found();
+  }
+  std::vector<std::vector<Tap>> taps;
+  for (size_t a = 0; a < dims; ++a)
+    taps.push_back(AxisTaps(reduced[a], table.sizes[a], table.ends, WrapOf(p, a), p));
+  std::vector<int64_t> index;
+  gather.AddAll(taps, index, 1);
+  return gather.found();
+}
+
+Source SourceOf(const Table& table) {
+  return {table.sizes(), table.channels(), table.align() == TableAlign::kEnds,
+          [&table](int64_t entry, int c) { return double{table.At(entry, c)}; }};
+}
+
+Source SourceOf(const ImageD& image, const TableLayout& layout) {
+  Source source;
+  source.channels = image.channels;
+  source.ends = layout.align == TableAlign::kEnds;
+  const int width = image.roi.width();
+  int slices = 1;
+  for (const int n : layout.slices) slices *= n;
+  source.sizes = {width};
+  const bool row = layout.dims == 1 || (layout.dims == 0 && layout.slices.empty() && image.roi.height() == 1);
+  if (!row) {
+    source.sizes.push_back(image.roi.height() / slices);
+    source.sizes.insert(source.sizes.end(), layout.slices.begin(), layout.slices.end());
+  }
+  source.read = [&image](int64_t entry, int c) {
+    return image.samples[static_cast<size_t>(entry * image.channels + c)];
+  };
+  return source;
+}
+
+// Errors of a cubic sum are three times as large: the operation's bound is stated for the others.
+double ScaleOf(const LookupParams& p) { return p.filter == TableFilter::kCubic ? 3 : 1; }
+
+class LookupEvaluation {
+ public:
+  LookupEvaluation(const Call& call, const base::LookupSettings& settings)
+      : call_(call), p_(settings.lookup) {
+    if (settings.table.empty() && call.in[1].roi.empty()) return;
+    levels_.push_back(settings.table.empty() ? SourceOf(call.in[1], settings.layout)
+                                             : SourceOf(settings.table));
+    if (p_.filter == TableFilter::kMipmap) BuildLevels(settings);
+    axes_ = p_.axes;
+    const size_t needed = levels_[0].sizes.size() + (p_.projective ? 1 : 0);
+    for (int a = 0; axes_.size() < needed; ++a) axes_.push_back(a);
+  }
+
+  void Run() const {
+    ImageD& out = call_.out;
+    if (levels_.empty()) return;
+    for (int y = out.roi.y0; y < out.roi.y1; ++y) {
+      for (int x = out.roi.x0; x < out.roi.x1; ++x) Pixel(x, y);
+    }
+  }
+
+ private:
+  void BuildLevels(const base::LookupSettings& settings) {
+    Table first = settings.table;
+    if (first.empty()) {
+      const Source& s = levels_[0];
+      const std::vector<float> samples(call_.in[1].samples.begin(), call_.in[1].samples.end());
+      first = Table(s.sizes, s.channels, samples, settings.layout.align);
+    }
+    tables_ = MipChain(first, MipFilter::kBox, p_.wrap, p_.border);
+    levels_.clear();
+    for (const Table& table : tables_) levels_.push_back(SourceOf(table));
+  }
+
+  double Raw(int x, int y, int channel) const { return call_.in[0].at(x, y, channel); }
+  std::vector<double> Coordinates(int x, int y) const {
+    std::vector<double> coords;
+    const size_t dims = levels_[0].sizes.size();
+    for (size_t a = 0; a < dims; ++a) coords.push_back(Raw(x, y, axes_[a]));
+    if (p_.projective) {
+      const auto q = static_cast<float>(Raw(x, y, axes_[dims]));
+      for (double& s : coords) {
+        s = q >= std::numeric_limits<float>::min() ? static_cast<float>(s) / q : kNaN;
+      }
+    }
+    return coords;
+  }
+
+  // log2 of the longer of the steps along x and y, each the shorter one of both sides.
+  double Level(int x, int y) const {
+    const std::vector<double> here = Coordinates(x, y);
+    const Roi& window = call_.in_specs[0].data_window;
+    const Source& table = levels_[0];
+    double longest = 0;
+    for (const bool along_x : {true, false}) {
+      std::optional<double> step;
+      for (const int side : {-1, 1}) {
+        const int nx = along_x ? x + side : x, ny = along_x ? y : y + side;
+        if (!window.Contains({nx, ny, nx + 1, ny + 1})) continue;
+        const std::vector<double> there = Coordinates(nx, ny);
+        double squares = 0;
+        for (size_t a = 0; a < here.size(); ++a) {
+          const double d = (there[a] - here[a]) * (table.ends ? table.sizes[a] - 1 : table.sizes[a]);
+          squares += d * d;
+        }
+        if (std::isfinite(squares)) step = std::min(step.value_or(squares), squares);
+      }
+      longest = std::max(longest, step.value_or(0));
+    }
+    return longest > 1 ? std::min(0.5 * std::log2(longest), static_cast<double>(levels_.size() - 1)) : 0;
+  }
+
+  void Pixel(int x, int y) const {
+    ImageD& out = call_.out;
+    Found found;
+    const double mask = p_.mask >= 0 ? Raw(x, y, p_.mask) : 1;
+    if (mask == 0 || std::isnan(mask)) {
+      for (int c = 0; c < out.channels; ++c) {
+        found.value.push_back(c < call_.in[0].channels ? Raw(x, y, c) : 0);
+        found.largest.push_back(0);
+      }
+    } else if (p_.filter == TableFilter::kMipmap) {
+      const double level = Level(x, y), lower = std::floor(level), t = level - lower;
+      const auto l = static_cast<size_t>(lower);
+      found = LookUp(levels_[l], p_, Coordinates(x, y));
+      if (t > 0) {
+        const Found upper = LookUp(levels_[l + 1], p_, Coordinates(x, y));
+        for (size_t c = 0; c < found.value.size(); ++c) {
+          found.value[c] = (1 - t) * found.value[c] + t * upper.value[c];
+        }
+      }
+      // The level itself is a float.
+      for (double& v : found.largest) v *= 32;
+    } else {
+      found = LookUp(levels_[0], p_, Coordinates(x, y));
+    }
+    for (int c = 0; c < out.channels; ++c) {
+      out.at(x, y, c) = found.value[static_cast<size_t>(c)];
+      if (call_.scale != nullptr) {
+        call_.scale->at(x, y, c) =
+            std::max(ScaleOf(p_) * found.largest[static_cast<size_t>(c)], kSmallestScale);
+      }
+    }
+  }
+
+  const Call& call_;
+  const LookupParams& p_;
+  std::vector<Source> levels_;
+  std::vector<Table> tables_;
+  std::vector<int> axes_;
+};
+
+void EvaluateLookup(const Call& call) {
+  LookupEvaluation(call, std::any_cast<const base::LookupSettings&>(call.parameters)).Run();
+}
+Roi LookupInput(const std::any& parameters, int input, const Roi& out) {
+  if (input == 1) return {-(1 << 30), -(1 << 30), 1 << 30, 1 << 30};
+  const auto& settings = std::any_cast<const base::LookupSettings&>(parameters);
+  return settings.lookup.filter == TableFilter::kMipmap ? Inflate(out, 1, 1) : out;
+}
+
+// Into [0,1], NaN to 0.
+double Unit(double v) { return v > 0 ? std::min(v, 1.0) : 0.0; }
+
+void EvaluateTable3D(const Call& call) {
+  const auto& settings = std::any_cast<const base::Table3DSettings&>(call.parameters);
+  const Source table = SourceOf(settings.table);
+  const Roi& r = call.out.roi;
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x) {
+      const ImageD& in = call.in[0];
+      const Found found =
+          LookUp(table, settings.lookup, {Unit(in.at(x, y, 0)), Unit(in.at(x, y, 1)), Unit(in.at(x, y, 2))});
+      for (int c = 0; c < call.out.channels; ++c) {
+        const auto k = static_cast<size_t>(c);
+        call.out.at(x, y, c) = c < 3 ? found.value[k] : in.at(x, y, c);
+        if (call.scale == nullptr) continue;
+        call.scale->at(x, y, c) =
+            c < 3 ? std::max(ScaleOf(settings.lookup) * found.largest[k], kSmallestScale) : 0;
+      }
+    }
+  }
+}
+
+void EvaluateTables1D(const Call& call) {
+  const auto& settings = std::any_cast<const base::Tables1DSettings&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double v = call.in[0].at(x, y, c);
+    const auto k = static_cast<size_t>(c);
+    if (k >= settings.tables.size() || settings.tables[k].empty()) return std::pair(v, 0.0);
+    const Found found = LookUp(SourceOf(settings.tables[k]), settings.lookup, {Unit(v)});
+    return std::pair(found.value[0],
+                     (settings.lookup.filter == TableFilter::kCubic ? 4 : 1) * found.largest[0]);
+  });
+}
+
+}  // namespace
+
+std::vector<Entry> LookupEntries() {
+  return {{"lookup", EvaluateLookup, LookupInput}, {"table3d", EvaluateTable3D}, {"table", EvaluateTables1D}};
+}
+
+}  // namespace tessera::reference

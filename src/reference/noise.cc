@@ -1,0 +1,279 @@
+// Reference of the noise operations: exact positions in quadruple precision, sums of octaves in double.
+#include "tessera/ops/noise.h"
+
+#include <algorithm>
+#include <any>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "reference/noise_lattice.h"
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+
+namespace tessera::reference {
+namespace {
+
+#ifdef __SIZEOF_FLOAT128__
+using Wide = __float128;
+#else
+using Wide = long double;
+#endif
+
+constexpr double kTwo32 = 4294967296.0;
+
+uint32_t Scramble(uint32_t h) {
+  h = (h ^ (h >> 16)) * 0x21f0aaadu;
+  h = (h ^ (h >> 15)) * 0xd35a2d97u;
+  return h ^ (h >> 15);
+}
+uint32_t OctaveSeed(uint32_t seed, int octave, int channel) {
+  return Scramble(Scramble(seed + 0x9e3779b9u * static_cast<uint32_t>(channel)) +
+                  0x85ebca6bu * static_cast<uint32_t>(octave));
+}
+
+Wide Floor(Wide v) {
+  constexpr double kWhole = 0x1p112;  // beyond, every number is whole
+  if (!(v < kWhole && v > -kWhole)) return v;
+  const Wide whole = static_cast<Wide>(static_cast<__int128>(v));
+  return whole > v ? whole - 1 : whole;
+}
+Wide Modulo(Wide v, Wide m) { return v - Floor(v / m) * m; }
+
+// Where noise is evaluated: coordinates before offsets and octaves.
+struct Query {
+  std::array<Wide, 4> position = {};
+  int channel = 0;
+};
+
+double MeanSize(const NoiseParams& p) {
+  const auto d = static_cast<size_t>(p.dims);
+  switch (p.kind) {
+    case NoiseKind::kWhite:
+      return 0.5;
+    case NoiseKind::kValue:
+      return std::array{0.0, 0.443, 0.377, 0.330, 0.294}[d];
+    case NoiseKind::kGradient:
+      return std::array{0.0, 0.23, 0.255, 0.2094, 0.178}[d];
+    case NoiseKind::kSimplex:
+      return std::array{0.0, 0.0, 0.467, 0.314, 0.2225}[d];
+    case NoiseKind::kCell:
+      return std::array{0.0, 0.29, 0.43, 0.52, 0.59}[d];
+    default:
+      return 0.25;
+  }
+}
+
+NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step);
+
+// The displacement of a domain warp along an axis.
+double Warp(const NoiseParams& p, const Query& q, bool on_grid, double step, int axis) {
+  NoiseParams inner = p;
+  inner.warp = 0;
+  inner.octaves = 1;
+  inner.weights.clear();
+  inner.kind = NoiseKind::kGradient;
+  inner.lattice = NoiseLattice::kTessera;
+  inner.fade = NoiseFade::kQuintic;
+  inner.sum = NoiseSum::kFbm;
+  inner.output = NoiseOutput::kValue;
+  inner.is_signed = true;
+  inner.antialias = false;
+  inner.bias = inner.contrast = 0.5;
+  inner.seed = OctaveSeed(p.seed, 1000 + axis, 0);
+  return Sum(inner, {q.position, 0}, on_grid, step).value;
+}
+
+double Bend(double t, double bias, double contrast) {
+  t = std::clamp(t, 0.0, 1.0);
+  if (bias != 0.5) t = std::pow(t, std::log(bias) / std::log(0.5));
+  if (contrast == 0.5) return t;
+  const double exponent = std::log(1 - contrast) / std::log(0.5);
+  return t < 0.5 ? std::pow(2 * t, exponent) / 2 : 1 - std::pow(2 - 2 * t, exponent) / 2;
+}
+
+NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) {
+  const bool published = p.lattice != NoiseLattice::kTessera;
+  const bool color = p.output == NoiseOutput::kColor;
+  const bool both_signs =
+      p.kind != NoiseKind::kCell && (p.sum == NoiseSum::kFbm || p.sum == NoiseSum::kBillow);
+  const bool halved = !p.is_signed && both_signs;
+  std::array<double, 4> displacement = {};
+  for (int a = 0; a < p.dims && p.warp != 0; ++a) {
+    displacement[static_cast<size_t>(a)] = p.warp * Warp(p, q, on_grid, step, a);
+  }
+  NoiseValue sum;
+  sum.scale = 0;
+  double scale = 1, weight = 1;
+  for (int k = 0; k < p.octaves; ++k) {
+    double w = p.weights.empty()                           ? weight
+               : static_cast<size_t>(k) < p.weights.size() ? p.weights[static_cast<size_t>(k)]
+                                                           : 0;
+    const auto shaped = [&](double n) {
+      switch (p.sum) {
+        case NoiseSum::kFbm:
+          return n;
+        case NoiseSum::kTurbulence:
+          return std::fabs(n);
+        case NoiseSum::kBillow:
+          return 2 * std::fabs(n) - 1;
+        default:
+          return (1 - std::fabs(n)) * (1 - std::fabs(n));
+      }
+    };
+    sum.scale += std::fabs(w);
+    if (p.antialias && on_grid && p.kind != NoiseKind::kWhite) {
+      const double share = std::clamp(2 - 2 * step * std::max(p.aspect, 1.0) * scale, 0.0, 1.0),
+                   size = MeanSize(p);
+      const bool zero_mean = p.sum == NoiseSum::kFbm && p.kind != NoiseKind::kCell;
+      sum.value += w * (1 - share) * (zero_mean ? 0 : shaped(size));
+      w *= share;
+    }
+    const uint32_t seed = OctaveSeed(p.seed, k, published ? 0 : color ? q.channel : 0);
+    NoisePlace place;
+    std::array<uint32_t, 4> period = {};
+    for (size_t a = 0; a < static_cast<size_t>(p.dims); ++a) {
+      double offset = p.offset[a];
+      if (published && p.seed != 0)
+        offset += Scramble(p.seed + 0x9e3779b9u * static_cast<uint32_t>(a)) & 0xffff;
+      Wide base = q.position[a] + offset;
+      double octave_period = p.period[a] * scale;
+      if (p.period[a] > 0) base = Modulo(base, p.period[a]);
+      if (octave_period >= kTwo32) octave_period = 0;
+      const double shift = k > 0 && !published ? OctaveSeed(seed, static_cast<int>(a), 1) / kTwo32 : 0;
+      const Wide position = (base + displacement[a]) * scale + shift;
+      const Wide whole = Floor(position);
+      place.fraction[a] = static_cast<double>(position - whole);
+      place.cell[a] = static_cast<uint32_t>(
+          static_cast<double>(Modulo(whole, octave_period > 0 ? octave_period : kTwo32)));
+      period[a] = static_cast<uint32_t>(octave_period);
+    }
+    const int channel = p.lattice == NoiseLattice::kOsl && color ? q.channel : -1;
+    if (w != 0) {
+      const NoiseValue n = EvaluateNoise(p, seed, period, channel, place);
+      sum.value += w * shaped(n.value);
+      const double shape_slope = p.sum == NoiseSum::kFbm || p.sum == NoiseSum::kTurbulence ? 1 : 2;
+      sum.scale += std::fabs(w) * (n.scale - 1) * shape_slope;
+      sum.scale += std::fabs(w) * (shape_slope - 1 + 4 * std::fabs(p.warp) * scale);
+      const double sign = n.value > 0 ? 1 : n.value < 0 ? -1 : 0;
+      const double factor = p.sum == NoiseSum::kFbm          ? 1
+                            : p.sum == NoiseSum::kTurbulence ? sign
+                            : p.sum == NoiseSum::kBillow     ? 2 * sign
+                                                             : -2 * sign * (1 - std::fabs(n.value));
+      for (size_t a = 0; a < 4; ++a) sum.slope[a] += w * scale * factor * n.slope[a];
+    }
+    scale *= p.lacunarity;
+    weight *= p.gain;
+  }
+  if (halved) {
+    sum.value = 0.5 + 0.5 * sum.value;
+    for (double& slope : sum.slope) slope *= 0.5;
+  }
+  if (p.output != NoiseOutput::kGradient && (p.bias != 0.5 || p.contrast != 0.5)) {
+    sum.value = p.is_signed ? 2 * Bend(0.5 + 0.5 * sum.value, p.bias, p.contrast) - 1
+                            : Bend(sum.value, p.bias, p.contrast);
+    sum.scale = 8 * (sum.scale + 1);
+  }
+  return sum;
+}
+
+// value or slope of the channel of a result, with its error's scale.
+std::pair<double, double> Channel(const NoiseParams& p, const NoiseValue& n, int c, int alpha) {
+  // 0.5 is added in the unsigned forms.
+  const double scale = std::max(n.scale, 1.0);
+  if (p.output != NoiseOutput::kGradient) {
+    if (c == alpha) return {1.0, 1.0};
+    return {n.value, scale};
+  }
+  if (c == 0) return {n.value, scale};
+  if (c > p.dims) return {0.0, 0.0};
+  double steepness = 0, frequency = 1, weight = 1;
+  for (int k = 0; k < p.octaves; ++k, frequency *= p.lacunarity, weight *= p.gain)
+    steepness += 8 * frequency * weight;
+  return {n.slope[static_cast<size_t>(c - 1)], steepness * scale};
+}
+
+void EvaluateGrid(const Call& call) {
+  const auto& p = std::any_cast<const NoiseParams&>(call.parameters);
+  const double step = p.frequency > 0 ? p.frequency / std::max(p.frame.width(), 1) : 1;
+  const int height = std::max(p.frame.height() / p.slices, 1);
+  // Channels of a pixel share one noise, except in colour.
+  NoiseValue kept;
+  ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
+    if (c > 0 && p.output != NoiseOutput::kColor) return Channel(p, kept, c, call.out_spec.alpha);
+    int slice = 0, row = y - p.frame.y0;
+    if (p.slices > 1) {
+      slice = std::clamp(static_cast<int>(std::floor(static_cast<double>(row) / height)), 0, p.slices - 1);
+      row -= slice * height;
+    }
+    Query q;
+    q.position = {static_cast<Wide>(x - p.frame.x0 + 0.5) * (step * p.aspect),
+                  static_cast<Wide>(row + 0.5) * step, static_cast<Wide>(slice) * step, 0};
+    q.channel = c;
+    kept = Sum(p, q, true, step);
+    return Channel(p, kept, c, call.out_spec.alpha);
+  });
+}
+
+void EvaluateAt(const Call& call) {
+  const auto& p = std::any_cast<const NoiseParams&>(call.parameters);
+  const ImageD& in = call.in[0];
+  ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
+    Query q;
+    bool finite = true;
+    for (int a = 0; a < p.dims; ++a) {
+      Wide position = in.at(x, y, a);
+      finite = finite && std::fabs(in.at(x, y, a)) < 0x1p100;
+      if (in.channels >= 2 * p.dims) {
+        position += in.at(x, y, p.dims + a);
+        finite = finite && std::fabs(in.at(x, y, p.dims + a)) < 0x1p100;
+      }
+      q.position[static_cast<size_t>(a)] =
+          finite ? position * (a == 0 ? p.frequency * p.aspect : p.frequency) : 0;
+    }
+    q.channel = c;
+    if (finite) {
+      const NoiseValue n = Sum(p, q, false, p.frequency);
+      const std::pair<double, double> result = Channel(p, n, c, call.out_spec.alpha);
+      double slope = 0, frequency = 1, weight = 1;
+      for (int k = 0; k < p.octaves; ++k, frequency *= p.lacunarity, weight *= p.gain)
+        slope += frequency * weight;
+      return {result.first, 2 * result.second + slope};
+    }
+    // Noise 0 in every octave.
+    NoiseParams none = p;
+    none.octaves = 0;
+    NoiseValue n = Sum(none, q, false, p.frequency);
+    double weight = 1;
+    for (int k = 0; k < p.octaves; ++k, weight *= p.gain) {
+      const double w = p.weights.empty()                           ? weight
+                       : static_cast<size_t>(k) < p.weights.size() ? p.weights[static_cast<size_t>(k)]
+                                                                   : 0;
+      const double half = p.is_signed || p.kind == NoiseKind::kCell ? 1 : 0.5;
+      if (p.sum == NoiseSum::kBillow) n.value -= half * w;
+      if (p.sum == NoiseSum::kRidged) n.value += w;
+    }
+    return Channel(p, n, c, call.out_spec.alpha);
+  });
+}
+
+}  // namespace
+
+double GridNoise(const NoiseParams& p, int x, int y) {
+  const double step = p.frequency > 0 ? p.frequency / std::max(p.frame.width(), 1) : 1;
+  Query q;
+  q.position = {static_cast<Wide>(x - p.frame.x0 + 0.5) * (step * p.aspect),
+                static_cast<Wide>(y - p.frame.y0 + 0.5) * step, 0, 0};
+  return Sum(p, q, true, step).value;
+}
+
+std::vector<Entry> NoiseEntries() {
+  std::vector<Entry> entries;
+  for (const char* name : {"white", "value", "perlin", "simplex", "cell", "sparse", "spot"}) {
+    entries.push_back({name, EvaluateGrid});
+  }
+  entries.push_back({"noiseat", EvaluateAt});
+  return entries;
+}
+
+}  // namespace tessera::reference

@@ -1,0 +1,193 @@
+// Reference of the procedural textures.
+#include "tessera/ops/texture.h"
+
+#include <algorithm>
+#include <any>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "reference/noise_lattice.h"
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+
+namespace tessera::reference {
+namespace {
+
+using Color = std::array<double, 4>;
+constexpr double kPi = std::numbers::pi;
+
+double Random(uint32_t seed, int index) {
+  const auto scramble = [](uint32_t h) {
+    h = (h ^ (h >> 16)) * 0x21f0aaadu;
+    h = (h ^ (h >> 15)) * 0xd35a2d97u;
+    return h ^ (h >> 15);
+  };
+  return scramble(scramble(seed) + 0x85ebca6bu * static_cast<uint32_t>(index)) / 4294967296.0;
+}
+
+struct Stop {
+  double at;
+  Color color;
+};
+Color Ramp(const std::vector<Stop>& stops, double t) {
+  size_t i = 0;
+  while (i + 2 < stops.size() && t > stops[i + 1].at) ++i;
+  const double w = (t - stops[i].at) / (stops[i + 1].at - stops[i].at);
+  Color c = {0, 0, 0, 1};
+  for (size_t k = 0; k < 3; ++k) c[k] = (1 - w) * stops[i].color[k] + w * stops[i + 1].color[k];
+  return c;
+}
+double Clamped(double v) { return std::clamp(v, 0.0, 1.0); }
+double Smooth(double v) { return Clamped(v) * Clamped(v) * (3 - 2 * Clamped(v)); }
+
+// Sum of terms c_i sin(f_i u + p_i) plus n t0, written out with its angles.
+double Gardner(const TextureParams& p, double x, double y, double z, bool volume) {
+  constexpr double kRatio[3] = {1, 1.19, 0.87};
+  const auto angle = [&](int axis, int term, double units) {
+    return 2 * kPi * 0.35 * p.frequency * kRatio[axis] *
+           std::ldexp(units + 7 * Random(p.seed, 3000 + axis), term);
+  };
+  const double drift = 0.4 * p.time;
+  double fx = p.terms * p.threshold, fy = fx, fz = fx, amplitude = p.amplitude;
+  for (int i = 0; i < p.terms; ++i, amplitude *= 0.707) {
+    const double along_x = i == 0 ? 0 : kPi / 2 * std::sin(angle(1, i - 1, y));
+    const double along_y =
+        i == 0 ? 0 : kPi / 2 * std::sin(angle(0, i - 1, x) - drift * std::ldexp(1.0, i - 1));
+    fx += amplitude * std::sin(angle(0, i, x) - drift * std::ldexp(1.0, i) + along_x);
+    fy += amplitude * std::sin(angle(1, i, y) + along_y);
+    fz += amplitude * std::sin(angle(2, i, z) + along_y);
+  }
+  return p.scale * fx * fy * (volume ? fz : 1);
+}
+
+Color Ripples(const TextureParams& p, double s, double t) {
+  double dx = 0, dy = 0, height = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto random = [&](int k) { return std::floor(Random(p.seed, 4000 + 2 * i + k) * 0x1p24) / 0x1p24; };
+    const double x = s - (0.15 + 0.7 * random(0)), y = t - (0.1 + 0.45 * random(1)), r = std::hypot(x, y);
+    const double size = 0.16 / (1 + 14 * r * r), turns = p.frequency * r - p.time;
+    const double slope = size * std::cos(2 * kPi * turns) / (r + 0.01);
+    dx += slope * x;
+    dy += slope * y;
+    height += size * std::sin(2 * kPi * turns);
+  }
+  return {0.5 + dx, 0.5 + dy, 0.5 + height, 1};
+}
+
+Color Shade(const TextureParams& p, double s, double t, double h, const std::vector<double>& n,
+            double gardner) {
+  switch (p.kind) {
+    case TextureKind::kClouds: {
+      const Color zenith = {0.075, 0.20, 0.50}, horizon = {0.42, 0.60, 0.80}, lit = {1, 0.985, 0.96},
+                  shade = {0.50, 0.545, 0.62};
+      const double body = 1.15 * gardner + 0.95 * n[0] - 0.12;
+      const double cover = Smooth(1.9 * body), depth = Smooth(1.15 * body - 0.25 - 0.35 * n[1]);
+      Color c = {0, 0, 0, 1};
+      for (size_t k = 0; k < 3; ++k) {
+        const double sky = horizon[k] * (1 - h) + zenith[k] * h,
+                     cloud = lit[k] + 0.85 * depth * (shade[k] - lit[k]);
+        c[k] = sky * (1 - cover) + cloud * cover;
+      }
+      return c;
+    }
+    case TextureKind::kMarble:
+      return Ramp({{0, {0.075, 0.085, 0.105}},
+                   {0.10, {0.24, 0.25, 0.27}},
+                   {0.35, {0.62, 0.61, 0.59}},
+                   {1, {0.90, 0.88, 0.84}}},
+                  0.5 + 0.5 * std::sin(2 * kPi * (p.frequency * (0.8 * s + 0.45 * t) + 0.9 * n[0])));
+    case TextureKind::kWood: {
+      const double r = 14 * p.frequency * std::hypot(t - 0.33, 0.17 + 0.06 * s) + 0.55 * n[0],
+                   w = r - std::floor(r);
+      const double late = w < 0.82 ? w / 0.82 : (1 - w) / 0.18;
+      Color c = Ramp({{0, {0.52, 0.27, 0.105}}, {0.55, {0.40, 0.18, 0.060}}, {1, {0.17, 0.062, 0.018}}},
+                     late * late);
+      for (size_t k = 0; k < 3; ++k) c[k] *= 1 + 0.35 * n[1];
+      return c;
+    }
+    case TextureKind::kFire: {
+      const double heat = Clamped(1.12 - 1.55 * h + (0.30 + 1.05 * h) * (n[0] + 0.62 * n[1] + 0.38 * n[2]));
+      Color c = Ramp({{0, {0, 0, 0}},
+                      {0.15, {0.10, 0.008, 0}},
+                      {0.38, {0.72, 0.085, 0.004}},
+                      {0.62, {1, 0.36, 0.03}},
+                      {0.85, {1, 0.78, 0.22}},
+                      {1, {1, 0.95, 0.66}}},
+                     heat);
+      c[3] = Smooth(2.2 * heat);
+      for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
+      return c;
+    }
+    case TextureKind::kSmoke: {
+      const double x = (s - 0.5 - (0.04 + 0.22 * h) * n[0]) / (0.055 + 0.30 * h),
+                   profile = std::max(0.0, 1 - x * x);
+      const double density = Clamped(profile * (0.62 + 0.95 * n[1] + 0.35 * n[2]) * (1.18 - 0.95 * h) - 0.05);
+      const double alpha = density * (1.75 - 0.85 * density),
+                   grey = 0.30 + 0.42 * Clamped(0.5 + 0.6 * n[1] - 0.35 * x);
+      return {grey * alpha, grey * alpha * 1.01, grey * alpha * 1.04, alpha};
+    }
+    case TextureKind::kRipples:
+      return Ripples(p, s, t);
+    default:
+      return {gardner, gardner, gardner, 1};
+  }
+}
+
+void Evaluate(const Call& call) {
+  const auto& p = std::any_cast<const TextureParams&>(call.parameters);
+  TextureParams sines = p;
+  if (p.kind == TextureKind::kClouds)
+    sines.terms = 5, sines.amplitude = 1, sines.threshold = 0.6, sines.scale = 0.04, sines.slices = 1;
+  const double width = std::max(p.frame.width(), 1), height = std::max(p.frame.height(), 1);
+  const int slice_height = std::max(p.frame.height() / sines.slices, 1);
+  const bool covers = p.kind == TextureKind::kFire || p.kind == TextureKind::kSmoke;
+  const bool grey = p.kind == TextureKind::kRipples || p.kind == TextureKind::kGardner;
+  const double range =
+      p.kind == TextureKind::kGardner
+          ? std::max(1.0, std::fabs(p.scale) *
+                              std::pow(p.terms * (std::fabs(p.threshold) + std::fabs(p.amplitude)),
+                                       p.slices > 1 ? 3 : 2))
+          : 1;
+  const auto color_at = [&](int x, int y) {
+    const double s = (x - p.frame.x0 + 0.5) / width, t = (y - p.frame.y0 + 0.5) / width;
+    const double h = 1 - (y - p.frame.y0 + 0.5) / height;
+    std::vector<double> n;
+    for (const NoiseParams& field : p.fields) n.push_back(GridNoise(field, x, y));
+    double gardner = 0;
+    if (p.kind == TextureKind::kClouds || p.kind == TextureKind::kGardner) {
+      int row = y - p.frame.y0, slice = 0;
+      if (sines.slices > 1) {
+        slice = std::clamp(static_cast<int>(std::floor(static_cast<double>(row) / slice_height)), 0,
+                           sines.slices - 1);
+        row -= slice * slice_height;
+      }
+      const double z = (slice + 0.5) / sines.slices;
+      gardner = Gardner(sines, s, (row + 0.5) / width, z, sines.slices > 1);
+      if (sines.slices > 1) {
+        const double u = 2 * s - 1, v = (2.0 * row + 1) / slice_height - 1, w = 2 * z - 1;
+        gardner *= std::max(0.0, 1 - (u * u + v * v + w * w));
+      }
+    }
+    return Shade(p, s, t, h, n, gardner);
+  };
+  Color color = {};
+  ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
+    if (c == 0) color = color_at(x, y);
+    if (c == call.out_spec.alpha) return {covers ? color[3] : 1.0, 1.0};
+    if (c >= 3) return {grey ? color[2] : 0.0, range};
+    return {color[static_cast<size_t>(c)], range};
+  });
+}
+
+}  // namespace
+
+std::vector<Entry> TextureEntries() {
+  std::vector<Entry> entries;
+  for (const char* name : {"clouds", "marble", "wood", "fire", "smoke", "ripples", "gardner"})
+    entries.push_back({name, Evaluate});
+  return entries;
+}
+
+}  // namespace tessera::reference

@@ -1,0 +1,139 @@
+// Random numbers of lattice points in vectors: Tessera's hash, its gradients, and the fades between points.
+//
+// hash(c, seed) = Mix(c0 * kAxis[0] ^ c1 * kAxis[1] ^ ... ^ seed), Mix(h) = ((h * m1) ^ ((h * m1) >> 15)) *
+// m2, on 32-bit unsigned integers; the upper bits are the good ones.
+#if defined(TESSERA_SIMD_LATTICE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_SIMD_LATTICE_INL_H_
+#undef TESSERA_SIMD_LATTICE_INL_H_
+#else
+#define TESSERA_SIMD_LATTICE_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstdint>
+
+#include "simd/point-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::simd::HWY_NAMESPACE {
+
+inline constexpr uint32_t kAxis[4] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du, 0x27d4eb2fu};
+inline constexpr uint32_t kMix1 = 0x2c1b3c6du, kMix2 = 0x297a2d39u;
+
+HWY_INLINE VU LatticeMix(VU h) {
+  const DU du;
+  h = hn::Mul(h, hn::Set(du, kMix1));
+  h = hn::Xor(h, hn::ShiftRight<15>(h));
+  return hn::Mul(h, hn::Set(du, kMix2));
+}
+// The k-th further number of a lattice point (k from 1).
+HWY_INLINE VU LatticeNext(VU h, int k) {
+  const DU du;
+  h = hn::Add(hn::Xor(h, hn::ShiftRight<16>(h)), hn::Set(du, static_cast<uint32_t>(k) * 0x9e3779b9u));
+  return LatticeMix(h);
+}
+// Uniform in [-1, 1] from all bits, and in [0, 1) from the upper 24.
+HWY_INLINE V SignedUnit(VU h) {
+  const D d;
+  return hn::Mul(hn::ConvertTo(d, hn::BitCast(DI(), h)), hn::Set(d, 0x1p-31f));
+}
+HWY_INLINE V Unit(VU h) {
+  const D d;
+  return hn::Mul(hn::ConvertTo(d, hn::BitCast(DI(), hn::ShiftRight<8>(h))), hn::Set(d, 0x1p-24f));
+}
+// 1 with the sign of bit `kBit`.
+template <int kBit>
+HWY_INLINE V SignOfBit(VU h) {
+  const D d;
+  const DU du;
+  const VU sign = hn::And(hn::ShiftLeft<31 - kBit>(h), hn::Set(du, 0x80000000u));
+  return hn::BitCast(d, hn::Or(sign, hn::BitCast(du, hn::Set(d, 1.0f))));
+}
+
+// Gradient of a lattice point. 1-D: slope in [-1,1]. 2-D: unit vector of any direction. 3-D: one of the 12
+// edges of the cube, length sqrt 2. 4-D: one of the 32 edges of the hypercube's kind (one coordinate 0, the
+// others +-1).
+template <int kDims>
+HWY_INLINE void LatticeGradient(VU h, V* g) {
+  const D d;
+  const DU du;
+  if constexpr (kDims == 1) {
+    g[0] = SignedUnit(h);
+  } else if constexpr (kDims == 2) {
+    // The upper two bits choose a quarter turn, the others an angle within +-45 degrees of it.
+    const V r =
+        hn::Mul(hn::ConvertTo(d, hn::BitCast(DI(), hn::ShiftLeft<2>(h))), hn::Set(d, 0x1.921fb6p-32f));
+    const V r2 = hn::Mul(r, r);
+    V sine = hn::MulAdd(r2, hn::Set(d, 2.7557319e-6f), hn::Set(d, -1.9841270e-4f));
+    sine = hn::MulAdd(r2, sine, hn::Set(d, 8.3333333e-3f));
+    sine = hn::MulAdd(r2, sine, hn::Set(d, -1.6666667e-1f));
+    sine = hn::MulAdd(hn::Mul(r, r2), sine, r);
+    V cosine = hn::MulAdd(r2, hn::Set(d, 2.4801587e-5f), hn::Set(d, -1.3888889e-3f));
+    cosine = hn::MulAdd(r2, cosine, hn::Set(d, 4.1666667e-2f));
+    cosine = hn::MulAdd(r2, cosine, hn::Set(d, -0.5f));
+    cosine = hn::MulAdd(r2, cosine, hn::Set(d, 1.0f));
+    const auto odd =
+        hn::MaskFromVec(hn::BitCast(d, hn::BroadcastSignBit(hn::BitCast(DI(), hn::ShiftLeft<1>(h)))));
+    const VU top = hn::Set(du, 0x80000000u);
+    const VU upper = hn::And(h, top), lower = hn::And(hn::ShiftLeft<1>(h), top);
+    const V x = hn::IfThenElse(odd, sine, cosine), y = hn::IfThenElse(odd, cosine, sine);
+    // Quarters 0..3: (c, s), (-s, c), (-c, -s), (s, -c).
+    g[0] = hn::Xor(x, hn::BitCast(d, hn::Xor(upper, lower)));
+    g[1] = hn::Xor(y, hn::BitCast(d, upper));
+  } else if constexpr (kDims == 3) {
+    // Edge e in 0..11: coordinate e / 4 is 0, bits 0 and 1 are the other two's signs.
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+    alignas(64) static constexpr float kX[16] = {0, 0, 0, 0, 1, -1, 1, -1, 1, -1, 1, -1};
+    alignas(64) static constexpr float kY[16] = {1, -1, 1, -1, 0, 0, 0, 0, 1, 1, -1, -1};
+    alignas(64) static constexpr float kZ[16] = {1, 1, -1, -1, 1, 1, -1, -1, 0, 0, 0, 0};
+    const hn::Repartition<uint16_t, DU> du16;
+    const VU edge = hn::BitCast(
+        du, hn::MulHigh(hn::BitCast(du16, hn::ShiftRight<16>(h)), hn::BitCast(du16, hn::Set(du, 12u))));
+    const auto index = hn::IndicesFromVec(d, edge);
+    g[0] = hn::TableLookupLanes(hn::Load(d, kX), index);
+    g[1] = hn::TableLookupLanes(hn::Load(d, kY), index);
+    g[2] = hn::TableLookupLanes(hn::Load(d, kZ), index);
+#else
+    const VU edge = hn::ShiftRight<16>(hn::Mul(hn::ShiftRight<16>(h), hn::Set(du, 12u)));
+    const V s1 = SignOfBit<0>(edge), s2 = SignOfBit<1>(edge);
+    const DI di;
+    const VI e = hn::BitCast(di, edge);
+    const auto first = hn::RebindMask(d, hn::Gt(hn::Set(di, 4), e));
+    const auto last = hn::RebindMask(d, hn::Gt(e, hn::Set(di, 7)));
+    g[0] = hn::IfThenZeroElse(first, s1);
+    g[1] = hn::IfThenElse(first, s1, hn::IfThenElseZero(last, s2));
+    g[2] = hn::IfThenZeroElse(last, s2);
+#endif
+  } else {
+    const VU zero = hn::ShiftRight<30>(h);
+    const auto at = [&](uint32_t i) HWY_ATTR { return hn::RebindMask(d, hn::Eq(zero, hn::Set(du, i))); };
+    g[0] = hn::IfThenZeroElse(at(0), SignOfBit<29>(h));
+    g[1] = hn::IfThenZeroElse(at(1), SignOfBit<28>(h));
+    g[2] = hn::IfThenZeroElse(at(2), SignOfBit<27>(h));
+    g[3] = hn::IfThenZeroElse(at(3), SignOfBit<26>(h));
+  }
+}
+
+// The weight of the upper neighbour at fraction f, and its derivative. kind: 0 quintic, 1 cubic, 2 linear.
+HWY_INLINE V FadeWeight(V f, int kind) {
+  const D d;
+  if (kind == 2) return f;
+  // Odd polynomials around the middle: no cancellation near 1, exact at 0, 1/2 and 1.
+  const V half = hn::Set(d, 0.5f), c = hn::Sub(f, half), c2 = hn::Mul(c, c);
+  if (kind == 1) return hn::MulAdd(c, hn::MulAdd(c2, hn::Set(d, -2.0f), hn::Set(d, 1.5f)), half);
+  const V p = hn::MulAdd(c2, hn::MulAdd(c2, hn::Set(d, 6.0f), hn::Set(d, -5.0f)), hn::Set(d, 1.875f));
+  return hn::MulAdd(c, p, half);
+}
+HWY_INLINE V FadeSlope(V f, int kind) {
+  const D d;
+  if (kind == 2) return hn::Set(d, 1.0f);
+  const V g = hn::Mul(f, hn::Sub(hn::Set(d, 1.0f), f));
+  if (kind == 1) return hn::Mul(hn::Set(d, 6.0f), g);
+  return hn::Mul(hn::Set(d, 30.0f), hn::Mul(g, g));
+}
+
+}  // namespace tessera::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

@@ -1,0 +1,150 @@
+// Short runs of adjacent floats (a texel of four samples, a pair, a row of four texels) on every target, and
+// pairs of neighbours from scattered places to planes.
+#if defined(TESSERA_SIMD_TEXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_SIMD_TEXELS_INL_H_
+#undef TESSERA_SIMD_TEXELS_INL_H_
+#else
+#define TESSERA_SIMD_TEXELS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "simd/pixels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::simd::HWY_NAMESPACE {
+
+// n adjacent floats in as few registers as the target allows.
+template <int n>
+struct Floats {
+  using Tag = hn::CappedTag<float, n>;
+  using Vec = hn::Vec<Tag>;
+  static constexpr int kLanesOf = static_cast<int>(hn::MaxLanes(Tag()));
+  static constexpr int kRegs = n / kLanesOf;
+  Vec reg[kRegs];
+
+  static HWY_INLINE Floats Load(const float* p) {
+    Floats f;
+    for (int k = 0; k < kRegs; ++k) f.reg[k] = hn::LoadU(Tag(), p + k * kLanesOf);
+    return f;
+  }
+  static HWY_INLINE Floats Set(float v) {
+    Floats f;
+    for (int k = 0; k < kRegs; ++k) f.reg[k] = hn::Set(Tag(), v);
+    return f;
+  }
+  HWY_INLINE void Store(float* p) const {
+    for (int k = 0; k < kRegs; ++k) hn::StoreU(reg[k], Tag(), p + k * kLanesOf);
+  }
+};
+using Quad = Floats<4>;
+using Pair = Floats<8>;  // two adjacent texels
+using Row = Floats<16>;  // four adjacent texels
+
+// a b, a b + c, c - a b.
+template <int n>
+HWY_INLINE Floats<n> Mul(Floats<n> a, const Floats<n>& b) {
+  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::Mul(a.reg[k], b.reg[k]);
+  return a;
+}
+template <int n>
+HWY_INLINE Floats<n> MulAdd(Floats<n> a, const Floats<n>& b, const Floats<n>& c) {
+  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::MulAdd(a.reg[k], b.reg[k], c.reg[k]);
+  return a;
+}
+template <int n>
+HWY_INLINE Floats<n> NegMulAdd(Floats<n> a, const Floats<n>& b, const Floats<n>& c) {
+  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::NegMulAdd(a.reg[k], b.reg[k], c.reg[k]);
+  return a;
+}
+// (1 - f) a + f b: no overflow between values of opposite signs, and b itself at f = 1.
+template <int n>
+HWY_INLINE Floats<n> Lerp(const Floats<n>& a, const Floats<n>& b, const Floats<n>& f) {
+  return MulAdd(f, b, NegMulAdd(f, a, a));
+}
+HWY_INLINE V Lerp(V a, V b, V f) { return hn::MulAdd(f, b, hn::NegMulAdd(f, a, a)); }
+
+// Lower and upper half.
+template <int n>
+HWY_INLINE Floats<n / 2> Lower(const Floats<n>& v) {
+  Floats<n / 2> h;
+  if constexpr (Floats<n>::kRegs == 1) {
+    h.reg[0] = hn::LowerHalf(v.reg[0]);
+  } else {
+    for (int k = 0; k < Floats<n / 2>::kRegs; ++k) h.reg[k] = v.reg[k];
+  }
+  return h;
+}
+template <int n>
+HWY_INLINE Floats<n / 2> Upper(const Floats<n>& v) {
+  Floats<n / 2> h;
+#if HWY_TARGET != HWY_SCALAR
+  if constexpr (Floats<n>::kRegs == 1) {
+    h.reg[0] = hn::UpperHalf(typename Floats<n / 2>::Tag(), v.reg[0]);
+    return h;
+  }
+#endif
+  if constexpr (Floats<n>::kRegs > 1) {
+    for (int k = 0; k < Floats<n / 2>::kRegs; ++k) h.reg[k] = v.reg[k + Floats<n / 2>::kRegs];
+  }
+  return h;
+}
+
+// kLanes quads, quad j at p(j), side by side: lane 4k + i of the result is float i of the quads j0 + 4k.
+template <class P>
+HWY_INLINE V LoadQuads(const P& p, int first) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::LoadU(D(), p(first));
+#else
+  if constexpr (kLanes == 4) {
+    return hn::LoadU(D(), p(first));
+  } else {
+    const hn::CappedTag<float, 4> d4;
+    const hn::CappedTag<float, 8> d8;
+    const auto a = hn::Combine(d8, hn::LoadU(d4, p(first + 4)), hn::LoadU(d4, p(first)));
+    if constexpr (kLanes == 8) {
+      return a;
+    } else {
+      return hn::Combine(D(), hn::Combine(d8, hn::LoadU(d4, p(first + 12)), hn::LoadU(d4, p(first + 8))), a);
+    }
+  }
+#endif
+}
+
+// Two adjacent floats from kLanes places: a has the first, b the second, in the order of the places.
+template <class P>
+HWY_INLINE void LoadPairs(const P& p, V& a, V& b) {
+#if HWY_TARGET == HWY_SCALAR
+  a = hn::LoadU(D(), p(0));
+  b = hn::LoadU(D(), p(0) + 1);
+#else
+  const hn::CappedTag<float, 2> d2;
+  const hn::CappedTag<float, 4> d4;
+  // Places first, first + 2 of each four.
+  const auto two = [&](int first) HWY_ATTR {
+    return hn::Combine(d4, hn::LoadU(d2, p(first + 2)), hn::LoadU(d2, p(first)));
+  };
+  V even, odd;
+  if constexpr (kLanes == 4) {
+    even = two(0), odd = two(1);
+  } else {
+    const hn::CappedTag<float, 8> d8;
+    const auto four = [&](int first) HWY_ATTR { return hn::Combine(d8, two(first + 4), two(first)); };
+    if constexpr (kLanes == 8) {
+      even = four(0), odd = four(1);
+    } else {
+      even = hn::Combine(D(), four(8), four(0)), odd = hn::Combine(D(), four(9), four(1));
+    }
+  }
+  a = hn::OddEven(hn::DupEven(odd), even);
+  b = hn::OddEven(odd, hn::DupOdd(even));
+#endif
+}
+
+}  // namespace tessera::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

@@ -1,0 +1,90 @@
+// Resampling and accumulation from the command line: oiiotool's pictures, frames, images in any number.
+#include "cli/cli_test.h"
+
+namespace tessera::testing {
+namespace {
+
+class ResampleTest : public CliTest {
+ protected:
+  // Both programs do `command` on the pictures; oiiotool judges with the tolerance of the comparison.
+  void ExpectAgreement(const std::string& command, const std::string& images = "a.exr ") {
+    SCOPED_TRACE(command);
+    // New names each time: OpenImageIO remembers what it has read.
+    const std::string n = std::to_string(++compared_) + ".exr", ours = "ours" + n, their = "theirs" + n;
+    Works(images + command + " -d float -o " + ours);
+    const CommandResult theirs = Oiiotool(images + command + " -d float -o " + their);
+    ASSERT_EQ(theirs.exit_code, 0) << theirs.err;
+    const CommandResult diff =
+        Oiiotool("--fail 0.004 --failpercent 1 --warn 1e9 " + ours + " " + their + " --diff");
+    EXPECT_EQ(diff.exit_code, 0) << diff.out;
+    EXPECT_EQ(Load(ours).roi(), Load(their).roi());
+    EXPECT_EQ(Load(ours).roi_full(), Load(their).roi_full());
+  }
+
+  int compared_ = 0;
+};
+
+TEST_F(ResampleTest, ResizeAndWarpAgreeWithOiiotool) {
+  MakePicture("a.exr", 151, 113, 3, OIIO::TypeHalf);
+  for (const std::string filter : {"box", "triangle", "catmull-rom", "blackman-harris", "sinc", "mitchell"}) {
+    ExpectAgreement("--resize:filter=" + filter + " 75x61");
+    // oiiotool's sinc keeps the result's pixels as its unit when enlarging.
+    if (filter != "sinc") ExpectAgreement("--resize:filter=" + filter + " 191x261");
+  }
+  ExpectAgreement("--resize 50%");
+  ExpectAgreement("--resize 300x0");
+  ExpectAgreement("--resize 151x113");
+  ExpectAgreement("--warp 0.9,0.3,0,-0.3,0.9,0,20,-10,1");
+  ExpectAgreement("--warp:filter=triangle 1.4,0.1,0.0003,-0.2,1.3,0.0005,-20,-10,1");
+  ExpectAgreement("--warp:filter=mitchell 0.4,0.1,0,-0.1,0.5,0,20,10,1");
+}
+
+TEST_F(ResampleTest, SumsOfAnyNumberOfImages) {
+  std::string images;
+  for (int k = 1; k <= 5; ++k) images += "--pattern constant:color=0." + std::to_string(k) + " 4x3 3 ";
+  Works(images + "--accum 1,0,0,-1,10 -d float -o sum.tif");
+  EXPECT_NEAR(Sample("sum.tif", 1, 1, 0), 0.1 - 0.4 + 5.0, 1e-6);
+  Works(images + "--average 4 -d float -o mean.tif --pop -o first.tif");
+  EXPECT_NEAR(Sample("mean.tif", 1, 1, 0), 0.35, 1e-6);
+  EXPECT_NEAR(Sample("first.tif", 0, 0, 0), 0.1, 1e-6);
+  const CommandResult few = Tessera(images + "--average 6 -o mean.tif");
+  EXPECT_EQ(few.exit_code, 2);
+  EXPECT_NE(few.err.find("6 images"), std::string::npos) << few.err;
+  EXPECT_NE(Works("--help accum").find("as many images"), std::string::npos);
+}
+
+TEST_F(ResampleTest, MotionBlurReadsFrames) {
+  for (int k = 1; k <= 6; ++k) {
+    Works("--pattern constant:color=0." + std::to_string(k) + " 4x3 3 -d float -o f.000" + std::to_string(k) + ".tif");
+  }
+  Works("--motionblur:frames=1-4 f.#.tif -d float -o blur.tif");
+  EXPECT_NEAR(Sample("blur.tif", 0, 0, 0), 0.25, 1e-6);
+  Works("--motionblur f.1-3#.tif -d float -o range.tif");
+  EXPECT_NEAR(Sample("range.tif", 0, 0, 0), 0.2, 1e-6);
+  Works("--motionblur:frames=1-3:weights=0.5,0.25,2 f.#.tif -d float -o weights.tif");
+  EXPECT_NEAR(Sample("weights.tif", 0, 0, 0), 0.05 + 0.05 + 0.6, 1e-6);
+  Works("--motionblur:frames=1-3:shutter=tent f.#.tif -d float -o tent.tif");
+  EXPECT_NEAR(Sample("tent.tif", 0, 0, 0), 0.2, 1e-6);
+  // Output frame F from sub-frames 2 F - 1 and 2 F.
+  Works("--frames 1-3 --motionblur:window=-1,0:step=2 f.#.tif -d float -o half.#.tif");
+  EXPECT_NEAR(Sample("half.0003.tif", 0, 0, 0), 0.55, 1e-6);
+  const CommandResult missing = Tessera("--motionblur:frames=5-8 f.#.tif -o blur.tif");
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_NE(missing.err.find("f.0007.tif"), std::string::npos) << missing.err;
+  EXPECT_NE(Tessera("--motionblur:frames=1-2:weights=1 f.#.tif -o blur.tif").exit_code, 0);
+  EXPECT_NE(Tessera("--motionblur f.#.tif -o blur.tif").exit_code, 0);
+}
+
+TEST_F(ResampleTest, DepthOfFieldAndMipsOnFiles) {
+  MakePicture("a.exr", 60, 40, 4, OIIO::TypeHalf);
+  Works("--pattern ramp 60x40 1 --mulc 4 -d float -o z.exr");
+  EXPECT_NE(Works("--verify a.exr z.exr --dof:aperture=3:max=5 2 -d float -o dof.exr").find("within bound"),
+            std::string::npos);
+  Works("a.exr --mip:filter=lanczos3 -o mip.exr");
+  EXPECT_EQ(Load("mip.exr").roi(), OIIO::ROI(0, 90, 0, 40, 0, 1, 0, 4));
+  Works("a.exr --mip:level=2 -o two.exr");
+  EXPECT_EQ(Load("two.exr").roi(), OIIO::ROI(0, 15, 0, 10, 0, 1, 0, 4));
+}
+
+}  // namespace
+}  // namespace tessera::testing

@@ -1,0 +1,161 @@
+// Gaussians and boxes of any size: the realised kernel, borders, seams, values that are not finite, flat
+// lines.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "ops/filter/recursive.h"
+#include "support/filters.h"
+#include "tessera/ops/filter.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+
+// ---- Gaussian ----
+
+TEST(GaussianTest, RealisedKernelIsWithinItsL1Bound) {
+  for (const double sigma : {2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 200.0}) {
+    const ops::RecursiveGaussian g = ops::MakeRecursiveGaussian(sigma);
+    const int length = static_cast<int>(12 * sigma) + 10;
+    const std::vector<double> response = g.Response(length);
+    double sum = 1, error = 0, dc = 0, second = 0;
+    for (int n = 1; n < length; ++n) sum += 2 * std::exp(-0.5 * n * n / (sigma * sigma));
+    for (int n = 0; n < length; ++n) {
+      const double r = response[static_cast<size_t>(n)], times = n == 0 ? 1 : 2;
+      error += times * std::fabs(r - std::exp(-0.5 * n * n / (sigma * sigma)) / sum);
+      dc += times * r;
+      second += times * r * n * n;
+    }
+    EXPECT_LT(error, 2e-5) << sigma;
+    EXPECT_NEAR(dc, 1, 1.2e-7) << sigma;
+    EXPECT_NEAR(std::sqrt(second) / sigma, 1, 1e-4) << sigma;
+  }
+}
+
+// The Gaussian sum over a row, in double.
+double GaussianAt(const Image& image, int x, double sigma, BorderMode border) {
+  const int n = image.spec().width(), radius = static_cast<int>(std::ceil(7 * sigma));
+  double sum = 0, weights = 0;
+  for (int d = -radius; d <= radius; ++d) {
+    const double w = std::exp(-0.5 * d * d / (sigma * sigma));
+    int v = x + d;
+    const int period = border == BorderMode::kRepeat   ? n
+                       : border == BorderMode::kMirror ? 2 * n
+                                                       : std::max(1, 2 * n - 2);
+    const bool inside = v >= 0 && v < n;
+    if (border == BorderMode::kClamp) {
+      v = std::min(std::max(v, 0), n - 1);
+    } else if (!inside && border != BorderMode::kBlack && border != BorderMode::kRenormalize) {
+      v = (v % period + period) % period;
+      if (v >= n) v = border == BorderMode::kMirror ? period - 1 - v : period - v;
+    }
+    if (border == BorderMode::kRenormalize && !inside) continue;
+    weights += w;
+    if (border == BorderMode::kBlack && !inside) continue;
+    sum += w * image.at<float>(v, 0);
+  }
+  return sum / weights;
+}
+
+TEST(GaussianTest, BordersAreAsExactAsTheMiddle) {
+  for (const int width : {1, 2, 64, 1000}) {
+    // An impulse at the edge and one inside.
+    Image image = Flat(width, 1, 1, 0);
+    image.at<float>(0, 0) = 1;
+    if (width > 40) image.at<float>(40, 0) = 0.5f;
+    for (const BorderMode border : kBorders) {
+      for (const double sigma : {3.0, 20.0, 200.0}) {
+        const GaussianParams p{
+            .sigma_x = sigma, .sigma_y = 0, .border = border, .method = FilterMethod::kRecursive};
+        OnEveryTarget([&] {
+          const Image result = Render(GaussianBlur(FromImage(image), p));
+          for (int x = 0; x < width; x += x < 20 || x > width - 20 ? 1 : 37) {
+            // Renormalising divides by the weight inside, and what is wrong with it.
+            const double bound = border == BorderMode::kRenormalize ? 4e-5 : 2e-5;
+            ASSERT_NEAR(result.at<float>(x, 0), GaussianAt(image, x, sigma, border), bound)
+                << "sigma " << sigma << " border " << static_cast<int>(border) << " at " << x << " of "
+                << width;
+          }
+        });
+      }
+    }
+  }
+}
+
+TEST(GaussianTest, WideImagesShowNoSeam) {
+  Image image = Random(20000, 2, 1);
+  const GaussianParams p{.sigma_x = 200, .sigma_y = 0};
+  const Node node = GaussianBlur(FromImage(image), p);
+  const Image whole = Render(node);
+  for (const int tile : {128, 1000, 4096}) {
+    EXPECT_TRUE(SameBits(
+        whole, Render(node, PixelType::kFloat, {.threads = 2, .tile_width = tile, .tile_height = 1})));
+  }
+  for (int x = 0; x < 20000; x += 997)
+    EXPECT_NEAR(whole.at<float>(x, 0), GaussianAt(image, x, 200, BorderMode::kClamp), 3e-5);
+}
+
+TEST(GaussianTest, NotANumberReachesItsNeighboursOnly) {
+  Image image = Flat(400, 40, 1, 1);
+  image.at<float>(200, 20) = kNaN;
+  image.at<float>(50, 5) = kInf;
+  const Image result = Render(
+      GaussianBlur(FromImage(image), {.sigma_x = 4, .sigma_y = 4, .method = FilterMethod::kRecursive}));
+  EXPECT_TRUE(std::isnan(result.at<float>(200, 20)));
+  EXPECT_EQ(result.at<float>(50, 5), kInf);
+  EXPECT_NEAR(result.at<float>(300, 20), 1, 1e-6);
+  EXPECT_NEAR(result.at<float>(120, 20), 1, 1e-6);
+}
+
+TEST(GaussianTest, SigmaZeroIsTheIdentityAndATinyOneNearlySo) {
+  const Image image = Random(33, 17, 4);
+  EXPECT_TRUE(SameBits(Render(GaussianBlur(FromImage(image), 0)), image));
+  EXPECT_LT(LargestDifference(Render(GaussianBlur(FromImage(image), 1e-3)), image), 1e-7);
+}
+
+TEST(GaussianTest, LongZeroTailsAreZeroOrTiny) {
+  Image image = Flat(4000, 8, 4, 0);
+  image.at<float>(20, 0, 0) = 1;
+  const Image result = Render(
+      GaussianBlur(FromImage(image), {.sigma_x = 3, .sigma_y = 3, .method = FilterMethod::kRecursive}));
+  EXPECT_LT(std::fabs(result.at<float>(3999, 7, 0)), 1e-30f);
+}
+
+// ---- Box ----
+
+TEST(BoxTest, IsExactOverALongRow) {
+  Image image = Random(100000, 1, 1);
+  const Image result =
+      Render(BoxBlur(FromImage(image), {.width = 41, .height = 1, .method = FilterMethod::kRecursive}));
+  for (int x = 20; x < 99980; x += 7) {
+    double sum = 0, scale = 0;
+    for (int d = -20; d <= 20; ++d)
+      sum += image.at<float>(x + d, 0), scale += std::fabs(image.at<float>(x + d, 0));
+    ASSERT_NEAR(result.at<float>(x, 0), sum / 41, 0x1p-23 * scale / 41) << x;
+  }
+}
+
+TEST(BoxTest, ASpikeLeavesNoTrace) {
+  for (const float spike : {60000.0f, 1e30f, kInf, kNaN}) {
+    Image image = Flat(300, 60, 4, 1e-3f);
+    image.at<float>(100, 30, 2) = spike;
+    OnEveryTarget([&] {
+      const Image result = Render(BoxBlur(FromImage(image), {31, 21}));
+      for (int y = 0; y < 60; ++y) {
+        for (int x = 0; x < 300; ++x) {
+          const bool under = std::abs(x - 100) <= 15 && std::abs(y - 30) <= 10;
+          if (under) continue;
+          ASSERT_NEAR(result.at<float>(x, y, 2), 1e-3f, 2.4e-10) << x << "," << y << " after " << spike;
+        }
+      }
+      if (!std::isfinite(spike)) EXPECT_EQ(std::isnan(result.at<float>(110, 25, 2)), std::isnan(spike));
+      if (!std::isfinite(spike)) EXPECT_FALSE(std::isfinite(result.at<float>(110, 25, 2)));
+    });
+  }
+}
+
+}  // namespace
+}  // namespace tessera

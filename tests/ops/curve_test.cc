@@ -1,0 +1,325 @@
+// Curves and powers on every target: published values, ULP errors, monotony over the floats, special values,
+// round trips; the pixel-transfer pipeline stage by stage.
+#include "tessera/ops/curve.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tessera/error.h"
+#include "tessera/ops/arithmetic.h"
+#include "tessera/ops/color.h"
+#include "tessera/ops/transfer.h"
+#include "tessera/render.h"
+#include "tessera/targets.h"
+
+namespace tessera {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+using Samples = std::vector<float>;
+
+Node Row(const Samples& values, int channels = 1) {
+  const int width = 4096 * channels;  // long rows as several lines
+  const int count = static_cast<int>(values.size());
+  const int columns = std::min(count, width) / channels;
+  const Image image(ImageSpec(columns, count / channels / columns, channels));
+  std::memcpy(image.view().data, values.data(), values.size() * sizeof(float));
+  return FromImage(image);
+}
+Samples Values(const Node& node) {
+  const Image image = Render(node);
+  const auto* const data = reinterpret_cast<const float*>(image.view().data);
+  return {data, data + image.spec().data_window.pixels() * image.spec().channel_count()};
+}
+template <class F>
+void OnEveryTarget(F check) {
+  for (const std::string& target : SimdTargets()) {
+    SCOPED_TRACE(target);
+    SetSimdTarget(target);
+    check();
+  }
+  SetSimdTarget("auto");
+}
+TransferFunction Named(const std::string& name) {
+  const auto& names = TransferFunctionNames();
+  return static_cast<TransferFunction>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+// |got - want| in units of the last place of want, subnormals included.
+double Ulps(float got, double want) {
+  if (std::isnan(want) || std::isnan(got)) return std::isnan(want) && std::isnan(got) ? 0 : 1e9;
+  const auto rounded = static_cast<float>(want);
+  if (std::isinf(rounded) || std::isinf(got)) return got == rounded ? 0 : 1e9;
+  int exponent = 0;
+  std::frexp(want, &exponent);
+  return std::fabs(got - want) / std::ldexp(1.0, std::max(exponent - 24, -149));
+}
+
+// Floats over all bit patterns, `step` apart.
+Samples AllFloats(uint32_t step) {
+  Samples values;
+  for (uint64_t bits = 0; bits < (uint64_t{1} << 32); bits += step) {
+    values.push_back(std::bit_cast<float>(static_cast<uint32_t>(bits)));
+  }
+  values.resize(values.size() / 4096 * 4096);
+  return values;
+}
+
+TEST(CurveTest, ElementaryFunctionsAreWithinOneUlpOverAllFloats) {
+  const Samples x = AllFloats(2039);
+  const struct {
+    const char* name;
+    bool inverse;
+    double (*exact)(double);
+  } kFunctions[] = {{"log2", false, [](double v) { return std::log2(std::fmax(v, 0)); }},
+                    {"ln", false, [](double v) { return std::log(std::fmax(v, 0)); }},
+                    {"log10", false, [](double v) { return std::log10(std::fmax(v, 0)); }},
+                    {"log2", true, [](double v) { return std::exp2(v); }},
+                    {"ln", true, [](double v) { return std::exp(v); }},
+                    {"log10", true, [](double v) { return std::pow(10.0, v); }}};
+  for (const auto& f : kFunctions) {
+    SCOPED_TRACE(std::string(f.name) + (f.inverse ? " inverse" : ""));
+    std::vector<double> want(x.size());
+    for (size_t i = 0; i < x.size(); ++i) want[i] = std::isnan(x[i]) ? x[i] : f.exact(x[i]);
+    const TransferFunction curve = Named(f.name);
+    OnEveryTarget([&] {
+      const Samples got = Values(f.inverse ? Decode(Row(x), curve) : Encode(Row(x), curve));
+      double worst = 0;
+      for (size_t i = 0; i < x.size(); ++i) worst = std::max(worst, Ulps(got[i], want[i]));
+      EXPECT_LT(worst, 0.51);
+    });
+  }
+}
+
+TEST(CurveTest, PowerIsWithinItsBoundAndFollowsTheRulesOfC) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> octave(-120, 120), target(-148, 127);
+  for (const double e : {2.2, 1 / 2.2, 0.45, -1.7, 3.0, 1e-3, 17.25, -2.0}) {
+    Samples x(8192);
+    for (float& v : x) v = static_cast<float>(std::exp2(std::clamp(target(random) / e, -140.0, 127.0)));
+    OnEveryTarget([&] {
+      const Samples got = Values(PowerConstant(Row(x), {e}));
+      for (size_t i = 0; i < x.size(); ++i)
+        ASSERT_LT(Ulps(got[i], std::pow(double{x[i]}, e)), 0.51) << x[i] << "^" << e;
+    });
+  }
+  const Samples special = {0, -0.0f, 1,     -1,   2,     -2,     0.5f,   -0.5f,
+                           3, kInf,  -kInf, kNaN, 1e38f, -1e38f, 1e-45f, -1e-45f};
+  for (const double e :
+       {0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 0.5, -0.5, 1e30, -1e30, 16777216.0, 8388607.5}) {
+    OnEveryTarget([&] {
+      const Samples got = Values(PowerConstant(Row(special), {e}));
+      for (size_t i = 0; i < special.size(); ++i) {
+        const auto want = static_cast<float>(std::pow(double{special[i]}, e));
+        EXPECT_TRUE((std::isnan(want) && std::isnan(got[i])) ||
+                    (Ulps(got[i], want) <= 1 && std::signbit(got[i]) == std::signbit(want)))
+            << special[i] << "^" << e << " is " << got[i] << ", expected " << want;
+      }
+    });
+  }
+}
+
+TEST(CurveTest, PublishedValues) {
+  const struct {
+    const char* name;
+    float light;
+    double signal, tolerance;
+  } kValues[] = {{"srgb", 0.5f, 0.735356983, 1e-7},
+                 {"srgb", 0.002f, 0.02584, 1e-8},
+                 {"rec709", 0.18f, 0.4088481, 1e-6},
+                 {"pq", 0.01f, 0.508078421, 1e-7},
+                 {"pq", 1, 1, 1e-7},
+                 {"pq", 0, 7.3095593e-7, 1e-12},
+                 {"hlg", 1 / 12.0f, 0.5, 1e-7},
+                 {"hlg", 1, 1, 1e-7},
+                 {"acescct", 0.18f, 0.4135884, 1e-7},
+                 {"acescct", 0, 0.0729055342, 1e-7},
+                 {"logc3", 0.18f, 0.3910068, 1e-6},
+                 {"logc4", 0.18f, 0.2783958, 1e-6},
+                 {"slog3", 0.18f, 420 / 1023.0, 1e-7},
+                 {"slog3", 0, 95 / 1023.0, 1e-6},
+                 {"vlog", 0.18f, 0.4233115, 1e-6},
+                 {"log3g10", 0.18f, 0.3333333, 1e-6},
+                 {"cineon", 1, 685 / 1023.0, 1e-7},
+                 {"cineon", 0, 95 / 1023.0, 1e-7}};
+  for (const auto& v : kValues) {
+    SCOPED_TRACE(std::string(v.name) + " of " + std::to_string(v.light));
+    OnEveryTarget(
+        [&] { EXPECT_NEAR(Values(Encode(Row({v.light}), Named(v.name)))[0], v.signal, v.tolerance); });
+  }
+}
+
+TEST(CurveTest, MonotoneOverTheFloatsAndAcrossTheJoins) {
+  Samples all = AllFloats(4093);
+  std::erase_if(all, [](float v) { return std::isnan(v); });
+  std::sort(all.begin(), all.end());
+  all.resize(all.size() / 4096 * 4096);
+  for (const std::string& name : TransferFunctionNames()) {
+    for (const bool inverse : {false, true}) {
+      SCOPED_TRACE(name + (inverse ? " inverse" : ""));
+      const CurveFormula formula = inverse ? Decoding(Named(name)) : Encoding(Named(name));
+      // Every float around the join, both 2^14 of them.
+      Samples near;
+      double join = formula.join;
+      if (name == "hlg") join = inverse ? 0.5 : 1.0 / 12;
+      float v = std::isfinite(join) ? static_cast<float>(join) : 1.0f;
+      for (int i = 0; i < 16384; ++i) v = std::nextafter(v, -1e30f);
+      for (int i = 0; i < 32768; ++i) near.push_back(v), v = std::nextafter(v, 1e30f);
+      OnEveryTarget([&] {
+        for (const Samples& x : {all, near}) {
+          const Samples y = Values(ApplyCurve(Row(x), {{formula}}));
+          for (size_t i = 1; i < y.size(); ++i) {
+            ASSERT_LE(y[i - 1], y[i]) << "between " << x[i - 1] << " and " << x[i];
+          }
+        }
+      });
+    }
+  }
+}
+
+TEST(CurveTest, InverseUndoesTheCurve) {
+  Samples x;
+  for (int i = 0; i < 4096; ++i) x.push_back(static_cast<float>(std::exp2(i / 256.0 - 12)));
+  for (const std::string& name : TransferFunctionNames()) {
+    SCOPED_TRACE(name);
+    OnEveryTarget([&] {
+      const Samples back = Values(Decode(Encode(Row(x), Named(name)), Named(name)));
+      for (size_t i = 0; i < x.size(); ++i) {
+        if (name == "pq" && x[i] > 1) break;
+        ASSERT_NEAR(back[i], x[i], 2e-5 * x[i] + 1e-7) << x[i];
+      }
+    });
+  }
+}
+
+TEST(CurveTest, NegativesInfinitiesAndNaN) {
+  OnEveryTarget([&] {
+    const Samples x = {-0.25f, -0.0f, -kInf, kInf, kNaN, 0.25f};
+    const Samples mirrored = Values(Encode(Row(x), TransferFunction::kSrgb));
+    EXPECT_EQ(mirrored[0], -mirrored[5]);
+    EXPECT_TRUE(std::signbit(mirrored[1]));
+    EXPECT_EQ(mirrored[2], -kInf);
+    EXPECT_EQ(mirrored[3], kInf);
+    EXPECT_TRUE(std::isnan(mirrored[4]));
+    EXPECT_EQ(Values(Power(Row(x), 2, Negatives::kClamp))[0], 0.0f);
+    EXPECT_EQ(Values(Power(Row(x), 2, Negatives::kKeep))[0], -0.25f);
+    EXPECT_EQ(Values(Power(Row(x), 2, Negatives::kExtend))[2], 0.0f);
+    const Samples log = Values(Encode(Row(x), TransferFunction::kLog2));
+    EXPECT_EQ(log[0], -kInf);
+    EXPECT_EQ(log[1], -kInf);
+    EXPECT_EQ(log[3], kInf);
+    EXPECT_EQ(log[5], -2.0f);
+    EXPECT_EQ(Values(Decode(Row(x), TransferFunction::kLog2))[2], 0.0f);
+    // Colours only; alpha keeps its bits, even NaN.
+    const Samples pixel = Values(Encode(Row({0.5f, 0.5f, 0.5f, kNaN}, 4), TransferFunction::kSrgb));
+    EXPECT_NEAR(pixel[0], 0.73536f, 1e-5);
+    EXPECT_TRUE(std::isnan(pixel[3]));
+  });
+}
+
+TEST(CurveTest, Refusals) {
+  const Node image = Row({1});
+  EXPECT_THROW(ApplyCurve(image, {}), Error);
+  EXPECT_THROW(ApplyCurve(image, {{{}, {}}}), Error);
+  EXPECT_THROW(Power(image, 0), Error);
+  EXPECT_THROW(Power(image, kNaN), Error);
+  EXPECT_THROW(PowerConstant(image, {}), Error);
+  EXPECT_THROW(PowerConstant(image, {kInf}), Error);
+}
+
+Table Ends(const Samples& entries) {
+  return Table({static_cast<int>(entries.size())}, 1, entries, TableAlign::kEnds);
+}
+
+TEST(TransferTest, StagesComeInTheirOrder) {
+  const Node image = Row({0.2f, 0.4f, 0.6f, 0.5f}, 4);
+  OnEveryTarget([&] {
+    // Scale, then table: 0.2 * 2 = 0.4 is nearest to entry 0 of (0, 10); 0.4 * 2 = 0.8 to entry 1.
+    TransferParams p{.scale = {2}, .table1 = {{Ends({0, 10})}, ColorTableFormat::kLuminance}};
+    EXPECT_THAT(Values(Transfer(image, p)), ::testing::ElementsAre(0, 10, 10, 1));
+    // Then the matrix on columns, then scale and bias, then the second table.
+    p.matrix = {0, 1, 0, 0, 0, 0.1, 1, 0, 0};
+    p.scale2 = {0.1}, p.bias2 = {0, 0, 0, 0.5};
+    p.table2 = {{Ends({0, 0.25, 0.5, 0.75, 1})}, ColorTableFormat::kAlpha, true};
+    const Samples v = Values(Transfer(image, p));
+    EXPECT_FLOAT_EQ(v[0], 1);
+    EXPECT_FLOAT_EQ(v[1], 0.1f);
+    EXPECT_FLOAT_EQ(v[2], 0);
+    EXPECT_FLOAT_EQ(v[3], 0.6f);
+  });
+}
+
+TEST(TransferTest, FormatsReplaceTheirChannels) {
+  const Samples in = {0.9f, 0.8f, 0.7f, 0.6f};
+  const Node image = Row(in, 4);
+  const Table a = Ends({1, 11}), b = Ends({2, 12}), c = Ends({3, 13}), d = Ends({4, 14});
+  const struct {
+    ColorTableFormat format;
+    std::vector<Table> tables;
+    Samples want;
+  } kRows[] = {{ColorTableFormat::kRgba, {a, b, c, d}, {11, 12, 13, 14}},
+               {ColorTableFormat::kRgb, {a, b, c}, {11, 12, 13, 0.6f}},
+               {ColorTableFormat::kLuminance, {a}, {11, 11, 11, 0.6f}},
+               {ColorTableFormat::kLuminanceAlpha, {a, b}, {11, 11, 11, 12}},
+               {ColorTableFormat::kAlpha, {a}, {0.9f, 0.8f, 0.7f, 11}},
+               {ColorTableFormat::kIntensity, {a}, {11, 11, 11, 11}}};
+  for (const auto& row : kRows) {
+    EXPECT_EQ(Values(Transfer(image, {.table1 = {row.tables, row.format}})), row.want);
+    EXPECT_THROW(Transfer(image, {.table1 = {{a, a, a, a, a}, row.format}}), Error);
+  }
+  EXPECT_EQ(Values(Transfer(image, {.maps = {a, b, c, d}})), (Samples{11, 12, 13, 14}));
+  EXPECT_EQ(Values(Transfer(image, {})), in);
+  EXPECT_THROW(Transfer(image, {.matrix = {1, 2, 3}}), Error);
+}
+
+TEST(TransferTest, ClampsAndCodesWhereAsked) {
+  const Node image = Row({1.5f, -0.5f, 0.3f, 1}, 4);
+  const std::vector<double> half = {0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5};
+  EXPECT_THAT(Values(Transfer(image, {.scale = {2, 2, 2, 1}, .matrix = half})),
+              ::testing::ElementsAre(1.5f, -0.5f, 0.3f, 1));
+  EXPECT_THAT(
+      Values(Transfer(image, {.scale = {2, 2, 2, 1}, .matrix = half, .clamp = TransferClamp::kFinal})),
+      ::testing::ElementsAre(1, 0, 0.3f, 1));
+  EXPECT_THAT(
+      Values(Transfer(image, {.scale = {2, 2, 2, 1}, .matrix = half, .clamp = TransferClamp::kStages})),
+      ::testing::ElementsAre(0.5f, 0, 0.3f, 1));
+  // An 8-bit framebuffer between the stages: 0.3 doubled is code 153; 0.4 of that is 61.2, so 61.
+  const std::vector<double> less = {0.4, 0, 0, 0, 0.4, 0, 0, 0, 0.4};
+  const Samples codes = Values(Transfer(image, {.scale = {2, 2, 2, 1}, .matrix = less, .bits = 8}));
+  EXPECT_THAT(codes,
+              ::testing::ElementsAre(static_cast<float>(102 / 255.0), 0, static_cast<float>(61 / 255.0), 1));
+}
+
+TEST(TransferTest, RotationAboutTheMiddleOfTheCube) {
+  // Spec: scale 2, bias -1, rotation, scale 1/2, bias 1/2 fixes (1/2, 1/2, 1/2) and turns the rest about it.
+  const TransferParams p{.scale = {2, 2, 2, 1},
+                         .bias = {-1, -1, -1, 0},
+                         .matrix = {0, -1, 0, 1, 0, 0, 0, 0, 1},
+                         .scale2 = {0.5, 0.5, 0.5, 1},
+                         .bias2 = {0.5, 0.5, 0.5, 0}};
+  const Samples v = Values(Transfer(Row({0.5f, 0.5f, 0.5f, 1, 1, 0.5f, 0.25f, 1}, 4), p));
+  EXPECT_THAT(v, ::testing::ElementsAre(0.5f, 0.5f, 0.5f, 1, 0.5f, 1, 0.25f, 1));
+}
+
+TEST(TransferTest, ConvolutionStandsBetweenTheTables) {
+  const Node image = Row({0, 0, 1, 0, 0}, 1);
+  Kernel mean;
+  mean.width = 3, mean.anchor_x = 1, mean.weights = {1 / 3.0, 1 / 3.0, 1 / 3.0};
+  const Samples v = Values(Transfer(image, {.kernel = mean, .scale_convolved = {3}, .bias_convolved = {1}}));
+  EXPECT_FLOAT_EQ(v[0], 1);
+  EXPECT_FLOAT_EQ(v[1], 2);
+  EXPECT_FLOAT_EQ(v[2], 2);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,289 @@
+// Resampling: bits kept where they must be, hard values and coordinates, mip chains, refusals.
+#include "tessera/ops/geometry.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cfloat>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "ops/geometry/filters.h"
+#include "support/pictures.h"
+#include "support/test_ops.h"
+#include "tessera/error.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/generate.h"
+#include "tessera/render.h"
+#include "tessera/targets.h"
+
+namespace tessera {
+namespace {
+
+using testing::Content;
+using testing::ExpectSameBits;
+using testing::Picture;
+using ::testing::HasSubstr;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+template <class F>
+void OnEveryTarget(F check) {
+  for (const std::string& target : SimdTargets()) {
+    SCOPED_TRACE(target);
+    SetSimdTarget(target);
+    check();
+  }
+  SetSimdTarget("auto");
+}
+
+template <class F>
+std::string Refusal(F build) {
+  try {
+    build();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+// An image at the origin filled by f(x, y, c).
+template <class F>
+Image Filled(int width, int height, int channels, F f) {
+  const Image image(ImageSpec(width, height, channels));
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < channels; ++c) image.at<float>(x, y, c) = static_cast<float>(f(x, y, c));
+    }
+  }
+  return image;
+}
+Image Noise(int width, int height, int channels = 4, Content content = Content::kOrdinary) {
+  const Image random = Picture({0, 0, width, height}, channels, PixelType::kFloat, 17, content);
+  return Filled(width, height, channels, [&](int x, int y, int c) { return random.at<float>(x, y, c); });
+}
+
+uint32_t Bits(float v) {
+  uint32_t bits;
+  std::memcpy(&bits, &v, sizeof bits);
+  return bits;
+}
+
+// result(x, y) is image(source(x, y)) bit for bit.
+template <class F>
+void ExpectMoved(const Image& result, const Image& image, F source) {
+  const Roi& w = result.spec().data_window;
+  for (int y = w.y0; y < w.y1; ++y) {
+    for (int x = w.x0; x < w.x1; ++x) {
+      const auto [sx, sy] = source(x, y);
+      if (!image.spec().data_window.Contains({sx, sy, sx + 1, sy + 1})) continue;
+      for (int c = 0; c < image.spec().channel_count(); ++c) {
+        ASSERT_EQ(Bits(result.at<float>(x, y, c)), Bits(image.at<float>(sx, sy, c))) << x << "," << y;
+      }
+    }
+  }
+}
+
+TEST(GeometryTest, FlipsQuarterTurnsAndWholeShiftsKeepBits) {
+  const Image image = Noise(23, 17, 4, Content::kSpecial);
+  const Node node = FromImage(image);
+  OnEveryTarget([&] {
+    for (const char* filter : {"triangle", "lanczos3", "catmull-rom", "box"}) {
+      SCOPED_TRACE(filter);
+      const auto warp = [&](std::vector<double> m) {
+        return Render(Warp(node, {std::move(m), filter, Wrap::kBlack, true}));
+      };
+      ExpectMoved(warp({-1, 0, 0, 0, 1, 0, 23, 0, 1}), image, [](int x, int y) { return std::pair(22 - x, y); });
+      ExpectMoved(warp({1, 0, 0, 0, 1, 0, 5, -3, 1}), image, [](int x, int y) { return std::pair(x - 5, y + 3); });
+      // A quarter turn whose zeros are what cosf makes of 90 degrees.
+      const double c = std::cos(1.5707963267948966);
+      ExpectMoved(warp({c, 1, 0, -1, c, 0, 17, 0, 1}), image, [](int x, int y) { return std::pair(y, 16 - x); });
+      ExpectMoved(Render(Shift(node, {3, -2, filter, Wrap::kRepeat})), image,
+                  [](int x, int y) { return std::pair((x + 20) % 23, (y + 2) % 17); });
+    }
+    ExpectMoved(Render(Zoom(node, {-1, 1})), image, [](int x, int y) { return std::pair(-1 - x, y); });
+    ExpectMoved(Render(Zoom(node, {2, -3})), image,
+                [](int x, int y) { return std::pair(x / 2, static_cast<int>(std::floor((y + 0.5) / -3))); });
+    ExpectSameBits(Render(Resize(node, {23, 17, 0, 0, "mitchell"})), image);
+  });
+}
+
+TEST(GeometryTest, ZoomMovesTheWindows) {
+  const Node node = FromImage(Noise(10, 6));
+  EXPECT_EQ(Zoom(node, {-2, 0.5}).spec().data_window, (Roi{-20, 0, 0, 3}));
+  EXPECT_EQ(Zoom(node, {1.5, -1}).spec().display_window, (Roi{0, -6, 15, 0}));
+}
+
+TEST(GeometryTest, WeightsSumToOneAndConstantsStay) {
+  OnEveryTarget([&] {
+    for (const float value : {0.1f, 16777217.0f, 1e-38f, -3.0f}) {
+      const Node flat = FromImage(Filled(67, 41, 3, [&](int, int, int) { return value; }));
+      for (const std::string& filter : ops::FilterNames()) {
+        if (filter == "disk") continue;  // may have no pixel within reach
+        const Image image = Render(Resize(flat, {29, 90, 0, 0, filter}));
+        for (const int x : {0, 13, 28}) {
+          ASSERT_NEAR(image.at<float>(x, 44, 1) / value, 1.0, 1.3e-7) << filter << " " << value;
+        }
+      }
+    }
+  });
+}
+
+TEST(GeometryTest, NaNSpreadsOnlyWhereItHasWeight) {
+  const Image image = Filled(32, 24, 4, [](int x, int y, int) { return x == 16 && y == 12 ? kNaN : 0.5f; });
+  const Node node = FromImage(image);
+  OnEveryTarget([&] {
+    const Image half = Render(Resize(node, {16, 12, 0, 0, "box"}));
+    const Image shifted = Render(Shift(node, {0.5, 0, "triangle", Wrap::kClamp}));
+    const Image warped = Render(Warp(node, {{1, 0, 0, 0, 1, 0, 0.5, 0, 1}, "triangle", Wrap::kClamp, false}));
+    for (int y = 0; y < 24; ++y) {
+      for (int x = 0; x < 32; ++x) {
+        if (x < 16 && y < 12) EXPECT_EQ(std::isnan(half.at<float>(x, y, 2)), x == 8 && y == 6);
+        const bool reached = y == 12 && (x == 16 || x == 17);
+        EXPECT_EQ(std::isnan(shifted.at<float>(x, y, 0)), reached) << x << "," << y;
+        EXPECT_EQ(std::isnan(warped.at<float>(x, y, 0)), reached) << x << "," << y;
+      }
+    }
+  });
+}
+
+TEST(GeometryTest, LargeValuesOfBothSignsMeetAtZero) {
+  const Node node = FromImage(Filled(2, 1, 1, [](int x, int, int) { return x == 0 ? FLT_MAX : -FLT_MAX; }));
+  OnEveryTarget([&] {
+    EXPECT_EQ(Render(Shift(node, {0.5, 0, "triangle", Wrap::kClamp})).at<float>(1, 0), 0.0f);
+    EXPECT_EQ(Render(Warp(node, {{1, 0, 0, 0, 1, 0, 0.5, 0, 1}, "triangle", Wrap::kClamp, false})).at<float>(1, 0), 0.0f);
+  });
+}
+
+// Position p read from an image whose pixels hold their own index.
+float At(double p, Wrap wrap, const std::string& filter = "triangle") {
+  constexpr int kSize = 8;
+  static const Node ramp = FromImage(Filled(kSize, 1, 1, [](int x, int, int) { return x; }));
+  const Node st = FromImage(Filled(1, 1, 2, [&](int, int, int c) { return c == 0 ? p / kSize : 0.5; }));
+  return Render(StWarp(ramp, st, {filter, wrap, Wrap::kClamp})).at<float>(0, 0);
+}
+
+TEST(GeometryTest, WrapModesAtTheEdges) {
+  OnEveryTarget([&] {
+    EXPECT_EQ(At(0, Wrap::kRepeat), 3.5f);   // half of pixel 7, half of pixel 0
+    EXPECT_EQ(At(8, Wrap::kRepeat), 3.5f);
+    EXPECT_EQ(At(0, Wrap::kClamp), 0.0f);
+    EXPECT_EQ(At(0, Wrap::kMirror), 0.0f);
+    EXPECT_EQ(At(8, Wrap::kMirror), 7.0f);
+    EXPECT_EQ(At(-1.5, Wrap::kMirror), 1.0f);
+    EXPECT_EQ(At(-1.5, Wrap::kRepeat), 6.0f);
+    EXPECT_EQ(At(9.5, Wrap::kClamp), 7.0f);
+    EXPECT_EQ(At(9.5, Wrap::kBlack), 0.0f);
+    EXPECT_EQ(At(2.5, Wrap::kBlack), 2.0f);
+    EXPECT_EQ(At(2.5 + 8e6, Wrap::kRepeat), 2.0f);
+    EXPECT_EQ(At(-1e-8, Wrap::kRepeat), 3.5f);
+    for (const Wrap wrap : {Wrap::kBlack, Wrap::kClamp, Wrap::kRepeat, Wrap::kMirror}) {
+      for (const char* filter : {"triangle", "lanczos3", "box", "gaussian"}) {
+        for (const float odd : {kNaN, kInf, -kInf, 3e38f}) EXPECT_EQ(At(odd, wrap, filter), 0.0f) << odd;
+        for (const double far : {1e9, -1e9}) EXPECT_TRUE(std::isfinite(At(far, wrap, filter)));
+      }
+    }
+  });
+}
+
+TEST(GeometryTest, CoordinatesAreExactAcrossAMillionPixels) {
+  // Pixel x holds its index modulo 1024; the warp reads at 1/64-pixel steps near the far end.
+  constexpr int kWide = 1000000;
+  const Node strip = FromImage(Filled(kWide, 1, 1, [](int x, int, int) { return x % 1024; }));
+  OnEveryTarget([&] {
+    const Node warped = Warp(strip, {{64, 0, 0, 0, 1, 0, -64.0 * 999000, 0, 1}, "triangle", Wrap::kClamp, false});
+    const Image image = Render(Crop(warped, {32, 0, 544, 1}));
+    for (int x = 32; x < 544; ++x) {
+      const double index = 999000 % 1024 + (x + 0.5) / 64 - 0.5;
+      ASSERT_NEAR(image.at<float>(x, 0), index, 0x1p-16 + 4e-5) << x;
+    }
+  });
+}
+
+TEST(GeometryTest, HomographiesSeeNothingBehindTheProjector) {
+  const Node flat = FromImage(Filled(64, 64, 4, [](int, int, int) { return 1; }));
+  // q = 1 - x / 40 of the source: pixels beyond x = 40 are behind.
+  const std::vector<double> m = {1, 0, -1.0 / 40, 0, 1, 0, 0, 0, 1};
+  OnEveryTarget([&] {
+    const Image image = Render(Warp(flat, {m, "triangle", Wrap::kClamp, false}));
+    std::vector<double> negative = m;
+    for (double& v : negative) v = -v;
+    ExpectSameBits(image, Render(Warp(flat, {negative, "triangle", Wrap::kClamp, false})));
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 64; ++x) ASSERT_TRUE(std::isfinite(image.at<float>(x, y, 0)));
+    }
+    EXPECT_EQ(image.at<float>(20, 20, 0), 1.0f);
+  });
+  const Node narrow = FromImage(Filled(9, 9, 1, [](int, int, int) { return 1; }));
+  for (const double scale : {1e-6, 1e6}) {
+    const Image image = Render(Warp(narrow, {{scale, 0, 0, 0, scale, 0, 4.5, 4.5, 1}, "mitchell", Wrap::kClamp, false}));
+    EXPECT_NEAR(image.at<float>(8, 8), 1.0f, 1e-6f) << scale;
+  }
+}
+
+TEST(GeometryTest, MipLevels) {
+  const Image image = Noise(16, 8, 3);
+  const Node node = FromImage(image);
+  OnEveryTarget([&] {
+    const std::vector<Node> levels = MipChain(node, {"box", Wrap::kClamp});
+    ASSERT_EQ(levels.size(), 5u);
+    EXPECT_EQ(levels[4].spec().data_window, (Roi{0, 0, 1, 1}));
+    // A box of a box is the wider box; the mean is kept.
+    const Image two = Render(levels[2]), twice = Render(Mip(Mip(node, {"box", Wrap::kClamp, 1}), {"box", Wrap::kClamp, 1}));
+    double mean = 0;
+    for (int y = 0; y < 8; ++y) {
+      for (int x = 0; x < 16; ++x) mean += image.at<float>(x, y, 1) / 128.0;
+    }
+    EXPECT_NEAR(Render(levels[4]).at<float>(0, 0, 1), mean, 1e-6);
+    for (int x = 0; x < 4; ++x) EXPECT_NEAR(two.at<float>(x, 1, 2), twice.at<float>(x, 1, 2), 4e-7f);
+    // The doubled tent from level 0: 1 3 5 7 7 5 3 1 over 32.
+    const Node impulse = FromImage(Filled(32, 1, 1, [](int x, int, int) { return x == 16 ? 32 : 0; }));
+    const Image tent = Render(Mip(impulse, {"linear", Wrap::kRepeat, 2}));
+    EXPECT_NEAR(tent.at<float>(3, 0), 3.0f, 1e-5f);
+    EXPECT_NEAR(tent.at<float>(4, 0), 5.0f, 1e-5f);
+    // The picture of all levels holds each of them.
+    const Image all = Render(Mip(node, {"mitchell", Wrap::kMirror}));
+    const std::vector<Node> chain = MipChain(node, {"mitchell", Wrap::kMirror});
+    for (int k = 0; k < 5; ++k) {
+      const Roi at = MipLevelWindow(node.spec(), k);
+      const Image level = Render(chain[static_cast<size_t>(k)]);
+      EXPECT_EQ(all.at<float>(at.x0, at.y1 - 1, 1), level.at<float>(0, at.height() - 1, 1)) << k;
+    }
+  });
+}
+
+TEST(GeometryTest, DisplacementOfHalfIsNone) {
+  const Image image = Noise(31, 9);
+  const Node half = FromImage(Filled(31, 9, 1, [](int, int, int) { return 0.5; }));
+  const Node more = FromImage(Filled(31, 9, 1, [](int, int, int) { return 0.75; }));
+  OnEveryTarget([&] {
+    ExpectSameBits(Render(Distort(FromImage(image), half, {.amount = 37})), image);
+    ExpectMoved(Render(Distort(FromImage(image), more, {.amount = 8})), image,
+                [](int x, int y) { return std::pair(x + 2, y + 2); });
+  });
+}
+
+TEST(GeometryTest, RefusalsNameWhatWasFound) {
+  const Node node = FromImage(Noise(8, 8));
+  EXPECT_THAT(Refusal([&] { Resize(node, {4, 4, 0, 0, "lanzcos3"}); }), HasSubstr("lanczos3"));
+  EXPECT_THAT(Refusal([&] { Resize(node, {0, 4}); }), HasSubstr("found 0x4"));
+  EXPECT_THAT(Refusal([&] { Zoom(node, {0, 1}); }), HasSubstr("other than 0"));
+  EXPECT_THAT(Refusal([&] { Zoom(node, {0.01, 1}); }), HasSubstr("no pixel"));
+  EXPECT_THAT(Refusal([&] { Zoom(node, {1e9, 1}); }), HasSubstr("at most 2^30"));
+  EXPECT_THAT(Refusal([&] { Shift(node, {NAN, 0}); }), HasSubstr("at most 2^24"));
+  EXPECT_THAT(Refusal([&] { Shift(node, {0.5, 0, "disk"}); }), HasSubstr("separable"));
+  EXPECT_THAT(Refusal([&] { Warp(node, {{1, 2, 3}}); }), HasSubstr("found 3 numbers, expected 9"));
+  EXPECT_THAT(Refusal([&] { Warp(node, {{1, 2, 0, 2, 4, 0, 0, 0, 1}}); }), HasSubstr("invertible"));
+  EXPECT_THAT(Refusal([&] { Warp(node, {{kNaN, 0, 0, 0, 1, 0, 0, 0, 1}}); }), HasSubstr("invertible"));
+  EXPECT_THAT(Refusal([&] { StWarp(node, node, {.channel_t = 4}); }), HasSubstr("channel 4"));
+  EXPECT_THAT(Refusal([&] { Mip(node, {"gaussian"}); }), HasSubstr("found the filter \"gaussian\""));
+  EXPECT_THAT(Refusal([&] { Mip(node, {"box", Wrap::kClamp, 4}); }), HasSubstr("expected 0 to 3"));
+  EXPECT_THAT(Refusal([&] { Distort(node, FromImage(Noise(8, 9)), {.amount = 1}); }), HasSubstr("8x9"));
+}
+
+}  // namespace
+}  // namespace tessera
