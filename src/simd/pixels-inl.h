@@ -217,6 +217,32 @@ HWY_INLINE void MapRgba8(const uint8_t* from, uint8_t* to, bool stream, const F&
                 reinterpret_cast<uint32_t*>(to), stream);
 }
 
+// The same where f gives numbers of any sign below 2^15, unrounded and without NaN: limits cost half as much on 16-bit
+// integers, and on other execution units than the multiply-adds.
+template <class F>
+HWY_INLINE void MapBoundedRgba8(const uint8_t* from, uint8_t* to, bool stream, const F& f) {
+#if HWY_TARGET == HWY_SCALAR
+  MapRgba8(from, to, stream, [&f](const Pixels& p) HWY_ATTR {
+    return Map(f(p), [](V v) HWY_ATTR { return ClampHigh(ClampLow(v, hn::Zero(D())), hn::Set(D(), 255.0f)); });
+  });
+#else
+  const DU du;
+  const hn::Repartition<int16_t, D> d16;
+  const hn::Repartition<uint8_t, D> d8;
+  const Pixels q = f(UnpackRgba8(hn::LoadU(du, reinterpret_cast<const uint32_t*>(from))));
+  // Adding 1.5 * 2^23 leaves the nearest integer, negative ones too, in the low half of each lane.
+  const auto half = [](V v) HWY_ATTR { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), 0x1.8p23f))); };
+  const auto pair = [&](V low, V high) HWY_ATTR {
+    const auto both = hn::OddEven(hn::BitCast(d16, hn::ShiftLeft<16>(half(high))), hn::BitCast(d16, half(low)));
+    return hn::Min(hn::Max(both, hn::Zero(d16)), hn::Set(d16, 255));
+  };
+  const auto bytes = hn::Or(pair(q.r, q.g), hn::ShiftLeft<8>(pair(q.b, q.a)));  // r b g a
+  alignas(16) static constexpr uint8_t kOrder[16] = {0, 2, 1, 3, 4, 6, 5, 7, 8, 10, 9, 11, 12, 14, 13, 15};
+  const auto ordered = hn::TableLookupBytes(hn::BitCast(d8, bytes), hn::LoadDup128(d8, kOrder));
+  StoreOrStream(hn::BitCast(du, ordered), du, reinterpret_cast<uint32_t*>(to), stream);
+#endif
+}
+
 // Whether pixels at this address may be written with StoreRgba's streaming form.
 HWY_INLINE bool CanStream(const void* p) { return reinterpret_cast<uintptr_t>(p) % 64 == 0; }
 

@@ -2,6 +2,7 @@
 // pixels.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <type_traits>
 
@@ -41,6 +42,17 @@ struct Coefficients {
     }
   }
 
+  // How large results for samples in [0, max] can be before limits.
+  float Bound(float max) const {
+    float bound = 0;
+    for (int i = 0; i < 4; ++i) {
+      float sum = std::fabs(bias[i]);
+      for (const float v : m[i]) sum += std::fabs(v) * max;
+      bound = std::max(bound, sum);
+    }
+    return bound;
+  }
+
   // Storing codes limits them too; one pair of limits does for both. What NaN becomes stays.
   void LimitToCodes(float max) {
     for (int i = 0; i < 4; ++i) low[i] = std::clamp(low[i], 0.0f, max), high[i] = std::clamp(high[i], 0.0f, max);
@@ -53,12 +65,13 @@ class Affine {
   HWY_INLINE Affine(const Coefficients& c, LimitForm form) : c_(c), form_(form) {}
 
   LimitForm form() const { return form_; }
+  float Bound(float max) const { return c_.Bound(max); }
   // For samples that are codes and are stored as such.
   void LimitToCodes(float max) { c_.LimitToCodes(max); }
 
   HWY_INLINE Pixels operator()(const Pixels& p) const {
     if (form_ == LimitForm::kAll) return Limited(p);
-    Pixels q = Rows(p);
+    Pixels q = Unlimited(p);
     if (form_ == LimitForm::kSome) {
       q = {LimitNaN<0>(q.r), LimitNaN<1>(q.g), LimitNaN<2>(q.b), LimitNaN<3>(q.a)};
     }
@@ -66,12 +79,15 @@ class Affine {
   }
   // Limits on every channel, whatever the form.
   HWY_INLINE Pixels Limited(const Pixels& p) const {
-    const Pixels q = Rows(p);
+    const Pixels q = Unlimited(p);
     return {Limit<0>(q.r), Limit<1>(q.g), Limit<2>(q.b), Limit<3>(q.a)};
   }
 
+  HWY_INLINE Pixels Unlimited(const Pixels& p) const {
+    return {Row<0>(p, p.r), Row<1>(p, p.g), Row<2>(p, p.b), Alpha(p)};
+  }
+
  private:
-  HWY_INLINE Pixels Rows(const Pixels& p) const { return {Row<0>(p, p.r), Row<1>(p, p.g), Row<2>(p, p.b), Alpha(p)}; }
   static HWY_INLINE V Set(float v) { return hn::Set(s::D(), v); }
 
   template <int i>
@@ -113,9 +129,11 @@ class Pair {
   HWY_INLINE Pair(const First& first, const Second& second) : first_(first), second_(second) {}
 
   LimitForm form() const { return second_.form(); }
+  float Bound(float) const { return std::numeric_limits<float>::infinity(); }
   void LimitToCodes(float max) { second_.LimitToCodes(max); }
   HWY_INLINE Pixels operator()(const Pixels& p) const { return second_(first_(p)); }
   HWY_INLINE Pixels Limited(const Pixels& p) const { return second_.Limited(first_(p)); }
+  HWY_INLINE Pixels Unlimited(const Pixels& p) const { return second_.Unlimited(first_(p)); }
 
  private:
   First first_;
@@ -128,6 +146,7 @@ class AffineStage final : public graph::PointStage {
  public:
   AffineStage(const Kernel& values, const Kernel& codes8, const Kernel& codes16)
       : values_(values), codes8_(codes8), codes16_(codes16), stored8_(codes8), stored16_(codes16) {
+    bounded8_ = codes8.Bound(255) < 32000;
     stored8_.LimitToCodes(255);
     stored16_.LimitToCodes(65535);
   }
@@ -181,6 +200,11 @@ class AffineStage final : public graph::PointStage {
       T* const to = reinterpret_cast<T*>(args.sink.write);
       const bool stream = args.sink.stream && s::CanStream(to);
       if constexpr (type == PixelType::kUint8) {
+        if (on_codes.form() == LimitForm::kNone && bounded8_) {
+          const auto unlimited = [&on_codes](const Pixels& p) HWY_ATTR { return on_codes.Unlimited(p); };
+          for (int i = 0; i < count; i += s::kLanes) s::MapBoundedRgba8(from + 4 * i, to + 4 * i, stream, unlimited);
+          return;
+        }
         if (on_codes.form() != LimitForm::kSome) {
           const auto limited = [&on_codes](const Pixels& p) HWY_ATTR { return on_codes.Limited(p); };
           for (int i = 0; i < count; i += s::kLanes) s::MapRgba8(from + 4 * i, to + 4 * i, stream, limited);
@@ -224,6 +248,7 @@ class AffineStage final : public graph::PointStage {
 
   Kernel values_, codes8_, codes16_;
   Kernel stored8_, stored16_;  // limited to the codes there are
+  bool bounded8_ = false;      // results for 8-bit samples fit in 16 bits with a sign
 };
 
 template <AffineClass kClass>
