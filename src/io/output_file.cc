@@ -169,7 +169,7 @@ size_t CheckedFile::read(void* buffer, size_t size) {
 
 size_t CheckedFile::write(const void* buffer, size_t size) {
   const std::lock_guard lock(mutex_);
-  if (file_ && failure_ == 0) Note(std::fwrite(buffer, 1, size, file_) == size);
+  if (file_ && failure_ == 0 && size > 0) Note(std::fwrite(buffer, 1, size, file_) == size);
   return size;
 }
 
