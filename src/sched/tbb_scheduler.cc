@@ -7,6 +7,8 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
+#include <memory>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -14,6 +16,20 @@
 #include "sched/scheduler.h"
 
 namespace tessera::sched {
+namespace {
+
+// What one thread leaves, another finds. oneTBB orders the same events, but is not built with ThreadSanitizer, which
+// would not know; the price is an atomic operation per tile.
+class Handover {
+ public:
+  void Leave() { passed_.fetch_add(1, std::memory_order_release); }
+  void Find() const { (void)passed_.load(std::memory_order_acquire); }
+
+ private:
+  std::atomic<int64_t> passed_ = 0;
+};
+
+}  // namespace
 
 int ThreadCount(int requested) {
   return requested > 0 ? requested : std::max(1, tbb::info::default_concurrency());
@@ -27,14 +43,19 @@ void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, i
   // More threads than cores are legal (the tests use them), so the process-wide limit is raised while we run.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::task_arena arena(threads);
+  Handover begun, ended;
+  begun.Leave();
   arena.execute([&] {
     tbb::parallel_for(
         tbb::blocked_range<int64_t>(0, count, 1),
         [&](const tbb::blocked_range<int64_t>& r) {
+          begun.Find();
           const int worker = tbb::this_task_arena::current_thread_index();
           for (int64_t i = r.begin(); i != r.end(); ++i) task(i, worker);
+          ended.Leave();
         });
   });
+  ended.Find();
 }
 
 void ShuffledFor(int64_t count, uint32_t seed, const std::function<void(int64_t, int)>& task) {
@@ -54,24 +75,45 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::task_arena arena(threads);
-  using Item = std::shared_ptr<void>;
+  struct Carried {
+    std::shared_ptr<void> band;
+    Handover read, worked;
+  };
+  using Item = std::shared_ptr<Carried>;
+  Handover begun, reading, writing, ended;
+  begun.Leave();
   arena.execute([&] {
     tbb::parallel_pipeline(
         static_cast<size_t>(tokens),
         tbb::make_filter<void, Item>(tbb::filter_mode::serial_in_order,
                                      [&](tbb::flow_control& control) {
-                                       Item item = steps.read();
-                                       if (!item) control.stop();
+                                       begun.Find();
+                                       reading.Find();
+                                       auto item = std::make_shared<Carried>();
+                                       item->band = steps.read();
+                                       if (!item->band) control.stop();
+                                       reading.Leave();
+                                       item->read.Leave();
                                        return item;
                                      }) &
             tbb::make_filter<Item, Item>(tbb::filter_mode::parallel,
                                          [&](const Item& item) {
-                                           steps.work(item.get(), tbb::this_task_arena::current_thread_index());
+                                           item->read.Find();
+                                           steps.work(item->band.get(), tbb::this_task_arena::current_thread_index());
+                                           item->worked.Leave();
                                            return item;
                                          }) &
-            tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order,
-                                         [&](const Item& item) { steps.write(item.get()); }));
+            tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, [&](const Item& item) {
+              item->worked.Find();
+              writing.Find();
+              steps.write(item->band.get());
+              item->band.reset();
+              writing.Leave();
+              ended.Leave();
+            }));
   });
+  ended.Find();
+  reading.Find();
 }
 
 }  // namespace tessera::sched
