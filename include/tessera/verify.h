@@ -24,7 +24,8 @@ struct VerifyReport {
   int64_t nan_mismatches = 0;            // NaN or infinity on one side only
   int64_t codes_wrong = 0;               // integer types: codes that differ from the rounded reference
   int max_code_error = 0;
-  int worst_x = 0, worst_y = 0, worst_channel = 0;
+  int64_t out_of_bound = 0;              // values whose error is larger than their own bound
+  int worst_x = 0, worst_y = 0, worst_channel = 0;  // of those, the one farthest beyond it
   bool within_bound = true;
   std::string Summary() const;           // one line
 };

@@ -147,6 +147,7 @@ class Pixel {
       others.push_back(From(x, y, off, sign, Parts()));
     }
     if (Adaptive()) others.push_back(From(x, y, {}, sign, Parts()));
+    const std::vector<double> bends = Adaptive() ? Bends(x, y, line) : std::vector<double>(line.size());
     const double reach = p_.magnitude == LicMagnitude::kLength ? Taps(p_) * scene_.Share(x, y)
                                                                : std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < line.size(); ++i) {
@@ -158,7 +159,9 @@ class Pixel {
         low = {std::min(low.x, other[i].x), std::min(low.y, other[i].y)};
         high = {std::max(high.x, other[i].x), std::max(high.y, other[i].y)};
       }
-      const double margin_x = Cells() ? 0 : d + high.x - low.x, margin_y = Cells() ? 0 : d + high.y - low.y;
+      const double off = d + bends[i], grown = off / d;
+      const double margin_x = Cells() ? 0 : off + grown * (high.x - low.x);
+      const double margin_y = Cells() ? 0 : off + grown * (high.y - low.y);
       low = {low.x - margin_x, low.y - margin_y}, high = {high.x + margin_x, high.y + margin_y};
       const bool open = scene_.Open(Nearest(line[i].x), Nearest(line[i].y));
       doubtful |= !Spread(line[i], low, high, open, w, r);
@@ -166,6 +169,23 @@ class Pixel {
       weight += w;
     }
   }
+  // How far the kinks of a bilinear field at pixels' edges may carry steps that reach over several of them:
+  // a share of the second differences of the direction met so far, the step's own reach ahead included.
+  std::vector<double> Bends(int x, int y, const std::vector<Point>& line) const {
+    const Point start{static_cast<double>(x), static_cast<double>(y)};
+    std::vector<Point> v{scene_.Velocity(start)};
+    for (const Point& at : line) v.push_back(scene_.Velocity(at));
+    std::vector<double> sum{0};
+    for (size_t i = 1; i + 1 < v.size(); ++i) {
+      const Point bend = v[i - 1] + -2.0 * v[i] + v[i + 1];
+      sum.push_back(sum.back() + kShareOfBend * std::hypot(bend.x, bend.y));
+    }
+    const auto ahead = static_cast<size_t>(std::ceil(kLongestStep / p_.step));
+    std::vector<double> bends(line.size());
+    for (size_t i = 0; i < bends.size(); ++i) bends[i] = sum[std::min(i + ahead, sum.size() - 1)];
+    return bends;
+  }
+  static constexpr double kShareOfBend = 1.0 / 16, kLongestStep = 7;
   static int Nearest(double v) { return static_cast<int>(std::floor(v + 0.5)); }
 
   // Adds a tap; false when the line might be anywhere, or ended.
@@ -270,9 +290,13 @@ void EvaluateEqualize(const Call& call) {
   const ImageD& in = call.in[0];
   for (int c = 0; c < in.channels; ++c) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
+    const int alpha = call.out_spec.alpha;
+    const auto shown = [&](int x, int y) { return alpha < 0 || in.at(x, y, alpha) != 0; };
     const auto each = [&](const std::function<void(double)>& f) {
       for (int y = in.roi.y0; y < in.roi.y1; ++y) {
-        for (int x = in.roi.x0; x < in.roi.x1; ++x) f(in.at(x, y, c));
+        for (int x = in.roi.x0; x < in.roi.x1; ++x) {
+          if (shown(x, y)) f(in.at(x, y, c));
+        }
       }
     };
     each([&](double v) {
@@ -292,7 +316,7 @@ void EvaluateEqualize(const Call& call) {
     for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
       for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
         const double v = in.at(x, y, c);
-        const bool same = c == call.out_spec.alpha || std::isnan(v);
+        const bool same = c == alpha || std::isnan(v) || !shown(x, y);
         const auto i = static_cast<size_t>(same ? 0 : number(v));
         const auto before = i > 0 ? i - 1 : i, after = std::min<size_t>(i + 2, 65536);
         call.out.at(x, y, c) = same ? v : (below[i] + 0.5 * count[i]) / total;

@@ -125,8 +125,7 @@ class Comparison {
       // An infinity that arose on the way may have met another one.
       if (!same && !overflow) {
         ++r_.nan_mismatches;
-        Worst(x, y, c);
-        r_.within_bound = false;
+        Outside(x, y, c, std::numeric_limits<double>::infinity());
       }
       return;
     }
@@ -135,15 +134,12 @@ class Comparison {
     // The reference itself is exact to double's precision only.
     const double allowed = tolerance + 1e-14 * std::fabs(want) + 0x1p-149;
     r_.bound = std::max(r_.bound, allowed);
-    if (error > allowed) r_.within_bound = false;
-    if (error > r_.max_error) {
-      r_.max_error = error;
-      Worst(x, y, c);
-    }
+    r_.max_error = std::max(r_.max_error, error);
+    if (error > allowed) Outside(x, y, c, error / allowed);
   }
 
   // `at_tie`: the bound reaches a rounding tie, so one code either way is right.
-  void Codes(int got, double want, double tolerance, int max_code) {
+  void Codes(int x, int y, int c, int got, double want, double tolerance, int max_code) {
     const int code = CodeOf(want, max_code);
     if (got == code) return;
     ++r_.codes_wrong;
@@ -151,7 +147,10 @@ class Comparison {
     const double position = std::clamp(want, 0.0, 1.0) * max_code;
     const double tie_distance = std::fabs(std::fabs(position - code) - 0.5);
     // ACCURACY: off by one code only within 2^-12 of a tie, or as far as the float error reaches.
-    if (std::abs(got - code) > 1 || tie_distance > 0x1p-12 + tolerance * max_code) r_.within_bound = false;
+    const double allowed = 0x1p-12 + tolerance * max_code;
+    if (std::abs(got - code) > 1 || tie_distance > allowed) {
+      Outside(x, y, c, std::fabs(position - got) / (0.5 + allowed));
+    }
   }
 
   void Finish() {
@@ -159,12 +158,16 @@ class Comparison {
   }
 
  private:
-  void Worst(int x, int y, int c) {
-    r_.worst_x = x;
-    r_.worst_y = y;
-    r_.worst_channel = c;
+  // `excess`: the error in units of what is allowed.
+  void Outside(int x, int y, int c, double excess) {
+    ++r_.out_of_bound;
+    r_.within_bound = false;
+    if (excess <= excess_) return;
+    excess_ = excess;
+    r_.worst_x = x, r_.worst_y = y, r_.worst_channel = c;
   }
   VerifyReport& r_;
+  double excess_ = 0;
   double squares_ = 0;
 };
 
@@ -189,7 +192,7 @@ std::string VerifyReport::Summary() const {
   }
   if (nan_mismatches > 0) s += ", " + std::to_string(nan_mismatches) + " non-finite mismatches";
   s += within_bound ? ": within bound"
-                    : ": OUT OF BOUND, worst at x=" + std::to_string(worst_x) + " y=" + std::to_string(worst_y) +
+                    : ": " + std::to_string(out_of_bound) + " OUT OF BOUND, worst at x=" + std::to_string(worst_x) + " y=" + std::to_string(worst_y) +
                           " channel " + std::to_string(worst_channel);
   return s;
 }
@@ -220,7 +223,7 @@ VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& optio
           const double tolerance = want.tolerance.at(x, y, c);
           comparison.Values(x, y, c, values.at<float>(x, y, c), want.value.at(x, y, c), tolerance);
           if (integer) {
-            comparison.Codes(verify::CodeAt(codes.view(), x, y, c), want.value.at(x, y, c), tolerance,
+            comparison.Codes(x, y, c, verify::CodeAt(codes.view(), x, y, c), want.value.at(x, y, c), tolerance,
                              type == PixelType::kUint8 ? 255 : 65535);
           }
         }

@@ -240,6 +240,23 @@ TEST(LicTest, LongLinesInSmallPicturesAndCriticalPointsStayInBounds) {
   }
 }
 
+// Vectors as measurements have them: a bend at every pixel's edge, gaps.
+TEST(LicTest, MeasuredFieldsStayInBounds) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> wobble(0, 0.08);
+  const auto nan = std::numeric_limits<double>::quiet_NaN();
+  const Image field = FieldOf(128, 96, [&](double x, double y) {
+    if (std::hypot(x - 90, y - 30) < 12) return std::pair(nan, nan);
+    const double angle = 0.02 * x + wobble(random);
+    return std::pair(6 * std::cos(angle), 6 * std::sin(angle));
+  });
+  for (const double length : {2.0, 6.0, 20.0}) {
+    const VerifyReport report = Verify(Lic(FromImage(field), {.length = length}), PixelType::kFloat, {.samples = 2});
+    EXPECT_TRUE(report.within_bound) << length << ": " << report.Summary();
+    EXPECT_GT(report.samples, 0);
+  }
+}
+
 TEST(LicTest, RefusalsSayWhatWasFound) {
   const Node field = FromImage(Constant(8, 8, 1, 0)), one = FromImage(Texture(8, 8));
   EXPECT_EQ(Refusal([&] { Lic(one); }),
@@ -268,6 +285,20 @@ TEST(EqualizeTest, SharesAreEven) {
   }
   for (const int n : count) EXPECT_NEAR(n, 4000, 20);
   EXPECT_EQ(Render(Equalize(FromImage(Constant(4, 4, 7, 7)))).at<float>(1, 1), 0.5f);
+}
+
+TEST(EqualizeTest, MaskedPixelsDoNotCount) {
+  const Image field = FieldOf(80, 60, [](double x, double) {
+    return x < 40 ? std::pair(std::nan(""), 0.0) : std::pair(1.0, 0.5);
+  });
+  const Image image = Render(Lic(FromImage(field), {.length = 5, .contrast = LicContrast::kEqualize}));
+  ASSERT_EQ(image.spec().channel_count(), 1);
+  double sum = 0;
+  for (int y = 0; y < 60; ++y) {
+    EXPECT_EQ(image.at<float>(10, y), 0);
+    for (int x = 40; x < 80; ++x) sum += image.at<float>(x, y);
+  }
+  EXPECT_NEAR(sum / (40 * 60), 0.5, 1e-3);
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ Node Lic(const Node& image, const Node& field, const LicParams& params = {});
 LicParams LicFrame(LicParams params, int frame, int frames);
 
 // Histogram equalisation of every channel but alpha: the share of samples that are smaller, plus half of
-// those that are equal. NaN stays; images of one value become 1/2. 65,536 classes between the smallest and
+// those that are equal. NaN and pixels of alpha 0 stay and do not count; images of one value become 1/2. 65,536 classes between the smallest and
 // the largest number: |error| <= the share of samples in the value's class. Whole image in memory.
 Node Equalize(const Node& image);
 

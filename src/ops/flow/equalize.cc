@@ -25,12 +25,20 @@ class EqualizeStage final : public graph::WholeStage {
   }
 
  private:
+  // f(sample, result) where alpha, if there is one, is not 0; other samples stay as they are.
   template <class F>
-  static void ForEach(const ConstImageView& in, int channel, const ImageView& out, const F& f) {
+  void ForEach(const ConstImageView& in, int channel, const ImageView& out, const F& f) const {
     for (int y = in.roi.y0; y < in.roi.y1; ++y) {
       const auto* from = reinterpret_cast<const float*>(in.At(in.roi.x0, y, channel));
       auto* to = reinterpret_cast<float*>(out.At(in.roi.x0, y, channel));
-      for (int x = 0; x < in.roi.width(); ++x) f(from[x * in.channels], to[x * in.channels]);
+      for (int x = 0; x < in.roi.width(); ++x) {
+        const bool counts = alpha_ < 0 || from[x * in.channels + alpha_ - channel] != 0;
+        if (counts && !std::isnan(from[x * in.channels])) {
+          f(from[x * in.channels], to[x * in.channels]);
+        } else {
+          to[x * in.channels] = from[x * in.channels];
+        }
+      }
     }
   }
   void Channel(const ConstImageView& in, int channel, const ImageView& out) const {
@@ -46,10 +54,7 @@ class EqualizeStage final : public graph::WholeStage {
     };
     std::vector<int64_t> count(kClasses);
     int64_t total = 0;
-    ForEach(in, channel, out, [&](float v, float&) {
-      if (std::isnan(v)) return;
-      ++count[static_cast<size_t>(class_of(v))], ++total;
-    });
+    ForEach(in, channel, out, [&](float v, float&) { ++count[static_cast<size_t>(class_of(v))], ++total; });
     std::vector<float> share(kClasses);
     int64_t below = 0;
     for (size_t i = 0; i < kClasses && total > 0; ++i) {
@@ -57,8 +62,7 @@ class EqualizeStage final : public graph::WholeStage {
                                     static_cast<double>(total));
       below += count[i];
     }
-    ForEach(in, channel, out,
-            [&](float v, float& to) { to = std::isnan(v) ? v : share[static_cast<size_t>(class_of(v))]; });
+    ForEach(in, channel, out, [&](float v, float& to) { to = share[static_cast<size_t>(class_of(v))]; });
   }
 
   int alpha_;
@@ -90,8 +94,8 @@ OpInfo EqualizeInfo() {
   info.help =
       "Each sample becomes the share of the channel's samples that are smaller, plus half of those in its "
       "own of 65,536 "
-      "classes between the smallest and the largest number: results spread evenly over [0,1]. Alpha and NaN "
-      "stay, "
+      "classes between the smallest and the largest number: results spread evenly over [0,1]. Alpha, NaN and "
+      "pixels of alpha 0 stay and do not count, "
       "infinities count with the extremes, an image of one value becomes 1/2.";
   info.bound = "the share of the samples in a value's class and its two neighbours, and 1e-6";
   info.bound_u = 1;

@@ -12,6 +12,7 @@
 #include "ops/flow/lines.h"
 #include "ops/flow/prepare.h"
 #include "tessera/error.h"
+#include "tessera/ops/channels.h"
 #include "tessera/ops/flow.h"
 
 namespace tessera::ops::flow {
@@ -251,8 +252,15 @@ Node Make(LicParams params, std::vector<Node> inputs) {
   if (params.with_image && params.magnitude == LicMagnitude::kColor) {
     throw Error(kName, "found magnitude color with an image, expected the library's own noise");
   }
-  const Node lic = graph::MakeNode(std::make_shared<const LicOp>(params), std::move(inputs));
-  return params.contrast == LicContrast::kEqualize ? Equalize(lic) : lic;
+  if (params.contrast != LicContrast::kEqualize) {
+    return graph::MakeNode(std::make_shared<const LicOp>(params), std::move(inputs));
+  }
+  // Masked pixels must not count: alpha tells them, whether it is wanted or not.
+  const bool hidden = !params.with_image && !params.alpha;
+  if (hidden) params.alpha = true;
+  const Node equal = Equalize(graph::MakeNode(std::make_shared<const LicOp>(params), std::move(inputs)));
+  if (!hidden) return equal;
+  return SelectChannels(equal, params.magnitude == LicMagnitude::kColor ? "0,1,2" : "0");
 }
 
 }  // namespace

@@ -95,11 +95,14 @@ OpInfo LicInfo() {
       "texture as it is; vectors shorter than smallest times the longest are zero. Lines that leave the "
       "image end and "
       "the weights used are renormalised (border=stop).\n"
-      "animate=N with a # output writes N frames from 1 that loop: kernel=ripple, phase (frame-1)/N.\n"
+      "A mask of its own is appended to the field as alpha: FIELD MASK --chnames A --chappend --lic. Sharper lines "
+      "take a high-pass and a second pass: FIELD --lic:length=10 --highpass 3 FIELD "
+      "--lic:input=1:length=10:contrast=equalize.\n"
+      "animate=N with a # output writes N frames from 1 that loop: kernel=ripple, phase (frame-1)/N. A field that "
+      "changes in time is a sequence of files, each frame the lines of its own moment.\n"
       "Source: Cabral, Leedom 1993; Stalling, Hege 1995; spec/lic.md.";
   info.bound =
-      "samples within what positions off by 1e-3 pixels (adaptive; "
-      "1e-4 "
+      "samples within what positions off by 1e-3 pixels and a sixteenth of the bends met (adaptive; 1e-4 "
       "others) and the step's own error at critical points can change";
   info.bound_u = 1;
   info.inputs = 1;

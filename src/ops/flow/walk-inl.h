@@ -111,6 +111,10 @@ class Walker {
           turned = hn::Max(turned, Turn(v_[c], k4[c]));
           // Where the vector changes evenly k2 and k3 agree.
           turned = hn::Max(turned, hn::Mul(hn::Set(d, kUneven), Turn(k2[c], k3[c])));
+          // A bend within the step, as at pixels' edges, that its ends do not show.
+          const V2 ends{hn::Add(v_[c].x, k4[c].x), hn::Add(v_[c].y, k4[c].y)};
+          const V2 middles{hn::Add(k2[c].x, k3[c].x), hn::Add(k2[c].y, k3[c].y)};
+          turned = hn::Max(turned, hn::Mul(hn::Set(D(), kBend), Turn(ends, middles)));
         }
       }
     }
@@ -120,7 +124,7 @@ class Walker {
     const V x = hn::Sub(b.x, a.x), y = hn::Sub(b.y, a.y);
     return hn::MulAdd(x, x, hn::Mul(y, y));
   }
-  static constexpr float kUneven = 4;
+  static constexpr float kUneven = 4, kBend = 64;
 
   const Lines& lines_;
   const Place& place_;
