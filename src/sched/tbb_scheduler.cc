@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -79,31 +80,33 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
     std::shared_ptr<void> band;
     Handover read, worked;
   };
-  using Item = std::shared_ptr<Carried>;
+  // The pipeline carries pointers: what is under way when a step throws is freed with these, oneTBB forgets it.
+  std::deque<Carried> items;
+  using Item = Carried*;
   Handover begun, reading, writing, ended;
   begun.Leave();
   arena.execute([&] {
     tbb::parallel_pipeline(
         static_cast<size_t>(tokens),
         tbb::make_filter<void, Item>(tbb::filter_mode::serial_in_order,
-                                     [&](tbb::flow_control& control) {
+                                     [&](tbb::flow_control& control) -> Item {
                                        begun.Find();
                                        reading.Find();
-                                       auto item = std::make_shared<Carried>();
-                                       item->band = steps.read();
-                                       if (!item->band) control.stop();
+                                       Carried& item = items.emplace_back();
+                                       item.band = steps.read();
+                                       if (!item.band) control.stop();
                                        reading.Leave();
-                                       item->read.Leave();
-                                       return item;
+                                       item.read.Leave();
+                                       return &item;
                                      }) &
             tbb::make_filter<Item, Item>(tbb::filter_mode::parallel,
-                                         [&](const Item& item) {
+                                         [&](Item item) {
                                            item->read.Find();
                                            steps.work(item->band.get(), tbb::this_task_arena::current_thread_index());
                                            item->worked.Leave();
                                            return item;
                                          }) &
-            tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, [&](const Item& item) {
+            tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, [&](Item item) {
               item->worked.Find();
               writing.Find();
               steps.write(item->band.get());
