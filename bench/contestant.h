@@ -48,6 +48,11 @@ std::unique_ptr<Contestant> MakeDecimatedBlur(const Setting& setting);
 std::unique_ptr<Contestant> MakeShortBlur(const Setting& setting);
 std::unique_ptr<Contestant> MakeBoxesBlur(const Setting& setting);
 
+// Compositing's: pixman (null when built without it), this library in place as pixman works, and the yardstick of two images read and one written.
+std::unique_ptr<Contestant> MakePixman(const Setting& setting);
+std::unique_ptr<Contestant> MakeInPlace(const Setting& setting);
+std::unique_ptr<Contestant> MakeTwoReads(const Setting& setting);
+
 // Name and version of every peer that was built in, for the report's heading.
 std::vector<std::pair<std::string, std::string>> PeerVersions();
 

@@ -106,7 +106,7 @@ struct Group {
     for (const std::string& target : targets) contestants.push_back(MakeTessera(setting, target));
     if (with_unfolded) contestants.push_back(MakeTessera(setting, targets.front(), false));
     for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv, MakeLibm, MakeOiioResample, MakeOpenCvResample, MakeVips, MakeOpenCvFilter,
-                            MakeOiioFilter, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
+                            MakeOiioFilter, MakePixman, MakeInPlace, MakeTwoReads, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
       if (auto peer = make(setting)) contestants.push_back(std::move(peer));
     }
     std::vector<Node> nodes;
@@ -291,7 +291,7 @@ void RegisterTask(const std::string& suite, const Task& task, const Options& opt
         for (const std::string& target : options.targets) names.push_back("tessera " + target);
         if (with_unfolded) names.push_back("tessera " + options.targets.front() + " unfolded");
         for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv, MakeLibm, MakeOiioResample, MakeOpenCvResample, MakeVips, MakeOpenCvFilter,
-                            MakeOiioFilter, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
+                            MakeOiioFilter, MakePixman, MakeInPlace, MakeTwoReads, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
           if (auto peer = make(setting)) names.push_back(peer->Name());
         }
         std::ostringstream prefix;

@@ -17,10 +17,10 @@ for argument; do
   esac
 done
 
-samples/setup.sh libnoise-dev libopencv-dev libvips-dev liblcms2-dev librsvg2-bin python3
+samples/setup.sh libnoise-dev libopencv-dev libvips-dev liblcms2-dev libpixman-1-dev librsvg2-bin python3
 build=build/release
 cmake --preset release >/dev/null
-cmake --build --preset release --target bench_filter bench_resample bench_noise bench_lookup bench_ops bench_pipelines bench_curves
+cmake --build --preset release --target bench_composite bench_filter bench_resample bench_noise bench_lookup bench_ops bench_pipelines bench_curves
 out=build/bench
 rm -rf "$out"
 mkdir -p "$out"
@@ -40,6 +40,8 @@ if [ -n "$quick" ]; then
   measure lookup bench_lookup --sizes=3840x2160 --targets=best --seconds=1
   measure noise bench_noise --targets=best --seconds=1
   measure filter bench_filter --sizes=3840x2160 --targets=best --threads=1,2 --seconds=1
+  measure shade bench_shade --sizes=3840x2160 --targets=best --threads=2 --seconds=1
+  measure composite bench_composite --sizes=3840x2160 --types=float,uint8 --targets=best --threads=1,2 --seconds=1
   measure ops bench_ops --sizes=1920x1080 --targets=best --threads=1 --seconds=1
   measure resample bench_resample --sizes=1920x1080 --targets=best --threads=1 --seconds=1
 else
@@ -48,6 +50,8 @@ else
   measure lookup bench_lookup --sizes=3840x2160 --targets=all
   measure noise bench_noise --targets=all
   measure filter bench_filter --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
+  measure shade bench_shade --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
+  measure composite bench_composite --sizes=3840x2160 --types=float,half,uint8 --targets=all --threads=1,2
   measure ops bench_ops --sizes=3840x2160,1920x1080 --targets=all --threads=1,2
   measure resample bench_resample --sizes=3840x2160 --targets=all --threads=1,2 --seconds=5
   measure pipelines-large bench_pipelines --sizes=large --targets=best --threads=1,2

@@ -104,6 +104,14 @@ std::vector<Call> CallsOf(const Step& step) {
       {"max", [](ImageBuf& d, const auto& in, int n) { return iba::max(d, *in[0], *in[1], {}, n); }},
       {"absdiff", [](ImageBuf& d, const auto& in, int n) { return iba::absdiff(d, *in[0], *in[1], {}, n); }},
       {"over", [](ImageBuf& d, const auto& in, int n) { return iba::over(d, *in[0], *in[1], {}, n); }},
+      {"zover",
+       [](ImageBuf& d, const auto& in, int n) {
+         // The channel that the task calls depth.
+         for (const ImageBuf* image : {in[0], in[1], static_cast<const ImageBuf*>(&d)}) {
+           const_cast<ImageBuf*>(image)->specmod().z_channel = 2;
+         }
+         return iba::zover(d, *in[0], *in[1], false, {}, n);
+       }},
       {"abs", [](ImageBuf& d, const auto& in, int n) { return iba::abs(d, *in[0], {}, n); }},
       {"premult", [](ImageBuf& d, const auto& in, int n) { return iba::premult(d, *in[0], {}, n); }},
       {"unpremult", [](ImageBuf& d, const auto& in, int n) { return iba::unpremult(d, *in[0], {}, n); }},

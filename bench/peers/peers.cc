@@ -7,6 +7,10 @@
 #include <opencv2/core/version.hpp>
 #endif
 
+#if defined(TESSERA_BENCH_PIXMAN)
+#include <pixman.h>
+#endif
+
 #include "contestant.h"
 
 namespace tessera::bench {
@@ -28,6 +32,9 @@ bool IsRec709(const Step& step) {
 std::vector<std::pair<std::string, std::string>> PeerVersions() {
   std::vector<std::pair<std::string, std::string>> versions = {{"OpenImageIO", OIIO_VERSION_STRING},
                                                                {"OpenColorIO", OCIO_NAMESPACE::GetVersion()}};
+#if defined(TESSERA_BENCH_PIXMAN)
+  versions.emplace_back("pixman", pixman_version_string());
+#endif
 #if defined(TESSERA_BENCH_OPENCV)
   versions.emplace_back("OpenCV", CV_VERSION);
 #endif

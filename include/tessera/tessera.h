@@ -2,6 +2,7 @@
 #ifndef TESSERA_TESSERA_H_
 #define TESSERA_TESSERA_H_
 
+#include "tessera/camera.h"
 #include "tessera/error.h"
 #include "tessera/image.h"
 #include "tessera/io.h"
@@ -9,21 +10,30 @@
 #include "tessera/ocio.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/arithmetic.h"
+#include "tessera/ops/bump.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
+#include "tessera/ops/composite.h"
 #include "tessera/ops/curve.h"
+#include "tessera/ops/environment.h"
 #include "tessera/ops/filter.h"
 #include "tessera/ops/flow.h"
+#include "tessera/ops/framebuffer.h"
 #include "tessera/ops/generate.h"
 #include "tessera/ops/geometry.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/ops/noise.h"
+#include "tessera/ops/outline.h"
+#include "tessera/ops/shade.h"
 #include "tessera/ops/texture.h"
 #include "tessera/ops/transfer.h"
+#include "tessera/ops/hypertexture.h"
+#include "tessera/ops/volume.h"
 #include "tessera/render.h"
 #include "tessera/roi.h"
 #include "tessera/table.h"
 #include "tessera/targets.h"
 #include "tessera/verify.h"
+#include "tessera/volume.h"
 
 #endif  // TESSERA_TESSERA_H_

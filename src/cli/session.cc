@@ -39,7 +39,7 @@ void ApplyOperation(const Step& step, Session& session) {
   }
   for (const std::string& note : notes) std::cout << step.written << ": " << note << std::endl;
   result.name = step.written;
-  result.attributes = std::move(operands.front().attributes);
+  if (!operands.empty()) result.attributes = std::move(operands.front().attributes);
   session.Push(std::move(result));
 }
 

@@ -26,9 +26,10 @@ TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions&
   if (t.height <= 0) t.height = preferred.height;
   if (channels == 0) {
     // Wide rows: blocks go from source to sink, so that only the prefetcher sees the tile's shape.
-    constexpr int kPixels = 1 << 15;
+    // Large results have larger tiles, which cost less each, and still enough of them.
+    const auto pixels = static_cast<int>(std::clamp<int64_t>(roi.pixels() / 64, 1 << 15, 1 << 17));
     if (t.width <= 0) t.width = std::max(1, roi.width());
-    if (t.height <= 0) t.height = std::max(1, kPixels / t.width);
+    if (t.height <= 0) t.height = std::max(1, pixels / t.width);
   } else {
     // Fat strips whose tiles stay within half of a 1 MB L2; halos are a small share of them.
     constexpr int64_t kFloats = (1 << 19) / 4;

@@ -58,7 +58,7 @@ void DescribeRun(const Plan& plan, const PointRun& run, bool last, std::string& 
     } else {
       const PointStep& step = run.steps[static_cast<size_t>(item.index)];
       text += "    " + step.label;
-      if (step.fused_load >= 0) text += "  [with the load]";
+      if (step.fused_load[0] >= 0) text += "  [with the load]";
       if (step.fused_store) text += "  [with the store]";
       text += "\n";
     }

@@ -32,7 +32,7 @@ struct PointStep {
   std::string label;
   std::vector<std::array<PlaneId, 4>> in;
   std::array<PlaneId, 4> out = {};
-  int fused_load = -1;                  // the load whose pixels input 0 may take directly
+  std::array<int, 2> fused_load = {-1, -1};  // the loads whose pixels inputs 0 and 1 may take directly
   bool fused_store = false;             // the result may go directly to the sink
 };
 

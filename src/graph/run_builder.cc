@@ -244,8 +244,8 @@ class RunBuilder {
     run_->steps = std::move(steps);
   }
 
-  // A first step that alone reads all of an RGBA load, and a last one whose planes alone are stored, may work on
-  // the pixels themselves.
+  // A first step that alone reads all of an RGBA load (of two, where it has two inputs), and a last one whose planes
+  // alone are stored, may work on the pixels themselves.
   void FindFusions(const std::vector<int>& channels) {
     const std::vector<int> readers = Readers();
     const auto alone = [&](const std::array<PlaneId, 4>& planes) {
@@ -253,12 +253,13 @@ class RunBuilder {
                          [&](PlaneId p) { return p >= kFirstFreePlane && readers[Z(p)] == 1; });
     };
     for (PointStep& step : run_->steps) {
-      if (step.in.size() == 1 && alone(step.in[0])) {
+      for (size_t k = 0; k < step.in.size() && step.in.size() <= step.fused_load.size(); ++k) {
+        if (!alone(step.in[k])) continue;
         for (size_t l = 0; l < run_->loads.size(); ++l) {
           const PlaneLoad& load = run_->loads[l];
-          if (std::equal(step.in[0].begin(), step.in[0].end(), load.plane) &&
+          if (std::equal(step.in[k].begin(), step.in[k].end(), load.plane) &&
               std::equal(load.channel, load.channel + 4, std::array{0, 1, 2, 3}.begin())) {
-            step.fused_load = static_cast<int>(l);
+            step.fused_load[k] = static_cast<int>(l);
           }
         }
       }

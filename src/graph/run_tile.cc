@@ -38,9 +38,22 @@ struct BoundLoad {
 struct BoundStep {
   const PointStage* stage = nullptr;
   PointArgs args;
-  const BoundLoad* source = nullptr;
+  const BoundLoad *source = nullptr, *second = nullptr;
   bool sink = false;
 };
+
+// A tail shorter than a group goes through here; four floats a pixel is the widest fused format.
+struct Tail {
+  alignas(base::kAlignment) std::byte pixels[kGroupPixels * 16] = {};
+};
+
+// The pixels of a block, or a copy of a tail with room for a whole group.
+const std::byte* BlockPixels(const BoundLoad& load, int x, int y, int count, Tail& tail) {
+  const std::byte* const pixels = load.view.At(x, y);
+  if (count >= kGroupPixels) return pixels;
+  std::memcpy(tail.pixels, pixels, static_cast<size_t>(count) * 4 * PixelBytes(load.view.type));
+  return tail.pixels;
+}
 
 // The length of the next block: whole blocks, then whole groups, then a tail shorter than a group.
 int BlockLength(int left, int block) {
@@ -91,17 +104,27 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
       ++inputs;
     }
     for (size_t p = 0; p < 4; ++p) step.args.out[p] = plane(planned.out[p]);
-    if (planned.fused_load >= 0) {
-      BoundLoad& load = loads[static_cast<size_t>(planned.fused_load)];
-      if (IsInterleavedRgba(load.view.channel_stride, load.view.pixel_stride, load.view.type) &&
-          step.stage->CanFuse(true, load.view.type)) {
-        load.skipped = true;
-        step.source = &load;
-        step.args.source.type = load.view.type;
-      }
+    const auto fusable = [&](int l) {
+      if (l < 0) return false;
+      const ConstImageView& view = loads[static_cast<size_t>(l)].view;
+      return IsInterleavedRgba(view.channel_stride, view.pixel_stride, view.type);
+    };
+    const auto take = [&](int l, DirectPixels& direct) {
+      BoundLoad& load = loads[static_cast<size_t>(l)];
+      load.skipped = true;
+      direct.type = load.view.type;
+      return &load;
+    };
+    const auto type_of = [&](int l) { return loads[static_cast<size_t>(l)].view.type; };
+    const auto [first, second] = planned.fused_load;
+    const bool sink = planned.fused_store && IsInterleavedRgba(out.channel_stride, out.pixel_stride, out.type);
+    const bool pair = planned.in.size() == 2 && sink && fusable(first) && fusable(second) &&
+                      type_of(first) == out.type && type_of(second) == out.type && step.stage->CanFusePair(out.type);
+    if (pair || (planned.in.size() == 1 && fusable(first) && step.stage->CanFuse(true, type_of(first)))) {
+      step.source = take(first, step.args.source);
     }
-    if (planned.fused_store && IsInterleavedRgba(out.channel_stride, out.pixel_stride, out.type) &&
-        step.stage->CanFuse(false, out.type)) {
+    if (pair) step.second = take(second, step.args.second);
+    if (pair || (sink && step.stage->CanFuse(false, out.type))) {
       step.sink = stored = true;
       step.args.sink.type = out.type;
       step.args.sink.stream = stream;
@@ -123,12 +146,11 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
 
   // One step from source to sink touches no plane, so its blocks may be as long as the row: coefficients are set up
   // once.
-  const bool no_planes = steps.size() == 1 && loads.size() == 1 && loads[0].skipped && stored;
+  const bool no_planes = steps.size() == 1 && stored && !loads.empty() &&
+                         std::all_of(loads.begin(), loads.end(), [](const BoundLoad& l) { return l.skipped; });
   const int block = no_planes ? std::max(kBlockPixels, out.roi.width() / kGroupPixels * kGroupPixels) : kBlockPixels;
 
-  // Four floats a pixel is the widest fused format; a tail goes through these.
-  alignas(base::kAlignment) std::byte tail_in[kGroupPixels * 16] = {};
-  alignas(base::kAlignment) std::byte tail_out[kGroupPixels * 16];
+  Tail tail_in[2], tail_out;
   const size_t sink_pixel = 4 * PixelBytes(out.type);
   for (int y = out.roi.y0; y < out.roi.y1; ++y) {
     for (int x = out.roi.x0; x < out.roi.x1;) {
@@ -148,17 +170,11 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
         step.args.x = x;
         step.args.y = y;
         step.args.count = tail ? kGroupPixels : count;
-        if (step.source != nullptr) {
-          step.args.source.read = step.source->view.At(x, y);
-          if (tail) {
-            std::memcpy(tail_in, step.args.source.read,
-                        static_cast<size_t>(count) * 4 * PixelBytes(step.args.source.type));
-            step.args.source.read = tail_in;
-          }
-        }
-        if (step.sink) step.args.sink.write = tail ? tail_out : out.At(x, y);
+        if (step.source != nullptr) step.args.source.read = BlockPixels(*step.source, x, y, count, tail_in[0]);
+        if (step.second != nullptr) step.args.second.read = BlockPixels(*step.second, x, y, count, tail_in[1]);
+        if (step.sink) step.args.sink.write = tail ? tail_out.pixels : out.At(x, y);
         step.stage->Run(step.args);
-        if (step.sink && tail) std::memcpy(out.At(x, y), tail_out, static_cast<size_t>(count) * sink_pixel);
+        if (step.sink && tail) std::memcpy(out.At(x, y), tail_out.pixels, static_cast<size_t>(count) * sink_pixel);
       }
       for (simd::StoreArgs& store : stores) {
         store.pixels = out.At(x, y);

@@ -34,7 +34,8 @@ struct PointArgs {
                                           // (1 for a missing alpha)
   float* out[4] = {};               // four planes, never null; may be any of the inputs' planes, in any order: read a
                                     // group of every input before writing it
-  DirectPixels source, sink;        // used only when CanFuse allowed it
+  DirectPixels source, sink;        // used only when CanFuse allowed it; or, with `second` (input 1), CanFusePair
+  DirectPixels second;
 };
 
 class PointStage {
@@ -45,6 +46,12 @@ class PointStage {
   // four-channel pixels of this type, saving a trip through L1.
   virtual bool CanFuse(bool load, PixelType type) const {
     (void)load, (void)type;
+    return false;
+  }
+  // True when a stage of two inputs may run from the interleaved four-channel pixels of both (`source`, `second`)
+  // straight to the result's, all three of this type. All or nothing: else there are planes only.
+  virtual bool CanFusePair(PixelType type) const {
+    (void)type;
     return false;
   }
   // This stage followed by `next`, which takes nothing but its result, as one stage that keeps the pixels in

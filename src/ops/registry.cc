@@ -6,15 +6,20 @@
 #include "ocio/ocio_ops.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/arithmetic/arithmetic_ops.h"
+#include "ops/bump/bump_ops.h"
 #include "ops/channels/channels_ops.h"
 #include "ops/color/color_ops.h"
+#include "ops/composite/composite_ops.h"
 #include "ops/curve/curve_ops.h"
+#include "ops/environment/environment_ops.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/flow/flow_ops.h"
 #include "ops/generate/generate_ops.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/lookup/lookup_ops.h"
+#include "ops/volume/volume_ops.h"
+#include "ops/shade/shade_ops.h"
 
 namespace tessera::ops {
 
@@ -80,6 +85,23 @@ const std::vector<OpInfo>& Registry() {
       DistortInfo(),
       TableInfo(),
       LookupInfo(),
+      OverInfo(),
+      ZOverInfo(),
+      BlendInfo(),
+      AlphaTestInfo(),
+      DepthTestInfo(),
+      StencilInfo(),
+      DissolveInfo(),
+      ThresholdsInfo(),
+      RevealInfo(),
+      ZCompositeInfo(),
+      DepthComplexityInfo(),
+      DecalsInfo(),
+      EdgesInfo(),
+      OutlineInfo(),
+      HaloInfo(),
+      AirbrushInfo(),
+      PuffsInfo(),
       ConstantInfo(),
       CreateInfo(),
       CheckerInfo(),
@@ -107,6 +129,26 @@ const std::vector<OpInfo>& Registry() {
       CropInfo(),
       LicInfo(),
       EqualizeInfo(),
+      AovInfo(),
+      DepthInfo(),
+      PositionInfo(),
+      TransformPointsInfo(),
+      FogInfo(),
+      LayerFogInfo(),
+      ShadowInfo(),
+      SoftShadowInfo(),
+      DiffuseLightInfo(),
+      SpotlightInfo(),
+      SolidInfo(),
+      EnvironmentInfo(),
+      ConvertEnvironmentInfo(),
+      PhongInfo(),
+      NormalsInfo(),
+      HeightNormalsInfo(),
+      BumpInfo(),
+      TangentNormalsInfo(),
+      CombineNormalsInfo(),
+      VolumeInfo(),
   };
   return kRows;
 }

@@ -9,17 +9,26 @@ namespace tessera::reference {
 
 // Entries of each family, defined beside its functions.
 std::vector<Entry> ColorEntries();
+std::vector<Entry> BlendEntries();
+std::vector<Entry> CompositeEntries();
 std::vector<Entry> CurveEntries();
 std::vector<Entry> AccumulateEntries();
 std::vector<Entry> ArithmeticEntries();
 std::vector<Entry> FlowEntries();
 std::vector<Entry> GenerateEntries();
 std::vector<Entry> FilterEntries();
+std::vector<Entry> OutlineEntries();
 std::vector<Entry> NoiseEntries();
 std::vector<Entry> SvgTurbulenceEntries();
 std::vector<Entry> TextureEntries();
 std::vector<Entry> GeometryEntries();
 std::vector<Entry> LookupEntries();
+std::vector<Entry> ShadeEntries();
+std::vector<Entry> ShadeLightEntries();
+std::vector<Entry> EnvironmentEntries();
+std::vector<Entry> LightingEntries();
+std::vector<Entry> BumpEntries();
+std::vector<Entry> VolumeEntries();
 
 namespace {
 
@@ -29,7 +38,7 @@ struct Table {
   std::map<std::string, Entry> entries;
 
   Table() {
-    for (auto* family : {&AccumulateEntries, &ColorEntries, &CurveEntries, &ArithmeticEntries, &FlowEntries, &GenerateEntries, &FilterEntries, &NoiseEntries, &SvgTurbulenceEntries, &TextureEntries, &GeometryEntries, &LookupEntries}) {
+    for (auto* family : {&AccumulateEntries, &ColorEntries, &BlendEntries, &CompositeEntries, &CurveEntries, &ArithmeticEntries, &FlowEntries, &GenerateEntries, &FilterEntries, &OutlineEntries, &NoiseEntries, &SvgTurbulenceEntries, &TextureEntries, &GeometryEntries, &LookupEntries, &ShadeEntries, &ShadeLightEntries, &EnvironmentEntries, &LightingEntries, &BumpEntries, &VolumeEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

@@ -169,7 +169,7 @@ HWY_INLINE V Log10(V x) { return LogTimes(x, 0.30102999566398119521); }
 
 // What pow gives where its magnitude is not 2^(y log2 x) of ordinary numbers, or where a sign is needed: C's
 // rules.
-HWY_NOINLINE V PowSpecial(V x, V y, V magnitude) {
+inline HWY_NOINLINE V PowSpecial(V x, V y, V magnitude) {
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());

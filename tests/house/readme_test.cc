@@ -91,7 +91,7 @@ TEST(ReadmeTest, ShellLinesRun) {
     if (const size_t digits = name.find('#'); digits != std::string::npos) name.replace(digits, 1, "0100");
     EXPECT_TRUE(fs::exists(work / name)) << line;
   }
-  EXPECT_EQ(lines, 9);
+  EXPECT_EQ(lines, 12);
   fs::remove_all(work);
 }
 

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "support/refusal.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
@@ -35,16 +36,6 @@ void OnEveryTarget(F check) {
     check();
   }
   SetSimdTarget("auto");
-}
-
-template <class F>
-std::string Refusal(F build) {
-  try {
-    build();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 Image Row(const std::vector<float>& values) {

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/refusal.h"
 #include "tessera/error.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
@@ -55,16 +56,6 @@ void OnEveryTarget(F check) {
   }
   SetSimdTarget("auto");
 }
-template <class F>
-std::string Refusal(F build) {
-  try {
-    build();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(ArithmeticTest, SumsFollowIeee) {
   const Node a = FromImage(Row({FLT_MAX, kInf, kInf, -0.0f, 1e-45f, 16777216.0f, kNaN}));
   const Node b = FromImage(Row({FLT_MAX, -kInf, 1.0f, -0.0f, 1e-45f, 1.0f, 1.0f}));

@@ -13,6 +13,7 @@
 
 #include "ops/geometry/filters.h"
 #include "support/pictures.h"
+#include "support/refusal.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
@@ -39,16 +40,6 @@ void OnEveryTarget(F check) {
     check();
   }
   SetSimdTarget("auto");
-}
-
-template <class F>
-std::string Refusal(F build) {
-  try {
-    build();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 // An image at the origin filled by f(x, y, c).

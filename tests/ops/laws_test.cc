@@ -172,7 +172,7 @@ TEST_P(Laws, SmallestAndEmptyImagesWork) {
   OnEveryTarget([&] {
     const Node one = c.Make({4, 4, 5, 5}, 4, PixelType::kFloat);
     ExpectWithinBound(one, Render(one));
-    if (c.op->name == "crop") return;
+    if (c.op->name == "crop" || (c.Operands() == 0 && !c.op->generator)) return;  // has a size of its own
     const Node none = c.Make({}, 4, PixelType::kFloat);
     EXPECT_EQ(Render(none).spec().data_window.pixels(), 0);
   });

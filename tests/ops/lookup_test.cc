@@ -19,6 +19,7 @@
 #include "base/lookup_params.h"
 #include "graph/op.h"
 #include "reference/reference.h"
+#include "support/refusal.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
@@ -63,16 +64,6 @@ Table RandomTable(std::vector<int> sizes, int channels, TableAlign align = Table
   const Samples s = Random(n, -1, 2, seed);
   return Table(std::move(sizes), channels, s, align);
 }
-template <class F>
-std::string Refusal(F build) {
-  try {
-    build();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 class LookupTest : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { SetSimdTarget(GetParam()); }

@@ -16,6 +16,7 @@
 
 #include "ops/registry.h"
 #include "support/noise_values.h"
+#include "support/refusal.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/texture.h"
@@ -49,16 +50,6 @@ void OnEveryTarget(F check) {
   }
   SetSimdTarget("auto");
 }
-template <class F>
-std::string Refusal(F build) {
-  try {
-    build();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 RenderOptions Tiles() {
   RenderOptions options;
   options.threads = 3;

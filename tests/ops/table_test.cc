@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "support/refusal.h"
 #include "tessera/error.h"
 
 namespace tessera {
@@ -30,16 +31,6 @@ Table RandomTable(std::vector<int> sizes, int channels) {
   for (float& v : s) v = d(random);
   return Table(std::move(sizes), channels, s, TableAlign::kCentres);
 }
-template <class F>
-std::string Refusal(F build) {
-  try {
-    build();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(TableTest, StorageRoundsAndReadsBack) {
   const Samples samples = {0, 1, 0.5f, -0.25f, 1.5f, kNaN, 65519.99f, 1e-8f};
   const Table eight({8}, 1, samples, TableAlign::kEnds, PixelType::kUint8);

@@ -13,41 +13,60 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/pair-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace s = simd::HWY_NAMESPACE;
 namespace hn = hwy::HWY_NAMESPACE;
 
-// One kernel for all six: F works on one vector of each image.
-template <class F>
-struct Pairwise {
-  F f;
-  HWY_INLINE s::Pixels operator()(const s::Pixels& a, const s::Pixels& b) const { return s::Map(a, b, f); }
-};
+// Two samples to one; `Codes` is the same of 8-bit samples, correctly rounded.
+using s::V;
+using M = hn::Mask<s::D>;
 struct AddF {
-  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Add(a, b); }
+  HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Add(a, b); }
+#if HWY_TARGET != HWY_SCALAR
+  static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::SaturatedAdd(a, b); }
+#endif
 };
 struct SubF {
-  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Sub(a, b); }
+  HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Sub(a, b); }
+#if HWY_TARGET != HWY_SCALAR
+  static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::SaturatedSub(a, b); }
+#endif
 };
 struct MulF {
-  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Mul(a, b); }
+  HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Mul(a, b); }
+#if HWY_TARGET != HWY_SCALAR
+  static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
+    return s::FromEvenOdd(s::Div255(hn::Mul(s::Even(a), s::Even(b))), s::Div255(hn::Mul(s::Odd(a), s::Odd(b))));
+  }
+#endif
 };
 struct AbsDiffF {
-  HWY_INLINE s::V operator()(s::V a, s::V b) const { return hn::Abs(hn::Sub(a, b)); }
+  HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Abs(hn::Sub(a, b)); }
+#if HWY_TARGET != HWY_SCALAR
+  static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
+    return hn::Or(hn::SaturatedSub(a, b), hn::SaturatedSub(b, a));
+  }
+#endif
 };
 struct MinF {
-  HWY_INLINE s::V operator()(s::V a, s::V b) const { return s::MinNumber(a, b); }
+  HWY_INLINE V operator()(V a, V b, V, V, M) const { return s::MinNumber(a, b); }
+#if HWY_TARGET != HWY_SCALAR
+  static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::Min(a, b); }
+#endif
 };
 struct MaxF {
-  HWY_INLINE s::V operator()(s::V a, s::V b) const { return s::MaxNumber(a, b); }
+  HWY_INLINE V operator()(V a, V b, V, V, M) const { return s::MaxNumber(a, b); }
+#if HWY_TARGET != HWY_SCALAR
+  static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::Max(a, b); }
+#endif
 };
 
 template <class F>
 std::unique_ptr<graph::PointStage> MakePair() {
-  return s::MakeStage<2>(Pairwise<F>{});
+  return s::MakePairStage(F());
 }
 std::unique_ptr<graph::PointStage> MakeAdd() { return MakePair<AddF>(); }
 std::unique_ptr<graph::PointStage> MakeSub() { return MakePair<SubF>(); }

@@ -1,0 +1,43 @@
+// Compositing of two premultiplied pictures beside OpenImageIO, pixman and OpenCV, and beside what memory
+// allows: two images read, one written.
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "harness.h"
+#include "tessera/ops/color.h"
+#include "tessera/render.h"
+
+namespace {
+
+// Noise whose colours are at most alpha.
+tessera::Image Premultiplied(int width, int height, tessera::PixelType type, size_t index) {
+  const tessera::Image noise = tessera::bench::MakeInput(width, height, type, index + 1);
+  return tessera::Render(tessera::Premultiply(tessera::FromImage(noise)), type);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace tessera::bench;
+  try {
+    const Options options = ParseOptions(&argc, argv);
+    const auto add = [&](const std::string& name, const std::string& op, const std::string& example) {
+      Task task = MakeTask(name, {{op, example}});
+      task.make_input = Premultiplied;
+      RegisterTask("composite", task, options, /*with_unfolded=*/false);
+    };
+    add("over", "over", "");
+    add("zover", "zover", "depth=2");
+    for (const char* mode : {"in", "xor", "atop", "plus", "multiply", "soft-light", "luminosity"})
+      add(mode, "blend", mode);
+    add("zcomposite", "zcomposite", "depth=2");
+    add("dissolve", "dissolve", "0.4");
+    add("add", "add", "");
+    add("mul", "mul", "");
+    return RunRegistered(&argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_composite: error: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,189 @@
+// Distance fields of solids and of volumes.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/distance_transform.h"
+#include "base/volume_data.h"
+#include "tessera/error.h"
+#include "tessera/volume.h"
+
+namespace tessera {
+namespace {
+
+bool IsInteger(PixelType type) { return type == PixelType::kUint8 || type == PixelType::kUint16; }
+
+// The spec whose codes hold distances within +-range.
+VolumeSpec DistanceSpec(VolumeSpec spec, double range) {
+  if (!(range >= 0) || !std::isfinite(range)) {
+    throw Error("distance field", "found a range of " + std::to_string(range) + ", expected a positive number");
+  }
+  spec.scale = 1;
+  spec.bias = 0;
+  if (IsInteger(spec.type)) {
+    double longest = 0;
+    for (size_t a = 0; a < 3; ++a) longest = std::max(longest, spec.size[a] * spec.spacing[a]);
+    if (range == 0) range = longest / 8;
+    spec.scale = 2 * range;
+    spec.bias = -range;
+  }
+  return spec;
+}
+
+// What is known about the surface near one voxel: the nearest point of the plane through it, a disc of it.
+struct Feature {
+  float point[3] = {}, normal[3] = {};
+};
+
+// Discs a little wider than half the diagonal between neighbours leave no holes between them.
+constexpr double kDisc = 0.75;  // times the largest spacing
+
+double DistanceToDisc(const Feature& f, const Vector3& p, double radius) {
+  double along = 0, square = 0;
+  for (size_t a = 0; a < 3; ++a) {
+    const double d = p[a] - f.point[a];
+    along += d * f.normal[a];
+    square += d * d;
+  }
+  const double lateral = std::sqrt(std::max(square - along * along, 0.0)) - radius;
+  return lateral <= 0 ? std::fabs(along) : std::hypot(along, lateral);
+}
+
+}  // namespace
+
+Volume DistanceField(const Solid& solid, const VolumeSpec& wanted, double range) {
+  const VolumeSpec spec = DistanceSpec(wanted, range);
+  Volume volume(spec);
+  base::VolumeData& data = *volume.data();
+  constexpr int kEdge = 8;
+  const Vector3& s = spec.spacing;
+  const double radius = 0.5 * (kEdge - 1) * std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+  const double limit = IsInteger(spec.type) ? -spec.bias + radius : std::numeric_limits<double>::infinity();
+  for (int k0 = 0; k0 < spec.size[2]; k0 += kEdge) {
+    for (int j0 = 0; j0 < spec.size[1]; j0 += kEdge) {
+      for (int i0 = 0; i0 < spec.size[0]; i0 += kEdge) {
+        constexpr double kMiddle = 0.5 * (kEdge - 1);
+        const double middle = solid.Distance(spec.Position(i0 + kMiddle, j0 + kMiddle, k0 + kMiddle));
+        const bool far = std::fabs(middle) > limit;  // distances change by no more than the way gone
+        for (int k = k0; k < std::min(k0 + kEdge, spec.size[2]); ++k) {
+          for (int j = j0; j < std::min(j0 + kEdge, spec.size[1]); ++j) {
+            for (int i = i0; i < std::min(i0 + kEdge, spec.size[0]); ++i) {
+              const double d = far ? middle : solid.Distance(spec.Position(i, j, k));
+              data.SetCode(i, j, k, (d - data.code_bias) / data.code_scale);
+            }
+          }
+        }
+      }
+    }
+  }
+  data.FillBorder();
+  return volume;
+}
+
+Volume DistanceField(const Volume& volume, const DistanceFieldParams& params) {
+  VolumeSpec wanted = volume.spec();
+  wanted.type = params.type;
+  const VolumeSpec spec = DistanceSpec(wanted, params.range);
+  const auto& n = spec.size;
+  const size_t count = static_cast<size_t>(n[0]) * n[1] * n[2];
+  const auto index = [&](int i, int j, int k) { return (static_cast<size_t>(k) * n[1] + j) * n[0] + i; };
+  // Negative inside, whatever side that is.
+  const double sign = params.inside_below ? 1 : -1;
+  const auto level = [&](int i, int j, int k) { return sign * (volume.At(i, j, k) - params.iso); };
+
+  std::vector<uint8_t> set(count), inside(count);
+  for (int k = 0; k < n[2]; ++k) {
+    for (int j = 0; j < n[1]; ++j) {
+      for (int i = 0; i < n[0]; ++i) inside[index(i, j, k)] = level(i, j, k) <= 0;
+    }
+  }
+  // Voxels with a neighbour on the other side know a piece of the surface.
+  std::vector<Feature> features;
+  std::vector<int32_t> feature_of(count, -1);
+  for (int k = 0; k < n[2]; ++k) {
+    for (int j = 0; j < n[1]; ++j) {
+      for (int i = 0; i < n[0]; ++i) {
+        const double here = level(i, j, k);
+        const int at[3] = {i, j, k};
+        double slope[3] = {0, 0, 0}, cut = std::numeric_limits<double>::infinity();
+        double cut_offset = 0;
+        size_t cut_axis = 0;
+        bool crossed = false;
+        for (size_t a = 0; a < 3; ++a) {
+          double side[2] = {here, here};
+          for (int way = 0; way < 2; ++way) {
+            int p[3] = {i, j, k};
+            p[a] += way == 0 ? -1 : 1;
+            if (p[a] < 0 || p[a] >= n[a]) continue;
+            side[way] = level(p[0], p[1], p[2]);
+            if ((side[way] <= 0) == (here <= 0)) continue;
+            crossed = true;
+            const double t = here / (here - side[way]) * spec.spacing[a];
+            if (t < cut) cut = t, cut_axis = a, cut_offset = way == 0 ? -t : t;
+          }
+          // The steeper one-sided difference across the surface keeps thin parts in place.
+          const bool both = at[a] > 0 && at[a] + 1 < n[a];
+          slope[a] = (side[1] - side[0]) / ((both ? 2 : 1) * spec.spacing[a]);
+        }
+        if (!crossed) continue;
+        Feature f;
+        const double square = slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2];
+        const Vector3 p = spec.Position(i, j, k);
+        // To the plane of the gradient, but no further than the nearest crossing of an axis.
+        const double length = std::sqrt(square), along = square > 0 ? here / length : cut + 1;
+        if (square > 0 && std::fabs(along) <= cut) {
+          for (size_t a = 0; a < 3; ++a) {
+            f.normal[a] = static_cast<float>(slope[a] / length);
+            f.point[a] = static_cast<float>(p[a] - along * slope[a] / length);
+          }
+        } else {
+          for (size_t a = 0; a < 3; ++a) f.point[a] = static_cast<float>(p[a] + (a == cut_axis ? cut_offset : 0));
+          f.normal[cut_axis] = 1;
+        }
+        set[index(i, j, k)] = 1;
+        feature_of[index(i, j, k)] = static_cast<int32_t>(features.size());
+        features.push_back(f);
+      }
+    }
+  }
+
+  Volume result(spec);
+  base::VolumeData& data = *result.data();
+  std::vector<int32_t> nearest;
+  const std::vector<float> squared = base::SquaredDistances(n, set, spec.spacing, &nearest);
+  const double widest = std::max({spec.spacing[0], spec.spacing[1], spec.spacing[2]}), disc = kDisc * widest;
+  const double none = widest * (n[0] + n[1] + n[2]);  // no surface at all
+  for (int k = 0; k < n[2]; ++k) {
+    for (int j = 0; j < n[1]; ++j) {
+      for (int i = 0; i < n[0]; ++i) {
+        const size_t at = index(i, j, k);
+        double distance = none;
+        if (nearest[at] >= 0) {
+          const Vector3 p = spec.Position(i, j, k);
+          const int32_t seed = nearest[at];
+          distance = DistanceToDisc(features[static_cast<size_t>(feature_of[static_cast<size_t>(seed)])], p, disc);
+          // Near the surface a neighbour of the nearest voxel may hold the nearest piece.
+          if (squared[at] < 16 * widest * widest) {
+            const int u = seed % n[0], v = seed / n[0] % n[1], w = seed / n[0] / n[1];
+            for (int c = std::max(w - 1, 0); c <= std::min(w + 1, n[2] - 1); ++c) {
+              for (int b = std::max(v - 1, 0); b <= std::min(v + 1, n[1] - 1); ++b) {
+                for (int a = std::max(u - 1, 0); a <= std::min(u + 1, n[0] - 1); ++a) {
+                  const int32_t f = feature_of[index(a, b, c)];
+                  if (f < 0) continue;
+                  distance = std::min(distance, DistanceToDisc(features[static_cast<size_t>(f)], p, disc));
+                }
+              }
+            }
+          }
+        }
+        const double d = inside[at] != 0 ? -distance : distance;
+        data.SetCode(i, j, k, (d - data.code_bias) / data.code_scale);
+      }
+    }
+  }
+  data.FillBorder();
+  return result;
+}
+
+}  // namespace tessera

@@ -1,0 +1,87 @@
+// What a Volume shares: samples with a border, bounds of blocks of cells, and how far a ray may leap from each.
+#ifndef TESSERA_BASE_VOLUME_DATA_H_
+#define TESSERA_BASE_VOLUME_DATA_H_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "tessera/volume.h"
+
+namespace tessera::base {
+
+inline constexpr int kVolumeBefore = 1, kVolumeBehind = 2;  // repeated voxels along every axis
+inline constexpr int kVolumeBorder = kVolumeBefore + kVolumeBehind;
+
+// Calls task(i) for every i in [0, count), in any order, perhaps at once.
+using ForEach = std::function<void(int64_t count, const std::function<void(int64_t)>& task)>;
+
+// How far from any point of a block of cells no block that matters is met.
+struct LeapGrid {
+  std::array<int, 3> size = {};  // blocks
+  int shift = 2;                 // a block is 2^shift cells wide
+  // Lower byte: 0 in blocks that matter, else 1 + whole voxels, rounded down. Upper byte times `pace`: voxels per code
+  // in which the field changes by no more than a code, within an edge of the block. 64 bytes beyond the end may be read.
+  std::vector<uint16_t> leap;
+  float pace = 0;
+  bool any = false;  // a block matters
+};
+
+// How far, in voxels, the place where a field is read may lie from a point.
+struct Displacement {
+  std::array<double, 3> low = {0, 0, 0}, high = {0, 0, 0};
+  bool operator==(const Displacement&) const = default;
+};
+
+struct VolumeData {
+  VolumeSpec spec;
+  std::shared_ptr<std::byte> memory;
+  std::byte* samples = nullptr;  // of voxel (0, 0, 0), behind the border
+  int64_t row = 0, slice = 0;    // strides in samples
+  int64_t nan_samples = 0;
+  // value = code_scale * code + code_bias, code the stored integer or float.
+  double code_scale = 1, code_bias = 0;
+
+  VolumeData(const VolumeSpec& s);
+  VolumeData(const VolumeData&) = delete;
+  VolumeData& operator=(const VolumeData&) = delete;
+
+  double Code(int i, int j, int k) const;  // inside the border
+  void SetCode(int i, int j, int k, double code);  // rounded to the type
+  // Repeats the outermost voxels around the volume.
+  void FillBorder();
+
+  // Blocks that matter hold a cell whose corners reach into [low, high] (codes), or a point from which a displacement
+  // within `reach` leads into such a block. Computed once for a range and reach.
+  std::shared_ptr<const LeapGrid> Leaps(double low, double high, const ForEach& for_each,
+                                        const Displacement& reach = {}) const;
+  // Smallest and largest code.
+  std::array<float, 2> CodeRange(const ForEach& for_each) const;
+  size_t extra_bytes() const;
+
+ private:
+  struct Blocks {
+    std::array<int, 3> size = {};
+    int shift = 2;
+    std::vector<float> low, high;  // of the voxels of a block's cells
+    std::vector<float> slope;      // bound of the gradient in them, codes per voxel
+  };
+  const Blocks& BlocksOf(const ForEach& for_each) const;
+
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<const Blocks> blocks_;
+  struct Cached {
+    double low = 0, high = 0;
+    Displacement reach;
+    std::shared_ptr<const LeapGrid> grid;
+  };
+  mutable std::vector<Cached> grids_;
+};
+
+}  // namespace tessera::base
+
+#endif  // TESSERA_BASE_VOLUME_DATA_H_

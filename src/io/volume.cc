@@ -1,0 +1,201 @@
+// Volumes from files: those that OpenImageIO knows, stacks of slices, raw samples.
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <vector>
+
+#include "base/volume_data.h"
+#include "tessera/error.h"
+#include "tessera/volume.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+OIIO::TypeDesc TypeOf(PixelType type) {
+  switch (type) {
+    case PixelType::kUint8:
+      return OIIO::TypeDesc::UINT8;
+    case PixelType::kUint16:
+      return OIIO::TypeDesc::UINT16;
+    case PixelType::kHalf:
+      return OIIO::TypeDesc::HALF;
+    default:
+      return OIIO::TypeDesc::FLOAT;
+  }
+}
+PixelType TypeOf(const OIIO::TypeDesc& type) {
+  if (type == OIIO::TypeDesc::UINT8) return PixelType::kUint8;
+  if (type == OIIO::TypeDesc::UINT16) return PixelType::kUint16;
+  if (type == OIIO::TypeDesc::HALF) return PixelType::kHalf;
+  return PixelType::kFloat;
+}
+
+Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
+  const RawVolumeParams& raw = params.raw;
+  Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
+  base::VolumeData& data = *volume.data();
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(file, "cannot be opened");
+  const size_t pixel = PixelBytes(raw.type), row = pixel * static_cast<size_t>(raw.size[0]);
+  const auto wanted = static_cast<uintmax_t>(raw.header) +
+                      static_cast<uintmax_t>(row) * static_cast<uintmax_t>(raw.size[1]) * static_cast<uintmax_t>(raw.size[2]);
+  std::error_code unknown;
+  const uintmax_t found = fs::file_size(file, unknown);
+  if (!unknown && found < wanted) {
+    throw Error(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) + " for " +
+                          std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) + "x" +
+                          std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type));
+  }
+  stream.seekg(raw.header);
+  const bool swap = raw.big_endian != (std::endian::native == std::endian::big) && pixel > 1;
+  std::vector<std::byte> line(row);
+  for (int k = 0; k < raw.size[2]; ++k) {
+    for (int j = 0; j < raw.size[1]; ++j) {
+      if (!stream.read(reinterpret_cast<char*>(line.data()), static_cast<std::streamsize>(row))) {
+        throw Error(file, "ends in slice " + std::to_string(k) + " of " + std::to_string(raw.size[2]));
+      }
+      if (swap) {
+        for (size_t i = 0; i < row; i += pixel) std::reverse(line.begin() + i, line.begin() + i + pixel);
+      }
+      if (raw.is_signed && raw.type == PixelType::kUint16) {
+        for (size_t i = 0; i < row; i += 2) {
+          uint16_t v;
+          std::memcpy(&v, &line[i], 2);
+          v = static_cast<uint16_t>(v ^ 0x8000u);
+          std::memcpy(&line[i], &v, 2);
+        }
+      }
+      std::byte* const to = data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
+      if (raw.type == PixelType::kUint8 || raw.type == PixelType::kUint16) {
+        std::memcpy(to, line.data(), row);
+      } else {  // through the conversion that keeps NaN out
+        for (int i = 0; i < raw.size[0]; ++i) {
+          std::memcpy(to + static_cast<size_t>(i) * pixel, &line[static_cast<size_t>(i) * pixel], pixel);
+          const double v = data.Code(i, j, k);
+          if (v != v) data.SetCode(i, j, k, v);
+        }
+      }
+    }
+  }
+  data.FillBorder();
+  return volume;
+}
+
+// The files of a numbered sequence in the order of their numbers, or the file itself. `#`s or %d, %03d stand for any
+// digits.
+std::vector<std::string> SlicesOf(const std::string& pattern) {
+  const fs::path path(pattern);
+  const std::string name = path.filename().string();
+  const size_t first = name.find_first_of("#%");
+  if (first == std::string::npos || fs::exists(pattern)) return {pattern};
+  const size_t behind = name[first] == '#' ? name.find_first_not_of('#', first) : name.find('d', first) + 1;
+  const std::string prefix = name.substr(0, first), suffix = behind > name.size() ? "" : name.substr(behind);
+  std::map<long, std::string> slices;
+  std::error_code missing;
+  for (const auto& entry : fs::directory_iterator(path.has_parent_path() ? path.parent_path() : fs::path("."), missing)) {
+    const std::string found = entry.path().filename().string();
+    if (found.size() <= prefix.size() + suffix.size() || found.compare(0, prefix.size(), prefix) != 0 ||
+        found.compare(found.size() - suffix.size(), suffix.size(), suffix) != 0) {
+      continue;
+    }
+    const std::string digits = found.substr(prefix.size(), found.size() - prefix.size() - suffix.size());
+    if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos) continue;
+    slices[std::stol(digits)] = entry.path().string();
+  }
+  if (slices.empty()) throw Error(pattern, "no such files, expected slices numbered in their names");
+  std::vector<std::string> names;
+  for (const auto& [number, slice] : slices) names.push_back(slice);
+  return names;
+}
+
+std::unique_ptr<OIIO::ImageInput> Open(const std::string& file) {
+  if (!fs::exists(file)) throw Error(file, "does not exist");
+  auto input = OIIO::ImageInput::open(file);
+  if (!input) throw Error(file, OIIO::geterror());
+  return input;
+}
+
+}  // namespace
+
+Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
+  const bool raw = params.raw.size[0] > 0 || params.raw.size[1] > 0 || params.raw.size[2] > 0;
+  if (raw) return ReadRaw(file, params);
+  const std::vector<std::string> files = SlicesOf(file);
+  auto input = Open(files[0]);
+  OIIO::ImageSpec spec = input->spec();
+  if (params.channel < 0 || params.channel >= spec.nchannels) {
+    throw Error(file, "found " + std::to_string(spec.nchannels) + " channels, expected channel " +
+                          std::to_string(params.channel));
+  }
+  const PixelType type = TypeOf(spec.format);
+  const int channel = params.channel;
+  const bool volume_file = spec.depth > 1;
+  if (!volume_file && files.size() == 1) {  // slices one above the other
+    ImageSpec stack(spec.width, spec.height, 1, type);
+    const Image image(stack);
+    if (!input->read_image(0, 0, channel, channel + 1, TypeOf(type), image.view().data)) {
+      throw Error(file, input->geterror());
+    }
+    return Volume::FromImage(image.view(), std::max(params.slices, 1), 0, params.spacing);
+  }
+  const int depth = volume_file ? spec.depth : static_cast<int>(files.size());
+  Volume volume(VolumeSpec::Centred({spec.width, spec.height, depth}, type, params.spacing));
+  base::VolumeData& data = *volume.data();
+  const size_t pixel = PixelBytes(type), plane = pixel * static_cast<size_t>(spec.width) * spec.height;
+  std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(depth) : 1));
+  for (int k = 0; k < depth; ++k) {
+    if (!volume_file && k > 0) {
+      input = Open(files[static_cast<size_t>(k)]);
+      if (input->spec().width != spec.width || input->spec().height != spec.height ||
+          input->spec().nchannels <= channel) {
+        throw Error(files[static_cast<size_t>(k)],
+                    "found " + std::to_string(input->spec().width) + "x" + std::to_string(input->spec().height) +
+                        ", expected the first slice's " + std::to_string(spec.width) + "x" + std::to_string(spec.height));
+      }
+    }
+    if (!volume_file || k == 0) {
+      if (!input->read_image(0, 0, channel, channel + 1, TypeOf(type), samples.data())) {
+        throw Error(files[volume_file ? 0 : static_cast<size_t>(k)], input->geterror());
+      }
+    }
+    const std::byte* const from = samples.data() + (volume_file ? plane * static_cast<size_t>(k) : 0);
+    for (int j = 0; j < spec.height; ++j) {
+      // Images have their first row on top; volume files count upward.
+      const int up = volume_file ? j : spec.height - 1 - j;
+      std::byte* const to = data.samples + (k * data.slice + up * data.row) * static_cast<int64_t>(pixel);
+      std::memcpy(to, from + static_cast<size_t>(j) * pixel * static_cast<size_t>(spec.width),
+                  pixel * static_cast<size_t>(spec.width));
+      if (type == PixelType::kUint8 || type == PixelType::kUint16) continue;
+      for (int i = 0; i < spec.width; ++i) {
+        const double v = data.Code(i, up, k);
+        if (v != v) data.SetCode(i, up, k, v);
+      }
+    }
+  }
+  data.FillBorder();
+  return volume;
+}
+
+void WriteRawVolume(const Volume& volume, const std::string& file) {
+  const base::VolumeData& data = *volume.data();
+  const VolumeSpec& spec = volume.spec();
+  std::ofstream stream(file, std::ios::binary);
+  const size_t pixel = PixelBytes(spec.type);
+  for (int k = 0; k < spec.size[2] && stream; ++k) {
+    for (int j = 0; j < spec.size[1]; ++j) {
+      const std::byte* const row = data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
+      stream.write(reinterpret_cast<const char*>(row), static_cast<std::streamsize>(pixel * static_cast<size_t>(spec.size[0])));
+    }
+  }
+  stream.close();
+  if (!stream) throw Error(file, "cannot be written");
+}
+
+}  // namespace tessera

@@ -1,0 +1,16 @@
+// Registry rows of the bump family: normalmap, bump, tangentnormals, combinenormals.
+#ifndef TESSERA_OPS_BUMP_BUMP_OPS_H_
+#define TESSERA_OPS_BUMP_BUMP_OPS_H_
+
+#include "ops/registry.h"
+
+namespace tessera::ops {
+
+OpInfo HeightNormalsInfo();
+OpInfo BumpInfo();
+OpInfo TangentNormalsInfo();
+OpInfo CombineNormalsInfo();
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_BUMP_BUMP_OPS_H_

@@ -1,0 +1,91 @@
+// Tangent frames and combined normals, pixel by pixel, in double.
+#include "ops/bump/frame.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/bump/frame_kernel.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "ops/environment/vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace {
+
+// f(part of every image) -> Three, joined to floats beside the first image's alpha.
+template <class F>
+HWY_INLINE s::Pixels EachPixel(V alpha, const F& f) {
+  VD x[kParts], y[kParts], z[kParts];
+  EachPart([&]<int k>() HWY_ATTR {
+    const Three r = f.template operator()<k>();
+    x[k] = r.x, y[k] = r.y, z[k] = r.z;
+  });
+  return {Clean(Join(x)), Clean(Join(y)), Clean(Join(z)), alpha};
+}
+
+struct Tangent {
+  TangentNormalsParams params;
+  HWY_INLINE s::Pixels operator()(const s::Pixels& map, const s::Pixels& normal, const s::Pixels& tangent) const {
+    return EachPixel(map.a, [&]<int k>() HWY_ATTR {
+      Three a = PartOf<k>(map);
+      if (params.packed) {
+        const auto unpack = [](VD c) HWY_ATTR { return hn::MulAdd(c, SetD(2.0), SetD(-1.0)); };
+        a = {unpack(a.x), unpack(a.y), unpack(a.z)};
+      }
+      const Three n = UnitOf(PartOf<k>(normal)), raw = UnitOf(PartOf<k>(tangent));
+      const Three flat = Minus(raw, Times(n, DotOf(raw, n)));
+      // A tangent along the normal leaves nothing but rounding.
+      const auto framed = hn::And(hn::Gt(DotOf(flat, flat), SetD(1e-24)), Positive(DotOf(n, n)));
+      const Three t = Choose(framed, UnitOf(flat), {SetD(0.0), SetD(0.0), SetD(0.0)});
+      Three b = CrossOf(n, t);
+      if (params.left_handed) b = CrossOf(t, n);
+      if (params.inverse) return Three{DotOf(a, t), DotOf(a, b), DotOf(a, n)};
+      const Three sum = Plus(Plus(Times(t, a.x), Times(b, a.y)), Times(n, a.z));
+      const auto turned = hn::And(framed, Positive(DotOf(sum, sum)));
+      return Choose(turned, UnitOf(sum), n);
+    });
+  }
+};
+
+struct Combine {
+  CombineNormalsParams params;
+  HWY_INLINE s::Pixels operator()(const s::Pixels& normal, const s::Pixels& bump) const {
+    return EachPixel(normal.a, [&]<int k>() HWY_ATTR {
+      const Three v = UnitOf(PartOf<k>(normal)), raw = PartOf<k>(bump);
+      Three sum;
+      if (params.method == CombineMethod::kSum) {
+        const Three b = UnitOf(raw);
+        sum = Plus(Times(v, SetD(params.k)), b);
+      } else {
+        sum = Minus(v, Times(Minus(raw, Times(v, DotOf(raw, v))), SetD(params.k)));
+      }
+      const VD square = DotOf(sum, sum);
+      const auto usable = hn::And(Positive(square), hn::And(hn::Ge(square, SetD(1e-12)), Positive(DotOf(v, v))));
+      return Choose(usable, UnitOf(sum), v);
+    });
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<graph::PointStage> TangentOfTarget(const TangentNormalsParams& p) { return s::MakeStage<3>(Tangent{p}); }
+std::unique_ptr<graph::PointStage> CombineOfTarget(const CombineNormalsParams& p) { return s::MakeStage<2>(Combine{p}); }
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+
+HWY_EXPORT(TangentOfTarget);
+HWY_EXPORT(CombineOfTarget);
+
+std::unique_ptr<graph::PointStage> MakeTangentStage(const TangentNormalsParams& p) {
+  return HWY_DYNAMIC_DISPATCH(TangentOfTarget)(p);
+}
+std::unique_ptr<graph::PointStage> MakeCombineStage(const CombineNormalsParams& p) {
+  return HWY_DYNAMIC_DISPATCH(CombineOfTarget)(p);
+}
+
+}  // namespace tessera::ops
+#endif  // HWY_ONCE

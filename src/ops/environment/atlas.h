@@ -1,0 +1,48 @@
+// An environment map made ready for lookups: its faces as RGBA with a border of texels from across their seams.
+#ifndef TESSERA_OPS_ENVIRONMENT_ATLAS_H_
+#define TESSERA_OPS_ENVIRONMENT_ATLAS_H_
+
+#include <memory>
+
+#include "graph/stage.h"
+#include "ops/environment/projection.h"
+#include "tessera/image.h"
+
+namespace tessera::ops {
+
+// Face f, padded texel (i, j) with 0 <= i < stride, 0 <= j < rows is at pixels() + 4 ((f rows + j) stride + i); the
+// face's own texel (i, j) is the padded one at (i + 1, j + 1). Lat-long maps have the mean of their first (last) row all
+// along the first (last) padded row, which stands for the pole itself.
+class EnvironmentAtlas {
+ public:
+  // Channels first, first + 1, ... of a float, dense picture; missing ones are 0.
+  EnvironmentAtlas(const ConstImageView& picture, int first, const MapLayout& layout, const graph::Workers& workers);
+
+  const MapLayout& layout() const { return layout_; }
+  int stride() const { return layout_.width + 2; }
+  int rows() const { return layout_.height + 2; }
+  const float* pixels() const { return reinterpret_cast<const float*>(memory_.get()); }
+  const float* At(int face, int i, int j) const { return const_cast<EnvironmentAtlas*>(this)->Texel(face, i, j); }
+  bool finite() const { return finite_; }       // every texel that may be read is a number
+  const float* rim() const { return rim_; }     // kSphere: the mean along the rim
+
+ private:
+  float* Texel(int face, int i, int j) {  // of the face; -1 and `width` are its border
+    return reinterpret_cast<float*>(memory_.get()) +
+           4 * ((ptrdiff_t{face} * rows() + j + 1) * stride() + i + 1);
+  }
+  void FillLatLong();
+  void FillSphere();
+  void FillParabolic();
+  void FillCube();
+  void ExtendEdges(int face);
+
+  MapLayout layout_;
+  std::shared_ptr<std::byte> memory_;
+  bool finite_ = true;
+  float rim_[4] = {};
+};
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_ENVIRONMENT_ATLAS_H_

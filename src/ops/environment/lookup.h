@@ -1,0 +1,51 @@
+// Lookups of directions in an environment map, a run of pixels at a time.
+#ifndef TESSERA_OPS_ENVIRONMENT_LOOKUP_H_
+#define TESSERA_OPS_ENVIRONMENT_LOOKUP_H_
+
+#include <cstdint>
+
+#include "ops/environment/atlas.h"
+
+namespace tessera::ops {
+
+inline constexpr int kDirectionRun = 64;
+
+// Directions of any length but 0. Whole vectors are read: entries beyond the count hold anything finite.
+struct Directions {
+  alignas(64) double x[kDirectionRun], y[kDirectionRun], z[kDirectionRun];
+};
+
+// How normals become directions. All of it in the normals' space but `matrix`.
+struct ReflectionSetup {
+  EnvironmentDirection direction = EnvironmentDirection::kReflection;
+  double matrix[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  // From the eye to the point: position * use_position + base + column * x + row * y, x and y the pixel's centre.
+  double use_position = 0;
+  double base[3] = {0, 0, -1}, column[3] = {}, row[3] = {};
+  bool fresnel = false;
+  double codes = 0;  // above 0: normals are held as (n + 1)/2 in so many steps
+  double reflectance = 1;
+};
+
+// Planes of a run, and what comes of them.
+struct ReflectionRun {
+  alignas(64) float normal[3][kDirectionRun], position[3][kDirectionRun];
+  Directions directions;
+  alignas(64) float fresnel[kDirectionRun];
+  alignas(64) float valid[kDirectionRun];  // 1, or 0 for background
+  bool all_valid = true;
+};
+
+struct EnvironmentKernels {
+  // Three interleaved channels (floats `at[0..2]` of pixels of `channels` floats) to planes, with a finite rest.
+  void (*planes)(const float* pixels, int channels, const int* at, int count, float (*plane)[kDirectionRun]);
+  void (*reflect)(const ReflectionSetup&, int x, int y, int count, ReflectionRun&);
+  // RGBA per direction.
+  void (*lookup)(const EnvironmentAtlas&, const Directions&, int count, float* rgba);
+};
+// For the SIMD target of this moment.
+EnvironmentKernels ChooseEnvironmentKernels();
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_ENVIRONMENT_LOOKUP_H_

@@ -1,0 +1,75 @@
+// Modifiers that the rows of the environment family share.
+#include <algorithm>
+#include <cmath>
+
+#include "ops/environment/environment_ops.h"
+#include "tessera/error.h"
+
+namespace tessera::ops {
+namespace {
+
+const std::vector<std::string> kMaps = {"sphere", "parabolic", "dualparabolic", "latlong", "cube"};
+
+ParamInfo Modifier(const std::string& name, ParamType type, const std::string& default_value, const std::string& help) {
+  ParamInfo p;
+  p.name = name;
+  p.type = type;
+  p.default_value = default_value;
+  p.help = help;
+  return p;
+}
+
+}  // namespace
+
+ParamInfo MapChoice(const std::string& name, const std::string& default_value, const std::string& help) {
+  ParamInfo p = Modifier(name, ParamType::kChoice, default_value, help);
+  p.choices = kMaps;
+  return p;
+}
+EnvironmentMap MapNamed(const std::string& name) {
+  return static_cast<EnvironmentMap>(std::find(kMaps.begin(), kMaps.end(), name) - kMaps.begin());
+}
+ParamInfo NumberModifier(const std::string& name, const std::string& default_value, double low, double high,
+                         const std::string& help) {
+  ParamInfo p = Modifier(name, ParamType::kNumber, default_value, help);
+  p.min = low, p.max = high;
+  return p;
+}
+ParamInfo IntegerModifier(const std::string& name, const std::string& default_value, int low, int high,
+                          const std::string& help) {
+  ParamInfo p = Modifier(name, ParamType::kInteger, default_value, help);
+  p.min = low, p.max = high;
+  return p;
+}
+ParamInfo FlagModifier(const std::string& name, const std::string& default_value, const std::string& help) {
+  return Modifier(name, ParamType::kFlag, default_value, help);
+}
+ParamInfo NumbersModifier(const std::string& name, std::vector<int> counts, const std::string& help,
+                          const std::string& default_value) {
+  ParamInfo p = Modifier(name, ParamType::kNumbers, default_value, help);
+  p.max_count = *std::max_element(counts.begin(), counts.end());
+  p.counts = std::move(counts);
+  return p;
+}
+
+Vector3 VectorOf(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+Matrix4 MatrixOf(const std::vector<double>& v) {
+  Matrix4 m = kIdentity4;
+  if (v.size() == 16) {
+    std::copy(v.begin(), v.end(), m.begin());
+  } else {
+    for (size_t i = 0; i < 9; ++i) m[i / 3 * 4 + i % 3] = v[i];
+  }
+  return m;
+}
+
+void RequireVector(const std::string& subject, const char* name, const Vector3& v, bool nonzero) {
+  double largest = 0;
+  for (const double c : v) largest = std::max(largest, std::isfinite(c) ? std::fabs(c) : 1e300);
+  if (largest <= 1e38 && (largest > 0 || !nonzero)) return;
+  throw Error(subject, std::string("found ") + name + "=" + std::to_string(v[0]) + "," + std::to_string(v[1]) + "," +
+                           std::to_string(v[2]) + ", expected finite numbers" + (nonzero ? ", not all 0" : ""));
+}
+
+}  // namespace tessera::ops

@@ -1,0 +1,43 @@
+// Preparation of environment maps.
+#include "ops/environment/prepared.h"
+
+#include "tessera/render.h"
+
+namespace tessera {
+namespace ops {
+
+PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& p,
+                                         const graph::Workers& workers) {
+  const MapLayout layout = LayoutOf("envmap", p.map, picture.roi.width(), picture.roi.height());
+  empty = layout.faces.empty();
+  for (int first = 0; first < picture.channels && !empty; first += 4) {
+    if (p.lobe > 0 && p.table < 0) {
+      samples.push_back(std::make_shared<const LobeSamples>(picture, first, layout, 0));
+    } else if (p.lobe > 0) {
+      atlases.push_back(MakeLobeTable(picture, first, layout, p.lobe, p.table, workers));
+    } else {
+      atlases.push_back(std::make_shared<const EnvironmentAtlas>(picture, first, layout, workers));
+    }
+  }
+}
+
+}  // namespace ops
+
+std::shared_ptr<const ops::PreparedEnvironment> EnvironmentTexture::Data::Prepared(const graph::Workers& workers) const {
+  std::call_once(once, [&] {
+    prepared = std::make_shared<const ops::PreparedEnvironment>(picture.view(), params, workers);
+  });
+  return prepared;
+}
+
+EnvironmentTexture::EnvironmentTexture(const Image& map, EnvironmentMap projection, double lobe, int table) {
+  const auto data = std::make_shared<Data>();
+  data->picture = Render(FromImage(map));
+  data->params.map = projection;
+  data->params.lobe = lobe;
+  data->params.table = table;
+  ops::LayoutOf("environment texture", projection, map.spec().width(), map.spec().height());
+  data_ = data;
+}
+
+}  // namespace tessera

@@ -1,0 +1,77 @@
+// The lanes of a float vector in double, part by part: geometry whose rounding must not show in float
+// results.
+#if defined(TESSERA_OPS_SHADE_DOUBLES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_SHADE_DOUBLES_INL_H_
+#undef TESSERA_OPS_SHADE_DOUBLES_INL_H_
+#else
+#define TESSERA_OPS_SHADE_DOUBLES_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include "simd/math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
+using s::DD;
+using s::V;
+using s::VD;
+
+#if HWY_TARGET == HWY_SCALAR
+constexpr int kParts = 1;
+#else
+constexpr int kParts = 2;
+#endif
+
+// Part `kPart` of a float vector's lanes.
+template <int kPart>
+HWY_INLINE VD Part(V v) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::PromoteTo(DD(), v);
+#else
+  const hn::Half<s::D> dh;
+  return hn::PromoteTo(DD(), kPart == 0 ? hn::LowerHalf(dh, v) : hn::UpperHalf(dh, v));
+#endif
+}
+// Both parts rounded to float.
+HWY_INLINE V Join(const VD (&parts)[kParts]) {
+#if HWY_TARGET == HWY_SCALAR
+  return s::Rounded(parts[0]);
+#else
+  const hn::Half<s::D> dh;
+  return hn::Combine(s::D(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
+#endif
+}
+// Both parts, whole numbers within int32, as integers.
+HWY_INLINE s::VI JoinIntegers(const VD (&parts)[kParts]) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Set(s::DI(), static_cast<int32_t>(hn::GetLane(parts[0])));
+#else
+  const hn::Half<s::DI> dh;
+  return hn::Combine(s::DI(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
+#endif
+}
+// f.template operator()<part>() for every part.
+template <class F>
+HWY_INLINE void EachPart(const F& f) {
+  f.template operator()<0>();
+  if constexpr (kParts == 2) f.template operator()<1>();
+}
+
+HWY_INLINE VD SetD(double v) { return hn::Set(DD(), v); }
+// row[0] x + row[1] y + row[2] z + row[3].
+HWY_INLINE VD RowTimes(const double* row, VD x, VD y, VD z) {
+  return hn::MulAdd(SetD(row[2]), z, hn::MulAdd(SetD(row[1]), y, hn::MulAdd(SetD(row[0]), x, SetD(row[3]))));
+}
+HWY_INLINE VD LengthOf(VD x, VD y, VD z) {
+  return hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
+}
+// x where it is a number; else the other.
+HWY_INLINE VD NumberOr(VD x, VD other) { return hn::IfThenElse(hn::Eq(x, x), x, other); }
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

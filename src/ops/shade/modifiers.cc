@@ -1,0 +1,69 @@
+// Modifiers and checks that the shading commands share.
+#include <cmath>
+
+#include "ops/noise/noise_ops.h"
+#include "ops/shade/shade_ops.h"
+#include "tessera/error.h"
+#include "tessera/ops/channels.h"
+
+namespace tessera::ops {
+
+ParamInfo CameraModifier(const char* name, const char* help) {
+  ParamInfo param = ListModifier(name, "", 32, -1e38, 1e38, help);
+  param.counts = {16, 32};
+  return param;
+}
+
+ParamInfo VectorModifier(const char* name, const char* default_value, int count, const char* help) {
+  ParamInfo param = ListModifier(name, default_value, count, -1e38, 1e38, help);
+  param.min_count = count;
+  return param;
+}
+
+std::optional<Camera> CameraOf(const Arguments& arguments, const char* name, std::span<const Node> images) {
+  if (arguments.Given(name)) return Camera::FromNumbers(arguments.Numbers(name), name);
+  for (const Node& image : images) {
+    if (auto camera = Camera::FromMetadata(image.spec())) return camera;
+  }
+  return std::nullopt;
+}
+
+Camera NeededCamera(const std::string& op, const Arguments& arguments, const char* name,
+                    std::span<const Node> images) {
+  if (auto camera = CameraOf(arguments, name, images)) return *camera;
+  throw Error(
+      op, "found no " + std::string(name) + ", expected " + name +
+              "= with 16 numbers (world to clip, row by row) or an image with the attributes worldToCamera "
+              "and worldToNDC");
+}
+
+Vector3 EyeOf(const Arguments& arguments, std::span<const Node> images) {
+  if (arguments.Given("eye")) return VectorOf(arguments, "eye");
+  const auto camera = CameraOf(arguments, "camera", images);
+  return camera ? camera->eye() : Vector3{};
+}
+
+Vector3 VectorOf(const Arguments& arguments, const char* name) {
+  const std::vector<double>& v = arguments.Numbers(name);
+  return {v[0], v[1], v[2]};
+}
+
+Node ThreeChannels(const Node& image) {
+  if (image.spec().channel_count() >= 3) return image;
+  return SelectChannels(image, {{0, 0, "X"}, {0, 0, "Y"}, {0, 0, "Z"}});
+}
+
+void RequireAtLeast(const std::string& op, const std::string& what, double value, double low) {
+  if (std::isfinite(value) && value >= low) return;
+  throw Error(op + " " + what, "found " + std::to_string(value) + ", expected a finite number of at least " +
+                                   std::to_string(low));
+}
+
+void RequireFinite3(const std::string& op, const std::string& what, std::span<const double> values) {
+  for (const double v : values) {
+    if (!std::isfinite(v))
+      throw Error(op + " " + what, "found " + std::to_string(v) + ", expected finite numbers");
+  }
+}
+
+}  // namespace tessera::ops

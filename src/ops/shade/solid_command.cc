@@ -1,0 +1,118 @@
+// The command --solid.
+#include <utility>
+
+#include "ops/noise/noise_ops.h"
+#include "ops/shade/shade_ops.h"
+#include "tessera/error.h"
+
+namespace tessera::ops {
+namespace {
+
+SolidKind KindNamed(const std::string& name) {
+  if (name == "wood") return SolidKind::kWood;
+  if (name == "noise") return SolidKind::kNoise;
+  if (name == "contours") return SolidKind::kContours;
+  if (name == "halftone") return SolidKind::kHalftone;
+  return name == "marble" ? SolidKind::kMarble : SolidKind::kTable;
+}
+
+}  // namespace
+
+OpInfo SolidInfo() {
+  OpInfo info;
+  info.name = "solid";
+  info.family = "shade";
+  info.operands = [](const Arguments& a) { return a.Text("procedure") == "table" ? 3 : 2; };
+  info.inputs = 3;
+  info.summary = "Texture from a solid block at the positions of a picture";
+  info.help =
+      "COLOR POSITION TABLE --solid:slices=N:box=x0,y0,z0,x1,y1,z1 looks up a 3-D table, its N slices "
+      "stacked along y (1, "
+      "3 or 4 premultiplied channels), at p = (P - low) / (high - low), rotated about the block's centre: "
+      "rotate= has 9 "
+      "numbers, row by row, or x,y,z,degrees. COLOR POSITION "
+      "--solid:procedure=marble|wood|noise|contours|halftone "
+      "computes the texture instead: freq= bands, rings, noise cells, lines or screen cells across the "
+      "block, octaves=, "
+      "seed=, strength= (of the turbulence). contours: lines where plane . p is a multiple of 1/freq, width= "
+      "of the "
+      "spacing, in ink=; halftone: ink where C's luminance is below a screen that sticks to the solid.\n"
+      "blend: modulate C S, replace S A, over S A + C (1 - S alpha), add C + S A; C premultiplied by its "
+      "alpha A, which "
+      "stays. lod=1 fades octaves finer than a pixel and reads tables by mip level, by the differences of "
+      "neighbouring "
+      "positions on the same surface. Pixels whose position is NaN keep their bits; an axis of the box "
+      "without extent "
+      "is 1/2. Positions are never filtered. Source: spec/solid-texture.md; Peachey 1985; Perlin 1985.";
+  info.bound = "64 u * max(|C|, A), for the same p and noise";
+  info.bound_u = 64;
+  ParamInfo box =
+      ListModifier("box", "0,0,0,1,1,1", 6, -1e38, 1e38, "low and high corner of the block, world units");
+  box.min_count = 6;
+  ParamInfo rotate = ListModifier("rotate", "0,1,0,0", 9, -1e9, 1e9, "x,y,z,degrees or 9 numbers");
+  rotate.counts = {4, 9};
+  info.modifiers = {
+      ChoiceModifier("procedure", {"table", "marble", "wood", "noise", "contours", "halftone"},
+                     "what the solid is"),
+      IntegerModifier("slices", "1", 1, 1e6, "of the table, stacked along y"),
+      box,
+      FlagModifier("uniform", "all axes by the box's longest side"),
+      rotate,
+      ChoiceModifier("blend", {"modulate", "replace", "over", "add"}, "how texture and colour meet"),
+      NumberModifier("freq", "4", 0, 1e6, "features across the block"),
+      IntegerModifier("octaves", "4", 0, 24, "of the noise"),
+      IntegerModifier("seed", "0", 0, 4294967295.0, "of the noise"),
+      NumberModifier("strength", "1", -1e3, 1e3, "of marble's turbulence and wood's bend"),
+      VectorModifier("plane", "0,1,0", 3, "direction across the contours"),
+      NumberModifier("width", "0.1", 0, 1, "of the lines, in spacings"),
+      VectorModifier("ink", "0,0,0", 3, "colour of contours and halftone"),
+      ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic"}, "of the table"),
+      ChoiceModifier("wrap", {"clamp", "repeat", "mirror", "border"}, "of the table"),
+      FlagModifier("lod", "level of detail")};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    SolidParams p;
+    p.kind = KindNamed(a.Text("procedure"));
+    const std::vector<double>& b = a.Numbers("box");
+    p.low = {b[0], b[1], b[2]}, p.high = {b[3], b[4], b[5]};
+    p.uniform = a.Flag("uniform");
+    const std::vector<double>& r = a.Numbers("rotate");
+    if (r.size() == 4) p.rotation = RotationAbout({r[0], r[1], r[2]}, r[3]);
+    if (r.size() == 9) std::copy(r.begin(), r.end(), p.rotation.begin());
+    const std::string& blend = a.Text("blend");
+    p.blend = blend == "replace" ? SolidBlend::kReplace
+              : blend == "over"  ? SolidBlend::kOver
+              : blend == "add"   ? SolidBlend::kAdd
+                                 : SolidBlend::kModulate;
+    p.frequency = a.Number("freq");
+    p.octaves = a.Integer("octaves");
+    p.seed = static_cast<uint32_t>(a.Number("seed"));
+    p.strength = a.Number("strength");
+    p.plane = VectorOf(a, "plane");
+    p.width = a.Number("width");
+    p.ink = VectorOf(a, "ink");
+    p.level_of_detail = a.Flag("lod");
+    const std::string &filter = a.Text("filter"), &wrap = a.Text("wrap");
+    p.lookup.filter = filter == "nearest"       ? TableFilter::kNearest
+                      : filter == "tetrahedral" ? TableFilter::kTetrahedral
+                      : filter == "cubic"       ? TableFilter::kCubic
+                                                : TableFilter::kLinear;
+    p.lookup.wrap = {wrap == "repeat"   ? TableWrap::kRepeat
+                     : wrap == "mirror" ? TableWrap::kMirror
+                     : wrap == "border" ? TableWrap::kBorder
+                                        : TableWrap::kClampEdge};
+    const Node position = PositionsOf(in[1]);
+    if (p.kind != SolidKind::kTable) return SolidTexture(in[0], position, p);
+    TableLayout layout;
+    layout.dims = 3;
+    layout.slices = {a.Integer("slices")};
+    return SolidTexture(in[0], position, in[2], layout, p);
+  };
+  info.examples = {"procedure=marble box=-1,-1,-1,2,2,2 rotate=0,1,1,30 freq=3",
+                   "procedure=wood box=-1,-1,-1,2,2,2 freq=5 blend=replace",
+                   "procedure=noise freq=3.5 lod=1 blend=add octaves=3",
+                   "procedure=contours plane=0.3,1,0.2 freq=6 blend=over lod=1 ink=0.2,0.1,0",
+                   "procedure=halftone freq=9 blend=replace"};
+  return info;
+}
+
+}  // namespace tessera::ops

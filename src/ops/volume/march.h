@@ -1,0 +1,135 @@
+// What the kernels of volume pictures are given: rays, a field, noise, light, a region to fill.
+#ifndef TESSERA_OPS_VOLUME_MARCH_H_
+#define TESSERA_OPS_VOLUME_MARCH_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "base/volume_data.h"
+#include "tessera/ops/volume_draw.h"
+#include "tessera/ops/hypertexture.h"
+#include "tessera/ops/volume.h"
+
+namespace tessera::ops::volume {
+
+inline constexpr int kPacket = 16;        // rays that go together: 4x4 pixels
+inline constexpr int kTile = 16;          // pixels of a cone's side
+using base::kPairSize;
+using base::kSurfaceStep;
+using base::kTransferSize;
+
+// Rays in voxels: position = origin + s direction, s = planar depth - middle, both affine in the pixel, counted from
+// the window's middle.
+struct RaySet {
+  float origin[3][3], direction[3][3];  // [axis]: constant, times x, times y
+  float middle_x = 0, middle_y = 0;     // pixel coordinates
+  float middle_depth = 0;               // planar depth of s = 0
+  float spacing[3] = {1, 1, 1};         // world units a voxel
+  float to_world[3] = {0, 0, 0};        // world position of voxel (0, 0, 0)
+  float low[3], high[3];                // the box, in voxels
+  bool perspective = false;
+  bool cut = false;                     // by planes
+  int planes = 0;
+  float plane[16][4];                   // normal and offset in voxels: n . p - offset >= 0 is kept
+};
+
+// The field's samples.
+struct Field {
+  const void* samples = nullptr;
+  PixelType type = PixelType::kFloat;
+  int32_t row = 0, slice = 0;
+  float last[3];                    // largest coordinate of a sample
+  float scale = 1, bias = 0;        // value = scale * code + bias
+  // Per block: 0 where it matters, else 1 + voxels; upper byte: pace. `own` is about the field itself, `leap` about
+  // points from which the field may be read in a block that matters, displaced.
+  const uint16_t *leap = nullptr, *own = nullptr;
+  int32_t blocks[2] = {0, 0};       // along x; along x times y
+  int shift = 2;
+  float pace = 0;                   // of the upper byte: voxels per code of the field and unit
+  bool leaps = true;
+};
+
+struct NoiseView {
+  const uint16_t* samples = nullptr;  // of texel (0, 0, 0)
+  int32_t row = 0, slice = 0, size = 0;
+  float scale = 1, bias = 0;
+  float times[3] = {1, 1, 1}, plus[3] = {0, 0, 0};  // from voxels to blocks
+};
+
+struct Light {
+  float color[3], ambient, diffuse, specular, exponent;
+  float direction[3];  // unit, world
+};
+
+// Four floats an entry.
+struct ColorTable {
+  const float* entries = nullptr;
+  int size = 0;
+  float times = 1, plus = 0;  // from the value to entries
+};
+
+enum class Look : uint8_t { kPlain, kLit, kFur };
+
+struct DmfStep {
+  Dmf::Kind kind;
+  TurbulenceLookup lookup;
+  float amount, second, third;
+  NoiseView noise;
+  const DmfFunction* function;
+  bool again;  // the turbulence of the step that moved the point
+};
+
+struct Target {
+  ImageView out;
+  const int* channels = nullptr;  // R, G, B, A, Z as 0 to 4; null: in order
+  bool rgba = false;              // these four in order
+  const float* scene = nullptr;   // planar depth of the pixels of `out`, `scene_row` floats a row; or null
+  ptrdiff_t scene_row = 0, scene_pixel = 0;
+};
+
+struct SurfaceArgs {
+  RaySet rays;
+  Field field;
+  float level = 0, side = 1;   // side * (code - level) is negative inside
+  float margin = 0;            // rounding of the field, codes
+  VolumeMode mode = VolumeMode::kIso;
+  Light light;
+  NoiseView noise;             // kSolid, kBump, kMelt
+  ColorTable colors;           // kSolid
+  float k = 2;                 // kBump
+  float sag[4] = {0, 0, 0, 0}; // kMelt: amount in voxels, low and inverse height of the body in voxels, noise part
+  float slow = 1;              // 1 / (1 + slope of the displacement)
+};
+
+struct MediumArgs {
+  RaySet rays;
+  Field field;
+  VolumeMode mode = VolumeMode::kOver;
+  VolumeMethod method = VolumeMethod::kRays;
+  Classification classification = Classification::kPost;
+  Look look = Look::kPlain;
+  Light light;
+  ColorTable transfer;         // entries of colour and extinction per world unit
+  const float* pairs = nullptr;  // pre-integrated: kPairSize^2 entries
+  float step = 0.01f;          // world units (kStacks: unused)
+  int axis = 2;                // kStacks
+  float opaque = 1;            // ends at this alpha
+  // Hypertexture: the density of a distance and its modulation.
+  bool hyper = false;
+  float outer = 0, per_width = 0;  // D = (outer - d) * per_width; 0: hard at outer
+  NoiseView fur;
+  float droop = 0;             // voxels
+  float fur_lean[3] = {0, 0, 0};
+  bool zero_stays = false;     // no step makes density of nothing, and nothing is transparent
+  std::vector<DmfStep> steps;
+  float mip_times = 1, mip_plus = 0;
+};
+
+using DrawSurface = void (*)(const SurfaceArgs&, const Target&);
+using DrawMedium = void (*)(const MediumArgs&, const Target&);
+DrawSurface FindSurface(PixelType type);
+DrawMedium FindMedium(PixelType type);
+
+}  // namespace tessera::ops::volume
+
+#endif  // TESSERA_OPS_VOLUME_MARCH_H_

@@ -1,0 +1,285 @@
+// What a medium is at a point: a value of the field, or hypertexture's density, its classification, and a normal.
+#if defined(TESSERA_OPS_VOLUME_MEDIUM_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_VOLUME_MEDIUM_INL_H_
+#undef TESSERA_OPS_VOLUME_MEDIUM_INL_H_
+#else
+#define TESSERA_OPS_VOLUME_MEDIUM_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include "ops/volume/rays-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::volume::HWY_NAMESPACE {
+
+using Kind = Dmf::Kind;
+
+// Turbulence at p by the lookups that a step asks for.
+HWY_INLINE V Turbulence(const DmfStep& step, const Vec3& p, uint32_t lanes) {
+  switch (step.lookup) {
+    case TurbulenceLookup::kBlock:
+      return NoiseValue(step.noise, p, lanes);
+    case TurbulenceLookup::kFourChannels: {
+      V c[4];
+      NoiseChannels(step.noise, p, lanes, c);
+      V sum = hn::Abs(c[0]);
+      for (int k = 1; k < 4; ++k) sum = hn::MulAdd(hn::Abs(c[k]), Set(1.0f / static_cast<float>(1 << k)), sum);
+      return sum;
+    }
+    default: {
+      const int octaves = step.lookup == TurbulenceLookup::kFour ? 4 : 8;
+      V sum = hn::Zero(D());
+      for (int k = 0; k < octaves; ++k) {
+        const auto scale = static_cast<float>(1 << k);
+        sum = hn::MulAdd(hn::Abs(NoiseValue(step.noise, p, lanes, scale)), Set(1 / scale), sum);
+      }
+      return sum;
+    }
+  }
+}
+
+// What a sample is: a value for the transfer function and, where it is lit, a normal.
+struct Sample {
+  V value;            // field value, or density
+  V distance;         // hypertexture
+  Vec3 normal;        // world, outward; unit or zero
+};
+
+template <typename T>
+class Medium {
+ public:
+  explicit Medium(const MediumArgs& args) : args_(args), samples_(static_cast<const T*>(args.field.samples)) {}
+
+  HWY_INLINE V Value(const Vec3& p, uint32_t lanes) const {
+    const Field& f = args_.field;
+    const Cell c = Locate(f, p);
+    const V code = Trilinear(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f, lanes);
+    return hn::MulAdd(code, Set(f.scale), Set(f.bias));
+  }
+  HWY_INLINE ValueAndGradient ValueGradient(const Vec3& p, uint32_t lanes) const {
+    const Field& f = args_.field;
+    const Cell c = Locate(f, p);
+    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f, lanes);
+    r.value = hn::MulAdd(r.value, Set(f.scale), Set(f.bias));
+    r.gradient = Scaled(r.gradient, Set(f.scale));
+    return r;
+  }
+
+  HWY_INLINE Sample Density(const Vec3& p, uint32_t lanes) const {
+    Sample r;
+    if (args_.look == Look::kPlain) {
+      r.value = Value(p, lanes);
+      return r;
+    }
+    const ValueAndGradient v = ValueGradient(p, lanes);
+    r.value = v.value;
+    r.normal = WorldNormal(args_.rays, v.gradient, -1);  // denser is inside
+    return r;
+  }
+
+  // Lanes in which there is no density leave the set.
+  HWY_INLINE Sample Hyper(const Vec3& p, uint32_t& lanes) const {
+    const Field& f = args_.field;
+    const DI di;
+    Vec3 q = p;
+    V turbulence = hn::Zero(D());
+    for (const DmfStep& step : args_.steps) Move(step, p, lanes, q, turbulence);
+    Sample r;
+    r.value = r.distance = hn::Zero(D());
+    const Cell c = Locate(f, q);
+    if (f.leaps) {
+      const VI own = hn::And(LeapOf(f, f.own, c), hn::Set(di, 255));
+      lanes &= Bits(hn::RebindMask(D(), hn::Eq(own, hn::Zero(di))));
+      if (lanes == 0) return r;
+    }
+    const VI index = IndexOf(c, f.row, f.slice);
+    r.distance = hn::MulAdd(Trilinear(samples_, f.row, f.slice, index, c.f, lanes), Set(f.scale), Set(f.bias));
+    const V inside = hn::Sub(Set(args_.outer), r.distance);
+    V t = args_.per_width > 0 ? Clamp01(hn::Mul(inside, Set(args_.per_width)))
+                              : hn::IfThenElseZero(hn::Ge(inside, hn::Zero(D())), Set(1));
+    if (args_.zero_stays) {
+      lanes &= Bits(hn::Gt(t, hn::Zero(D())));
+      if (lanes == 0) return r;
+    }
+    if (args_.look != Look::kPlain) {
+      const ValueAndGradient v = TrilinearGradient(samples_, f.row, f.slice, index, c.f, lanes);
+      r.normal = WorldNormal(args_.rays, v.gradient, f.scale < 0 ? -1 : 1);
+    }
+    if (args_.look == Look::kFur) t = Strands(p, lanes, r, t);
+    for (const DmfStep& step : args_.steps) t = Modulate(step, p, r.distance, turbulence, lanes, t);
+    r.value = t;
+    return r;
+  }
+
+ private:
+  HWY_INLINE void Move(const DmfStep& step, const Vec3& p, uint32_t lanes, Vec3& q, V& turbulence) const {
+    switch (step.kind) {
+      case Kind::kWarp: {
+        V n[4];
+        NoiseChannels(step.noise, p, lanes, n);
+        q.x = hn::MulAdd(n[0], Set(step.amount / args_.rays.spacing[0]), q.x);
+        q.y = hn::MulAdd(n[1], Set(step.amount / args_.rays.spacing[1]), q.y);
+        q.z = hn::MulAdd(n[2], Set(step.amount / args_.rays.spacing[2]), q.z);
+        return;
+      }
+      case Kind::kLift:
+        turbulence = Turbulence(step, p, lanes);
+        q.y = hn::NegMulAdd(turbulence, Set(step.amount), q.y);
+        return;
+      case Kind::kSwell: {
+        const V grow = hn::Mul(hn::Sub(Turbulence(step, p, lanes), Set(step.second)), Set(step.amount));
+        const auto axis = [&](V v, float last) HWY_ATTR { return hn::MulAdd(hn::Sub(v, Set(0.5f * last)), grow, v); };
+        q = {axis(q.x, args_.field.last[0]), axis(q.y, args_.field.last[1]), axis(q.z, args_.field.last[2])};
+        return;
+      }
+      default:
+        return;
+    }
+  }
+
+  HWY_INLINE V Modulate(const DmfStep& step, const Vec3& p, V distance, V turbulence, uint32_t lanes, V t) const {
+    const D d;
+    const V one = Set(1);
+    switch (step.kind) {
+      case Kind::kBias:
+        return Power(t, step.amount);
+      case Kind::kGain: {
+        const M low = hn::Lt(t, Set(0.5f));
+        const V u = hn::IfThenElse(low, t, hn::Sub(one, t));
+        const V half = hn::Mul(Set(0.5f), Power(hn::Add(u, u), step.amount));
+        return hn::IfThenElse(low, half, hn::Sub(one, half));
+      }
+      case Kind::kNoise:
+        return Clamp01(hn::MulAdd(NoiseValue(step.noise, p, lanes), Set(step.amount), t));
+      case Kind::kTurbulence: {
+        const V found = step.again ? turbulence : Turbulence(step, p, lanes);
+        const V factor = hn::MulAdd(found, Set(step.amount), Set(1 - step.amount));
+        return Clamp01(hn::Mul(t, factor));
+      }
+      case Kind::kThreshold: {
+        const V u = Clamp01(hn::Mul(hn::Sub(t, Set(step.amount)), Set(step.second)));
+        return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(u, Set(2), Set(3)));
+      }
+      case Kind::kFunction: {
+        HWY_ALIGN float x[kLanes], y[kLanes], z[kLanes], dist[kLanes], density[kLanes];
+        const RaySet& r = args_.rays;
+        hn::Store(hn::MulAdd(p.x, Set(r.spacing[0]), Set(r.to_world[0])), d, x);
+        hn::Store(hn::MulAdd(p.y, Set(r.spacing[1]), Set(r.to_world[1])), d, y);
+        hn::Store(hn::MulAdd(p.z, Set(r.spacing[2]), Set(r.to_world[2])), d, z);
+        hn::Store(distance, d, dist);
+        hn::Store(t, d, density);
+        (*step.function)({kLanes, x, y, z, dist, density});
+        return Clamp01(hn::Load(d, density));
+      }
+      default:
+        return t;
+    }
+  }
+
+  // Hair: where the noise at a strand's foot is strong. The foot lies along the gradient, and up where strands droop.
+  HWY_INLINE V Strands(const Vec3& p, uint32_t lanes, Sample& r, V t) const {
+    const D d;
+    const RaySet& set = args_.rays;
+    const V height = hn::Sub(Set(1), t);
+    const Vec3 lean = {Set(args_.fur_lean[0]), Set(args_.fur_lean[1]), Set(args_.fur_lean[2])};
+    const Vec3 across = AddScaled(lean, r.normal, hn::Neg(Dot(lean, r.normal)));
+    const V back = hn::Neg(hn::Max(hn::Sub(r.distance, Set(args_.outer - 1 / args_.per_width)), hn::Zero(d)));
+    const V bend = hn::Mul(Set(-args_.droop), hn::Mul(height, height));
+    const auto axis = [&](V v, V n, V l, float spacing) HWY_ATTR {
+      const V along = hn::Mul(n, back);
+      return hn::MulAdd(hn::MulAdd(l, bend, along), Set(1 / spacing), v);
+    };
+    const Vec3 foot = {axis(p.x, r.normal.x, across.x, set.spacing[0]), axis(p.y, r.normal.y, across.y, set.spacing[1]),
+                       axis(p.z, r.normal.z, across.z, set.spacing[2])};
+    // The strand's direction: the surface's normal, bent.
+    const V tilt = hn::Mul(Set(2 * args_.droop * args_.per_width), height);
+    r.normal = Unit(AddScaled(r.normal, across, tilt));
+    const V n = Clamp01(hn::MulAdd(NoiseValue(args_.fur, foot, lanes), Set(static_cast<float>(base::kFurSpread)), Set(0.5f)));
+    const M low = hn::Lt(n, Set(0.5f));
+    const V u = hn::IfThenElse(low, n, hn::Sub(Set(1), n));
+    const V cube = hn::Mul(hn::Mul(Set(4), u), hn::Mul(u, u));  // gain of 0.875
+    const V shaped = hn::Mul(t, hn::IfThenElse(low, cube, hn::Sub(Set(1), cube)));
+    return hn::IfThenElse(hn::Ge(t, Set(1)), t, shaped);  // below the skin all is solid
+  }
+
+  const MediumArgs& args_;
+  const T* samples_;
+
+ public:
+  // Colour and extinction interpolated from those of the eight voxels around p.
+  s::Pixels Classified(const Vec3& p, uint32_t lanes) const {
+    const D d;
+    const Field& f = args_.field;
+    const Cell c = Locate(f, p);
+    HWY_ALIGN int32_t at[kLanes];
+    HWY_ALIGN float place[3][kLanes], sums[4][kLanes] = {};
+    hn::Store(IndexOf(c, f.row, f.slice), DI(), at);
+    hn::Store(c.f.x, d, place[0]);
+    hn::Store(c.f.y, d, place[1]);
+    hn::Store(c.f.z, d, place[2]);
+    const ColorTable& t = args_.transfer;
+    for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+      const int l = __builtin_ctz(rest);
+      const T* const q = samples_ + at[l];
+      HWY_ALIGN float codes[8];
+      Store4(Pairs(q, q + f.row), codes);
+      Store4(Pairs(q + f.slice, q + f.slice + f.row), codes + 4);
+      float sum[4] = {};
+      for (int corner = 0; corner < 8; ++corner) {
+        const float fx = place[0][l], fy = place[1][l], fz = place[2][l];
+        const float weight = ((corner & 1) ? fx : 1 - fx) * ((corner & 2) ? fy : 1 - fy) * ((corner & 4) ? fz : 1 - fz);
+        const float u = (codes[corner] * f.scale + f.bias) * t.times + t.plus;
+        const float in = std::min(std::max(u, 0.0f), static_cast<float>(t.size - 1));
+        const int entry = static_cast<int>(in);
+        const float part = in - static_cast<float>(entry);
+        const float* const e = t.entries + ptrdiff_t{4} * entry;
+        const float extinction = weight * (e[3] + part * (e[7] - e[3]));
+        for (int k = 0; k < 3; ++k) sum[k] += extinction * (e[k] + part * (e[k + 4] - e[k]));
+        sum[3] += extinction;
+      }
+      for (int k = 0; k < 4; ++k) sums[k][l] = sum[k];
+    }
+    s::Pixels r;
+    r.a = hn::Load(d, sums[3]);
+    const V per = hn::IfThenElseZero(hn::Gt(r.a, hn::Zero(d)), hn::Div(Set(1), hn::Max(r.a, Set(1e-30f))));
+    r.r = hn::Mul(hn::Load(d, sums[0]), per);
+    r.g = hn::Mul(hn::Load(d, sums[1]), per);
+    r.b = hn::Mul(hn::Load(d, sums[2]), per);
+    return r;
+  }
+
+  // Colour and mean extinction of a segment between two values.
+  s::Pixels Integrated(V front, V back, uint32_t lanes) const {
+    const D d;
+    const ColorTable& t = args_.transfer;
+    const float per = static_cast<float>(kPairSize - 1) / static_cast<float>(t.size - 1);
+    const auto place = [&](V v, int32_t* at, float* part) HWY_ATTR {
+      V u = hn::Mul(hn::MulAdd(v, Set(t.times), Set(t.plus)), Set(per));
+      u = hn::Min(hn::Max(u, hn::Zero(d)), Set(static_cast<float>(kPairSize - 1)));
+      const VI whole = hn::ConvertTo(DI(), u);
+      hn::Store(whole, DI(), at);
+      hn::Store(hn::Sub(u, hn::ConvertTo(d, whole)), d, part);
+    };
+    HWY_ALIGN int32_t i[kLanes], j[kLanes];
+    HWY_ALIGN float fx[kLanes], fy[kLanes];
+    place(front, i, fx);
+    place(back, j, fy);
+    Rows rows;
+    for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+      const int l = __builtin_ctz(rest);
+      const float* const e = args_.pairs + ptrdiff_t{4} * (ptrdiff_t{j[l]} * (kPairSize + 1) + i[l]);
+      constexpr ptrdiff_t kRow = ptrdiff_t{4} * (kPairSize + 1);
+      Store4(Lerp4(Lerp4(Four(e), Four(e + 4), fx[l]), Lerp4(Four(e + kRow), Four(e + kRow + 4), fx[l]), fy[l]),
+             rows.v + 4 * l);
+    }
+    s::Pixels c;
+    rows.Read(c.r, c.g, c.b, c.a);
+    return c;
+  }
+};
+
+}  // namespace tessera::ops::volume::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

@@ -1,0 +1,391 @@
+// Completes the parameters of volume pictures and turns them into kernel arguments.
+#include "ops/volume/prepare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tessera/ops/noise_block.h"
+#include "ops/volume/transfer.h"
+#include "tessera/error.h"
+
+namespace tessera::ops::volume {
+namespace {
+
+constexpr char kName[] = "volume";
+
+void RequireRange(const char* what, double v, double low, double high) {
+  if (v >= low && v <= high) return;
+  throw Error(kName, std::string("found ") + what + " " + std::to_string(v) + ", expected " + std::to_string(low) +
+                         " to " + std::to_string(high));
+}
+
+Vector3 Centre(const VolumeSpec& s) {
+  return s.Position(0.5 * (s.size[0] - 1), 0.5 * (s.size[1] - 1), 0.5 * (s.size[2] - 1));
+}
+double Smallest(const Vector3& v) { return std::min({v[0], v[1], v[2]}); }
+
+RaySet RaysOf(const DrawParams& draw) {
+  const VolumeSpec& v = draw.volume.spec();
+  const Camera& camera = draw.params.camera;
+  const Roi& w = draw.window;
+  RaySet r{};
+  r.perspective = camera.perspective();
+  const double mx = w.x0 + 0.5 * (w.width() - 1), my = w.y0 + 0.5 * (w.height() - 1);
+  const double middle = camera.PlanarDepth(Centre(v));
+  r.middle_x = static_cast<float>(mx);
+  r.middle_y = static_cast<float>(my);
+  r.middle_depth = static_cast<float>(middle);
+  const Camera::Ray at[3] = {camera.PixelRay(w, mx, my), camera.PixelRay(w, mx + 1, my), camera.PixelRay(w, mx, my + 1)};
+  for (size_t a = 0; a < 3; ++a) {
+    double origin[3], direction[3];
+    for (size_t c = 0; c < 3; ++c) {
+      origin[c] = (at[c].origin[a] + middle * at[c].direction[a] - v.origin[a]) / v.spacing[a];
+      direction[c] = at[c].direction[a] / v.spacing[a];
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      r.origin[a][c] = static_cast<float>(c == 0 ? origin[0] : origin[c] - origin[0]);
+      r.direction[a][c] = static_cast<float>(c == 0 ? direction[0] : direction[c] - direction[0]);
+    }
+    r.spacing[a] = static_cast<float>(v.spacing[a]);
+    r.to_world[a] = static_cast<float>(v.origin[a]);
+    r.low[a] = -0.5f;
+    r.high[a] = static_cast<float>(v.size[a]) - 0.5f;
+  }
+  r.planes = static_cast<int>(draw.params.planes.size());
+  for (int k = 0; k < r.planes; ++k) {
+    const CuttingPlane& p = draw.params.planes[static_cast<size_t>(k)];
+    for (size_t a = 0; a < 3; ++a) r.plane[k][a] = static_cast<float>(p.normal[a] * v.spacing[a]);
+    r.plane[k][3] = static_cast<float>(p.offset - Dot(p.normal, v.origin));
+  }
+  return r;
+}
+
+Field FieldOf(const DrawParams& draw) {
+  const base::VolumeData& data = *draw.volume.data();
+  Field f;
+  f.samples = data.samples;
+  f.type = data.spec.type;
+  f.row = static_cast<int32_t>(data.row);
+  f.slice = static_cast<int32_t>(data.slice);
+  for (size_t a = 0; a < 3; ++a) f.last[a] = static_cast<float>(data.spec.size[a] - 1);
+  f.scale = static_cast<float>(data.code_scale);
+  f.bias = static_cast<float>(data.code_bias);
+  f.leaps = draw.params.leap;
+  return f;
+}
+
+NoiseView ViewOf(const NoiseBlock& block, const VolumeSpec& v, double frequency, const Vector3& offset = {0, 0, 0},
+                 double upright = 1) {
+  const NoiseBlock::Data& d = block.data();
+  NoiseView n;
+  n.samples = d.samples.data() + static_cast<ptrdiff_t>(d.slice + d.row + 1) * d.channels;
+  n.row = d.row;
+  n.slice = d.slice;
+  n.size = d.size;
+  n.scale = d.scale;
+  n.bias = d.bias;
+  for (size_t a = 0; a < 3; ++a) {
+    const double along = a == 1 ? frequency * upright : frequency;
+    n.times[a] = static_cast<float>(v.spacing[a] * along);
+    const double plus = v.origin[a] * along + offset[a];
+    n.plus[a] = static_cast<float>(plus - std::floor(plus));
+  }
+  return n;
+}
+
+}  // namespace
+
+bool IsSurface(VolumeMode mode) { return mode <= VolumeMode::kMelt; }
+bool IsHyper(VolumeMode mode) { return mode >= VolumeMode::kFur && mode <= VolumeMode::kHyper; }
+
+DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& given) {
+  DrawParams draw;
+  draw.volume = volume;
+  draw.params = given;
+  draw.window = spec.display_window.empty() ? spec.data_window : spec.display_window;
+  const VolumeSpec& v = volume.spec();
+  VolumeParams& p = draw.params;
+  for (double n : {p.iso, p.soft, p.time, p.frequency, p.amount, p.step}) RequireRange("a parameter of", n, -1e6, 1e6);
+  if (p.soft == -1) p.soft = p.mode == VolumeMode::kFur ? 0.08 : p.mode == VolumeMode::kFire ? 0.1 : 0.12;
+  RequireRange("a soft region of", p.soft, 0, 1e6);
+  RequireRange("a step of", p.step, 0, 1e6);
+  RequireRange("a termination of", p.termination, 0, 1);
+  RequireRange("a frequency of", p.frequency, 0, 1e6);
+  if (p.planes.size() > 16) throw Error(kName, "found more than 16 cutting planes");
+  for (double c : p.material.color) RequireRange("a colour of", c, 0, 1e6);
+  RequireRange("an exponent of", p.material.exponent, 0, 1e4);
+  for (double c : {p.material.ambient, p.material.diffuse, p.material.specular}) RequireRange("a light of", c, 0, 1e6);
+  p.material.light = Normalized(p.material.light);
+  const double voxel = Smallest(v.spacing);
+  if (p.step == 0) p.step = p.mode == VolumeMode::kFire ? 2.5 * voxel : p.mode == VolumeMode::kFur ? 1.25 * voxel : voxel;
+  const double side = std::max({v.size[0] * v.spacing[0], v.size[1] * v.spacing[1], v.size[2] * v.spacing[2]});
+  if (p.method == VolumeMethod::kShearWarp && p.camera.perspective()) {
+    throw Error(kName, "found a perspective camera with method shearwarp, expected a parallel one");
+  }
+  const auto need_block = [&](NoiseContent content, int cells, int octaves, int channels) {
+    if (p.block.empty()) p.block = NoiseBlock(content, cells, octaves);
+    if (p.block.channels() != channels) {
+      throw Error(kName, "found a noise block of " + std::to_string(p.block.channels()) + " channels, expected " +
+                             std::to_string(channels));
+    }
+  };
+  const auto otherwise = [](double& value, double missing, double preset) {
+    if (value == missing) value = preset;
+  };
+  switch (p.mode) {
+    case VolumeMode::kSolid:
+      otherwise(p.frequency, 0, 1.6 / side);
+      need_block(NoiseContent::kMarble, 4, 5, 1);
+      draw.colors = MarbleColors();
+      break;
+    case VolumeMode::kBump:
+      otherwise(p.frequency, 0, 5 / side);
+      if (p.amount < 0) p.amount = 1.6;
+      need_block(NoiseContent::kGradient, 8, 1, 4);
+      break;
+    case VolumeMode::kMelt:
+      otherwise(p.frequency, 0, 1.8 / side);
+      if (p.amount < 0) p.amount = 0.21 * side * (1 - std::exp(-0.6 * (p.time > 0 ? p.time : 2.5)));
+      need_block(NoiseContent::kNoise, 5, 1, 1);
+      break;
+    case VolumeMode::kFur:
+      otherwise(p.frequency, 0, 14 / side);
+      if (p.amount < 0) p.amount = 0.6 * p.soft;
+      need_block(NoiseContent::kNoise, 16, 1, 1);
+      break;
+    default:
+      break;
+  }
+  if (p.mode == VolumeMode::kFire && p.dmf.empty()) p.dmf = FireChain(p, side);
+  if (IsHyper(p.mode)) {
+    for (Dmf& step : p.dmf) {
+      // Steps that read the same noise share its block.
+      for (const Dmf& before : p.dmf) {
+        const bool turbulent = step.kind >= Dmf::Kind::kTurbulence && step.kind != Dmf::Kind::kWarp &&
+                               step.kind != Dmf::Kind::kThreshold && before.kind != Dmf::Kind::kWarp &&
+                               before.kind > Dmf::Kind::kNoise;
+        if (&before == &step) break;
+        if (turbulent && step.block.empty() && before.lookup == step.lookup) step.block = before.block;
+      }
+      CompleteDmf(step);
+    }
+  }
+  if (!IsSurface(p.mode)) MakeTransfer(draw);
+  return draw;
+}
+
+void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& out) {
+  const VolumeParams& p = draw.params;
+  const base::VolumeData& data = *draw.volume.data();
+  const VolumeSpec& v = data.spec;
+  const double voxel = Smallest(v.spacing);
+  const base::ForEach for_each = [&](int64_t count, const std::function<void(int64_t)>& task) {
+    workers.For(count, [&](int64_t i, int) { task(i); });
+  };
+  const RaySet rays = RaysOf(draw);
+  Field field = FieldOf(draw);
+  Light light{};
+  for (size_t c = 0; c < 3; ++c) {
+    light.color[c] = static_cast<float>(p.material.color[c]);
+    light.direction[c] = static_cast<float>(p.material.light[c]);
+  }
+  light.ambient = static_cast<float>(p.material.ambient);
+  light.diffuse = static_cast<float>(p.material.diffuse);
+  light.specular = static_cast<float>(p.material.specular);
+  light.exponent = static_cast<float>(p.material.exponent);
+  const auto code_of = [&](double value) {
+    return data.code_scale == 0 ? 0 : (value - data.code_bias) / data.code_scale;
+  };
+  constexpr double kEndless = std::numeric_limits<double>::infinity();
+  // The range of codes that matters, a rounding wider.
+  double low = -kEndless, high = kEndless;
+  const auto matter = [&](double from, double to) {
+    const double a = code_of(from), b = code_of(to);
+    low = std::min(a, b), high = std::max(a, b);
+    const double wider = 4e-6 * (std::isfinite(low) ? std::fabs(low) : 0) + 4e-6 * (std::isfinite(high) ? std::fabs(high) : 0);
+    low -= wider, high += wider;
+  };
+  base::Displacement reach;
+  const auto find_leaps = [&]() {
+    out.leaps = data.Leaps(low, high, for_each, reach);
+    out.own = data.Leaps(low, high, for_each);
+    field.leap = out.leaps->leap.data();
+    field.own = out.own->leap.data();
+    field.blocks[0] = out.own->size[0];
+    field.blocks[1] = out.own->size[0] * out.own->size[1];
+    field.shift = out.own->shift;
+    field.pace = out.own->pace;
+  };
+
+  if (IsSurface(p.mode)) {
+    SurfaceArgs& s = out.surface;
+    s.mode = p.mode;
+    s.light = light;
+    const bool below = p.inside_above == (data.code_scale < 0);
+    s.side = below ? 1.0f : -1.0f;
+    s.level = static_cast<float>(code_of(p.iso));
+    s.margin = 4e-6f * std::fabs(s.level);
+    if (p.inside_above) {
+      matter(p.iso, kEndless);
+    } else {
+      matter(-kEndless, p.iso);
+    }
+    if (p.mode == VolumeMode::kSolid) {
+      s.noise = ViewOf(p.block, v, p.frequency);
+      const auto size = static_cast<int>(draw.colors.size() / 4) - 1;
+      s.colors = {draw.colors.data(), size, static_cast<float>(size - 1), 0};
+    } else if (p.mode == VolumeMode::kBump) {
+      s.noise = ViewOf(p.block, v, p.frequency);
+      s.k = static_cast<float>(p.amount);
+    } else if (p.mode == VolumeMode::kMelt) {
+      // Drops are longer than wide: the noise changes slowly downward.
+      s.noise = ViewOf(p.block, v, p.frequency, {0, base::kMeltDrift * p.time, 0});
+      s.noise.times[1] *= static_cast<float>(base::kMeltStretch);
+      const double top = v.High()[1], bottom = v.Low()[1], height = (top - bottom) / v.spacing[1];
+      const double amount = p.amount / v.spacing[1];
+      constexpr double kShare = base::kMeltNoise;
+      s.sag[0] = static_cast<float>(amount);
+      s.sag[1] = static_cast<float>((v.size[1] - 0.5) / height);
+      s.sag[2] = static_cast<float>(1 / height);
+      s.sag[3] = static_cast<float>(kShare);
+      const double most = std::max(std::fabs(p.block.low()), std::fabs(p.block.high()));
+      const double largest = std::fabs(amount) * (1 - kShare + kShare * most);
+      const double smallest = amount * (1 - kShare + kShare * p.block.low());
+      reach.low[1] = std::min({0.0, smallest, amount < 0 ? -largest : 0.0});
+      reach.high[1] = std::max({0.0, smallest, amount > 0 ? largest : 0.0});
+      double steep = 2 * largest / height;
+      const double* const slopes = p.block.data().slopes;
+      steep += std::fabs(amount) * kShare *
+               std::hypot(slopes[0] * s.noise.times[0], slopes[1] * s.noise.times[1], slopes[2] * s.noise.times[2]);
+      s.slow = static_cast<float>(1 / (1 + steep));
+    }
+    find_leaps();
+    s.rays = rays;
+    s.field = field;
+    return;
+  }
+
+  MediumArgs& m = out.medium;
+  m.rays = rays;
+  m.mode = p.mode;
+  m.method = p.method;
+  m.classification = p.classification;
+  m.light = light;
+  m.look = p.mode == VolumeMode::kFur ? Look::kFur : p.shade ? Look::kLit : Look::kPlain;
+  m.step = static_cast<float>(p.step);
+  m.opaque = static_cast<float>(1 - p.termination);
+  const auto entries = static_cast<double>(kTransferSize);
+  const double domain = draw.transfer_high - draw.transfer_low;
+  m.transfer = {draw.transfer.data(), kTransferSize, static_cast<float>((entries - 1) / domain),
+                static_cast<float>(-draw.transfer_low * (entries - 1) / domain)};
+  m.pairs = draw.pairs.empty() ? nullptr : draw.pairs.data();
+  m.mip_times = static_cast<float>(1 / domain);
+  m.mip_plus = static_cast<float>(-draw.transfer_low / domain);
+  // Axis of the stacks: the one the view is nearest to, x before y before z.
+  double most = -1;
+  for (int a = 0; a < 3; ++a) {
+    const double along = std::fabs(p.camera.forward()[static_cast<size_t>(a)]) / v.spacing[static_cast<size_t>(a)];
+    if (along > most * (1 + 1e-9)) most = along, m.axis = a;
+  }
+  if (IsHyper(p.mode)) {
+    m.hyper = true;
+    const double outer = p.iso + p.soft;
+    m.outer = static_cast<float>(outer);
+    m.per_width = p.soft > 0 ? static_cast<float>(1 / p.soft) : 0;
+    bool anywhere = false;
+    const Dmf* lifts = nullptr;
+    for (const Dmf& step : p.dmf) {
+      DmfStep k{};
+      k.kind = step.kind;
+      k.lookup = step.lookup;
+      k.amount = static_cast<float>(step.amount);
+      k.function = step.function ? &step.function : nullptr;
+      if (!step.block.empty()) {
+        const Vector3 offset = {step.drift[0] * p.time, step.drift[1] * p.time, step.drift[2] * p.time};
+        k.noise = ViewOf(step.block, v, step.frequency, offset, step.upright);
+      }
+      const double largest = TurbulenceRange(step);
+      static const NoiseBlock::Data kNone;
+      const NoiseBlock::Data& d = step.block.empty() ? kNone : step.block.data();
+      switch (step.kind) {
+        case Dmf::Kind::kBias:
+          k.amount = static_cast<float>(std::log(step.amount) / std::log(0.5));
+          break;
+        case Dmf::Kind::kGain:
+          k.amount = static_cast<float>(std::log(1 - step.amount) / std::log(0.5));
+          break;
+        case Dmf::Kind::kThreshold:
+          anywhere |= step.amount < 0;
+          k.second = static_cast<float>(1 / std::max(step.softness, 1e-6));
+          break;
+        case Dmf::Kind::kNoise:
+        case Dmf::Kind::kFunction:
+          anywhere = true;  // adds density where there was none
+          break;
+        case Dmf::Kind::kWarp:
+          for (size_t a = 0; a < 3; ++a) {
+            const double most = std::fabs(step.amount) * std::max<double>(std::fabs(d.bias), std::fabs(d.bias + 65535.0 * d.scale));
+            reach.low[a] -= most / v.spacing[a];
+            reach.high[a] += most / v.spacing[a];
+          }
+          break;
+        case Dmf::Kind::kLift:
+          (step.amount > 0 ? reach.low : reach.high)[1] -= step.amount * largest / v.spacing[1];
+          k.amount = static_cast<float>(step.amount / v.spacing[1]);
+          break;
+        case Dmf::Kind::kSwell: {
+          k.second = static_cast<float>(d.mean);
+          for (size_t a = 0; a < 3; ++a) {
+            const double most = std::fabs(step.amount) * largest * 0.5 * v.size[a];
+            reach.low[a] -= most;
+            reach.high[a] += most;
+          }
+          break;
+        }
+        default:
+          break;
+      }
+      if (step.kind == Dmf::Kind::kLift) lifts = &step;
+      k.again = step.kind == Dmf::Kind::kTurbulence && lifts != nullptr && lifts->frequency == step.frequency && lifts->upright == step.upright &&
+                lifts->drift == step.drift && lifts->lookup == step.lookup && &lifts->block.data() == &step.block.data();
+      m.steps.push_back(k);
+    }
+    matter(-kEndless, anywhere ? kEndless : outer);
+    m.zero_stays = !anywhere && draw.transfer[3] == 0 && draw.transfer_low <= 0 &&
+                   std::none_of(p.dmf.begin(), p.dmf.end(), [](const Dmf& step) {
+                     return step.kind == Dmf::Kind::kThreshold && step.amount <= 0;
+                   });
+    if (p.mode == VolumeMode::kFur) {
+      m.fur = ViewOf(p.block, v, p.frequency);
+      m.droop = static_cast<float>(p.amount);
+      const double sway = base::kFurSway * std::sin(base::kFurPace * p.time);
+      m.fur_lean[0] = static_cast<float>(sway);
+      m.fur_lean[1] = -1;
+      m.fur_lean[2] = 0;
+    }
+  } else {
+    double from = 0, to = 0;
+    const bool everywhere = p.mode == VolumeMode::kMip || p.mode == VolumeMode::kAttenuate ||
+                            !TransferSupport(draw, from, to);
+    if (everywhere && p.mode != VolumeMode::kMip && p.mode != VolumeMode::kAttenuate) {
+      matter(kEndless, kEndless);  // nothing is seen
+      low = high = kEndless;
+    } else if (p.mode == VolumeMode::kMip || p.mode == VolumeMode::kAttenuate) {
+      low = -kEndless, high = kEndless;
+    } else {
+      matter(from, to);
+    }
+    if (p.classification == Classification::kPreIntegrated) {
+      // Both ends of a segment are read.
+      const double half = p.method == VolumeMethod::kStacks ? 1.5 : 0.5 * p.step / voxel + 0.5;
+      reach.low = {-half, -half, -half};
+      reach.high = {half, half, half};
+    }
+  }
+  find_leaps();
+  m.field = field;
+}
+
+}  // namespace tessera::ops::volume

@@ -1,0 +1,31 @@
+// From parameters to what the kernels of volume pictures are given.
+#ifndef TESSERA_OPS_VOLUME_PREPARE_H_
+#define TESSERA_OPS_VOLUME_PREPARE_H_
+
+#include <memory>
+#include <vector>
+
+#include "tessera/ops/volume_draw.h"
+#include "graph/stage.h"
+#include "ops/volume/march.h"
+
+namespace tessera::ops::volume {
+
+using DrawParams = base::VolumeDraw;
+
+bool IsSurface(VolumeMode mode);
+bool IsHyper(VolumeMode mode);  // distance fields through density modulation
+// Checks, fills in. Throws Error.
+DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
+
+// What a stage holds; the arguments point into it.
+struct Prepared {
+  SurfaceArgs surface;
+  MediumArgs medium;
+  std::shared_ptr<const base::LeapGrid> leaps, own;
+};
+void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& out);
+
+}  // namespace tessera::ops::volume
+
+#endif  // TESSERA_OPS_VOLUME_PREPARE_H_

@@ -1,0 +1,258 @@
+// Transfer functions as tables, ramps, and the chains of the presets.
+#include "ops/volume/transfer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tessera/ops/noise_block.h"
+#include "tessera/error.h"
+
+namespace tessera::ops::volume {
+namespace {
+
+constexpr double kMostDepth = 92;  // -log1p(-a) of an opacity of 1
+
+TransferPoint At(const std::vector<TransferPoint>& points, double value) {
+  if (value <= points.front().value) return points.front();
+  for (size_t i = 1; i < points.size(); ++i) {
+    if (value > points[i].value) continue;
+    const TransferPoint &a = points[i - 1], &b = points[i];
+    const double width = b.value - a.value, f = width > 0 ? (value - a.value) / width : 1;
+    TransferPoint p;
+    p.value = value;
+    for (size_t c = 0; c < 3; ++c) p.color[c] = a.color[c] + f * (b.color[c] - a.color[c]);
+    p.opacity = a.opacity + f * (b.opacity - a.opacity);
+    return p;
+  }
+  return points.back();
+}
+
+double Extinction(double opacity, double length) {
+  const double a = opacity > 0 ? std::min(opacity, 1.0) : 0;  // NaN counts as 0
+  return std::min(-std::log1p(-a), kMostDepth) / length;
+}
+
+using Stop = std::array<double, 5>;  // value, colour, opacity
+
+VolumeTransferFunction FromStops(const std::vector<Stop>& stops, double length) {
+  VolumeTransferFunction t;
+  t.length = length;
+  for (const Stop& s : stops) t.points.push_back({s[0], {s[1], s[2], s[3]}, s[4]});
+  return t;
+}
+
+// What a mode shows when the caller gives no transfer function.
+VolumeTransferFunction Preset(const DrawParams& draw) {
+  const VolumeParams& p = draw.params;
+  const Vector3& spacing = draw.volume.spec().spacing;
+  const double voxel = std::min({spacing[0], spacing[1], spacing[2]});
+  if (p.mode == VolumeMode::kFire) {
+    const double length = 0.1 * std::max(p.soft, voxel);
+    return FromStops({{0, 0, 0, 0, 0},
+                      {0.04, 0.30, 0.012, 0.0, 0.0},
+                      {0.14, 0.95, 0.10, 0.005, 0.06},
+                      {0.34, 1.7, 0.42, 0.03, 0.16},
+                      {0.60, 2.2, 0.95, 0.12, 0.34},
+                      {0.88, 2.6, 1.6, 0.5, 0.55},
+                      {1, 2.8, 1.9, 0.8, 0.75}},
+                     length);
+  }
+  if (p.mode == VolumeMode::kFur) {
+    return FromStops({{0, 1, 1, 1, 0}, {0.06, 1, 1, 1, 0.0}, {0.30, 1, 1, 1, 0.55}, {1, 1, 1, 1, 0.95}}, voxel);
+  }
+  if (p.mode == VolumeMode::kHyper) return FromStops({{0, 1, 1, 1, 0}, {1, 1, 1, 1, 0.5}}, voxel);
+  const auto range = draw.volume.Range();
+  const double top = range[1] > range[0] ? range[1] : range[0] + 1;
+  return FromStops({{range[0], 1, 1, 1, 0}, {top, 1, 1, 1, 0.1}}, voxel);
+}
+
+}  // namespace
+
+std::vector<float> MarbleColors() {
+  const std::vector<Stop> stops = {{0, 0.05, 0.055, 0.07, 1},   {0.12, 0.20, 0.19, 0.20, 1}, {0.35, 0.55, 0.50, 0.45, 1},
+                                   {0.60, 0.80, 0.76, 0.70, 1}, {1, 0.94, 0.92, 0.87, 1}};
+  const VolumeTransferFunction ramp = FromStops(stops, 1);
+  constexpr int kEntries = 256;
+  std::vector<float> table;
+  for (int i = 0; i <= kEntries; ++i) {
+    const TransferPoint p = At(ramp.points, std::min(i, kEntries - 1) / (kEntries - 1.0));
+    for (double c : p.color) table.push_back(static_cast<float>(c));
+    table.push_back(1);
+  }
+  return table;
+}
+
+void MakeTransfer(DrawParams& draw) {
+  VolumeTransferFunction& t = draw.params.transfer;
+  if (t.points.empty()) t = Preset(draw);
+  if (!(t.length > 0)) throw Error("transfer function", "found a reference length that is not positive");
+  for (const TransferPoint& p : t.points) {
+    if (!std::isfinite(p.value)) throw Error("transfer function", "found a value that is not finite");
+    for (double c : p.color) {
+      if (!std::isfinite(c)) throw Error("transfer function", "found a colour that is not finite");
+    }
+  }
+  std::stable_sort(t.points.begin(), t.points.end(),
+                   [](const TransferPoint& a, const TransferPoint& b) { return a.value < b.value; });
+  draw.transfer_low = t.points.front().value;
+  draw.transfer_high = t.points.back().value;
+  if (!(draw.transfer_high > draw.transfer_low)) draw.transfer_high = draw.transfer_low + 1e-6 * std::max(1.0, std::fabs(draw.transfer_low));
+  const double domain = draw.transfer_high - draw.transfer_low;
+  draw.transfer.clear();
+  for (int i = 0; i <= kTransferSize; ++i) {  // one more, for the last entry's neighbour
+    const double share = std::min(i, kTransferSize - 1) / (kTransferSize - 1.0);
+    const TransferPoint p = At(t.points, draw.transfer_low + share * domain);
+    for (double c : p.color) draw.transfer.push_back(static_cast<float>(c));
+    draw.transfer.push_back(static_cast<float>(Extinction(p.opacity, t.length)));
+  }
+  draw.pairs.clear();
+  if (draw.params.classification != Classification::kPreIntegrated) return;
+  // Colour and extinction of a segment along which the value runs from front to back, by many small steps.
+  constexpr int kParts = 64;
+  const double step = draw.params.step;
+  const auto entry = [&](double share, int c) {
+    const double at = std::clamp(share, 0.0, 1.0) * (kTransferSize - 1);
+    const auto i = static_cast<size_t>(at);
+    const double f = at - static_cast<double>(i);
+    return (1 - f) * draw.transfer[4 * i + static_cast<size_t>(c)] + f * draw.transfer[4 * i + 4 + static_cast<size_t>(c)];
+  };
+  draw.pairs.resize(static_cast<size_t>(kPairSize + 1) * (kPairSize + 1) * 4);
+  for (int b = 0; b <= kPairSize; ++b) {
+    for (int f = 0; f <= kPairSize; ++f) {
+      const double front = std::min(f, kPairSize - 1) / (kPairSize - 1.0);
+      const double back = std::min(b, kPairSize - 1) / (kPairSize - 1.0);
+      const int parts = front == back ? 1 : kParts;
+      double alpha = 0, depth = 0, color[3] = {0, 0, 0}, mean[3] = {0, 0, 0};
+      for (int i = 0; i < parts; ++i) {
+        const double share = front + (i + 0.5) / parts * (back - front);
+        const double optical = entry(share, 3) * step / parts, a = -std::expm1(-optical);
+        for (int c = 0; c < 3; ++c) {
+          color[c] += (1 - alpha) * a * entry(share, c);
+          mean[c] += entry(share, c) / parts;
+        }
+        alpha += (1 - alpha) * a;
+        depth += optical;
+      }
+      float* const to = &draw.pairs[(static_cast<size_t>(b) * (kPairSize + 1) + static_cast<size_t>(f)) * 4];
+      for (int c = 0; c < 3; ++c) to[c] = static_cast<float>(alpha > 1e-12 ? color[c] / alpha : mean[c]);
+      to[3] = static_cast<float>(depth / step);
+    }
+  }
+}
+
+bool TransferSupport(const DrawParams& draw, double& from, double& to) {
+  int first = kTransferSize, last = -1;
+  for (int i = 0; i < kTransferSize; ++i) {
+    if (draw.transfer[static_cast<size_t>(4 * i + 3)] > 0) first = std::min(first, i), last = i;
+  }
+  if (last < 0) return false;
+  constexpr double kEndless = std::numeric_limits<double>::infinity();
+  const double entry = (draw.transfer_high - draw.transfer_low) / (kTransferSize - 1);
+  from = first == 0 ? -kEndless : draw.transfer_low + (first - 1) * entry;
+  to = last == kTransferSize - 1 ? kEndless : draw.transfer_low + (last + 1) * entry;
+  return true;
+}
+
+std::vector<Dmf> FireChain(const VolumeParams& p, double side) {
+  const double frequency = p.frequency > 0 ? p.frequency : 2.3 / side;
+  const double height = p.amount >= 0 ? p.amount : 0.085 * side;
+  Dmf lift;
+  lift.kind = Dmf::Kind::kLift;
+  lift.amount = height;
+  lift.frequency = frequency;
+  lift.upright = 0.45;
+  lift.drift = {0, -0.4, 0.06};
+  lift.lookup = p.lookup;
+  Dmf tear = lift;  // the same turbulence: it is looked up once
+  tear.kind = Dmf::Kind::kTurbulence;
+  tear.amount = 1.35;
+  return {lift, tear};
+}
+
+void CompleteDmf(Dmf& step) {
+  using Kind = Dmf::Kind;
+  const auto require = [&](bool valid, const char* what, double found, const char* expected) {
+    if (!valid) throw Error("dmf", std::string("found ") + what + " " + std::to_string(found) + ", expected " + expected);
+  };
+  require(std::isfinite(step.amount), "an amount of", step.amount, "a finite number");
+  require(step.frequency >= 0 && step.frequency < 1e6, "a frequency of", step.frequency, "0 to 1e6");
+  if (step.kind == Kind::kBias || step.kind == Kind::kGain) {
+    require(step.amount > 0 && step.amount < 1, "an amount of", step.amount, "between 0 and 1");
+    return;
+  }
+  if (step.kind == Kind::kThreshold) return;
+  if (step.kind == Kind::kFunction) {
+    if (!step.function) throw Error("dmf", "found no function, expected one");
+    return;
+  }
+  NoiseContent content = NoiseContent::kNoise;
+  int cells = 8, octaves = 1;
+  if (step.kind == Kind::kWarp) {
+    content = NoiseContent::kVector;
+    cells = 4;
+  } else if (step.kind != Kind::kNoise) {
+    switch (step.lookup) {
+      case TurbulenceLookup::kBlock:
+        content = NoiseContent::kTurbulence;
+        cells = 4, octaves = 4;
+        break;
+      case TurbulenceLookup::kFourChannels:
+        content = NoiseContent::kFourOctaves;
+        cells = 4;
+        break;
+      default:
+        cells = 4;
+    }
+  }
+  if (step.block.empty()) step.block = NoiseBlock(content, cells, octaves);
+  const int channels = content >= NoiseContent::kFourOctaves ? 4 : 1;
+  require(step.block.channels() == channels, "a noise block whose channels are", step.block.channels(),
+          channels == 4 ? "4" : "1");
+}
+
+double TurbulenceRange(const Dmf& step) {
+  if (step.block.empty()) return 0;
+  const double one = std::max(std::fabs(step.block.low()), std::fabs(step.block.high()));
+  switch (step.lookup) {
+    case TurbulenceLookup::kBlock:
+      return one;
+    case TurbulenceLookup::kFourChannels: {
+      const NoiseBlock::Data& d = step.block.data();
+      return 1.875 * std::max(std::fabs(d.bias), std::fabs(d.bias + 65535 * d.scale));
+    }
+    default:
+      return 2 * one;
+  }
+}
+
+}  // namespace tessera::ops::volume
+
+namespace tessera {
+
+VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file) {
+  std::ifstream stream(file);
+  if (!stream) throw Error(file, "cannot be opened");
+  VolumeTransferFunction t;
+  int number = 0;
+  for (std::string line; std::getline(stream, line);) {
+    ++number;
+    line = line.substr(0, line.find('#'));
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    std::istringstream words(line);
+    TransferPoint p;
+    std::string rest;
+    if (!(words >> p.value >> p.color[0] >> p.color[1] >> p.color[2] >> p.opacity) || (words >> rest)) {
+      throw Error(file, "line " + std::to_string(number) + ": found \"" + line.substr(0, 40) +
+                            "\", expected value red green blue opacity");
+    }
+    t.points.push_back(p);
+  }
+  if (t.points.empty()) throw Error(file, "found no points, expected lines of value red green blue opacity");
+  return t;
+}
+
+}  // namespace tessera

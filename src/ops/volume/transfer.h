@@ -1,0 +1,27 @@
+// Tables of volume pictures: transfer functions, ramps, and the chains of the presets.
+#ifndef TESSERA_OPS_VOLUME_TRANSFER_H_
+#define TESSERA_OPS_VOLUME_TRANSFER_H_
+
+#include <vector>
+
+#include "ops/volume/prepare.h"
+
+namespace tessera::ops::volume {
+
+// Colours of polished stone over [0, 1], four floats an entry.
+std::vector<float> MarbleColors();
+// Fills transfer, its domain and, where asked for, the pre-integrated pairs.
+void MakeTransfer(DrawParams& draw);
+// The values between which something is seen; false where nothing ever is.
+bool TransferSupport(const DrawParams& draw, double& from, double& to);
+
+// Fire's chain: flames rise from the surface. `side`: the volume's longest side.
+std::vector<Dmf> FireChain(const VolumeParams& params, double side);
+// Checks a step and makes the noise it needs.
+void CompleteDmf(Dmf& step);
+// Largest |turbulence| that a step can read.
+double TurbulenceRange(const Dmf& step);
+
+}  // namespace tessera::ops::volume
+
+#endif  // TESSERA_OPS_VOLUME_TRANSFER_H_

@@ -1,0 +1,179 @@
+// Reference of bump mapping: slopes and shifts by their definitions.
+#include <algorithm>
+#include <any>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "reference/point_loop.h"
+#include "reference/reference.h"
+#include "tessera/ops/bump.h"
+
+namespace tessera::reference {
+namespace {
+
+// The first channel with what lies beyond its window.
+struct Field {
+  const ImageD& image;
+  Roi window;
+  Wrap wrap;
+  double scale;
+  int bits;
+
+  static int Seen(int i, int low, int high, Wrap wrap) {
+    const int n = high - low;
+    if (i >= low && i < high) return i;
+    if (wrap == Wrap::kClamp) return i < low ? low : high - 1;
+    const int period = wrap == Wrap::kMirror ? 2 * n : n;
+    const int m = ((i - low) % period + period) % period;
+    return low + (m < n ? m : 2 * n - 1 - m);
+  }
+  double Stored(int x, int y) const {
+    if (wrap == Wrap::kBlack && !window.Contains({x, y, x + 1, y + 1})) return 0;
+    const double v = image.at(Seen(x, window.x0, window.x1, wrap), Seen(y, window.y0, window.y1, wrap), 0);
+    if (bits == 0) return v;
+    const double codes = std::ldexp(1.0, bits) - 1;
+    return std::nearbyint(std::clamp(v, 0.0, 1.0) * codes) / codes;
+  }
+  // Relative to the pixel where differences are taken, so that large heights cancel.
+  double Difference(int x, int y, double dx, double dy) const {
+    const double i = std::floor(dx), j = std::floor(dy), fx = dx - i, fy = dy - j, here = Stored(x, y);
+    double sum = 0;
+    for (int k = 0; k < 4; ++k) {
+      const double w = (k % 2 ? fx : 1 - fx) * (k / 2 ? fy : 1 - fy);
+      if (w != 0) sum += w * (Stored(x + static_cast<int>(i) + k % 2, y + static_cast<int>(j) + k / 2) - here);
+    }
+    return scale * sum;
+  }
+};
+
+// f_x and f_y, y up.
+std::pair<double, double> Slopes(const Field& f, Slope slope, int x, int y) {
+  const auto d = [&](int dx, int dy) { return f.Difference(x, y, dx, dy); };
+  switch (slope) {
+    case Slope::kCentral:
+      return {(d(1, 0) - d(-1, 0)) / 2, (d(0, -1) - d(0, 1)) / 2};
+    case Slope::kForward:
+      return {d(1, 0), d(0, -1)};
+    case Slope::kSobel:
+      return {(d(1, -1) + 2 * d(1, 0) + d(1, 1) - d(-1, -1) - 2 * d(-1, 0) - d(-1, 1)) / 8,
+              (d(-1, -1) + 2 * d(0, -1) + d(1, -1) - d(-1, 1) - 2 * d(0, 1) - d(1, 1)) / 8};
+    case Slope::kGaussian:
+      break;
+  }
+  double fx = 0, fy = 0, ramp = 0;
+  for (int j = -3; j <= 3; ++j) {
+    for (int i = -3; i <= 3; ++i) {
+      const double g = std::exp(-0.5 * (i * i + j * j));
+      fx += g * i * d(i, j), fy -= g * j * d(i, j), ramp += g * i * i;
+    }
+  }
+  return {fx / ramp, fy / ramp};
+}
+
+Field FieldOf(const Call& call, Wrap wrap, double scale, int bits) {
+  return {call.in[0], call.in_specs[0].data_window, wrap, scale, bits};
+}
+
+void EvaluateNormalMap(const Call& call) {
+  const auto& p = std::any_cast<const HeightNormalsParams&>(call.parameters);
+  const Field f = FieldOf(call, p.wrap, p.scale, 0);
+  ForEachSample(call, [&](int x, int y, int c) {
+    const auto [fx, fy] = Slopes(f, p.slope, x, y);
+    const double over = 1 / std::sqrt(1 + fx * fx + fy * fy);
+    const double n = (c == 0 ? -fx : c == 1 ? -fy : 1) * over;
+    return std::pair{p.pack ? (n + 1) / 2 : n, 1.0};
+  });
+}
+
+void EvaluateBump(const Call& call) {
+  const auto& p = std::any_cast<const BumpParams&>(call.parameters);
+  const Field f = FieldOf(call, p.wrap, p.scale, p.bits);
+  Vector3 d = Normalized(p.light);
+  if (p.output == BumpOutput::kSpecular) {
+    d[2] += 1;
+    d = Dot(d, d) > 1e-30 ? Normalized(d) : Vector3{};
+  }
+  ForEachSample(call, [&](int x, int y, int) {
+    const auto [fx, fy] = Slopes(f, p.slope, x, y);
+    double e;
+    switch (p.method) {
+      case BumpMethod::kForward:
+        e = -f.Difference(x, y, p.shift * d[0], -p.shift * d[1]);
+        break;
+      case BumpMethod::kShift:
+        e = f.Difference(x, y, -p.shift * d[0] / 2, p.shift * d[1] / 2) -
+            f.Difference(x, y, p.shift * d[0] / 2, -p.shift * d[1] / 2);
+        break;
+      default:
+        e = -p.shift * (d[0] * fx + d[1] * fy);
+    }
+    const double scale = 1 + std::fabs(e) / p.shift;
+    if (p.output == BumpOutput::kEmboss) return std::pair{e + 0.5, 1 + std::fabs(e)};
+    const double product = (e / p.shift + d[2]) / (p.length ? std::sqrt(1 + fx * fx + fy * fy) : 1);
+    const double lit = std::max(product, 0.0);
+    if (p.output == BumpOutput::kDiffuse) return std::pair{lit, scale};
+    const double power = lit > 0 ? std::pow(lit, p.exponent) : 0;
+    return std::pair{power, std::max(scale, power) * (1 + p.exponent)};
+  });
+}
+
+Vector3 At(const ImageD& image, int x, int y) { return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)}; }
+bool Usable(const Vector3& v) { return Dot(v, v) > 0 && Dot(v, v) < std::numeric_limits<double>::infinity(); }
+Vector3 Unit(const Vector3& v) { return Usable(v) ? Normalized(v) : Vector3{}; }
+Vector3 Sum(const Vector3& a, const Vector3& b, double times = 1) {
+  return {a[0] + times * b[0], a[1] + times * b[1], a[2] + times * b[2]};
+}
+
+void EvaluateTangentNormals(const Call& call) {
+  const auto& p = std::any_cast<const TangentNormalsParams&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double own = call.in[0].at(x, y, c);
+    if (c > 2) return std::pair{own, std::fabs(own)};
+    Vector3 a = At(call.in[0], x, y);
+    for (double& v : a) v = p.packed ? 2 * v - 1 : v;
+    const Vector3 n = Unit(At(call.in[1], x, y)), raw = Unit(At(call.in[2], x, y));
+    const Vector3 flat = Sum(raw, n, -Dot(raw, n));
+    const bool framed = Dot(flat, flat) > 1e-24 && Usable(n);
+    const Vector3 t = framed ? Unit(flat) : Vector3{}, b = p.left_handed ? Cross(t, n) : Cross(n, t);
+    const double length = std::sqrt(Dot(a, a));
+    const auto k = static_cast<size_t>(c);
+    if (p.inverse) return std::pair{c == 0 ? Dot(a, t) : c == 1 ? Dot(a, b) : Dot(a, n), length};
+    const Vector3 sum = {a[0] * t[0] + a[1] * b[0] + a[2] * n[0], a[0] * t[1] + a[1] * b[1] + a[2] * n[1],
+                         a[0] * t[2] + a[1] * b[2] + a[2] * n[2]};
+    return std::pair{framed && Usable(sum) ? Unit(sum)[k] : n[k], 1.0};
+  });
+}
+
+void EvaluateCombineNormals(const Call& call) {
+  const auto& p = std::any_cast<const CombineNormalsParams&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double own = call.in[0].at(x, y, c);
+    if (c > 2) return std::pair{own, std::fabs(own)};
+    const Vector3 v = Unit(At(call.in[0], x, y)), raw = At(call.in[1], x, y);
+    Vector3 sum;
+    if (p.method == CombineMethod::kSum) {
+      sum = Sum(Unit(raw), v, p.k);
+    } else {
+      sum = Sum(v, Sum(raw, v, -Dot(raw, v)), -p.k);
+    }
+    const bool usable = Usable(v) && Usable(sum) && Dot(sum, sum) >= 1e-12;
+    return std::pair{(usable ? Unit(sum) : v)[static_cast<size_t>(c)], 1.0};
+  });
+}
+
+constexpr Roi kEverything{INT32_MIN / 2, INT32_MIN / 2, INT32_MAX / 2, INT32_MAX / 2};
+Roi All(const std::any&, int, const Roi&) { return kEverything; }
+
+}  // namespace
+
+std::vector<Entry> BumpEntries() {
+  return {{"normalmap", EvaluateNormalMap, All},
+          {"bump", EvaluateBump, All},
+          {"tangentnormals", EvaluateTangentNormals},
+          {"combinenormals", EvaluateCombineNormals}};
+}
+
+}  // namespace tessera::reference

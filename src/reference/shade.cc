@@ -1,0 +1,184 @@
+// The oracle of places and fog, from the formulas of spec/fog.md, in double.
+#include "tessera/ops/shade.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "ops/shade/settings.h"
+#include "reference/reference.h"
+#include "reference/shade_loop.h"
+
+namespace tessera::reference {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+const Roi& FrameOf(const ImageSpec& spec) {
+  return spec.display_window.empty() ? spec.data_window : spec.display_window;
+}
+double RayLength(const DepthParams& p, const Roi& frame, int x, int y) {
+  const auto clip = ClipOfPixel(frame, x, y);
+  return p.camera.DistancePerDepth(clip[0], clip[1]);
+}
+double ToPlanar(const DepthParams& p, const Roi& frame, double depth, int x, int y) {
+  switch (p.from) {
+    case DepthKind::kPlanar:
+      return depth;
+    case DepthKind::kEuclidean:
+      return depth / RayLength(p, frame, x, y);
+    case DepthKind::kWindow:
+      return PlanarOfWindow(depth, p.near, p.far);
+    default:
+      return PlanarOfWindow(1 - depth, p.near, p.far);
+  }
+}
+
+void Depth(const Call& call) {
+  const auto& p = *std::any_cast<DepthParams>(&call.parameters);
+  const Roi& frame = FrameOf(call.in_specs[0]);
+  const Roi& r = call.out.roi;
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x) {
+      for (int c = 0; c < call.out.channels; ++c) {
+        const double depth = call.in[0].at(x, y, c), planar = ToPlanar(p, frame, depth, x, y);
+        double v = planar;
+        if (p.to == DepthKind::kEuclidean) v = planar * RayLength(p, frame, x, y);
+        if (p.to == DepthKind::kWindow) v = WindowOfPlanar(planar, p.near, p.far);
+        if (p.to == DepthKind::kReversedWindow) v = 1 - WindowOfPlanar(planar, p.near, p.far);
+        call.out.at(x, y, c) = v;
+        // Window depths are differences of two terms.
+        const bool window = p.to == DepthKind::kWindow || p.to == DepthKind::kReversedWindow;
+        const double size = std::fabs(v) + (window ? 1 : 0);
+        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(size, 0x1p-126);
+      }
+    }
+  }
+}
+
+void Position(const Call& call) {
+  const auto& p = *std::any_cast<DepthParams>(&call.parameters);
+  const Roi& frame = FrameOf(call.in_specs[0]);
+  EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
+    const double depth = ToPlanar(p, frame, call.in[0].at(x, y, 0), x, y);
+    const Camera::Ray ray = p.camera.PixelRay(frame, x, y);
+    for (size_t k = 0; k < 3; ++k) {
+      const double along = ray.direction[k] == 0 && !std::isnan(depth) ? 0 : depth * ray.direction[k];
+      pixel.Set(k, ray.origin[k] + along, std::fabs(ray.origin[k]) + std::fabs(along));
+    }
+  });
+}
+
+void TransformedPoints(const Call& call) {
+  const auto& p = *std::any_cast<TransformParams>(&call.parameters);
+  const Matrix4& m = p.matrix;
+  EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
+    const double v[4] = {call.in[0].at(x, y, 0), call.in[0].at(x, y, 1), call.in[0].at(x, y, 2), 1};
+    double row[4] = {}, size[4] = {};
+    for (size_t i = 0; i < 4; ++i) {
+      for (size_t j = 0; j < 4; ++j) row[i] += m[4 * i + j] * v[j], size[i] += std::fabs(m[4 * i + j] * v[j]);
+    }
+    const double w = p.divide ? row[3] : 1;
+    for (size_t i = 0; i < 3; ++i)
+      pixel.Set(i, w == 0 ? kNaN : row[i] / w, w == 0 ? 0 : size[i] / std::fabs(w));
+  });
+}
+
+void Masked(const Call& call) {
+  const Roi& r = call.out.roi;
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x) {
+      const bool covered = call.in[1].at(x, y, 0) > 0;
+      for (int c = 0; c < call.out.channels; ++c) {
+        call.out.at(x, y, c) = covered ? call.in[0].at(x, y, c) : kNaN;
+        if (call.scale != nullptr) call.scale->at(x, y, c) = 0;
+      }
+    }
+  }
+}
+
+// Optical depth over distance d between the eye and a point at height y.
+double OpticalDepth(const ops::FogSettings& s, double d, double y) {
+  if (!s.layered) {
+    const double x = s.fog.density * d;
+    return s.fog.mode == FogMode::kExp2 ? x * x : x;
+  }
+  const double far = std::clamp(y, -1e60, 1e60);
+  const double mean = MeanFogDensity(s.layers, s.layers.eye[1], far);
+  return mean == 0 && !std::isnan(d) ? 0 : d * mean;
+}
+
+void Fog(const Call& call) {
+  const auto& s = *std::any_cast<ops::FogSettings>(&call.parameters);
+  const auto& constant = s.layered ? s.layers.color : s.fog.color;
+  const Vector3& eye = s.layered ? s.layers.eye : s.fog.eye;
+  const int alpha = call.in_specs[0].alpha;
+  EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
+    const ImageD& place = call.in[1];
+    const double px = place.at(x, y, 0), py = place.at(x, y, 1), pz = place.at(x, y, 2);
+    double d = std::sqrt((px - eye[0]) * (px - eye[0]) + (py - eye[1]) * (py - eye[1]) +
+                         (pz - eye[2]) * (pz - eye[2]));
+    if (!s.layered && (s.fog.distance || s.fog.mode == FogMode::kTransmittance))
+      d = std::isnan(px) ? px : std::max(px, 0.0);
+    const double factor = s.mask_input < 0 ? 1 : call.in[static_cast<size_t>(s.mask_input)].at(x, y, 0);
+    if (std::isnan(d) || !(factor > 0)) return;
+    double through, rest;
+    if (s.layered || s.fog.mode == FogMode::kExp || s.fog.mode == FogMode::kExp2) {
+      double tau;
+      if (s.layered || s.fog.mode == FogMode::kExp) {
+        tau = OpticalDepth(s, d, py);
+        tau = tau == 0 ? 0 : tau * factor;
+      } else {
+        tau = OpticalDepth(s, d * factor, py);
+      }
+      through = std::exp(-tau), rest = -std::expm1(-tau);
+    } else {
+      if (s.fog.mode == FogMode::kTransmittance) {
+        rest = 1 - std::clamp(px, 0.0, 1.0);
+      } else if (s.fog.start == s.fog.end) {
+        rest = d < s.fog.start ? 0 : 1;
+      } else {
+        rest = std::clamp((d - s.fog.start) / (s.fog.end - s.fog.start), 0.0, 1.0);
+      }
+      rest = std::min(rest * factor, 1.0), through = 1 - rest;
+    }
+    if (rest == 0) return;
+    const double a = alpha >= 0 ? call.in[0].at(x, y, alpha) : 1;
+    for (size_t k = 0; k < 3; ++k) {
+      const int c = static_cast<int>(k);
+      const double from = call.in[0].at(x, y, c);
+      const double fog = s.color_input < 0 ? static_cast<float>(constant[k])
+                                           : call.in[static_cast<size_t>(s.color_input)].at(x, y, c);
+      const bool hidden = static_cast<float>(through) == 0;
+      pixel.Set(k, hidden ? a * fog : through * from + rest * a * fog,
+                std::fabs(through * from) + std::fabs(rest * a * fog));
+    }
+  });
+}
+
+void FogAxes(const Call& call) {
+  const auto& s = *std::any_cast<ops::FogAxesSettings>(&call.parameters);
+  EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
+    double square = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      const double v = call.in[0].at(x, y, static_cast<int>(k)) - s.eye[k];
+      square += v * v;
+    }
+    const double d = std::sqrt(square) / s.distance, h = (call.in[0].at(x, y, 1) - s.low) / (s.high - s.low);
+    pixel.Set(0, d, d);
+    pixel.Set(1, h, std::fabs(h));
+    const double eye = (s.eye[1] - s.low) / (s.high - s.low);
+    pixel.Set(2, eye, std::fabs(eye));
+  });
+}
+
+}  // namespace
+
+std::vector<Entry> ShadeEntries() {
+  return {{"depth", Depth},    {"position", Position}, {"transform", TransformedPoints},
+          {"maskaov", Masked}, {"fog", Fog},           {"layerfog", Fog},
+          {"fogaxes", FogAxes}};
+}
+
+}  // namespace tessera::reference

@@ -1,0 +1,139 @@
+// The stage of point operations on two images: blocks of planes, or straight from both images' interleaved
+// RGBA pixels to the result's, which is as fast as memory.
+//
+// F is called in one of these ways:
+//   V operator()(V a, V b, V alpha_a, V alpha_b, Mask<D> is_alpha)   channel by channel; lanes are samples of
+//   any Pixels operator()(const Pixels& a, const Pixels& b)
+// and may have, for 8-bit pixels, `static Bytes Codes(Bytes a, Bytes b)` on interleaved RGBA, which has to
+// give what the float form and correct rounding give (not used on HWY_SCALAR, which has no vectors of bytes).
+#if defined(TESSERA_SIMD_PAIR_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_SIMD_PAIR_INL_H_
+#undef TESSERA_SIMD_PAIR_INL_H_
+#else
+#define TESSERA_SIMD_PAIR_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include "simd/fused-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::simd::HWY_NAMESPACE {
+
+#if HWY_TARGET != HWY_SCALAR
+// kLanes RGBA pixels of 8 bits, and their samples as 16-bit integers, two vectors of every second one.
+using DBytes = hn::Repartition<uint8_t, D>;
+using DWords = hn::Repartition<uint16_t, D>;
+using Bytes = hn::Vec<DBytes>;
+using Words = hn::Vec<DWords>;
+
+HWY_INLINE Words Even(Bytes v) { return hn::And(hn::BitCast(DWords(), v), hn::Set(DWords(), 0x00FF)); }
+HWY_INLINE Words Odd(Bytes v) { return hn::ShiftRight<8>(hn::BitCast(DWords(), v)); }
+HWY_INLINE Bytes FromEvenOdd(Words even, Words odd) {
+  return hn::BitCast(DBytes(), hn::Or(even, hn::ShiftLeft<8>(odd)));
+}
+// Each pixel's alpha beside all of its samples: serves the even and the odd ones.
+HWY_INLINE Words AlphaWords(Bytes v) {
+  alignas(16) static constexpr uint8_t kAlpha[16] = {3,  128, 3,  128, 7,  128, 7,  128,
+                                                     11, 128, 11, 128, 15, 128, 15, 128};
+  return hn::BitCast(DWords(), hn::TableLookupBytesOr0(v, hn::LoadDup128(DBytes(), kAlpha)));
+}
+HWY_INLINE Words Complement(Words v) { return hn::Xor(v, hn::Set(DWords(), 0x00FF)); }
+// v / 255 rounded to the nearest integer, for v up to 255 * 255; no quotient is a tie.
+HWY_INLINE Words Div255(Words v) {
+  return hn::MulHigh(hn::Add(v, hn::Set(DWords(), 128)), hn::Set(DWords(), 257));
+}
+// The same of a sum, limited to 255.
+HWY_INLINE Words SumDiv255(Words a, Words b) {
+  return Div255(hn::Min(hn::SaturatedAdd(a, b), hn::Set(DWords(), 255 * 255)));
+}
+#endif
+
+template <class F>
+inline constexpr bool kLaneWise = std::is_invocable_v<const F&, V, V, V, V, hn::Mask<D>>;
+
+template <class F>
+HWY_INLINE Pixels ApplyPair(const F& f, const Pixels& a, const Pixels& b) {
+  if constexpr (kLaneWise<F>) {
+    const auto color = hn::Lt(hn::Zero(D()), hn::Zero(D())), alpha = hn::Not(color);
+    return {f(a.r, b.r, a.a, b.a, color), f(a.g, b.g, a.a, b.a, color), f(a.b, b.b, a.a, b.a, color),
+            f(a.a, b.a, a.a, b.a, alpha)};
+  } else {
+    return f(a, b);
+  }
+}
+
+template <class F>
+class PairStage final : public graph::PointStage {
+ public:
+  explicit PairStage(F f) : f_(std::move(f)) {}
+  bool CanFusePair(PixelType) const override { return true; }
+
+  void Run(const graph::PointArgs& args) const override {
+    const F f(f_);
+    if (args.second.read == nullptr) {
+      return RunPoint<2>(args,
+                         [&f](const Pixels& a, const Pixels& b) HWY_ATTR { return ApplyPair(f, a, b); });
+    }
+    WithType(args.sink.type, [&](auto tag) HWY_ATTR { Direct<decltype(tag)::value>(args, f); });
+  }
+
+ private:
+  template <PixelType type>
+  static HWY_INLINE void Direct(const graph::PointArgs& args, const F& f) {
+    using S = Samples<type>;
+    using T = typename S::T;
+    const T* const a = reinterpret_cast<const T*>(args.source.read);
+    const T* const b = reinterpret_cast<const T*>(args.second.read);
+    T* const to = reinterpret_cast<T*>(args.sink.write);
+    const int count = 4 * args.count;
+    // In place the line is in the cache already.
+    const bool stream = args.sink.stream && CanStream(to) && to != a && to != b;
+#if HWY_TARGET != HWY_SCALAR
+    if constexpr (type == PixelType::kUint8 && requires(Bytes v) { F::Codes(v, v); }) {
+      const DBytes d;
+      for (int i = 0; i < count; i += 4 * kLanes) {
+        StoreBytes(F::Codes(hn::LoadU(d, a + i), hn::LoadU(d, b + i)), to + i, stream);
+      }
+      return;
+    }
+    if constexpr (kLaneWise<F>) {
+      // Samples stay interleaved: nothing is transposed. Lanes are whole pixels, alpha the last of every
+      // four.
+      alignas(16) static constexpr uint32_t kAlphaLane[4] = {0, 0, 0, 1};
+      const auto is_alpha = hn::RebindMask(D(), hn::Ne(hn::LoadDup128(DU(), kAlphaLane), hn::Zero(DU())));
+      for (int i = 0; i < count; i += kLanes) {
+        const V va = S::Value(S::LoadCodes(a + i)), vb = S::Value(S::LoadCodes(b + i));
+        S::StoreValues(f(va, vb, hn::Broadcast<3>(va), hn::Broadcast<3>(vb), is_alpha), to + i, stream);
+      }
+      return;
+    }
+#endif
+    for (int i = 0; i < count; i += 4 * kLanes) {
+      const Pixels pa = ValuesOf<type>(LoadRgbaCodes<type>(a + i)),
+                   pb = ValuesOf<type>(LoadRgbaCodes<type>(b + i));
+      StoreRgba<type, true>(ApplyPair(f, pa, pb), to + i, stream);
+    }
+  }
+#if HWY_TARGET != HWY_SCALAR
+  static HWY_INLINE void StoreBytes(Bytes v, uint8_t* to, bool stream) {
+    if (stream) {
+      hn::Stream(v, DBytes(), to);
+    } else {
+      hn::StoreU(v, DBytes(), to);
+    }
+  }
+#endif
+
+  F f_;
+};
+
+template <class F>
+std::unique_ptr<graph::PointStage> MakePairStage(F f) {
+  return std::make_unique<PairStage<F>>(std::move(f));
+}
+
+}  // namespace tessera::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

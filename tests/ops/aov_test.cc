@@ -1,0 +1,194 @@
+// AOVs by renderers' names, cameras from metadata and numbers, depths of all kinds, positions from depths.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "../samples/ray_caster.h"
+#include "support/noise_values.h"
+#include "tessera/camera.h"
+#include "tessera/error.h"
+#include "tessera/ops/shade.h"
+#include "tessera/targets.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using testing::Values;
+
+ImageSpec Named(std::vector<std::string> channels) {
+  ImageSpec spec(2, 2, static_cast<int>(channels.size()));
+  spec.channels = std::move(channels);
+  return spec;
+}
+
+TEST(Aov, BlenderNames) {
+  const ImageSpec spec =
+      Named({"Composite.Combined.R", "ViewLayer.Combined.A", "ViewLayer.Combined.B", "ViewLayer.Combined.G",
+             "ViewLayer.Combined.R", "ViewLayer.Depth.Z", "ViewLayer.Mist.Z", "ViewLayer.Normal.X",
+             "ViewLayer.Normal.Y", "ViewLayer.Normal.Z", "ViewLayer.Position.X", "ViewLayer.Position.Y",
+             "ViewLayer.Position.Z", "ViewLayer.Vector.W", "ViewLayer.Vector.X", "ViewLayer.Vector.Y",
+             "ViewLayer.Vector.Z", "ViewLayer.IndexOB.X"});
+  EXPECT_THAT(FindAov(spec, Aov::kColor, "ViewLayer"), ElementsAre(4, 3, 2, 1));
+  EXPECT_THAT(FindAov(spec, Aov::kPosition), ElementsAre(10, 11, 12));
+  EXPECT_THAT(FindAov(spec, Aov::kNormal), ElementsAre(7, 8, 9));
+  EXPECT_THAT(FindAov(spec, Aov::kDepth), ElementsAre(5));
+  EXPECT_THAT(FindAov(spec, Aov::kMist), ElementsAre(6));
+  EXPECT_THAT(FindAov(spec, Aov::kMotion), ElementsAre(14, 15, 16, 13));
+  EXPECT_THAT(FindAov(spec, Aov::kId), ElementsAre(17));
+  EXPECT_THAT(FindAov(spec, Aov::kRest), IsEmpty());
+}
+
+TEST(Aov, OtherRenderersNames) {
+  // Arnold and Karma.
+  const ImageSpec arnold = Named(
+      {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "Pref.R", "Pref.G", "Pref.B"});
+  EXPECT_THAT(FindAov(arnold, Aov::kColor), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(FindAov(arnold, Aov::kDepth), ElementsAre(4));
+  EXPECT_THAT(FindAov(arnold, Aov::kPosition), ElementsAre(8, 9, 10));
+  EXPECT_THAT(FindAov(arnold, Aov::kRest), ElementsAre(11, 12, 13));
+  // RenderMan, lower case components.
+  const ImageSpec prman = Named({"Ci.r", "Ci.g", "Ci.b", "a", "__Pworld.r", "__Pworld.g", "__Pworld.b",
+                                 "__Nworld.r", "__Nworld.g", "__Nworld.b", "z"});
+  EXPECT_THAT(FindAov(prman, Aov::kColor), ElementsAre(0, 1, 2));
+  EXPECT_THAT(FindAov(prman, Aov::kPosition), ElementsAre(4, 5, 6));
+  EXPECT_THAT(FindAov(prman, Aov::kNormal), ElementsAre(7, 8, 9));
+  EXPECT_THAT(FindAov(prman, Aov::kDepth), ElementsAre(10));
+  // V-Ray.
+  const ImageSpec vray = Named({"R", "G", "B", "zDepth.R", "normals.X", "normals.Y", "normals.Z",
+                                "worldPosition.R", "worldPosition.G", "worldPosition.B", "objectID"});
+  EXPECT_THAT(FindAov(vray, Aov::kPosition), ElementsAre(7, 8, 9));
+  EXPECT_THAT(FindAov(vray, Aov::kDepth), ElementsAre(3));
+  EXPECT_THAT(FindAov(vray, Aov::kId), ElementsAre(10));
+  // A position image's own Z is no depth.
+  EXPECT_THAT(FindAov(Named({"X", "Y", "Z"}), Aov::kDepth), IsEmpty());
+  EXPECT_THAT(FindAov(Named({"X", "Y", "Z"}), Aov::kPosition), ElementsAre(0, 1, 2));
+  try {
+    SelectAov(FromImage(Image(ImageSpec(1, 1, 3))), Aov::kNormal);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("R,G,B"));
+  }
+}
+
+TEST(Aov, MaskTurnsBackgroundIntoNaN) {
+  const Image image(ImageSpec(3, 1, 3)), mask(ImageSpec(3, 1, 1));
+  for (int x = 0; x < 3; ++x) image.at<float>(x, 0, 1) = 5, mask.at<float>(x, 0) = static_cast<float>(x - 1);
+  const std::vector<float> v = Values(MaskAov(FromImage(image), FromImage(mask)));
+  EXPECT_TRUE(std::isnan(v[0]) && std::isnan(v[3]));
+  EXPECT_EQ(v[7], 5);
+}
+
+void ExpectSameCamera(const Camera& a, const Camera& b, double tolerance) {
+  for (size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(a.eye()[k], b.eye()[k], tolerance);
+    EXPECT_NEAR(a.forward()[k], b.forward()[k], tolerance);
+  }
+  for (const double x : {-0.7, 0.4}) {
+    const Camera::Ray one = a.RayAt(x, 0.3), other = b.RayAt(x, 0.3);
+    for (size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(one.origin[k], other.origin[k], tolerance);
+      EXPECT_NEAR(one.direction[k], other.direction[k], tolerance);
+    }
+  }
+}
+
+TEST(CameraTest, MatricesAreTakenApartAndPutTogether) {
+  const Camera p = Camera::Perspective({3, 4, 5}, {-1, 0.5, 2}, {0, 1, 0}, 50, 1.5);
+  const Camera o = Camera::Parallel({3, 4, 5}, {-1, 0.5, 2}, {0, 1, 0}, 8, 1.5);
+  for (const Camera& c : {p, o}) {
+    EXPECT_NEAR(c.eye()[0], 3, 1e-12);
+    EXPECT_NEAR(c.eye()[2], 5, 1e-12);
+    // A point on a ray projects to where the ray was asked for, at its depth.
+    const Vector3 at = c.PointAt(0.25, -0.6, 7);
+    const auto clip = Transform(c.world_to_clip(), at);
+    EXPECT_NEAR(clip[0] / clip[3], 0.25, 1e-12);
+    EXPECT_NEAR(clip[1] / clip[3], -0.6, 1e-12);
+    EXPECT_NEAR(c.PlanarDepth(at), 7, 1e-12);
+    const Camera again(c.world_to_camera(), c.world_to_clip());
+    ExpectSameCamera(c, again, 1e-12);
+    // Through a file's float attributes.
+    ImageSpec spec(4, 3, 1);
+    c.ToMetadata(spec);
+    ExpectSameCamera(c, *Camera::FromMetadata(spec), 1e-5);
+  }
+  ExpectSameCamera(p, Camera(p.world_to_clip()), 1e-12);
+  EXPECT_TRUE(p.perspective());
+  EXPECT_FALSE(o.perspective());
+  // Some renderers leave depth out of worldToNDC.
+  Matrix4 flat = p.world_to_clip();
+  for (size_t k = 8; k < 12; ++k) flat[k] = 0;
+  ExpectSameCamera(p, Camera(flat), 1e-12);
+  EXPECT_FALSE(Camera::FromMetadata(ImageSpec(1, 1, 1)).has_value());
+  EXPECT_THROW(Camera(Matrix4{}), Error);
+  EXPECT_THROW(Camera::FromNumbers(std::vector<double>(15)), Error);
+  EXPECT_THROW(Camera::Perspective({0, 0, 0}, {0, 1, 0}, {0, 1, 0}, 50, 1), Error);
+  EXPECT_THROW(Inverse(Matrix4{1, 2, 3, 4, 2, 4, 6, 8}), Error);
+}
+
+class PlaceTest : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { SetSimdTarget(GetParam()); }
+  void TearDown() override { SetSimdTarget("auto"); }
+};
+INSTANTIATE_TEST_SUITE_P(EveryTarget, PlaceTest, ::testing::ValuesIn(SimdTargets()),
+                         [](const auto& info) { return info.param; });
+
+// Positions cast by the sample's ray caster come back from depths of every kind.
+TEST_P(PlaceTest, PositionsComeBackFromDepths) {
+  const auto scene = ray_caster::Scene::Default();
+  constexpr int kWidth = 40, kHeight = 30;
+  constexpr double kNear = 0.5, kFar = 60;
+  for (const Camera& camera :
+       {Camera::Perspective({0.5, 2.6, 11}, {0, 1, 0}, {0, 1, 0}, 50, 4.0 / 3, kNear, kFar),
+        Camera::Parallel({8, 12, 11}, {0, 1, 0}, {0, 1, 0}, 9, 4.0 / 3, kNear, kFar)}) {
+    const Image planar(ImageSpec(kWidth, kHeight, 1));
+    std::vector<Vector3> places;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const Camera::Ray ray = camera.PixelRay(planar.spec().data_window, x, y);
+        const ray_caster::Hit hit = scene.Cast(ray.origin, ray.direction, 0.01, kFar);
+        planar.at<float>(x, y) = static_cast<float>(hit.t);
+        places.push_back(ray_caster::Plus(ray.origin, ray.direction, hit.t));
+      }
+    }
+    for (const DepthKind kind :
+         {DepthKind::kPlanar, DepthKind::kEuclidean, DepthKind::kWindow, DepthKind::kReversedWindow}) {
+      DepthParams to{DepthKind::kPlanar, kind, camera, kNear, kFar}, from = to;
+      std::swap(from.from, from.to);
+      const std::vector<float> v = Values(PositionFromDepth(ConvertDepth(FromImage(planar), to), from));
+      // A window depth keeps few digits of what is far away.
+      const double tolerance = kind == DepthKind::kWindow ? 6e-3 : 1e-4;
+      int hits = 0;
+      for (size_t i = 0; i < places.size(); ++i) {
+        if (!std::isfinite(places[i][0])) continue;
+        ++hits;
+        for (size_t k = 0; k < 3; ++k)
+          EXPECT_NEAR(v[3 * i + k], places[i][k], tolerance) << static_cast<int>(kind);
+      }
+      EXPECT_GT(hits, 300);
+    }
+  }
+}
+
+TEST_P(PlaceTest, WindowDepthsEndWhereTheyShould) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  EXPECT_DOUBLE_EQ(PlanarOfWindow(0, 0.5, 20), 0.5);
+  EXPECT_DOUBLE_EQ(PlanarOfWindow(1, 0.5, 20), 20);
+  EXPECT_EQ(PlanarOfWindow(1, 0.5, kInf), kInf);
+  EXPECT_DOUBLE_EQ(PlanarOfWindow(WindowOfPlanar(3.7, 0.5, 20), 0.5, 20), 3.7);
+  const Image depth(ImageSpec(2, 1, 1));
+  depth.at<float>(0, 0) = 1, depth.at<float>(1, 0) = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> v =
+      Values(ConvertDepth(FromImage(depth), {DepthKind::kWindow, DepthKind::kPlanar, {}, 0.5, kInf}));
+  EXPECT_EQ(v[0], std::numeric_limits<float>::infinity());
+  EXPECT_TRUE(std::isnan(v[1]));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,301 @@
+// Volumes, solids and distance fields: samples, bounds, exactness of the transform, words, files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "base/distance_transform.h"
+#include "base/volume_data.h"
+#include "tessera/error.h"
+#include "tessera/io.h"
+#include "tessera/volume.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+const base::ForEach kInOrder = [](int64_t count, const std::function<void(int64_t)>& task) {
+  for (int64_t i = 0; i < count; ++i) task(i);
+};
+
+double Length(const Vector3& v) { return std::sqrt(Dot(v, v)); }
+
+Volume Random(const std::array<int, 3>& size, PixelType type, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> value(0, 1);
+  return Volume(VolumeSpec::Centred(size, type), [&](const Vector3&) { return value(random); });
+}
+
+TEST(Volume, TrilinearInterpolationIsExactAtVoxelsAndOnLinearFields) {
+  const auto linear = [](const Vector3& p) { return 0.3 + 0.2 * p[0] - 0.1 * p[1] + 0.25 * p[2]; };
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    const Volume v(VolumeSpec::Centred({9, 7, 5}, type), linear);
+    const double rounding = type == PixelType::kUint8 ? 0.002 : type == PixelType::kHalf ? 3e-4 : 1e-5;
+    EXPECT_NEAR(v.Sample(3.25, 2.5, 1.75), linear(v.spec().Position(3.25, 2.5, 1.75)), rounding);
+    EXPECT_EQ(v.Sample(3, 2, 1), v.At(3, 2, 1));
+    EXPECT_EQ(v.Sample(-5, 2, 1), v.At(0, 2, 1));
+    EXPECT_EQ(v.Sample(1e9, 2, 1), v.At(8, 2, 1));
+    const Vector3 g = v.Gradient(4, 3, 2);
+    EXPECT_NEAR(g[0] / v.spec().spacing[0], 0.2, 40 * rounding);
+    EXPECT_NEAR(g[2] / v.spec().spacing[2], 0.25, 40 * rounding);
+  }
+}
+
+TEST(Volume, OneVoxelAxesAndNaNAreLegal) {
+  const Volume thin(VolumeSpec::Centred({8, 1, 1}), [](const Vector3& p) { return p[0]; });
+  EXPECT_EQ(thin.Sample(3, 0.4, -0.3), thin.At(3, 0, 0));
+  const Volume holes(VolumeSpec::Centred({4, 4, 4}),
+                     [](const Vector3& p) { return p[0] < 0 ? std::nan("") : 2.0; });
+  EXPECT_EQ(holes.nan_samples(), 32);
+  EXPECT_EQ(holes.At(0, 0, 0), 0);
+  EXPECT_EQ(holes.Range()[1], 2);
+}
+
+TEST(Volume, RefusesWhatIsNone) {
+  EXPECT_THROW(Volume(VolumeSpec{}), Error);
+  EXPECT_THROW(Volume().spec(), Error);
+  VolumeSpec s = VolumeSpec::Centred({4, 4, 4});
+  s.spacing[1] = 0;
+  EXPECT_THROW(Volume{s}, Error);
+  EXPECT_THROW(Volume(VolumeSpec::Centred({2000, 2000, 2000}, PixelType::kUint8)), Error);
+  const Image stack(ImageSpec(4, 9, 1));
+  EXPECT_THROW(Volume::FromImage(stack.view(), 4), Error);
+}
+
+TEST(Volume, SlicesOfAnImageStandUpright) {
+  const Image stack(ImageSpec(2, 6, 1));
+  for (int y = 0; y < 6; ++y) stack.at<float>(0, y) = static_cast<float>(y);
+  const Volume v = Volume::FromImage(stack.view(), 2);
+  EXPECT_EQ(v.At(0, 2, 0), 0);  // the first slice's upper row
+  EXPECT_EQ(v.At(0, 0, 0), 2);
+  EXPECT_EQ(v.At(0, 0, 1), 5);
+}
+
+TEST(Volume, DistanceTransformEqualsBruteForce) {
+  std::mt19937 random(4);
+  const std::array<int, 3> size = {13, 9, 11};
+  const std::array<double, 3> spacing = {1, 1.7, 0.6};
+  std::vector<uint8_t> set(13 * 9 * 11);
+  for (auto& s : set) s = random() % 60 == 0;
+  std::vector<int32_t> nearest;
+  const std::vector<float> squared = base::SquaredDistances(size, set, spacing, &nearest);
+  const auto place = [&](size_t i) {
+    return Vector3{static_cast<double>(i % 13) * spacing[0], static_cast<double>(i / 13 % 9) * spacing[1],
+                   static_cast<double>(i / 117) * spacing[2]};
+  };
+  for (size_t i = 0; i < set.size(); ++i) {
+    double best = std::numeric_limits<double>::infinity();
+    const Vector3 p = place(i);
+    const auto to = [&](size_t j) {
+      const Vector3 q = place(j);
+      return Dot({p[0] - q[0], p[1] - q[1], p[2] - q[2]}, {p[0] - q[0], p[1] - q[1], p[2] - q[2]});
+    };
+    for (size_t j = 0; j < set.size(); ++j) {
+      if (set[j]) best = std::min(best, to(j));
+    }
+    ASSERT_NEAR(squared[i], best, 1e-4) << i;
+    ASSERT_NEAR(to(static_cast<size_t>(nearest[i])), best, 1e-4);
+  }
+  const std::vector<float> none = base::SquaredDistances(size, std::vector<uint8_t>(set.size()), spacing);
+  EXPECT_TRUE(std::isinf(none[5]));
+}
+
+// From any point of a block a leap of its length meets no cell whose corners reach into the range.
+TEST(Volume, LeapsNeverPassABlockThatMatters) {
+  const Volume v = Random({37, 22, 29}, PixelType::kUint8, 9);
+  const base::VolumeData& data = *v.data();
+  const auto grid = data.Leaps(254.5, 1e9, kInOrder);
+  std::mt19937 random(2);
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  const auto leap_at = [&](const Vector3& p) {
+    int block = 0;
+    const int strides[3] = {1, grid->size[0], grid->size[0] * grid->size[1]};
+    for (size_t a = 0; a < 3; ++a) {
+      block += (static_cast<int>(std::clamp(p[a], 0.0, v.spec().size[a] - 1.0)) >> grid->shift) * strides[a];
+    }
+    return grid->leap[static_cast<size_t>(block)] & 255;
+  };
+  int leaps = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vector3 p = {uniform(0, 36), uniform(0, 21), uniform(0, 28)};
+    const int leap = leap_at(p);
+    if (leap == 0) continue;
+    Vector3 d = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+    d = Normalized(d);
+    const double far = uniform(0, leap - 1);
+    leaps += leap > 1;
+    const double code = v.Sample(p[0] + far * d[0], p[1] + far * d[1], p[2] + far * d[2]) * 255;
+    ASSERT_LT(code, 254.5);
+  }
+  EXPECT_GT(leaps, 200);
+}
+
+// The pace of a block: by how much the field may change on the way.
+TEST(Volume, PaceBoundsTheSlope) {
+  const Volume v = DistanceField(Solid::Parse("knot"), VolumeSpec::Centred({40, 40, 40}));
+  const auto grid = v.data()->Leaps(-1e9, 0, kInOrder);
+  std::mt19937 random(7);
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  double largest = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vector3 p = {uniform(0, 39), uniform(0, 39), uniform(0, 39)};
+    const auto block = (static_cast<size_t>(p[2]) >> 2) * grid->size[0] * grid->size[1] +
+                       (static_cast<size_t>(p[1]) >> 2) * grid->size[0] + (static_cast<size_t>(p[0]) >> 2);
+    const float pace = static_cast<float>(grid->leap[block] >> 8) * grid->pace;
+    const Vector3 d = Normalized({uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)});
+    const double way = uniform(0, 4);
+    const double change = std::fabs(v.Sample(p[0] + way * d[0], p[1] + way * d[1], p[2] + way * d[2]) -
+                                    v.Sample(p[0], p[1], p[2]));
+    ASSERT_LE(change * pace, way * 1.0001);
+    largest = std::max(largest, change * pace / way);
+  }
+  EXPECT_GT(largest, 0.7) << "the bound is of no use";
+}
+
+TEST(Solid, DistancesAreDistances) {
+  const Solid solids[] = {Solid::Sphere({0.1, 0, 0}, 0.5),
+                          Solid::Box({0, 0.1, 0}, {0.4, 0.3, 0.2}),
+                          Solid::Box({0, 0, 0}, {0.4, 0.3, 0.2}, 0.1),
+                          Solid::Torus({0, 0, 0}, 0.5, 0.2),
+                          Solid::Capsule({-0.3, 0, 0}, {0.3, 0.2, 0}, 0.2),
+                          Solid::Cone({0, -0.4, 0}, {0, 0.4, 0}, 0.3, 0.1),
+                          Solid::Plane({0, 1, 0}, 0.2),
+                          Solid::Ellipsoid({0, 0, 0}, {0.5, 0.3, 0.4}),
+                          Solid::Parse("body"),
+                          Solid::Parse("knot"),
+                          Solid::Sphere({0, 0, 0}, 0.3).Translated({0.2, 0, 0}).Rotated({0, 0, 1}, 30).Scaled(1.5)};
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-1, 1);
+  for (size_t s = 0; s < std::size(solids); ++s) {
+    SCOPED_TRACE(s);
+    for (int n = 0; n < 3000; ++n) {
+      const Vector3 p = {place(random), place(random), place(random)}, q = {place(random), place(random), place(random)};
+      const double way = Length({p[0] - q[0], p[1] - q[1], p[2] - q[2]});
+      // No steeper than 1: what leaping and the blocks of DistanceField rest on.
+      ASSERT_LE(std::fabs(solids[s].Distance(p) - solids[s].Distance(q)), way * (s == 7 || s == 8 ? 1.75 : 1 + 1e-9));
+    }
+  }
+  EXPECT_NEAR(solids[0].Distance({0.1, 0.7, 0}), 0.2, 1e-12);
+  EXPECT_NEAR(solids[1].Distance({0.5, 0.5, 0.2}), std::hypot(0.1, 0.1), 1e-12);
+  EXPECT_NEAR(solids[3].Distance({0.9, 0, 0}), 0.2, 1e-12);
+}
+
+TEST(Solid, WordsAndTheirErrors) {
+  const Solid s = Solid::Parse("(sphere(0,0,0,.5) |.1 box(.5,0,0,.2,.2,.2)) - plane(0,1,0,-.2)");
+  EXPECT_GT(s.Distance({0, -0.4, 0}), 0);
+  EXPECT_LT(s.Distance({0, 0.2, 0}), 0);
+  const auto message = [](const char* words) {
+    try {
+      Solid::Parse(words);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(message("spere(0,0,0,1)"), HasSubstr("expected one of"));
+  EXPECT_THAT(message("sphere(0,0,0)"), HasSubstr("expected 4"));
+  EXPECT_THAT(message("sphere(0,0,0,1) +"), HasSubstr("operator"));
+  EXPECT_THAT(message("(sphere(0,0,0,1)"), HasSubstr("parenthesis"));
+  EXPECT_THAT(message("sphere(0,0,0,-1)"), HasSubstr("positive"));
+  EXPECT_THAT(message(""), HasSubstr("expected"));
+}
+
+TEST(DistanceField, OfSolidsHoldsTheirDistances) {
+  const Solid torus = Solid::Torus({0, 0, 0}, 0.5, 0.2);
+  const Volume v = DistanceField(torus, VolumeSpec::Centred({33, 33, 33}));
+  for (int i = 0; i < 33; i += 4) {
+    EXPECT_NEAR(v.At(i, 16, 12), torus.Distance(v.spec().Position(i, 16, 12)), 1e-6);
+  }
+  const Volume coded = DistanceField(torus, VolumeSpec::Centred({33, 33, 33}, PixelType::kUint16), 0.2);
+  for (int k = 0; k < 33; ++k) {
+    for (int i = 0; i < 33; ++i) {
+      const double d = std::clamp(torus.Distance(coded.spec().Position(i, 16, k)), -0.2, 0.2);
+      ASSERT_NEAR(coded.At(i, 16, k), d, 0.4 / 65535);
+    }
+  }
+}
+
+// From samples of a smooth function whose level is a sphere, spacing unequal: sub-voxel everywhere, unit gradient.
+TEST(DistanceField, OfVolumesIsSubVoxel) {
+  VolumeSpec spec = VolumeSpec::Centred({44, 36, 30}, PixelType::kFloat, {1, 1.25, 1.4});
+  const auto rho = [](const Vector3& p) { return 1 - Length(p); };
+  const double radius = 0.55, level = 1 - radius;
+  const Volume v(spec, rho);
+  const Volume d = DistanceField(v, {.iso = level});
+  const double voxel = spec.spacing[2];
+  double near = 0, far = 0, inside = 0;
+  for (int k = 0; k < 30; ++k) {
+    for (int j = 0; j < 36; ++j) {
+      for (int i = 0; i < 44; ++i) {
+        const double exact = Length(spec.Position(i, j, k)) - radius, error = std::fabs(d.At(i, j, k) - exact) / voxel;
+        (std::fabs(exact) < 2 * voxel ? near : exact > 0 ? far : inside) = std::max(
+            std::fabs(exact) < 2 * voxel ? near : exact > 0 ? far : inside, error);
+      }
+    }
+  }
+  EXPECT_LT(near, 0.1);
+  EXPECT_LT(far, 0.5);
+  EXPECT_LT(inside, 0.5);
+  const Volume other = DistanceField(v, {.iso = level, .inside_below = true});
+  EXPECT_EQ(other.At(5, 6, 7), -d.At(5, 6, 7));
+  const Volume empty = DistanceField(v, {.iso = 5});
+  EXPECT_GT(empty.At(3, 3, 3), 1);
+}
+
+class VolumeFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("tessera_volume_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  fs::path folder_;
+};
+
+TEST_F(VolumeFiles, RawSamplesComeBack) {
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    const Volume v = Random({5, 4, 3}, type, 1);
+    WriteRawVolume(v, Path("a.raw"));
+    VolumeFileParams p;
+    p.raw.size = {5, 4, 3};
+    p.raw.type = type;
+    const Volume back = ReadVolume(Path("a.raw"), p);
+    for (int i = 0; i < 60; ++i) EXPECT_EQ(back.At(i % 5, i / 5 % 4, i / 20), v.At(i % 5, i / 5 % 4, i / 20));
+    p.raw.header = 1;
+    EXPECT_THROW(ReadVolume(Path("a.raw"), p), Error);  // too short now
+  }
+  std::ofstream(Path("be.raw"), std::ios::binary).write("xx\x01\x00\x80\x00", 6);
+  VolumeFileParams p;
+  p.raw = {.size = {2, 1, 1}, .type = PixelType::kUint16, .header = 2, .big_endian = true};
+  EXPECT_NEAR(ReadVolume(Path("be.raw"), p).At(0, 0, 0) * 65535, 256, 1e-6);
+  p.raw.is_signed = true;
+  EXPECT_NEAR(ReadVolume(Path("be.raw"), p).At(0, 0, 0) * 65535, 32768 + 256, 1e-6);
+  EXPECT_NEAR(ReadVolume(Path("be.raw"), p).At(1, 0, 0) * 65535, 0, 1e-6);
+  EXPECT_THROW(ReadVolume(Path("none.raw"), p), Error);
+}
+
+TEST_F(VolumeFiles, NumberedSlicesAndStacks) {
+  for (int k = 0; k < 3; ++k) {
+    const Image slice(ImageSpec(4, 2, 1, PixelType::kUint8));
+    slice.at<uint8_t>(1, 0) = static_cast<uint8_t>(10 + k);
+    Write(FromImage(slice), Path("s." + std::to_string(7 + k) + ".png"));
+  }
+  const Volume v = ReadVolume(Path("s.#.png"));
+  EXPECT_EQ(v.spec().size, (std::array<int, 3>{4, 2, 3}));
+  EXPECT_NEAR(v.At(1, 1, 2) * 255, 12, 1e-9);
+  EXPECT_THROW(ReadVolume(Path("t.%d.png")), Error);
+  EXPECT_THROW(ReadVolume(Path("missing.vdb")), Error);
+}
+
+}  // namespace
+}  // namespace tessera
