@@ -76,6 +76,11 @@ struct FrameCache {
   }
 };
 
+// Everybody but this library and the copies; null where one has no call for a task.
+constexpr std::unique_ptr<Contestant> (*kPeers[])(const Setting&) = {
+    MakeOcio,         MakeOiio,       MakeOpenCv, MakeLibm,    MakeOiioResample, MakeOpenCvResample, MakeVips,      MakeOpenCvFilter,
+    MakeOiioFilter,   MakePixman,     MakeInPlace, MakeTwoReads, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur};
+
 struct Group {
   Task task;
   Options::Size size;
@@ -105,8 +110,7 @@ struct Group {
     contestants.push_back(MakeCopy(setting, true));
     for (const std::string& target : targets) contestants.push_back(MakeTessera(setting, target));
     if (with_unfolded) contestants.push_back(MakeTessera(setting, targets.front(), false));
-    for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv, MakeLibm, MakeOiioResample, MakeOpenCvResample, MakeVips, MakeOpenCvFilter,
-                            MakeOiioFilter, MakePixman, MakeInPlace, MakeTwoReads, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
+    for (const auto make : kPeers) {
       if (auto peer = make(setting)) contestants.push_back(std::move(peer));
     }
     std::vector<Node> nodes;
@@ -286,12 +290,11 @@ void RegisterTask(const std::string& suite, const Task& task, const Options& opt
         // Which peers take part is known before pixels are: a small frame asks them.
         FrameCache tiny;
         const Frame frame = tiny.Make(task, {64, 64}, type);
-        const Setting setting{task, frame, 1};
+        const Setting setting{task, frame, threads};
         std::vector<std::string> names = {"copy memcpy", "copy streaming"};
         for (const std::string& target : options.targets) names.push_back("tessera " + target);
         if (with_unfolded) names.push_back("tessera " + options.targets.front() + " unfolded");
-        for (const auto make : {MakeOcio, MakeOiio, MakeOpenCv, MakeLibm, MakeOiioResample, MakeOpenCvResample, MakeVips, MakeOpenCvFilter,
-                            MakeOiioFilter, MakePixman, MakeInPlace, MakeTwoReads, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur}) {
+        for (const auto make : kPeers) {
           if (auto peer = make(setting)) names.push_back(peer->Name());
         }
         std::ostringstream prefix;
