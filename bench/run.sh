@@ -20,7 +20,8 @@ done
 samples/setup.sh libnoise-dev libopencv-dev libvips-dev liblcms2-dev libpixman-1-dev librsvg2-bin python3
 build=build/release
 cmake --preset release >/dev/null
-cmake --build --preset release --target bench_composite bench_filter bench_resample bench_noise bench_lookup bench_ops bench_pipelines bench_curves
+cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_lic \
+  bench_lookup bench_noise bench_ops bench_pipelines bench_resample bench_shade bench_volume
 out=build/bench
 rm -rf "$out"
 mkdir -p "$out"
@@ -42,6 +43,7 @@ if [ -n "$quick" ]; then
   measure filter bench_filter --sizes=3840x2160 --targets=best --threads=1,2 --seconds=1
   measure shade bench_shade --sizes=3840x2160 --targets=best --threads=2 --seconds=1
   measure composite bench_composite --sizes=3840x2160 --types=float,uint8 --targets=best --threads=1,2 --seconds=1
+  measure environment bench_environment --types=half --targets=best --threads=2 --repetitions=7
   measure ops bench_ops --sizes=1920x1080 --targets=best --threads=1 --seconds=1
   measure resample bench_resample --sizes=1920x1080 --targets=best --threads=1 --seconds=1
 else
@@ -52,6 +54,9 @@ else
   measure filter bench_filter --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
   measure shade bench_shade --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
   measure composite bench_composite --sizes=3840x2160 --types=float,half,uint8 --targets=all --threads=1,2
+  measure environment bench_environment --types=half,float --targets=all --threads=1,2
+  measure lic bench_lic --sizes=1024x1024
+  "$build/bin/bench_volume" 2 >"$out/volume.txt"  # frames per second beside the paper's, a table of its own
   measure ops bench_ops --sizes=3840x2160,1920x1080 --targets=all --threads=1,2
   measure resample bench_resample --sizes=3840x2160 --targets=all --threads=1,2 --seconds=5
   measure pipelines-large bench_pipelines --sizes=large --targets=best --threads=1,2
