@@ -19,6 +19,7 @@
 #include <opencv2/imgproc.hpp>
 #endif
 
+#include "call.h"
 #include "harness.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
@@ -32,23 +33,6 @@
 
 namespace tessera::bench {
 namespace {
-
-class Call final : public Contestant {
- public:
-  Call(std::string name, std::string target, std::function<void()> run, bool is_copy = false)
-      : name_(std::move(name)), target_(std::move(target)), run_(std::move(run)), is_copy_(is_copy) {}
-  std::string Name() const override { return name_; }
-  void Prepare() override {
-    if (!target_.empty()) SetSimdTarget(target_);
-  }
-  void Run() override { run_(); }
-  bool IsCopy() const override { return is_copy_; }
-
- private:
-  std::string name_, target_;
-  std::function<void()> run_;
-  bool is_copy_;
-};
 
 // Ways to one result; the first is measured on every target and is the oracle.
 struct Case {
@@ -75,15 +59,15 @@ struct Group {
     const std::vector<std::byte> from(bytes);
     std::vector<std::unique_ptr<Contestant>> contestants;
     contestants.push_back(
-        std::make_unique<Call>("copy memcpy", "", [&] { std::memcpy(out.data, from.data(), bytes); }, true));
+        std::make_unique<Call>("copy memcpy", [&] { std::memcpy(out.data, from.data(), bytes); }, "", true));
     for (const std::string& target : options.targets) {
       const RenderOptions render{.threads = threads};
       for (const auto& [name, node] : c.nodes) {
-        contestants.push_back(std::make_unique<Call>("tessera " + target + name, target,
-                                                     [&node = node, out, render] { RenderInto(node, out, render); }));
+        contestants.push_back(std::make_unique<Call>(
+            "tessera " + target + name, [&node = node, out, render] { RenderInto(node, out, render); }, target));
       }
     }
-    for (const auto& [name, run] : c.peers) contestants.push_back(std::make_unique<Call>(name, "", run));
+    for (const auto& [name, run] : c.peers) contestants.push_back(std::make_unique<Call>(name, run));
     Frame frame;
     frame.width = out.roi.width(), frame.height = out.roi.height(), frame.type = out.type, frame.output = c.output;
     results = Measure(std::move(contestants), frame, Oracle(c.nodes[0].second, 2, 2), options.repetitions, options.seconds);

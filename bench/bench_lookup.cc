@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 
+#include "call.h"
 #include "harness.h"
 #include "lookup_peers.h"
 #include "lookup_pictures.h"
@@ -20,24 +21,6 @@
 
 namespace tessera::bench {
 namespace {
-
-// A contestant made of a name and a function.
-class Call final : public Contestant {
- public:
-  Call(std::string name, std::function<void()> run, bool is_copy = false, std::string target = "")
-      : name_(std::move(name)), target_(std::move(target)), run_(std::move(run)), is_copy_(is_copy) {}
-  std::string Name() const override { return name_; }
-  void Prepare() override {
-    if (!target_.empty()) SetSimdTarget(target_);
-  }
-  void Run() override { run_(); }
-  bool IsCopy() const override { return is_copy_; }
-
- private:
-  std::string name_, target_;
-  std::function<void()> run_;
-  bool is_copy_;
-};
 
 // Contestants that share pixels. `exact`, when set, is what the table was made from: errors are then the
 // methods' own; otherwise they are distances from the same interpolation in double.
@@ -92,12 +75,12 @@ struct Group {
     // What must be read and written: an input of another size is read into the result as often as it fits.
     const std::vector<std::byte> from(bytes);
     contestants.push_back(std::make_unique<Call>(
-        "copy memcpy", [&] { std::memcpy(out.data, from.data(), bytes); }, true));
+        "copy memcpy", [&] { std::memcpy(out.data, from.data(), bytes); }, "", true));
     for (const std::string& target : options.targets) {
       for (const auto& [suffix, node] : c.nodes) {
         contestants.push_back(std::make_unique<Call>(
             "tessera " + target + suffix, [&node = node, out] { RenderInto(node, out, {.threads = 1}); },
-            false, target));
+            target));
       }
     }
     for (const auto& [name, run] : c.peers) contestants.push_back(std::make_unique<Call>(name, run));

@@ -12,6 +12,7 @@
 #include <random>
 #include <utility>
 
+#include "call.h"
 #include "harness.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
@@ -25,23 +26,6 @@
 
 namespace tessera::bench {
 namespace {
-
-class Call final : public Contestant {
- public:
-  Call(std::string name, std::function<void()> run, std::string target = "", bool is_copy = false)
-      : name_(std::move(name)), target_(std::move(target)), run_(std::move(run)), is_copy_(is_copy) {}
-  std::string Name() const override { return name_; }
-  void Prepare() override {
-    if (!target_.empty()) SetSimdTarget(target_);
-  }
-  void Run() override { run_(); }
-  bool IsCopy() const override { return is_copy_; }
-
- private:
-  std::string name_, target_;
-  std::function<void()> run_;
-  bool is_copy_;
-};
 
 // What a task evaluates: named graphs of one window, the first of which is the truth; and a peer without our
 // lattice.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "../samples/ray_caster.h"
+#include "call.h"
 #include "copy.h"
 #include "harness.h"
 #include "tessera/ops/arithmetic.h"
@@ -24,23 +25,6 @@
 
 namespace tessera::bench {
 namespace {
-
-class Call final : public Contestant {
- public:
-  Call(std::string name, std::string target, std::function<void()> run, bool is_copy = false)
-      : name_(std::move(name)), target_(std::move(target)), run_(std::move(run)), is_copy_(is_copy) {}
-  std::string Name() const override { return name_; }
-  void Prepare() override {
-    if (!target_.empty()) SetSimdTarget(target_);
-  }
-  void Run() override { run_(); }
-  bool IsCopy() const override { return is_copy_; }
-
- private:
-  std::string name_, target_;
-  std::function<void()> run_;
-  bool is_copy_;
-};
 
 // The scene of the samples: colour with alpha and positions of one type, and the sun's depths.
 struct Scene {
@@ -130,12 +114,12 @@ struct Group {
       });
     };
     std::vector<std::unique_ptr<Contestant>> contestants;
-    contestants.push_back(std::make_unique<Call>("copy streaming", "", copy, true));
+    contestants.push_back(std::make_unique<Call>("copy streaming", copy, "", true));
     for (const std::string& target : options.targets) {
       for (const auto& [suffix, node] : c.nodes) {
         contestants.push_back(std::make_unique<Call>(
-            "tessera " + target + " " + suffix, target,
-            [this, &node = node, out] { RenderInto(node, out, {.threads = threads}); }));
+            "tessera " + target + " " + suffix,
+            [this, &node = node, out] { RenderInto(node, out, {.threads = threads}); }, target));
       }
     }
     Frame frame;

@@ -3,6 +3,7 @@
 #define TESSERA_TESTS_CLI_CLI_TEST_H_
 
 #include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagecache.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -43,6 +44,10 @@ class CliTest : public ::testing::Test {
 
   std::string Path(const std::string& name) const { return (directory_.path() / name).string(); }
   OIIO::ImageBuf Load(const std::string& name) const {
+    // OpenImageIO's shared cache tells a file written twice by its time in seconds: two tests' lines may share one.
+    OIIO::ImageCache* const cache = OIIO::ImageCache::create(/*shared=*/true);
+    cache->invalidate(OIIO::ustring(Path(name)), /*force=*/true);
+    OIIO::ImageCache::destroy(cache);
     OIIO::ImageBuf image(Path(name));
     EXPECT_TRUE(image.read(0, 0, true, OIIO::TypeFloat)) << name << ": " << image.geterror();
     return image;

@@ -54,8 +54,8 @@ OpInfo TangentNormalsInfo() {
       "are) into the frame: (v.T, v.B, v.N). Other channels of the map pass. Source: spec/bump.md.";
   info.bound = "4 u times the length of (a,b,c)";
   info.bound_u = 4;
-  info.modifiers = {FlagModifier("packed", "1", "the first image holds codes in [0,1]"),
-                    FlagModifier("lefthanded", "0", "B = T x N"), FlagModifier("inverse", "0", "into the surface's frame")};
+  info.modifiers = {FlagModifier("packed", "the first image holds codes in [0,1]", "1"),
+                    FlagModifier("lefthanded", "B = T x N"), FlagModifier("inverse", "into the surface's frame")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return TangentNormals(in[0], in[1], in[2], {a.Flag("packed"), a.Flag("lefthanded"), a.Flag("inverse")});
   };

@@ -167,17 +167,8 @@ void RequireScale(const std::string& op, double scale) {
   if (!(std::fabs(scale) <= 1e30)) throw Error(op, "found scale=" + std::to_string(scale) + ", expected a finite number");
 }
 
-ParamInfo Choice(const char* name, std::vector<std::string> choices, const char* help) {
-  ParamInfo p;
-  p.name = name;
-  p.type = ParamType::kChoice;
-  p.default_value = choices.front();
-  p.choices = std::move(choices);
-  p.help = help;
-  return p;
-}
 ParamInfo SlopeChoice() {
-  return Choice("slope", {"central", "forward", "sobel", "gaussian"}, "how slopes are measured");
+  return ChoiceModifier("slope", {"central", "forward", "sobel", "gaussian"}, "how slopes are measured");
 }
 Slope SlopeNamed(const std::string& name) {
   return name == "forward" ? Slope::kForward : name == "sobel" ? Slope::kSobel
@@ -199,7 +190,7 @@ OpInfo HeightNormalsInfo() {
   info.bound = "4 u";
   info.bound_u = 4;
   info.modifiers = {NumberModifier("scale", "1", -1e30, 1e30, "of the heights"), SlopeChoice(),
-                    WrapModifier("wrap", "clamp"), FlagModifier("pack", "0", "to codes in [0,1]")};
+                    WrapModifier("wrap", "clamp"), FlagModifier("pack", "to codes in [0,1]")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return HeightToNormals(in[0], {a.Number("scale"), SlopeNamed(a.Text("slope")), WrapNamed(a.Text("wrap")), a.Flag("pack")});
   };
@@ -223,11 +214,11 @@ OpInfo BumpInfo() {
   info.bound_u = 4;
   info.modifiers = {NumbersModifier("light", {3}, "to the light", "-1,1,1"),
                     NumberModifier("scale", "1", -1e30, 1e30, "of the heights"),
-                    Choice("method", {"normals", "shift", "forward"}, "how n'.L is found"),
-                    Choice("output", {"diffuse", "specular", "emboss"}, "what is written"),
+                    ChoiceModifier("method", {"normals", "shift", "forward"}, "how n'.L is found"),
+                    ChoiceModifier("output", {"diffuse", "specular", "emboss"}, "what is written"),
                     NumberModifier("shift", "1", 1e-3, 64, "s, in pixels"),
                     NumberModifier("exponent", "20", 0, 10000, "of the highlight"),
-                    FlagModifier("length", "1", "divide by the normal's length"),
+                    FlagModifier("length", "divide by the normal's length", "1"),
                     SlopeChoice(),
                     WrapModifier("wrap", "clamp"),
                     IntegerModifier("bits", "0", 0, 24, "of the framebuffer; 0: none")};

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "ops/composite/composite_ops.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/composite.h"
 
 namespace tessera {

@@ -6,6 +6,7 @@
 #include <cctype>
 
 #include "ops/arithmetic/operands.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -81,14 +82,6 @@ std::array<ChannelRole, 4> RolesOf(const graph::StageContext& context, int depth
     if (c >= 0 && c == depth) roles[p] = ChannelRole::kDepth;
   }
   return roles;
-}
-
-ParamInfo TextModifier(const char* name, const char* help) {
-  ParamInfo param;
-  param.name = name;
-  param.type = ParamType::kText;
-  param.help = help;
-  return param;
 }
 
 ParamInfo DepthModifier() {

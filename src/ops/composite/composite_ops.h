@@ -87,7 +87,6 @@ std::array<ChannelRole, 4> RolesOf(const graph::StageContext& context, int depth
 
 // A modifier that names a depth channel.
 ParamInfo DepthModifier();
-ParamInfo TextModifier(const char* name, const char* help);
 // A positional argument with choices.
 ParamInfo ChoiceArgument(const char* name, const std::vector<std::string>& choices, const char* help);
 // The place of `word` among `words`, which has it.

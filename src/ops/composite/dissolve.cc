@@ -5,7 +5,7 @@
 #include "ops/composite/composite_ops.h"
 #include "ops/composite/pick_kernels.h"
 #include "ops/generate/generators.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/generate.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "ops/composite/composite_ops.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/outline.h"
 

@@ -4,7 +4,7 @@
 
 #include "ops/composite/composite_ops.h"
 #include "ops/composite/pick_kernels.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 
 namespace tessera {
 namespace ops {

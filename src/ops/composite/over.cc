@@ -3,7 +3,7 @@
 
 #include "ops/composite/composite_ops.h"
 #include "ops/composite/pick_kernels.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/composite.h"
 
 namespace tessera {

@@ -6,7 +6,7 @@
 
 #include "ops/composite/composite_ops.h"
 #include "ops/generate/generators.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/outline.h"
 
 namespace tessera {

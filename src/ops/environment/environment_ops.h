@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ops/modifiers.h"
 #include "ops/registry.h"
 #include "tessera/ops/environment.h"
 
@@ -18,12 +19,6 @@ OpInfo NormalsInfo();
 // Parameters that the rows share.
 ParamInfo MapChoice(const std::string& name, const std::string& default_value, const std::string& help);
 EnvironmentMap MapNamed(const std::string& name);
-ParamInfo NumberModifier(const std::string& name, const std::string& default_value, double low, double high,
-                         const std::string& help);
-ParamInfo IntegerModifier(const std::string& name, const std::string& default_value, int low, int high,
-                          const std::string& help);
-ParamInfo FlagModifier(const std::string& name, const std::string& default_value, const std::string& help);
-// A list of as many numbers as one of `counts`.
 ParamInfo NumbersModifier(const std::string& name, std::vector<int> counts, const std::string& help,
                           const std::string& default_value = "");
 Vector3 VectorOf(const std::vector<double>& numbers);

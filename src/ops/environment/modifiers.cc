@@ -29,21 +29,6 @@ ParamInfo MapChoice(const std::string& name, const std::string& default_value, c
 EnvironmentMap MapNamed(const std::string& name) {
   return static_cast<EnvironmentMap>(std::find(kMaps.begin(), kMaps.end(), name) - kMaps.begin());
 }
-ParamInfo NumberModifier(const std::string& name, const std::string& default_value, double low, double high,
-                         const std::string& help) {
-  ParamInfo p = Modifier(name, ParamType::kNumber, default_value, help);
-  p.min = low, p.max = high;
-  return p;
-}
-ParamInfo IntegerModifier(const std::string& name, const std::string& default_value, int low, int high,
-                          const std::string& help) {
-  ParamInfo p = Modifier(name, ParamType::kInteger, default_value, help);
-  p.min = low, p.max = high;
-  return p;
-}
-ParamInfo FlagModifier(const std::string& name, const std::string& default_value, const std::string& help) {
-  return Modifier(name, ParamType::kFlag, default_value, help);
-}
 ParamInfo NumbersModifier(const std::string& name, std::vector<int> counts, const std::string& help,
                           const std::string& default_value) {
   ParamInfo p = Modifier(name, ParamType::kNumbers, default_value, help);

@@ -66,12 +66,12 @@ OpInfo NormalsInfo() {
       "NaN. Computed in double: any length will do. Other channels pass. Source: spec/environment.md, Maths.";
   info.bound = "2 u * |result| (packed: 2 u)";
   info.bound_u = 2;
-  info.modifiers = {FlagModifier("unpack", "0", "from codes in [0,1]"),
+  info.modifiers = {FlagModifier("unpack", "from codes in [0,1]"),
                     NumbersModifier("matrix", {9, 16}, "of positions, row-major"),
                     NumbersModifier("reflect", {3}, "to the viewer"),
-                    FlagModifier("normalize", "1", "to unit length"),
-                    FlagModifier("flip", "0", "turn round"),
-                    FlagModifier("pack", "0", "to codes in [0,1]")};
+                    FlagModifier("normalize", "to unit length", "1"),
+                    FlagModifier("flip", "turn round"),
+                    FlagModifier("pack", "to codes in [0,1]")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     NormalsParams p;
     p.unpack = a.Flag("unpack"), p.normalize = a.Flag("normalize"), p.flip = a.Flag("flip"), p.pack = a.Flag("pack");

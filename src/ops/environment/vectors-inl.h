@@ -8,11 +8,25 @@
 
 #include <hwy/highway.h>
 
-#include "ops/shade/doubles-inl.h"
+#include "simd/doubles-inl.h"
 #include "simd/point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
+using s::DD;
+using s::V;
+using s::VD;
+using s::EachPart;
+using s::Join;
+using s::JoinIntegers;
+using s::LengthOf;
+using s::NumberOr;
+using s::Part;
+using s::RowTimes;
+using s::SetD;
+using s::kParts;
 
 struct Three {
   VD x, y, z;

@@ -3,29 +3,13 @@
 #include <vector>
 
 #include "ops/flow/flow_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 #include "tessera/ops/flow.h"
 
 namespace tessera::ops {
 namespace {
 
-ParamInfo Choice(const char* name, std::vector<std::string> choices, const char* help) {
-  ParamInfo p;
-  p.name = name, p.type = ParamType::kChoice, p.default_value = choices.front(), p.help = help;
-  p.choices = std::move(choices);
-  return p;
-}
-ParamInfo Number(const char* name, const char* value, double min, double max, const char* help,
-                 ParamType type = ParamType::kNumber) {
-  ParamInfo p;
-  p.name = name, p.type = type, p.default_value = value, p.help = help, p.min = min, p.max = max;
-  return p;
-}
-ParamInfo Flag(const char* name, const char* help) {
-  ParamInfo p;
-  p.name = name, p.type = ParamType::kFlag, p.default_value = "0", p.help = help;
-  return p;
-}
 // The position of a choice among those of the row: the value of its enumeration.
 template <class Enum>
 Enum Chosen(const Arguments& a, const OpInfo& row, const std::string& name) {
@@ -120,36 +104,36 @@ OpInfo LicInfo() {
   size.help = "width,height of the result where it is not the field's", size.max_count = 2,
   size.max = 1 << 20, size.min = 0;
   info.modifiers = {
-      Number("length", "20", 0, 100000, "pixels each way (taps for integrator=cell)"),
-      Number("step", "1", 1.0 / 16, 16, "pixels between taps"),
-      Choice("integrator", {"adaptive", "euler", "midpoint", "rk4", "cell"}, "how lines are followed"),
-      Choice("kernel", {"box", "tent", "hann", "ramp", "ripple"}, "weights along the line"),
-      Number("phase", "0", -1e6, 1e6, "of the ripple, in turns"),
-      Number("waves", "2", 0, 1000, "of the ripple within the kernel"),
+      NumberModifier("length", "20", 0, 100000, "pixels each way (taps for integrator=cell)"),
+      NumberModifier("step", "1", 1.0 / 16, 16, "pixels between taps"),
+      ChoiceModifier("integrator", {"adaptive", "euler", "midpoint", "rk4", "cell"}, "how lines are followed"),
+      ChoiceModifier("kernel", {"box", "tent", "hann", "ramp", "ripple"}, "weights along the line"),
+      NumberModifier("phase", "0", -1e6, 1e6, "of the ripple, in turns"),
+      NumberModifier("waves", "2", 0, 1000, "of the ripple within the kernel"),
       weights,
-      Choice("method", {"auto", "direct", "fast"},
+      ChoiceModifier("method", {"auto", "direct", "fast"},
              "a line from every pixel, or shared ones; auto shares from length 64"),
-      Choice("border", {"stop", "clamp", "repeat"}, "lines that leave the image"),
-      Choice("contrast", {"none", "rescale", "equalize"}, "puts back the contrast that the mean takes away"),
-      Number("gain", "0.75", 0, 100, "share of the noise's contrast that contrast=rescale puts back"),
-      Choice("magnitude", {"none", "color", "noise", "length"},
+      ChoiceModifier("border", {"stop", "clamp", "repeat"}, "lines that leave the image"),
+      ChoiceModifier("contrast", {"none", "rescale", "equalize"}, "puts back the contrast that the mean takes away"),
+      NumberModifier("gain", "0.75", 0, 100, "share of the noise's contrast that contrast=rescale puts back"),
+      ChoiceModifier("magnitude", {"none", "color", "noise", "length"},
              "shows |f| by colour, by the noise's spots, by lengths"),
-      Choice("noise", {"white", "filtered", "sparse"}, "the texture where there is no image"),
-      Number("spot", "1", 1, 64, "pixels across a cell of the noise", ParamType::kInteger),
-      Number("seed", "0", 0, 4294967295.0, "of the noise", ParamType::kInteger),
-      Choice("sampling", {"nearest", "linear"}, "the texture between its pixels"),
-      Flag("speed", "lines as long as |f| times the length"),
-      Choice("units", {"pixels", "normalized", "latlong"},
+      ChoiceModifier("noise", {"white", "filtered", "sparse"}, "the texture where there is no image"),
+      IntegerModifier("spot", "1", 1, 64, "pixels across a cell of the noise"),
+      IntegerModifier("seed", "0", 0, 4294967295.0, "of the noise"),
+      ChoiceModifier("sampling", {"nearest", "linear"}, "the texture between its pixels"),
+      FlagModifier("speed", "lines as long as |f| times the length"),
+      ChoiceModifier("units", {"pixels", "normalized", "latlong"},
              "of the components; latlong: east and north on a whole map"),
       scale,
-      Flag("yup", "the second component points up"),
-      Flag("bicubic", "a field of another size by Catmull-Rom"),
-      Number("smallest", "1e-6", 0, 1, "shorter vectors, as a share of the longest, are zero"),
-      Flag("alpha", "adds an alpha channel, 0 where masked"),
+      FlagModifier("yup", "the second component points up"),
+      FlagModifier("bicubic", "a field of another size by Catmull-Rom"),
+      NumberModifier("smallest", "1e-6", 0, 1, "shorter vectors, as a share of the longest, are zero"),
+      FlagModifier("alpha", "adds an alpha channel, 0 where masked"),
       size,
-      Flag("input", "convolves the image below the field"),
-      Number("animate", "0", 0, 100000, "number of frames of a loop", ParamType::kInteger),
-      Number("frame", "1", 1, 100000, "which of them; counted by the # of the output", ParamType::kInteger),
+      FlagModifier("input", "convolves the image below the field"),
+      IntegerModifier("animate", "0", 0, 100000, "number of frames of a loop"),
+      IntegerModifier("frame", "1", 1, 100000, "which of them; counted by the # of the output"),
   };
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     static const OpInfo kRow = LicInfo();

@@ -12,6 +12,7 @@
 #include "graph/op.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/lookup/lookup_stage.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -169,44 +170,6 @@ std::vector<TableWrap> WrapsOf(const std::string& text) {
   return wraps;
 }
 
-ParamInfo Choice(const char* name, std::vector<std::string> choices, const char* help) {
-  ParamInfo param;
-  param.name = name;
-  param.type = ParamType::kChoice;
-  param.default_value = choices.front();
-  param.choices = std::move(choices);
-  param.help = help;
-  return param;
-}
-ParamInfo Numbers(const char* name, int most, double low, double high, const char* help) {
-  ParamInfo param;
-  param.name = name;
-  param.type = ParamType::kNumbers;
-  param.max_count = most;
-  param.min = low;
-  param.max = high;
-  param.help = help;
-  return param;
-}
-ParamInfo Integer(const char* name, const char* value, int low, int high, const char* help) {
-  ParamInfo param;
-  param.name = name;
-  param.type = ParamType::kInteger;
-  param.default_value = value;
-  param.min = low;
-  param.max = high;
-  param.help = help;
-  return param;
-}
-ParamInfo Flag(const char* name, const char* help) {
-  ParamInfo param;
-  param.name = name;
-  param.type = ParamType::kFlag;
-  param.default_value = "0";
-  param.help = help;
-  return param;
-}
-
 std::vector<int> Whole(const std::string& name, const std::vector<double>& numbers) {
   std::vector<int> out;
   for (const double v : numbers) {
@@ -273,18 +236,18 @@ OpInfo LookupInfo() {
   wrap.default_value = "clamp";
   wrap.help = "clamp, glclamp, border, repeat or mirror; one, or one per axis";
   info.modifiers = {
-      Integer("dims", "0", 0, 4,
+      IntegerModifier("dims", "0", 0, 4,
               "dimensions of the table; 0: 2 and one for each number of slices, 1 for one row"),
-      Choice("filter", {"linear", "nearest", "tetrahedral", "cubic", "mipmap"}, "how entries are combined"),
+      ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic", "mipmap"}, "how entries are combined"),
       wrap,
-      Flag("projective", "divide by the next channel"),
-      Numbers("border", 64, -1e38, 1e38, "border colour, one value per channel of the table"),
-      Choice("align", {"centres", "ends"}, "where the entries lie"),
-      Numbers("slices", 2, 1, 1e6, "slices along y: N, or N,M"),
-      Numbers("axes", 5, 0, 65535, "channels of COORDS that are s,t,... (and q); default 0,1,..."),
-      Integer("mask", "-1", -1, 65535, "channel of COORDS that is 0 where nothing is looked up"),
-      Choice("cubic", {"catmullrom", "mitchell", "bspline"}, "kernel of filter=cubic"),
-      Flag("nan", "NaN coordinates give NaN")};
+      FlagModifier("projective", "divide by the next channel"),
+      ListModifier("border", "", 64, -1e38, 1e38, "border colour, one value per channel of the table"),
+      ChoiceModifier("align", {"centres", "ends"}, "where the entries lie"),
+      ListModifier("slices", "", 2, 1, 1e6, "slices along y: N, or N,M"),
+      ListModifier("axes", "", 5, 0, 65535, "channels of COORDS that are s,t,... (and q); default 0,1,..."),
+      IntegerModifier("mask", "-1", -1, 65535, "channel of COORDS that is 0 where nothing is looked up"),
+      ChoiceModifier("cubic", {"catmullrom", "mitchell", "bspline"}, "kernel of filter=cubic"),
+      FlagModifier("nan", "NaN coordinates give NaN")};
   info.make = MakeLookup;
   info.examples = {"dims=2",
                    "dims=2 filter=nearest wrap=repeat",

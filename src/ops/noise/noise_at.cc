@@ -10,6 +10,7 @@
 
 #include "graph/op.h"
 #include "ops/noise/field.h"
+#include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
 #include "tessera/ops/noise.h"
 

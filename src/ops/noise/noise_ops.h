@@ -34,15 +34,6 @@ const char* NoiseName(NoiseKind kind);
 std::vector<ParamInfo> NoiseModifiers(NoiseKind kind);
 NoiseParams NoiseArguments(NoiseKind kind, const Arguments& arguments);
 
-ParamInfo NumberModifier(const char* name, const char* default_value, double min, double max,
-                         const char* help);
-ParamInfo IntegerModifier(const char* name, const char* default_value, double min, double max,
-                          const char* help);
-ParamInfo ChoiceModifier(const char* name, std::vector<std::string> choices, const char* help);
-ParamInfo FlagModifier(const char* name, const char* help);
-ParamInfo ListModifier(const char* name, const char* default_value, int most, double min, double max,
-                       const char* help);
-
 }  // namespace tessera::ops
 
 #endif  // TESSERA_OPS_NOISE_NOISE_OPS_H_

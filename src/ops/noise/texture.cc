@@ -13,6 +13,7 @@
 #include "graph/op.h"
 #include "ops/noise/field.h"
 #include "ops/noise/gardner.h"
+#include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/noise/texture_shade.h"
 

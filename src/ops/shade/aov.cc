@@ -7,7 +7,7 @@
 
 #include "graph/op.h"
 #include "ops/channels/names.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"

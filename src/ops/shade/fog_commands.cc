@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"

@@ -10,10 +10,21 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ops/shade/doubles-inl.h"
+#include "simd/doubles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
+using s::DD;
+using s::V;
+using s::VD;
+using s::EachPart;
+using s::Join;
+using s::JoinIntegers;
+using s::Part;
+using s::SetD;
+using s::kParts;
 namespace {
 
 constexpr double kLog2E = 1.4426950408889634074;

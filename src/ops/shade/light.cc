@@ -5,7 +5,7 @@
 
 #include "ops/shade/settings.h"
 #include "graph/op.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "ops/shade/light_kernel.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"

@@ -1,7 +1,7 @@
 // Modifiers and checks that the shading commands share.
 #include <cmath>
 
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "graph/op.h"
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "ops/shade/place_kernel.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"

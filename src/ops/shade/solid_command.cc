@@ -1,7 +1,7 @@
 // The command --solid.
 #include <utility>
 
-#include "ops/noise/noise_ops.h"
+#include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 

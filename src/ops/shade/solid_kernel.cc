@@ -11,10 +11,20 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ops/shade/doubles-inl.h"
+#include "simd/doubles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
+using s::V;
+using s::VD;
+using s::EachPart;
+using s::Join;
+using s::Part;
+using s::RowTimes;
+using s::SetD;
+using s::kParts;
 namespace {
 
 HWY_INLINE V SetF(double v) { return hn::Set(s::D(), static_cast<float>(v)); }

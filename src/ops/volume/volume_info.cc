@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ops/modifiers.h"
 #include "ops/volume/volume_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/volume.h"
@@ -15,34 +16,9 @@ namespace {
 
 constexpr char kName[] = "volume";
 
-ParamInfo Base(const char* name, ParamType type, const char* default_value, const char* help) {
-  ParamInfo p;
-  p.name = name;
-  p.type = type;
-  p.default_value = default_value;
-  p.help = help;
-  return p;
-}
-ParamInfo Text(const char* name, const char* help) { return Base(name, ParamType::kText, "", help); }
-ParamInfo Number(const char* name, const char* value, double min, double max, const char* help) {
-  ParamInfo p = Base(name, ParamType::kNumber, value, help);
-  p.min = min, p.max = max;
-  return p;
-}
-ParamInfo Integer(const char* name, const char* value, double min, double max, const char* help) {
-  ParamInfo p = Number(name, value, min, max, help);
-  p.type = ParamType::kInteger;
-  return p;
-}
 ParamInfo Numbers(const char* name, const char* value, int least, int most, const char* help) {
-  ParamInfo p = Base(name, ParamType::kNumbers, value, help);
-  p.min_count = least, p.max_count = most;
-  return p;
-}
-ParamInfo Flag(const char* name, const char* help) { return Base(name, ParamType::kFlag, "0", help); }
-ParamInfo Choice(const char* name, std::vector<std::string> choices, const char* help) {
-  ParamInfo p = Base(name, ParamType::kChoice, choices.front().c_str(), help);
-  p.choices = std::move(choices);
+  ParamInfo p = ListModifier(name, value, most, -1e38, 1e38, help);
+  p.min_count = least;
   return p;
 }
 
@@ -225,51 +201,51 @@ OpInfo VolumeInfo() {
   info.bound = "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest colour";
   info.bound_u = 168;
   info.modifiers = {
-      Text("solid", "a solid in words, see below"),
-      Text("file", "a volume's file"),
+      TextModifier("solid", "a solid in words, see below"),
+      TextModifier("file", "a volume's file"),
       Numbers("dims", "128", 1, 3, "voxels: one number, or x,y,z"),
-      Choice("type", {"uint16", "uint8", "half", "float"}, "sample type of solids and raw files"),
+      ChoiceModifier("type", {"uint16", "uint8", "half", "float"}, "sample type of solids and raw files"),
       Numbers("spacing", "1,1,1", 3, 3, "proportions of a voxel"),
-      Number("range", "0", 0, 1e6, "distances kept by integer types, world units; 0 is an eighth of the longest side"),
-      Integer("slices", "1", 1, 65536, "slices one above the other in an image"),
-      Integer("channel", "0", 0, 1023, "channel of images"),
-      Integer("header", "0", 0, 1e9, "bytes before raw samples"),
-      Flag("bigendian", "raw samples are big-endian"),
-      Flag("signed", "raw 16-bit samples have a sign"),
-      Number("distance", "0.5", -1e30, 1e30, "make the distance field of this level first"),
-      Text("size", "WxH of the picture, pixels; default 300x300"),
-      Choice("mode", kModes, "what is drawn"),
-      Number("iso", "0", -1e30, 1e30, "level of the surface; of densities by default half their range"),
-      Flag("below", "densities below iso are inside"),
-      Number("soft", "-1", -1, 1e6, "width of the soft region, world units; -1 is what suits the mode"),
+      NumberModifier("range", "0", 0, 1e6, "distances kept by integer types, world units; 0 is an eighth of the longest side"),
+      IntegerModifier("slices", "1", 1, 65536, "slices one above the other in an image"),
+      IntegerModifier("channel", "0", 0, 1023, "channel of images"),
+      IntegerModifier("header", "0", 0, 1e9, "bytes before raw samples"),
+      FlagModifier("bigendian", "raw samples are big-endian"),
+      FlagModifier("signed", "raw 16-bit samples have a sign"),
+      NumberModifier("distance", "0.5", -1e30, 1e30, "make the distance field of this level first"),
+      TextModifier("size", "WxH of the picture, pixels; default 300x300"),
+      ChoiceModifier("mode", kModes, "what is drawn"),
+      NumberModifier("iso", "0", -1e30, 1e30, "level of the surface; of densities by default half their range"),
+      FlagModifier("below", "densities below iso are inside"),
+      NumberModifier("soft", "-1", -1, 1e6, "width of the soft region, world units; -1 is what suits the mode"),
       Numbers("view", "", 16, 32, "world to clip, or world to camera and world to clip, row-major"),
-      Number("azimuth", "25", -1e6, 1e6, "degrees around the volume"),
-      Number("elevation", "15", -1e6, 1e6, "degrees above the horizon"),
-      Number("fov", "30", 0, 170, "vertical field of view, degrees; 0 is a parallel camera"),
-      Number("zoom", "1.5", 1e-3, 1e3, "1 shows all of the bounding sphere"),
+      NumberModifier("azimuth", "25", -1e6, 1e6, "degrees around the volume"),
+      NumberModifier("elevation", "15", -1e6, 1e6, "degrees above the horizon"),
+      NumberModifier("fov", "30", 0, 170, "vertical field of view, degrees; 0 is a parallel camera"),
+      NumberModifier("zoom", "1.5", 1e-3, 1e3, "1 shows all of the bounding sphere"),
       Numbers("color", "0.8,0.6,0.42", 3, 3, "material, linear"),
       Numbers("light", "-0.45,0.65,0.62", 3, 3, "direction towards the light, world"),
-      Number("ambient", "0.25", 0, 1e3, "factor of ambient light"),
-      Number("diffuse", "0.75", 0, 1e3, "factor of diffuse light"),
-      Number("specular", "0.35", 0, 1e3, "factor of the highlight"),
-      Number("exponent", "40", 0, 1e4, "sharpness of the highlight"),
-      Number("step", "0", 0, 1e6, "distance of samples, world units; 0 is a voxel (fur 1.25, fire 2.5)"),
-      Number("termination", "0.001953125", 0, 1, "rays end at alpha 1 - this"),
-      Choice("method", kMethods, "where samples lie"),
-      Base("leap", ParamType::kFlag, "1", "leap over empty space"),
-      Number("time", "0", -1e5, 1e5, "seconds"),
-      Number("freq", "0", 0, 1e5, "noise blocks per world unit; 0 is what suits the mode"),
-      Number("amount", "0", -1e3, 1e3, "melt: sag, fur: droop, fire: height of flames, world units; bump: k"),
-      Choice("lookup", kLookups, "how turbulence is read"),
-      Text("dmf", "chain of density modulation functions, quoted"),
-      Text("transfer", "value,r,g,b,opacity for each point, or a file"),
-      Number("transferlength", "0.01", 1e-9, 1e9, "world units that have the opacities"),
-      Choice("classify", kClassify, "look up after, or before, interpolation, or between both ends of a step"),
-      Flag("shade", "light densities by their gradient"),
+      NumberModifier("ambient", "0.25", 0, 1e3, "factor of ambient light"),
+      NumberModifier("diffuse", "0.75", 0, 1e3, "factor of diffuse light"),
+      NumberModifier("specular", "0.35", 0, 1e3, "factor of the highlight"),
+      NumberModifier("exponent", "40", 0, 1e4, "sharpness of the highlight"),
+      NumberModifier("step", "0", 0, 1e6, "distance of samples, world units; 0 is a voxel (fur 1.25, fire 2.5)"),
+      NumberModifier("termination", "0.001953125", 0, 1, "rays end at alpha 1 - this"),
+      ChoiceModifier("method", kMethods, "where samples lie"),
+      FlagModifier("leap", "leap over empty space", "1"),
+      NumberModifier("time", "0", -1e5, 1e5, "seconds"),
+      NumberModifier("freq", "0", 0, 1e5, "noise blocks per world unit; 0 is what suits the mode"),
+      NumberModifier("amount", "0", -1e3, 1e3, "melt: sag, fur: droop, fire: height of flames, world units; bump: k"),
+      ChoiceModifier("lookup", kLookups, "how turbulence is read"),
+      TextModifier("dmf", "chain of density modulation functions, quoted"),
+      TextModifier("transfer", "value,r,g,b,opacity for each point, or a file"),
+      NumberModifier("transferlength", "0.01", 1e-9, 1e9, "world units that have the opacities"),
+      ChoiceModifier("classify", kClassify, "look up after, or before, interpolation, or between both ends of a step"),
+      FlagModifier("shade", "light densities by their gradient"),
       Numbers("planes", "", 4, 64, "cutting planes x,y,z,offset: kept where x*X + y*Y + z*Z >= offset"),
-      Flag("depth", "add a channel Z of planar depths"),
-      Flag("scene", "the image below holds planar depths of opaque objects"),
-      Integer("samples", "1", 1, 64, "jittered pictures that are averaged"),
+      FlagModifier("depth", "add a channel Z of planar depths"),
+      FlagModifier("scene", "the image below holds planar depths of opaque objects"),
+      IntegerModifier("samples", "1", 1, 64, "jittered pictures that are averaged"),
   };
   for (ParamInfo& p : info.modifiers) {
     if (p.name == "type") p.choices = kTypes, p.default_value = "uint16";

@@ -1,10 +1,10 @@
 // The lanes of a float vector in double, part by part: geometry whose rounding must not show in float
 // results.
-#if defined(TESSERA_OPS_SHADE_DOUBLES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef TESSERA_OPS_SHADE_DOUBLES_INL_H_
-#undef TESSERA_OPS_SHADE_DOUBLES_INL_H_
+#if defined(TESSERA_SIMD_DOUBLES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_SIMD_DOUBLES_INL_H_
+#undef TESSERA_SIMD_DOUBLES_INL_H_
 #else
-#define TESSERA_OPS_SHADE_DOUBLES_INL_H_
+#define TESSERA_SIMD_DOUBLES_INL_H_
 #endif
 
 #include <hwy/highway.h>
@@ -12,12 +12,8 @@
 #include "simd/math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace tessera::ops::HWY_NAMESPACE {
+namespace tessera::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-namespace s = simd::HWY_NAMESPACE;
-using s::DD;
-using s::V;
-using s::VD;
 
 #if HWY_TARGET == HWY_SCALAR
 constexpr int kParts = 1;
@@ -31,26 +27,26 @@ HWY_INLINE VD Part(V v) {
 #if HWY_TARGET == HWY_SCALAR
   return hn::PromoteTo(DD(), v);
 #else
-  const hn::Half<s::D> dh;
+  const hn::Half<D> dh;
   return hn::PromoteTo(DD(), kPart == 0 ? hn::LowerHalf(dh, v) : hn::UpperHalf(dh, v));
 #endif
 }
 // Both parts rounded to float.
 HWY_INLINE V Join(const VD (&parts)[kParts]) {
 #if HWY_TARGET == HWY_SCALAR
-  return s::Rounded(parts[0]);
+  return Rounded(parts[0]);
 #else
-  const hn::Half<s::D> dh;
-  return hn::Combine(s::D(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
+  const hn::Half<D> dh;
+  return hn::Combine(D(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
 #endif
 }
 // Both parts, whole numbers within int32, as integers.
-HWY_INLINE s::VI JoinIntegers(const VD (&parts)[kParts]) {
+HWY_INLINE VI JoinIntegers(const VD (&parts)[kParts]) {
 #if HWY_TARGET == HWY_SCALAR
-  return hn::Set(s::DI(), static_cast<int32_t>(hn::GetLane(parts[0])));
+  return hn::Set(DI(), static_cast<int32_t>(hn::GetLane(parts[0])));
 #else
-  const hn::Half<s::DI> dh;
-  return hn::Combine(s::DI(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
+  const hn::Half<DI> dh;
+  return hn::Combine(DI(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
 #endif
 }
 // f.template operator()<part>() for every part.
@@ -71,7 +67,7 @@ HWY_INLINE VD LengthOf(VD x, VD y, VD z) {
 // x where it is a number; else the other.
 HWY_INLINE VD NumberOr(VD x, VD other) { return hn::IfThenElse(hn::Eq(x, x), x, other); }
 
-}  // namespace tessera::ops::HWY_NAMESPACE
+}  // namespace tessera::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per-target guard
