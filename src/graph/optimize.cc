@@ -1,8 +1,6 @@
 // The optimiser: knows only Op::IsIdentity and Op::Compose.
 #include "graph/optimize.h"
 
-#include <unordered_map>
-
 #include "graph/op.h"
 #include "graph/topology.h"
 
@@ -28,18 +26,7 @@ Node Simplify(const Node& node) {
 }  // namespace
 
 Node Optimize(const Node& root) {
-  std::unordered_map<const NodeData*, Node> done;
-  for (const Node& node : TopologicalOrder(root)) {
-    const NodeData& d = *node.data();
-    std::vector<Node> inputs;
-    bool changed = false;
-    for (const Node& input : d.inputs) {
-      inputs.push_back(done.at(input.data()));
-      changed |= inputs.back().data() != input.data();
-    }
-    done.emplace(&d, Simplify(changed ? MakeNode(d.op, std::move(inputs)) : node));
-  }
-  return done.at(root.data());
+  return Rewrite(root, [](const Node& node, const Node&) { return Simplify(node); });
 }
 
 }  // namespace tessera::graph

@@ -2,6 +2,7 @@
 #ifndef TESSERA_GRAPH_TOPOLOGY_H_
 #define TESSERA_GRAPH_TOPOLOGY_H_
 
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -37,6 +38,24 @@ std::vector<Node> TopologicalOrder(const Node& root, const Follow& follow) {
 }
 inline std::vector<Node> TopologicalOrder(const Node& root) {
   return TopologicalOrder(root, [](const NodeData&, int) { return true; });
+}
+
+// The graph with each node, inputs first, replaced by what replace(node with its new inputs, node as it was) returns.
+// Nodes whose inputs stay are handed on as they are.
+template <typename Replace>
+Node Rewrite(const Node& root, const Replace& replace) {
+  std::unordered_map<const NodeData*, Node> done;
+  for (const Node& node : TopologicalOrder(root)) {
+    const NodeData& d = *node.data();
+    std::vector<Node> inputs;
+    bool changed = false;
+    for (const Node& input : d.inputs) {
+      inputs.push_back(done.at(input.data()));
+      changed |= inputs.back().data() != input.data();
+    }
+    done.emplace(&d, replace(changed ? MakeNode(d.op, std::move(inputs)) : node, node));
+  }
+  return done.at(root.data());
 }
 
 }  // namespace tessera::graph

@@ -1,28 +1,16 @@
 // Replaces whole-image operations by their results.
 #include "graph/whole.h"
 
-#include <unordered_map>
-
 #include "graph/topology.h"
 
 namespace tessera::graph {
 namespace {
 
 Node Resolve(const Node& root, bool with_root, const std::function<Image(const Node&)>& compute) {
-  std::unordered_map<const NodeData*, Node> done;
-  for (const Node& node : TopologicalOrder(root)) {
-    const NodeData& d = *node.data();
-    std::vector<Node> inputs;
-    bool changed = false;
-    for (const Node& input : d.inputs) {
-      inputs.push_back(done.at(input.data()));
-      changed |= inputs.back().data() != input.data();
-    }
-    Node resolved = changed ? MakeNode(d.op, std::move(inputs)) : node;
-    if (d.op->Kind() == OpKind::kWhole && (with_root || &d != root.data())) resolved = FromImage(compute(resolved));
-    done.emplace(&d, std::move(resolved));
-  }
-  return done.at(root.data());
+  return Rewrite(root, [&](const Node& node, const Node& before) {
+    const bool is_whole = node.data()->op->Kind() == OpKind::kWhole && (with_root || before.data() != root.data());
+    return is_whole ? FromImage(compute(node)) : node;
+  });
 }
 
 }  // namespace
