@@ -1,8 +1,9 @@
-// Environment lookups and relief: frames per second of a 4K frame, composed blocks against direct kernels, tables against
-// the exact form, OpenCV's remap with maps computed beforehand and OpenImageIO's environment().
+// Environment lookups and relief: frames per second of a 4K frame, composed blocks against direct kernels,
+// tables against the exact form, OpenCV's remap with maps computed beforehand and OpenImageIO's
+// environment().
+#include <Imath/ImathVec.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
-#include <Imath/ImathVec.h>
 #include <OpenImageIO/texture.h>
 #include <benchmark/benchmark.h>
 
@@ -58,19 +59,22 @@ struct Group {
     const size_t bytes = static_cast<size_t>(out.row_stride) * static_cast<size_t>(out.roi.height());
     const std::vector<std::byte> from(bytes);
     std::vector<std::unique_ptr<Contestant>> contestants;
-    contestants.push_back(
-        std::make_unique<Call>("copy memcpy", [&] { std::memcpy(out.data, from.data(), bytes); }, "", true));
+    contestants.push_back(std::make_unique<Call>(
+        "copy memcpy", [&] { std::memcpy(out.data, from.data(), bytes); }, "", true));
     for (const std::string& target : options.targets) {
       const RenderOptions render{.threads = threads};
       for (const auto& [name, node] : c.nodes) {
         contestants.push_back(std::make_unique<Call>(
-            "tessera " + target + name, [&node = node, out, render] { RenderInto(node, out, render); }, target));
+            "tessera " + target + name, [&node = node, out, render] { RenderInto(node, out, render); },
+            target));
       }
     }
     for (const auto& [name, run] : c.peers) contestants.push_back(std::make_unique<Call>(name, run));
     Frame frame;
-    frame.width = out.roi.width(), frame.height = out.roi.height(), frame.type = out.type, frame.output = c.output;
-    results = Measure(std::move(contestants), frame, Oracle(c.nodes[0].second, 2, 2), options.repetitions, options.seconds);
+    frame.width = out.roi.width(), frame.height = out.roi.height(), frame.type = out.type,
+    frame.output = c.output;
+    results = Measure(std::move(contestants), frame, Oracle(c.nodes[0].second, 2, 2), options.repetitions,
+                      options.seconds);
     for (const Measured& m : results) {
       if (m.is_copy) copy = Median(m.seconds);
     }
@@ -100,8 +104,9 @@ void Report(benchmark::State& state, Group& group, const std::string& method) {
   state.SkipWithError(failure.c_str());
 }
 
-void Register(const std::string& task, PixelType type, const Options& options, int threads, int width, int height,
-              const std::vector<std::string>& nodes, const std::vector<std::string>& peers, std::function<Case()> make) {
+void Register(const std::string& task, PixelType type, const Options& options, int threads, int width,
+              int height, const std::vector<std::string>& nodes, const std::vector<std::string>& peers,
+              std::function<Case()> make) {
   auto group = std::make_shared<Group>();
   group->make = std::move(make), group->options = options, group->threads = threads;
   std::vector<std::string> names = {"copy memcpy"};
@@ -110,9 +115,11 @@ void Register(const std::string& task, PixelType type, const Options& options, i
   }
   names.insert(names.end(), peers.begin(), peers.end());
   for (const std::string& name : names) {
-    const std::string full = "environment/" + task + "/" + PixelTypeName(type) + "/" + std::to_string(width) + "x" +
-                             std::to_string(height) + "/threads:" + std::to_string(threads) + "/" + name;
-    benchmark::RegisterBenchmark(full.c_str(), [group, name](benchmark::State& s) { Report(s, *group, name); })
+    const std::string full = "environment/" + task + "/" + PixelTypeName(type) + "/" + std::to_string(width) +
+                             "x" + std::to_string(height) + "/threads:" + std::to_string(threads) + "/" +
+                             name;
+    benchmark::RegisterBenchmark(full.c_str(),
+                                 [group, name](benchmark::State& s) { Report(s, *group, name); })
         ->Iterations(1)
         ->UseManualTime()
         ->Unit(benchmark::kMillisecond);
@@ -124,7 +131,8 @@ Image Normals(int width, int height, PixelType type) {
   const Image image(ImageSpec(width, height, 3));
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const double u = std::fmod(x / 540.0, 1) * 2 - 1, v = 1 - std::fmod(y / 540.0, 1) * 2, square = u * u + v * v;
+      const double u = std::fmod(x / 540.0, 1) * 2 - 1, v = 1 - std::fmod(y / 540.0, 1) * 2,
+                   square = u * u + v * v;
       Vector3 n = {0.1 * std::sin(x * 0.05), 0.1 * std::cos(y * 0.04), 1};
       if (square < 0.9) n = {u, v, std::sqrt(1 - square)};
       n = Normalized(n);
@@ -143,7 +151,9 @@ Image Sky(EnvironmentMap map, int width, int height, PixelType type) {
       DirectionOf(map, width, height, x + 0.5, y + 0.5, &d);
       const double grain = static_cast<double>(random() >> 8) * 0x1p-28;
       const double sun = 50 * std::pow(std::max(0.0, Dot(d, Normalized({1, 1, 1}))), 300);
-      const bool dark = (static_cast<int>(std::floor(2 * d[0] / (d[1] - 1e-3)) + std::floor(2 * d[2] / (d[1] - 1e-3))) & 1) != 0;
+      const bool dark =
+          (static_cast<int>(std::floor(2 * d[0] / (d[1] - 1e-3)) + std::floor(2 * d[2] / (d[1] - 1e-3))) &
+           1) != 0;
       for (int c = 0; c < 3; ++c) {
         const double sky = 0.3 + 0.2 * c + 0.4 * d[1] + sun, floor = dark ? 0.1 : 0.6;
         image.at<float>(x, y, c) = static_cast<float>((d[1] > 0 ? sky : floor) + grain);
@@ -164,8 +174,8 @@ EnvironmentParams With(EnvironmentMap map) {
 // The places computed beforehand, as its users do: what is timed is the gathering alone.
 std::function<void()> OpenCvRemap(const Image& normals, const Image& map, const Image& out, int threads) {
   const auto wrap = [](const Image& image) {
-    return cv::Mat(image.spec().height(), image.spec().width(), CV_MAKETYPE(CV_32F, image.spec().channel_count()),
-                   image.view().data);
+    return cv::Mat(image.spec().height(), image.spec().width(),
+                   CV_MAKETYPE(CV_32F, image.spec().channel_count()), image.view().data);
   };
   cv::Mat places(out.spec().height(), out.spec().width(), CV_32FC2);
   for (int y = 0; y < places.rows; ++y) {
@@ -184,16 +194,18 @@ std::function<void()> OpenCvRemap(const Image& normals, const Image& map, const 
 }
 #endif
 
-// A texture system's lookups, pixel by pixel, in the directions of reflection; without derivatives, so at level 0.
+// A texture system's lookups, pixel by pixel, in the directions of reflection; without derivatives, so at
+// level 0.
 std::function<void()> OiioEnvironment(const Image& normals, const Image& map, const Image& out) {
   const auto file = std::filesystem::temp_directory_path() / "tessera_bench_environment.exr";
-  OIIO::ImageBuf buffer(OIIO::ImageSpec(map.spec().width(), map.spec().height(), 4, OIIO::TypeFloat), map.view().data);
+  OIIO::ImageBuf buffer(OIIO::ImageSpec(map.spec().width(), map.spec().height(), 4, OIIO::TypeFloat),
+                        map.view().data);
   OIIO::ImageSpec config;
   if (!OIIO::ImageBufAlgo::make_texture(OIIO::ImageBufAlgo::MakeTxEnvLatl, buffer, file.string(), config)) {
     throw Error("OpenImageIO", OIIO::geterror());
   }
-  const std::shared_ptr<OIIO::TextureSystem> system(OIIO::TextureSystem::create(false),
-                                                    [](OIIO::TextureSystem* s) { OIIO::TextureSystem::destroy(s); });
+  const std::shared_ptr<OIIO::TextureSystem> system(
+      OIIO::TextureSystem::create(false), [](OIIO::TextureSystem* s) { OIIO::TextureSystem::destroy(s); });
   system->attribute("max_memory_MB", 1000.0f);
   return [=, name = OIIO::ustring(file.string())] {
     OIIO::TextureSystem::Perthread* const thread = system->get_perthread_info();
@@ -225,8 +237,9 @@ void RegisterMirrors(const Options& options, int width, int height) {
     for (const PixelType type : options.types) {
       if (type == PixelType::kUint8 || type == PixelType::kUint16) continue;
       for (const int threads : options.threads) {
-        const bool sphere = k.map == EnvironmentMap::kSphere, peers = k.map == EnvironmentMap::kLatLong && type == PixelType::kFloat;
-        std::vector<std::string> ways = {"", " 8 bits", " 12 bits"}, others;
+        const bool sphere = k.map == EnvironmentMap::kSphere,
+                   peers = k.map == EnvironmentMap::kLatLong && type == PixelType::kFloat;
+        std::vector<std::string> ways = {"", " 8 bits", " 12 bits", " filtered"}, others;
         if (sphere) ways.push_back(" composed");
         if (peers) others.push_back("OpenCV remap");
         if (peers && threads == 1) others.push_back("OpenImageIO environment");
@@ -240,15 +253,19 @@ void RegisterMirrors(const Options& options, int width, int height) {
             c.nodes.emplace_back(bits == 0 ? "" : " " + std::to_string(bits) + " bits",
                                  Environment(FromImage(normals), texture, p));
           }
+          const EnvironmentTexture filtered(map, k.map, 0, 0, EnvironmentFilter::kMip);
+          c.nodes.emplace_back(" filtered", Environment(FromImage(normals), filtered));
           if (sphere) {
             // Unit normals and an orthographic viewer: s = n_x/2 + 1/2, t = 1/2 - n_y/2 by existing blocks.
-            const Node st = ColorMatrix(FromImage(normals), {.values = {0.5, 0, 0, 0, -0.5, 0, 0, 0, 1, 0.5, 0.5, 0}});
+            const Node st =
+                ColorMatrix(FromImage(normals), {.values = {0.5, 0, 0, 0, -0.5, 0, 0, 0, 1, 0.5, 0.5, 0}});
             c.nodes.emplace_back(" composed", Lookup(st, FromImage(map), {.dims = 2}));
           }
 #if defined(TESSERA_BENCH_OPENCV_IMGPROC)
           if (peers) c.peers.emplace_back("OpenCV remap", OpenCvRemap(normals, map, c.output, threads));
 #endif
-          if (peers && threads == 1) c.peers.emplace_back("OpenImageIO environment", OiioEnvironment(normals, map, c.output));
+          if (peers && threads == 1)
+            c.peers.emplace_back("OpenImageIO environment", OiioEnvironment(normals, map, c.output));
           return c;
         });
       }
@@ -264,8 +281,8 @@ void RegisterTables(const Options& options) {
   for (const double exponent : {1.0, 10.0, 100.0}) {
     std::vector<std::string> ways = {" exact"};
     for (const int n : {8, 16, 32, 64, 128}) ways.push_back(" table " + std::to_string(n));
-    Register("gloss " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, kWidth, kHeight, ways, {},
-             [=] {
+    Register("gloss " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, kWidth,
+             kHeight, ways, {}, [=] {
                Case c{Image(ImageSpec(kWidth, kHeight, 4)), {}, {}};
                const Image normals = Normals(kWidth, kHeight, PixelType::kFloat);
                const Image map = Sky(EnvironmentMap::kLatLong, 128, 64, PixelType::kFloat);
@@ -283,35 +300,50 @@ void RegisterTables(const Options& options) {
       for (const int n : {256, 1024, 4096}) ways.push_back(" table " + std::to_string(n) + bits);
     }
     for (const int n : {64, 256, 1024}) ways.push_back(" sphere map " + std::to_string(n));
-    Register("phong " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, 1920, 1080, ways, {}, [=] {
-      Case c{Image(ImageSpec(1920, 1080, 3)), {}, {}};
-      const Image normals = Normals(1920, 1080, PixelType::kFloat);
-      PhongParams p;
-      p.light = {1, 1, 2}, p.exponent = exponent, p.diffuse = {0, 0, 0}, p.specular = {1, 1, 1};
-      p.highlight = Highlight::kReflection;
-      for (const std::string& way : ways) {
-        if (way.rfind(" sphere", 0) == 0) {
-          const int n = std::stoi(way.substr(12));
-          const Image one = PhongMap(EnvironmentMap::kSphere, n, n, p.light, exponent);
-          Image three(ImageSpec(n, n, 3));
-          for (int64_t i = 0; i < int64_t{n} * n * 3; ++i) {
-            reinterpret_cast<float*>(three.view().data)[i] = reinterpret_cast<const float*>(one.view().data)[i / 3];
-          }
-          c.nodes.emplace_back(way, Environment(FromImage(normals), EnvironmentTexture(three, EnvironmentMap::kSphere)));
-          continue;
-        }
-        p.table = way == " formula" ? 0 : std::stoi(way.substr(7));
-        p.bits = way.find(" 8 bits") != std::string::npos ? 8 : way.find(" 12 bits") != std::string::npos ? 12 : 0;
-        c.nodes.emplace_back(way, Phong(FromImage(normals), p));
-      }
-      return c;
-    });
+    for (const int n : {32, 64, 128}) ways.push_back(" 3-D table " + std::to_string(n));
+    Register("phong " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, 1920, 1080,
+             ways, {}, [=] {
+               Case c{Image(ImageSpec(1920, 1080, 3)), {}, {}};
+               const Image normals = Normals(1920, 1080, PixelType::kFloat);
+               PhongParams p;
+               p.light = {1, 1, 2}, p.exponent = exponent, p.diffuse = {0, 0, 0}, p.specular = {1, 1, 1};
+               p.highlight = Highlight::kReflection;
+               for (const std::string& way : ways) {
+                 if (way.rfind(" sphere", 0) == 0) {
+                   const int n = std::stoi(way.substr(12));
+                   const Image one = PhongMap(EnvironmentMap::kSphere, n, n, p.light, exponent);
+                   Image three(ImageSpec(n, n, 3));
+                   for (int64_t i = 0; i < int64_t{n} * n * 3; ++i) {
+                     reinterpret_cast<float*>(three.view().data)[i] =
+                         reinterpret_cast<const float*>(one.view().data)[i / 3];
+                   }
+                   c.nodes.emplace_back(way, Environment(FromImage(normals),
+                                                         EnvironmentTexture(three, EnvironmentMap::kSphere)));
+                   continue;
+                 }
+                 if (way.rfind(" 3-D", 0) == 0) {
+                   const FunctionTable table = PhongTable(std::stoi(way.substr(11)), p.light, exponent);
+                   const Node vectors = TransformNormals(
+                       FromImage(normals), {.reflect = Vector3{0, 0, 1}, .normalize = false, .pack = true});
+                   c.nodes.emplace_back(way, SelectChannels(Lookup(vectors, table.table),
+                                                            {{0, 0, "R"}, {0, 0, "G"}, {0, 0, "B"}}));
+                   continue;
+                 }
+                 p.table = way == " formula" ? 0 : std::stoi(way.substr(7));
+                 p.bits = way.find(" 8 bits") != std::string::npos    ? 8
+                          : way.find(" 12 bits") != std::string::npos ? 12
+                                                                      : 0;
+                 c.nodes.emplace_back(way, Phong(FromImage(normals), p));
+               }
+               return c;
+             });
   }
 }
 
 void RegisterRelief(const Options& options, int width, int height) {
   for (const int threads : options.threads) {
-    const std::vector<std::string> ways = {" slopes", " shift", " forward", " shift 8 bits", " shift 12 bits", " normal map + light"};
+    const std::vector<std::string> ways = {" slopes",       " shift",         " forward",
+                                           " shift 8 bits", " shift 12 bits", " normal map + light"};
     Register("bump", PixelType::kHalf, options, threads, width, height, ways, {}, [=] {
       Case c{Image(ImageSpec(width, height, 1, PixelType::kHalf)), {}, {}};
       const Image heights(ImageSpec(width, height, 1));

@@ -121,10 +121,19 @@ void Register(const std::string& task, int width, int height, const Options& opt
 
 void RegisterGrid(const std::string& task, const Options& options, NoiseParams p, int width, int height) {
   p.offset = {0.1, 0.2, 0.37, 0};
-  Register(task, width, height, options, {""}, p.dims == 3, [=] {
+  // The specification's other method beside it, where a cell has a whole number of pixels.
+  const bool whole = p.octaves == 1 && p.slices == 1 && std::fmod(width, p.frequency) == 0;
+  std::vector<std::string> methods = {""};
+  if (whole) methods.emplace_back(" by accumulation");
+  Register(task, width, height, options, methods, p.dims == 3, [=] {
     NoiseCase c;
     c.task = task;
     c.nodes = {{"", Noise(ImageSpec(width, height, 1), p)}};
+    if (whole) {
+      NoiseParams accumulated = p;
+      accumulated.method = NoiseMethod::kAccumulate;
+      c.nodes.emplace_back(" by accumulation", Noise(ImageSpec(width, height, 1), accumulated));
+    }
 #if defined(TESSERA_BENCH_LIBNOISE)
     c.peer = [p](const ImageView& out) {
       noise::module::Perlin perlin;

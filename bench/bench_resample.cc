@@ -1,4 +1,5 @@
-// Weighted sums, resizing, mip chains and warps, each beside the peers that have them. Times are per source pixel.
+// Weighted sums, resizing, mip chains and warps, each beside the peers that have them. Times are per source
+// pixel.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,8 +14,8 @@ using tessera::Image;
 using tessera::ImageSpec;
 using tessera::PixelType;
 
-// A perspective that enlarges everywhere, so that nobody has to filter more than its kernel: matrices from results to
-// sources would be its inverse.
+// A perspective that enlarges everywhere, so that nobody has to filter more than its kernel: matrices from
+// results to sources would be its inverse.
 constexpr char kAffine[] = "1.05,0.11,0,-0.11,1.05,0,100,-150,1";
 constexpr char kProjective[] = "1.2,0.1,0.00001,-0.1,1.2,0.00002,-200,-150,1";
 
@@ -25,7 +26,8 @@ Image SwirlInput(int width, int height, PixelType type, size_t index) {
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const double u = (x + 0.5) / width - 0.5, v = (y + 0.5) / height - 0.5;
-      const double angle = 0.6 * std::exp(-6 * (u * u + v * v)), c = 0.95 * std::cos(angle), s = 0.95 * std::sin(angle);
+      const double angle = 0.6 * std::exp(-6 * (u * u + v * v)), c = 0.95 * std::cos(angle),
+                   s = 0.95 * std::sin(angle);
       image.at<float>(x, y, 0) = static_cast<float>(0.5 + c * u - s * v);
       image.at<float>(x, y, 1) = static_cast<float>(0.5 + s * u + c * v);
     }

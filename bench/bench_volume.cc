@@ -1,160 +1,233 @@
-// Volumes: frames per second of the hypertexture paper's six effects beside its tables, its turbulence table with
-// errors, and five ways to composite one density volume, speed against error. `bench_volume [threads] [voxels a side]`.
+// Volumes: the hypertexture paper's six effects beside its frame rates, its turbulence table with errors, and
+// five ways to composite one density volume, speed against error.
+#include <benchmark/benchmark.h>
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "tessera/error.h"
+#include "call.h"
+#include "harness.h"
 #include "tessera/ops/volume.h"
 #include "tessera/render.h"
-#include "tessera/verify.h"
+#include "tessera/targets.h"
 
 namespace tessera::bench {
 namespace {
 
-struct Frame {
-  int width, height;
-};
-constexpr Frame kFrames[2] = {{300, 300}, {1024, 768}};
+constexpr int kSide = 256;   // voxels a side of the distance field
 constexpr double kZoom = 2;  // the body fills the picture's height
+constexpr double kAzimuth = 25, kElevation = 15, kView = 30;
 
-// Median of at least 15 frames, seconds; the volume's tables are made before.
-double Seconds(const Node& node, const Image& out, int threads) {
-  const RenderOptions options{.threads = threads};
-  RenderInto(node, out.view(), options);
-  std::vector<double> seconds;
-  double sum = 0;
-  while (seconds.size() < 15 || (sum < 0.5 && seconds.size() < 60)) {
-    const auto start = std::chrono::steady_clock::now();
-    RenderInto(node, out.view(), options);
-    seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    sum += seconds.back();
+// One way to the picture, and the frames per second that the paper gives for it (0: none).
+struct Way {
+  std::string name;
+  Node node;
+  double paper = 0;
+};
+struct Picture {
+  std::vector<Way> ways;
+  Node truth;  // null: each way's own reference in double
+};
+
+struct Group {
+  std::function<Picture()> make;
+  Options options;
+  int threads = 2;
+  bool done = false;
+  double pixels = 0, copy_ns = 0;
+  Picture picture;
+  std::vector<Measured> results;
+
+  void MeasureOnce() {
+    if (done) return;
+    done = true;
+    picture = make();
+    const Image output(picture.ways[0].node.spec());
+    const ImageView out = output.view();
+    pixels = static_cast<double>(output.spec().data_window.pixels());
+    const size_t bytes = static_cast<size_t>(out.row_stride) * static_cast<size_t>(out.roi.height());
+    const std::vector<std::byte> from(bytes);
+    std::vector<std::unique_ptr<Contestant>> contestants;
+    contestants.push_back(std::make_unique<Call>(
+        "copy memcpy", [&] { std::memcpy(out.data, from.data(), bytes); }, "", true));
+    for (const Way& way : picture.ways) {
+      contestants.push_back(std::make_unique<Call>(
+          way.name, [&way, out, this] { RenderInto(way.node, out, {.threads = threads}); }));
+    }
+    Frame frame;
+    frame.width = out.roi.width(), frame.height = out.roi.height();
+    frame.output = output;
+    results = Measure(std::move(contestants), frame,
+                      Oracle(picture.truth ? picture.truth : picture.ways[0].node, 4, 1), options.repetitions,
+                      options.seconds);
+    copy_ns = Median(results[0].seconds) * 1e9 / pixels;
   }
-  std::nth_element(seconds.begin(), seconds.begin() + static_cast<ptrdiff_t>(seconds.size() / 2), seconds.end());
-  return seconds[seconds.size() / 2];
+};
+
+void Report(benchmark::State& state, Group& group, const std::string& name) {
+  group.MeasureOnce();
+  for (const Measured& m : group.results) {
+    if (m.name != name) continue;
+    for (auto _ : state) state.SetIterationTime(Median(m.seconds));
+    const double ns = Median(m.seconds) * 1e9 / group.pixels;
+    state.counters["ns_per_pixel"] = ns;
+    state.counters["times_copy"] = ns / group.copy_ns;
+    state.counters["frames_per_second"] = 1 / Median(m.seconds);
+    state.counters["repetitions"] = static_cast<double>(m.seconds.size());
+    for (const Way& way : group.picture.ways) {
+      if (way.name == name && way.paper > 0) state.counters["paper_frames_per_second"] = way.paper;
+    }
+    if (m.is_copy) return;
+    state.counters["copy_share"] = group.copy_ns / ns;
+    state.counters["max_error"] = m.errors.max;
+    state.counters["rms_error"] = m.errors.rms;
+    state.counters["values_checked"] = static_cast<double>(m.errors.values);
+    return;
+  }
+  state.SkipWithError("has no call for this task");
 }
 
-struct Difference {
-  double rms = 0, most = 0;
-};
-Difference Between(const Image& a, const Image& b) {
-  Difference d;
-  const Roi& w = a.spec().data_window;
-  for (int y = w.y0; y < w.y1; ++y) {
-    for (int x = w.x0; x < w.x1; ++x) {
-      for (int c = 0; c < 4; ++c) {
-        const double e = std::fabs(static_cast<double>(a.at<float>(x, y, c)) - b.at<float>(x, y, c));
-        d.rms += e * e;
-        d.most = std::max(d.most, e);
-      }
+void Register(const std::string& task, const std::string& pixels, int width, int height,
+              const Options& options, std::vector<std::string> names, std::function<Picture()> make) {
+  names.insert(names.begin(), "copy memcpy");
+  for (const int threads : options.threads) {
+    auto group = std::make_shared<Group>();
+    group->make = make;
+    group->options = options;
+    group->threads = threads;
+    const std::string prefix = "volume/" + task + "/" + pixels + "/" + std::to_string(width) + "x" +
+                               std::to_string(height) + "/threads:" + std::to_string(threads) + "/";
+    for (const std::string& name : names) {
+      benchmark::RegisterBenchmark((prefix + name).c_str(),
+                                   [group, name](benchmark::State& state) { Report(state, *group, name); })
+          ->Iterations(1)
+          ->UseManualTime()
+          ->Unit(benchmark::kMillisecond);
     }
   }
-  d.rms = std::sqrt(d.rms / (4.0 * static_cast<double>(w.pixels())));
-  return d;
+}
+
+const Volume& Body() {
+  static const Volume kBody = DistanceField(
+      Solid::Parse("body"), VolumeSpec::Centred({kSide, kSide, kSide}, PixelType::kUint16), 0.25);
+  return kBody;
+}
+
+VolumeParams Params(const Volume& volume, VolumeMode mode, int width, int height, double view = kView) {
+  VolumeParams p;
+  p.mode = mode;
+  p.camera = OrbitCamera(volume, kAzimuth, kElevation, view, static_cast<double>(width) / height, kZoom);
+  return p;
 }
 
 struct Effect {
   const char* name;
   VolumeMode mode;
-  double paper[2];  // GeForce 6800 GT, frames per second without antialiasing
+  double paper[2];  // GeForce 6800 GT, frames per second without antialiasing at 300x300 and 1024x768
 };
-constexpr Effect kEffects[] = {{"lit", VolumeMode::kIso, {72.49, 20.57}},   {"solid", VolumeMode::kSolid, {69.33, 20.02}},
-                               {"bump", VolumeMode::kBump, {64.21, 17.52}}, {"fur", VolumeMode::kFur, {39.52, 9.88}},
-                               {"melting", VolumeMode::kMelt, {57.36, 16.92}}, {"fire", VolumeMode::kFire, {46.30, 10.42}}};
+constexpr Effect kEffects[] = {
+    {"lit", VolumeMode::kIso, {72.49, 20.57}},      {"solid", VolumeMode::kSolid, {69.33, 20.02}},
+    {"bump", VolumeMode::kBump, {64.21, 17.52}},    {"fur", VolumeMode::kFur, {39.52, 9.88}},
+    {"melting", VolumeMode::kMelt, {57.36, 16.92}}, {"fire", VolumeMode::kFire, {46.30, 10.42}}};
+struct FrameSize {
+  int width, height;
+};
+constexpr FrameSize kFrames[2] = {{300, 300}, {1024, 768}};
 
-VolumeParams Params(const Volume& volume, VolumeMode mode, const Frame& f, double fov = 30) {
-  VolumeParams p;
-  p.mode = mode;
-  p.camera = OrbitCamera(volume, 25, 15, fov, static_cast<double>(f.width) / f.height, kZoom);
-  return p;
-}
+std::string OnBestTarget(const std::string& way) { return "tessera " + SimdTarget() + way; }
 
-void Effects(const Volume& volume, int threads) {
-  std::printf("\nEffects (frames/s; paper: GeForce 6800 GT)\n%-10s%10s%10s%8s%10s%10s%8s%12s%12s\n", "", "300x300", "paper",
-              "ratio", "1024x768", "paper", "ratio", "max error", "RMS error");
+void RegisterEffects(const Options& options) {
   for (const Effect& e : kEffects) {
-    std::printf("%-10s", e.name);
     for (int k = 0; k < 2; ++k) {
-      const Frame& f = kFrames[k];
-      const Node node = RenderVolume(ImageSpec(f.width, f.height, 4), volume, Params(volume, e.mode, f));
-      const double rate = 1 / Seconds(node, Image(ImageSpec(f.width, f.height, 4)), threads);
-      std::printf("%10.1f%10.2f%8.2f", rate, e.paper[k], rate / e.paper[k]);
+      const auto [width, height] = kFrames[k];
+      const std::vector<std::string> names = {OnBestTarget("")};
+      Register(e.name, "uint16 field", width, height, options, names, [=] {
+        Picture p;
+        const VolumeParams params = Params(Body(), e.mode, width, height);
+        p.ways = {{OnBestTarget(""), RenderVolume(ImageSpec(width, height, 4), Body(), params), e.paper[k]}};
+        return p;
+      });
     }
-    // Against the march in double, on some tiles of a small picture.
-    const Node node = RenderVolume(ImageSpec(96, 96, 4), volume, Params(volume, e.mode, {96, 96}));
-    const VerifyReport report = Verify(node, PixelType::kFloat, {.samples = 6, .tile_size = 16, .render = {}});
-    std::printf("%12.1e%12.1e%s\n", report.max_error, report.rms_error, report.within_bound ? "" : "  OUT OF BOUND");
-    std::fflush(stdout);
   }
 }
 
-void Turbulence(const Volume& volume, int threads) {
-  std::printf("\nTurbulence in the march (fire; frames/s; paper: ATI 9700 Pro; error: picture from 64^3 against 256^3 noise)\n"
-              "%-22s%10s%10s%10s%10s%12s%12s\n", "", "300x300", "paper", "1024x768", "paper", "RMS", "max");
-  struct Row {
+// Table 3 of the paper: frames per second of an ATI 9700 Pro. The error is the picture's distance from the
+// one that reads turbulence by eight lookups in a block of 256^3.
+void RegisterTurbulence(const Options& options) {
+  struct Lookup {
     const char* name;
     TurbulenceLookup lookup;
     NoiseContent content;
     int octaves;
     double paper[2];
   };
-  const Row rows[] = {{"8 lookups", TurbulenceLookup::kEight, NoiseContent::kNoise, 1, {2.45, 0.49}},
-                      {"4 lookups", TurbulenceLookup::kFour, NoiseContent::kNoise, 1, {7.14, 2.40}},
-                      {"4 channels", TurbulenceLookup::kFourChannels, NoiseContent::kFourOctaves, 1, {23.02, 3.82}},
-                      {"precomputed block", TurbulenceLookup::kBlock, NoiseContent::kTurbulence, 4, {23.24, 4.18}}};
-  for (const Row& row : rows) {
-    const auto node_of = [&](const Frame& f, int size) {
-      VolumeParams p = Params(volume, VolumeMode::kFire, f);
-      Dmf lift;
-      lift.kind = Dmf::Kind::kLift;
-      lift.amount = 0.17;
-      lift.frequency = 0.95;
-      lift.lookup = row.lookup;
-      lift.block = NoiseBlock(row.content, 4, row.octaves, 0, size);
-      Dmf tear = lift;
-      tear.kind = Dmf::Kind::kTurbulence;
-      tear.amount = 1.35;
-      p.dmf = {lift, tear};
-      return RenderVolume(ImageSpec(f.width, f.height, 4), volume, p);
-    };
-    std::printf("%-22s", row.name);
-    for (int k = 0; k < 2; ++k) {
-      const Frame& f = kFrames[k];
-      std::printf("%10.1f%10.2f", 1 / Seconds(node_of(f, 64), Image(ImageSpec(f.width, f.height, 4)), threads), row.paper[k]);
-    }
-    const Difference d = Between(Render(node_of({150, 150}, 64)), Render(node_of({150, 150}, 256)));
-    std::printf("%12.1e%12.1e\n", d.rms, d.most);
-    std::fflush(stdout);
+  static constexpr Lookup kLookups[] = {
+      {" 8 lookups", TurbulenceLookup::kEight, NoiseContent::kNoise, 1, {2.45, 0.49}},
+      {" 4 lookups", TurbulenceLookup::kFour, NoiseContent::kNoise, 1, {7.14, 2.40}},
+      {" 4 channels", TurbulenceLookup::kFourChannels, NoiseContent::kFourOctaves, 1, {23.02, 3.82}},
+      {" precomputed block", TurbulenceLookup::kBlock, NoiseContent::kTurbulence, 4, {23.24, 4.18}}};
+  std::vector<std::string> names;
+  for (const Lookup& l : kLookups) names.push_back(OnBestTarget(l.name));
+  for (int k = 0; k < 2; ++k) {
+    const auto [width, height] = kFrames[k];
+    Register("turbulence in fire", "uint16 field", width, height, options, names, [=] {
+      const auto node_of = [&](const Lookup& l, int size) {
+        VolumeParams p = Params(Body(), VolumeMode::kFire, width, height);
+        Dmf lift;
+        lift.kind = Dmf::Kind::kLift;
+        lift.amount = 0.17;
+        lift.frequency = 0.95;
+        lift.lookup = l.lookup;
+        lift.block = NoiseBlock(l.content, 4, l.octaves, 0, size);
+        Dmf tear = lift;
+        tear.kind = Dmf::Kind::kTurbulence;
+        tear.amount = 1.35;
+        p.dmf = {lift, tear};
+        return RenderVolume(ImageSpec(width, height, 4), Body(), p);
+      };
+      Picture p;
+      for (const Lookup& l : kLookups) p.ways.push_back({OnBestTarget(l.name), node_of(l, 64), l.paper[k]});
+      p.truth = node_of(kLookups[0], 256);
+      return p;
+    });
   }
 }
 
-void Methods(int threads) {
-  const Volume cloud(VolumeSpec::Centred({128, 128, 128}, PixelType::kUint16), [](const Vector3& p) {
-    return std::exp(-5 * Dot(p, p)) * (0.6 + 0.4 * std::sin(9 * p[0]) * std::cos(8 * p[1] + 5 * p[2]));
-  });
-  std::printf("\nMethods (128^3 density, 512x512, parallel view; error against rays at a tenth of a voxel)\n"
-              "%-12s%10s%12s%12s\n", "", "ms", "RMS", "max");
-  const Frame f = {512, 512};
-  VolumeParams p = Params(cloud, VolumeMode::kUnder, f, 0);
-  p.transfer = {{{0.1, {0.1, 0.2, 1}, 0}, {0.5, {1, 0.6, 0.2}, 0.08}, {1, {1, 1, 1}, 0.3}}, 0.02};
-  p.termination = 0;
-  p.step = cloud.spec().spacing[0] / 10;
-  const Image fine = Render(RenderVolume(ImageSpec(f.width, f.height, 4), cloud, p));
-  p.step = 0;
-  p.termination = 1.0 / 512;
-  const char* const names[] = {"rays", "slices", "shells", "stacks", "shear-warp"};
-  for (int m = 0; m < 5; ++m) {
-    p.method = static_cast<VolumeMethod>(m);
-    const Node node = RenderVolume(ImageSpec(f.width, f.height, 4), cloud, p);
-    const Image image(ImageSpec(f.width, f.height, 4));
-    const double seconds = Seconds(node, image, threads);
-    const Difference d = Between(image, fine);
-    std::printf("%-12s%10.2f%12.1e%12.1e\n", names[m], 1e3 * seconds, d.rms, d.most);
+void RegisterMethods(const Options& options) {
+  constexpr int kSize = 512;
+  static constexpr const char* kNames[] = {" rays", " slices", " shells", " stacks", " shear-warp"};
+  for (const bool parallel : {true, false}) {
+    std::vector<std::string> names;
+    for (const char* name : kNames) names.push_back(OnBestTarget(name));
+    Register(
+        parallel ? "methods, parallel" : "methods, perspective", "uint16 128^3", kSize, kSize, options, names,
+        [=] {
+          const Volume cloud(VolumeSpec::Centred({128, 128, 128}, PixelType::kUint16), [](const Vector3& p) {
+            return std::exp(-5 * Dot(p, p)) *
+                   (0.6 + 0.4 * std::sin(9 * p[0]) * std::cos(8 * p[1] + 5 * p[2]));
+          });
+          VolumeParams p = Params(cloud, VolumeMode::kUnder, kSize, kSize, parallel ? 0 : kView);
+          p.transfer = {{{0.1, {0.1, 0.2, 1}, 0}, {0.5, {1, 0.6, 0.2}, 0.08}, {1, {1, 1, 1}, 0.3}}, 0.02};
+          Picture picture;
+          const ImageSpec spec(kSize, kSize, 4);
+          for (int m = 0; m < 5; ++m) {
+            p.method = static_cast<VolumeMethod>(m);
+            picture.ways.push_back({OnBestTarget(kNames[m]), RenderVolume(spec, cloud, p)});
+          }
+          p.method = VolumeMethod::kRays;
+          p.termination = 0;
+          p.step = cloud.spec().spacing[0] / 10;
+          picture.truth = RenderVolume(spec, cloud, p);
+          return picture;
+        });
   }
 }
 
@@ -162,17 +235,15 @@ void Methods(int threads) {
 }  // namespace tessera::bench
 
 int main(int argc, char** argv) {
-  using namespace tessera;
+  using namespace tessera::bench;
   try {
-    const int threads = argc > 1 ? std::atoi(argv[1]) : 2, side = argc > 2 ? std::atoi(argv[2]) : 256;
-    const Volume volume =
-        DistanceField(Solid::Parse("body"), VolumeSpec::Centred({side, side, side}, PixelType::kUint16), 0.25);
-    std::printf("%d^3 uint16 distance field, %d threads, perspective\n", side, threads);
-    bench::Effects(volume, threads);
-    bench::Methods(threads);
-    bench::Turbulence(volume, threads);
-  } catch (const Error& e) {
-    std::fprintf(stderr, "bench_volume: %s\n", e.what());
-    return 1;
+    const Options options = ParseOptions(&argc, argv);
+    RegisterEffects(options);
+    RegisterMethods(options);
+    RegisterTurbulence(options);
+    return RunRegistered(&argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_volume: error: %s\n", error.what());
+    return 2;
   }
 }

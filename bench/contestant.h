@@ -39,19 +39,22 @@ std::unique_ptr<Contestant> MakeOiioResample(const Setting& setting);
 std::unique_ptr<Contestant> MakeOpenCvResample(const Setting& setting);
 std::unique_ptr<Contestant> MakeVips(const Setting& setting);  // null when built without libvips
 
-// The filters' peers, and other ways of this library to the same blur: recursive, decimated, cut off at three sigma,
-// three boxes.
+// The filters' peers, and other ways of this library to the same blur: recursive, decimated, cut off at two,
+// three, four sigma, three boxes.
 std::unique_ptr<Contestant> MakeOpenCvFilter(const Setting& setting);  // null when built without OpenCV
 std::unique_ptr<Contestant> MakeOiioFilter(const Setting& setting);
 std::unique_ptr<Contestant> MakeRecursiveBlur(const Setting& setting);
 std::unique_ptr<Contestant> MakeDecimatedBlur(const Setting& setting);
 std::unique_ptr<Contestant> MakeShortBlur(const Setting& setting);
+std::unique_ptr<Contestant> MakeMiddleBlur(const Setting& setting);
+std::unique_ptr<Contestant> MakeLongBlur(const Setting& setting);
 std::unique_ptr<Contestant> MakeBoxesBlur(const Setting& setting);
 
-// Compositing's: pixman (null when built without it), this library in place as pixman works, and the yardstick of two images read and one written.
+// Compositing's: pixman (null when built without it), this library in place as pixman works, and the
+// yardstick of two or sixteen images read and one written.
 std::unique_ptr<Contestant> MakePixman(const Setting& setting);
 std::unique_ptr<Contestant> MakeInPlace(const Setting& setting);
-std::unique_ptr<Contestant> MakeTwoReads(const Setting& setting);
+std::unique_ptr<Contestant> MakeReads(const Setting& setting);
 
 // Name and version of every peer that was built in, for the report's heading.
 std::vector<std::pair<std::string, std::string>> PeerVersions();

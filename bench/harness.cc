@@ -21,8 +21,7 @@ namespace {
 
 constexpr char kUsage[] =
     "expected --sizes=WxH|large,... --types=float,half,uint16,uint8 --threads=N,... "
-    "--targets=all|best|NAME,... "
-    "--repetitions=N --seconds=S";
+    "--targets=all|best|NAME,... --repetitions=N --seconds=S";
 constexpr int kWarmUps = 2;
 
 std::vector<std::string> Split(const std::string& list) {
@@ -57,12 +56,14 @@ struct FrameCache {
   Frame Make(const Task& task, const Options::Size& size, PixelType type) {
     const ImageSpec spec(size.width, size.height, 4, type);
     if (!inputs.empty() &&
-        (own_inputs || task.make_input != nullptr || inputs[0].spec().data_window != spec.data_window || inputs[0].spec().type != type)) {
+        (own_inputs || task.make_input != nullptr || inputs[0].spec().data_window != spec.data_window ||
+         inputs[0].spec().type != type)) {
       inputs.clear();
     }
     while (static_cast<int>(inputs.size()) < task.inputs()) {
-      inputs.push_back(task.make_input != nullptr ? task.make_input(size.width, size.height, type, inputs.size())
-                                                  : MakeInput(size.width, size.height, type, inputs.size() + 1));
+      inputs.push_back(task.make_input != nullptr
+                           ? task.make_input(size.width, size.height, type, inputs.size())
+                           : MakeInput(size.width, size.height, type, inputs.size() + 1));
     }
     own_inputs = task.make_input != nullptr;
     Frame frame{size.width, size.height, type, {}, {}};
@@ -78,8 +79,10 @@ struct FrameCache {
 
 // Everybody but this library and the copies; null where one has no call for a task.
 constexpr std::unique_ptr<Contestant> (*kPeers[])(const Setting&) = {
-    MakeOcio,         MakeOiio,       MakeOpenCv, MakeLibm,    MakeOiioResample, MakeOpenCvResample, MakeVips,      MakeOpenCvFilter,
-    MakeOiioFilter,   MakePixman,     MakeInPlace, MakeTwoReads, MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur, MakeBoxesBlur};
+    MakeOcio,           MakeOiio,     MakeOpenCv,        MakeLibm,          MakeOiioResample,
+    MakeOpenCvResample, MakeVips,     MakeOpenCvFilter,  MakeOiioFilter,    MakePixman,
+    MakeInPlace,        MakeReads,    MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur,
+    MakeMiddleBlur,     MakeLongBlur, MakeBoxesBlur};
 
 struct Group {
   Task task;

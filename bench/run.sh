@@ -46,6 +46,7 @@ if [ -n "$quick" ]; then
   measure environment bench_environment --types=half --targets=best --threads=2 --repetitions=7
   measure ops bench_ops --sizes=1920x1080 --targets=best --threads=1 --seconds=1
   measure resample bench_resample --sizes=1920x1080 --targets=best --threads=1 --seconds=1
+  measure volume bench_volume --threads=2 --seconds=1
 else
   measure pipelines bench_pipelines --sizes=3840x2160,1920x1080 --targets=all --threads=1,2
   measure curves bench_curves --sizes=3840x2160 --types=float,uint8 --targets=all --threads=1,2
@@ -56,7 +57,8 @@ else
   measure composite bench_composite --sizes=3840x2160 --types=float,half,uint8 --targets=all --threads=1,2
   measure environment bench_environment --types=half,float --targets=all --threads=1,2
   measure lic bench_lic --sizes=1024x1024
-  "$build/bin/bench_volume" 2 >"$out/volume.txt"  # frames per second beside the paper's, a table of its own
+  "$build/bin/bench_lic" --table >"$out/lic.md"  # integrators and steps: end-point error, time
+  measure volume bench_volume --threads=2 --seconds=3
   measure ops bench_ops --sizes=3840x2160,1920x1080 --targets=all --threads=1,2
   measure resample bench_resample --sizes=3840x2160 --targets=all --threads=1,2 --seconds=5
   measure pipelines-large bench_pipelines --sizes=large --targets=best --threads=1,2

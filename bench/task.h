@@ -39,7 +39,9 @@ struct Task {
   // Input `index` where noise is no sensible one (coordinates); null for noise.
   Image (*make_input)(int width, int height, PixelType type, size_t index) = nullptr;
 
-  int inputs() const { return steps.front().info->generator ? 0 : steps.front().info->Operands(steps.front().arguments); }
+  int inputs() const {
+    return steps.front().info->generator ? 0 : steps.front().info->Operands(steps.front().arguments);
+  }
   // The lazy result on these inputs; `output` gives windows and channels to a generator. Throws Error.
   Node Build(const std::vector<Node>& inputs, const ImageSpec& output) const;
 };

@@ -1,9 +1,9 @@
 // A lazy pipeline between OpenImageIO's own calls, without a copy on either side.   image_buf IN OUT
-#include <cstdio>
-#include <memory>
-
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
+
+#include <cstdio>
+#include <memory>
 
 #include "tessera/tessera.h"
 

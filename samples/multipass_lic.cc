@@ -94,8 +94,8 @@ int main() {
     // The noise is around 0, and the mean takes most of its contrast away.
     const Node shown = AddConstant(MulConstant(FromImage(passes), {2}), {0.5});
     Write(shown, "multipass_lic.png", {.type = tessera::PixelType::kUint8});
-    std::printf("%d passes: %.1f ms, Lic: %.1f ms; they differ by %.1e at most, rms %.1e\n", 2 * kSteps, slow, fast,
-                most, rms);
+    std::printf("%d passes: %.1f ms, Lic: %.1f ms; they differ by %.1e at most, rms %.1e\n", 2 * kSteps, slow,
+                fast, most, rms);
     return most < 2e-3 && rms < 1e-4 ? 0 : 1;
   } catch (const tessera::Error& error) {
     std::printf("%s\n", error.what());

@@ -1,7 +1,7 @@
-// Spheres on a wavy floor, given by their normals alone, shown by an environment map: mirror, gloss, diffuse light, Fresnel
-// reflection over Phong's lighting, relief from a height image, and what the papers' 8-bit framebuffers made of
-// it. Also the environment in every projection.   reflections   Writes reflections_*.png, and fails when two
-// projections show different pictures.
+// Spheres on a wavy floor, given by their normals alone, shown by an environment map: mirror, gloss, diffuse
+// light, Fresnel reflection over Phong's lighting, relief from a height image, and what the papers' 8-bit
+// framebuffers made of it. Also the environment in every projection.   reflections   Writes
+// reflections_*.png, and fails when two projections show different pictures.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -25,7 +25,8 @@ constexpr int kWidth = 480, kHeight = 360;
 Vector3 Radiance(const Vector3& d) {
   const double sun = std::pow(std::max(0.0, tessera::Dot(d, tessera::Normalized({-1, 1.2, 1.5}))), 900);
   if (d[1] > 0) {
-    const double cloud = 0.25 * std::pow(std::sin(5 * d[0] / (d[1] + 0.3)) * std::sin(4 * d[2] / (d[1] + 0.3)), 2);
+    const double cloud =
+        0.25 * std::pow(std::sin(5 * d[0] / (d[1] + 0.3)) * std::sin(4 * d[2] / (d[1] + 0.3)), 2);
     return {0.25 + 0.35 * (1 - d[1]) + cloud + 40 * sun, 0.4 + 0.3 * (1 - d[1]) + cloud + 38 * sun,
             0.8 + 0.1 * (1 - d[1]) + cloud + 32 * sun};
   }
@@ -49,8 +50,8 @@ Image Sky(int width, int height) {
   return map;
 }
 
-// Two spheres and a torus in front of nothing: where nothing is, normals are 0. Four rays a pixel would smooth the edges; one
-// is enough to see the shading.
+// Two spheres and a torus in front of nothing: where nothing is, normals are 0. Four rays a pixel would
+// smooth the edges; one is enough to see the shading.
 Image Normals() {
   const Image image(ImageSpec(kWidth, kHeight, 3));
   for (int y = 0; y < kHeight; ++y) {
@@ -92,7 +93,9 @@ double Difference(const Image& a, const Image& b) {
   double sum = 0;
   const auto count = static_cast<size_t>(a.spec().data_window.pixels() * a.spec().channel_count());
   for (size_t i = 0; i < count; ++i) {
-    const auto at = [i](const Image& image) { return std::min(reinterpret_cast<const float*>(image.view().data)[i], 1.0f); };
+    const auto at = [i](const Image& image) {
+      return std::min(reinterpret_cast<const float*>(image.view().data)[i], 1.0f);
+    };
     sum += std::fabs(at(a) - at(b));
   }
   return sum / static_cast<double>(count);
@@ -114,8 +117,10 @@ int Run() {
   for (const Projection& p : {Projection{"sphere", EnvironmentMap::kSphere, 1024, 1024},
                               Projection{"dualparabolic", EnvironmentMap::kDualParabolic, 2048, 1024},
                               Projection{"cube", EnvironmentMap::kCube, 2048, 1536}}) {
-    const Image map = Render(ConvertEnvironment(FromImage(sky), {.to = p.map, .width = p.width, .height = p.height}));
-    Save(Resize(FromImage(map), {.width = p.width / 4, .height = p.height / 4}), std::string("map_") + p.name);
+    const Image map =
+        Render(ConvertEnvironment(FromImage(sky), {.to = p.map, .width = p.width, .height = p.height}));
+    Save(Resize(FromImage(map), {.width = p.width / 4, .height = p.height / 4}),
+         std::string("map_") + p.name);
     const double difference = Difference(mirror, Render(Environment(n, EnvironmentTexture(map, p.map))));
     std::printf("%-14s mean difference of the mirror picture %.4f\n", p.name, difference);
     if (difference > 0.012) return 1;
@@ -123,7 +128,8 @@ int Run() {
   Save(Resize(FromImage(sky), {.width = 512, .height = 256}), "map_latlong");
 
   for (const double lobe : {10.0, 60.0}) {
-    Save(Environment(n, EnvironmentTexture(sky, EnvironmentMap::kLatLong, lobe)), "gloss" + std::to_string(static_cast<int>(lobe)));
+    Save(Environment(n, EnvironmentTexture(sky, EnvironmentMap::kLatLong, lobe)),
+         "gloss" + std::to_string(static_cast<int>(lobe)));
   }
   EnvironmentParams along;
   along.direction = tessera::EnvironmentDirection::kNormal;
@@ -133,8 +139,10 @@ int Run() {
   EnvironmentParams fresnel;
   fresnel.fresnel = 0.04;
   tessera::PhongParams lamp;
-  lamp.light = {1, 1, 1}, lamp.exponent = 80, lamp.diffuse = {0.25, 0.03, 0.02}, lamp.specular = {0.8, 0.8, 0.8};
-  const Node varnish = Add(Add(MulConstant(diffuse, {0.8, 0.12, 0.08}), Environment(n, latlong, fresnel)), Phong(n, lamp));
+  lamp.light = {1, 1, 1}, lamp.exponent = 80, lamp.diffuse = {0.25, 0.03, 0.02},
+  lamp.specular = {0.8, 0.8, 0.8};
+  const Node varnish =
+      Add(Add(MulConstant(diffuse, {0.8, 0.12, 0.08}), Environment(n, latlong, fresnel)), Phong(n, lamp));
   Save(varnish, "varnish");
 
   // The papers' framebuffers: normals in 8 bits.
@@ -146,15 +154,19 @@ int Run() {
   const Image heights(ImageSpec(kWidth, kHeight, 1)), tangent(ImageSpec(kWidth, kHeight, 3));
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      heights.at<float>(x, y) = static_cast<float>(3 * std::sin(x * 0.16) * std::sin(y * 0.15) + std::sin(x * 0.07 + y * 0.11));
+      heights.at<float>(x, y) =
+          static_cast<float>(3 * std::sin(x * 0.16) * std::sin(y * 0.15) + std::sin(x * 0.07 + y * 0.11));
       tangent.at<float>(x, y, 0) = 1;
     }
   }
   const Node h = FromImage(heights);
   Save(tessera::Bump(h, {.light = {-1, 1, 1}, .scale = 2}), "relief");
-  Save(tessera::Bump(h, {.light = {-1, 1, 1}, .method = tessera::BumpMethod::kShift, .output = tessera::BumpOutput::kEmboss}),
+  Save(tessera::Bump(h, {.light = {-1, 1, 1},
+                         .method = tessera::BumpMethod::kShift,
+                         .output = tessera::BumpOutput::kEmboss}),
        "emboss");
-  const Node bumped = TangentNormals(HeightToNormals(h, {.scale = 0.2}), n, FromImage(tangent), {.packed = false});
+  const Node bumped =
+      TangentNormals(HeightToNormals(h, {.scale = 0.2}), n, FromImage(tangent), {.packed = false});
   Save(Environment(bumped, latlong), "hammered");
   return 0;
 }

@@ -11,6 +11,7 @@ fail() {
 
 # openimageio-tools is needed to build too: OpenImageIO's CMake package checks that its programs exist.
 packages="g++ cmake ninja-build ccache libopenimageio-dev openimageio-tools libopencolorio-dev libhwy-dev libtbb-dev
+  libopenvdb-dev
   libgtest-dev libgmock-dev libbenchmark-dev python3 mate-backgrounds $*"
 
 [ "${TESSERA_SETUP:-}" = skip ] && exit 0

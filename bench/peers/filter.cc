@@ -183,11 +183,13 @@ std::unique_ptr<Contestant> MakeDecimatedBlur(const Setting& setting) {
   return Ours(setting, "tessera decimated", GaussianBlur(FromImage(setting.frame.inputs[0]), p));
 }
 
-// Sums that end at three sigma, where others end.
-std::unique_ptr<Contestant> MakeShortBlur(const Setting& setting) {
+namespace {
+
+// Sums that end before 5.1 sigma.
+std::unique_ptr<Contestant> Ending(const Setting& setting, int sigmas) {
   const std::optional<Meaning> m = MeaningOf(setting);
-  if (!m || m->sigma <= 0 || m->sigma > 42) return nullptr;
-  const int radius = static_cast<int>(std::ceil(3 * m->sigma));
+  if (!m || m->sigma <= 0 || std::ceil(sigmas * m->sigma) > 127) return nullptr;
+  const int radius = static_cast<int>(std::ceil(sigmas * m->sigma));
   Kernel k{2 * radius + 1, 2 * radius + 1, radius, radius, 1, {}};
   double sum = 0;
   for (int y = -radius; y <= radius; ++y) {
@@ -197,8 +199,16 @@ std::unique_ptr<Contestant> MakeShortBlur(const Setting& setting) {
     }
   }
   for (double& w : k.weights) w /= sum;
-  return Ours(setting, "tessera summed to 3 sigma", Convolve(FromImage(setting.frame.inputs[0]), k));
+  return Ours(setting, "tessera summed to " + std::to_string(sigmas) + " sigma",
+              Convolve(FromImage(setting.frame.inputs[0]), k));
 }
+
+}  // namespace
+
+std::unique_ptr<Contestant> MakeShortBlur(const Setting& setting) { return Ending(setting, 2); }
+// Where others end.
+std::unique_ptr<Contestant> MakeMiddleBlur(const Setting& setting) { return Ending(setting, 3); }
+std::unique_ptr<Contestant> MakeLongBlur(const Setting& setting) { return Ending(setting, 4); }
 
 // Three boxes of the odd width whose variances come nearest.
 std::unique_ptr<Contestant> MakeBoxesBlur(const Setting& setting) {

@@ -96,7 +96,8 @@ ocio::TransformRcPtr TransformOf(const Step& step) {
   if (step.op() == "lut") {
     ocio::FileTransformRcPtr transform = ocio::FileTransform::Create();
     transform->setSrc(step.arguments.Text("FILE").c_str());
-    transform->setInterpolation(step.arguments.Text("interp") == "linear" ? ocio::INTERP_LINEAR : ocio::INTERP_BEST);
+    transform->setInterpolation(step.arguments.Text("interp") == "linear" ? ocio::INTERP_LINEAR
+                                                                          : ocio::INTERP_BEST);
     return transform;
   }
   if (step.op() == "curve") return CurveOf(step.arguments);

@@ -97,44 +97,63 @@ class InPlace final : public Contestant {
 
 // The wider of the two: what memory gives, not what instructions cost.
 #if defined(__x86_64__)
-__attribute__((target("avx512f"))) void JoinLines512(const std::byte* a, const std::byte* b, std::byte* to,
+// kCount images read and one written. Every image has load instructions of its own, as the prefetchers want
+// it.
+template <size_t kCount>
+__attribute__((target("avx512f"))) void JoinLines512(const std::byte* const* from, std::byte* to,
                                                      size_t bytes) {
   for (size_t i = 0; i < bytes; i += 64) {
-    _mm512_stream_si512(reinterpret_cast<__m512i*>(to + i),
-                        _mm512_or_si512(_mm512_loadu_si512(a + i), _mm512_loadu_si512(b + i)));
+    __m512i sum = _mm512_loadu_si512(from[0] + i);
+#pragma GCC unroll 16
+    for (size_t k = 1; k < kCount; ++k) sum = _mm512_or_si512(sum, _mm512_loadu_si512(from[k] + i));
+    _mm512_stream_si512(reinterpret_cast<__m512i*>(to + i), sum);
   }
   _mm_sfence();
 }
-void JoinLines(const std::byte* a, const std::byte* b, std::byte* to, size_t bytes) {
+template <size_t kCount>
+void JoinLines(const std::byte* const* from, std::byte* to, size_t bytes) {
   for (size_t i = 0; i < bytes; i += 16) {
-    const __m128i v = _mm_or_si128(_mm_loadu_si128(reinterpret_cast<const __m128i*>(a + i)),
-                                   _mm_loadu_si128(reinterpret_cast<const __m128i*>(b + i)));
-    _mm_stream_si128(reinterpret_cast<__m128i*>(to + i), v);
+    __m128i sum = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from[0] + i));
+#pragma GCC unroll 16
+    for (size_t k = 1; k < kCount; ++k) {
+      sum = _mm_or_si128(sum, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from[k] + i)));
+    }
+    _mm_stream_si128(reinterpret_cast<__m128i*>(to + i), sum);
   }
   _mm_sfence();
 }
 #endif
 
-class TwoReads final : public Contestant {
+// The yardstick of operations on two or sixteen images.
+class Reads final : public Contestant {
  public:
-  explicit TwoReads(const Setting& setting) : frame_(setting.frame), workers_(setting.threads) {
+  explicit Reads(const Setting& setting) : frame_(setting.frame), workers_(setting.threads) {
     bytes_ = static_cast<size_t>(frame_.pixels()) * 4 * PixelBytes(frame_.type) / 64 * 64;
   }
-  std::string Name() const override { return "copy of two images into one"; }
+  static bool Fits(const Frame& frame) {
+    return frame.plain() && (frame.inputs.size() == 2 || frame.inputs.size() == kMany);
+  }
+  std::string Name() const override {
+    return frame_.inputs.size() == 2 ? "copy of two images into one" : "copy of sixteen images into one";
+  }
   bool IsCopy() const override { return true; }
   void Run() override {
 #if defined(__x86_64__)
-    workers_.Run([this](int i) {
+    const bool wide = __builtin_cpu_supports("avx512f");
+    const auto join = frame_.inputs.size() == 2 ? (wide ? JoinLines512<2> : JoinLines<2>)
+                                                : (wide ? JoinLines512<kMany> : JoinLines<kMany>);
+    workers_.Run([&](int i) {
       const size_t count = static_cast<size_t>(workers_.count()), index = static_cast<size_t>(i);
       const size_t first = bytes_ * index / count / 64 * 64, last = bytes_ * (index + 1) / count / 64 * 64;
-      const auto join = __builtin_cpu_supports("avx512f") ? JoinLines512 : JoinLines;
-      join(frame_.inputs[0].view().data + first, frame_.inputs[1].view().data + first,
-           frame_.output.view().data + first, last - first);
+      const std::byte* from[kMany] = {};
+      for (size_t k = 0; k < frame_.inputs.size(); ++k) from[k] = frame_.inputs[k].view().data + first;
+      join(from, frame_.output.view().data + first, last - first);
     });
 #endif
   }
 
  private:
+  static constexpr size_t kMany = 16;
   const Frame& frame_;
   size_t bytes_ = 0;
   Workers workers_;
@@ -163,10 +182,9 @@ std::unique_ptr<Contestant> MakeInPlace(const Setting& setting) {
   return fits ? std::make_unique<InPlace>(setting) : nullptr;
 }
 
-std::unique_ptr<Contestant> MakeTwoReads(const Setting& setting) {
+std::unique_ptr<Contestant> MakeReads(const Setting& setting) {
 #if defined(__x86_64__)
-  const bool fits = setting.frame.plain() && setting.frame.inputs.size() == 2;
-  return fits ? std::make_unique<TwoReads>(setting) : nullptr;
+  return Reads::Fits(setting.frame) ? std::make_unique<Reads>(setting) : nullptr;
 #else
   (void)setting;
   return nullptr;

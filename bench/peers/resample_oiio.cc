@@ -16,7 +16,8 @@ namespace iba = OIIO::ImageBufAlgo;
 
 ImageBuf Wrap(const Image& image) {
   const ImageView view = image.view();
-  return ImageBuf(OIIO::ImageSpec(view.roi.width(), view.roi.height(), view.channels, OIIO::TypeFloat), view.data);
+  return ImageBuf(OIIO::ImageSpec(view.roi.width(), view.roi.height(), view.channels, OIIO::TypeFloat),
+                  view.data);
 }
 
 class OiioResample final : public Contestant {
@@ -44,11 +45,14 @@ class OiioResample final : public Contestant {
 std::unique_ptr<Contestant> MakeOiioResample(const Setting& setting) {
   if (setting.frame.type != PixelType::kFloat || setting.task.steps.size() != 1) return nullptr;
   const Step& step = setting.task.steps[0];
-  const auto make = [&](OiioResample::Call call) { return std::make_unique<OiioResample>(setting, std::move(call)); };
+  const auto make = [&](OiioResample::Call call) {
+    return std::make_unique<OiioResample>(setting, std::move(call));
+  };
   if (step.op() != "resize" && step.op() != "warp" && step.op() != "st_warp") return nullptr;
   const std::string filter = step.arguments.Text("filter");
   if (step.op() == "resize") {
-    return make([filter](ImageBuf& d, const auto& in, int n) { return iba::resize(d, in[0], filter, 0, {}, n); });
+    return make(
+        [filter](ImageBuf& d, const auto& in, int n) { return iba::resize(d, in[0], filter, 0, {}, n); });
   }
   if (step.op() == "st_warp") {
     return make([filter](ImageBuf& d, const auto& in, int n) {

@@ -12,7 +12,8 @@ namespace {
 
 cv::Mat Wrap(const Image& image) {
   const ImageView v = image.view();
-  return cv::Mat(v.roi.height(), v.roi.width(), CV_MAKETYPE(CV_32F, v.channels), v.data, static_cast<size_t>(v.row_stride));
+  return cv::Mat(v.roi.height(), v.roi.width(), CV_MAKETYPE(CV_32F, v.channels), v.data,
+                 static_cast<size_t>(v.row_stride));
 }
 
 class OpenCvResample final : public Contestant {
@@ -43,7 +44,8 @@ cv::Mat MapOfMatrix(const std::vector<double>& m, cv::Size size) {
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
       const cv::Vec3d p = inverse * cv::Vec3d(x + 0.5, y + 0.5, 1);
-      map.at<cv::Vec2f>(y, x) = cv::Vec2f(static_cast<float>(p[0] / p[2] - 0.5), static_cast<float>(p[1] / p[2] - 0.5));
+      map.at<cv::Vec2f>(y, x) =
+          cv::Vec2f(static_cast<float>(p[0] / p[2] - 0.5), static_cast<float>(p[1] / p[2] - 0.5));
     }
   }
   return map;
@@ -54,8 +56,9 @@ cv::Mat MapOfCoordinates(const Image& st, cv::Size source) {
   cv::Mat map(w.height(), w.width(), CV_32FC2);
   for (int y = 0; y < map.rows; ++y) {
     for (int x = 0; x < map.cols; ++x) {
-      map.at<cv::Vec2f>(y, x) = cv::Vec2f(static_cast<float>(st.at<float>(x, y, 0) * static_cast<double>(source.width) - 0.5),
-                                          static_cast<float>(st.at<float>(x, y, 1) * static_cast<double>(source.height) - 0.5));
+      map.at<cv::Vec2f>(y, x) =
+          cv::Vec2f(static_cast<float>(st.at<float>(x, y, 0) * static_cast<double>(source.width) - 0.5),
+                    static_cast<float>(st.at<float>(x, y, 1) * static_cast<double>(source.height) - 0.5));
     }
   }
   return map;

@@ -26,8 +26,8 @@ class Vips final : public Contestant {
   void Run() override {
     const ImageView in = setting_.frame.inputs[0].view(), out = setting_.frame.output.view();
     const auto bytes = static_cast<size_t>(in.row_stride) * static_cast<size_t>(in.roi.height());
-    VipsImage* const source =
-        vips_image_new_from_memory(in.data, bytes, in.roi.width(), in.roi.height(), in.channels, VIPS_FORMAT_FLOAT);
+    VipsImage* const source = vips_image_new_from_memory(in.data, bytes, in.roi.width(), in.roi.height(),
+                                                         in.channels, VIPS_FORMAT_FLOAT);
     VipsImage* reduced = nullptr;
     const double x = static_cast<double>(in.roi.width()) / out.roi.width();
     const double y = static_cast<double>(in.roi.height()) / out.roi.height();

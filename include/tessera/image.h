@@ -33,11 +33,11 @@ struct Attribute {
 
 // What an image is, without its pixels. Value type; cheap to copy (metadata is shared).
 struct ImageSpec {
-  Roi data_window;                    // the pixels that exist
-  Roi display_window;                 // the frame that is shown; equal to the data window when default
-  std::vector<std::string> channels;  // names in storage order; its size is the channel count
-  int alpha = -1;                     // index of the alpha channel, -1 for none
-  PixelType type = PixelType::kFloat; // storage type of a source, suggested type of a result
+  Roi data_window;                     // the pixels that exist
+  Roi display_window;                  // the frame that is shown; equal to the data window when default
+  std::vector<std::string> channels;   // names in storage order; its size is the channel count
+  int alpha = -1;                      // index of the alpha channel, -1 for none
+  PixelType type = PixelType::kFloat;  // storage type of a source, suggested type of a result
   std::shared_ptr<const std::vector<Attribute>> metadata;  // may be null
 
   ImageSpec() = default;

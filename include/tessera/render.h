@@ -14,11 +14,11 @@ namespace tessera {
 
 // Options of one evaluation. Results never depend on threads or tile shape: bits are equal for any value.
 struct RenderOptions {
-  int threads = 0;                        // 0: every core
-  size_t memory_budget = size_t{1} << 29; // bytes that streaming buffers and arenas may take together
-  int tile_width = 0, tile_height = 0;    // 0: the planner's choice
-  bool optimize = true;                   // fold, drop and share; off for comparison
-  bool shuffle_tiles = false;             // serial, in a shuffled order: for tests
+  int threads = 0;                            // 0: every core
+  size_t memory_budget = size_t{1} << 29;     // bytes that streaming buffers and arenas may take together
+  int tile_width = 0, tile_height = 0;        // 0: the planner's choice
+  bool optimize = true;                       // fold, drop and share; off for comparison
+  bool shuffle_tiles = false;                 // serial, in a shuffled order: for tests
   std::function<bool(double)> progress = {};  // called with the share done in [0,1]; false cancels
 };
 
@@ -27,7 +27,7 @@ struct RunStats {
   struct Pass {
     std::string name;
     double seconds = 0;
-    int64_t pixels = 0, bytes = 0;        // pixels produced; bytes read from sources and written to the sink
+    int64_t pixels = 0, bytes = 0;  // pixels produced; bytes read from sources and written to the sink
   };
   std::vector<Pass> passes;
 };

@@ -33,9 +33,7 @@ constexpr Roi Union(const Roi& a, const Roi& b) {
   return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
 }
 
-constexpr Roi Inflate(const Roi& r, int dx, int dy) {
-  return {r.x0 - dx, r.y0 - dy, r.x1 + dx, r.y1 + dy};
-}
+constexpr Roi Inflate(const Roi& r, int dx, int dy) { return {r.x0 - dx, r.y0 - dy, r.x1 + dx, r.y1 + dy}; }
 
 }  // namespace tessera
 

@@ -27,8 +27,8 @@ enum class TableFilter : uint8_t {
   kLinear,       // 2^D entries, axis after axis
   kTetrahedral,  // D + 1 entries of the simplex around the coordinate: 3-D tetrahedra, 4-D pentatopes;
                  // neutral axis exact. For one dimension the same as kLinear
-  kCubic,   // 4^D entries
-  kMipmap,  // linear within, and between two of, the levels of a mip chain; see Lookup
+  kCubic,        // 4^D entries
+  kMipmap,       // linear within, and between two of, the levels of a mip chain; see Lookup
 };
 enum class CubicKernel : uint8_t {
   kCatmullRom,  // B = 0, C = 1/2: passes through the entries

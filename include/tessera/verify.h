@@ -11,23 +11,23 @@
 namespace tessera {
 
 struct VerifyOptions {
-  int samples = 16;        // tiles of tile_size^2 pixels, spread over the data window, corners included
+  int samples = 16;  // tiles of tile_size^2 pixels, spread over the data window, corners included
   int tile_size = 64;
-  RenderOptions render;    // the evaluation that is checked runs with these
+  RenderOptions render;  // the evaluation that is checked runs with these
 };
 
 // Errors of the float32 result before it is packed, and, for integer types, of the packed codes.
 struct VerifyReport {
-  double max_error = 0, rms_error = 0;   // absolute, over all channels of the sampled pixels
-  double bound = 0;                      // largest sum over the graph of the operations' bounds, same unit
-  int64_t samples = 0;                   // values compared
-  int64_t nan_mismatches = 0;            // NaN or infinity on one side only
-  int64_t codes_wrong = 0;               // integer types: codes that differ from the rounded reference
+  double max_error = 0, rms_error = 0;  // absolute, over all channels of the sampled pixels
+  double bound = 0;                     // largest sum over the graph of the operations' bounds, same unit
+  int64_t samples = 0;                  // values compared
+  int64_t nan_mismatches = 0;           // NaN or infinity on one side only
+  int64_t codes_wrong = 0;              // integer types: codes that differ from the rounded reference
   int max_code_error = 0;
-  int64_t out_of_bound = 0;              // values whose error is larger than their own bound
+  int64_t out_of_bound = 0;                         // values whose error is larger than their own bound
   int worst_x = 0, worst_y = 0, worst_channel = 0;  // of those, the one farthest beyond it
   bool within_bound = true;
-  std::string Summary() const;           // one line
+  std::string Summary() const;  // one line
 };
 
 // Evaluates sampled tiles with the engine and with the reference, operation by operation without fusion, and

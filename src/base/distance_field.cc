@@ -17,7 +17,8 @@ bool IsInteger(PixelType type) { return type == PixelType::kUint8 || type == Pix
 // The spec whose codes hold distances within +-range.
 VolumeSpec DistanceSpec(VolumeSpec spec, double range) {
   if (!(range >= 0) || !std::isfinite(range)) {
-    throw Error("distance field", "found a range of " + std::to_string(range) + ", expected a positive number");
+    throw Error("distance field",
+                "found a range of " + std::to_string(range) + ", expected a positive number");
   }
   spec.scale = 1;
   spec.bias = 0;
@@ -138,7 +139,8 @@ Volume DistanceField(const Volume& volume, const DistanceFieldParams& params) {
             f.point[a] = static_cast<float>(p[a] - along * slope[a] / length);
           }
         } else {
-          for (size_t a = 0; a < 3; ++a) f.point[a] = static_cast<float>(p[a] + (a == cut_axis ? cut_offset : 0));
+          for (size_t a = 0; a < 3; ++a)
+            f.point[a] = static_cast<float>(p[a] + (a == cut_axis ? cut_offset : 0));
           f.normal[cut_axis] = 1;
         }
         set[index(i, j, k)] = 1;
@@ -162,7 +164,8 @@ Volume DistanceField(const Volume& volume, const DistanceFieldParams& params) {
         if (nearest[at] >= 0) {
           const Vector3 p = spec.Position(i, j, k);
           const int32_t seed = nearest[at];
-          distance = DistanceToDisc(features[static_cast<size_t>(feature_of[static_cast<size_t>(seed)])], p, disc);
+          distance =
+              DistanceToDisc(features[static_cast<size_t>(feature_of[static_cast<size_t>(seed)])], p, disc);
           // Near the surface a neighbour of the nearest voxel may hold the nearest piece.
           if (squared[at] < 16 * widest * widest) {
             const int u = seed % n[0], v = seed / n[0] % n[1], w = seed / n[0] / n[1];

@@ -14,7 +14,10 @@ constexpr float kNone = std::numeric_limits<float>::infinity();
 class Line {
  public:
   explicit Line(int longest)
-      : value_(static_cast<size_t>(longest)), index_(value_.size()), apex_(value_.size()), from_(value_.size() + 1) {}
+      : value_(static_cast<size_t>(longest)),
+        index_(value_.size()),
+        apex_(value_.size()),
+        from_(value_.size() + 1) {}
 
   // Line of `count` points, `stride` apart.
   void Run(float* values, int32_t* nearest, int count, int64_t stride, double step) {

@@ -8,8 +8,9 @@
 
 namespace tessera::base {
 
-// For every point of a grid (x fastest) the squared distance to the nearest point whose `set` is not 0, in units of
-// `spacing`; infinity where the set is empty. `nearest`, where given, receives that point's index (-1: none).
+// For every point of a grid (x fastest) the squared distance to the nearest point whose `set` is not 0, in
+// units of `spacing`; infinity where the set is empty. `nearest`, where given, receives that point's index
+// (-1: none).
 std::vector<float> SquaredDistances(const std::array<int, 3>& size, const std::vector<uint8_t>& set,
                                     const std::array<double, 3>& spacing = {1, 1, 1},
                                     std::vector<int32_t>* nearest = nullptr);

@@ -41,8 +41,8 @@ Image::Image(ImageSpec spec) : spec_(std::move(spec)) {
   const size_t pixel = PixelBytes(spec_.type) * spec_.channels.size();
   const auto count = static_cast<size_t>(spec_.data_window.pixels());
   if (pixel != 0 && count > std::numeric_limits<size_t>::max() / 2 / pixel) {
-    throw Error("memory", "an image of " + std::to_string(spec_.width()) + "x" + std::to_string(spec_.height()) +
-                              " pixels does not fit");
+    throw Error("memory", "an image of " + std::to_string(spec_.width()) + "x" +
+                              std::to_string(spec_.height()) + " pixels does not fit");
   }
   pixels_ = base::AllocateAligned(count * pixel);
   std::memset(pixels_.get(), 0, count * pixel);

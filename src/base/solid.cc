@@ -18,7 +18,8 @@ double Length(const Vector3& v) { return std::sqrt(Dot(v, v)); }
 
 void Require(bool valid, const char* what, double found) {
   if (!valid) {
-    throw Error("solid", std::string("found ") + what + " of " + std::to_string(found) + ", expected a positive number");
+    throw Error("solid", std::string("found ") + what + " of " + std::to_string(found) +
+                             ", expected a positive number");
   }
 }
 
@@ -68,13 +69,16 @@ Solid Solid::Torus(const Vector3& centre, double radius, double tube) {
     return std::hypot(std::hypot(q[0], q[2]) - radius, q[1]) - tube;
   });
 }
-Solid Solid::Capsule(const Vector3& from, const Vector3& to, double radius) { return Cone(from, to, radius, radius); }
+Solid Solid::Capsule(const Vector3& from, const Vector3& to, double radius) {
+  return Cone(from, to, radius, radius);
+}
 Solid Solid::Cone(const Vector3& from, const Vector3& to, double from_radius, double to_radius) {
   Require(from_radius >= 0 && to_radius >= 0 && from_radius + to_radius > 0, "a radius",
           std::min(from_radius, to_radius));
   const Vector3 axis = Minus(to, from);
   const double length = Length(axis), change = from_radius - to_radius;
-  if (length <= std::fabs(change)) return from_radius >= to_radius ? Sphere(from, from_radius) : Sphere(to, to_radius);
+  if (length <= std::fabs(change))
+    return from_radius >= to_radius ? Sphere(from, from_radius) : Sphere(to, to_radius);
   // The tangent line of both circles leans by this sine.
   const double sine = change / length, cosine = std::sqrt(1 - sine * sine);
   return Solid([=](const Vector3& p) {
@@ -143,17 +147,19 @@ namespace {
 
 // A seated figure: one connected body with round and thin parts, hollows and a hole, inside [-0.8, 0.8]^3.
 Solid Body() {
-  Solid s = Solid::Ellipsoid({0, -0.28, 0}, {0.34, 0.40, 0.30});                                   // trunk
-  s = SmoothUnion(s, Solid::Sphere({0, 0.34, 0.02}, 0.27), 0.16);                                   // head
+  Solid s = Solid::Ellipsoid({0, -0.28, 0}, {0.34, 0.40, 0.30});   // trunk
+  s = SmoothUnion(s, Solid::Sphere({0, 0.34, 0.02}, 0.27), 0.16);  // head
   for (const double side : {-1.0, 1.0}) {
-    s = SmoothUnion(s, Solid::Cone({side * 0.17, 0.52, 0}, {side * 0.27, 0.74, -0.02}, 0.085, 0.035), 0.06);  // ears
-    s = SmoothUnion(s, Solid::Cone({side * 0.26, -0.10, 0.04}, {side * 0.50, -0.30, 0.24}, 0.115, 0.085), 0.08);
+    s = SmoothUnion(s, Solid::Cone({side * 0.17, 0.52, 0}, {side * 0.27, 0.74, -0.02}, 0.085, 0.035),
+                    0.06);  // ears
+    s = SmoothUnion(s, Solid::Cone({side * 0.26, -0.10, 0.04}, {side * 0.50, -0.30, 0.24}, 0.115, 0.085),
+                    0.08);
     s = SmoothUnion(s, Solid::Capsule({side * 0.50, -0.30, 0.24}, {side * 0.24, -0.42, 0.42}, 0.085), 0.05);
     s = SmoothUnion(s, Solid::Cone({side * 0.22, -0.58, 0.04}, {side * 0.42, -0.66, 0.40}, 0.15, 0.10), 0.10);
-    s = SmoothUnion(s, Solid::Ellipsoid({side * 0.43, -0.62, 0.50}, {0.10, 0.13, 0.085}), 0.05);    // feet
-    s = Difference(s, Solid::Sphere({side * 0.105, 0.40, 0.265}, 0.055));                           // eyes
+    s = SmoothUnion(s, Solid::Ellipsoid({side * 0.43, -0.62, 0.50}, {0.10, 0.13, 0.085}), 0.05);  // feet
+    s = Difference(s, Solid::Sphere({side * 0.105, 0.40, 0.265}, 0.055));                         // eyes
   }
-  s = SmoothUnion(s, Solid::Ellipsoid({0, 0.27, 0.25}, {0.11, 0.085, 0.10}), 0.07);                 // snout
+  s = SmoothUnion(s, Solid::Ellipsoid({0, 0.27, 0.25}, {0.11, 0.085, 0.10}), 0.07);  // snout
   const Solid tail = Solid::Torus({0, 0, 0}, 0.20, 0.055).Rotated({1, 0, 0}, 90).Rotated({0, 1, 0}, 90);
   return SmoothUnion(s, tail.Translated({0, -0.42, -0.42}), 0.07);
 }
@@ -173,8 +179,10 @@ class SolidReader {
  private:
   [[noreturn]] void Refuse(const std::string& expected) const {
     const std::string rest = text_.substr(at_, 24);
-    throw Error("solid", "found " + (rest.empty() ? "the end of \"" + text_.substr(0, 60) + "\"" : "\"" + rest + "\"") +
-                             ", expected " + expected);
+    throw Error("solid",
+                "found " +
+                    (rest.empty() ? "the end of \"" + text_.substr(0, 60) + "\"" : "\"" + rest + "\"") +
+                    ", expected " + expected);
   }
   void Skip() {
     while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
@@ -194,7 +202,8 @@ class SolidReader {
     return v;
   }
   double Radius() {  // of a blend, right behind its operator
-    const bool digit = at_ < text_.size() && (std::isdigit(static_cast<unsigned char>(text_[at_])) || text_[at_] == '.');
+    const bool digit =
+        at_ < text_.size() && (std::isdigit(static_cast<unsigned char>(text_[at_])) || text_[at_] == '.');
     return digit ? Number() : 0;
   }
 

@@ -17,7 +17,9 @@ namespace {
 
 constexpr char kSubject[] = "volume";
 
-double MostOf(PixelType type) { return type == PixelType::kUint8 ? 255 : type == PixelType::kUint16 ? 65535 : 1; }
+double MostOf(PixelType type) {
+  return type == PixelType::kUint8 ? 255 : type == PixelType::kUint16 ? 65535 : 1;
+}
 
 double ReadCode(const std::byte* p, PixelType type) {
   switch (type) {
@@ -67,8 +69,9 @@ void Check(const VolumeSpec& s) {
   int64_t voxels = 1;
   for (int n : s.size) {
     if (n < 1) {
-      throw Error(kSubject, "found a size of " + std::to_string(s.size[0]) + "x" + std::to_string(s.size[1]) + "x" +
-                                std::to_string(s.size[2]) + ", expected at least 1 voxel along every axis");
+      throw Error(kSubject, "found a size of " + std::to_string(s.size[0]) + "x" + std::to_string(s.size[1]) +
+                                "x" + std::to_string(s.size[2]) +
+                                ", expected at least 1 voxel along every axis");
     }
     voxels = voxels > (int64_t{1} << 32) ? voxels : voxels * (int64_t{n} + base::kVolumeBorder);
   }
@@ -78,7 +81,8 @@ void Check(const VolumeSpec& s) {
   }
   for (size_t a = 0; a < 3; ++a) {
     if (!(s.spacing[a] > 0) || !std::isfinite(s.spacing[a]) || !std::isfinite(s.origin[a])) {
-      throw Error(kSubject, "found a spacing of " + std::to_string(s.spacing[a]) + ", expected positive numbers");
+      throw Error(kSubject,
+                  "found a spacing of " + std::to_string(s.spacing[a]) + ", expected positive numbers");
     }
   }
   if (!std::isfinite(s.scale) || !std::isfinite(s.bias)) {
@@ -105,12 +109,14 @@ VolumeData::VolumeData(const VolumeSpec& s) : spec(s) {
 }
 
 double VolumeData::Code(int i, int j, int k) const {
-  return ReadCode(samples + (k * slice + j * row + i) * static_cast<int64_t>(PixelBytes(spec.type)), spec.type);
+  return ReadCode(samples + (k * slice + j * row + i) * static_cast<int64_t>(PixelBytes(spec.type)),
+                  spec.type);
 }
 
 void VolumeData::SetCode(int i, int j, int k, double code) {
   if (std::isnan(code)) ++nan_samples, code = 0;
-  WriteCode(samples + (k * slice + j * row + i) * static_cast<int64_t>(PixelBytes(spec.type)), spec.type, code);
+  WriteCode(samples + (k * slice + j * row + i) * static_cast<int64_t>(PixelBytes(spec.type)), spec.type,
+            code);
 }
 
 void VolumeData::FillBorder() {
@@ -179,8 +185,9 @@ Volume::Volume(const VolumeSpec& spec, const void* samples, PixelType type) : Vo
   for (int k = 0; k < spec.size[2]; ++k) {
     for (int j = 0; j < spec.size[1]; ++j, p += row) {
       if (same && (type == PixelType::kUint8 || type == PixelType::kUint16)) {
-        std::memcpy(data_->samples + (k * data_->slice + j * data_->row) * static_cast<int64_t>(PixelBytes(type)), p,
-                    row);
+        std::memcpy(
+            data_->samples + (k * data_->slice + j * data_->row) * static_cast<int64_t>(PixelBytes(type)), p,
+            row);
         continue;
       }
       for (int i = 0; i < spec.size[0]; ++i) {
@@ -194,11 +201,12 @@ Volume::Volume(const VolumeSpec& spec, const void* samples, PixelType type) : Vo
 Volume Volume::FromImage(const ConstImageView& stack, int slices, int channel, const Vector3& proportions) {
   const int height = stack.roi.height();
   if (slices < 1 || height % std::max(slices, 1) != 0 || height == 0) {
-    throw Error(kSubject, "found " + std::to_string(slices) + " slices in an image of " + std::to_string(height) +
-                              " rows, expected a divisor");
+    throw Error(kSubject, "found " + std::to_string(slices) + " slices in an image of " +
+                              std::to_string(height) + " rows, expected a divisor");
   }
   if (channel < 0 || channel >= stack.channels) {
-    throw Error(kSubject, "found channel " + std::to_string(channel) + " of " + std::to_string(stack.channels));
+    throw Error(kSubject,
+                "found channel " + std::to_string(channel) + " of " + std::to_string(stack.channels));
   }
   const int rows = height / slices;
   Volume v(VolumeSpec::Centred({stack.roi.width(), rows, slices}, stack.type, proportions));
@@ -243,7 +251,8 @@ double Volume::Sample(double i, double j, double k) const {
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
-    sum += (a ? x.f : 1 - x.f) * (b ? y.f : 1 - y.f) * (c ? z.f : 1 - z.f) * data_->Code(x.i + a, y.i + b, z.i + c);
+    sum += (a ? x.f : 1 - x.f) * (b ? y.f : 1 - y.f) * (c ? z.f : 1 - z.f) *
+           data_->Code(x.i + a, y.i + b, z.i + c);
   }
   return data_->code_scale * sum + data_->code_bias;
 }
@@ -254,7 +263,8 @@ Vector3 Volume::Gradient(double i, double j, double k) const {
   Vector3 g = {0, 0, 0};
   for (int corner = 0; corner < 8; ++corner) {
     const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
-    const double w = 0.5 * data_->code_scale * (a ? x.f : 1 - x.f) * (b ? y.f : 1 - y.f) * (c ? z.f : 1 - z.f);
+    const double w =
+        0.5 * data_->code_scale * (a ? x.f : 1 - x.f) * (b ? y.f : 1 - y.f) * (c ? z.f : 1 - z.f);
     const int u = x.i + a, v = y.i + b, s = z.i + c;
     g[0] += w * (data_->Code(u + 1, v, s) - data_->Code(u - 1, v, s));
     g[1] += w * (data_->Code(u, v + 1, s) - data_->Code(u, v - 1, s));
@@ -268,7 +278,8 @@ std::array<double, 2> Volume::Range() const {
   const auto codes = data_->CodeRange([](int64_t count, const std::function<void(int64_t)>& task) {
     for (int64_t i = 0; i < count; ++i) task(i);
   });
-  const double a = data_->code_scale * codes[0] + data_->code_bias, b = data_->code_scale * codes[1] + data_->code_bias;
+  const double a = data_->code_scale * codes[0] + data_->code_bias,
+               b = data_->code_scale * codes[1] + data_->code_bias;
   return {std::min(a, b), std::max(a, b)};
 }
 

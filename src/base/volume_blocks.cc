@@ -11,7 +11,7 @@
 namespace tessera::base {
 namespace {
 
-constexpr int kSmallSide = 320;       // volumes up to here have blocks of 4 cells, larger ones of 8
+constexpr int kSmallSide = 320;  // volumes up to here have blocks of 4 cells, larger ones of 8
 constexpr size_t kMostGrids = 8;
 
 float AsFloat(uint8_t v) { return v; }
@@ -29,7 +29,8 @@ struct Columns {
   }
 };
 
-// The gradient of trilinear interpolation is, along each axis, between the differences along the cell's four edges.
+// The gradient of trilinear interpolation is, along each axis, between the differences along the cell's four
+// edges.
 void AddSlopes(int count, Columns& c) {
   const float *a = c.rows[0].data(), *b = c.rows[1].data(), *d = c.rows[2].data(), *e = c.rows[3].data();
   float* const square = c.square.data();
@@ -98,12 +99,16 @@ std::vector<float> WidestAround(std::vector<float> v, const std::array<int, 3>& 
 }
 
 // Marks the blocks from which a displacement may lead into a marked one.
-void Widen(const Displacement& reach, int shift, const std::array<int, 3>& size, std::vector<uint8_t>& marked) {
+void Widen(const Displacement& reach, int shift, const std::array<int, 3>& size,
+           std::vector<uint8_t>& marked) {
   const std::array<int64_t, 3> stride = {1, size[0], int64_t{size[0]} * size[1]};
   const double edge = 1 << shift;
   for (size_t a = 0; a < 3; ++a) {
-    const auto blocks = [&](double v) { return static_cast<int>(std::clamp(v, -1.0 * size[a], 1.0 * size[a])); };
-    const int from = blocks(std::floor(reach.low[a] / edge)), to = blocks(std::ceil((edge + reach.high[a]) / edge) - 1);
+    const auto blocks = [&](double v) {
+      return static_cast<int>(std::clamp(v, -1.0 * size[a], 1.0 * size[a]));
+    };
+    const int from = blocks(std::floor(reach.low[a] / edge)),
+              to = blocks(std::ceil((edge + reach.high[a]) / edge) - 1);
     if (from == 0 && to == 0) continue;
     std::vector<uint8_t> wide(marked.size());
     int64_t at = 0;
@@ -112,8 +117,10 @@ void Widen(const Displacement& reach, int shift, const std::array<int, 3>& size,
         for (int i = 0; i < size[0]; ++i, ++at) {
           const int place = a == 0 ? i : a == 1 ? j : k;
           // Beyond the volume the outermost samples are read.
-          const int first = std::clamp(place + from, 0, size[a] - 1), last = std::clamp(place + to, 0, size[a] - 1);
-          for (int n = first; n <= last && wide[at] == 0; ++n) wide[at] = marked[at + (n - place) * stride[a]];
+          const int first = std::clamp(place + from, 0, size[a] - 1),
+                    last = std::clamp(place + to, 0, size[a] - 1);
+          for (int n = first; n <= last && wide[at] == 0; ++n)
+            wide[at] = marked[at + (n - place) * stride[a]];
         }
       }
     }
@@ -188,7 +195,8 @@ std::shared_ptr<const LeapGrid> VolumeData::Leaps(double low, double high, const
   }
   Widen(reach, b.shift, b.size, matters);
   const int nx = b.size[0], ny = b.size[1], nz = b.size[2];
-  // Beside blocks that matter: their own box of 3x3x3. The distance of centres to these is that between boxes.
+  // Beside blocks that matter: their own box of 3x3x3. The distance of centres to these is that between
+  // boxes.
   std::vector<uint8_t> beside = matters;
   for (int k = 0; k < nz; ++k) {
     for (int j = 0; j < ny; ++j) {

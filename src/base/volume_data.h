@@ -1,4 +1,5 @@
-// What a Volume shares: samples with a border, bounds of blocks of cells, and how far a ray may leap from each.
+// What a Volume shares: samples with a border, bounds of blocks of cells, and how far a ray may leap from
+// each.
 #ifndef TESSERA_BASE_VOLUME_DATA_H_
 #define TESSERA_BASE_VOLUME_DATA_H_
 
@@ -24,8 +25,9 @@ using ForEach = std::function<void(int64_t count, const std::function<void(int64
 struct LeapGrid {
   std::array<int, 3> size = {};  // blocks
   int shift = 2;                 // a block is 2^shift cells wide
-  // Lower byte: 0 in blocks that matter, else 1 + whole voxels, rounded down. Upper byte times `pace`: voxels per code
-  // in which the field changes by no more than a code, within an edge of the block. 64 bytes beyond the end may be read.
+  // Lower byte: 0 in blocks that matter, else 1 + whole voxels, rounded down. Upper byte times `pace`: voxels
+  // per code in which the field changes by no more than a code, within an edge of the block. 64 bytes beyond
+  // the end may be read.
   std::vector<uint16_t> leap;
   float pace = 0;
   bool any = false;  // a block matters
@@ -50,13 +52,13 @@ struct VolumeData {
   VolumeData(const VolumeData&) = delete;
   VolumeData& operator=(const VolumeData&) = delete;
 
-  double Code(int i, int j, int k) const;  // inside the border
+  double Code(int i, int j, int k) const;          // inside the border
   void SetCode(int i, int j, int k, double code);  // rounded to the type
   // Repeats the outermost voxels around the volume.
   void FillBorder();
 
-  // Blocks that matter hold a cell whose corners reach into [low, high] (codes), or a point from which a displacement
-  // within `reach` leads into such a block. Computed once for a range and reach.
+  // Blocks that matter hold a cell whose corners reach into [low, high] (codes), or a point from which a
+  // displacement within `reach` leads into such a block. Computed once for a range and reach.
   std::shared_ptr<const LeapGrid> Leaps(double low, double high, const ForEach& for_each,
                                         const Displacement& reach = {}) const;
   // Smallest and largest code.

@@ -31,8 +31,8 @@ struct Command {
   ops::OpInfo info;   // name without dashes; `make` is set for the operations of the registry only
   std::string group;  // heading of the help and of the reference page
   Effect effect = Effect::kApply;
-  // kSetting: the command it is meant for, or after a colon the modifier of the commands that it is meant for; one of
-  // them must follow.
+  // kSetting: the command it is meant for, or after a colon the modifier of the commands that it is meant
+  // for; one of them must follow.
   std::string applies_to;
   bool optional_argument = false;  // its argument may be left out (--help)
   std::vector<std::string> aliases = {};
@@ -51,7 +51,8 @@ std::vector<std::string> CommandNames();
 // Generators that `--pattern NAME` knows.
 std::vector<const ops::OpInfo*> Generators();
 
-// Rows of the general commands, by topic (options.cc, sequence_commands.cc, stack_commands.cc, report_commands.cc).
+// Rows of the general commands, by topic (options.cc, sequence_commands.cc, stack_commands.cc,
+// report_commands.cc).
 std::vector<Command> OptionCommands();
 std::vector<Command> ImageCommands();
 std::vector<Command> SequenceCommands();

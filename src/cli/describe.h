@@ -14,7 +14,8 @@ std::string Synopsis(const Command& command);
 std::string GeneratorSynopsis(const ops::OpInfo& generator);
 // "Takes two images and gives one."; empty where the stack is not concerned.
 std::string Operands(const Command& command);
-// How many images are on the stack for it (-1: as many as its arguments say), and how many it leaves in their place.
+// How many images are on the stack for it (-1: as many as its arguments say), and how many it leaves in their
+// place.
 int Taken(const Command& command);
 int Given(const Command& command);
 // "A number from 0 to 1; default 0.5."

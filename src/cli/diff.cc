@@ -151,10 +151,9 @@ std::vector<Command> ReportCommands() {
   diff.info.summary = "Reports the difference of the two top images, which stay; exit code 1 for FAILURE.";
   diff.info.help =
       "FAILURE when more than --failpercent of the pixels differ by more than --fail in some channel, or any "
-      "by more "
-      "than --hardfail; WARNING (exit code 0) likewise. Data windows may differ, what one image lacks is "
-      "black; display "
-      "windows may not. A NaN equals a NaN. Outputs of the line are written whatever the verdict.";
+      "by more than --hardfail; WARNING (exit code 0) likewise. Data windows may differ, what one image "
+      "lacks is black; display windows may not. A NaN equals a NaN. Outputs of the line are written whatever "
+      "the verdict.";
   diff.group = "Reports";
   diff.effect = Effect::kUse;
   diff.run = DiffImages;

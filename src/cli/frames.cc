@@ -74,12 +74,14 @@ std::vector<int> FramesOf(const std::string& word, const Pattern& pattern) {
   return frames;
 }
 
-// The number of frames that a command with the modifiers animate and frame asks for (--lic:animate=24); 0 for none.
+// The number of frames that a command with the modifiers animate and frame asks for (--lic:animate=24); 0 for
+// none.
 int AnimatedFrames(const Line& line) {
   int count = 0;
   for (const Step& step : line.steps) {
     const auto& values = step.arguments.values;
-    if (values.contains("animate") && values.contains("frame")) count = std::max(count, step.arguments.Integer("animate"));
+    if (values.contains("animate") && values.contains("frame"))
+      count = std::max(count, step.arguments.Integer("animate"));
   }
   return count;
 }
@@ -104,7 +106,8 @@ std::vector<int> ParseFrameRange(const std::string& subject, const std::string& 
   return frames;
 }
 
-std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames, int padding) {
+std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames,
+                                       int padding) {
   std::string normal, range;
   std::vector<std::string> files;
   if (!OIIO::Filesystem::parse_pattern(pattern.c_str(), padding, normal, range)) {
@@ -124,7 +127,8 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
   if (!range.empty()) frames = ParseFrameRange("--frames", range);
   const int animated = AnimatedFrames(line);
   if (patterns.empty()) {
-    if (animated > 0) throw UsageError("animate", "found no file name with # or %04d, expected one for the frames");
+    if (animated > 0)
+      throw UsageError("animate", "found no file name with # or %04d, expected one for the frames");
     if (!range.empty())
       throw UsageError("--frames", "found no file name with # or %04d, expected at least one");
     return {{0, words}};

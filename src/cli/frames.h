@@ -13,9 +13,10 @@ namespace tessera::cli {
 // below 1, more than a million frames.
 std::vector<int> ParseFrameRange(const std::string& subject, const std::string& range);
 
-// The files of a pattern (with #, @ or %04d) for these frames, or, without any, for the range that the name brings.
-// Throws UsageError when it is no pattern.
-std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames, int padding);
+// The files of a pattern (with #, @ or %04d) for these frames, or, without any, for the range that the name
+// brings. Throws UsageError when it is no pattern.
+std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames,
+                                       int padding);
 
 // The words of the line for each frame: just `words` when there is neither a pattern nor --frames. Frames
 // come from

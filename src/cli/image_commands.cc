@@ -77,7 +77,8 @@ ImageSpec SpecOf(const Step& step) {
 void CreateImage(const Step& step, Session& session) { session.Push({Create(SpecOf(step)), "create", {}}); }
 
 void CreateKernel(const Step& step, Session& session) {
-  session.Push({KernelImage(NamedKernel(step.arguments.Text("NAME"), step.arguments.Text("GEOM"))), "kernel", {}});
+  session.Push(
+      {KernelImage(NamedKernel(step.arguments.Text("NAME"), step.arguments.Text("GEOM"))), "kernel", {}});
 }
 
 void CreatePattern(const Step& step, Session& session) {
@@ -123,10 +124,8 @@ std::vector<Command> ImageCommands() {
   rows.back().info.modifiers[0].choices = kTypes;
   rows.back().info.help =
       "Without a type, here or by -d, the image keeps the type it has where the format can hold it. All "
-      "outputs of a "
-      "line (of a frame) are written beside their names and put in place together when the line has "
-      "succeeded, so an "
-      "output may be one of the inputs, and a run that fails leaves what was there.";
+      "outputs of a line (of a frame) are written beside their names and put in place together when the line "
+      "has succeeded, so an output may be one of the inputs, and a run that fails leaves what was there.";
   rows.push_back(Row("d", Effect::kSetting, 0, "Pixel type of the outputs that follow.",
                      [](const Step& step, Session& session) {
                        session.output_type = PixelTypeNamed(step.arguments.Text("TYPE"));
@@ -138,24 +137,27 @@ std::vector<Command> ImageCommands() {
                        .choices = kTypes}},
                      {}));
   rows.back().applies_to = "o";
-  rows.push_back(Row("colorconfig", Effect::kSetting, 0, "OpenColorIO config of the commands that follow.",
-                     [](const Step& step, Session& session) {
-                       session.color_config = step.arguments.Text("CONFIG");
-                     },
-                     {{.name = "CONFIG",
-                       .type = ParamType::kText,
-                       .default_value = "",
-                       .help = "a config file, or built-in"}},
-                     {}));
+  rows.push_back(
+      Row("colorconfig", Effect::kSetting, 0, "OpenColorIO config of the commands that follow.",
+          [](const Step& step, Session& session) { session.color_config = step.arguments.Text("CONFIG"); },
+          {{.name = "CONFIG",
+            .type = ParamType::kText,
+            .default_value = "",
+            .help = "a config file, or built-in"}},
+          {}));
   rows.back().applies_to = ":config";
   rows.push_back(Row("create", Effect::kPush, 0, "Pushes a black image.", CreateImage, Shape(), {}));
-  rows.push_back(Row("kernel", Effect::kPush, 0, "Pushes a convolution kernel as an image centred on the origin.", CreateKernel,
-                     {{.name = "NAME", .type = ParamType::kText, .default_value = "", .help = "a kernel's name"},
-                      {.name = "GEOM", .type = ParamType::kText, .default_value = "", .help = "WxH or one number, pixels"}},
-                     {}));
+  rows.push_back(Row(
+      "kernel", Effect::kPush, 0, "Pushes a convolution kernel as an image centred on the origin.",
+      CreateKernel,
+      {{.name = "NAME", .type = ParamType::kText, .default_value = "", .help = "a kernel's name"},
+       {.name = "GEOM", .type = ParamType::kText, .default_value = "", .help = "WxH or one number, pixels"}},
+      {}));
   rows.back().info.help = "For --convolve, as oiiotool's --kernel. Names: ";
-  for (const std::string& name : KernelNames()) rows.back().info.help += (name == KernelNames()[0] ? "" : ", ") + name;
-  rows.back().info.help += ". Those with a number or a direction in their name have a size of their own and ignore GEOM.";
+  for (const std::string& name : KernelNames())
+    rows.back().info.help += (name == KernelNames()[0] ? "" : ", ") + name;
+  rows.back().info.help +=
+      ". Those with a number or a direction in their name have a size of their own and ignore GEOM.";
   std::vector<ParamInfo> pattern = Shape();
   pattern.insert(pattern.begin(), {.name = "NAME",
                                    .type = ParamType::kText,

@@ -80,9 +80,8 @@ std::vector<Command> OptionCommands() {
                         {}, {Whole("samples", 1, 65536, "tiles of 64x64 pixels that are compared", "16")}));
   rows.back().info.help =
       "Prints one line per output with the maximum and the root-mean-square error against the reference, and "
-      "the bound "
-      "that the operations promise together. An output that is not within its bound is not written: exit "
-      "code 1.";
+      "the bound that the operations promise together. An output that is not within its bound is not "
+      "written: exit code 1.";
   rows.push_back(Option("explain",
                         "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
                         [](const Arguments&, Options& o) { o.explain = true; }));
@@ -106,12 +105,10 @@ std::vector<Command> OptionCommands() {
                           .help = "how it is printed",
                           .choices = {"tsv", "json", "markdown"}}}));
   rows.back().info.help =
-      "tsv: a heading line, then one line per command with tab-separated columns: name, group, images taken (-1: as "
-      "many as its arguments say), images "
-      "given, arguments (blank-separated), modifiers (key=default, written as on the line), summary. "
-      "Generators are "
-      "listed as \"pattern NAME\". json holds ranges, choices and the whole help as well. markdown is the "
-      "reference page.";
+      "tsv: a heading line, then one line per command with tab-separated columns: name, group, images taken "
+      "(-1: as many as its arguments say), images given, arguments (blank-separated), modifiers "
+      "(key=default, written as on the line), summary. Generators are listed as \"pattern NAME\". json holds "
+      "ranges, choices and the whole help as well. markdown is the reference page.";
   rows.push_back(Option("progress", "Shows progress on stderr even when that is no terminal.",
                         [](const Arguments&, Options& o) { o.progress = true; }));
   rows.push_back(
@@ -122,11 +119,9 @@ std::vector<Command> OptionCommands() {
                         {Text("RANGE", "frames such as 1-10, 1-100x2 or 3,7,10-20")}));
   rows.back().info.help =
       "RANGE is a comma-separated list of frames and of ranges FIRST-LAST, FIRST-LASTxSTEP or "
-      "FIRST-LASTySTEP (those "
-      "that x leaves out), at most a million frames. # stands for four digits, @ for one, %04d for what "
-      "printf makes of "
-      "it. Without --frames, a range in a name (shot.1-10#.exr) or the files present decide. Frames are "
-      "independent.";
+      "FIRST-LASTySTEP (those that x leaves out), at most a million frames. # stands for four digits, @ for "
+      "one, %04d for what printf makes of it. Without --frames, a range in a name (shot.1-10#.exr) or the "
+      "files present decide. Frames are independent.";
   rows.push_back(Option("skip-bad-frames",
                         "A frame that fails does not stop the frames after it; the exit code is 1.",
                         [](const Arguments&, Options& o) { o.skip_bad_frames = true; }));

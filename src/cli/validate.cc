@@ -64,7 +64,8 @@ void CheckSettings(const std::vector<Step>& steps) {
                          [&](const ops::ParamInfo& p) { return p.name == target.substr(1); });
     };
     if (std::none_of(it, steps.end(), serves)) {
-      const std::string name = modifier ? "command with " + target + "=" : (target.size() == 1 ? "-" : "--") + target;
+      const std::string name =
+          modifier ? "command with " + target + "=" : (target.size() == 1 ? "-" : "--") + target;
       throw UsageError(it->written, "no " + name + " comes after it, and it holds only for those that do");
     }
   }

@@ -13,14 +13,16 @@
 namespace tessera::graph {
 namespace {
 
-// Band memory is handed round instead of being returned to the system, whose fresh pages cost more than the work.
+// Band memory is handed round instead of being returned to the system, whose fresh pages cost more than the
+// work.
 class BufferPool {
  public:
   std::shared_ptr<std::byte> Take(size_t bytes) {
     {
       const std::lock_guard lock(state_->mutex);
       auto& free = state_->free;
-      const auto it = std::find_if(free.begin(), free.end(), [&](const auto& b) { return b.second >= bytes; });
+      const auto it =
+          std::find_if(free.begin(), free.end(), [&](const auto& b) { return b.second >= bytes; });
       if (it != free.end()) {
         auto kept = std::move(*it);
         free.erase(it);
@@ -57,22 +59,25 @@ class RowWindow {
   SourceView Rows(int y0, int y1, std::shared_ptr<std::byte>& keep) {
     const ImageSpec& spec = planned_.source->spec();
     const int channels = planned_.last - planned_.first;
-    const size_t row = static_cast<size_t>(spec.width()) * static_cast<size_t>(channels) * PixelBytes(spec.type);
+    const size_t row =
+        static_cast<size_t>(spec.width()) * static_cast<size_t>(channels) * PixelBytes(spec.type);
     if (y1 <= y0) return {};
     std::shared_ptr<std::byte> memory = pool_.Take(row * static_cast<size_t>(y1 - y0));
     const int kept = std::clamp(y1_, y0, y1);
     if (kept > y0) {
-      std::memcpy(memory.get(), memory_.get() + row * static_cast<size_t>(y0 - y0_), row * static_cast<size_t>(kept - y0));
+      std::memcpy(memory.get(), memory_.get() + row * static_cast<size_t>(y0 - y0_),
+                  row * static_cast<size_t>(kept - y0));
     }
     const Roi window = spec.data_window;
     if (kept < y1) {
-      reader_->Read(ImageView(memory.get() + row * static_cast<size_t>(kept - y0), {window.x0, kept, window.x1, y1},
-                              channels, spec.type));
+      reader_->Read(ImageView(memory.get() + row * static_cast<size_t>(kept - y0),
+                              {window.x0, kept, window.x1, y1}, channels, spec.type));
     }
     memory_ = keep = memory;
     y0_ = y0;
     y1_ = y1;
-    return {ConstImageView(memory.get(), {window.x0, y0, window.x1, y1}, channels, spec.type), planned_.first};
+    return {ConstImageView(memory.get(), {window.x0, y0, window.x1, y1}, channels, spec.type),
+            planned_.first};
   }
 
  private:
@@ -122,9 +127,11 @@ BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, i
   }
   BandShape shape;
   shape.tokens = threads > 1 ? threads + 2 : 1;
-  // Big enough that hand-over and halos cost little, small enough that a laptop's cache and budget hold them all.
+  // Big enough that hand-over and halos cost little, small enough that a laptop's cache and budget hold them
+  // all.
   constexpr int64_t kBandBytes = int64_t{24} << 20;
-  const int64_t budget = std::max<int64_t>(1, static_cast<int64_t>(options.memory_budget) / (shape.tokens + 1));
+  const int64_t budget =
+      std::max<int64_t>(1, static_cast<int64_t>(options.memory_budget) / (shape.tokens + 1));
   int64_t rows = std::max<int64_t>(1, std::min(kBandBytes, budget) / std::max<int64_t>(1, bytes));
   if (rows > granularity) rows = rows / granularity * granularity;
   // Enough bands for every thread to have work.
@@ -141,8 +148,8 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
   if (roi.empty()) return;
   const int channels = plan.spec.channel_count();
   const int64_t row_bytes = int64_t{roi.width()} * channels * static_cast<int64_t>(PixelBytes(type));
-  const BandShape shape =
-      ChooseBandShape(plan, roi, sink != nullptr ? row_bytes : 0, sink != nullptr ? sink->RowGranularity() : 1, options);
+  const BandShape shape = ChooseBandShape(plan, roi, sink != nullptr ? row_bytes : 0,
+                                          sink != nullptr ? sink->RowGranularity() : 1, options);
   std::vector<Roi> bands;
   for (int y = roi.y0; y < roi.y1; y += shape.rows) {
     bands.push_back({roi.x0, y, roi.x1, std::min(y + shape.rows, roi.y1)});
@@ -185,7 +192,8 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
       band->sources[k] = windows[k]->Rows(r.y0, r.y1, band->memory.emplace_back());
     }
     if (sink != nullptr) {
-      band->memory.push_back(pool.Take(static_cast<size_t>(row_bytes) * static_cast<size_t>(band->roi.height())));
+      band->memory.push_back(
+          pool.Take(static_cast<size_t>(row_bytes) * static_cast<size_t>(band->roi.height())));
       band->out = ImageView(band->memory.back().get(), band->roi, channels, type);
     } else {
       band->out = out->Sub(band->roi);
@@ -200,7 +208,8 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
     for (int y = band.roi.y0; y < band.roi.y1; y += tile.height) {
       for (int x = band.roi.x0; x < band.roi.x1; x += tile.width) {
         const Roi r{x, y, std::min(x + tile.width, band.roi.x1), std::min(y + tile.height, band.roi.y1)};
-        runner.Run(RequiredRegions(plan, r), band.sources, band.out.Sub(r), false, arenas[static_cast<size_t>(worker)]);
+        runner.Run(RequiredRegions(plan, r), band.sources, band.out.Sub(r), false,
+                   arenas[static_cast<size_t>(worker)]);
       }
     }
   };

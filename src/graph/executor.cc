@@ -13,8 +13,8 @@ namespace tessera::graph {
 
 TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions& options) {
   TileShape t{options.tile_width, options.tile_height};
-  int channels = 0;      // of the tiles between steps; none for a plan of point operations
-  TileSize preferred;    // the largest that any stage asks for
+  int channels = 0;    // of the tiles between steps; none for a plan of point operations
+  TileSize preferred;  // the largest that any stage asks for
   for (size_t i = 0; i + 1 < plan.buffers.size(); ++i) {
     channels += static_cast<int>(plan.buffers[i].channels.size());
     if (!plan.buffers[i].tile) continue;
@@ -68,13 +68,15 @@ void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& op
   Progress progress(options.progress, columns * rows);
   // A result that does not fit in the last-level cache goes around it: no reads for ownership.
   constexpr int64_t kStreamBytes = int64_t{8} << 20;
-  const bool stream = out.roi.pixels() * out.channels * static_cast<int64_t>(PixelBytes(out.type)) > kStreamBytes;
+  const bool stream =
+      out.roi.pixels() * out.channels * static_cast<int64_t>(PixelBytes(out.type)) > kStreamBytes;
 
   const auto task = [&](int64_t i, int worker) {
     const int x0 = out.roi.x0 + static_cast<int>(i % columns) * shape.width;
     const int y0 = out.roi.y0 + static_cast<int>(i / columns) * shape.height;
     const Roi roi{x0, y0, std::min(x0 + shape.width, out.roi.x1), std::min(y0 + shape.height, out.roi.y1)};
-    runner.Run(RequiredRegions(plan, roi), sources, out.Sub(roi), stream, arenas[static_cast<size_t>(worker)]);
+    runner.Run(RequiredRegions(plan, roi), sources, out.Sub(roi), stream,
+               arenas[static_cast<size_t>(worker)]);
     progress.Step();
   };
   if (options.shuffle_tiles) {

@@ -29,8 +29,8 @@ int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type);
 // Computes out.roi from sources that are all resident.
 void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& options);
 
-// Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and `sink` is
-// given.
+// Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and
+// `sink` is given.
 void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
               const RenderOptions& options);
 

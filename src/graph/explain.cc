@@ -49,12 +49,15 @@ std::string ChannelNames(const ImageSpec& spec, const std::vector<bool>& wanted)
 }
 
 void DescribeRun(const Plan& plan, const PointRun& run, bool last, std::string& text) {
-  text += "  point run, blocks of " + std::to_string(kBlockPixels) + " pixels, " + std::to_string(run.planes) + " planes\n";
+  text += "  point run, blocks of " + std::to_string(kBlockPixels) + " pixels, " +
+          std::to_string(run.planes) + " planes\n";
   for (const PointRun::Item& item : run.items) {
     if (item.is_load) {
       const PlaneLoad& load = run.loads[static_cast<size_t>(item.index)];
-      text += "    load " + (load.from_tile ? "tile " + std::to_string(load.index)
-                                            : plan.sources[static_cast<size_t>(load.index)].source->Describe()) + "\n";
+      text += "    load " +
+              (load.from_tile ? "tile " + std::to_string(load.index)
+                              : plan.sources[static_cast<size_t>(load.index)].source->Describe()) +
+              "\n";
     } else {
       const PointStep& step = run.steps[static_cast<size_t>(item.index)];
       text += "    " + step.label;
@@ -79,20 +82,22 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
     return Image(std::move(spec));
   };
   NoPrepass none;
-  const Plan plan = MakePlan(ResolveWhole(options.optimize ? Optimize(node) : node, pretend), operations, none);
+  const Plan plan =
+      MakePlan(ResolveWhole(options.optimize ? Optimize(node) : node, pretend), operations, none);
   const Roi& roi = plan.spec.data_window;
   std::string text;
   for (size_t k = 0; k < plan.sources.size(); ++k) {
     const PlannedSource& s = plan.sources[k];
     const ImageSpec& spec = s.source->spec();
-    text += "source " + std::to_string(k) + ": " + s.source->Describe() + ", " + std::to_string(spec.width()) + "x" +
-            std::to_string(spec.height()) + " " + PixelTypeName(spec.type) + ", reads " + ChannelNames(spec, s.needed) +
-            "\n";
+    text += "source " + std::to_string(k) + ": " + s.source->Describe() + ", " +
+            std::to_string(spec.width()) + "x" + std::to_string(spec.height()) + " " +
+            PixelTypeName(spec.type) + ", reads " + ChannelNames(spec, s.needed) + "\n";
   }
   int pass = 1;
   passes.insert(passes.end(), plan.prepasses.begin(), plan.prepasses.end());
   for (const std::string& before : passes) text += "pass " + std::to_string(pass++) + ": " + before + "\n";
-  text += "pass " + std::to_string(pass) + ": " + std::to_string(plan.operations) + " operations, target " + SimdTarget() + "\n";
+  text += "pass " + std::to_string(pass) + ": " + std::to_string(plan.operations) + " operations, target " +
+          SimdTarget() + "\n";
   for (size_t i = 0; i < plan.buffers.size(); ++i) {
     const Buffer& b = plan.buffers[i];
     if (b.run) {
@@ -104,8 +109,9 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
   const TileShape tile = ChooseTileShape(plan, roi, options);
   const int64_t bytes = BytesMoved(plan, roi, type);
   char line[160];
-  std::snprintf(line, sizeof line, "tiles of %dx%d, result %dx%d %s, %.1f MB moved (%.1f bytes/pixel)\n", tile.width, tile.height,
-                roi.width(), roi.height(), PixelTypeName(type), static_cast<double>(bytes) / 1e6,
+  std::snprintf(line, sizeof line, "tiles of %dx%d, result %dx%d %s, %.1f MB moved (%.1f bytes/pixel)\n",
+                tile.width, tile.height, roi.width(), roi.height(), PixelTypeName(type),
+                static_cast<double>(bytes) / 1e6,
                 static_cast<double>(bytes) / static_cast<double>(std::max<int64_t>(1, roi.pixels())));
   return text + line;
 }

@@ -28,24 +28,24 @@ enum class OpKind {
   kWhole,    // computes the whole result from whole inputs (WholeStage); costs memory for all of them
 };
 
-// Where a channel of a kShuffle's result comes from: channel `channel` of input `input`, or, when input is -1,
-// the constant `value`.
+// Where a channel of a kShuffle's result comes from: channel `channel` of input `input`, or, when input is
+// -1, the constant `value`.
 struct ChannelRef {
   int input = 0, channel = 0;
   float value = 0;
 };
 
-// What a stage's factory may know: the inputs' specs, the result's, and, for kChannel, which channels the four
-// planes hold (-1 for unused); for kColor the planes are R, G, B, A.
+// What a stage's factory may know: the inputs' specs, the result's, and, for kChannel, which channels the
+// four planes hold (-1 for unused); for kColor the planes are R, G, B, A.
 struct StageContext {
   std::span<const ImageSpec> inputs;
   const ImageSpec& output;
   int channels[4];
   std::span<const double> statistics;  // one per StatisticRequest of the op
-  // One per input: the whole data window as dense float pixels where the op NeedsWhole(k) or is kWhole, else no data.
-  // The pixels stay as long as the stage.
+  // One per input: the whole data window as dense float pixels where the op NeedsWhole(k) or is kWhole, else
+  // no data. The pixels stay as long as the stage.
   std::span<const ConstImageView> whole;
-  const Workers& workers;              // for costly preparation
+  const Workers& workers;  // for costly preparation
 };
 
 // A number the op needs about a whole input before its stage can be made; computed in a pass of its own with
@@ -76,16 +76,17 @@ class Op {
     return nullptr;
   }
   virtual std::vector<StatisticRequest> Statistics() const { return {}; }
-  // Whether input `k` must be in memory whole before the stage is made (a table, a warp's source). A point stage sees
-  // zero planes for it, a tile stage the whole image.
+  // Whether input `k` must be in memory whole before the stage is made (a table, a warp's source). A point
+  // stage sees zero planes for it, a tile stage the whole image.
   virtual bool NeedsWhole(int k) const {
     (void)k;
     return false;
   }
   // kChannel, kColor: the point stage on four planes.
   virtual std::unique_ptr<PointStage> MakePointStage(const StageContext&) const { return nullptr; }
-  // kColor: whether alpha is read / written. A stage that does not write alpha passes plane 3 on, bit for bit. One
-  // that does gives its fourth plane to the result's alpha channel or, when it has none (CMYK), to channel 3.
+  // kColor: whether alpha is read / written. A stage that does not write alpha passes plane 3 on, bit for
+  // bit. One that does gives its fourth plane to the result's alpha channel or, when it has none (CMYK), to
+  // channel 3.
   virtual bool ReadsAlpha() const { return false; }
   virtual bool WritesAlpha() const { return false; }
   // kTile.
@@ -93,7 +94,8 @@ class Op {
   // kWhole.
   virtual std::unique_ptr<WholeStage> MakeWholeStage(const StageContext&) const { return nullptr; }
   // kTile: channels of `input` needed for the channels of the result (true = needed); default all.
-  virtual std::vector<bool> NeededChannels(int input, const std::vector<bool>& result, const ImageSpec& in) const {
+  virtual std::vector<bool> NeededChannels(int input, const std::vector<bool>& result,
+                                           const ImageSpec& in) const {
     (void)input, (void)result;
     return std::vector<bool>(in.channels.size(), true);
   }
@@ -104,7 +106,8 @@ class Op {
   }
 };
 
-// Base of an op with a parameter struct P: stores it and answers Parameters(); `params()` is the typed access.
+// Base of an op with a parameter struct P: stores it and answers Parameters(); `params()` is the typed
+// access.
 template <typename P>
 class OpWith : public Op {
  public:

@@ -6,8 +6,8 @@
 
 namespace tessera::graph {
 
-// The same picture, within every operation's bound, from fewer operations. The root's channels and data window
-// do not change.
+// The same picture, within every operation's bound, from fewer operations. The root's channels and data
+// window do not change.
 Node Optimize(const Node& root);
 
 }  // namespace tessera::graph

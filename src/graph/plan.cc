@@ -79,7 +79,8 @@ class Planner {
         buffer.run = BuildRun(graph_, i, buffer.channels, prepass_, plan.prepasses);
         const PlaneLoad* const load = OnlyLoads(*buffer.run);
         if (load != nullptr && !load->from_tile &&
-            plan.sources[Z(load->index)].source->spec().channel_count() == static_cast<int>(buffer.channels.size())) {
+            plan.sources[Z(load->index)].source->spec().channel_count() ==
+                static_cast<int>(buffer.channels.size())) {
           buffer.same_as_source = load->index;
         }
       }
@@ -122,8 +123,8 @@ class Planner {
     }
   }
 
-  // A point node belongs to the run of the one resident node that uses it; used by two runs it becomes resident
-  // itself, so that it is computed once. Sources are simply read again.
+  // A point node belongs to the run of the one resident node that uses it; used by two runs it becomes
+  // resident itself, so that it is computed once. Sources are simply read again.
   void FindOwners() {
     const size_t count = graph_.nodes.size();
     std::vector<std::set<int>> users(count);
@@ -213,7 +214,8 @@ ContextOf::ContextOf(const NodeData& data, Prepass& prepass, std::vector<std::st
 }
 
 StageContext ContextOf::For(const std::array<int, 4>& channels) const {
-  return {specs_, data_.spec, {channels[0], channels[1], channels[2], channels[3]}, statistics_, whole_, workers_};
+  return {specs_,      data_.spec, {channels[0], channels[1], channels[2], channels[3]},
+          statistics_, whole_,     workers_};
 }
 
 Plan MakePlan(const Node& root, int operations, Prepass& prepass) {
@@ -248,7 +250,8 @@ Regions RequiredRegions(const Plan& plan, const Roi& out) {
         if (in.buffer < 0 || r.buffers[i].empty()) continue;
         const int n = static_cast<int>(k);
         Roi& wanted = r.buffers[static_cast<size_t>(in.buffer)];
-        wanted = Union(wanted, BorderSource(stage.InputRoi(n, r.buffers[i]), in.window, stage.InputBorder(n)));
+        wanted =
+            Union(wanted, BorderSource(stage.InputRoi(n, r.buffers[i]), in.window, stage.InputBorder(n)));
       }
     }
   }

@@ -22,8 +22,8 @@ inline constexpr PlaneId kZeroPlane = 0, kOnePlane = 1, kDummyPlane = 2, kFirstF
 // Where a run reads pixels: a source of the plan, or a tile that an earlier step made.
 struct PlaneLoad {
   bool from_tile = false;
-  int index = 0;                        // into Plan::sources or Plan::buffers
-  int channel[4] = {-1, -1, -1, -1};    // of the source / of the tile; -1: plane unused
+  int index = 0;                      // into Plan::sources or Plan::buffers
+  int channel[4] = {-1, -1, -1, -1};  // of the source / of the tile; -1: plane unused
   PlaneId plane[4] = {};
 };
 
@@ -33,60 +33,60 @@ struct PointStep {
   std::vector<std::array<PlaneId, 4>> in;
   std::array<PlaneId, 4> out = {};
   std::array<int, 2> fused_load = {-1, -1};  // the loads whose pixels inputs 0 and 1 may take directly
-  bool fused_store = false;             // the result may go directly to the sink
+  bool fused_store = false;                  // the result may go directly to the sink
 };
 
 // A run of point operations, block by block: loads, point steps, then one store of every channel.
 struct PointRun {
   struct Item {
     bool is_load = false;
-    int index = 0;                      // into loads or steps
+    int index = 0;  // into loads or steps
   };
-  std::vector<Item> items;              // in order of execution
+  std::vector<Item> items;  // in order of execution
   std::vector<PlaneLoad> loads;
   std::vector<PointStep> steps;
-  std::vector<PlaneId> result;          // plane of every stored channel
-  int planes = kFirstFreePlane;         // physical planes in use
+  std::vector<PlaneId> result;   // plane of every stored channel
+  int planes = kFirstFreePlane;  // physical planes in use
 };
 
 // A window or gather operation: tiles to a tile.
 struct TileStep {
   struct Input {
-    int buffer = -1;                    // -1: wanted whole
-    Roi window;                         // its data window
+    int buffer = -1;  // -1: wanted whole
+    Roi window;       // its data window
     ConstImageView whole;
-    std::vector<int> channels;          // of its node, in the order of the pixels
+    std::vector<int> channels;  // of its node, in the order of the pixels
   };
   std::unique_ptr<TileStage> stage;
   std::string label;
   std::vector<Input> in;
-  std::vector<int> channels;            // of the result, in the order of the pixels
+  std::vector<int> channels;  // of the result, in the order of the pixels
 };
 
 // A materialised result inside a tile; the last one is the plan's result.
 struct Buffer {
-  Roi window;                           // data window of its node
-  std::vector<int> channels;            // node channels held, in tile order
-  std::unique_ptr<PointRun> run;        // exactly one of the two makes it
+  Roi window;                     // data window of its node
+  std::vector<int> channels;      // node channels held, in tile order
+  std::unique_ptr<PointRun> run;  // exactly one of the two makes it
   std::unique_ptr<TileStep> tile;
-  int same_as_source = -1;              // the run only hands on all channels of this source: its pixels may serve
-  int same_as_buffer = -1;              // the run only stores this buffer: it may be computed where it is stored
+  int same_as_source = -1;  // the run only hands on all channels of this source: its pixels may serve
+  int same_as_buffer = -1;  // the run only stores this buffer: it may be computed where it is stored
 };
 
 struct PlannedSource {
   const PixelSource* source = nullptr;
-  Node node;                            // keeps it alive
-  std::vector<bool> needed;             // channels
-  int first = 0, last = 0;              // the range read from a file
+  Node node;                 // keeps it alive
+  std::vector<bool> needed;  // channels
+  int first = 0, last = 0;   // the range read from a file
 };
 
 struct Plan {
-  Node root;                            // optimised; keeps ops alive
-  ImageSpec spec;                       // of the result
+  Node root;       // optimised; keeps ops alive
+  ImageSpec spec;  // of the result
   std::vector<PlannedSource> sources;
   std::vector<Buffer> buffers;
-  std::vector<std::string> prepasses;   // what was computed beforehand, for Explain
-  int operations = 0;                   // nodes before optimisation
+  std::vector<std::string> prepasses;  // what was computed beforehand, for Explain
+  int operations = 0;                  // nodes before optimisation
 };
 
 // What planning must know of the pixels themselves; Explain makes it up.
@@ -113,11 +113,12 @@ class ContextOf {
   std::vector<ConstImageView> whole_;
 };
 
-// `root` is optimised and free of kWhole nodes (whole.h); `operations` counts what it was made from. What `prepass`
-// gives must outlive the plan.
+// `root` is optimised and free of kWhole nodes (whole.h); `operations` counts what it was made from. What
+// `prepass` gives must outlive the plan.
 Plan MakePlan(const Node& root, int operations, Prepass& prepass);
 
-// The region of every buffer and source needed for `out` of the result. Source regions are within their windows.
+// The region of every buffer and source needed for `out` of the result. Source regions are within their
+// windows.
 struct Regions {
   std::vector<Roi> buffers, sources;
 };

@@ -142,7 +142,8 @@ class Evaluation final : public Prepass {
 
 }  // namespace
 
-void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderOptions& options, RunStats* stats) {
+void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderOptions& options,
+                  RunStats* stats) {
   Evaluation(options, stats).Run(node, node.spec().data_window, type, nullptr, &sink);
 }
 
@@ -158,7 +159,8 @@ Image Render(const Node& node, PixelType type, const RenderOptions& options, Run
 
 void RenderInto(const Node& node, const ImageView& out, const RenderOptions& options, RunStats* stats) {
   const ImageSpec& spec = node.spec();
-  if (!spec.data_window.Contains(out.roi)) throw Error("render", "the region reaches outside the image's data window");
+  if (!spec.data_window.Contains(out.roi))
+    throw Error("render", "the region reaches outside the image's data window");
   if (out.channels != spec.channel_count()) {
     throw Error("render", "the output has " + std::to_string(out.channels) + " channels, expected " +
                               std::to_string(spec.channel_count()));

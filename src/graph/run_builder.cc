@@ -101,7 +101,8 @@ class RunBuilder {
     for (int c = 0; c < Channels(i); ++c) {
       if (!graph_.needed[Z(i)][Z(c)]) continue;
       const ChannelRef& ref = map[Z(c)];
-      planes_[{i, c}] = ref.input < 0 ? ConstantPlane(ref.value) : Plane(graph_.inputs[Z(i)][Z(ref.input)], ref.channel);
+      planes_[{i, c}] =
+          ref.input < 0 ? ConstantPlane(ref.value) : Plane(graph_.inputs[Z(i)][Z(ref.input)], ref.channel);
     }
   }
 
@@ -208,8 +209,8 @@ class RunBuilder {
     return readers;
   }
 
-  // Two steps in a row become one where the second alone takes the first's planes and their stages can be joined. Pairs
-  // only: longer chains would not find their coefficients in registers.
+  // Two steps in a row become one where the second alone takes the first's planes and their stages can be
+  // joined. Pairs only: longer chains would not find their coefficients in registers.
   void JoinSteps() {
     const std::vector<int> readers = Readers();
     std::vector<PointRun::Item> items;
@@ -244,8 +245,8 @@ class RunBuilder {
     run_->steps = std::move(steps);
   }
 
-  // A first step that alone reads all of an RGBA load (of two, where it has two inputs), and a last one whose planes
-  // alone are stored, may work on the pixels themselves.
+  // A first step that alone reads all of an RGBA load (of two, where it has two inputs), and a last one whose
+  // planes alone are stored, may work on the pixels themselves.
   void FindFusions(const std::vector<int>& channels) {
     const std::vector<int> readers = Readers();
     const auto alone = [&](const std::array<PlaneId, 4>& planes) {
@@ -263,8 +264,9 @@ class RunBuilder {
           }
         }
       }
-      step.fused_store = channels == std::vector<int>{0, 1, 2, 3} && alone(step.out) &&
-                         std::equal(step.out.begin(), step.out.end(), run_->result.begin(), run_->result.end());
+      step.fused_store =
+          channels == std::vector<int>{0, 1, 2, 3} && alone(step.out) &&
+          std::equal(step.out.begin(), step.out.end(), run_->result.begin(), run_->result.end());
     }
   }
 
@@ -390,7 +392,8 @@ std::unique_ptr<PointRun> BuildRun(const PlannedGraph& graph, int root, const st
   return builder.Finish(channels);
 }
 
-std::unique_ptr<PointRun> BuildCopyRun(const PlannedGraph& graph, int node, const std::vector<int>& channels) {
+std::unique_ptr<PointRun> BuildCopyRun(const PlannedGraph& graph, int node,
+                                       const std::vector<int>& channels) {
   return RunBuilder(graph, node).Finish(channels);
 }
 

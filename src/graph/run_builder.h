@@ -13,10 +13,10 @@ namespace tessera::graph {
 // The graph as the planner sees it: nodes in topological order and, per node, what was found out about it.
 struct PlannedGraph {
   std::vector<Node> nodes;
-  std::vector<std::vector<int>> inputs;      // node indices; -1: wanted whole, not part of this plan
-  std::vector<std::vector<bool>> needed;     // channels that somebody uses
-  std::vector<int> owner;                    // the resident node whose run computes this one; -1: a tile step
-  std::vector<int> buffer, source;           // index in the plan, -1 for none yet
+  std::vector<std::vector<int>> inputs;   // node indices; -1: wanted whole, not part of this plan
+  std::vector<std::vector<bool>> needed;  // channels that somebody uses
+  std::vector<int> owner;                 // the resident node whose run computes this one; -1: a tile step
+  std::vector<int> buffer, source;        // index in the plan, -1 for none yet
 };
 
 // Channels of input `k` that node `i` needs for its own needed channels.

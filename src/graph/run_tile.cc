@@ -20,8 +20,8 @@ bool IsInterleavedRgba(ptrdiff_t channel_stride, ptrdiff_t pixel_stride, PixelTy
 // Whether a tile stage may be given the source's own pixels: dense floats with the margin that it may read.
 bool CanServe(const SourceView& source, const Roi& region) {
   const ConstImageView& v = source.view;
-  if (region.empty() || source.first != 0 || !IsDenseFloat(v) || v.row_stride < v.pixel_stride * v.roi.width() ||
-      v.row_stride % 4 != 0) {
+  if (region.empty() || source.first != 0 || !IsDenseFloat(v) ||
+      v.row_stride < v.pixel_stride * v.roi.width() || v.row_stride % 4 != 0) {
     return false;
   }
   const std::byte* const end = v.At(v.roi.x1 - 1, v.roi.y1 - 1) + v.pixel_stride;
@@ -30,9 +30,9 @@ bool CanServe(const SourceView& source, const Roi& region) {
 
 // A load of one run with its pixels found.
 struct BoundLoad {
-  simd::LoadArgs args;     // pixels and count are set per block
+  simd::LoadArgs args;  // pixels and count are set per block
   ConstImageView view;
-  bool skipped = false;    // a fused step reads the pixels itself
+  bool skipped = false;  // a fused step reads the pixels itself
 };
 
 struct BoundStep {
@@ -90,7 +90,8 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
 
   size_t pointer_count = 0;
   for (const PointStep& step : run.steps) pointer_count += step.in.size();
-  const float*(*inputs)[4] = reinterpret_cast<const float*(*)[4]>(arena.Allocate<const float*>(4 * pointer_count));
+  const float*(*inputs)[4] =
+      reinterpret_cast<const float*(*)[4]>(arena.Allocate<const float*>(4 * pointer_count));
   std::vector<BoundStep> steps(run.steps.size());
   bool stored = false;
   for (size_t s = 0; s < steps.size(); ++s) {
@@ -117,9 +118,11 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
     };
     const auto type_of = [&](int l) { return loads[static_cast<size_t>(l)].view.type; };
     const auto [first, second] = planned.fused_load;
-    const bool sink = planned.fused_store && IsInterleavedRgba(out.channel_stride, out.pixel_stride, out.type);
+    const bool sink =
+        planned.fused_store && IsInterleavedRgba(out.channel_stride, out.pixel_stride, out.type);
     const bool pair = planned.in.size() == 2 && sink && fusable(first) && fusable(second) &&
-                      type_of(first) == out.type && type_of(second) == out.type && step.stage->CanFusePair(out.type);
+                      type_of(first) == out.type && type_of(second) == out.type &&
+                      step.stage->CanFusePair(out.type);
     if (pair || (planned.in.size() == 1 && fusable(first) && step.stage->CanFuse(true, type_of(first)))) {
       step.source = take(first, step.args.source);
     }
@@ -144,11 +147,13 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
     stores.push_back(store);
   }
 
-  // One step from source to sink touches no plane, so its blocks may be as long as the row: coefficients are set up
-  // once.
-  const bool no_planes = steps.size() == 1 && stored && !loads.empty() &&
-                         std::all_of(loads.begin(), loads.end(), [](const BoundLoad& l) { return l.skipped; });
-  const int block = no_planes ? std::max(kBlockPixels, out.roi.width() / kGroupPixels * kGroupPixels) : kBlockPixels;
+  // One step from source to sink touches no plane, so its blocks may be as long as the row: coefficients are
+  // set up once.
+  const bool no_planes =
+      steps.size() == 1 && stored && !loads.empty() &&
+      std::all_of(loads.begin(), loads.end(), [](const BoundLoad& l) { return l.skipped; });
+  const int block =
+      no_planes ? std::max(kBlockPixels, out.roi.width() / kGroupPixels * kGroupPixels) : kBlockPixels;
 
   Tail tail_in[2], tail_out;
   const size_t sink_pixel = 4 * PixelBytes(out.type);
@@ -170,11 +175,14 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
         step.args.x = x;
         step.args.y = y;
         step.args.count = tail ? kGroupPixels : count;
-        if (step.source != nullptr) step.args.source.read = BlockPixels(*step.source, x, y, count, tail_in[0]);
-        if (step.second != nullptr) step.args.second.read = BlockPixels(*step.second, x, y, count, tail_in[1]);
+        if (step.source != nullptr)
+          step.args.source.read = BlockPixels(*step.source, x, y, count, tail_in[0]);
+        if (step.second != nullptr)
+          step.args.second.read = BlockPixels(*step.second, x, y, count, tail_in[1]);
         if (step.sink) step.args.sink.write = tail ? tail_out.pixels : out.At(x, y);
         step.stage->Run(step.args);
-        if (step.sink && tail) std::memcpy(out.At(x, y), tail_out.pixels, static_cast<size_t>(count) * sink_pixel);
+        if (step.sink && tail)
+          std::memcpy(out.At(x, y), tail_out.pixels, static_cast<size_t>(count) * sink_pixel);
       }
       for (simd::StoreArgs& store : stores) {
         store.pixels = out.At(x, y);
@@ -210,8 +218,8 @@ void TileRunner::RunTile(const TileStep& step, std::span<const ConstImageView> t
   step.stage->Run({in, out, stream, arena, step.channels, in_channels});
 }
 
-void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources, const ImageView& out, bool stream,
-                     base::Arena& arena) const {
+void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources, const ImageView& out,
+                     bool stream, base::Arena& arena) const {
   arena.Reset();
   const size_t count = plan_.buffers.size();
   const Buffer& last = plan_.buffers.back();

@@ -11,7 +11,8 @@
 
 namespace tessera::graph {
 
-// Pixels of a source that cover what the region needs; channel 0 of the view is channel `first` of the source.
+// Pixels of a source that cover what the region needs; channel 0 of the view is channel `first` of the
+// source.
 struct SourceView {
   ConstImageView view;
   int first = 0;
@@ -28,8 +29,9 @@ class TileRunner {
            base::Arena& arena) const;
 
  private:
-  void RunPoints(const PointRun& run, std::span<const SourceView> sources, std::span<const ConstImageView> tiles,
-                 const ImageView& out, bool stream, base::Arena& arena) const;
+  void RunPoints(const PointRun& run, std::span<const SourceView> sources,
+                 std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
+                 base::Arena& arena) const;
   void RunTile(const TileStep& step, std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                base::Arena& arena) const;
 

@@ -55,8 +55,8 @@ class SourceOp final : public Op {
 
 Node MakeSource(std::shared_ptr<const PixelSource> source);
 
-// Takes finished rows in ascending order; one thread at a time. The destructor of a sink that was not finished
-// leaves nothing behind.
+// Takes finished rows in ascending order; one thread at a time. The destructor of a sink that was not
+// finished leaves nothing behind.
 class RowSink {
  public:
   virtual ~RowSink() = default;

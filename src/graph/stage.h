@@ -1,4 +1,5 @@
-// How an operation is computed: an op compiled for this CPU. Stages are immutable; every thread uses the same one.
+// How an operation is computed: an op compiled for this CPU. Stages are immutable; every thread uses the same
+// one.
 #ifndef TESSERA_GRAPH_STAGE_H_
 #define TESSERA_GRAPH_STAGE_H_
 
@@ -8,15 +9,15 @@
 #include <memory>
 #include <span>
 
-#include "base/block.h"
 #include "base/arena.h"
+#include "base/block.h"
 #include "tessera/image.h"
 #include "tessera/roi.h"
 
 namespace tessera::graph {
 
-// Pixels a fused stage reads or writes directly instead of planes: `count` RGBA-interleaved pixels of one type.
-// Null pixels: use the planes.
+// Pixels a fused stage reads or writes directly instead of planes: `count` RGBA-interleaved pixels of one
+// type. Null pixels: use the planes.
 struct DirectPixels {
   PixelType type = PixelType::kFloat;
   const std::byte* read = nullptr;
@@ -24,17 +25,18 @@ struct DirectPixels {
   bool stream = false;  // write around the cache where aligned
 };
 
-// One block of one row for a point stage. Every plane holds kBlockPixels floats and `count` is no larger, except
-// where both source and sink are direct and no plane is touched; it is a multiple of kGroupPixels, of which the last ones may be padding (any value; never trapping, never stored).
+// One block of one row for a point stage. Every plane holds kBlockPixels floats and `count` is no larger,
+// except where both source and sink are direct and no plane is touched; it is a multiple of kGroupPixels, of
+// which the last ones may be padding (any value; never trapping, never stored).
 struct PointArgs {
   int count = 0;
-  int x = 0, y = 0;                 // image coordinates of the block's first pixel
-  const int32_t* order = nullptr;   // position in a plane -> offset from x of the pixel it holds
+  int x = 0, y = 0;                       // image coordinates of the block's first pixel
+  const int32_t* order = nullptr;         // position in a plane -> offset from x of the pixel it holds
   const float* const (*in)[4] = nullptr;  // in[k]: four planes of input k; a plane that no channel feeds is 0
                                           // (1 for a missing alpha)
-  float* out[4] = {};               // four planes, never null; may be any of the inputs' planes, in any order: read a
-                                    // group of every input before writing it
-  DirectPixels source, sink;        // used only when CanFuse allowed it; or, with `second` (input 1), CanFusePair
+  float* out[4] = {};  // four planes, never null; may be any of the inputs' planes, in any order: read a
+                       // group of every input before writing it
+  DirectPixels source, sink;  // used only when CanFuse allowed it; or, with `second` (input 1), CanFusePair
   DirectPixels second;
 };
 
@@ -48,8 +50,8 @@ class PointStage {
     (void)load, (void)type;
     return false;
   }
-  // True when a stage of two inputs may run from the interleaved four-channel pixels of both (`source`, `second`)
-  // straight to the result's, all three of this type. All or nothing: else there are planes only.
+  // True when a stage of two inputs may run from the interleaved four-channel pixels of both (`source`,
+  // `second`) straight to the result's, all three of this type. All or nothing: else there are planes only.
   virtual bool CanFusePair(PixelType type) const {
     (void)type;
     return false;
@@ -63,19 +65,25 @@ class PointStage {
 };
 
 // What lies beyond an input's data window.
-enum class Border : uint8_t { kBlack, kClamp, kRepeat, kMirror, kMirror101 };  // kMirror shows the edge pixel twice
+enum class Border : uint8_t {
+  kBlack,
+  kClamp,
+  kRepeat,
+  kMirror,
+  kMirror101
+};  // kMirror shows the edge pixel twice
 
 // Whether pixels are as tile and whole stages want them: floats, channels side by side, pixels too.
 inline bool IsDenseFloat(const ConstImageView& v) {
   return v.type == PixelType::kFloat && v.channel_stride == 4 && v.pixel_stride == ptrdiff_t{4} * v.channels;
 }
 
-// One tile for a tile stage: float pixels, interleaved and dense (pixel stride 4 bytes x channels), rows at any stride.
-// An input may be the source's own pixels and the output the caller's.
+// One tile for a tile stage: float pixels, interleaved and dense (pixel stride 4 bytes x channels), rows at
+// any stride. An input may be the source's own pixels and the output the caller's.
 struct TileArgs {
-  std::span<const ConstImageView> in;  // in[k].roi contains InputRoi(k, out.roi), borders filled; 64 bytes beyond the
-                                       // end of a row may be read. An input that the op needs whole is its whole
-                                       // data window instead, without that margin
+  std::span<const ConstImageView> in;  // in[k].roi contains InputRoi(k, out.roi), borders filled; 64 bytes
+                                       // beyond the end of a row may be read. An input that the op needs
+                                       // whole is its whole data window instead, without that margin
   ImageView out;                       // nothing but its own pixels may be written
   bool stream = false;                 // write around the cache where aligned
   base::Arena& scratch;                // the worker's memory, released after the tile
@@ -91,8 +99,8 @@ struct TileSize {
 class TileStage {
  public:
   virtual ~TileStage() = default;
-  // The region of input `k` that is needed to compute `out`; may leave the data window. Not asked for inputs that
-  // the op needs whole.
+  // The region of input `k` that is needed to compute `out`; may leave the data window. Not asked for inputs
+  // that the op needs whole.
   virtual Roi InputRoi(int k, const Roi& out) const = 0;
   virtual Border InputBorder(int k) const {
     (void)k;
@@ -102,7 +110,8 @@ class TileStage {
   virtual void Run(const TileArgs& args) const = 0;
 };
 
-// Calls task(i, worker) for every i in [0, count), on Workers::count() threads; results must not depend on the order.
+// Calls task(i, worker) for every i in [0, count), on Workers::count() threads; results must not depend on
+// the order.
 class Workers {
  public:
   virtual ~Workers() = default;
@@ -114,8 +123,10 @@ class Workers {
 class WholeStage {
  public:
   virtual ~WholeStage() = default;
-  // in[k]: the whole data window of input k; out: the whole result. Float, interleaved and dense, any row stride.
-  virtual void Run(std::span<const ConstImageView> in, const ImageView& out, const Workers& workers) const = 0;
+  // in[k]: the whole data window of input k; out: the whole result. Float, interleaved and dense, any row
+  // stride.
+  virtual void Run(std::span<const ConstImageView> in, const ImageView& out,
+                   const Workers& workers) const = 0;
 };
 
 }  // namespace tessera::graph

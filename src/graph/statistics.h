@@ -1,5 +1,5 @@
-// The mean of a weighted sum of colour channels, in double, with an order of summation that depends on the image
-// alone.
+// The mean of a weighted sum of colour channels, in double, with an order of summation that depends on the
+// image alone.
 #ifndef TESSERA_GRAPH_STATISTICS_H_
 #define TESSERA_GRAPH_STATISTICS_H_
 

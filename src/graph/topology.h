@@ -11,8 +11,8 @@
 
 namespace tessera::graph {
 
-// Each node once. Iterative: a chain of a hundred thousand operations does not overflow the stack. Inputs for which
-// follow(node data, input) is false are left out.
+// Each node once. Iterative: a chain of a hundred thousand operations does not overflow the stack. Inputs for
+// which follow(node data, input) is false are left out.
 template <typename Follow>
 std::vector<Node> TopologicalOrder(const Node& root, const Follow& follow) {
   std::vector<Node> order;
@@ -40,8 +40,8 @@ inline std::vector<Node> TopologicalOrder(const Node& root) {
   return TopologicalOrder(root, [](const NodeData&, int) { return true; });
 }
 
-// The graph with each node, inputs first, replaced by what replace(node with its new inputs, node as it was) returns.
-// Nodes whose inputs stay are handed on as they are.
+// The graph with each node, inputs first, replaced by what replace(node with its new inputs, node as it was)
+// returns. Nodes whose inputs stay are handed on as they are.
 template <typename Replace>
 Node Rewrite(const Node& root, const Replace& replace) {
   std::unordered_map<const NodeData*, Node> done;

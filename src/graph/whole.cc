@@ -8,7 +8,8 @@ namespace {
 
 Node Resolve(const Node& root, bool with_root, const std::function<Image(const Node&)>& compute) {
   return Rewrite(root, [&](const Node& node, const Node& before) {
-    const bool is_whole = node.data()->op->Kind() == OpKind::kWhole && (with_root || before.data() != root.data());
+    const bool is_whole =
+        node.data()->op->Kind() == OpKind::kWhole && (with_root || before.data() != root.data());
     return is_whole ? FromImage(compute(node)) : node;
   });
 }

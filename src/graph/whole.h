@@ -8,8 +8,8 @@
 
 namespace tessera::graph {
 
-// `root` with every kWhole node replaced by a source of the image that compute(node) gives, inner nodes first: the
-// inputs of the node it is called with hold no kWhole node.
+// `root` with every kWhole node replaced by a source of the image that compute(node) gives, inner nodes
+// first: the inputs of the node it is called with hold no kWhole node.
 Node ResolveWhole(const Node& root, const std::function<Image(const Node&)>& compute);
 
 // The same for the inputs of a node alone.

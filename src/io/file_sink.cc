@@ -1,4 +1,5 @@
-// Writes bands of rows with OpenImageIO, cut or padded to what the format holds, and checks that all of it arrived.
+// Writes bands of rows with OpenImageIO, cut or padded to what the format holds, and checks that all of it
+// arrived.
 #include "io/file_sink.h"
 
 #include <algorithm>
@@ -15,12 +16,12 @@ namespace {
 
 constexpr int kPadRows = 16;  // rows of zeros written at once beyond the data window
 
-// What was true of the pixels that were read and is not of those written: their digests, their thumbnail, their
-// levels. A file of one level that calls itself a MIP map cannot be read.
-constexpr const char* kStale[] = {"oiio:SHA-1",           "oiio:ConstantColor",    "oiio:AverageColor",
-                                  "oiio:subimages",       "openexr:levelmode",     "openexr:roundingmode",
-                                  "openexr:lineOrder",    "textureformat",         "thumbnail_image",
-                                  "thumbnail_width",      "thumbnail_height",      "thumbnail_nchannels"};
+// What was true of the pixels that were read and is not of those written: their digests, their thumbnail,
+// their levels. A file of one level that calls itself a MIP map cannot be read.
+constexpr const char* kStale[] = {"oiio:SHA-1",        "oiio:ConstantColor", "oiio:AverageColor",
+                                  "oiio:subimages",    "openexr:levelmode",  "openexr:roundingmode",
+                                  "openexr:lineOrder", "textureformat",      "thumbnail_image",
+                                  "thumbnail_width",   "thumbnail_height",   "thumbnail_nchannels"};
 
 int TileHint(const ImageSpec& spec, const std::vector<Attribute>& attributes, const std::string& name) {
   int value = 0;
@@ -49,9 +50,10 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
   if (!output_) {
     OIIO::geterror();
     const std::string extension = std::filesystem::path(shown).extension().string();
-    throw Error(shown, (extension.empty() ? "found no file extension" : "found the extension \"" + extension + "\"") +
-                           ", expected that of a format that can be written: " +
-                           std::string(OIIO::get_string_attribute("output_format_list")));
+    throw Error(
+        shown, (extension.empty() ? "found no file extension" : "found the extension \"" + extension + "\"") +
+                   ", expected that of a format that can be written: " +
+                   std::string(OIIO::get_string_attribute("output_format_list")));
   }
   if (data_.empty()) throw Error(shown, "found an image without pixels, expected at least 1 x 1");
   file_spec_ = SpecTo(spec, type);
@@ -77,8 +79,9 @@ void FileSink::ChooseChannels(const ImageSpec& spec) {
   if (!alpha && spec.alpha >= 0 && kept_.size() > 1) kept_.erase(kept_.begin() + spec.alpha);
   const size_t count = kept_.size();
   if (count != 1 && count != 3 && !(alpha && (count == 2 || count == 4))) {
-    throw Error(shown_, "found " + std::to_string(spec.channel_count()) + " channels (" + Joined(spec.channels) +
-                            "), expected " + (alpha ? "1 to 4" : "1 or 3, and alpha, which is left out,") + " for " +
+    throw Error(shown_, "found " + std::to_string(spec.channel_count()) + " channels (" +
+                            Joined(spec.channels) + "), expected " +
+                            (alpha ? "1 to 4" : "1 or 3, and alpha, which is left out,") + " for " +
                             output_->format_name());
   }
   if (count == spec.channels.size()) return;
@@ -91,8 +94,10 @@ void FileSink::ChooseWindow(const ImageSpec& spec) {
   window_ = data_;
   if (!output_->supports("displaywindow") && !spec.display_window.empty()) window_ = spec.display_window;
   const Roi place = window_;
-  const int dx = output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.x0, file_spec_.full_x));
-  const int dy = output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.y0, file_spec_.full_y));
+  const int dx =
+      output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.x0, file_spec_.full_x));
+  const int dy =
+      output_->supports("negativeorigin") ? 0 : std::min(0, std::min(window_.y0, file_spec_.full_y));
   file_spec_.x = output_->supports("origin") ? place.x0 - dx : 0;
   file_spec_.y = output_->supports("origin") ? place.y0 - dy : 0;
   file_spec_.width = window_.width();
@@ -102,7 +107,8 @@ void FileSink::ChooseWindow(const ImageSpec& spec) {
 }
 
 void FileSink::ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& attributes) {
-  const int width = TileHint(spec, attributes, "tile_width"), height = TileHint(spec, attributes, "tile_height");
+  const int width = TileHint(spec, attributes, "tile_width"),
+            height = TileHint(spec, attributes, "tile_height");
   if (width < 0 || height < 0 || (width > 0) != (height > 0)) {
     throw Error(shown_, "found tiles of " + std::to_string(width) + " x " + std::to_string(height) +
                             ", expected both sides positive or both 0");
@@ -115,8 +121,8 @@ void FileSink::ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& 
 
 void FileSink::Open(const std::string& temporary) {
   temporary_ = temporary;
-  // Through a proxy, OpenImageIO 2.4's TIFF writer cannot read back the directory it needs for Exif items (any sRGB
-  // picture has one) and leaves a file that nobody can open; by itself it reports a full disk.
+  // Through a proxy, OpenImageIO 2.4's TIFF writer cannot read back the directory it needs for Exif items
+  // (any sRGB picture has one) and leaves a file that nobody can open; by itself it reports a full disk.
   const bool proxy_loses_exif = std::string(output_->format_name()) == "tiff";
   if (output_->supports("ioproxy") && !proxy_loses_exif) {
     stream_ = std::make_unique<CheckedFile>(temporary);
@@ -131,10 +137,11 @@ void FileSink::Open(const std::string& temporary) {
   }
   if (!ok) Fail(output_->geterror());
   file_spec_ = output_->spec();
-  // Formats pick their nearest type; where it is none of ours (double, uint32), OpenImageIO converts from float.
+  // Formats pick their nearest type; where it is none of ours (double, uint32), OpenImageIO converts from
+  // float.
   type_ = PixelTypeOf(file_spec_.format).value_or(PixelType::kFloat);
-  granularity_ = file_spec_.tile_height > 0 ? file_spec_.tile_height
-                                            : ChunkRows(output_->format_name(), file_spec_);
+  granularity_ =
+      file_spec_.tile_height > 0 ? file_spec_.tile_height : ChunkRows(output_->format_name(), file_spec_);
 }
 
 void FileSink::Write(const ConstImageView& rows) {
@@ -168,7 +175,8 @@ void FileSink::Pad(int until) {
   if (next_ >= until) return;
   const size_t row = PixelBytes(type_) * kept_.size() * window_.width();
   const std::vector<std::byte> zeros(row * std::min(kPadRows, until - next_));
-  while (next_ < until) Put(next_, std::min(next_ + kPadRows, until), zeros.data(), static_cast<ptrdiff_t>(row));
+  while (next_ < until)
+    Put(next_, std::min(next_ + kPadRows, until), zeros.data(), static_cast<ptrdiff_t>(row));
 }
 
 void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) {
@@ -183,7 +191,8 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
   const int offset = file_spec_.y - window_.y0;
   bool ok = false;
   try {
-    ok = output_->write_scanlines(y0 + offset, y1 + offset, 0, TypeDescOf(type_), data, OIIO::AutoStride, row_stride);
+    ok = output_->write_scanlines(y0 + offset, y1 + offset, 0, TypeDescOf(type_), data, OIIO::AutoStride,
+                                  row_stride);
   } catch (const std::exception& e) {
     Fail(e.what());
   }
@@ -196,8 +205,8 @@ void FileSink::PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_str
   const auto write = [&](int top, int bottom, const std::byte* pixels, ptrdiff_t stride) {
     bool ok = false;
     try {
-      ok = output_->write_tiles(window_.x0 + dx, window_.x1 + dx, top + dy, bottom + dy, 0, 1, TypeDescOf(type_),
-                                pixels, OIIO::AutoStride, stride);
+      ok = output_->write_tiles(window_.x0 + dx, window_.x1 + dx, top + dy, bottom + dy, 0, 1,
+                                TypeDescOf(type_), pixels, OIIO::AutoStride, stride);
     } catch (const std::exception& e) {
       Fail(e.what());
     }
@@ -215,7 +224,8 @@ void FileSink::PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_str
     }
     const int stop = std::min(end, y1);  // part of a tile row: kept until it is whole
     tile_rows_.resize(row * (end - tile_top_));
-    for (; y < stop; ++y, from += row_stride) std::memcpy(tile_rows_.data() + row * (y - tile_top_), from, row);
+    for (; y < stop; ++y, from += row_stride)
+      std::memcpy(tile_rows_.data() + row * (y - tile_top_), from, row);
     if (y == end) write(tile_top_, end, tile_rows_.data(), static_cast<ptrdiff_t>(row));
   }
   next_ = y1;
@@ -251,14 +261,16 @@ void FileSink::CheckReadable() {
             found.height == file_spec_.height && found.nchannels >= 1;
   if (ok) {
     row.resize(static_cast<size_t>(found.width) * found.nchannels);
-    ok = found.tile_width > 0 || input->read_scanline(found.y + found.height - 1, 0, OIIO::TypeFloat, row.data());
+    ok = found.tile_width > 0 ||
+         input->read_scanline(found.y + found.height - 1, 0, OIIO::TypeFloat, row.data());
   }
   if (!ok) Fail("the file that was written cannot be read back: " + input->geterror());
 }
 
 void FileSink::Fail(const std::string& message) {
   const int code = stream_ ? stream_->failure() : 0;
-  if (code != 0) throw Error(shown_, "cannot be written: " + std::error_code(code, std::generic_category()).message());
+  if (code != 0)
+    throw Error(shown_, "cannot be written: " + std::error_code(code, std::generic_category()).message());
   throw Error(shown_, "cannot be written as " + std::string(output_->format_name()) + ": " +
                           OneLine(message, temporary_, shown_));
 }

@@ -2,11 +2,11 @@
 #ifndef TESSERA_IO_FILE_SINK_H_
 #define TESSERA_IO_FILE_SINK_H_
 
+#include <OpenImageIO/imageio.h>
+
 #include <memory>
 #include <string>
 #include <vector>
-
-#include <OpenImageIO/imageio.h>
 
 #include "graph/source.h"
 #include "io/output_file.h"
@@ -16,9 +16,10 @@ namespace tessera::io {
 
 class FileSink final : public graph::RowSink {
  public:
-  // Judges what can be judged before a file exists; `shown` names it in errors and its extension is the format.
-  // Throws Error for an unknown extension and for channels that the format cannot hold.
-  FileSink(const std::string& shown, const ImageSpec& spec, PixelType type, const std::vector<Attribute>& attributes);
+  // Judges what can be judged before a file exists; `shown` names it in errors and its extension is the
+  // format. Throws Error for an unknown extension and for channels that the format cannot hold.
+  FileSink(const std::string& shown, const ImageSpec& spec, PixelType type,
+           const std::vector<Attribute>& attributes);
   ~FileSink() override;
 
   // Opens the existing, empty file. Throws Error.
@@ -42,18 +43,18 @@ class FileSink final : public graph::RowSink {
   [[noreturn]] void Fail(const std::string& message);
 
   std::string shown_, temporary_;
-  std::unique_ptr<CheckedFile> stream_;        // null for formats that open files themselves; outlives output_
+  std::unique_ptr<CheckedFile> stream_;  // null for formats that open files themselves; outlives output_
   std::unique_ptr<OIIO::ImageOutput> output_;
   OIIO::ImageSpec file_spec_;
-  Roi data_;                                   // window of the rows that Write is given
-  Roi window_;                                 // the part that the file holds, same coordinates
-  std::vector<int> kept_;                      // channels that the file holds
-  bool direct_ = true;                         // rows go to the file as they are
-  int next_ = 0;                               // first row of window_ that is not written
+  Roi data_;               // window of the rows that Write is given
+  Roi window_;             // the part that the file holds, same coordinates
+  std::vector<int> kept_;  // channels that the file holds
+  bool direct_ = true;     // rows go to the file as they are
+  int next_ = 0;           // first row of window_ that is not written
   PixelType type_;
   int granularity_ = 1;
   std::vector<std::byte> composed_, tile_rows_;
-  int tile_top_ = 0;                           // tile_rows_ holds [tile_top_, next_)
+  int tile_top_ = 0;  // tile_rows_ holds [tile_top_, next_)
 };
 
 }  // namespace tessera::io

@@ -1,11 +1,11 @@
 // Statistics and comparison of images in oiiotool's words, computed by OpenImageIO.
+#include <OpenImageIO/imagebufalgo.h>
+
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <string>
 #include <vector>
-
-#include <OpenImageIO/imagebufalgo.h>
 
 #include "io/spec.h"
 #include "tessera/error.h"
@@ -23,7 +23,8 @@ __attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...
   return text;
 }
 
-// The largest code of an integer image, 0 for floating point. Files of 10 or 12 bits keep that in the metadata.
+// The largest code of an integer image, 0 for floating point. Files of 10 or 12 bits keep that in the
+// metadata.
 unsigned LargestCode(const ImageSpec& spec) {
   const OIIO::ImageSpec theirs = io::SpecTo(spec, spec.type);
   const unsigned bits = static_cast<unsigned>(theirs.get_int_attribute("oiio:BitsPerSample", 0));
@@ -66,10 +67,11 @@ std::string Statistics(const Image& image, unsigned largest) {
   const auto buffer = ToImageBuf(image);
   const auto stats = OIIO::ImageBufAlgo::computePixelStats(*buffer);
   if (stats.min.empty()) throw Error("stats", io::OneLine(buffer->geterror()));
-  std::string text = Line("Stats Min", stats.min, largest, true) + Line("Stats Max", stats.max, largest, true) +
-                     Line("Stats Avg", stats.avg, largest, false) +
-                     Line("Stats StdDev", stats.stddev, largest, false) + Counts("Stats NanCount", stats.nancount) +
-                     Counts("Stats InfCount", stats.infcount) + Counts("Stats FiniteCount", stats.finitecount);
+  std::string text =
+      Line("Stats Min", stats.min, largest, true) + Line("Stats Max", stats.max, largest, true) +
+      Line("Stats Avg", stats.avg, largest, false) + Line("Stats StdDev", stats.stddev, largest, false) +
+      Counts("Stats NanCount", stats.nancount) + Counts("Stats InfCount", stats.infcount) +
+      Counts("Stats FiniteCount", stats.finitecount);
   std::vector<float> color(static_cast<size_t>(buffer->nchannels()));
   if (OIIO::ImageBufAlgo::isConstantColor(*buffer, 0.0f, color)) {
     text += "    Constant: Yes\n" + Line("Constant Color", color, largest, false);
@@ -112,15 +114,15 @@ DiffReport Compare(const Image& a, const Image& b, const DiffOptions& options) {
     report.verdict = DiffVerdict::kWarning;
   }
   if (report.verdict != DiffVerdict::kPass) {
-    report.text = Format("  Mean error = %g\n  RMS error = %g\n  Peak SNR = %g\n  Max error  = %g", report.mean_error,
-                         report.rms_error, report.psnr, report.max_error);
+    report.text = Format("  Mean error = %g\n  RMS error = %g\n  Peak SNR = %g\n  Max error  = %g",
+                         report.mean_error, report.rms_error, report.psnr, report.max_error);
     if (report.max_error != 0) {
       const auto& names = a.spec().channels;
       const std::string channel = found.maxc < static_cast<int>(names.size())
                                       ? names[static_cast<size_t>(found.maxc)]
                                       : "channel " + std::to_string(found.maxc);
-      report.text += " @ (" + std::to_string(found.maxx) + ", " + std::to_string(found.maxy) + ", " + channel +
-                     ")  values are " + Values(*first, found.maxx, found.maxy) + " vs " +
+      report.text += " @ (" + std::to_string(found.maxx) + ", " + std::to_string(found.maxy) + ", " +
+                     channel + ")  values are " + Values(*first, found.maxx, found.maxy) + " vs " +
                      Values(*second, found.maxx, found.maxy);
     }
     const auto share = [&](int64_t count, double threshold) {

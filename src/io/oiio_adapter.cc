@@ -1,8 +1,8 @@
 // OpenImageIO's in-memory images as ours and back, sharing the pixels.
+#include <OpenImageIO/imagebuf.h>
+
 #include <memory>
 #include <string>
-
-#include <OpenImageIO/imagebuf.h>
 
 #include "io/spec.h"
 #include "tessera/error.h"
@@ -19,7 +19,8 @@ ConstImageView ViewOf(const OIIO::ImageBuf& buffer) {
     throw Error(name, "found a volume " + std::to_string(spec.depth) + " deep, expected a flat image");
   }
   const auto* pixels = static_cast<const std::byte*>(buffer.localpixels());
-  if (!pixels) throw Error(name, "found pixels in an image cache, expected local pixels (ImageBuf::make_writable)");
+  if (!pixels)
+    throw Error(name, "found pixels in an image cache, expected local pixels (ImageBuf::make_writable)");
   const auto type = io::PixelTypeOf(buffer.pixeltype());
   if (!type) {
     throw Error(name, "found pixels of type " + std::string(buffer.pixeltype().c_str()) +
@@ -45,8 +46,9 @@ std::shared_ptr<OIIO::ImageBuf> ToImageBuf(const Image& image) {
   const ImageView view = image.view();
   if (view.roi.empty()) throw Error("ToImageBuf", "found an image without pixels, expected at least 1 x 1");
   // The deleter holds the image, and with it the pixels.
-  return {new OIIO::ImageBuf(io::SpecTo(image.spec(), view.type), view.data, view.pixel_stride, view.row_stride),
-          [image](OIIO::ImageBuf* buffer) { delete buffer; }};
+  return {
+      new OIIO::ImageBuf(io::SpecTo(image.spec(), view.type), view.data, view.pixel_stride, view.row_stride),
+      [image](OIIO::ImageBuf* buffer) { delete buffer; }};
 }
 
 }  // namespace tessera

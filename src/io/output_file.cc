@@ -20,8 +20,8 @@ namespace tessera {
 namespace io {
 namespace {
 
-// Names of unfinished outputs. Whoever exchanges a pointer out owns it, so that a signal handler and a thread never
-// both act on one; a name taken by a handler is not freed, because free is not safe there.
+// Names of unfinished outputs. Whoever exchanges a pointer out owns it, so that a signal handler and a thread
+// never both act on one; a name taken by a handler is not freed, because free is not safe there.
 std::array<std::atomic<char*>, 1024> unfinished{};
 static_assert(std::atomic<char*>::is_always_lock_free);
 
@@ -38,7 +38,8 @@ void Remember(const std::string& name) {
 void Forget(const std::string& name) noexcept {
   for (auto& slot : unfinished) {
     char* held = slot.load();
-    // Only the owner of a temporary name removes it, so `held` can vanish only through a handler, which never frees.
+    // Only the owner of a temporary name removes it, so `held` can vanish only through a handler, which never
+    // frees.
     if (held && name == held && slot.compare_exchange_strong(held, nullptr)) {
       std::free(held);
       return;
@@ -115,20 +116,24 @@ void RenameTemporary(const std::string& temporary, const std::string& target, co
 int GrowthFailure(const std::string& name) {
   const int descriptor = ::open(name.c_str(), O_WRONLY | O_CLOEXEC);
   if (descriptor < 0) return errno;
-  static constexpr std::array<char, 1 << 16> kMore{};  // more than the buffer whose last write may have been lost
+  static constexpr std::array<char, 1 << 16>
+      kMore{};  // more than the buffer whose last write may have been lost
   const off_t size = ::lseek(descriptor, 0, SEEK_END);
   int failure = size < 0 ? errno : 0;
   if (failure == 0) {
     const ssize_t done = ::write(descriptor, kMore.data(), kMore.size());
-    if (done < 0) failure = errno;
-    else if (done < static_cast<ssize_t>(kMore.size())) failure = ENOSPC;
+    if (done < 0)
+      failure = errno;
+    else if (done < static_cast<ssize_t>(kMore.size()))
+      failure = ENOSPC;
     if (::ftruncate(descriptor, size) != 0 && failure == 0) failure = errno;
   }
   if (::close(descriptor) != 0 && failure == 0) failure = errno;
   return failure;
 }
 
-CheckedFile::CheckedFile(const std::string& name) : IOProxy(name, Write), file_(std::fopen(name.c_str(), "w+b")) {
+CheckedFile::CheckedFile(const std::string& name)
+    : IOProxy(name, Write), file_(std::fopen(name.c_str(), "w+b")) {
   if (!file_) {
     failure_ = errno;
     m_mode = Closed;

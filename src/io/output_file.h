@@ -1,18 +1,19 @@
-// Files that appear whole or not at all: a temporary name beside the target, and a stream that remembers failures.
+// Files that appear whole or not at all: a temporary name beside the target, and a stream that remembers
+// failures.
 #ifndef TESSERA_IO_OUTPUT_FILE_H_
 #define TESSERA_IO_OUTPUT_FILE_H_
+
+#include <OpenImageIO/filesystem.h>
 
 #include <cstdint>
 #include <cstdio>
 #include <mutex>
 #include <string>
 
-#include <OpenImageIO/filesystem.h>
-
 namespace tessera::io {
 
-// The file that an output name stands for: symbolic links are followed, so that replacing it does not replace the
-// link. Throws Error when it is a directory, a device, or exists and cannot be written.
+// The file that an output name stands for: symbolic links are followed, so that replacing it does not replace
+// the link. Throws Error when it is a directory, a device, or exists and cannot be written.
 std::string ResolveTarget(const std::string& file);
 
 // Creates an empty file of a unique hidden name beside `target`, with its extension, known to
@@ -23,12 +24,14 @@ void RemoveTemporary(const std::string& temporary) noexcept;
 // Gives it its final name and the permissions of the file it replaces. Throws Error naming `shown`.
 void RenameTemporary(const std::string& temporary, const std::string& target, const std::string& shown);
 
-// Whether a file that an encoder wrote without a stream of ours could still have grown: the errno that a further
-// write meets, 0 for none. The file is left as it was. A disk that was full while it was written says so here.
+// Whether a file that an encoder wrote without a stream of ours could still have grown: the errno that a
+// further write meets, 0 for none. The file is left as it was. A disk that was full while it was written says
+// so here.
 int GrowthFailure(const std::string& name);
 
-// The stream that encoders write to. Some overlook a full disk (OpenEXR when it closes a file), some end the process
-// (libjpeg), so that this stream accepts every write and remembers the first that failed; whoever owns it asks.
+// The stream that encoders write to. Some overlook a full disk (OpenEXR when it closes a file), some end the
+// process (libjpeg), so that this stream accepts every write and remembers the first that failed; whoever
+// owns it asks.
 class CheckedFile final : public OIIO::Filesystem::IOProxy {
  public:
   explicit CheckedFile(const std::string& name);

@@ -1,4 +1,6 @@
 // Images in files as lazy sources: the header is read and judged here, rows are read when the engine asks.
+#include <OpenImageIO/imageio.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -12,8 +14,6 @@
 #include <system_error>
 #include <utility>
 #include <vector>
-
-#include <OpenImageIO/imageio.h>
 
 #include "graph/source.h"
 #include "io/spec.h"
@@ -63,23 +63,27 @@ int64_t CheckFile(const std::string& file) {
     throw Error(file, "found a directory, expected an image file");
   }
   if (status.type() != std::filesystem::file_type::regular) {
-    throw Error(file, code ? "cannot be read: " + code.message() : "found a device or pipe, expected an image file");
+    throw Error(
+        file, code ? "cannot be read: " + code.message() : "found a device or pipe, expected an image file");
   }
   const auto size = std::filesystem::file_size(file, code);
   if (code) throw Error(file, "cannot be read: " + code.message());
   if (size == 0) throw Error(file, "found an empty file (0 bytes), expected an image");
   errno = 0;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> probe(std::fopen(file.c_str(), "rb"), &std::fclose);
-  if (!probe) throw Error(file, "cannot be read: " + std::error_code(errno, std::generic_category()).message());
+  if (!probe)
+    throw Error(file, "cannot be read: " + std::error_code(errno, std::generic_category()).message());
   return static_cast<int64_t>(size);
 }
 
 void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_bytes) {
   const std::string size = std::to_string(s.width) + " x " + std::to_string(s.height);
   if (s.deep) throw Error(file, "found deep pixels, expected flat ones");
-  if (s.depth > 1) throw Error(file, "found a volume " + std::to_string(s.depth) + " deep, expected a flat image");
+  if (s.depth > 1)
+    throw Error(file, "found a volume " + std::to_string(s.depth) + " deep, expected a flat image");
   if (s.width < 1 || s.height < 1) throw Error(file, "found " + size + " pixels, expected at least 1 x 1");
-  if (s.nchannels < 1) throw Error(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
+  if (s.nchannels < 1)
+    throw Error(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
   for (const int64_t end : {int64_t{s.x} + s.width, int64_t{s.y} + s.height, int64_t{s.full_x} + s.full_width,
                             int64_t{s.full_y} + s.full_height}) {
     if (end > INT32_MAX) throw Error(file, "found a window of " + size + " that ends beyond 2147483647");
@@ -94,8 +98,10 @@ void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_b
     throw Error(file, "found " + declared + " declared in a file of " + std::to_string(file_bytes) +
                           " bytes, expected a plausible size");
   }
-  if (s.tile_width < 0 || s.tile_height < 0 || s.tile_depth > 1 || (s.tile_width > 0) != (s.tile_height > 0)) {
-    throw Error(file, "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
+  if (s.tile_width < 0 || s.tile_height < 0 || s.tile_depth > 1 ||
+      (s.tile_width > 0) != (s.tile_height > 0)) {
+    throw Error(file,
+                "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
   }
 }
 
@@ -105,7 +111,8 @@ std::unique_ptr<ImageInput> OpenInput(const std::string& file) {
   return input;
 }
 
-// Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an error.
+// Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an
+// error.
 bool JpegEnds(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
@@ -173,8 +180,8 @@ class FileReader final : public graph::RowReader {
     if (!ok) Fail(rows);
   }
 
-  // Fills out's rows from y to the end of their tile row and returns the next row wanted. A tile row that is only
-  // partly asked for is kept, because the rest of it is asked for next.
+  // Fills out's rows from y to the end of their tile row and returns the next row wanted. A tile row that is
+  // only partly asked for is kept, because the rest of it is asked for next.
   int ReadTileRow(const ImageView& out, int y) {
     const int bottom = spec_.y + spec_.height, tile = spec_.tile_height;
     const int top = spec_.y + (y - spec_.y) / tile * tile;
@@ -229,7 +236,8 @@ class FileSource final : public graph::PixelSource {
     });
     CheckSpec(file, native_, bytes);
     if (std::string_view(input->format_name()) == "jpeg" && !JpegEnds(file)) {
-      throw Error(file, "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
+      throw Error(file,
+                  "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
     }
     spec_ = SpecFrom(native_);
     granularity_ = native_.tile_height > 0 ? native_.tile_height : ChunkRows(input->format_name(), native_);
@@ -246,8 +254,8 @@ class FileSource final : public graph::PixelSource {
   void FindPart(ImageInput& input, const ReadOptions& options) {
     if (options.part.empty()) {
       if (options.subimage >= 0 && input.seek_subimage(options.subimage, 0)) return;
-      throw Error(file_, "no part " + std::to_string(options.subimage) + "; parts found: " +
-                             PartList(PartNames(input)));
+      throw Error(file_, "no part " + std::to_string(options.subimage) +
+                             "; parts found: " + PartList(PartNames(input)));
     }
     for (subimage_ = 0; input.seek_subimage(subimage_, 0); ++subimage_) {
       if (PartName(input.spec()) == options.part) return;

@@ -65,7 +65,8 @@ ImageSpec SpecFrom(const OIIO::ImageSpec& spec) {
   auto metadata = std::make_shared<std::vector<Attribute>>();
   for (const OIIO::ParamValue& p : spec.extra_attribs) {
     const auto base = p.type().basetype;
-    if (base == TypeDesc::PTR || base == TypeDesc::UNKNOWN || base == TypeDesc::NONE) continue;  // no value to keep
+    if (base == TypeDesc::PTR || base == TypeDesc::UNKNOWN || base == TypeDesc::NONE)
+      continue;  // no value to keep
     if (!IsTileHint(p.name().string())) metadata->push_back(AttributeFrom(p));
   }
   if (spec.tile_width > 0 && spec.tile_height > 0) {
@@ -167,13 +168,15 @@ TypeDesc ParseType(const std::string& name) {
 std::string OneLine(std::string_view message, const std::string& temporary, const std::string& shown) {
   std::string line;
   for (const char c : message) {
-    const bool blank = std::isspace(static_cast<unsigned char>(c)) || std::iscntrl(static_cast<unsigned char>(c));
+    const bool blank =
+        std::isspace(static_cast<unsigned char>(c)) || std::iscntrl(static_cast<unsigned char>(c));
     if (!blank) line += c;
     if (blank && !line.empty() && line.back() != ' ') line += ' ';
   }
   while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
   if (!temporary.empty()) {
-    for (size_t at; (at = line.find(temporary)) != std::string::npos;) line.replace(at, temporary.size(), shown);
+    for (size_t at; (at = line.find(temporary)) != std::string::npos;)
+      line.replace(at, temporary.size(), shown);
   }
   return line.empty() ? "OpenImageIO gives no reason" : line;
 }
@@ -182,9 +185,9 @@ int ChunkRows(const std::string& format, const OIIO::ImageSpec& spec) {
   if (format != "openexr") return 1;
   std::string compression = spec.get_string_attribute("compression", "zip");
   compression = compression.substr(0, compression.find(':'));  // "dwaa:45" carries its level
-  constexpr std::pair<const char*, int> kRows[] = {{"none", 1},  {"rle", 1},   {"zips", 1},  {"zip", 16},
-                                                   {"pxr24", 16}, {"piz", 32}, {"b44", 32}, {"b44a", 32},
-                                                   {"dwaa", 32}, {"dwab", 256}};
+  constexpr std::pair<const char*, int> kRows[] = {{"none", 1},   {"rle", 1},   {"zips", 1}, {"zip", 16},
+                                                   {"pxr24", 16}, {"piz", 32},  {"b44", 32}, {"b44a", 32},
+                                                   {"dwaa", 32},  {"dwab", 256}};
   for (const auto& [name, rows] : kRows) {
     if (compression == name) return rows;
   }

@@ -2,11 +2,11 @@
 #ifndef TESSERA_IO_SPEC_H_
 #define TESSERA_IO_SPEC_H_
 
+#include <OpenImageIO/imageio.h>
+
 #include <optional>
 #include <string>
 #include <string_view>
-
-#include <OpenImageIO/imageio.h>
 
 #include "tessera/image.h"
 
@@ -15,7 +15,8 @@ namespace tessera::io {
 OIIO::TypeDesc TypeDescOf(PixelType type);
 // Empty for a type that is none of ours.
 std::optional<PixelType> PixelTypeOf(OIIO::TypeDesc type);
-// The type that an image of that spec is read as: the widest of its channels' when it is one of ours, else float.
+// The type that an image of that spec is read as: the widest of its channels' when it is one of ours, else
+// float.
 PixelType StorageType(const OIIO::ImageSpec& spec);
 
 // Tile sizes become the attributes tile_width and tile_height.
@@ -31,7 +32,8 @@ void SetAttribute(OIIO::ImageSpec& spec, const Attribute& attribute);
 OIIO::TypeDesc ParseType(const std::string& name);
 
 // A message of OpenImageIO on one line, with `temporary` (where not empty) replaced by `shown`.
-std::string OneLine(std::string_view message, const std::string& temporary = "", const std::string& shown = "");
+std::string OneLine(std::string_view message, const std::string& temporary = "",
+                    const std::string& shown = "");
 
 // Scanlines that EXR compresses together; 1 for other formats.
 int ChunkRows(const std::string& format, const OIIO::ImageSpec& spec);

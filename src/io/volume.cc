@@ -1,4 +1,6 @@
 // Volumes from files: those that OpenImageIO knows, stacks of slices, raw samples.
+#include "tessera/volume.h"
+
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -11,7 +13,6 @@
 
 #include "base/volume_data.h"
 #include "tessera/error.h"
-#include "tessera/volume.h"
 
 namespace tessera {
 namespace {
@@ -44,13 +45,14 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw Error(file, "cannot be opened");
   const size_t pixel = PixelBytes(raw.type), row = pixel * static_cast<size_t>(raw.size[0]);
-  const auto wanted = static_cast<uintmax_t>(raw.header) +
-                      static_cast<uintmax_t>(row) * static_cast<uintmax_t>(raw.size[1]) * static_cast<uintmax_t>(raw.size[2]);
+  const auto wanted = static_cast<uintmax_t>(raw.header) + static_cast<uintmax_t>(row) *
+                                                               static_cast<uintmax_t>(raw.size[1]) *
+                                                               static_cast<uintmax_t>(raw.size[2]);
   std::error_code unknown;
   const uintmax_t found = fs::file_size(file, unknown);
   if (!unknown && found < wanted) {
-    throw Error(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) + " for " +
-                          std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) + "x" +
+    throw Error(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) +
+                          " for " + std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) + "x" +
                           std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type));
   }
   stream.seekg(raw.header);
@@ -88,8 +90,8 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   return volume;
 }
 
-// The files of a numbered sequence in the order of their numbers, or the file itself. `#`s or %d, %03d stand for any
-// digits.
+// The files of a numbered sequence in the order of their numbers, or the file itself. `#`s or %d, %03d stand
+// for any digits.
 std::vector<std::string> SlicesOf(const std::string& pattern) {
   const fs::path path(pattern);
   const std::string name = path.filename().string();
@@ -99,7 +101,8 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
   const std::string prefix = name.substr(0, first), suffix = behind > name.size() ? "" : name.substr(behind);
   std::map<long, std::string> slices;
   std::error_code missing;
-  for (const auto& entry : fs::directory_iterator(path.has_parent_path() ? path.parent_path() : fs::path("."), missing)) {
+  for (const auto& entry :
+       fs::directory_iterator(path.has_parent_path() ? path.parent_path() : fs::path("."), missing)) {
     const std::string found = entry.path().filename().string();
     if (found.size() <= prefix.size() + suffix.size() || found.compare(0, prefix.size(), prefix) != 0 ||
         found.compare(found.size() - suffix.size(), suffix.size(), suffix) != 0) {
@@ -156,8 +159,9 @@ Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
       if (input->spec().width != spec.width || input->spec().height != spec.height ||
           input->spec().nchannels <= channel) {
         throw Error(files[static_cast<size_t>(k)],
-                    "found " + std::to_string(input->spec().width) + "x" + std::to_string(input->spec().height) +
-                        ", expected the first slice's " + std::to_string(spec.width) + "x" + std::to_string(spec.height));
+                    "found " + std::to_string(input->spec().width) + "x" +
+                        std::to_string(input->spec().height) + ", expected the first slice's " +
+                        std::to_string(spec.width) + "x" + std::to_string(spec.height));
       }
     }
     if (!volume_file || k == 0) {
@@ -190,8 +194,10 @@ void WriteRawVolume(const Volume& volume, const std::string& file) {
   const size_t pixel = PixelBytes(spec.type);
   for (int k = 0; k < spec.size[2] && stream; ++k) {
     for (int j = 0; j < spec.size[1]; ++j) {
-      const std::byte* const row = data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
-      stream.write(reinterpret_cast<const char*>(row), static_cast<std::streamsize>(pixel * static_cast<size_t>(spec.size[0])));
+      const std::byte* const row =
+          data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
+      stream.write(reinterpret_cast<const char*>(row),
+                   static_cast<std::streamsize>(pixel * static_cast<size_t>(spec.size[0])));
     }
   }
   stream.close();

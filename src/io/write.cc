@@ -10,7 +10,8 @@
 
 namespace tessera {
 
-PendingOutput::PendingOutput(const Node& node, const std::string& file, const WriteOptions& options) : file_(file) {
+PendingOutput::PendingOutput(const Node& node, const std::string& file, const WriteOptions& options)
+    : file_(file) {
   const ImageSpec& spec = node.spec();
   const std::string target = io::ResolveTarget(file);
   io::FileSink sink(file, spec, options.type.value_or(spec.type), options.attributes);

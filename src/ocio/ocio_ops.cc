@@ -37,8 +37,8 @@ ParamInfo CccIdParam() {
 ParamInfo BakeParam() {
   ParamInfo p = TextParam(
       "bake",
-      "2 to 129: run it as a shaper and a table of that many entries cubed, and print the error; 0: "
-      "not baked");
+      "2 to 129: run it as a shaper and a table of that many entries cubed, and print the error; 0: not "
+      "baked");
   p.type = ParamType::kInteger;
   p.default_value = "0";
   p.min = 0, p.max = 129;
@@ -111,16 +111,13 @@ OpInfo Row(const std::string& name, const std::string& summary, const std::strin
   info.summary = summary;
   info.help = help +
               " What OpenColorIO's optimised processor holds of matrices, ranges, CDLs, exponents, "
-              "logarithms, 1-D and 3-D LUTs "
-              "runs as this program's own operations and folds with its neighbours; the rest (inverse, "
-              "half-domain and "
-              "hue-preserving LUTs, fixed functions, grading) runs in OpenColorIO's CPU processor within the "
-              "same pass. Alpha "
-              "takes part only where a transform has it. bake=N samples the whole transform into a shaper "
-              "curve and an N x N x N "
+              "logarithms, 1-D and 3-D LUTs runs as this program's own operations and folds with its "
+              "neighbours; the rest (inverse, half-domain and hue-preserving LUTs, fixed functions, grading) "
+              "runs in OpenColorIO's CPU processor within the same pass. Alpha takes part only where a "
+              "transform has it. bake=N samples the whole transform into a shaper curve and an N x N x N "
               "table read with tetrahedra and prints the domain (the range of the image's colours) and the "
-              "largest and RMS error "
-              "and largest CIEDE2000 against the transform itself on 64 tiles of the image.";
+              "largest and RMS error and largest CIEDE2000 against the transform itself on 64 tiles of the "
+              "image.";
   info.bound =
       "1e-5 of OpenColorIO's own result without optimisation losses; each operation as its own page says";
   return info;
@@ -145,9 +142,8 @@ OpInfo ColorConvertInfo() {
   OpInfo info = Row(
       "colorconvert", "Convert from one colour space of a config to another",
       "FROM and TO are colour spaces, aliases or roles of the config. The built-in config has linear "
-      "(Rec.709), "
-      "sRGB, Rec709, ACES2065-1, ACEScg, ACEScct, ACEScc, ADX10, camera logs and raw. strict=0 leaves the "
-      "image alone where a space is unknown.");
+      "(Rec.709), sRGB, Rec709, ACES2065-1, ACEScg, ACEScct, ACEScc, ADX10, camera logs and raw. strict=0 "
+      "leaves the image alone where a space is unknown.");
   info.arguments = {TextParam("FROM", "colour space of the image"),
                     TextParam("TO", "colour space of the result")};
   AddConfigModifiers(info);

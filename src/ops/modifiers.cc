@@ -39,7 +39,9 @@ ParamInfo ChoiceModifier(const char* name, std::vector<std::string> choices, con
 ParamInfo FlagModifier(const char* name, const char* help, const char* default_value) {
   return Modifier(name, ParamType::kFlag, default_value, help);
 }
-ParamInfo TextModifier(const char* name, const char* help) { return Modifier(name, ParamType::kText, "", help); }
+ParamInfo TextModifier(const char* name, const char* help) {
+  return Modifier(name, ParamType::kText, "", help);
+}
 ParamInfo ListModifier(const char* name, const char* default_value, int most, double min, double max,
                        const char* help) {
   ParamInfo param = NumberModifier(name, default_value, min, max, help);

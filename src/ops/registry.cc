@@ -15,11 +15,11 @@
 #include "ops/filter/filter_ops.h"
 #include "ops/flow/flow_ops.h"
 #include "ops/generate/generate_ops.h"
-#include "ops/noise/noise_ops.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/lookup/lookup_ops.h"
-#include "ops/volume/volume_ops.h"
+#include "ops/noise/noise_ops.h"
 #include "ops/shade/shade_ops.h"
+#include "ops/volume/volume_ops.h"
 
 namespace tessera::ops {
 
@@ -113,7 +113,9 @@ const std::vector<OpInfo>& Registry() {
       CellNoiseInfo(),
       SparseNoiseInfo(),
       SpotNoiseInfo(),
+      HashNoiseInfo(),
       NoiseAtInfo(),
+      ShapedSpotsInfo(),
       SvgTurbulenceInfo(),
       SvgFractalNoiseInfo(),
       CloudsInfo(),
@@ -147,6 +149,7 @@ const std::vector<OpInfo>& Registry() {
       HeightNormalsInfo(),
       BumpInfo(),
       TangentNormalsInfo(),
+      SurfaceBumpInfo(),
       CombineNormalsInfo(),
       VolumeInfo(),
   };

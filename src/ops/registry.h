@@ -12,25 +12,26 @@
 namespace tessera::ops {
 
 enum class ParamType : uint8_t {
-  kNumber,    // one finite number in [min, max]
+  kNumber,  // one finite number in [min, max]
   kInteger,
-  kFlag,      // 0 or 1; a bare modifier means 1
-  kNumbers,   // comma-separated finite numbers, count in [min_count, max_count]
-  kChoice,    // one of `choices`; where `numbers_too` is set, a list of numbers is accepted as well
+  kFlag,     // 0 or 1; a bare modifier means 1
+  kNumbers,  // comma-separated finite numbers, count in [min_count, max_count]
+  kChoice,   // one of `choices`; where `numbers_too` is set, a list of numbers is accepted as well
   kText,
 };
 
 struct ParamInfo {
   std::string name;
   ParamType type = ParamType::kNumber;
-  std::string default_value;         // empty for a positional argument: required
-  std::string help;                  // one line, with the unit
+  std::string default_value;  // empty for a positional argument: required
+  std::string help;           // one line, with the unit
   double min = -1e38, max = 1e38;
   int min_count = 1, max_count = 1;
-  std::vector<int> counts = {};          // kNumbers: when not empty, the only counts allowed (9,12,16,20)
+  std::vector<int> counts = {};  // kNumbers: when not empty, the only counts allowed (9,12,16,20)
   std::vector<std::string> choices = {};
   bool numbers_too = false;
-  std::string omitted_with = {};  // a positional argument with a default that is not written where this modifier is
+  std::string omitted_with =
+      {};  // a positional argument with a default that is not written where this modifier is
 };
 
 // Parsed and range-checked values, by parameter name; every parameter of the row is present.
@@ -43,7 +44,8 @@ class Arguments {
   const std::string& Text(const std::string& name) const;  // kChoice, kText: as written
   bool Given(const std::string& name) const;               // written by the user, not the default
 
-  // Where not null, `make` adds what the user asked to be told about the result (the error of a baked transform).
+  // Where not null, `make` adds what the user asked to be told about the result (the error of a baked
+  // transform).
   std::vector<std::string>* notes = nullptr;
 
   struct Value {
@@ -55,30 +57,30 @@ class Arguments {
 };
 
 struct OpInfo {
-  std::string name;                    // the command without dashes; for a generator the --pattern name
-  std::string family;                  // the folder: color, arithmetic, generate, channels
-  bool generator = false;              // no operands; made with geometry arguments x,y,width,height,channels
-  int inputs = 1;                      // operands popped, first below last
+  std::string name;        // the command without dashes; for a generator the --pattern name
+  std::string family;      // the folder: color, arithmetic, generate, channels
+  bool generator = false;  // no operands; made with geometry arguments x,y,width,height,channels
+  int inputs = 1;          // operands popped, first below last
   int (*operands)(const Arguments&) = nullptr;  // where their number depends on the arguments; null: `inputs`
   int Operands(const Arguments& a) const { return operands != nullptr ? operands(a) : inputs; }
-  std::vector<ParamInfo> arguments;    // positional, in order
-  std::vector<ParamInfo> modifiers;    // :key=value
-  std::string summary;                 // one line
-  std::string help;                    // paragraphs: formula, channels, ranges, hard cases, source
-  std::string bound;                   // the accuracy bound in words
-  double bound_u = 0;                  // bound = bound_u * 2^-24 * the reference's scale
+  std::vector<ParamInfo> arguments;  // positional, in order
+  std::vector<ParamInfo> modifiers;  // :key=value
+  std::string summary;               // one line
+  std::string help;                  // paragraphs: formula, channels, ranges, hard cases, source
+  std::string bound;                 // the accuracy bound in words
+  double bound_u = 0;                // bound = bound_u * 2^-24 * the reference's scale
   // The node; throws Error. For generators the inputs are empty and `output` gives windows and channels.
   Node (*make)(std::span<const Node> inputs, const Arguments&, const ImageSpec* output) = nullptr;
   // Argument lines for the laws test and the benchmarks, first the typical one: positional arguments then
   // key=value, blank-separated ("30 preserve=luminance").
   std::vector<std::string> examples;
-  std::string identity;                // the example that returns the input's bits, empty when there is none
+  std::string identity;  // the example that returns the input's bits, empty when there is none
 };
 
 const std::vector<OpInfo>& Registry();
 const OpInfo* FindOp(const std::string& name);
-// Checks and converts; throws Error(subject, reason) that names the parameter, what was found, what was expected
-// and, for an unknown key or choice, the nearest known one.
+// Checks and converts; throws Error(subject, reason) that names the parameter, what was found, what was
+// expected and, for an unknown key or choice, the nearest known one.
 Arguments ParseArguments(const OpInfo& op, std::span<const std::string> positional,
                          std::span<const std::pair<std::string, std::string>> modifiers);
 // From one of OpInfo::examples.

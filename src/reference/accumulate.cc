@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "reference/border.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 
@@ -53,27 +54,30 @@ void EvaluateShiftAccumulate(const Call& call) {
       for (int i = 0; i < p.width; ++i) {
         const double tap = p.taps[static_cast<size_t>(j * p.width + i)];
         if (tap == 0) continue;
-        const int sx = std::clamp(x + i - p.anchor_x, w.x0, w.x1 - 1), sy = std::clamp(y + j - p.anchor_y, w.y0, w.y1 - 1);
-        const double v = call.in[0].at(sx, sy, c);
+        int sx = x + i - p.anchor_x, sy = y + j - p.anchor_y;
+        const bool inside = Shown(sx, w.x0, w.x1, p.border) && Shown(sy, w.y0, w.y1, p.border);
+        const double v = inside ? call.in[0].at(sx, sy, c) : 0;
         sum += static_cast<long double>(tap) * v;
         absolute += std::fabs(tap * v);
         if (p.bits != 0) held = Fixed(held + tap * scale * v, p.bits);
       }
     }
-    return p.bits != 0 ? Rounded(held / scale) : Total(static_cast<double>(sum), static_cast<double>(absolute));
+    return p.bits != 0 ? Rounded(held / scale)
+                       : Total(static_cast<double>(sum), static_cast<double>(absolute));
   });
 }
 Roi ShiftedRegion(const std::any& parameters, int, const Roi& out) {
   const auto& p = std::any_cast<const ShiftAccumulateParams&>(parameters);
-  // The edge is repeated: at least one pixel of it must be there.
-  return {out.x0 - p.width, out.y0 - p.height, out.x1 + p.width, out.y1 + p.height};
+  return Around(out, p.width, p.height, p.width, p.height, p.border);
 }
 
 void EvaluateDepthOfField(const Call& call) {
   const auto& p = std::any_cast<const DepthOfFieldParams&>(call.parameters);
   const Roi& w = call.in_specs[0].data_window;
   const auto depth = [&](int x, int y) { return call.in[1].at(x, y, p.depth_channel); };
-  const auto radius = [&](double z) { return std::max(0.5, std::min(p.max_radius, p.aperture * std::fabs(1 / p.focus - 1 / z))); };
+  const auto radius = [&](double z) {
+    return std::max(0.5, std::min(p.max_radius, p.aperture * std::fabs(1 / p.focus - 1 / z)));
+  };
   const int reach = static_cast<int>(std::ceil(p.max_radius));
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
@@ -96,13 +100,15 @@ void EvaluateDepthOfField(const Call& call) {
         }
         const double own = call.in[0].at(x, y, c);
         call.out.at(x, y, c) = own_depth > 0 ? sum / total : own;
-        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max({largest, std::fabs(own), kSmallestScale});
+        if (call.scale != nullptr)
+          call.scale->at(x, y, c) = std::max({largest, std::fabs(own), kSmallestScale});
       }
     }
   }
 }
 Roi DiscRegion(const std::any& parameters, int, const Roi& out) {
-  const int reach = static_cast<int>(std::ceil(std::any_cast<const DepthOfFieldParams&>(parameters).max_radius));
+  const int reach =
+      static_cast<int>(std::ceil(std::any_cast<const DepthOfFieldParams&>(parameters).max_radius));
   return Inflate(out, reach, reach);
 }
 

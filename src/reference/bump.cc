@@ -1,4 +1,6 @@
 // Reference of bump mapping: slopes and shifts by their definitions.
+#include "tessera/ops/bump.h"
+
 #include <algorithm>
 #include <any>
 #include <cmath>
@@ -9,7 +11,6 @@
 
 #include "reference/point_loop.h"
 #include "reference/reference.h"
-#include "tessera/ops/bump.h"
 
 namespace tessera::reference {
 namespace {
@@ -43,7 +44,8 @@ struct Field {
     double sum = 0;
     for (int k = 0; k < 4; ++k) {
       const double w = (k % 2 ? fx : 1 - fx) * (k / 2 ? fy : 1 - fy);
-      if (w != 0) sum += w * (Stored(x + static_cast<int>(i) + k % 2, y + static_cast<int>(j) + k / 2) - here);
+      if (w != 0)
+        sum += w * (Stored(x + static_cast<int>(i) + k % 2, y + static_cast<int>(j) + k / 2) - here);
     }
     return scale * sum;
   }
@@ -120,7 +122,9 @@ void EvaluateBump(const Call& call) {
   });
 }
 
-Vector3 At(const ImageD& image, int x, int y) { return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)}; }
+Vector3 At(const ImageD& image, int x, int y) {
+  return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
+}
 bool Usable(const Vector3& v) { return Dot(v, v) > 0 && Dot(v, v) < std::numeric_limits<double>::infinity(); }
 Vector3 Unit(const Vector3& v) { return Usable(v) ? Normalized(v) : Vector3{}; }
 Vector3 Sum(const Vector3& a, const Vector3& b, double times = 1) {
@@ -144,6 +148,27 @@ void EvaluateTangentNormals(const Call& call) {
     const Vector3 sum = {a[0] * t[0] + a[1] * b[0] + a[2] * n[0], a[0] * t[1] + a[1] * b[1] + a[2] * n[1],
                          a[0] * t[2] + a[1] * b[2] + a[2] * n[2]};
     return std::pair{framed && Usable(sum) ? Unit(sum)[k] : n[k], 1.0};
+  });
+}
+
+void EvaluateSurfaceBump(const Call& call) {
+  const auto& p = std::any_cast<const SurfaceBumpParams&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double own = call.in[0].at(x, y, c);
+    if (c > 2) return std::pair{own, std::fabs(own)};
+    Vector3 a = At(call.in[0], x, y);
+    for (double& v : a) v = p.packed ? 2 * v - 1 : v;
+    const Vector3 n = Unit(At(call.in[1], x, y)), u = At(call.in[2], x, y), v = At(call.in[3], x, y),
+                  area = Cross(u, v);
+    const double lengths = Dot(u, u) * Dot(v, v), square = Dot(area, area);
+    const bool framed = lengths > 0 && std::isfinite(lengths) && square > 1e-24 * lengths && Usable(n);
+    // Where the parameters run the other way round, so do their derivatives.
+    const double side = Dot(area, n) < -1e-12 * std::sqrt(square) ? -p.scale : p.scale;
+    Vector3 sum = Sum(Vector3{}, n, a[2] * std::sqrt(square));
+    sum = Sum(sum, Cross(v, n), side * a[0]);
+    sum = Sum(sum, Cross(n, u), side * a[1]);
+    return std::pair{framed && Usable(sum) ? Unit(sum)[static_cast<size_t>(c)] : n[static_cast<size_t>(c)],
+                     1.0};
   });
 }
 
@@ -173,6 +198,7 @@ std::vector<Entry> BumpEntries() {
   return {{"normalmap", EvaluateNormalMap, All},
           {"bump", EvaluateBump, All},
           {"tangentnormals", EvaluateTangentNormals},
+          {"surfacebump", EvaluateSurfaceBump},
           {"combinenormals", EvaluateCombineNormals}};
 }
 

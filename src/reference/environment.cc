@@ -1,295 +1,27 @@
-// Reference of the environment family: lookups by the definition of each map, lobes as sums over every texel.
+// Reference of the environment family: mirrors, mip levels by their definition, lobes as sums over every
+// texel.
 #include "tessera/ops/environment.h"
 
 #include <algorithm>
 #include <any>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <limits>
-#include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "ops/environment/settings.h"
+#include "reference/environment_map.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 
 namespace tessera::reference {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-using Vec = Vector3;
-
-double Norm(const Vec& v) { return std::sqrt(Dot(v, v)); }
-
-// A weighted sum of texels, and the largest that had weight.
-struct Sample {
-  std::vector<double> value;
-  double largest = 0;
-  explicit Sample(int channels) : value(static_cast<size_t>(channels)) {}
-  void Add(const Sample& s, double w) {
-    if (w == 0) return;
-    for (size_t c = 0; c < value.size(); ++c) value[c] += w * s.value[c];
-    largest = std::max(largest, s.largest);
-  }
-};
-
-// A map as faces of n x m texels in a picture.
-class Map {
- public:
-  Map(const ImageD& picture, EnvironmentMap kind)
-      : Map(picture, kind, picture.roi.width(), picture.roi.height()) {}
-  Map(const ImageD& picture, EnvironmentMap kind, int width, int height)
-      : picture_(picture), kind_(kind), w_(width), h_(height) {
-    corners_ = {{0, 0}};
-    if (kind == EnvironmentMap::kDualParabolic) {
-      w_ = std::max(1, width / 2);
-      corners_.push_back({width - w_, 0});
-    }
-    if (kind != EnvironmentMap::kCube) return;
-    // The faces' places counted in faces: +x -x +y -y +z -z.
-    static constexpr int kAcross[6][2] = {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}};
-    static constexpr int kDown[6][2] = {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}};
-    const bool strip = width == 6 * height || height == 6 * width;
-    const int n = strip ? std::min(width, height) : width > height ? width / 4 : width / 3;
-    corners_.clear();
-    for (int f = 0; f < 6; ++f) {
-      if (strip) {
-        corners_.push_back(width > height ? Corner{f * n, 0} : Corner{0, f * n});
-      } else {
-        const auto& at = width > height ? kAcross[f] : kDown[f];
-        corners_.push_back({at[0] * n, at[1] * n});
-      }
-    }
-    half_turn_ = !strip && height > width;
-    w_ = h_ = n;
-  }
-  bool empty() const { return w_ <= 0 || h_ <= 0; }
-  int faces() const { return static_cast<int>(corners_.size()); }
-  int channels() const { return picture_.channels; }
-  int w() const { return w_; }
-  int h() const { return h_; }
-  EnvironmentMap kind() const { return kind_; }
-
-  // The texel of a face that a pixel of the picture would be; outside of its sides if the pixel is not the face's.
-  std::pair<int, int> TexelAt(int face, int x, int y) const {
-    const Corner& corner = corners_[static_cast<size_t>(face)];
-    const bool turned = half_turn_ && face == 5;
-    const int i = x - corner.x, j = y - corner.y;
-    return {turned ? w_ - 1 - i : i, turned ? h_ - 1 - j : j};
-  }
-  Sample Texel(int face, int i, int j) const {
-    if (half_turn_ && face == 5) i = w_ - 1 - i, j = h_ - 1 - j;
-    const Corner& corner = corners_[static_cast<size_t>(face)];
-    Sample s(channels());
-    for (int c = 0; c < picture_.channels; ++c) {
-      s.value[static_cast<size_t>(c)] = picture_.at(picture_.roi.x0 + corner.x + i, picture_.roi.y0 + corner.y + j, c);
-      s.largest = std::max(s.largest, std::fabs(s.value[static_cast<size_t>(c)]));
-    }
-    return s;
-  }
-  // Which face, and where on it in [-1, 1] to the right and upwards; false behind a single parabolic map.
-  bool Project(const Vec& d, int* face, double* s, double* t) const {
-    const double r = Norm(d), x = d[0] / r, y = d[1] / r, z = d[2] / r;
-    *face = 0;
-    switch (kind_) {
-      case EnvironmentMap::kLatLong:
-        *s = -std::atan2(x, z) / kPi, *t = std::atan2(y, std::hypot(x, z)) / (kPi / 2);
-        return true;
-      case EnvironmentMap::kSphere: {
-        const double up = z < 0 ? (x * x + y * y) / (1 - z) : 1 + z, m = std::hypot(x, y, up);
-        *s = m == 0 ? 1 : x / m, *t = m == 0 ? 0 : y / m;
-        return true;
-      }
-      case EnvironmentMap::kParabolic:
-      case EnvironmentMap::kDualParabolic:
-        *face = z < 0 ? 1 : 0;
-        *s = x / (1 + std::fabs(z)), *t = y / (1 + std::fabs(z));
-        return z >= 0 || kind_ == EnvironmentMap::kDualParabolic;
-      case EnvironmentMap::kCube:
-        break;
-    }
-    const double ax = std::fabs(x), ay = std::fabs(y), az = std::fabs(z);
-    if (ax >= ay && ax >= az) {
-      *face = x < 0 ? 1 : 0, *s = (x < 0 ? z : -z) / ax, *t = y / ax;
-    } else if (ay >= az) {
-      *face = y < 0 ? 3 : 2, *s = x / ay, *t = (y < 0 ? z : -z) / ay;
-    } else {
-      *face = z < 0 ? 5 : 4, *s = (z < 0 ? -x : x) / az, *t = y / az;
-    }
-    return true;
-  }
-  Vec Direction(int face, double s, double t) const {
-    const double q = s * s + t * t;
-    switch (kind_) {
-      case EnvironmentMap::kLatLong:
-        return {-std::sin(kPi * s) * std::cos(kPi / 2 * t), std::sin(kPi / 2 * t),
-                std::cos(kPi * s) * std::cos(kPi / 2 * t)};
-      case EnvironmentMap::kSphere:
-        if (q >= 1) return {0, 0, -1};
-        return {2 * s * std::sqrt(1 - q), 2 * t * std::sqrt(1 - q), 1 - 2 * q};
-      case EnvironmentMap::kParabolic:
-      case EnvironmentMap::kDualParabolic:
-        return {2 * s, 2 * t, face == 0 ? 1 - q : q - 1};
-      case EnvironmentMap::kCube:
-        break;
-    }
-    const Vec directions[6] = {{1, t, -s}, {-1, t, s}, {s, 1, -t}, {s, -1, t}, {s, t, 1}, {-s, t, -1}};
-    return directions[face];
-  }
-  double Disc(int i, int j) const {
-    const double s = (2 * i + 1.0) / w_ - 1, t = (2 * j + 1.0) / h_ - 1;
-    return s * s + t * t;
-  }
-
-  Sample LookUp(const Vec& d) const {
-    int face;
-    double s, t;
-    if (!Project(d, &face, &s, &t)) return Sample(channels());
-    const double radius = 0.5 * std::min(w_, h_);
-    Sample sum(channels());
-    if (kind_ == EnvironmentMap::kSphere) {
-      const double fade = std::clamp(1 - (1 - std::hypot(s, t)) * radius, 0.0, 1.0);
-      sum.Add(Bilinear(face, s, t), 1 - fade);
-      sum.Add(Rim(), fade);
-      return sum;
-    }
-    if (kind_ == EnvironmentMap::kDualParabolic) {
-      const double height = std::fabs(d[2]) / Norm(d), mix = std::max(0.0, 0.5 - height * radius);
-      sum.Add(Bilinear(face, s, t), 1 - mix);
-      if (mix > 0) {
-        const double inverse = 1 / (s * s + t * t);  // the other face's place is the inverse in the circle
-        sum.Add(Bilinear(1 - face, s * inverse, t * inverse), mix);
-      }
-      return sum;
-    }
-    return Bilinear(face, s, t);
-  }
-
- private:
-  struct Corner {
-    int x, y;
-  };
-
-  // Of a sphere map: the mean of the texels that touch the rim. Found once.
-  const Sample& Rim() const {
-    if (!rim_.value.empty()) return rim_;
-    const double band = std::max(0.0, 1 - std::sqrt(2.0) / (0.5 * std::min(w_, h_)));
-    Sample sum(channels());
-    double count = 0;
-    for (int j = 0; j < h_; ++j) {
-      for (int i = 0; i < w_; ++i) {
-        if (Disc(i, j) <= 1 && Disc(i, j) >= band * band) sum.Add(Texel(0, i, j), 1), ++count;
-      }
-    }
-    for (double& v : sum.value) v /= std::max(count, 1.0);
-    return rim_ = sum;
-  }
-  // The first or the last row of a lat-long map. Found once.
-  const Sample& Pole(int j) const {
-    Sample& sum = pole_[j > 0 ? 1 : 0];
-    if (!sum.value.empty()) return sum;
-    sum = Sample(channels());
-    for (int i = 0; i < w_; ++i) sum.Add(Texel(0, i, j), 1.0 / w_);
-    return sum;
-  }
-  // What is seen at texel (i, j), which may lie one beyond the face.
-  Sample Bordered(int face, int i, int j) const {
-    const bool inside = i >= 0 && j >= 0 && i < w_ && j < h_;
-    const int ci = std::clamp(i, 0, w_ - 1), cj = std::clamp(j, 0, h_ - 1);
-    switch (kind_) {
-      case EnvironmentMap::kLatLong:
-        return j < 0 ? Pole(0) : j >= h_ ? Pole(h_ - 1) : Texel(0, (i + w_) % w_, j);
-      case EnvironmentMap::kSphere:
-        return inside && Disc(i, j) <= 1 ? Texel(0, i, j) : Rim();
-      case EnvironmentMap::kParabolic:
-        return Texel(0, ci, cj);
-      case EnvironmentMap::kDualParabolic:
-        return inside && Disc(i, j) <= 1 ? Texel(face, i, j) : OtherSide(face, i, j, ci, cj);
-      case EnvironmentMap::kCube:
-        break;
-    }
-    if (inside) return Texel(face, i, j);
-    if (ci != i && cj != j) {
-      Sample mean = Texel(face, ci, cj);
-      const Sample a = Bordered(face, i, cj), b = Bordered(face, ci, j);
-      mean.Add(a, 1), mean.Add(b, 1);
-      for (double& v : mean.value) v /= 3;
-      return mean;
-    }
-    const double out = 1 + 1e-9;
-    const double s = i < 0 ? -out : i >= w_ ? out : (2 * i + 1.0) / w_ - 1;
-    const double t = j < 0 ? out : j >= h_ ? -out : 1 - (2 * j + 1.0) / h_;
-    int other;
-    double u, v;
-    Project(Direction(face, s, t), &other, &u, &v);
-    return Texel(other, std::clamp(static_cast<int>((u + 1) / 2 * w_), 0, w_ - 1),
-                 std::clamp(static_cast<int>((1 - v) / 2 * h_), 0, h_ - 1));
-  }
-  // A texel beyond a parabolic map's circle, from the texels of the other face that lie inside of theirs.
-  Sample OtherSide(int face, int i, int j, int ci, int cj) const {
-    const double q = Disc(i, j), u = (((2 * i + 1.0) / w_ - 1) / q + 1) / 2 * w_ - 0.5,
-                 v = (((2 * j + 1.0) / h_ - 1) / q + 1) / 2 * h_ - 0.5;
-    Sample sum(channels());
-    double weight = 0;
-    for (int y = static_cast<int>(std::floor(v)); y <= std::floor(v) + 1; ++y) {
-      for (int x = static_cast<int>(std::floor(u)); x <= std::floor(u) + 1; ++x) {
-        const double w = (1 - std::fabs(x - u)) * (1 - std::fabs(y - v));
-        if (w <= 0 || x < 0 || y < 0 || x >= w_ || y >= h_ || Disc(x, y) > 1) continue;
-        sum.Add(Texel(1 - face, x, y), w), weight += w;
-      }
-    }
-    if (weight == 0) return Texel(face, ci, cj);
-    for (double& value : sum.value) value /= weight;
-    return sum;
-  }
-  Sample Bilinear(int face, double s, double t) const {
-    double u = w_ * (s + 1) / 2 - 0.5, v = h_ * (1 - t) / 2 - 0.5;
-    // Next to a lat-long map's poles half a texel counts as a whole one.
-    if (kind_ == EnvironmentMap::kLatLong) {
-      if (v < 0) {
-        v = 2 * v;
-      } else if (v > h_ - 1) {
-        v = h_ - 1 + 2 * (v - (h_ - 1));
-      }
-    }
-    u = std::clamp(u, -1.0, static_cast<double>(w_)), v = std::clamp(v, -1.0, static_cast<double>(h_));
-    const int i = std::min(static_cast<int>(std::floor(u)), w_ - 1), j = std::min(static_cast<int>(std::floor(v)), h_ - 1);
-    const double fu = u - i, fv = v - j;
-    Sample sum(channels());
-    sum.Add(Bordered(face, i, j), (1 - fu) * (1 - fv)), sum.Add(Bordered(face, i + 1, j), fu * (1 - fv));
-    sum.Add(Bordered(face, i, j + 1), (1 - fu) * fv), sum.Add(Bordered(face, i + 1, j + 1), fu * fv);
-    return sum;
-  }
-
-  const ImageD& picture_;
-  EnvironmentMap kind_;
-  int w_ = 0, h_ = 0;
-  bool half_turn_ = false;
-  mutable Sample rim_{0}, pole_[2] = {Sample(0), Sample(0)};
-  std::vector<Corner> corners_;
-};
-
-// Solid angle of texel (i, j).
-double SolidAngle(const Map& m, int i, int j) {
-  const double s0 = 2.0 * i / m.w() - 1, s1 = 2.0 * (i + 1) / m.w() - 1, t0 = 2.0 * j / m.h() - 1, t1 = 2.0 * (j + 1) / m.h() - 1;
-  const double area = (s1 - s0) * (t1 - t0), q = m.Disc(i, j);
-  switch (m.kind()) {
-    case EnvironmentMap::kLatLong:
-      return kPi * (s1 - s0) * (std::sin(kPi / 2 * t1) - std::sin(kPi / 2 * t0));
-    case EnvironmentMap::kSphere:
-      return q <= 1 ? 4 * area : 0;
-    case EnvironmentMap::kParabolic:
-    case EnvironmentMap::kDualParabolic:
-      return q <= 1 ? 4 * area / ((1 + q) * (1 + q)) : 0;
-    case EnvironmentMap::kCube:
-      break;
-  }
-  const auto corner = [](double x, double y) { return std::atan(x * y / std::sqrt(x * x + y * y + 1)); };
-  return corner(s1, t1) - corner(s0, t1) - corner(s1, t0) + corner(s0, t0);
-}
-
-// The mean over all texels with the weights of a lobe around d. `table`: the bound of a tabulated one, as a scale.
+// The mean over all texels with the weights of a lobe around d. `table`: the bound of a tabulated one, as a
+// scale.
 Sample LobeMean(const Map& m, const Vec& d, double exponent, bool table) {
   struct Item {
     double cosine, weight;
@@ -333,6 +65,165 @@ ImageD Doubles(const Image& image) {
 }
 bool Usable(double square) { return square > 0 && square < std::numeric_limits<double>::infinity(); }
 
+// Coarser and coarser cubes of a map, and the lookup between two of them by an angle.
+class Mips {
+ public:
+  explicit Mips(const Map& map) : map_(map) {
+    double texels = double{1} * map.w() * map.h();
+    if (map.kind() == EnvironmentMap::kCube) {
+      texels *= 6;
+    } else if (map.kind() != EnvironmentMap::kLatLong) {
+      texels *= kPi / 4 * (map.kind() == EnvironmentMap::kSphere ? 1 : 2);
+    }
+    angle_ = std::sqrt(4 * kPi / texels);
+    int n = 1;
+    while (2 * n * std::sqrt(2.0) <= std::sqrt(texels / 6)) n *= 2;
+    const int samples = std::clamp(static_cast<int>(std::ceil(2 / (n * angle_))), 1, 16);
+    while (true) {
+      pictures_.emplace_back(Roi{0, 0, 6 * n, n}, map.channels());
+      ImageD& picture = pictures_.back();
+      const Map cube(picture, EnvironmentMap::kCube);
+      for (int face = 0; face < 6; ++face) {
+        for (int j = 0; j < n; ++j) {
+          for (int i = 0; i < n; ++i) {
+            const Sample mean =
+                pictures_.size() == 1 ? FromMap(cube, face, i, j, samples) : FromFiner(face, i, j);
+            for (int c = 0; c < map.channels(); ++c)
+              picture.at(face * n + i, j, c) = mean.value[static_cast<size_t>(c)];
+          }
+        }
+      }
+      if (n == 1) break;
+      n /= 2;
+    }
+    for (const ImageD& picture : pictures_) cubes_.emplace_back(picture, EnvironmentMap::kCube);
+    for (int face = 0; face < map.faces(); ++face) {
+      for (int j = 0; j < map.h(); ++j) {
+        for (int i = 0; i < map.w(); ++i) {
+          const double v = map.Texel(face, i, j).largest;
+          if (std::isfinite(v)) largest_ = std::max(largest_, v);
+        }
+      }
+    }
+  }
+
+  Sample LookUp(const Vec& d, double angle) const {
+    const auto texel = [](const Map& cube) { return std::sqrt(4 * kPi / 6) / cube.w(); };
+    const double first = texel(cubes_[0]), last = texel(cubes_.back());
+    if (!(angle > angle_)) return map_.LookUp(d);
+    Sample sum(map_.channels());
+    if (angle < first) {
+      const double f = std::log(angle / angle_) / std::log(first / angle_);
+      sum.Add(map_.LookUp(d), 1 - f), sum.Add(cubes_[0].LookUp(d), f);
+    } else {
+      const double level = std::log2(std::min(angle, last) / first), below = std::floor(level);
+      sum.Add(cubes_[static_cast<size_t>(below)].LookUp(d), 1 - (level - below));
+      if (level > below) sum.Add(cubes_[static_cast<size_t>(below) + 1].LookUp(d), level - below);
+    }
+    // Means may cancel, their errors do not; as much again for what is rounded from cube to cube.
+    sum.largest = 2 * largest_;
+    return sum;
+  }
+
+ private:
+  Sample FromMap(const Map& cube, int face, int i, int j, int samples) const {
+    Sample sum(map_.channels());
+    for (int b = 0; b < samples; ++b) {
+      for (int a = 0; a < samples; ++a) {
+        const double s = 2 * (i + (a + 0.5) / samples) / cube.w() - 1,
+                     t = 1 - 2 * (j + (b + 0.5) / samples) / cube.h();
+        sum.Add(map_.LookUp(cube.Direction(face, s, t)), 1.0 / samples / samples);
+      }
+    }
+    return sum;
+  }
+  // By solid angle from the level before the last one, which is being made.
+  Sample FromFiner(int face, int i, int j) const {
+    const ImageD& picture = pictures_[pictures_.size() - 2];
+    const Map finer(picture, EnvironmentMap::kCube);
+    Sample sum(map_.channels());
+    double weight = 0;
+    for (int k = 0; k < 4; ++k) {
+      const double w = SolidAngle(finer, 2 * i + k % 2, 2 * j + k / 2);
+      sum.Add(finer.Texel(face, 2 * i + k % 2, 2 * j + k / 2), w), weight += w;
+    }
+    for (double& v : sum.value) v /= weight;
+    return sum;
+  }
+
+  const Map& map_;
+  double angle_ = 0, largest_ = 0;
+  std::deque<ImageD> pictures_;  // maps refer to them
+  std::vector<Map> cubes_;
+};
+
+// Normals, positions and a viewer made the unit direction that is looked up, in the map's space.
+class Mirror {
+ public:
+  Mirror(const Call& call, const EnvironmentParams& p, bool positions)
+      : call_(call), p_(p), positions_(positions) {}
+
+  struct Pixel {
+    bool valid = false;
+    Vec direction;
+    double fresnel = 1;
+  };
+  Pixel At(int x, int y) const {
+    Pixel pixel;
+    const ImageD& normals = call_.in[0];
+    if (!normals.roi.Contains({x, y, x + 1, y + 1})) return pixel;
+    const auto vector = [&](const ImageD& image) {
+      return Vec{image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
+    };
+    Vec n = vector(normals);
+    if (p_.bits > 0 && Usable(Dot(n, n))) {
+      const double length = Norm(n), codes = std::ldexp(1.0, p_.bits) - 1;
+      for (double& v : n) v = 2 * (std::nearbyint((v / length + 1) / 2 * codes) / codes) - 1;
+    }
+    Vec u = {-p_.view[0], -p_.view[1], -p_.view[2]};
+    if (positions_ && (!p_.camera || p_.camera->perspective())) {
+      const Vec at = vector(call_.in[1]), eye = p_.eye ? *p_.eye : p_.camera->eye();
+      u = {at[0] - eye[0], at[1] - eye[1], at[2] - eye[2]};
+    } else if (p_.camera) {
+      u = p_.camera->PixelRay(call_.out_spec.display_window, x, y).direction;
+    }
+    const bool along = p_.direction == EnvironmentDirection::kNormal;
+    const double nn = Dot(n, n), uu = Dot(u, u), un = Dot(u, n);
+    pixel.valid = Usable(nn) && ((along && !p_.fresnel) || Usable(uu));
+    if (p_.fresnel) {
+      const double g = 1 - std::min(1.0, std::fabs(un) / std::sqrt(uu * nn));
+      pixel.fresnel = *p_.fresnel + (1 - *p_.fresnel) * std::pow(g, 5);
+    }
+    if (!pixel.valid) return pixel;
+    Vec d = n;
+    if (!along) d = {u[0] * nn - 2 * un * n[0], u[1] * nn - 2 * un * n[1], u[2] * nn - 2 * un * n[2]};
+    const double length = Norm(d);
+    for (double& v : d) v /= length;
+    for (size_t k = 0; k < 3; ++k) {
+      pixel.direction[k] =
+          p_.matrix[4 * k] * d[0] + p_.matrix[4 * k + 1] * d[1] + p_.matrix[4 * k + 2] * d[2];
+    }
+    return pixel;
+  }
+  // The larger, of across and down, of the smaller distances to the two neighbours that count.
+  double Footprint(int x, int y, const Vec& direction) const {
+    const auto distance = [&](int i, int j) {
+      const Pixel there = At(i, j);
+      if (!there.valid) return std::numeric_limits<double>::infinity();
+      const Vec a = Normalized(direction), b = Normalized(there.direction);
+      return Norm({a[0] - b[0], a[1] - b[1], a[2] - b[2]});
+    };
+    const double across = std::min(distance(x - 1, y), distance(x + 1, y));
+    const double down = std::min(distance(x, y - 1), distance(x, y + 1));
+    return std::max(std::isinf(across) ? 0 : across, std::isinf(down) ? 0 : down);
+  }
+
+ private:
+  const Call& call_;
+  const EnvironmentParams& p_;
+  bool positions_;
+};
+
 void EvaluateEnvironment(const Call& call) {
   const auto& settings = std::any_cast<const ops::EnvironmentSettings&>(call.parameters);
   const EnvironmentParams& p = settings.params;
@@ -340,52 +231,36 @@ void EvaluateEnvironment(const Call& call) {
   const ImageD kept = settings.FromInput() ? ImageD() : Doubles(settings.picture);
   const ImageD& picture = settings.FromInput() ? call.in.back() : kept;
   const Map map(picture, p.map);
+  std::optional<Mips> mips;
+  if (p.filter == EnvironmentFilter::kMip && !map.empty()) mips.emplace(map);
+  const Mirror mirror(call, p, positions);
   const Roi& r = call.out.roi;
   for (int y = r.y0; y < r.y1; ++y) {
     for (int x = r.x0; x < r.x1; ++x) {
-      const auto vector = [&](const ImageD& image) { return Vec{image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)}; };
-      Vec n = vector(call.in[0]);
-      if (p.bits > 0 && Usable(Dot(n, n))) {
-        const double length = Norm(n), codes = std::ldexp(1.0, p.bits) - 1;
-        for (double& v : n) v = 2 * (std::nearbyint((v / length + 1) / 2 * codes) / codes) - 1;
-      }
-      Vec u = {-p.view[0], -p.view[1], -p.view[2]};
-      if (positions && (!p.camera || p.camera->perspective())) {
-        const Vec at = vector(call.in[1]), eye = p.eye ? *p.eye : p.camera->eye();
-        u = {at[0] - eye[0], at[1] - eye[1], at[2] - eye[2]};
-      } else if (p.camera) {
-        u = p.camera->PixelRay(call.out_spec.display_window, x, y).direction;
-      }
-      const bool along = p.direction == EnvironmentDirection::kNormal;
-      const double nn = Dot(n, n), uu = Dot(u, u), un = Dot(u, n);
+      const Mirror::Pixel pixel = mirror.At(x, y);
       Sample sample(call.out.channels);
-      if (!map.empty() && Usable(nn) && ((along && !p.fresnel) || Usable(uu))) {
-        Vec d = n;
-        if (!along) d = {u[0] * nn - 2 * un * n[0], u[1] * nn - 2 * un * n[1], u[2] * nn - 2 * un * n[2]};
-        const double length = Norm(d);
-        for (double& v : d) v /= length;
-        Vec turned;
-        for (size_t k = 0; k < 3; ++k) turned[k] = p.matrix[4 * k] * d[0] + p.matrix[4 * k + 1] * d[1] + p.matrix[4 * k + 2] * d[2];
-        sample = p.lobe > 0 ? LobeMean(map, turned, p.lobe, p.table >= 0) : map.LookUp(turned);
-      }
-      double f = 1;
-      if (p.fresnel) {
-        const double g = 1 - std::min(1.0, std::fabs(un) / std::sqrt(uu * nn));
-        f = *p.fresnel + (1 - *p.fresnel) * std::pow(g, 5);
+      if (!map.empty() && pixel.valid) {
+        if (mips) {
+          sample = mips->LookUp(pixel.direction, mirror.Footprint(x, y, pixel.direction));
+        } else {
+          sample =
+              p.lobe > 0 ? LobeMean(map, pixel.direction, p.lobe, p.table >= 0) : map.LookUp(pixel.direction);
+        }
       }
       for (int c = 0; c < call.out.channels; ++c) {
         const double v = sample.value[static_cast<size_t>(c)];
-        call.out.at(x, y, c) = v == 0 || c == call.out_spec.alpha ? v : v * f;
+        call.out.at(x, y, c) = v == 0 || c == call.out_spec.alpha ? v : v * pixel.fresnel;
         // A lat-long place is exact to half an ULP of an eighth of a turn: texels times that.
         const double texels = map.kind() == EnvironmentMap::kLatLong ? map.w() / 8.0 + map.h() / 3.0 : 0;
-        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(sample.largest * (1 + texels), kSmallestScale);
+        if (call.scale != nullptr)
+          call.scale->at(x, y, c) = std::max(sample.largest * (1 + texels), kSmallestScale);
       }
     }
   }
 }
 
-// How many lookups an edge of a pixel takes: texels of `from` along the chord between its ends, by the derivative at the
-// chord's middle.
+// How many lookups an edge of a pixel takes: texels of `from` along the chord between its ends, by the
+// derivative at the chord's middle.
 int SamplesAlong(const Map& from, const Vec& a, const Vec& b) {
   Vec low, high;
   for (size_t k = 0; k < 3; ++k) {
@@ -419,7 +294,8 @@ void EvaluateConvert(const Call& call) {
         const auto direction = [&](double du, double dv) {
           const Vec d = to.Direction(face, 2 * (i + 0.5 + du) / to.w() - 1, 1 - 2 * (j + 0.5 + dv) / to.h());
           Vec turned;
-          for (size_t k = 0; k < 3; ++k) turned[k] = p.matrix[4 * k] * d[0] + p.matrix[4 * k + 1] * d[1] + p.matrix[4 * k + 2] * d[2];
+          for (size_t k = 0; k < 3; ++k)
+            turned[k] = p.matrix[4 * k] * d[0] + p.matrix[4 * k + 1] * d[1] + p.matrix[4 * k + 2] * d[2];
           return turned;
         };
         const int nx = p.samples > 0 ? p.samples : SamplesAlong(from, direction(-0.5, 0), direction(0.5, 0));
@@ -434,14 +310,20 @@ void EvaluateConvert(const Call& call) {
       for (int c = 0; c < call.out.channels; ++c) {
         call.out.at(x, y, c) = sum.value[static_cast<size_t>(c)];
         const double texels = from.kind() == EnvironmentMap::kLatLong ? from.w() / 8.0 + from.h() / 3.0 : 0;
-        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(sum.largest * (1 + texels), kSmallestScale);
+        if (call.scale != nullptr)
+          call.scale->at(x, y, c) = std::max(sum.largest * (1 + texels), kSmallestScale);
       }
     }
   }
 }
 
 constexpr Roi kEverything{INT32_MIN / 2, INT32_MIN / 2, INT32_MAX / 2, INT32_MAX / 2};
-Roi AllButTheFirst(const std::any&, int input, const Roi& out) { return input == 0 ? out : kEverything; }
+// The first, with a footprint's neighbours.
+Roi AllButTheFirst(const std::any& parameters, int input, const Roi& out) {
+  const auto& p = std::any_cast<const ops::EnvironmentSettings&>(parameters).params;
+  const int reach = p.filter == EnvironmentFilter::kMip ? 1 : 0;
+  return input == 0 ? Roi{out.x0 - reach, out.y0 - reach, out.x1 + reach, out.y1 + reach} : kEverything;
+}
 Roi All(const std::any&, int, const Roi&) { return kEverything; }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "reference/border.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 
@@ -16,49 +17,6 @@ namespace {
 
 using Sample = std::pair<double, double>;  // value, scale of its bound
 constexpr double kUnit = 0x1p-24;
-
-// Everything: borders that show far pixels may ask for any of them.
-constexpr Roi kEverywhere{-(1 << 30), -(1 << 30), 1 << 30, 1 << 30};
-
-bool ShowsFarPixels(BorderMode border) {
-  return border == BorderMode::kRepeat || border == BorderMode::kMirror || border == BorderMode::kMirror101;
-}
-
-// Pixels `left`, `top`, `right`, `bottom` around a region: where it leaves the image, the clamped edge is
-// among them.
-Roi Around(const Roi& out, int left, int top, int right, int bottom, BorderMode border) {
-  if (ShowsFarPixels(border)) return kEverywhere;
-  return {out.x0 - left, out.y0 - top, out.x1 + right, out.y1 + bottom};
-}
-
-// The coordinate shown at v on [lo, hi); false when nothing is.
-bool Shown(int& v, int lo, int hi, BorderMode border) {
-  const int n = hi - lo;
-  if (n <= 0) return false;
-  while (v < lo || v >= hi) {
-    switch (border) {
-      case BorderMode::kClamp:
-        v = v < lo ? lo : hi - 1;
-        break;
-      case BorderMode::kRepeat:
-        v += v < lo ? n : -n;
-        break;
-      case BorderMode::kMirror:
-        v = v < lo ? 2 * lo - 1 - v : 2 * hi - 1 - v;
-        break;
-      case BorderMode::kMirror101:
-        if (n == 1) {
-          v = lo;
-        } else {
-          v = v < lo ? 2 * lo - v : 2 * (hi - 1) - v;
-        }
-        break;
-      default:
-        return false;
-    }
-  }
-  return true;
-}
 
 // An input with its border.
 struct Bordered {

@@ -185,7 +185,7 @@ class Pixel {
     for (size_t i = 0; i < bends.size(); ++i) bends[i] = sum[std::min(i + ahead, sum.size() - 1)];
     return bends;
   }
-  static constexpr double kShareOfBend = 1.0 / 16, kLongestStep = 7;
+  static constexpr double kShareOfBend = 1.0 / 16, kLongestStep = 10;
   static int Nearest(double v) { return static_cast<int>(std::floor(v + 0.5)); }
 
   // Adds a tap; false when the line might be anywhere, or ended.

@@ -97,12 +97,15 @@ class Scene {
     const double size = std::hypot(v.x, v.y);
     return size > 0 && size >= p_.smallest * longest_ ? (1 / size) * v : Point{};
   }
-  // Direction of a pixel in units of 1/2047 of its larger component.
+  // Direction of a pixel: the larger component 2^20 - 1, the smaller one a whole number.
   Point Code(int x, int y) const {
     const Point v = Stored(x, y);
-    const double size = std::hypot(v.x, v.y), larger = std::max(std::fabs(v.x), std::fabs(v.y));
+    const double size = std::hypot(v.x, v.y), one = (1 << 20) - 1;
     if (!(size > 0) || size < p_.smallest * longest_) return {};
-    return {std::nearbyint(v.x * 2047 / larger), std::nearbyint(v.y * 2047 / larger)};
+    const double across = std::fabs(v.x), down = std::fabs(v.y);
+    const double share = std::nearbyint(std::min(across, down) / std::max(across, down) * one);
+    return {std::copysign(across >= down ? one : share, v.x),
+            std::copysign(across >= down ? share : one, v.y)};
   }
   double Texel(int x, int y, int c) const {
     x = X(x), y = Y(y);

@@ -38,7 +38,9 @@ double SineOver(double x) {
   return std::sin(kPi * x) / (kPi * x);
 }
 
-double Polynomial(double x, double a3, double a2, double a1, double a0) { return a3 * x * x * x + a2 * x * x + a1 * x + a0; }
+double Polynomial(double x, double a3, double a2, double a1, double a0) {
+  return a3 * x * x * x + a2 * x * x + a1 * x + a0;
+}
 
 // Reconstruction Filters in Computer Graphics, Mitchell and Netravali 1988, equation 8.
 double TwoParameterCubic(double x, double b, double c) {
@@ -66,7 +68,8 @@ double Value(const std::string& name, double distance) {
            0.01168 * std::cos(6 * kPi * t);
   }
   if (name == "sinc") return SineOver(x);
-  if (name == "lanczos3" || name == "lanczos" || name == "radial-lanczos3") return SineOver(x) * SineOver(x / 3);
+  if (name == "lanczos3" || name == "lanczos" || name == "radial-lanczos3")
+    return SineOver(x) * SineOver(x / 3);
   if (name == "mitchell") return TwoParameterCubic(x, 1.0 / 3, 1.0 / 3);
   if (name == "bspline" || name == "b-spline") return TwoParameterCubic(x, 1, 0);
   if (name == "cubic") return KeysCubic(x, 0);
@@ -116,7 +119,8 @@ struct Lookup {
       return taps;
     }
     const double radius = KernelOf(filter).radius * wide;
-    for (auto i = static_cast<int64_t>(std::ceil(position - radius - 1e-9)); i <= position + radius + 1e-9; ++i) {
+    for (auto i = static_cast<int64_t>(std::ceil(position - radius - 1e-9)); i <= position + radius + 1e-9;
+         ++i) {
       const double w = Value(filter, (static_cast<double>(i) - position) / wide);
       int64_t at = i;
       const bool seen = Seen(wrap, low, high, &at);
@@ -128,7 +132,8 @@ struct Lookup {
     return taps;
   }
   // {value, scale} of a channel; the scale is the largest value under the filter times the sum of |weight|.
-  static std::pair<double, double> Sum(const ImageD& image, const std::vector<Tap>& x, const std::vector<Tap>& y, int c) {
+  static std::pair<double, double> Sum(const ImageD& image, const std::vector<Tap>& x,
+                                       const std::vector<Tap>& y, int c) {
     double value = 0, weight = 0, largest = 0;
     for (const Tap& row : y) {
       for (const Tap& column : x) {
@@ -188,7 +193,8 @@ void EvaluateRadial(const Call& call, const std::string& filter, const Line& lx,
         double value = 0, sum = 0, largest = 0, absolute = 0;
         for (auto j = static_cast<int64_t>(std::ceil(py - ry)); j <= py + ry; ++j) {
           for (auto i = static_cast<int64_t>(std::ceil(px - rx)); i <= px + rx; ++i) {
-            const double dx = (static_cast<double>(i) - px) / lx.wide, dy = (static_cast<double>(j) - py) / ly.wide;
+            const double dx = (static_cast<double>(i) - px) / lx.wide,
+                         dy = (static_cast<double>(j) - py) / ly.wide;
             const double weight = Value(filter, std::sqrt(dx * dx + dy * dy));
             if (weight == 0) continue;
             int64_t ix = i, iy = j;
@@ -199,7 +205,8 @@ void EvaluateRadial(const Call& call, const std::string& filter, const Line& lx,
             absolute += std::fabs(weight), largest = std::max(largest, std::fabs(sample));
           }
         }
-        Put(call, x, y, c, sum == 0 ? std::pair(0.0, 0.0) : std::pair(value / sum, largest * absolute / std::fabs(sum)));
+        Put(call, x, y, c,
+            sum == 0 ? std::pair(0.0, 0.0) : std::pair(value / sum, largest * absolute / std::fabs(sum)));
       }
     }
   }
@@ -213,7 +220,8 @@ void EvaluateResize(const Call& call) {
   const bool grows = p.width > from.width() || p.height > from.height();
   if (filter.empty()) filter = grows ? "blackman-harris" : "lanczos3";
   if (p.width == from.width() && p.height == from.height()) filter = "box";
-  const double sx = static_cast<double>(from.width()) / p.width, sy = static_cast<double>(from.height()) / p.height;
+  const double sx = static_cast<double>(from.width()) / p.width,
+               sy = static_cast<double>(from.height()) / p.height;
   const Line lx{from.x0 - p.x * sx, sx, std::max(1.0, sx)}, ly{from.y0 - p.y * sy, sy, std::max(1.0, sy)};
   if (KernelOf(filter).radial) {
     EvaluateRadial(call, filter, lx, ly);
@@ -233,19 +241,23 @@ void EvaluateMip(const Call& call) {
   const ImageSpec& in = call.in_specs[0];
   const Roi& w = in.data_window;
   for (double& v : call.out.samples) v = 0;
-  if (call.scale != nullptr) std::fill(call.scale->samples.begin(), call.scale->samples.end(), kSmallestScale);
+  if (call.scale != nullptr)
+    std::fill(call.scale->samples.begin(), call.scale->samples.end(), kSmallestScale);
   const int first = p.level < 0 ? 0 : p.level, last = p.level < 0 ? MipLevelCount(in) - 1 : p.level;
   for (int level = first; level <= last; ++level) {
     const Roi window = p.level < 0 ? MipLevelWindow(in, level) : call.out_spec.data_window;
     const Roi part = Intersection(window, call.out.roi);
     if (part.empty()) continue;
-    const double sx = static_cast<double>(w.width()) / window.width(), sy = static_cast<double>(w.height()) / window.height();
+    const double sx = static_cast<double>(w.width()) / window.width(),
+                 sy = static_cast<double>(w.height()) / window.height();
     ImageD value(part, call.out.channels), scale(part, call.out.channels);
     const Call one{call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, value, &scale};
-    EvaluateLines(one, level == 0 ? "box" : p.filter, {w.x0 - window.x0 * sx, sx, sx}, {w.y0 - window.y0 * sy, sy, sy}, p.wrap);
+    EvaluateLines(one, level == 0 ? "box" : p.filter, {w.x0 - window.x0 * sx, sx, sx},
+                  {w.y0 - window.y0 * sy, sy, sy}, p.wrap);
     for (int y = part.y0; y < part.y1; ++y) {
       for (int x = part.x0; x < part.x1; ++x) {
-        for (int c = 0; c < call.out.channels; ++c) Put(call, x, y, c, {value.at(x, y, c), scale.at(x, y, c)});
+        for (int c = 0; c < call.out.channels; ++c)
+          Put(call, x, y, c, {value.at(x, y, c), scale.at(x, y, c)});
       }
     }
   }
@@ -264,7 +276,8 @@ void EvaluateZoom(const Call& call) {
 }
 
 // One result pixel of a warp.
-void PutLookup(const Call& call, const Lookup& look, int x, int y, double px, double py, double wide_x, double wide_y) {
+void PutLookup(const Call& call, const Lookup& look, int x, int y, double px, double py, double wide_x,
+               double wide_y) {
   const Roi& w = call.in_specs[0].data_window;
   // A reduction takes in at most 65,536 pixels per axis.
   const double widest = 32768 / KernelOf(look.filter).radius;
@@ -299,7 +312,8 @@ struct Projector {
 void EvaluateWarp(const Call& call) {
   const auto& p = std::any_cast<const WarpParams&>(call.parameters);
   const Projector projector(p.matrix, call.in_specs[0].display_window);
-  const Lookup look{call.in[0], p.filter.empty() ? "lanczos3" : p.filter, p.wrap, p.wrap, Outside::kCounts, true};
+  const Lookup look{call.in[0], p.filter.empty() ? "lanczos3" : p.filter, p.wrap, p.wrap, Outside::kCounts,
+                    true};
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
       double at[2], wide[2];
@@ -312,7 +326,8 @@ void EvaluateWarp(const Call& call) {
 void EvaluateStWarp(const Call& call) {
   const auto& p = std::any_cast<const StWarpParams&>(call.parameters);
   const Roi& d = call.in_specs[0].display_window;
-  const Lookup look{call.in[0], p.filter.empty() ? "lanczos3" : p.filter, p.wrap_s, p.wrap_t, Outside::kLeftOut, true};
+  const Lookup look{
+      call.in[0], p.filter.empty() ? "lanczos3" : p.filter, p.wrap_s, p.wrap_t, Outside::kLeftOut, true};
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
       double s = call.in[1].at(x, y, p.channel_s), t = call.in[1].at(x, y, p.channel_t);
@@ -325,11 +340,13 @@ void EvaluateStWarp(const Call& call) {
 
 void EvaluateDistort(const Call& call) {
   const auto& p = std::any_cast<const DistortParams&>(call.parameters);
-  const Lookup look{call.in[0], p.filter.empty() ? "triangle" : p.filter, p.wrap, p.wrap, Outside::kCounts, true};
+  const Lookup look{call.in[0], p.filter.empty() ? "triangle" : p.filter, p.wrap, p.wrap, Outside::kCounts,
+                    true};
   const int last = call.in[1].channels - 1;
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
-      const double dx = call.in[1].at(x, y, p.channel_x), dy = call.in[1].at(x, y, std::min(p.channel_y, last));
+      const double dx = call.in[1].at(x, y, p.channel_x),
+                   dy = call.in[1].at(x, y, std::min(p.channel_y, last));
       PutLookup(call, look, x, y, x + p.amount * (dx - p.centre), y + p.amount * (dy - p.centre), 1, 1);
     }
   }
@@ -343,9 +360,12 @@ Roi AllOfTheFirst(const std::any&, int input, const Roi& out) { return input == 
 
 std::vector<Entry> GeometryEntries() {
   return {
-      {"resize", EvaluateResize, AllOf, 1}, {"shift", EvaluateShift, AllOf, 1},
-      {"mip", EvaluateMip, AllOf, 1},       {"zoom", EvaluateZoom, AllOf, 1},
-      {"warp", EvaluateWarp, AllOf, 1},     {"st_warp", EvaluateStWarp, AllOfTheFirst, 1},
+      {"resize", EvaluateResize, AllOf, 1},
+      {"shift", EvaluateShift, AllOf, 1},
+      {"mip", EvaluateMip, AllOf, 1},
+      {"zoom", EvaluateZoom, AllOf, 1},
+      {"warp", EvaluateWarp, AllOf, 1},
+      {"st_warp", EvaluateStWarp, AllOfTheFirst, 1},
       {"distort", EvaluateDistort, AllOfTheFirst, 1},
   };
 }

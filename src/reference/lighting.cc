@@ -13,14 +13,17 @@
 namespace tessera::reference {
 namespace {
 
-Vector3 At(const ImageD& image, int x, int y) { return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)}; }
+Vector3 At(const ImageD& image, int x, int y) {
+  return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
+}
 bool Usable(double square) { return square > 0 && square < std::numeric_limits<double>::infinity(); }
 
 // Transposed and inverted by cofactors, which are the cross products of the matrix's rows.
 Vector3 NormalTimes(const Matrix4& m, const Vector3& n) {
   const Vector3 a = {m[0], m[1], m[2]}, b = {m[4], m[5], m[6]}, c = {m[8], m[9], m[10]};
   const double determinant = Dot(a, Cross(b, c));
-  return {Dot(Cross(b, c), n) / determinant, Dot(Cross(c, a), n) / determinant, Dot(Cross(a, b), n) / determinant};
+  return {Dot(Cross(b, c), n) / determinant, Dot(Cross(c, a), n) / determinant,
+          Dot(Cross(a, b), n) / determinant};
 }
 
 void EvaluateNormals(const Call& call) {
@@ -45,7 +48,8 @@ void EvaluateNormals(const Call& call) {
         }
         call.out.at(x, y, c) = v;
         const double about = p.pack || p.unpack ? 1 : std::sqrt(square) / length * 1e-7;
-        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max({std::fabs(v), c < 3 ? about : 0, kSmallestScale});
+        if (call.scale != nullptr)
+          call.scale->at(x, y, c) = std::max({std::fabs(v), c < 3 ? about : 0, kSmallestScale});
       }
     }
   }

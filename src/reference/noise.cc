@@ -27,11 +27,6 @@ uint32_t Scramble(uint32_t h) {
   h = (h ^ (h >> 15)) * 0xd35a2d97u;
   return h ^ (h >> 15);
 }
-uint32_t OctaveSeed(uint32_t seed, int octave, int channel) {
-  return Scramble(Scramble(seed + 0x9e3779b9u * static_cast<uint32_t>(channel)) +
-                  0x85ebca6bu * static_cast<uint32_t>(octave));
-}
-
 Wide Floor(Wide v) {
   constexpr double kWhole = 0x1p112;  // beyond, every number is whole
   if (!(v < kWhole && v > -kWhole)) return v;
@@ -169,7 +164,8 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
     sum.value = 0.5 + 0.5 * sum.value;
     for (double& slope : sum.slope) slope *= 0.5;
   }
-  if (p.output != NoiseOutput::kGradient && (p.bias != 0.5 || p.contrast != 0.5)) {
+  if (p.output != NoiseOutput::kGradient && p.output != NoiseOutput::kNormal &&
+      (p.bias != 0.5 || p.contrast != 0.5)) {
     sum.value = p.is_signed ? 2 * Bend(0.5 + 0.5 * sum.value, p.bias, p.contrast) - 1
                             : Bend(sum.value, p.bias, p.contrast);
     sum.scale = 8 * (sum.scale + 1);
@@ -177,20 +173,43 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
   return sum;
 }
 
+// The parameters of one channel's field.
+NoiseParams ChannelParams(const NoiseParams& p, int c) {
+  if (p.output != NoiseOutput::kOctaves) return p;
+  NoiseParams one = p;
+  one.octaves = c < p.octaves ? c + 1 : 0;
+  one.weights.assign(static_cast<size_t>(one.octaves), 0.0);
+  if (one.octaves > 0) one.weights.back() = 1;
+  return one;
+}
+bool FieldPerChannel(const NoiseParams& p) {
+  return p.output == NoiseOutput::kColor || p.output == NoiseOutput::kOctaves;
+}
+
 // value or slope of the channel of a result, with its error's scale.
 std::pair<double, double> Channel(const NoiseParams& p, const NoiseValue& n, int c, int alpha) {
   // 0.5 is added in the unsigned forms.
   const double scale = std::max(n.scale, 1.0);
-  if (p.output != NoiseOutput::kGradient) {
+  const bool normal = p.output == NoiseOutput::kNormal;
+  if (p.output == NoiseOutput::kOctaves) return {n.value, scale};
+  if (p.output != NoiseOutput::kGradient && !normal) {
     if (c == alpha) return {1.0, 1.0};
     return {n.value, scale};
   }
-  if (c == 0) return {n.value, scale};
-  if (c > p.dims) return {0.0, 0.0};
+  if (c == (normal ? 3 : 0)) return {n.value, scale};
+  if (c > (normal ? 3 : p.dims)) return {0.0, 0.0};
   double steepness = 0, frequency = 1, weight = 1;
   for (int k = 0; k < p.octaves; ++k, frequency *= p.lacunarity, weight *= p.gain)
     steepness += 8 * frequency * weight;
-  return {n.slope[static_cast<size_t>(c - 1)], steepness * scale};
+  if (!normal) return {n.slope[static_cast<size_t>(c - 1)], steepness * scale};
+  const auto axis = static_cast<size_t>(c);
+  double square = 0;
+  for (size_t a = 0; a < 3 && static_cast<int>(a) < p.dims; ++a) square += n.slope[a] * n.slope[a];
+  const double length = std::sqrt(square), half = p.is_signed ? 1 : 0.5;
+  const double direction = c < p.dims && length > 0 ? n.slope[axis] / length : 0;
+  // Where the gradient vanishes its direction is anything.
+  const double error = std::min(4 * steepness * scale / std::max(length, 1e-30), 0x1p25);
+  return {half * direction + (1 - half), 2 + error};
 }
 
 void EvaluateGrid(const Call& call) {
@@ -200,7 +219,7 @@ void EvaluateGrid(const Call& call) {
   // Channels of a pixel share one noise, except in colour.
   NoiseValue kept;
   ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
-    if (c > 0 && p.output != NoiseOutput::kColor) return Channel(p, kept, c, call.out_spec.alpha);
+    if (c > 0 && !FieldPerChannel(p)) return Channel(p, kept, c, call.out_spec.alpha);
     int slice = 0, row = y - p.frame.y0;
     if (p.slices > 1) {
       slice = std::clamp(static_cast<int>(std::floor(static_cast<double>(row) / height)), 0, p.slices - 1);
@@ -210,7 +229,7 @@ void EvaluateGrid(const Call& call) {
     q.position = {static_cast<Wide>(x - p.frame.x0 + 0.5) * (step * p.aspect),
                   static_cast<Wide>(row + 0.5) * step, static_cast<Wide>(slice) * step, 0};
     q.channel = c;
-    kept = Sum(p, q, true, step);
+    kept = Sum(ChannelParams(p, c), q, true, step);
     return Channel(p, kept, c, call.out_spec.alpha);
   });
 }
@@ -233,7 +252,13 @@ void EvaluateAt(const Call& call) {
     }
     q.channel = c;
     if (finite) {
-      const NoiseValue n = Sum(p, q, false, p.frequency);
+      NoiseValue n = Sum(ChannelParams(p, c), q, false, p.frequency);
+      // A product that is no float has no bits that could be hashed alike.
+      for (int a = 0; a < p.dims && p.kind == NoiseKind::kHash; ++a) {
+        const auto axis = static_cast<size_t>(a);
+        const Wide position = q.position[axis] + p.offset[axis];
+        if (position != static_cast<Wide>(static_cast<float>(position))) n.scale = 0x1p25;
+      }
       const std::pair<double, double> result = Channel(p, n, c, call.out_spec.alpha);
       double slope = 0, frequency = 1, weight = 1;
       for (int k = 0; k < p.octaves; ++k, frequency *= p.lacunarity, weight *= p.gain)
@@ -241,14 +266,15 @@ void EvaluateAt(const Call& call) {
       return {result.first, 2 * result.second + slope};
     }
     // Noise 0 in every octave.
-    NoiseParams none = p;
+    const NoiseParams own = ChannelParams(p, c);
+    NoiseParams none = own;
     none.octaves = 0;
     NoiseValue n = Sum(none, q, false, p.frequency);
     double weight = 1;
-    for (int k = 0; k < p.octaves; ++k, weight *= p.gain) {
-      const double w = p.weights.empty()                           ? weight
-                       : static_cast<size_t>(k) < p.weights.size() ? p.weights[static_cast<size_t>(k)]
-                                                                   : 0;
+    for (int k = 0; k < own.octaves; ++k, weight *= p.gain) {
+      const double w = own.weights.empty()                           ? weight
+                       : static_cast<size_t>(k) < own.weights.size() ? own.weights[static_cast<size_t>(k)]
+                                                                     : 0;
       const double half = p.is_signed || p.kind == NoiseKind::kCell ? 1 : 0.5;
       if (p.sum == NoiseSum::kBillow) n.value -= half * w;
       if (p.sum == NoiseSum::kRidged) n.value += w;
@@ -258,6 +284,11 @@ void EvaluateAt(const Call& call) {
 }
 
 }  // namespace
+
+uint32_t OctaveSeed(uint32_t seed, int octave, int channel) {
+  return Scramble(Scramble(seed + 0x9e3779b9u * static_cast<uint32_t>(channel)) +
+                  0x85ebca6bu * static_cast<uint32_t>(octave));
+}
 
 double GridNoise(const NoiseParams& p, int x, int y) {
   const double step = p.frequency > 0 ? p.frequency / std::max(p.frame.width(), 1) : 1;
@@ -269,7 +300,7 @@ double GridNoise(const NoiseParams& p, int x, int y) {
 
 std::vector<Entry> NoiseEntries() {
   std::vector<Entry> entries;
-  for (const char* name : {"white", "value", "perlin", "simplex", "cell", "sparse", "spot"}) {
+  for (const char* name : {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash"}) {
     entries.push_back({name, EvaluateGrid});
   }
   entries.push_back({"noiseat", EvaluateAt});

@@ -2,6 +2,7 @@
 #include "reference/noise_lattice.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -9,8 +10,8 @@
 namespace tessera::reference {
 namespace {
 
-using Cells = std::array<uint32_t, 4>;
-using Vector = std::array<double, 4>;
+using Cells = NoiseCells;
+using Vector = NoiseVector;
 
 uint32_t Mix(uint32_t h) {
   h *= 0x2c1b3c6du;
@@ -18,16 +19,20 @@ uint32_t Mix(uint32_t h) {
   return h * 0x297a2d39u;
 }
 uint32_t Next(uint32_t h, int k) { return Mix((h ^ (h >> 16)) + static_cast<uint32_t>(k) * 0x9e3779b9u); }
-uint32_t Hash(const Cells& cell, int dims, uint32_t seed) {
+double SignedUnit(uint32_t h) { return std::ldexp(static_cast<int32_t>(h), -31); }
+double Unit(uint32_t h) { return std::ldexp(h >> 8, -24); }
+
+uint32_t Rotated(uint32_t v, int k) { return v << k | v >> (32 - k); }
+
+}  // namespace
+
+uint32_t LatticeHash(const Cells& cell, int dims, uint32_t seed) {
   constexpr uint32_t kAxis[4] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du, 0x27d4eb2fu};
   uint32_t h = seed;
   for (int a = 0; a < dims; ++a) h ^= cell[static_cast<size_t>(a)] * kAxis[a];
   return Mix(h);
 }
-double SignedUnit(uint32_t h) { return std::ldexp(static_cast<int32_t>(h), -31); }
-double Unit(uint32_t h) { return std::ldexp(h >> 8, -24); }
-
-Vector TesseraGradient(uint32_t h, int dims) {
+NoiseVector LatticeGradient(uint32_t h, int dims) {
   const auto sign = [h](int bit) { return (h >> bit & 1) != 0 ? -1.0 : 1.0; };
   if (dims == 1) return {SignedUnit(h)};
   if (dims == 2) {
@@ -46,35 +51,18 @@ Vector TesseraGradient(uint32_t h, int dims) {
   return g;
 }
 
-// Bob Jenkins' lookup3 on `words`, initial value 13.
-uint32_t Jenkins(const std::vector<uint32_t>& words) {
-  const auto rotate = [](uint32_t v, int k) { return v << k | v >> (32 - k); };
-  uint32_t a = 0xdeadbeefu + (static_cast<uint32_t>(words.size()) << 2) + 13, b = a, c = a;
-  size_t i = 0;
-  if (words.size() > 3) {
-    a += words[0], b += words[1], c += words[2];
-    a -= c, a ^= rotate(c, 4), c += b;
-    b -= a, b ^= rotate(a, 6), a += c;
-    c -= b, c ^= rotate(b, 8), b += a;
-    a -= c, a ^= rotate(c, 16), c += b;
-    b -= a, b ^= rotate(a, 19), a += c;
-    c -= b, c ^= rotate(b, 4), b += a;
-    i = 3;
-  }
-  if (i < words.size()) a += words[i];
-  if (i + 1 < words.size()) b += words[i + 1];
-  if (i + 2 < words.size()) c += words[i + 2];
-  c ^= b, c -= rotate(b, 14);
-  a ^= c, a -= rotate(c, 11);
-  b ^= a, b -= rotate(a, 25);
-  c ^= b, c -= rotate(b, 16);
-  a ^= c, a -= rotate(c, 4);
-  b ^= a, b -= rotate(a, 14);
-  c ^= b, c -= rotate(b, 24);
+uint32_t JenkinsFinal(uint32_t a, uint32_t b, uint32_t c) {
+  c ^= b, c -= Rotated(b, 14);
+  a ^= c, a -= Rotated(c, 11);
+  b ^= a, b -= Rotated(a, 25);
+  c ^= b, c -= Rotated(b, 16);
+  a ^= c, a -= Rotated(c, 4);
+  b ^= a, b -= Rotated(a, 14);
+  c ^= b, c -= Rotated(b, 24);
   return c;
 }
 
-Vector OslGradient(uint32_t h, int dims) {
+NoiseVector OslGradient(uint32_t h, int dims) {
   // A dot product with chosen coordinates, written as the vector it belongs to.
   Vector g = {};
   const double s1 = (h & 1) != 0 ? -1 : 1, s2 = (h & 2) != 0 ? -1 : 1, s3 = (h & 4) != 0 ? -1 : 1;
@@ -97,19 +85,34 @@ Vector OslGradient(uint32_t h, int dims) {
   return g;
 }
 
+namespace {
+
+// Bob Jenkins' lookup3 on `words`, initial value 13.
+uint32_t Jenkins(const std::vector<uint32_t>& words) {
+  const auto rotate = Rotated;
+  uint32_t a = 0xdeadbeefu + (static_cast<uint32_t>(words.size()) << 2) + 13, b = a, c = a;
+  size_t i = 0;
+  if (words.size() > 3) {
+    a += words[0], b += words[1], c += words[2];
+    a -= c, a ^= rotate(c, 4), c += b;
+    b -= a, b ^= rotate(a, 6), a += c;
+    c -= b, c ^= rotate(b, 8), b += a;
+    a -= c, a ^= rotate(c, 16), c += b;
+    b -= a, b ^= rotate(a, 19), a += c;
+    c -= b, c ^= rotate(b, 4), b += a;
+    i = 3;
+  }
+  if (i < words.size()) a += words[i];
+  if (i + 1 < words.size()) b += words[i + 1];
+  if (i + 2 < words.size()) c += words[i + 2];
+  return JenkinsFinal(a, b, c);
+}
+
 // Perlin's permutation, built from the order in which it lists 0..255.
 const std::array<int, 256>& PerlinPermutation() {
   static const std::array<int, 256> kTable = [] {
     const char* const hex =
-        "97a0895b5a0f830dc95f6035c2e907e18c24671e458e086325f0150a17be0694f778ea4b001ac53e5efcdbcb75230b2039b1"
-        "2158"
-        "ed953857ae147d88aba844af4aa547868b301ba64d929ee7536fe57a3cd385e6dc695c29372ef528f4668f3641193fa101d8"
-        "5049"
-        "d14c84bbd05912a9c8c4878274bc9f56a4646dc6adba034034d9e2fa7c7b05ca2693767eff5255d4cfce3be32f103a11b6bd"
-        "1c2a"
-        "dfb7aad577f898022c9aa346dd99659ba72bac09811627fd13626c6e4f71e0e8b2b97068daf661e4fb22f2c1eed2900cbfb3"
-        "a2f1"
-        "513391ebf90eef6b31c0d61fb5c76a9db854ccb07379322d7f0496fe8aeccd5dde72431d1848f38d80c34e42d73d9cb4";
+        "97a0895b5a0f830dc95f6035c2e907e18c24671e458e086325f0150a17be0694f778ea4b001ac53e5efcdbcb75230b2039b12158ed953857ae147d88aba844af4aa547868b301ba64d929ee7536fe57a3cd385e6dc695c29372ef528f4668f3641193fa101d85049d14c84bbd05912a9c8c4878274bc9f56a4646dc6adba034034d9e2fa7c7b05ca2693767eff5255d4cfce3be32f103a11b6bd1c2adfb7aad577f898022c9aa346dd99659ba72bac09811627fd13626c6e4f71e0e8b2b97068daf661e4fb22f2c1eed2900cbfb3a2f1513391ebf90eef6b31c0d61fb5c76a9db854ccb07379322d7f0496fe8aeccd5dde72431d1848f38d80c34e42d73d9cb4";
     std::array<int, 256> table = {};
     size_t n = 0;
     int high = -1;
@@ -178,10 +181,10 @@ NoiseValue Interpolated(const NoiseParams& p, uint32_t seed, const Cells& period
     double value = 0;
     Vector g = {};
     if (p.kind == NoiseKind::kValue) {
-      value = SignedUnit(Hash(cell, dims, seed));
+      value = SignedUnit(LatticeHash(cell, dims, seed));
     } else {
       if (p.lattice == NoiseLattice::kTessera) {
-        g = TesseraGradient(Hash(cell, dims, seed), dims);
+        g = LatticeGradient(LatticeHash(cell, dims, seed), dims);
       } else if (perlin) {
         g = PerlinGradient(cell);
       } else {
@@ -212,7 +215,24 @@ NoiseValue White(const NoiseParams& p, uint32_t seed, int channel, const NoisePl
     if (channel >= 0) words.push_back(static_cast<uint32_t>(channel));
     n.value = 2 * (Jenkins(words) / 4294967295.0) - 1;
   } else {
-    n.value = SignedUnit(Next(Hash(place.cell, p.dims, seed), 1));
+    n.value = SignedUnit(Next(LatticeHash(place.cell, p.dims, seed), 1));
+  }
+  return n;
+}
+
+NoiseValue HashOfPosition(const NoiseParams& p, uint32_t seed, int channel, const NoisePlace& place) {
+  NoiseValue n;
+  std::vector<uint32_t> words;
+  for (size_t a = 0; a < static_cast<size_t>(p.dims); ++a) {
+    const double position = static_cast<int32_t>(place.cell[a]) + place.fraction[a];
+    words.push_back(std::bit_cast<uint32_t>(static_cast<float>(position)));
+  }
+  if (p.lattice == NoiseLattice::kOsl) {
+    if (channel >= 0) words.push_back(static_cast<uint32_t>(channel));
+    n.value = 2 * (Jenkins(words) / 4294967295.0) - 1;
+  } else {
+    words.push_back(seed);
+    n.value = SignedUnit(Jenkins(words));
   }
   return n;
 }
@@ -233,7 +253,7 @@ void ForNeighbours(const NoiseParams& p, uint32_t seed, const Cells& period, con
       if (period[a] != 0) cell[a] = (place.cell[a] + period[a] + static_cast<uint32_t>(step)) % period[a];
       offset[a] = step - place.fraction[a];
     }
-    visit(Hash(cell, p.dims, seed), offset);
+    visit(LatticeHash(cell, p.dims, seed), offset);
   }
 }
 
@@ -320,53 +340,28 @@ NoiseValue Impulses(const NoiseParams& p, uint32_t seed, const Cells& period, co
   return n;
 }
 
-NoiseValue Simplex(const NoiseParams& p, uint32_t seed, const NoisePlace& place) {
-  const auto dims = static_cast<size_t>(p.dims);
-  const long double root = std::sqrt(static_cast<long double>(p.dims + 1));
-  const long double skew_factor = (root - 1) / p.dims, unskew_factor = (1 - 1 / root) / p.dims;
-  uint32_t cells = 0;
-  long double fractions = 0;
-  for (size_t a = 0; a < dims; ++a) cells += place.cell[a], fractions += place.fraction[a];
-  // Everything relative to the cell of the position.
-  const long double skew = (static_cast<int32_t>(cells) + fractions) * skew_factor;
-  const long double whole = std::floor(static_cast<int32_t>(cells) * skew_factor);
-  std::array<long double, 4> base = {};
-  long double base_sum = 0;
-  for (size_t a = 0; a < dims; ++a) {
-    base[a] = std::floor(place.fraction[a] + (skew - whole));
-    base_sum += base[a];
-  }
-  // Unskewing the corner: corner - G * sum(corner), where sum(corner) = cells + dims * whole + base_sum.
-  const long double back =
-      (static_cast<long double>(static_cast<int32_t>(cells)) + p.dims * whole + base_sum) * unskew_factor;
-  Vector x = {};
-  for (size_t a = 0; a < dims; ++a) x[a] = static_cast<double>(place.fraction[a] - (whole + base[a] - back));
-  constexpr double kScale[5] = {0, 0, 99.204, 76.88, 62.777};
-  NoiseValue n;
-  for (size_t k = 0; k <= dims; ++k) {
-    std::array<size_t, 4> order = {0, 1, 2, 3};
-    std::stable_sort(order.begin(), order.begin() + p.dims, [&](size_t a, size_t b) { return x[a] > x[b]; });
-    Vector r = x;
-    Cells cell = {};
-    for (size_t a = 0; a < dims; ++a) {
-      cell[a] = place.cell[a] + static_cast<uint32_t>(static_cast<int64_t>(whole + base[a]));
-      r[a] += static_cast<double>(unskew_factor) * static_cast<double>(k);
-    }
-    for (size_t i = 0; i < k; ++i) ++cell[order[i]], r[order[i]] -= 1;
-    const Vector g = TesseraGradient(Hash(cell, p.dims, seed), p.dims);
-    double square = 0, dot = 0;
-    for (size_t a = 0; a < dims; ++a) square += r[a] * r[a], dot += g[a] * r[a];
-    const double t = std::max(0.0, 0.5 - square);
-    n.value += kScale[p.dims] * std::pow(t, 4) * dot;
-    for (size_t a = 0; a < dims; ++a) {
-      n.slope[a] += kScale[p.dims] * (std::pow(t, 4) * g[a] - 8 * std::pow(t, 3) * dot * r[a]);
-    }
-  }
-  n.scale = 2;
-  return n;
-}
-
 }  // namespace
+
+std::vector<LatticeSpot> LatticeSpots(int i, int j, uint32_t seed, double density) {
+  const uint32_t h =
+      LatticeHash({static_cast<uint32_t>(i), static_cast<uint32_t>(j), 0, 0}, 2, OctaveSeed(seed, 0, 0));
+  const uint32_t number = Next(h, 1);
+  uint32_t state = h;
+  double probability = std::exp(-density), sum = probability;
+  std::vector<LatticeSpot> spots;
+  for (int k = 0; k < 23; ++k) {
+    if (number < static_cast<uint32_t>(std::min(sum * 4294967296.0, 4294967295.0))) break;
+    probability *= density / (k + 1);
+    sum += probability;
+    LatticeSpot spot;
+    spot.x = Unit(state = Next(state, 2));
+    spot.y = Unit(state = Next(state, 3));
+    state = Next(state, 4);
+    spot.sign = state >> 31 != 0 ? -1 : 1;
+    spots.push_back(spot);
+  }
+  return spots;
+}
 
 NoiseValue EvaluateNoise(const NoiseParams& p, uint32_t seed, const Cells& period, int channel,
                          const NoisePlace& place) {
@@ -377,7 +372,9 @@ NoiseValue EvaluateNoise(const NoiseParams& p, uint32_t seed, const Cells& perio
     case NoiseKind::kGradient:
       return Interpolated(p, seed, period, channel, place);
     case NoiseKind::kSimplex:
-      return Simplex(p, seed, place);
+      return SimplexNoise(p, seed, period, channel, place);
+    case NoiseKind::kHash:
+      return HashOfPosition(p, seed, channel, place);
     case NoiseKind::kCell:
       return CellNoise(p, seed, period, place);
     default:

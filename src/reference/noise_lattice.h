@@ -4,10 +4,21 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "tessera/ops/noise.h"
 
 namespace tessera::reference {
+
+using NoiseCells = std::array<uint32_t, 4>;
+using NoiseVector = std::array<double, 4>;
+
+// Tessera's hash of a lattice point and its gradients.
+uint32_t LatticeHash(const NoiseCells& cell, int dims, uint32_t seed);
+NoiseVector LatticeGradient(uint32_t hash, int dims);
+// final() of Bob Jenkins' lookup3, and the gradients of OSL's perlin noise.
+uint32_t JenkinsFinal(uint32_t a, uint32_t b, uint32_t c);
+NoiseVector OslGradient(uint32_t hash, int dims);
 
 // A lattice position: cells modulo 2^32 or the period, and fractions.
 struct NoisePlace {
@@ -20,6 +31,18 @@ struct NoiseValue {
   double scale = 1;  // what its error bound is a multiple of
   std::array<double, 4> slope = {};
 };
+
+// One octave of simplex noise.
+NoiseValue SimplexNoise(const NoiseParams& params, uint32_t seed, const NoiseCells& period, int channel,
+                        const NoisePlace& place);
+
+// A spot of kSpot in its cell: place in [0, 1), sign +-1; of octave 0 of a seed.
+struct LatticeSpot {
+  double x = 0, y = 0, sign = 1;
+};
+std::vector<LatticeSpot> LatticeSpots(int i, int j, uint32_t seed, double density);
+// The seed of a noise's octave.
+uint32_t OctaveSeed(uint32_t seed, int octave, int channel);
 
 // One octave; `channel` is -1 but for OSL's colour noise.
 NoiseValue EvaluateNoise(const NoiseParams& params, uint32_t seed, const std::array<uint32_t, 4>& period,

@@ -1,5 +1,5 @@
-// The oracle: one plain double-precision function per operation, one loop, no cleverness, written independently
-// of the kernels. Serves tests, benchmarks and --verify.
+// The oracle: one plain double-precision function per operation, one loop, no cleverness, written
+// independently of the kernels. Serves tests, benchmarks and --verify.
 #ifndef TESSERA_REFERENCE_REFERENCE_H_
 #define TESSERA_REFERENCE_REFERENCE_H_
 
@@ -50,8 +50,9 @@ struct Entry {
   std::string op;  // Op::Name()
   Function evaluate = nullptr;
   InputRoiFunction input_roi = nullptr;  // null for point operations
-  // Bit k: the result is a weighted sum of input k's samples and `scale` holds the sum of |weight * sample|, so that
-  // the errors of the samples pass through as that sum. Of other operations the response is tried out.
+  // Bit k: the result is a weighted sum of input k's samples and `scale` holds the sum of |weight * sample|,
+  // so that the errors of the samples pass through as that sum. Of other operations the response is tried
+  // out.
   uint32_t weighted_sum_of = 0;
 };
 

@@ -19,6 +19,7 @@ std::vector<Entry> GenerateEntries();
 std::vector<Entry> FilterEntries();
 std::vector<Entry> OutlineEntries();
 std::vector<Entry> NoiseEntries();
+std::vector<Entry> ShapedSpotsEntries();
 std::vector<Entry> SvgTurbulenceEntries();
 std::vector<Entry> TextureEntries();
 std::vector<Entry> GeometryEntries();
@@ -38,7 +39,12 @@ struct Table {
   std::map<std::string, Entry> entries;
 
   Table() {
-    for (auto* family : {&AccumulateEntries, &ColorEntries, &BlendEntries, &CompositeEntries, &CurveEntries, &ArithmeticEntries, &FlowEntries, &GenerateEntries, &FilterEntries, &OutlineEntries, &NoiseEntries, &SvgTurbulenceEntries, &TextureEntries, &GeometryEntries, &LookupEntries, &ShadeEntries, &ShadeLightEntries, &EnvironmentEntries, &LightingEntries, &BumpEntries, &VolumeEntries}) {
+    for (auto* family : {&AccumulateEntries,    &ColorEntries,      &BlendEntries,       &CompositeEntries,
+                         &CurveEntries,         &ArithmeticEntries, &FlowEntries,        &GenerateEntries,
+                         &FilterEntries,        &OutlineEntries,    &NoiseEntries,       &ShapedSpotsEntries,
+                         &SvgTurbulenceEntries, &TextureEntries,    &GeometryEntries,    &LookupEntries,
+                         &ShadeEntries,         &ShadeLightEntries, &EnvironmentEntries, &LightingEntries,
+                         &BumpEntries,          &VolumeEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

@@ -193,8 +193,7 @@ Texel Inked(const SolidParams& p, double covered) {
 
 class Procedure {
  public:
-  Procedure(const Call& call, const ops::SolidSettings& s, int x, int y)
-      : call_(call), s_(s), x_(x), y_(y) {}
+  Procedure(const Call& call, const ops::SolidSettings& s, int x, int y) : call_(call), s_(s), x_(x), y_(y) {}
 
   Texel At(const double* p) const {
     const SolidParams& q = s_.solid;

@@ -1,14 +1,14 @@
 // Reference of volume pictures: every ray in small fixed steps, in double, without leaps.
 #include <algorithm>
-#include <array>
 #include <any>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "tessera/ops/noise_block.h"
-#include "tessera/ops/volume_draw.h"
 #include "reference/reference.h"
+#include "reference/volume_substance.h"
+#include "tessera/ops/volume_draw.h"
 
 namespace tessera::reference {
 namespace {
@@ -16,12 +16,6 @@ namespace {
 using base::VolumeDraw;
 using Result = std::array<double, 5>;  // R, G, B, A, Z
 constexpr double kEndless = std::numeric_limits<double>::infinity();
-
-Vector3 Add(const Vector3& a, const Vector3& b, double t = 1) {
-  return {a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]};
-}
-double Length(const Vector3& v) { return std::sqrt(Dot(v, v)); }
-double Clamped(double v) { return std::clamp(v, 0.0, 1.0); }
 
 // One ray in world space; t is the planar depth.
 struct Ray {
@@ -31,7 +25,8 @@ struct Ray {
 
 class Picture {
  public:
-  explicit Picture(const VolumeDraw& draw) : draw_(draw), p_(draw.params), v_(draw.volume.spec()) {}
+  explicit Picture(const VolumeDraw& draw)
+      : draw_(draw), p_(draw.params), v_(draw.volume.spec()), substance_(draw) {}
 
   Result Draw(double x, double y, double scene, const Vector3& moved) const {
     const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
@@ -45,13 +40,15 @@ class Picture {
         misses |= ray.origin[a] < low[a] || ray.origin[a] > high[a];
         continue;
       }
-      const double u = (low[a] - ray.origin[a]) / ray.direction[a], w = (high[a] - ray.origin[a]) / ray.direction[a];
+      const double u = (low[a] - ray.origin[a]) / ray.direction[a],
+                   w = (high[a] - ray.origin[a]) / ray.direction[a];
       ray.enter = std::max(ray.enter, std::min(u, w));
       ray.end = std::min(ray.end, std::max(u, w));
     }
     ray.begin = ray.enter;
     for (const CuttingPlane& plane : p_.planes) {
-      const double above = Dot(plane.normal, ray.origin) - plane.offset, rise = Dot(plane.normal, ray.direction);
+      const double above = Dot(plane.normal, ray.origin) - plane.offset,
+                   rise = Dot(plane.normal, ray.direction);
       if (rise > 0) ray.begin = std::max(ray.begin, -above / rise);
       if (rise < 0) ray.end = std::min(ray.end, -above / rise);
       misses |= rise == 0 && above < 0;
@@ -75,59 +72,47 @@ class Picture {
   }
 
  private:
-  double Voxels(double world, size_t axis) const { return (world - v_.origin[axis]) / v_.spacing[axis]; }
-  double Field(const Vector3& p) const {
-    return draw_.volume.Sample(Voxels(p[0], 0), Voxels(p[1], 1), Voxels(p[2], 2));
-  }
-  Vector3 FieldGradient(const Vector3& p) const {
-    Vector3 g = draw_.volume.Gradient(Voxels(p[0], 0), Voxels(p[1], 1), Voxels(p[2], 2));
-    for (size_t a = 0; a < 3; ++a) g[a] /= v_.spacing[a];
-    return g;
-  }
-  // Noise at world positions times the frequency plus an offset.
-  static double NoiseAt(const NoiseBlock& block, const Vector3& p, double frequency, const Vector3& offset,
-                        double* channels = nullptr) {
-    double values[4] = {0, 0, 0, 0};
-    block.Sample(Add(offset, p, frequency), values);
-    if (channels != nullptr) std::copy_n(values, 4, channels);
-    return values[0];
-  }
-
   // --- Surfaces. ---
   Vector3 MeltPlace(const Vector3& p) const {
     const double bottom = v_.Low()[1], top = v_.High()[1];
     const double down = Clamped((top - p[1]) / (top - bottom));
-    const Vector3 at = {p[0] * p_.frequency, p[1] * p_.frequency * base::kMeltStretch +
-                                                 v_.origin[1] * p_.frequency * (1 - base::kMeltStretch),
-                        p[2] * p_.frequency};
-    const double n = NoiseAt(p_.block, at, 1, {0, base::kMeltDrift * p_.time, 0});
+    const Vector3 at = {
+        p[0] * p_.frequency,
+        p[1] * p_.frequency * base::kMeltStretch + v_.origin[1] * p_.frequency * (1 - base::kMeltStretch),
+        p[2] * p_.frequency};
+    const double n = Substance::Noise(p_.block, at, 1, {0, base::kMeltDrift * p_.time, 0});
     return {p[0], p[1] + p_.amount * down * down * (1 - base::kMeltNoise + base::kMeltNoise * n), p[2]};
   }
   // Negative inside.
   double Level(const Vector3& p) const {
-    const double v = Field(p_.mode == VolumeMode::kMelt ? MeltPlace(p) : p) - p_.iso;
+    const double v = substance_.Field(p_.mode == VolumeMode::kMelt ? MeltPlace(p) : p) - p_.iso;
     return p_.inside_above ? -v : v;
   }
   Vector3 MeltNormal(const Vector3& p) const {
-    // The field's gradient where it is read, times the displacement's own: by the noise's central differences.
+    // The field's gradient where it is read, times the displacement's own: by the noise's central
+    // differences.
     const Vector3 q = MeltPlace(p);
-    Vector3 g = FieldGradient(q);
+    Vector3 g = substance_.FieldGradient(q);
     const double texel = 1.0 / p_.block.size();
     Vector3 slope;
     const double bottom = v_.Low()[1], top = v_.High()[1];
     const double down = Clamped((top - p[1]) / (top - bottom));
-    const Vector3 at = {p[0] * p_.frequency, p[1] * p_.frequency * base::kMeltStretch +
-                                                 v_.origin[1] * p_.frequency * (1 - base::kMeltStretch),
-                        p[2] * p_.frequency};
+    const Vector3 at = {
+        p[0] * p_.frequency,
+        p[1] * p_.frequency * base::kMeltStretch + v_.origin[1] * p_.frequency * (1 - base::kMeltStretch),
+        p[2] * p_.frequency};
     const Vector3 drift = {0, base::kMeltDrift * p_.time, 0};
     for (size_t a = 0; a < 3; ++a) {
       Vector3 step = {0, 0, 0};
       step[a] = texel;
-      const double n = (NoiseAt(p_.block, Add(at, step), 1, drift) - NoiseAt(p_.block, Add(at, step, -1), 1, drift)) / (2 * texel);
-      slope[a] = p_.amount * down * down * base::kMeltNoise * n * p_.frequency * (a == 1 ? base::kMeltStretch : 1);
+      const double n = (Substance::Noise(p_.block, Add(at, step), 1, drift) -
+                        Substance::Noise(p_.block, Add(at, step, -1), 1, drift)) /
+                       (2 * texel);
+      slope[a] =
+          p_.amount * down * down * base::kMeltNoise * n * p_.frequency * (a == 1 ? base::kMeltStretch : 1);
     }
     if (down > 0 && down < 1) {
-      const double n = NoiseAt(p_.block, at, 1, drift);
+      const double n = Substance::Noise(p_.block, at, 1, drift);
       slope[1] += -2 * p_.amount * down / (top - bottom) * (1 - base::kMeltNoise + base::kMeltNoise * n);
     }
     return Add(g, slope, g[1]);
@@ -169,16 +154,17 @@ class Picture {
       t = inside;
     }
     const Vector3 p = Add(ray.origin, ray.direction, t), to_eye = ToEye(ray);
-    Vector3 normal = Normalized(p_.mode == VolumeMode::kMelt ? MeltNormal(p) : FieldGradient(p));
+    Vector3 normal = Normalized(p_.mode == VolumeMode::kMelt ? MeltNormal(p) : substance_.FieldGradient(p));
     if (p_.inside_above) normal = Add({}, normal, -1);
     std::array<double, 3> color = p_.material.color;
     if (p_.mode == VolumeMode::kSolid) {
       const int entries = static_cast<int>(draw_.colors.size() / 4) - 1;
-      const double u = std::clamp(NoiseAt(p_.block, p, p_.frequency, {}) * (entries - 1), 0.0, entries - 1.0);
-      color = Entry(draw_.colors, u);
+      const double u =
+          std::clamp(Substance::Noise(p_.block, p, p_.frequency, {}) * (entries - 1), 0.0, entries - 1.0);
+      color = Substance::Entry(draw_.colors, u);
     } else if (p_.mode == VolumeMode::kBump) {
       double n[4];
-      NoiseAt(p_.block, p, p_.frequency, {}, n);
+      Substance::Noise(p_.block, p, p_.frequency, {}, n);
       const Vector3 sum = Add(Normalized({n[0], n[1], n[2]}), normal, p_.amount);
       if (Length(sum) >= 1e-6) normal = Normalized(sum);
     }
@@ -188,170 +174,6 @@ class Picture {
   }
 
   // --- Media. ---
-  static std::array<double, 3> Entry(const std::vector<float>& table, double u) {
-    const auto i = static_cast<size_t>(u);
-    const double f = u - static_cast<double>(i);
-    std::array<double, 3> c;
-    for (size_t k = 0; k < 3; ++k) c[k] = (1 - f) * table[4 * i + k] + f * table[4 * i + 4 + k];
-    return c;
-  }
-  struct Class {
-    std::array<double, 3> color = {0, 0, 0};
-    double extinction = 0;
-  };
-  Class Classify(double value) const {
-    const double u = std::clamp((value - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
-                     (base::kTransferSize - 1);
-    const auto i = static_cast<size_t>(u);
-    const double f = u - static_cast<double>(i);
-    return {Entry(draw_.transfer, u), (1 - f) * draw_.transfer[4 * i + 3] + f * draw_.transfer[4 * i + 7]};
-  }
-  Class ClassifyVoxels(const Vector3& p) const {
-    const auto& n = v_.size;
-    int cell[3];
-    double f[3];
-    for (size_t a = 0; a < 3; ++a) {
-      const double x = std::clamp(Voxels(p[a], a), 0.0, n[a] - 1.0);
-      cell[a] = static_cast<int>(std::floor(x));
-      f[a] = x - cell[a];
-    }
-    Class sum;
-    for (int c = 0; c < 8; ++c) {
-      const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
-      const double w = (i ? f[0] : 1 - f[0]) * (j ? f[1] : 1 - f[1]) * (k ? f[2] : 1 - f[2]);
-      const Class at = Classify(draw_.volume.At(cell[0] + i, cell[1] + j, cell[2] + k));
-      for (size_t q = 0; q < 3; ++q) sum.color[q] += w * at.extinction * at.color[q];
-      sum.extinction += w * at.extinction;
-    }
-    for (double& c : sum.color) c = sum.extinction > 0 ? c / sum.extinction : 0;
-    return sum;
-  }
-  Class ClassifyPair(double front, double back) const {
-    const auto place = [&](double v) {
-      return std::clamp((v - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
-             (base::kPairSize - 1);
-    };
-    const double u = place(front), w = place(back);
-    const auto i = static_cast<size_t>(u), j = static_cast<size_t>(w);
-    double c[4];
-    for (size_t k = 0; k < 4; ++k) {
-      const auto at = [&](size_t b, size_t a) { return static_cast<double>(draw_.pairs[(b * (base::kPairSize + 1) + a) * 4 + k]); };
-      const double fu = u - static_cast<double>(i), fw = w - static_cast<double>(j);
-      c[k] = (1 - fw) * ((1 - fu) * at(j, i) + fu * at(j, i + 1)) + fw * ((1 - fu) * at(j + 1, i) + fu * at(j + 1, i + 1));
-    }
-    return {{c[0], c[1], c[2]}, c[3]};
-  }
-
-  static Vector3 Drift(const Dmf& step, double time) { return Add({}, step.drift, time); }
-  static Vector3 Upright(const Dmf& step, const Vector3& p) { return {p[0], p[1] * step.upright, p[2]}; }
-  double Turbulence(const Dmf& step, const Vector3& at) const {
-    const Vector3 p = Upright(step, at);
-    const Vector3 offset = Drift(step, p_.time);
-    double n[4];
-    switch (step.lookup) {
-      case TurbulenceLookup::kBlock:
-        return NoiseAt(step.block, p, step.frequency, offset);
-      case TurbulenceLookup::kFourChannels:
-        NoiseAt(step.block, p, step.frequency, offset, n);
-        return std::fabs(n[0]) + std::fabs(n[1]) / 2 + std::fabs(n[2]) / 4 + std::fabs(n[3]) / 8;
-      default: {
-        double sum = 0;
-        for (int k = 0; k < (step.lookup == TurbulenceLookup::kFour ? 4 : 8); ++k) {
-          const double scale = 1 << k;
-          sum += std::fabs(NoiseAt(step.block, p, step.frequency * scale, Add({}, offset, scale))) / scale;
-        }
-        return sum;
-      }
-    }
-  }
-  static double Power(double t, double exponent) { return t > 0 ? std::pow(t, exponent) : 0; }
-  double Modulate(const Dmf& step, const Vector3& p, double distance, double t) const {
-    switch (step.kind) {
-      case Dmf::Kind::kBias:
-        return Power(t, std::log(step.amount) / std::log(0.5));
-      case Dmf::Kind::kGain: {
-        const double exponent = std::log(1 - step.amount) / std::log(0.5);
-        return t < 0.5 ? 0.5 * Power(2 * t, exponent) : 1 - 0.5 * Power(2 - 2 * t, exponent);
-      }
-      case Dmf::Kind::kNoise:
-        return Clamped(t + step.amount * NoiseAt(step.block, Upright(step, p), step.frequency, Drift(step, p_.time)));
-      case Dmf::Kind::kTurbulence:
-        return Clamped(t * (1 - step.amount + step.amount * Turbulence(step, p)));
-      case Dmf::Kind::kThreshold: {
-        const double u = Clamped((t - step.amount) / std::max(step.softness, 1e-6));
-        return u * u * (3 - 2 * u);
-      }
-      case Dmf::Kind::kFunction: {
-        const auto x = static_cast<float>(p[0]), y = static_cast<float>(p[1]), z = static_cast<float>(p[2]);
-        const auto d = static_cast<float>(distance);
-        auto density = static_cast<float>(t);
-        step.function({1, &x, &y, &z, &d, &density});
-        return Clamped(density);
-      }
-      default:
-        return t;
-    }
-  }
-  Vector3 Moved(const Vector3& p) const {
-    Vector3 q = p;
-    for (const Dmf& step : p_.dmf) {
-      if (step.kind == Dmf::Kind::kWarp) {
-        double n[4];
-        NoiseAt(step.block, Upright(step, p), step.frequency, Drift(step, p_.time), n);
-        q = Add(q, {n[0], n[1], n[2]}, step.amount);
-      } else if (step.kind == Dmf::Kind::kLift) {
-        q[1] -= step.amount * Turbulence(step, p);
-      } else if (step.kind == Dmf::Kind::kSwell) {
-        const Vector3 centre = v_.Position(0.5 * (v_.size[0] - 1), 0.5 * (v_.size[1] - 1), 0.5 * (v_.size[2] - 1));
-        q = Add(q, Add(q, centre, -1), step.amount * (Turbulence(step, p) - step.block.data().mean));
-      }
-    }
-    return q;
-  }
-
-  // Density, normal (or strand) and colour at a point of hypertexture.
-  struct Matter {
-    Class material;
-    Vector3 normal = {0, 0, 0};
-    double height = 0;
-  };
-  Matter Hyper(const Vector3& p) const {
-    const Vector3 q = Moved(p);
-    const double d = Field(q), outer = p_.iso + p_.soft;
-    Matter m;
-    double t = p_.soft > 0 ? Clamped((outer - d) / p_.soft) : d <= outer ? 1 : 0;
-    m.normal = Normalized(FieldGradient(q));
-    m.height = 1 - Clamped((outer - d) / std::max(p_.soft, 1e-30));
-    if (p_.mode == VolumeMode::kFur) {
-      const Vector3 lean = {base::kFurSway * std::sin(base::kFurPace * p_.time), -1, 0};
-      const Vector3 across = Add(lean, m.normal, -Dot(lean, m.normal));
-      const double h = 1 - t;
-      Vector3 foot = Add(p, m.normal, -std::max(d - p_.iso, 0.0));
-      foot = Add(foot, across, -p_.amount * h * h);
-      m.normal = Normalized(Add(m.normal, across, 2 * p_.amount / p_.soft * h));
-      const double n = Clamped(0.5 + base::kFurSpread * NoiseAt(p_.block, foot, p_.frequency, {}));
-      if (t < 1) t *= n < 0.5 ? 4 * n * n * n : 1 - 4 * (1 - n) * (1 - n) * (1 - n);
-    }
-    for (const Dmf& step : p_.dmf) t = Modulate(step, p, d, t);
-    m.material = Classify(t);
-    return m;
-  }
-  Matter Density(const Vector3& p, const Vector3& front, const Vector3& back) const {
-    Matter m;
-    m.normal = Add({}, Normalized(FieldGradient(p)), -1);
-    switch (p_.classification) {
-      case Classification::kPost:
-        m.material = Classify(Field(p));
-        break;
-      case Classification::kPre:
-        m.material = ClassifyVoxels(p);
-        break;
-      default:
-        m.material = ClassifyPair(Field(front), Field(back));
-    }
-    return m;
-  }
-
   Result Medium(const Ray& ray, bool misses) const {
     Result sum = {0, 0, 0, 0, kEndless};
     if (p_.mode == VolumeMode::kXray) sum = {1, 1, 1, 1, kEndless};
@@ -371,14 +193,15 @@ class Picture {
         const double along = std::fabs(p_.camera.forward()[a]) / v_.spacing[a];
         if (along > most * (1 + 1e-9)) most = along, axis = a;
       }
-      const double o = Voxels(ray.origin[axis], axis), d = ray.direction[axis] / v_.spacing[axis];
+      const double o = substance_.Voxels(ray.origin[axis], axis), d = ray.direction[axis] / v_.spacing[axis];
       step = 1 / std::fabs(d);
       base = (std::nearbyint(o + ray.enter * d) - o) / d;
     }
     std::vector<std::array<double, 4>> samples;  // colour and opacity, front to back
     std::vector<double> depths;
     double largest = -1, optical = 0;
-    const int64_t first = std::max<int64_t>(0, static_cast<int64_t>(std::floor((ray.begin - base) / step + 0.5)));
+    const int64_t first =
+        std::max<int64_t>(0, static_cast<int64_t>(std::floor((ray.begin - base) / step + 0.5)));
     for (int64_t i = first;; ++i) {
       const double t = base + static_cast<double>(i) * step;
       if (t - 0.5 * step >= ray.end) break;
@@ -386,13 +209,15 @@ class Picture {
       if (share <= 0) continue;
       const Vector3 p = Add(ray.origin, ray.direction, t);
       if (p_.mode == VolumeMode::kMip) {
-        largest = std::max(largest, Clamped((Field(p) - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low)));
+        largest = std::max(largest, Clamped((substance_.Field(p) - draw_.transfer_low) /
+                                            (draw_.transfer_high - draw_.transfer_low)));
         continue;
       }
       const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
-      const Matter m = hyper ? Hyper(p)
-                             : Density(p, Add(ray.origin, ray.direction, t - 0.5 * step),
-                                       Add(ray.origin, ray.direction, t + 0.5 * step));
+      const Substance::Matter m = hyper
+                                      ? substance_.Hyper(p)
+                                      : substance_.Density(p, Add(ray.origin, ray.direction, t - 0.5 * step),
+                                                           Add(ray.origin, ray.direction, t + 0.5 * step));
       const double length = share * step * world;
       optical += m.material.extinction * length;
       std::array<double, 4> c = {m.material.color[0], m.material.color[1], m.material.color[2],
@@ -426,15 +251,17 @@ class Picture {
     return sum;
   }
 
-  void Paint(const Matter& m, const Vector3& to_eye, bool hyper, std::array<double, 4>& c) const {
+  void Paint(const Substance::Matter& m, const Vector3& to_eye, bool hyper, std::array<double, 4>& c) const {
     const VolumeMaterial& light = p_.material;
     if (p_.mode == VolumeMode::kFur) {
       const double cosine = Dot(m.normal, light.light), view = Dot(m.normal, to_eye);
-      const double across = std::sqrt(std::max(1 - cosine * cosine, 0.0)), aside = std::sqrt(std::max(1 - view * view, 0.0));
+      const double across = std::sqrt(std::max(1 - cosine * cosine, 0.0)),
+                   aside = std::sqrt(std::max(1 - view * view, 0.0));
       const double facing = 0.5 + 0.5 * cosine, occlusion = base::kFurRoot + (1 - base::kFurRoot) * m.height;
       const double lit = occlusion * (light.diffuse * facing * (0.4 + 0.6 * across) + light.ambient);
       const double gleam = std::max(across * aside - cosine * view, 0.0);
-      const double gloss = gleam > 1e-6 ? light.specular * std::pow(gleam, light.exponent) * facing * facing * occlusion : 0;
+      const double gloss =
+          gleam > 1e-6 ? light.specular * std::pow(gleam, light.exponent) * facing * facing * occlusion : 0;
       for (size_t k = 0; k < 3; ++k) c[k] = c[k] * light.color[k] * lit + gloss;
     } else if (p_.shade) {
       const Shine s = Lit(m.normal, to_eye);
@@ -445,6 +272,7 @@ class Picture {
   const VolumeDraw& draw_;
   const VolumeParams& p_;
   const VolumeSpec& v_;
+  const Substance substance_;
 };
 
 void Evaluate(const Call& call) {

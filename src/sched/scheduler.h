@@ -11,15 +11,15 @@ namespace tessera::sched {
 // Threads that `requested` (0: all cores) stands for; at least 1.
 int ThreadCount(int requested);
 
-// Calls task(i, worker) for every i in [0, count), worker in [0, threads). The first exception is rethrown after
-// the running tasks have ended. One thread runs serially on the caller.
+// Calls task(i, worker) for every i in [0, count), worker in [0, threads). The first exception is rethrown
+// after the running tasks have ended. One thread runs serially on the caller.
 void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task);
 
 // The same tasks, serial, in a shuffled order that depends on `seed`: for tests of order independence.
 void ShuffledFor(int64_t count, uint32_t seed, const std::function<void(int64_t, int)>& task);
 
-// A three-step pipeline over items in order: `read` (serial, in order, null ends it), `work` (parallel), `write`
-// (serial, in order). At most `tokens` items are alive. Exceptions as in ParallelFor.
+// A three-step pipeline over items in order: `read` (serial, in order, null ends it), `work` (parallel),
+// `write` (serial, in order). At most `tokens` items are alive. Exceptions as in ParallelFor.
 struct PipelineSteps {
   std::function<std::shared_ptr<void>()> read;
   std::function<void(void*, int worker)> work;

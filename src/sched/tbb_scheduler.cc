@@ -19,8 +19,8 @@
 namespace tessera::sched {
 namespace {
 
-// What one thread leaves, another finds. oneTBB orders the same events, but is not built with ThreadSanitizer, which
-// would not know; the price is an atomic operation per tile.
+// What one thread leaves, another finds. oneTBB orders the same events, but is not built with
+// ThreadSanitizer, which would not know; the price is an atomic operation per tile.
 class Handover {
  public:
   void Leave() { passed_.fetch_add(1, std::memory_order_release); }
@@ -47,14 +47,12 @@ void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, i
   Handover begun, ended;
   begun.Leave();
   arena.execute([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<int64_t>(0, count, 1),
-        [&](const tbb::blocked_range<int64_t>& r) {
-          begun.Find();
-          const int worker = tbb::this_task_arena::current_thread_index();
-          for (int64_t i = r.begin(); i != r.end(); ++i) task(i, worker);
-          ended.Leave();
-        });
+    tbb::parallel_for(tbb::blocked_range<int64_t>(0, count, 1), [&](const tbb::blocked_range<int64_t>& r) {
+      begun.Find();
+      const int worker = tbb::this_task_arena::current_thread_index();
+      for (int64_t i = r.begin(); i != r.end(); ++i) task(i, worker);
+      ended.Leave();
+    });
   });
   ended.Find();
 }
@@ -80,7 +78,8 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
     std::shared_ptr<void> band;
     Handover read, worked;
   };
-  // The pipeline carries pointers: what is under way when a step throws is freed with these, oneTBB forgets it.
+  // The pipeline carries pointers: what is under way when a step throws is freed with these, oneTBB forgets
+  // it.
   std::deque<Carried> items;
   using Item = Carried*;
   Handover begun, reading, writing, ended;
@@ -88,32 +87,29 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
   arena.execute([&] {
     tbb::parallel_pipeline(
         static_cast<size_t>(tokens),
-        tbb::make_filter<void, Item>(tbb::filter_mode::serial_in_order,
-                                     [&](tbb::flow_control& control) -> Item {
-                                       begun.Find();
-                                       reading.Find();
-                                       Carried& item = items.emplace_back();
-                                       item.band = steps.read();
-                                       if (!item.band) control.stop();
-                                       reading.Leave();
-                                       item.read.Leave();
-                                       return &item;
-                                     }) &
-            tbb::make_filter<Item, Item>(tbb::filter_mode::parallel,
-                                         [&](Item item) {
-                                           item->read.Find();
-                                           steps.work(item->band.get(), tbb::this_task_arena::current_thread_index());
-                                           item->worked.Leave();
-                                           return item;
-                                         }) &
-            tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, [&](Item item) {
-              item->worked.Find();
-              writing.Find();
-              steps.write(item->band.get());
-              item->band.reset();
-              writing.Leave();
-              ended.Leave();
-            }));
+        tbb::make_filter<void,
+                         Item>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) -> Item {
+          begun.Find();
+          reading.Find();
+          Carried& item = items.emplace_back();
+          item.band = steps.read();
+          if (!item.band) control.stop();
+          reading.Leave();
+          item.read.Leave();
+          return &item;
+        }) & tbb::make_filter<Item, Item>(tbb::filter_mode::parallel, [&](Item item) {
+          item->read.Find();
+          steps.work(item->band.get(), tbb::this_task_arena::current_thread_index());
+          item->worked.Leave();
+          return item;
+        }) & tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, [&](Item item) {
+          item->worked.Find();
+          writing.Find();
+          steps.write(item->band.get());
+          item->band.reset();
+          writing.Leave();
+          ended.Leave();
+        }));
   });
   ended.Find();
   reading.Find();

@@ -41,15 +41,16 @@ HWY_INLINE V FromUnorm16(V code) {
   return hn::MulAdd(code, hn::Set(d, 0x1p-16f), hn::Mul(code, hn::Set(d, 0x1.0001p-32f)));
 }
 
-// The integer nearest to a float in [0, 65535], ties to even, in the low half of each lane: adding 2^23 leaves it
-// there, below the bits kCodeBits. Cheaper than Highway's conversions, which mend overflows that cannot happen here.
+// The integer nearest to a float in [0, 65535], ties to even, in the low half of each lane: adding 2^23
+// leaves it there, below the bits kCodeBits. Cheaper than Highway's conversions, which mend overflows that
+// cannot happen here.
 inline constexpr uint32_t kCodeBits = 0x4B000000u;
 HWY_INLINE VU NearestCodeBits(V v) { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), 0x1p23f))); }
 HWY_INLINE VI CodeOfBits(VU bits) { return hn::BitCast(DI(), hn::And(bits, hn::Set(DU(), 0xFFFFu))); }
 
-// The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to 0. kScale
-// is 256 or 65536. A fused multiply-add to 2^23 rounds that product once, to the integer; without one kScale * v - v is
-// computed with its rounding error, which decides apparent ties.
+// The integer nearest to v * (kScale - 1), ties to even of the exact product, for v clamped to [0, 1], NaN to
+// 0. kScale is 256 or 65536. A fused multiply-add to 2^23 rounds that product once, to the integer; without
+// one kScale * v - v is computed with its rounding error, which decides apparent ties.
 template <int kScale>
 HWY_INLINE VU ToUnormBits(V v) {
   const D d;

@@ -37,7 +37,8 @@ struct Floats {
   // w * x.
   static HWY_INLINE Floats Scaled(const float* p, float w) {
     Floats r;
-    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::Mul(hn::LoadU(Tag(), p + i * kLanesOf), hn::Set(Tag(), w));
+    for (int i = 0; i < kVectors; ++i)
+      r.v[i] = hn::Mul(hn::LoadU(Tag(), p + i * kLanesOf), hn::Set(Tag(), w));
     return r;
   }
   HWY_INLINE Floats operator*(float w) const {
@@ -47,7 +48,8 @@ struct Floats {
   }
   // this += w * x, one rounding on targets with fused multiply-add.
   HWY_INLINE void AddScaled(const float* p, float w) {
-    for (int i = 0; i < kVectors; ++i) v[i] = hn::MulAdd(hn::LoadU(Tag(), p + i * kLanesOf), hn::Set(Tag(), w), v[i]);
+    for (int i = 0; i < kVectors; ++i)
+      v[i] = hn::MulAdd(hn::LoadU(Tag(), p + i * kLanesOf), hn::Set(Tag(), w), v[i]);
   }
   HWY_INLINE void AddScaled(const Floats& x, float w) {
     for (int i = 0; i < kVectors; ++i) v[i] = hn::MulAdd(x.v[i], hn::Set(Tag(), w), v[i]);
@@ -62,7 +64,8 @@ struct Floats {
     Floats r;
     const Tag d;
     for (int i = 0; i < kVectors; ++i) {
-      r.v[i] = hn::IfThenElse(hn::IsNaN(v[i]), hn::BitCast(d, hn::Set(hn::RebindToUnsigned<Tag>(), 0x7FC00000u)), v[i]);
+      r.v[i] = hn::IfThenElse(hn::IsNaN(v[i]),
+                              hn::BitCast(d, hn::Set(hn::RebindToUnsigned<Tag>(), 0x7FC00000u)), v[i]);
     }
     return r;
   }
@@ -82,8 +85,10 @@ HWY_INLINE void TransposePixels(Floats<16>& a, Floats<16>& b, Floats<16>& c, Flo
   (void)t;
 #if HWY_TARGET != HWY_SCALAR
   if constexpr (F::kVectors == 1) {
-    const auto ac_lo = hn::ConcatLowerLower(t, c.v[0], a.v[0]), bd_lo = hn::ConcatLowerLower(t, d.v[0], b.v[0]);
-    const auto ac_hi = hn::ConcatUpperUpper(t, c.v[0], a.v[0]), bd_hi = hn::ConcatUpperUpper(t, d.v[0], b.v[0]);
+    const auto ac_lo = hn::ConcatLowerLower(t, c.v[0], a.v[0]),
+               bd_lo = hn::ConcatLowerLower(t, d.v[0], b.v[0]);
+    const auto ac_hi = hn::ConcatUpperUpper(t, c.v[0], a.v[0]),
+               bd_hi = hn::ConcatUpperUpper(t, d.v[0], b.v[0]);
     a.v[0] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(bd_lo), ac_lo);
     b.v[0] = hn::OddEvenBlocks(bd_lo, hn::SwapAdjacentBlocks(ac_lo));
     c.v[0] = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(bd_hi), ac_hi);
@@ -120,8 +125,10 @@ HWY_INLINE void PairPixels(Floats<16>& first, Floats<16>& second) {
     second.v[0] = hn::OddEvenBlocks(high, hn::SwapAdjacentBlocks(low));
     return;
   } else if constexpr (F::kVectors == 2) {
-    first.v[0] = hn::ConcatLowerLower(t, a.v[1], a.v[0]), first.v[1] = hn::ConcatLowerLower(t, b.v[1], b.v[0]);
-    second.v[0] = hn::ConcatUpperUpper(t, a.v[1], a.v[0]), second.v[1] = hn::ConcatUpperUpper(t, b.v[1], b.v[0]);
+    first.v[0] = hn::ConcatLowerLower(t, a.v[1], a.v[0]),
+    first.v[1] = hn::ConcatLowerLower(t, b.v[1], b.v[0]);
+    second.v[0] = hn::ConcatUpperUpper(t, a.v[1], a.v[0]),
+    second.v[1] = hn::ConcatUpperUpper(t, b.v[1], b.v[0]);
     return;
   }
 #endif
@@ -129,7 +136,8 @@ HWY_INLINE void PairPixels(Floats<16>& first, Floats<16>& second) {
   for (int i = 0; i < 2; ++i) {
     for (int k = 0; k < kEach; ++k) {
       if constexpr (F::kVectors >= 4) {
-        first.v[i * kEach + k] = a.v[2 * i * kEach + k], first.v[(i + 2) * kEach + k] = b.v[2 * i * kEach + k];
+        first.v[i * kEach + k] = a.v[2 * i * kEach + k],
+                            first.v[(i + 2) * kEach + k] = b.v[2 * i * kEach + k];
         second.v[i * kEach + k] = a.v[(2 * i + 1) * kEach + k];
         second.v[(i + 2) * kEach + k] = b.v[(2 * i + 1) * kEach + k];
       }

@@ -45,8 +45,10 @@ HWY_INLINE void LoadChunk(const graph::PointArgs& args, int first, int count, fl
   WithType(args.source.type, [&](auto tag) HWY_ATTR {
     constexpr PixelType type = decltype(tag)::value;
     const auto* const from = reinterpret_cast<const typename Samples<type>::T*>(args.source.read) + 4 * first;
-    // While a chunk is worked on the processor's own prefetching sleeps: asking four chunks ahead saves a quarter.
-    for (int i = 0; i < 4 * count; i += static_cast<int>(64 / sizeof(*from))) hwy::Prefetch(from + 16 * count + i);
+    // While a chunk is worked on the processor's own prefetching sleeps: asking four chunks ahead saves a
+    // quarter.
+    for (int i = 0; i < 4 * count; i += static_cast<int>(64 / sizeof(*from)))
+      hwy::Prefetch(from + 16 * count + i);
     for (int i = 0; i < count; i += kLanes) store(ValuesOf<type>(LoadRgbaCodes<type>(from + 4 * i)), i);
   });
 }

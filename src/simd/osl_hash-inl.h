@@ -31,6 +31,12 @@ template <int kBits>
 HWY_INLINE void FinalStep(VU& c, VU b) {
   c = hn::Sub(hn::Xor(c, b), RotateLeft<kBits>(b));
 }
+// lookup3's final().
+HWY_INLINE VU JenkinsFinal(VU a, VU b, VU c) {
+  FinalStep<14>(c, b), FinalStep<11>(a, c), FinalStep<25>(b, a), FinalStep<16>(c, b);
+  FinalStep<4>(a, c), FinalStep<14>(b, a), FinalStep<24>(c, b);
+  return c;
+}
 // lookup3 of up to five words with initial value 13.
 HWY_INLINE VU JenkinsHash(const VU* words, int count) {
   const VU start = hn::Set(DU(), 0xdeadbeefu + (static_cast<uint32_t>(count) << 2) + 13u);
@@ -45,9 +51,7 @@ HWY_INLINE VU JenkinsHash(const VU* words, int count) {
   a = hn::Add(a, words[first]);
   if (count - first > 1) b = hn::Add(b, words[first + 1]);
   if (count - first > 2) c = hn::Add(c, words[first + 2]);
-  FinalStep<14>(c, b), FinalStep<11>(a, c), FinalStep<25>(b, a), FinalStep<16>(c, b);
-  FinalStep<4>(a, c), FinalStep<14>(b, a), FinalStep<24>(c, b);
-  return c;
+  return JenkinsFinal(a, b, c);
 }
 template <int kDims>
 HWY_INLINE VU OslHash(const VU* cell) {
@@ -70,6 +74,15 @@ HWY_INLINE V OslUnit(VU h) {
   const V low = hn::ConvertTo(d, hn::BitCast(di, hn::And(h, hn::Set(DU(), 0xffffu))));
   return hn::Mul(hn::Add(hn::Mul(high, hn::Set(d, 65536.0f)), low),
                  hn::Set(d, static_cast<float>(1.0 / 4294967295.0)));
+}
+
+// -1 where the bit of `kMask` is set, else 1.
+template <uint32_t kMask>
+HWY_INLINE V SignedOne(VU h) {
+  const D d;
+  const DU du;
+  const auto set = hn::RebindMask(d, hn::Ne(hn::And(h, hn::Set(du, kMask)), hn::Zero(du)));
+  return hn::IfThenElse(set, hn::Set(d, -1.0f), hn::Set(d, 1.0f));
 }
 
 template <int kDims>
@@ -111,6 +124,45 @@ HWY_INLINE void OslGradient(VU h, V* g) {
     g[1] = hn::Add(hn::IfThenZeroElse(u_is_x, u), hn::IfThenElseZero(v_is_y, v));
     g[2] = hn::Add(hn::IfThenZeroElse(v_is_y, v), hn::IfThenElseZero(w_is_z, w));
     g[3] = hn::IfThenZeroElse(w_is_z, w);
+  }
+}
+
+// Hash of a simplex' corner: OSL's simplex noise folds coordinates and seed with final() alone.
+template <int kDims>
+HWY_INLINE VU OslSimplexHash(const VU* corner, uint32_t seed) {
+  const DU du;
+  const VU start = hn::Set(du, 0xdeadbeefu), s = hn::Set(du, seed);
+  if constexpr (kDims == 1) return JenkinsFinal(corner[0], s, start);
+  VU rest = s;
+  if constexpr (kDims == 3) rest = JenkinsFinal(corner[2], s, start);
+  if constexpr (kDims == 4) rest = JenkinsFinal(corner[2], corner[3], hn::Xor(s, start));
+  return JenkinsFinal(corner[0], corner[1 % kDims], hn::Xor(rest, start));
+}
+// Gradients of OSL's simplex noise, by the low bits of a hash.
+template <int kDims>
+HWY_INLINE void OslSimplexGradient(VU h, V* g) {
+  const D d;
+  const DU du;
+  if constexpr (kDims == 1) {
+    OslGradient<1>(h, g);
+  } else if constexpr (kDims == 4) {  // one coordinate 0, the signs of the others from three bits
+    const VU zero = hn::ShiftRight<3>(hn::And(h, hn::Set(du, 31u)));
+    const V s2 = SignedOne<4>(h), s1 = SignedOne<2>(h), s0 = SignedOne<1>(h);
+    const auto at = [&](uint32_t i) HWY_ATTR { return hn::RebindMask(d, hn::Eq(zero, hn::Set(du, i))); };
+    const auto low = hn::Or(at(0), at(1));
+    g[0] = hn::IfThenZeroElse(at(0), s2);
+    g[1] = hn::IfThenElse(at(0), s2, hn::IfThenZeroElse(at(1), s1));
+    g[2] = hn::IfThenElse(low, s1, hn::IfThenZeroElse(at(2), s0));
+    g[3] = hn::IfThenZeroElse(at(3), s0);
+  } else {
+    alignas(64) static constexpr float kPlane[2][8] = {{-1, 1, -1, 1, -1, 0, 0, 1},
+                                                       {-1, 0, 0, 1, 1, -1, 1, -1}};
+    alignas(64) static constexpr float kSpace[3][16] = {
+        {1, 0, -1, 0, 1, 0, -1, 0, 1, 1, -1, -1, 1, -1, 0, 0},
+        {0, 1, 0, -1, 0, 1, 0, -1, -1, 1, 1, -1, 0, 0, 1, -1},
+        {1, 1, 1, 1, -1, -1, -1, -1, 0, 0, 0, 0, 1, 1, -1, -1}};
+    const auto index = hn::BitCast(DI(), hn::And(h, hn::Set(du, kDims == 2 ? 7u : 15u)));
+    for (int a = 0; a < kDims; ++a) g[a] = hn::GatherIndex(d, kDims == 2 ? kPlane[a % 2] : kSpace[a], index);
   }
 }
 

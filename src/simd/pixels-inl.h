@@ -147,7 +147,9 @@ struct Samples<PixelType::kUint8> {
 // One 8-bit RGBA pixel a lane to four planes of codes and back, lane by lane.
 HWY_INLINE Pixels UnpackRgba8(VU v) {
 #if HWY_TARGET == HWY_SCALAR
-  const auto plane = [](VU x) HWY_ATTR { return hn::ConvertTo(D(), hn::BitCast(DI(), hn::And(x, hn::Set(DU(), 255u)))); };
+  const auto plane = [](VU x) HWY_ATTR {
+    return hn::ConvertTo(D(), hn::BitCast(DI(), hn::And(x, hn::Set(DU(), 255u))));
+  };
   return {plane(v), plane(hn::ShiftRight<8>(v)), plane(hn::ShiftRight<16>(v)), plane(hn::ShiftRight<24>(v))};
 #else
   const hn::Repartition<uint8_t, D> d8;
@@ -159,7 +161,8 @@ HWY_INLINE Pixels UnpackRgba8(VU v) {
       {3, 128, 128, 128, 7, 128, 128, 128, 11, 128, 128, 128, 15, 128, 128, 128}};
   const auto bytes = hn::BitCast(d8, v);
   const auto plane = [&](int c) HWY_ATTR {
-    return hn::ConvertTo(D(), hn::BitCast(DI(), hn::TableLookupBytesOr0(bytes, hn::LoadDup128(d8, kPick[c]))));
+    return hn::ConvertTo(D(),
+                         hn::BitCast(DI(), hn::TableLookupBytesOr0(bytes, hn::LoadDup128(d8, kPick[c]))));
   };
   return {plane(0), plane(1), plane(2), plane(3)};
 #endif
@@ -208,22 +211,24 @@ HWY_INLINE void StoreRgba(const Pixels& q, typename Samples<type>::T* p, bool st
   }
 }
 
-// 8-bit codes to 8-bit codes in the order of the pixels, which a stage that touches no plane may use: it saves two
-// permutations. f gives codes within [0, 255], to be rounded.
+// 8-bit codes to 8-bit codes in the order of the pixels, which a stage that touches no plane may use: it
+// saves two permutations. f gives codes within [0, 255], to be rounded.
 template <class F>
 HWY_INLINE void MapRgba8(const uint8_t* from, uint8_t* to, bool stream, const F& f) {
   const Pixels q = f(UnpackRgba8(hn::LoadU(DU(), reinterpret_cast<const uint32_t*>(from))));
-  StoreOrStream(PackRgba8(NearestCodeBits(q.r), NearestCodeBits(q.g), NearestCodeBits(q.b), NearestCodeBits(q.a)), DU(),
-                reinterpret_cast<uint32_t*>(to), stream);
+  StoreOrStream(
+      PackRgba8(NearestCodeBits(q.r), NearestCodeBits(q.g), NearestCodeBits(q.b), NearestCodeBits(q.a)), DU(),
+      reinterpret_cast<uint32_t*>(to), stream);
 }
 
-// The same where f gives numbers of any sign below 2^15, unrounded and without NaN: limits cost half as much on 16-bit
-// integers, and on other execution units than the multiply-adds.
+// The same where f gives numbers of any sign below 2^15, unrounded and without NaN: limits cost half as much
+// on 16-bit integers, and on other execution units than the multiply-adds.
 template <class F>
 HWY_INLINE void MapBoundedRgba8(const uint8_t* from, uint8_t* to, bool stream, const F& f) {
 #if HWY_TARGET == HWY_SCALAR
   MapRgba8(from, to, stream, [&f](const Pixels& p) HWY_ATTR {
-    return Map(f(p), [](V v) HWY_ATTR { return ClampHigh(ClampLow(v, hn::Zero(D())), hn::Set(D(), 255.0f)); });
+    return Map(f(p),
+               [](V v) HWY_ATTR { return ClampHigh(ClampLow(v, hn::Zero(D())), hn::Set(D(), 255.0f)); });
   });
 #else
   const DU du;
@@ -233,7 +238,8 @@ HWY_INLINE void MapBoundedRgba8(const uint8_t* from, uint8_t* to, bool stream, c
   // Adding 1.5 * 2^23 leaves the nearest integer, negative ones too, in the low half of each lane.
   const auto half = [](V v) HWY_ATTR { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), 0x1.8p23f))); };
   const auto pair = [&](V low, V high) HWY_ATTR {
-    const auto both = hn::OddEven(hn::BitCast(d16, hn::ShiftLeft<16>(half(high))), hn::BitCast(d16, half(low)));
+    const auto both =
+        hn::OddEven(hn::BitCast(d16, hn::ShiftLeft<16>(half(high))), hn::BitCast(d16, half(low)));
     return hn::Min(hn::Max(both, hn::Zero(d16)), hn::Set(d16, 255));
   };
   const auto bytes = hn::Or(pair(q.r, q.g), hn::ShiftLeft<8>(pair(q.b, q.a)));  // r b g a

@@ -146,10 +146,11 @@ void LoadTyped(const LoadArgs& args) {
                              args.plane[layout.plane_of[2]], args.plane[layout.plane_of[3]]};
     LoadGroups(pixels, 4, args.count, [&](const T* p, int first, int n) HWY_ATTR {
       for (int i = 0; i < n; i += kLanes) {
-        // The next block's pixels: the processor's own prefetching sleeps while this one is worked on, and ends at the
-        // page. With two or more images half of the time goes there.
+        // The next block's pixels: the processor's own prefetching sleeps while this one is worked on, and
+        // ends at the page. With two or more images half of the time goes there.
         const T* const ahead = p + 4 * (i + kBlockPixels);
-        for (int k = 0; k < 4 * kLanes; k += static_cast<int>(64 / sizeof(T))) __builtin_prefetch(ahead + k, 0, 2);
+        for (int k = 0; k < 4 * kLanes; k += static_cast<int>(64 / sizeof(T)))
+          __builtin_prefetch(ahead + k, 0, 2);
         StorePlanes(ValuesOf<type>(LoadRgbaCodes<type>(p + 4 * i)), plane, first + i);
       }
     });

@@ -11,8 +11,8 @@
 
 namespace tessera::simd {
 
-// `count` pixels (1 to kBlockPixels, any number) of one row. channel[i] is the byte offset of plane i's sample
-// within a pixel, or kNoChannel.
+// `count` pixels (1 to kBlockPixels, any number) of one row. channel[i] is the byte offset of plane i's
+// sample within a pixel, or kNoChannel.
 inline constexpr ptrdiff_t kNoChannel = PTRDIFF_MIN;
 struct LoadArgs {
   PixelType type = PixelType::kFloat;
@@ -20,7 +20,7 @@ struct LoadArgs {
   ptrdiff_t pixel_stride = 0;
   ptrdiff_t channel[4] = {kNoChannel, kNoChannel, kNoChannel, kNoChannel};
   int count = 0;
-  float* plane[4] = {};   // planes with kNoChannel are left alone
+  float* plane[4] = {};  // planes with kNoChannel are left alone
 };
 struct StoreArgs {
   PixelType type = PixelType::kFloat;
@@ -29,16 +29,17 @@ struct StoreArgs {
   ptrdiff_t channel[4] = {kNoChannel, kNoChannel, kNoChannel, kNoChannel};
   int count = 0;
   const float* plane[4] = {};
-  bool stream = false;    // write around the cache where address and layout allow
+  bool stream = false;  // write around the cache where address and layout allow
 };
 
-// Functions of the current target (tessera/targets.h). Planes hold pixels in order(): position i of a plane is
-// pixel order[i]; the order is a permutation within groups of kGroupPixels that makes RGBA transposes cheap.
-// Unpacking is correctly rounded; packing rounds half to even of the exact product, saturates, NaN becomes 0.
+// Functions of the current target (tessera/targets.h). Planes hold pixels in order(): position i of a plane
+// is pixel order[i]; the order is a permutation within groups of kGroupPixels that makes RGBA transposes
+// cheap. Unpacking is correctly rounded; packing rounds half to even of the exact product, saturates, NaN
+// becomes 0.
 struct PixelFunctions {
-  void (*load)(const LoadArgs&);    // writes whole groups; padding is 0
+  void (*load)(const LoadArgs&);  // writes whole groups; padding is 0
   void (*store)(const StoreArgs&);
-  const int32_t* order;             // kBlockPixels entries
+  const int32_t* order;  // kBlockPixels entries
 };
 PixelFunctions CurrentPixelFunctions();
 // Waits for streaming stores of this thread; once per tile.

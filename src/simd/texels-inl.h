@@ -93,26 +93,48 @@ HWY_INLINE Floats<n / 2> Upper(const Floats<n>& v) {
   return h;
 }
 
-// kLanes quads, quad j at p(j), side by side: lane 4k + i of the result is float i of the quads j0 + 4k.
+// Quads side by side: quad(first), quad(first + 4), ... fill a vector (one lane: the first).
+template <class Q>
+HWY_INLINE V VectorOfQuads(const Q& quad, int first) {
+#if HWY_TARGET == HWY_SCALAR
+  return quad(first);
+#else
+  if constexpr (kLanes == 4) {
+    return quad(first);
+  } else {
+    const hn::CappedTag<float, 8> d8;
+    const auto a = hn::Combine(d8, quad(first + 4), quad(first));
+    if constexpr (kLanes == 8) {
+      return a;
+    } else {
+      return hn::Combine(D(), hn::Combine(d8, quad(first + 12), quad(first + 8)), a);
+    }
+  }
+#endif
+}
+// The same from memory, quad k at p(k).
 template <class P>
 HWY_INLINE V LoadQuads(const P& p, int first) {
 #if HWY_TARGET == HWY_SCALAR
   return hn::LoadU(D(), p(first));
 #else
-  if constexpr (kLanes == 4) {
-    return hn::LoadU(D(), p(first));
-  } else {
-    const hn::CappedTag<float, 4> d4;
-    const hn::CappedTag<float, 8> d8;
-    const auto a = hn::Combine(d8, hn::LoadU(d4, p(first + 4)), hn::LoadU(d4, p(first)));
-    if constexpr (kLanes == 8) {
-      return a;
-    } else {
-      return hn::Combine(D(), hn::Combine(d8, hn::LoadU(d4, p(first + 12)), hn::LoadU(d4, p(first + 8))), a);
-    }
-  }
+  return VectorOfQuads([&](int k) HWY_ATTR { return hn::LoadU(hn::CappedTag<float, 4>(), p(k)); }, first);
 #endif
 }
+
+#if HWY_TARGET != HWY_SCALAR
+// Two adjacent floats from each of two places, side by side.
+HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> JoinPairs(const float* first, const float* second) {
+  const hn::CappedTag<float, 2> d2;
+#if HWY_ARCH_X86
+  // One instruction loads and joins the second pair.
+  return hn::Vec<hn::CappedTag<float, 4>>{
+      _mm_loadh_pi(hn::LoadU(d2, first).raw, reinterpret_cast<const __m64*>(second))};
+#else
+  return hn::Combine(hn::CappedTag<float, 4>(), hn::LoadU(d2, second), hn::LoadU(d2, first));
+#endif
+}
+#endif
 
 // Two adjacent floats from kLanes places: a has the first, b the second, in the order of the places.
 template <class P>
@@ -121,12 +143,8 @@ HWY_INLINE void LoadPairs(const P& p, V& a, V& b) {
   a = hn::LoadU(D(), p(0));
   b = hn::LoadU(D(), p(0) + 1);
 #else
-  const hn::CappedTag<float, 2> d2;
-  const hn::CappedTag<float, 4> d4;
   // Places first, first + 2 of each four.
-  const auto two = [&](int first) HWY_ATTR {
-    return hn::Combine(d4, hn::LoadU(d2, p(first + 2)), hn::LoadU(d2, p(first)));
-  };
+  const auto two = [&](int first) HWY_ATTR { return JoinPairs(p(first), p(first + 2)); };
   V even, odd;
   if constexpr (kLanes == 4) {
     even = two(0), odd = two(1);

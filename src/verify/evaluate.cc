@@ -64,8 +64,9 @@ Evaluated Crop(const Evaluated& in, const Roi& roi, int channels) {
 
 using CallFunction = std::function<void(ImageD& result, ImageD* scales)>;
 
-// How an input's errors pass through a weighted sum: as the sum of |weight * tolerance|, which is its scale at those
-// samples less what the other inputs and a bias contribute. `input` is the operation's; it is put back.
+// How an input's errors pass through a weighted sum: as the sum of |weight * tolerance|, which is its scale
+// at those samples less what the other inputs and a bias contribute. `input` is the operation's; it is put
+// back.
 void AddWeighted(const ImageD& tolerance, ImageD& input, const CallFunction& call, Evaluated& out) {
   const Roi& roi = out.value.roi;
   ImageD result(roi, out.value.channels), with = result, without = result;
@@ -81,10 +82,12 @@ void AddWeighted(const ImageD& tolerance, ImageD& input, const CallFunction& cal
   });
 }
 
-// The same for any operation: its response to inputs moved by their tolerances, each channel alone and either way, the
-// larger effects added. Exact for affine operations, first order for the rest. Where neighbours take part their errors
-// may have any signs: some sets of signs are tried as well, and the largest effect counts twice.
-void AddResponses(const ImageD& tolerance, bool neighbours, ImageD& input, const CallFunction& call, Evaluated& out) {
+// The same for any operation: its response to inputs moved by their tolerances, each channel alone and either
+// way, the larger effects added. Exact for affine operations, first order for the rest. Where neighbours take
+// part their errors may have any signs: some sets of signs are tried as well, and the largest effect counts
+// twice.
+void AddResponses(const ImageD& tolerance, bool neighbours, ImageD& input, const CallFunction& call,
+                  Evaluated& out) {
   const ImageD kept = input;
   const int sets = neighbours ? 8 : 2;
   for (int moved = 0; moved < tolerance.channels; ++moved) {
@@ -163,7 +166,8 @@ Evaluated ReferenceEngine::EvaluateNode(const Node& node, const Roi& roi) {
     Evaluated out = Empty(roi, d.spec.channel_count());
     ReadExact(static_cast<const graph::SourceOp&>(*d.op).source(), out.value);
     if (d.spec.type == PixelType::kUint8 || d.spec.type == PixelType::kUint16) {  // unpacking rounds once
-      ForEachSample(out.value, [&](int x, int y, int c) { out.tolerance.at(x, y, c) = kU * out.value.at(x, y, c); });
+      ForEachSample(out.value,
+                    [&](int x, int y, int c) { out.tolerance.at(x, y, c) = kU * out.value.at(x, y, c); });
     }
     return out;
   }
@@ -203,7 +207,8 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   };
   call(out.value, &scale);
   const double bound = bound_(d.op->Name()) * kU;
-  ForEachSample(out.value, [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
+  ForEachSample(out.value,
+                [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
 
   for (size_t k = 0; k < in.size(); ++k) {
     if ((entry->weighted_sum_of >> k & 1) != 0) {

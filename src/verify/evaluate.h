@@ -33,7 +33,8 @@ class ReferenceEngine {
 
   BoundFunction bound_;
   std::map<const graph::NodeData*, std::vector<double>> statistics_;
-  // Regions of shared nodes, for one call of Evaluate: a graph of diamonds is not evaluated exponentially often.
+  // Regions of shared nodes, for one call of Evaluate: a graph of diamonds is not evaluated exponentially
+  // often.
   using Key = std::tuple<const graph::NodeData*, int, int, int, int>;
   std::map<Key, Evaluated> shared_;
 };

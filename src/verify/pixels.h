@@ -15,7 +15,8 @@ double HalfToDouble(uint16_t bits);
 // Fills `out` (region inside the source's data window, all channels) from memory or by reading the file.
 void ReadExact(const graph::PixelSource& source, reference::ImageD& out);
 
-// The code of a value in a type of 255 or 65535 codes: round half to even of the exact product, saturating, NaN 0.
+// The code of a value in a type of 255 or 65535 codes: round half to even of the exact product, saturating,
+// NaN 0.
 int CodeOf(double value, int max_code);
 
 }  // namespace tessera::verify

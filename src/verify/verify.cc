@@ -91,8 +91,8 @@ std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
   const int64_t free_x = window.width() - w, free_y = window.height() - h;
   std::vector<Roi> tiles;
   const auto add = [&](int64_t dx, int64_t dy) {
-    const Roi r{window.x0 + static_cast<int>(dx), window.y0 + static_cast<int>(dy), window.x0 + static_cast<int>(dx) + w,
-                window.y0 + static_cast<int>(dy) + h};
+    const Roi r{window.x0 + static_cast<int>(dx), window.y0 + static_cast<int>(dy),
+                window.x0 + static_cast<int>(dx) + w, window.y0 + static_cast<int>(dy) + h};
     if (std::find(tiles.begin(), tiles.end(), r) == tiles.end()) tiles.push_back(r);
   };
   uint64_t state = 0x9E3779B97F4A7C15u;
@@ -100,7 +100,8 @@ std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
     state = state * 6364136223846793005u + 1442695040888963407u;
     return static_cast<int64_t>((state >> 33) % static_cast<uint64_t>(below + 1));
   };
-  const int64_t corners[5][2] = {{0, 0}, {free_x, free_y}, {free_x / 2, free_y / 2}, {free_x, 0}, {0, free_y}};
+  const int64_t corners[5][2] = {
+      {0, 0}, {free_x, free_y}, {free_x / 2, free_y / 2}, {free_x, 0}, {0, free_y}};
   for (int i = 0; i < options.samples; ++i) {
     if (i < 5) {
       add(corners[i][0], corners[i][1]);
@@ -108,7 +109,8 @@ std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
       add(random(free_x), random(free_y));
     }
   }
-  std::sort(tiles.begin(), tiles.end(), [](const Roi& a, const Roi& b) { return a.y0 != b.y0 ? a.y0 < b.y0 : a.x0 < b.x0; });
+  std::sort(tiles.begin(), tiles.end(),
+            [](const Roi& a, const Roi& b) { return a.y0 != b.y0 ? a.y0 < b.y0 : a.x0 < b.x0; });
   return tiles;
 }
 
@@ -184,16 +186,17 @@ int CodeAt(const ImageView& view, int x, int y, int c) {
 
 std::string VerifyReport::Summary() const {
   char text[256];
-  int n = std::snprintf(text, sizeof text, "max error %.3g, rms %.3g over %lld values (bound %.3g)", max_error, rms_error,
-                        static_cast<long long>(samples), bound);
+  int n = std::snprintf(text, sizeof text, "max error %.3g, rms %.3g over %lld values (bound %.3g)",
+                        max_error, rms_error, static_cast<long long>(samples), bound);
   std::string s(text, static_cast<size_t>(n));
   if (codes_wrong > 0) {
     s += ", " + std::to_string(codes_wrong) + " codes off by up to " + std::to_string(max_code_error);
   }
   if (nan_mismatches > 0) s += ", " + std::to_string(nan_mismatches) + " non-finite mismatches";
-  s += within_bound ? ": within bound"
-                    : ": " + std::to_string(out_of_bound) + " OUT OF BOUND, worst at x=" + std::to_string(worst_x) + " y=" + std::to_string(worst_y) +
-                          " channel " + std::to_string(worst_channel);
+  s += within_bound
+           ? ": within bound"
+           : ": " + std::to_string(out_of_bound) + " OUT OF BOUND, worst at x=" + std::to_string(worst_x) +
+                 " y=" + std::to_string(worst_y) + " channel " + std::to_string(worst_channel);
   return s;
 }
 
@@ -223,8 +226,8 @@ VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& optio
           const double tolerance = want.tolerance.at(x, y, c);
           comparison.Values(x, y, c, values.at<float>(x, y, c), want.value.at(x, y, c), tolerance);
           if (integer) {
-            comparison.Codes(x, y, c, verify::CodeAt(codes.view(), x, y, c), want.value.at(x, y, c), tolerance,
-                             type == PixelType::kUint8 ? 255 : 65535);
+            comparison.Codes(x, y, c, verify::CodeAt(codes.view(), x, y, c), want.value.at(x, y, c),
+                             tolerance, type == PixelType::kUint8 ? 255 : 65535);
           }
         }
       }

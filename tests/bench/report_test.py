@@ -56,6 +56,22 @@ class ReportTest(unittest.TestCase):
     def tearDown(self):
         self.directory.cleanup()
 
+    def test_tasks_that_differ_in_a_number_share_a_plot(self):
+        rows = []
+        for sigma in (1, 5, 20):
+            rows += [item(f"blur sigma {sigma}", "float", 1, "copy streaming", 0.8),
+                     item(f"blur sigma {sigma}", "float", 1, "tessera AVX3", 3.0 * sigma, max_error=1e-7),
+                     item(f"blur sigma {sigma}", "float", 1, "OpenCV", 6.0 * sigma, max_error=1e-5)]
+        self.json.write_text(json.dumps({"context": {}, "benchmarks": rows}))
+        done = run(self.json, "--out", self.path / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        svg = self.path / "out" / "plots" / "pipelines-blur-sigma-all-float-3840x2160-t1.svg"
+        root = xml.etree.ElementTree.parse(svg).getroot()
+        words = [t.text for t in root.iter("{http://www.w3.org/2000/svg}text")]
+        for word in ("tessera AVX3", "OpenCV", "1", "5", "20"):
+            self.assertIn(word, words)
+        self.assertEqual((self.path / "out" / "index.html").read_text().count("<svg "), 4)
+
     def test_everything_is_written(self):
         readme = self.path / "README.md"
         readme.write_text("above\n<!-- bench:begin -->\nold\n<!-- bench:end -->\nbelow\n")
@@ -99,6 +115,19 @@ class ReportTest(unittest.TestCase):
             for i, (x, y, w) in enumerate(boxes):
                 for x2, y2, w2 in boxes[:i]:
                     self.assertFalse(x < x2 + w2 and x2 < x + w and abs(y - y2) < 14, (group.title, i))
+
+    def test_frames_stand_beside_the_papers(self):
+        rows = [item("lit", "field", 2, "copy memcpy", 0.8),
+                item("lit", "field", 2, "tessera AVX3", 35.0, frames_per_second=240.0, paper_frames_per_second=60.0),
+                item("lit", "field", 2, "OpenCV", 700.0, frames_per_second=12.0)]
+        for name in ("max_error", "rms_error", "values_checked"):  # a peer that shows no pixels
+            del rows[2][name]
+        self.json.write_text(json.dumps({"context": {}, "benchmarks": rows}))
+        done = run(self.json, "--out", self.path / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        table = (self.path / "out" / "report.md").read_text()
+        self.assertIn("| lit | 3840x2160 | 2 | 240.0 | 60 | 4.00 | 1.0e-07 | 1.0e-08 |", table)
+        self.assertRegex(table, r"\| tessera AVX3 \| 35\.0 .* 20\.00 \|")  # times the peer's speed
 
     def test_errors_are_one_clear_line(self):
         self.json.write_text("not json")

@@ -44,7 +44,8 @@ class CliTest : public ::testing::Test {
 
   std::string Path(const std::string& name) const { return (directory_.path() / name).string(); }
   OIIO::ImageBuf Load(const std::string& name) const {
-    // OpenImageIO's shared cache tells a file written twice by its time in seconds: two tests' lines may share one.
+    // OpenImageIO's shared cache tells a file written twice by its time in seconds: two tests' lines may
+    // share one.
     OIIO::ImageCache* const cache = OIIO::ImageCache::create(/*shared=*/true);
     cache->invalidate(OIIO::ustring(Path(name)), /*force=*/true);
     OIIO::ImageCache::destroy(cache);

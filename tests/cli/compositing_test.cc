@@ -57,11 +57,10 @@ TEST_F(CompositingTest, EveryCommandWorks) {
   Works("p.exr q.exr --dissolve:pattern=ordered 1 -o one.exr");
   EXPECT_EQ(Sample("one.exr", 5, 5, 1), Sample("q.exr", 5, 5, 1));
   Works(
-      "p.exr q.exr --blend soft-light q.exr --blend:src=src-alpha:dst=one-minus-src-alpha add "
-      "q.exr --pattern thresholds:pattern=ordered 64x48 1 --dissolve:pattern=image 0.5 "
-      "q.exr --pattern airbrush:stroke=5,5,40,30 64x48 1 --reveal -o masks.exr "
-      "q.exr p.exr --stencil:ref=128:mask=128 equal q.exr --depthtest:depth=B less "
-      "q.exr p.exr --zcomposite:n=3:depth=2:mode=over q.exr --decals "
+      "p.exr q.exr --blend soft-light q.exr --blend:src=src-alpha:dst=one-minus-src-alpha add q.exr "
+      "--pattern thresholds:pattern=ordered 64x48 1 --dissolve:pattern=image 0.5 q.exr --pattern "
+      "airbrush:stroke=5,5,40,30 64x48 1 --reveal -o masks.exr q.exr p.exr --stencil:ref=128:mask=128 equal "
+      "q.exr --depthtest:depth=B less q.exr p.exr --zcomposite:n=3:depth=2:mode=over q.exr --decals "
       "--pattern puffs:x=32:y=40:velocity=2,-20 64x48 4 --over -o merged.exr "
       "--edges:depthchannel=A:depth=0.1 --outline:kind=outer q.exr --halo:radius=2 "
       "--stencil:update=1:pass=incr always -o lines.exr");

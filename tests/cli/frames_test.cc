@@ -66,7 +66,8 @@ TEST_F(FramesTest, AnAnimatedOperationCountsItsOwnFrames) {
   Works("--pattern ramp 24x16 3 -o field.exr");
   Works("field.exr --lic:animate=3:length=5 -o loop.#.exr");
   const std::set<std::string> names = directory_.Names();
-  for (const char* name : {"loop.0001.exr", "loop.0002.exr", "loop.0003.exr"}) EXPECT_TRUE(names.contains(name)) << name;
+  for (const char* name : {"loop.0001.exr", "loop.0002.exr", "loop.0003.exr"})
+    EXPECT_TRUE(names.contains(name)) << name;
   EXPECT_FALSE(names.contains("loop.0004.exr"));
   Works("field.exr --lic:length=5:kernel=ripple -o first.exr");
   EXPECT_EQ(Sample("loop.0001.exr", 12, 8, 0), Sample("first.exr", 12, 8, 0));
@@ -75,7 +76,8 @@ TEST_F(FramesTest, AnAnimatedOperationCountsItsOwnFrames) {
 }
 
 TEST_F(FramesTest, ImagesAreConvolvedAlongTheFieldAboveThem) {
-  Works("--pattern checker:width=4:height=4 24x16 3 --pattern ramp 24x16 2 --lic:input=1:length=3 -o smear.exr");
+  Works(
+      "--pattern checker:width=4:height=4 24x16 3 --pattern ramp 24x16 2 --lic:input=1:length=3 -o smear.exr");
   EXPECT_EQ(Tessera("--pattern ramp 24x16 2 --lic:input=1 -o none.exr").exit_code, 2);
 }
 

@@ -73,9 +73,8 @@ TEST_F(ImageStackTest, ChannelsAndWindows) {
 
 TEST_F(ImageStackTest, SubimagesByIndexAndName) {
   Oiiotool(
-      "--pattern constant:color=0.25 4x4 3 --attrib oiio:subimagename first "
-      "--pattern constant:color=0.75 4x4 3 --attrib oiio:subimagename second --siappend -d half -o "
-      "parts.exr");
+      "--pattern constant:color=0.25 4x4 3 --attrib oiio:subimagename first --pattern constant:color=0.75 "
+      "4x4 3 --attrib oiio:subimagename second --siappend -d half -o parts.exr");
   Works("-i:subimage=1 parts.exr -d float -o index.tif");
   EXPECT_EQ(Sample("index.tif", 0, 0, 0), 0.75f);
   Works("-i:subimage=second parts.exr -d float -o name.tif");

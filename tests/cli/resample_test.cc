@@ -55,7 +55,8 @@ TEST_F(ResampleTest, SumsOfAnyNumberOfImages) {
 
 TEST_F(ResampleTest, MotionBlurReadsFrames) {
   for (int k = 1; k <= 6; ++k) {
-    Works("--pattern constant:color=0." + std::to_string(k) + " 4x3 3 -d float -o f.000" + std::to_string(k) + ".tif");
+    Works("--pattern constant:color=0." + std::to_string(k) + " 4x3 3 -d float -o f.000" + std::to_string(k) +
+          ".tif");
   }
   Works("--motionblur:frames=1-4 f.#.tif -d float -o blur.tif");
   EXPECT_NEAR(Sample("blur.tif", 0, 0, 0), 0.25, 1e-6);

@@ -82,8 +82,8 @@ float BoxSumAt(const Image& in, const BoxSum& p, int x, int y, int c) {
 TEST(Engine, BordersFollowTheirDefinitionEvenBeyondTheImage) {
   for (const Roi window : {Roi{0, 0, 19, 11}, Roi{-7, 5, -4, 7}, Roi{3, 3, 4, 4}, Roi{0, 0, 1, 9}}) {
     const Image in = RandomImage(window, 2, 1);
-    for (const auto border : {graph::Border::kBlack, graph::Border::kClamp, graph::Border::kRepeat, graph::Border::kMirror,
-                              graph::Border::kMirror101}) {
+    for (const auto border : {graph::Border::kBlack, graph::Border::kClamp, graph::Border::kRepeat,
+                              graph::Border::kMirror, graph::Border::kMirror101}) {
       for (const BoxSum p : {BoxSum{1, 1, border}, BoxSum{5, 12, border}}) {
         const Image out = Render(BoxSumOf(FromImage(in), p), PixelType::kFloat, Tiles(5, 3, 1));
         for (int y = window.y0; y < window.y1; ++y) {
@@ -164,7 +164,8 @@ TEST(Engine, CropsInsideAndBeyond) {
   const Node doubled = SlowAffineOf(FromImage(in), {2.0f, 1.0f});
   const Roi inside{5, 6, 20, 29}, beyond{-4, -2, 50, 12};
   const Image small = Render(CropOf(doubled, inside));
-  const Image large = Render(SlowAffineOf(CropOf(doubled, beyond), {1.0f, 0.5f}), PixelType::kFloat, Tiles(7, 5, 2));
+  const Image large =
+      Render(SlowAffineOf(CropOf(doubled, beyond), {1.0f, 0.5f}), PixelType::kFloat, Tiles(7, 5, 2));
   for (int y = -2; y < 29; ++y) {
     for (int x = -4; x < 50; ++x) {
       const Roi pixel{x, y, x + 1, y + 1};
@@ -192,10 +193,13 @@ TEST(Engine, OnlyUsedChannelsAreRead) {
       r.channels = {"x", "y"};
       return r;
     }
-    std::vector<graph::ChannelRef> ChannelMap(std::span<const ImageSpec>) const override { return {{0, 5, 0}, {-1, 0, 0.75f}}; }
+    std::vector<graph::ChannelRef> ChannelMap(std::span<const ImageSpec>) const override {
+      return {{0, 5, 0}, {-1, 0, 0.75f}};
+    }
   };
   const auto file = std::make_shared<const FakeFile>(in);
-  const Node node = graph::MakeNode(std::make_shared<const Pick>(0), {SlowAffineOf(graph::MakeSource(file), {3.0f})});
+  const Node node =
+      graph::MakeNode(std::make_shared<const Pick>(0), {SlowAffineOf(graph::MakeSource(file), {3.0f})});
   const Image out = Render(node);
   EXPECT_EQ(file->first_channel, 5);
   EXPECT_EQ(file->last_channel, 6);
@@ -242,20 +246,24 @@ TEST(Engine, PlanarFlippedAndStridedOutputs) {
   const Image whole = Render(node);
   std::vector<float> memory(45 * 20 * 4 + 45 * 20);
   const Roi w = in.spec().data_window;
-  const ImageView planar(reinterpret_cast<std::byte*>(memory.data()), w, 4, PixelType::kFloat, 45 * 20 * 4, 4, 45 * 4);
+  const ImageView planar(reinterpret_cast<std::byte*>(memory.data()), w, 4, PixelType::kFloat, 45 * 20 * 4, 4,
+                         45 * 4);
   RenderInto(node, planar);
   const auto check = [&](const ImageView& v) {
     for (int y = 0; y < 20; ++y) {
       for (int x = 0; x < 45; ++x) {
-        for (int c = 0; c < 4; ++c) ASSERT_EQ(*reinterpret_cast<float*>(v.At(x, y, c)), whole.at<float>(x, y, c));
+        for (int c = 0; c < 4; ++c)
+          ASSERT_EQ(*reinterpret_cast<float*>(v.At(x, y, c)), whole.at<float>(x, y, c));
       }
     }
   };
   check(planar);
-  const ImageView flipped(reinterpret_cast<std::byte*>(memory.data() + 45 * 19 * 4), w, 4, PixelType::kFloat, 4, 16, -45 * 16);
+  const ImageView flipped(reinterpret_cast<std::byte*>(memory.data() + 45 * 19 * 4), w, 4, PixelType::kFloat,
+                          4, 16, -45 * 16);
   RenderInto(node, flipped);
   check(flipped);
-  const ImageView padded(reinterpret_cast<std::byte*>(memory.data()), w, 4, PixelType::kFloat, 4, 20, 45 * 20);
+  const ImageView padded(reinterpret_cast<std::byte*>(memory.data()), w, 4, PixelType::kFloat, 4, 20,
+                         45 * 20);
   RenderInto(node, padded);
   check(padded);
 }

@@ -1,4 +1,5 @@
-// Stages that want whole images, stages that make pixels from nothing, and pixels that are used where they lie.
+// Stages that want whole images, stages that make pixels from nothing, and pixels that are used where they
+// lie.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -21,7 +22,9 @@ using testing::SlowAffine;
 using testing::SlowAffineOf;
 
 float& Sample(const ImageView& v, int x, int y, int c) { return *reinterpret_cast<float*>(v.At(x, y, c)); }
-float Sample(const ConstImageView& v, int x, int y, int c) { return *reinterpret_cast<const float*>(v.At(x, y, c)); }
+float Sample(const ConstImageView& v, int x, int y, int c) {
+  return *reinterpret_cast<const float*>(v.At(x, y, c));
+}
 
 // Running sums along rows: no part of a row can be had without all that is left of it.
 struct RunningSum {
@@ -37,7 +40,8 @@ class RunningSumOp final : public graph::OpWith<RunningSum> {
     class Stage final : public graph::WholeStage {
      public:
       explicit Stage(const RunningSum& p) : p_(p) {}
-      void Run(std::span<const ConstImageView> in, const ImageView& out, const graph::Workers& workers) const override {
+      void Run(std::span<const ConstImageView> in, const ImageView& out,
+               const graph::Workers& workers) const override {
         if (p_.runs != nullptr) ++*p_.runs;
         EXPECT_TRUE(graph::IsDenseFloat(in[0]) && graph::IsDenseFloat(out));
         workers.For(out.roi.height(), [&](int64_t i, int worker) {
@@ -45,7 +49,8 @@ class RunningSumOp final : public graph::OpWith<RunningSum> {
           const int y = out.roi.y0 + static_cast<int>(i);
           for (int c = 0; c < out.channels; ++c) {
             float sum = 0;
-            for (int x = out.roi.x0; x < out.roi.x1; ++x) Sample(out, x, y, c) = sum += Sample(in[0], x, y, c);
+            for (int x = out.roi.x0; x < out.roi.x1; ++x)
+              Sample(out, x, y, c) = sum += Sample(in[0], x, y, c);
           }
         });
       }
@@ -83,8 +88,8 @@ class OppositeOp final : public graph::OpWith<Opposite> {
         for (int y = args.out.roi.y0; y < args.out.roi.y1; ++y) {
           for (int x = args.out.roi.x0; x < args.out.roi.x1; ++x) {
             for (int c = 0; c < args.out.channels; ++c) {
-              Sample(args.out, x, y, c) =
-                  Sample(args.in[0], x, y, c) + Sample(args.in[1], w.x0 + w.x1 - 1 - x, w.y0 + w.y1 - 1 - y, c);
+              Sample(args.out, x, y, c) = Sample(args.in[0], x, y, c) +
+                                          Sample(args.in[1], w.x0 + w.x1 - 1 - x, w.y0 + w.y1 - 1 - y, c);
             }
           }
         }
@@ -106,7 +111,8 @@ class OppositeOp final : public graph::OpWith<Opposite> {
           for (int c = 0; c < 4; ++c) {
             EXPECT_EQ(a.in[1][c][i], 0.0f);
             const bool inside = channels_[c] >= 0 && x < w.x1;  // the block's end may be padding
-            const float other = inside ? Sample(table_, w.x0 + w.x1 - 1 - x, w.y0 + w.y1 - 1 - a.y, channels_[c]) : 0;
+            const float other =
+                inside ? Sample(table_, w.x0 + w.x1 - 1 - x, w.y0 + w.y1 - 1 - a.y, channels_[c]) : 0;
             a.out[c][i] = a.in[0][c][i] + other;
           }
         }
@@ -150,7 +156,8 @@ class NumbersOp final : public graph::OpWith<Numbers> {
         for (int y = o.y0; y < o.y1; ++y) {
           for (int x = o.x0; x < o.x1; ++x) Sample(args.out, x, y, 0) = static_cast<float>(x + 100 * y);
         }
-        if (o.x0 == p_.window.x0 && o.y0 == p_.window.y0 && p_.made_at != nullptr) *p_.made_at = args.out.data;
+        if (o.x0 == p_.window.x0 && o.y0 == p_.window.y0 && p_.made_at != nullptr)
+          *p_.made_at = args.out.data;
       }
 
      private:
@@ -172,8 +179,10 @@ TEST(Whole, RunningSumsAloneAndInsideAChain) {
   }
   const SlowAffine half{0.5f, 0.25f};
   const Node chain = BoxSumOf(SlowAffineOf(RunningSumOf(SlowAffineOf(FromImage(in), half)), half), {2, 1});
-  const Image eager =
-      Render(BoxSumOf(SlowAffineOf(FromImage(Render(RunningSumOf(FromImage(Render(SlowAffineOf(FromImage(in), half)))))), half), {2, 1}));
+  const Image eager = Render(BoxSumOf(
+      SlowAffineOf(FromImage(Render(RunningSumOf(FromImage(Render(SlowAffineOf(FromImage(in), half)))))),
+                   half),
+      {2, 1}));
   for (const int threads : {1, 2, 3}) {
     RenderOptions o;
     o.threads = threads, o.tile_width = 17, o.tile_height = 5, o.shuffle_tiles = threads == 3;
@@ -211,7 +220,8 @@ TEST(Whole, InputsWantedWholeByTilesAndPoints) {
   const SlowAffine twice{2, 0};
   for (const graph::OpKind kind : {graph::OpKind::kTile, graph::OpKind::kChannel}) {
     // The whole input is a computed one, a source of its own, and the same node as the other input.
-    const Image got = Render(OppositeOf(SlowAffineOf(FromImage(a), twice), SlowAffineOf(FromImage(b), twice), kind));
+    const Image got =
+        Render(OppositeOf(SlowAffineOf(FromImage(a), twice), SlowAffineOf(FromImage(b), twice), kind));
     const Node shared = SlowAffineOf(FromImage(a), twice);
     const Image self = Render(OppositeOf(shared, shared, kind));
     for (int y = 1; y < 20; ++y) {

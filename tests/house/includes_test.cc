@@ -1,5 +1,5 @@
-// The rooms of the house: who may include whom. Fails on an upward edge, on a library outside its room, on a public
-// header that needs more than the standard library, on a file that has grown too long.
+// The rooms of the house: who may include whom. Fails on an upward edge, on a library outside its room, on a
+// public header that needs more than the standard library, on a file that has grown too long.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,8 +22,9 @@ using ::testing::IsEmpty;
 
 constexpr int kMaxLines = 500;
 
-// What a room may include: "room/" allows the room, "room/file.h" one header of it. The two single headers that go
-// against the order are plain contracts: pixels.h for the engine, stage.h for the loop that implements it.
+// What a room may include: "room/" allows the room, "room/file.h" one header of it. The two single headers
+// that go against the order are plain contracts: pixels.h for the engine, stage.h for the loop that
+// implements it.
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"base", {}},
     {"simd", {"base/", "graph/stage.h"}},
@@ -48,6 +49,7 @@ const std::vector<Library> kLibraries = {
     {"tbb/", {"src/sched/tbb_scheduler.cc"}},
     {"oneapi/", {"src/sched/tbb_scheduler.cc"}},
     {"OpenImageIO/", {"src/io/", "src/cli/", "include/tessera/io.h"}},
+    {"openvdb/", {"src/io/mesh_field.cc"}},
     {"OpenColorIO/", {"src/ocio/", "include/tessera/ocio.h"}},
 };
 
@@ -58,7 +60,9 @@ const std::map<std::string, std::set<std::string>> kForeignHeaders = {
     {"tessera/ocio.h", {"ocio", "cli"}},
 };
 
-bool StartsWith(const std::string& s, const std::string& prefix) { return s.compare(0, prefix.size(), prefix) == 0; }
+bool StartsWith(const std::string& s, const std::string& prefix) {
+  return s.compare(0, prefix.size(), prefix) == 0;
+}
 
 // True when one of `homes` is the file itself or a folder that it is in.
 bool AtHome(const std::string& file, const std::vector<std::string>& homes) {
@@ -121,7 +125,8 @@ std::string Objection(const std::string& inside, const std::string& name) {
       return foreign->second.count(room) ? "" : "brings foreign types into " + room + "/";
     }
     const bool parameters = StartsWith(name, "tessera/ops/");
-    const bool engine = std::set<std::string>{"base", "simd", "sched", "graph", "io", "verify"}.count(room) > 0;
+    const bool engine =
+        std::set<std::string>{"base", "simd", "sched", "graph", "io", "verify"}.count(room) > 0;
     return parameters && engine ? room + "/ knows no operation by name" : "";
   }
   const std::string target = Head(name);
@@ -141,7 +146,8 @@ std::vector<std::string> Breaches(const fs::path& root) {
   for (const Source& source : ScanTree(root)) {
     const auto breach = [&](const std::string& what) { breaches.push_back(source.path + ": " + what); };
     const bool is_public = StartsWith(source.path, "include/"), is_private = StartsWith(source.path, "src/");
-    if (source.lines > kMaxLines) breach(std::to_string(source.lines) + " lines, at most " + std::to_string(kMaxLines));
+    if (source.lines > kMaxLines)
+      breach(std::to_string(source.lines) + " lines, at most " + std::to_string(kMaxLines));
     if (!source.comment_first) breach("does not start with a comment that says what it is");
     const bool header = source.path.ends_with(".h");
     if (header && (is_public || is_private) && !source.guarded) breach("has no TESSERA_ include guard");
@@ -186,7 +192,8 @@ class PlantedTest : public ::testing::Test {
     Plant("src/base/tile.h", "#include \"tessera/roi.h\"");
     Plant("src/simd/point-inl.h", "#include \"hwy/highway.h\"\n#include \"base/tile.h\"");
     Plant("src/graph/render.cc", "#include \"simd/pixels.h\"\n#include \"sched/scheduler.h\"");
-    Plant("src/ops/color/hue.cc", "#include \"graph/op.h\"\n#include \"ops/registry.h\"\n#include \"simd/point-inl.h\"");
+    Plant("src/ops/color/hue.cc",
+          "#include \"graph/op.h\"\n#include \"ops/registry.h\"\n#include \"simd/point-inl.h\"");
     Plant("src/sched/tbb_scheduler.cc", "#include <tbb/parallel_for.h>");
     Plant("src/reference/color.cc", "#include \"tessera/ops/color.h\"\n#include \"reference/reference.h\"");
     Plant("src/io/write.cc", "#include \"tessera/io.h\"\n#include \"graph/source.h\"");
@@ -250,7 +257,8 @@ TEST_F(PlantedTest, UntidyFilesAreFound) {
   ExpectBreach("src/base/bad.cc", lines, "lines, at most 500");
   fs::create_directories(root_ / "src/base");
   std::ofstream(root_ / "src/base/bare.h") << "int x;\n";
-  EXPECT_THAT(Breaches(root_), Contains("src/base/bare.h: does not start with a comment that says what it is"));
+  EXPECT_THAT(Breaches(root_),
+              Contains("src/base/bare.h: does not start with a comment that says what it is"));
   EXPECT_THAT(Breaches(root_), Contains("src/base/bare.h: has no TESSERA_ include guard"));
 }
 

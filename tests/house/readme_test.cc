@@ -1,4 +1,5 @@
-// What the README shows must be so: its C++ lines are those of the sample, its files exist, its shell lines run.
+// What the README shows must be so: its C++ lines are those of the sample, its files exist, its shell lines
+// run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -66,14 +67,16 @@ TEST(ReadmeTest, FoldersOfTheTableExist) {
 }
 
 TEST(ReadmeTest, ShellLinesRun) {
-  const fs::path work = fs::path(::testing::TempDir()) / ("tessera_readme_" + std::to_string(std::random_device{}()));
+  const fs::path work =
+      fs::path(::testing::TempDir()) / ("tessera_readme_" + std::to_string(std::random_device{}()));
   fs::create_directories(work);
   const auto run = [&](const std::string& arguments) {
     const std::string line = "cd '" + work.string() + "' && '" TESSERA_PROGRAM "' -q " + arguments;
     return std::system((line + " >output.txt 2>&1").c_str());
   };
   for (const char* input : {"in.exr", "a.png", "b.png", "shot.0001.exr"}) {
-    ASSERT_EQ(run(std::string("--pattern ramp 64x48 3 --addc 0.1 -o ") + input), 0) << Contents(work / "output.txt");
+    ASSERT_EQ(run(std::string("--pattern ramp 64x48 3 --addc 0.1 -o ") + input), 0)
+        << Contents(work / "output.txt");
   }
   for (int frame = 2; frame <= 100; ++frame) {
     char name[16];

@@ -1,8 +1,8 @@
 // An outside program: renders something through the installed library and checks the pixels.
-#include <cstdio>
-#include <cmath>
-
 #include <tessera/tessera.h>
+
+#include <cmath>
+#include <cstdio>
 
 int main() {
   try {

@@ -1,7 +1,7 @@
 // OpenImageIO's images as ours and back without a copy; statistics and differences in oiiotool's words.
-#include "files.h"
-
 #include <OpenImageIO/imagebufalgo.h>
+
+#include "files.h"
 
 namespace tessera {
 namespace {
@@ -68,7 +68,8 @@ TEST(InspectTest, StatisticsAreOiiotoolsWords) {
   const Image grey(ImageSpec(2, 2, 3, PixelType::kFloat));
   for (int i = 0; i < 12; ++i) grey.at<float>(i / 3 % 2, i / 6, i % 3) = 0.5f;
   EXPECT_THAT(StatsText(grey), HasSubstr("    Stats Max: 0.500000 0.500000 0.500000 (float)\n"));
-  EXPECT_THAT(StatsText(grey), HasSubstr("    Constant: Yes\n    Constant Color: 0.500000 0.500000 0.500000 (float)\n"));
+  EXPECT_THAT(StatsText(grey),
+              HasSubstr("    Constant: Yes\n    Constant Color: 0.500000 0.500000 0.500000 (float)\n"));
 }
 
 TEST(InspectTest, DifferencesAreCountedAndJudged) {

@@ -1,7 +1,7 @@
 // Files that are no images, or lie about being one: each gets its Error, in bounded time and memory.
-#include "files.h"
-
 #include <OpenImageIO/deepdata.h>
+
+#include "files.h"
 
 namespace tessera {
 namespace {
@@ -23,7 +23,8 @@ class BadInputTest : public FileTest {
     try {
       const Node node = Read(file);
       ConstImageView view;
-      if (node.spec().data_window.pixels() < 1 << 20) ReadRows(node, 0, node.spec().channel_count(), 16, &view);
+      if (node.spec().data_window.pixels() < 1 << 20)
+        ReadRows(node, 0, node.spec().channel_count(), 16, &view);
     } catch (const Error& e) {
       EXPECT_THAT(e.what(), StartsWith(file + ": "));
       return e.what();
@@ -79,7 +80,8 @@ TEST_F(BadInputTest, AbsurdDimensions) {
   WritePattern(Path("a.exr"), {spec});
   const std::string whole = Contents(Path("a.exr"));
   const size_t at = whole.find("dataWindow") + 11 + 6 + 4;  // name, "box2i", size
-  for (const auto& [x1, y1] : {std::pair{INT32_MAX, INT32_MAX}, {999999, 999999}, {-1, 20}, {32, -1}, {INT32_MIN, 5}}) {
+  for (const auto& [x1, y1] :
+       {std::pair{INT32_MAX, INT32_MAX}, {999999, 999999}, {-1, 20}, {32, -1}, {INT32_MIN, 5}}) {
     std::string spoilt = whole;
     std::memcpy(spoilt.data() + at + 8, &x1, 4);
     std::memcpy(spoilt.data() + at + 12, &y1, 4);
@@ -92,9 +94,12 @@ TEST_F(BadInputTest, AbsurdDimensions) {
 TEST_F(BadInputTest, HugeImageInAShortFile) {
   // A BMP header of 54 bytes that declares 30000 x 30000 pixels.
   std::string bmp(54, '\0');
-  const auto put = [&](size_t at, uint32_t value, size_t size) { std::memcpy(bmp.data() + at, &value, size); };
+  const auto put = [&](size_t at, uint32_t value, size_t size) {
+    std::memcpy(bmp.data() + at, &value, size);
+  };
   bmp[0] = 'B', bmp[1] = 'M';
-  put(2, 54, 4), put(10, 54, 4), put(14, 40, 4), put(18, 30000, 4), put(22, 30000, 4), put(26, 1, 2), put(28, 24, 2);
+  put(2, 54, 4), put(10, 54, 4), put(14, 40, 4), put(18, 30000, 4), put(22, 30000, 4), put(26, 1, 2),
+      put(28, 24, 2);
   SetContents(Path("a.bmp"), bmp);
   EXPECT_THAT(Reason("a.bmp"), HasSubstr("30000 x 30000"));
 }
@@ -102,7 +107,8 @@ TEST_F(BadInputTest, HugeImageInAShortFile) {
 TEST_F(BadInputTest, Unreadable) {
   WritePattern(Path("a.png"), {OIIO::ImageSpec(4, 3, 3, TypeDesc::UINT8)});
   std::filesystem::permissions(Path("a.png"), std::filesystem::perms::none);
-  std::filesystem::permissions(std::filesystem::path(Path("a.png")).parent_path(), std::filesystem::perms(0755));
+  std::filesystem::permissions(std::filesystem::path(Path("a.png")).parent_path(),
+                               std::filesystem::perms(0755));
   const bool root = ::geteuid() == 0;  // who may read everything
   if (root) ASSERT_EQ(::seteuid(65534), 0);
   const std::string reason = Reason("a.png");
@@ -118,12 +124,15 @@ TEST_F(BadInputTest, AsManyChannelsAsAFileCanHave) {
     uint32_t count, value;
   };
   constexpr uint16_t kShort = 3, kLong = 4;
-  const std::vector<Tag> tags = {{256, kShort, 1, 2}, {257, kShort, 1, 1},         {258, kShort, 1, 8},
-                                 {259, kShort, 1, 1}, {262, kShort, 1, 1},         {273, kLong, 1, 8},
-                                 {277, kShort, 1, kChannels}, {278, kShort, 1, 1}, {279, kLong, 1, 2 * kChannels},
-                                 {284, kShort, 1, 1}};
+  const std::vector<Tag> tags = {
+      {256, kShort, 1, 2},         {257, kShort, 1, 1}, {258, kShort, 1, 8},
+      {259, kShort, 1, 1},         {262, kShort, 1, 1}, {273, kLong, 1, 8},
+      {277, kShort, 1, kChannels}, {278, kShort, 1, 1}, {279, kLong, 1, 2 * kChannels},
+      {284, kShort, 1, 1}};
   std::string tiff("II\x2a\0", 4);
-  const auto put = [&tiff](uint32_t value, size_t size) { tiff.append(reinterpret_cast<const char*>(&value), size); };
+  const auto put = [&tiff](uint32_t value, size_t size) {
+    tiff.append(reinterpret_cast<const char*>(&value), size);
+  };
   put(8 + 2 * kChannels, 4);
   for (uint32_t i = 0; i < 2 * kChannels; ++i) put(i % 251, 1);
   put(static_cast<uint32_t>(tags.size()), 2);
@@ -137,7 +146,8 @@ TEST_F(BadInputTest, AsManyChannelsAsAFileCanHave) {
     const auto kept = ReadRows(node, kChannels - 1, kChannels, 1, &view);
     EXPECT_EQ(std::to_integer<int>(*view.At(1, 0)), static_cast<int>((2 * kChannels - 1) % 251));
   });
-  if (!reason.empty()) EXPECT_THAT(reason, StartsWith(Path("a.tif") + ": "));  // a library may refuse, but by name
+  if (!reason.empty())
+    EXPECT_THAT(reason, StartsWith(Path("a.tif") + ": "));  // a library may refuse, but by name
 }
 
 TEST_F(BadInputTest, DeepPixels) {

@@ -1,7 +1,11 @@
-// What the file tests share: a directory that goes away, pictures written with OpenImageIO alone, exact expectations.
+// What the file tests share: a directory that goes away, pictures written with OpenImageIO alone, exact
+// expectations.
 #ifndef TESSERA_TESTS_IO_FILES_H_
 #define TESSERA_TESTS_IO_FILES_H_
 
+#include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -10,10 +14,6 @@
 #include <iterator>
 #include <string>
 #include <vector>
-
-#include <OpenImageIO/imageio.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "graph/source.h"
 #include "io/spec.h"
@@ -52,8 +52,8 @@ inline void SetContents(const std::string& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
 
-// Bytes of a sample that name its place, so that a wrong row, column or channel shows. Floating types get finite
-// values; one-byte types repeat after 256.
+// Bytes of a sample that name its place, so that a wrong row, column or channel shows. Floating types get
+// finite values; one-byte types repeat after 256.
 inline std::vector<std::byte> Sample(PixelType type, int x, int y, int c) {
   const unsigned code = static_cast<unsigned>(x * 7 + y * 131 + c * 3571);
   std::vector<std::byte> bytes(PixelBytes(type));
@@ -98,7 +98,8 @@ inline int64_t Wrong(const ConstImageView& view, int first = 0) {
   for (int y = view.roi.y0; y < view.roi.y1; ++y) {
     for (int x = view.roi.x0; x < view.roi.x1; ++x) {
       for (int c = 0; c < view.channels; ++c) {
-        wrong += std::memcmp(view.At(x, y, c), Sample(view.type, x, y, c + first).data(), PixelBytes(view.type)) != 0;
+        wrong += std::memcmp(view.At(x, y, c), Sample(view.type, x, y, c + first).data(),
+                             PixelBytes(view.type)) != 0;
       }
     }
   }
@@ -117,7 +118,7 @@ inline void WritePattern(const std::string& file, const std::vector<OIIO::ImageS
   ASSERT_TRUE(output) << OIIO::geterror();
   for (size_t i = 0; i < parts.size(); ++i) {
     const OIIO::ImageSpec& s = parts[i];
-    const bool open = i > 0             ? output->open(file, s, OIIO::ImageOutput::AppendSubimage)
+    const bool open = i > 0              ? output->open(file, s, OIIO::ImageOutput::AppendSubimage)
                       : parts.size() > 1 ? output->open(file, static_cast<int>(parts.size()), parts.data())
                                          : output->open(file, s);
     ASSERT_TRUE(open) << output->geterror();
@@ -135,7 +136,8 @@ inline const graph::PixelSource& SourceOf(const Node& node) {
 }
 
 // Reads [first, last) of a file node in bands of `rows`, rows padded to a stride of its own.
-inline std::vector<std::byte> ReadRows(const Node& node, int first, int last, int rows, ConstImageView* view) {
+inline std::vector<std::byte> ReadRows(const Node& node, int first, int last, int rows,
+                                       ConstImageView* view) {
   const ImageSpec& spec = node.spec();
   const auto reader = SourceOf(node).Open(first, last);
   const size_t pixel = PixelBytes(spec.type) * static_cast<size_t>(last - first);
@@ -148,7 +150,8 @@ inline std::vector<std::byte> ReadRows(const Node& node, int first, int last, in
     reader->Read(all.Sub({spec.data_window.x0, y, spec.data_window.x1, y + rows}));
   }
   for (int y = 0; y < spec.height(); ++y) {  // nothing is written between rows
-    for (size_t i = stride - 24; i < stride; ++i) EXPECT_EQ(pixels[static_cast<size_t>(y) * stride + i], std::byte{0xA5});
+    for (size_t i = stride - 24; i < stride; ++i)
+      EXPECT_EQ(pixels[static_cast<size_t>(y) * stride + i], std::byte{0xA5});
   }
   *view = all;
   return pixels;

@@ -1,4 +1,5 @@
-// Files into rows: every pixel type, tiles, windows, parts, channel ranges and metadata, against OpenImageIO's writer.
+// Files into rows: every pixel type, tiles, windows, parts, channel ranges and metadata, against
+// OpenImageIO's writer.
 #include "files.h"
 
 namespace tessera {
@@ -18,8 +19,8 @@ struct Format {
   const char* compression = "";
 };
 void PrintTo(const Format& f, std::ostream* out) {
-  *out << f.file << " " << TypeDesc(f.base).c_str() << " " << f.channels << " tile " << f.tile << " at " << f.x << ","
-       << f.y << " " << f.compression;
+  *out << f.file << " " << TypeDesc(f.base).c_str() << " " << f.channels << " tile " << f.tile << " at "
+       << f.x << "," << f.y << " " << f.compression;
 }
 
 class ReadFormat : public FileTest, public ::testing::WithParamInterface<Format> {};
@@ -29,7 +30,8 @@ TEST_P(ReadFormat, GivesTheBitsOfTheFile) {
   OIIO::ImageSpec spec(67, 45, f.channels, f.base);
   spec.x = f.x;
   spec.y = f.y;
-  if (f.x != 0 || f.y != 0) spec.full_x = -20, spec.full_y = -30, spec.full_width = 200, spec.full_height = 150;
+  if (f.x != 0 || f.y != 0)
+    spec.full_x = -20, spec.full_y = -30, spec.full_width = 200, spec.full_height = 150;
   if (f.tile > 0) spec.tile_width = spec.tile_height = f.tile;
   if (*f.compression) spec.attribute("compression", f.compression);
   // Alpha multiplies colour in files that store it unassociated; names that are no alpha keep the bits.
@@ -63,21 +65,23 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Format{"a.exr", TypeDesc::HALF, 3}, Format{"a.exr", TypeDesc::FLOAT, 4},
                       Format{"a.exr", TypeDesc::FLOAT, 1, 0, 0, 0, "piz"},
                       Format{"a.exr", TypeDesc::HALF, 3, 0, 0, 0, "none"},
-                      Format{"a.exr", TypeDesc::FLOAT, 5, 0, -11, -23}, Format{"a.exr", TypeDesc::HALF, 3, 0, 13, 40},
-                      Format{"a.exr", TypeDesc::HALF, 3, 16}, Format{"a.exr", TypeDesc::FLOAT, 2, 32, -11, -23},
+                      Format{"a.exr", TypeDesc::FLOAT, 5, 0, -11, -23},
+                      Format{"a.exr", TypeDesc::HALF, 3, 0, 13, 40}, Format{"a.exr", TypeDesc::HALF, 3, 16},
+                      Format{"a.exr", TypeDesc::FLOAT, 2, 32, -11, -23},
                       Format{"a.exr", TypeDesc::HALF, 3, 64}, Format{"a.tif", TypeDesc::UINT8, 3},
                       Format{"a.tif", TypeDesc::UINT16, 3}, Format{"a.tif", TypeDesc::FLOAT, 3},
-                      Format{"a.tif", TypeDesc::UINT16, 3, 16},
-                      Format{"a.tif", TypeDesc::FLOAT, 5, 32}, Format{"a.tif", TypeDesc::UINT8, 1, 16},
-                      Format{"a.png", TypeDesc::UINT8, 3}, Format{"a.png", TypeDesc::UINT16, 3},
-                      Format{"a.png", TypeDesc::UINT8, 1}, Format{"a.tga", TypeDesc::UINT8, 3},
-                      Format{"a.bmp", TypeDesc::UINT8, 3}, Format{"a.dpx", TypeDesc::UINT16, 3},
-                      Format{"a.sgi", TypeDesc::UINT8, 3}, Format{"a.ppm", TypeDesc::UINT8, 3}));
+                      Format{"a.tif", TypeDesc::UINT16, 3, 16}, Format{"a.tif", TypeDesc::FLOAT, 5, 32},
+                      Format{"a.tif", TypeDesc::UINT8, 1, 16}, Format{"a.png", TypeDesc::UINT8, 3},
+                      Format{"a.png", TypeDesc::UINT16, 3}, Format{"a.png", TypeDesc::UINT8, 1},
+                      Format{"a.tga", TypeDesc::UINT8, 3}, Format{"a.bmp", TypeDesc::UINT8, 3},
+                      Format{"a.dpx", TypeDesc::UINT16, 3}, Format{"a.sgi", TypeDesc::UINT8, 3},
+                      Format{"a.ppm", TypeDesc::UINT8, 3}));
 
 class ReadTest : public FileTest {};
 
 TEST_F(ReadTest, GranularityIsTheCompressionChunk) {
-  for (const auto& [compression, rows] : {std::pair{"none", 1}, {"zips", 1}, {"zip", 16}, {"piz", 32}, {"dwab", 256}}) {
+  for (const auto& [compression, rows] :
+       {std::pair{"none", 1}, {"zips", 1}, {"zip", 16}, {"piz", 32}, {"dwab", 256}}) {
     OIIO::ImageSpec spec(20, 20, 3, TypeDesc::HALF);
     spec.attribute("compression", compression);
     WritePattern(Path("a.exr"), {spec});
@@ -149,7 +153,8 @@ TEST_F(ReadTest, UnassociatedAlphaIsMultipliedInForAnyChannelRange) {
   spec.attribute("oiio:UnassociatedAlpha", 1);
   const uint8_t pixels[] = {200, 100, 50, 128, 200, 100, 50, 0};
   auto output = OIIO::ImageOutput::create(Path("a.png"));
-  ASSERT_TRUE(output->open(Path("a.png"), spec) && output->write_image(TypeDesc::UINT8, pixels) && output->close());
+  ASSERT_TRUE(output->open(Path("a.png"), spec) && output->write_image(TypeDesc::UINT8, pixels) &&
+              output->close());
   const Node node = Read(Path("a.png"));
   EXPECT_EQ(node.spec().alpha, 3);
   ConstImageView view;
@@ -162,7 +167,8 @@ TEST_F(ReadTest, HeaderGivesWindowsNamesAlphaAndMetadata) {
   OIIO::ImageSpec spec(30, 20, 5, TypeDesc::HALF);
   spec.x = -3, spec.y = 4, spec.full_x = -5, spec.full_y = 2, spec.full_width = 64, spec.full_height = 48;
   spec.channelnames = {"R", "G", "B", "A", "Z"};
-  spec.attribute("worldToCamera", TypeDesc(TypeDesc::FLOAT, TypeDesc::MATRIX44), std::vector<float>(16, 2.f).data());
+  spec.attribute("worldToCamera", TypeDesc(TypeDesc::FLOAT, TypeDesc::MATRIX44),
+                 std::vector<float>(16, 2.f).data());
   spec.attribute("Artist", "someone");
   WritePattern(Path("a.exr"), {spec});
   const ImageSpec found = Read(Path("a.exr")).spec();

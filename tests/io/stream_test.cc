@@ -1,10 +1,9 @@
 // File to file in bounded memory: a picture larger than the budget passes in bands, and stays what it was.
-#include "files.h"
-
 #include <sys/resource.h>
 
 #include <atomic>
 
+#include "files.h"
 #include "graph/render.h"
 
 namespace tessera {
@@ -56,7 +55,8 @@ TEST_F(StreamTest, APictureLargerThanTheBudgetPassesInBands) {
   const auto reader = SourceOf(result).Open(0, 4);
   std::vector<float> row(20000);
   for (const int y : {0, 1, 2499, 4998, 4999}) {
-    reader->Read(ImageView(reinterpret_cast<std::byte*>(row.data()), {0, y, 5000, y + 1}, 4, PixelType::kFloat));
+    reader->Read(
+        ImageView(reinterpret_cast<std::byte*>(row.data()), {0, y, 5000, y + 1}, 4, PixelType::kFloat));
     EXPECT_EQ(row, std::vector<float>(20000, static_cast<float>(y)));
   }
 }

@@ -1,10 +1,10 @@
 // Rows into files: bits, types, windows, tiles and metadata come back; a file appears whole or not at all.
-#include "files.h"
-
 #include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <csignal>
+
+#include "files.h"
 
 namespace tessera {
 namespace {
@@ -67,11 +67,11 @@ INSTANTIATE_TEST_SUITE_P(
                       Format{"a.exr", PixelType::kFloat, 7}, Format{"a.exr", PixelType::kHalf, 3, 16},
                       Format{"a.exr", PixelType::kFloat, 4, 32}, Format{"a.tif", PixelType::kUint8, 3},
                       Format{"a.tif", PixelType::kUint16, 3}, Format{"a.tif", PixelType::kFloat, 4},
-                      Format{"a.tif", PixelType::kUint16, 3, 16},
-                      Format{"a.png", PixelType::kUint8, 3}, Format{"a.png", PixelType::kUint16, 3},
-                      Format{"a.png", PixelType::kUint8, 1}, Format{"a.tga", PixelType::kUint8, 3},
-                      Format{"a.bmp", PixelType::kUint8, 3}, Format{"a.sgi", PixelType::kUint16, 3},
-                      Format{"a.dpx", PixelType::kUint16, 3}, Format{"a.ppm", PixelType::kUint8, 3}));
+                      Format{"a.tif", PixelType::kUint16, 3, 16}, Format{"a.png", PixelType::kUint8, 3},
+                      Format{"a.png", PixelType::kUint16, 3}, Format{"a.png", PixelType::kUint8, 1},
+                      Format{"a.tga", PixelType::kUint8, 3}, Format{"a.bmp", PixelType::kUint8, 3},
+                      Format{"a.sgi", PixelType::kUint16, 3}, Format{"a.dpx", PixelType::kUint16, 3},
+                      Format{"a.ppm", PixelType::kUint8, 3}));
 
 class WriteTest : public FileTest {
  protected:
@@ -84,7 +84,8 @@ class WriteTest : public FileTest {
     uint32_t state = 1;
     for (int y = 0; y < 500; ++y) {
       for (int x = 0; x < 600; ++x) {
-        for (int c = 0; c < 3; ++c) image.at<uint8_t>(x, y, c) = static_cast<uint8_t>((state = state * 1664525u + 1013904223u) >> 24);
+        for (int c = 0; c < 3; ++c)
+          image.at<uint8_t>(x, y, c) = static_cast<uint8_t>((state = state * 1664525u + 1013904223u) >> 24);
       }
     }
     return FromImage(image);
@@ -106,8 +107,8 @@ TEST_F(WriteTest, OffsetWindowsSurviveInExr) {
 
 TEST_F(WriteTest, FormatsWithoutDisplayWindowGetItsPixels) {
   ImageSpec spec(30, 20, 3, PixelType::kUint8);
-  spec.data_window = {-7, 5, 23, 25};       // sticks out on the left
-  spec.display_window = {0, 0, 40, 48};     // bands of padding above, right and below
+  spec.data_window = {-7, 5, 23, 25};    // sticks out on the left
+  spec.display_window = {0, 0, 40, 48};  // bands of padding above, right and below
   for (const char* name : {"a.png", "a.tif", "a.bmp"}) {
     Write(FromImage(Pattern(spec)), Path(name));
     const Node node = Read(Path(name));
@@ -128,7 +129,8 @@ TEST_F(WriteTest, FormatsWithoutDisplayWindowGetItsPixels) {
 TEST_F(WriteTest, MetadataComesBackByteForByte) {
   OIIO::ImageSpec spec(8, 8, 3, TypeDesc::HALF);
   spec.attribute("Artist", "someone");
-  spec.attribute("worldToCamera", TypeDesc(TypeDesc::FLOAT, TypeDesc::MATRIX44), std::vector<float>(16, 0.1f).data());
+  spec.attribute("worldToCamera", TypeDesc(TypeDesc::FLOAT, TypeDesc::MATRIX44),
+                 std::vector<float>(16, 0.1f).data());
   spec.attribute("smpte:TimeCode", OIIO::TypeTimeCode, std::vector<uint32_t>{0x01020304u, 7u}.data());
   spec.attribute("smpte:KeyCode", OIIO::TypeKeyCode, std::vector<int>{1, 2, 3, 4, 5, 4, 64}.data());
   spec.attribute("captureRate", OIIO::TypeRational, std::vector<int>{24000, 1001}.data());
@@ -152,10 +154,11 @@ TEST_F(WriteTest, MetadataComesBackByteForByte) {
 }
 
 TEST_F(WriteTest, TypeNamesOfMetadataCanBeReadBack) {
-  for (const TypeDesc& type : {OIIO::TypeTimeCode, OIIO::TypeKeyCode, OIIO::TypeRational, OIIO::TypeBox2i,
-                              OIIO::TypeBox3, OIIO::TypeMatrix33, OIIO::TypeMatrix44, OIIO::TypeColor,
-                              TypeDesc(TypeDesc::INT, TypeDesc::VEC3), TypeDesc(TypeDesc::DOUBLE, TypeDesc::MATRIX44),
-                              TypeDesc(TypeDesc::INT, TypeDesc::VEC2, TypeDesc::NOXFORM, 3), TypeDesc("uint8[100]")}) {
+  for (const TypeDesc& type :
+       {OIIO::TypeTimeCode, OIIO::TypeKeyCode, OIIO::TypeRational, OIIO::TypeBox2i, OIIO::TypeBox3,
+        OIIO::TypeMatrix33, OIIO::TypeMatrix44, OIIO::TypeColor, TypeDesc(TypeDesc::INT, TypeDesc::VEC3),
+        TypeDesc(TypeDesc::DOUBLE, TypeDesc::MATRIX44),
+        TypeDesc(TypeDesc::INT, TypeDesc::VEC2, TypeDesc::NOXFORM, 3), TypeDesc("uint8[100]")}) {
     EXPECT_EQ(io::ParseType(type.c_str()), type) << type;
   }
 }
@@ -229,7 +232,8 @@ TEST_F(WriteTest, IntegersAreRoundedOnce) {
   ConstImageView view;
   const auto keep = ReadRows(Read(Path("a.png")), 0, 1, 1, &view);
   for (int x = 0; x < 1024; ++x) {
-    EXPECT_EQ(static_cast<int>(*view.At(x, 0)), static_cast<int>(std::lrint(image.at<float>(x, 0) * 255.0))) << x;
+    EXPECT_EQ(static_cast<int>(*view.At(x, 0)), static_cast<int>(std::lrint(image.at<float>(x, 0) * 255.0)))
+        << x;
   }
 }
 
@@ -305,13 +309,16 @@ TEST_F(WriteTest, WhatCannotBeWrittenIsSaidAndLeavesNothing) {
     EXPECT_THAT(text, ::testing::Not(HasSubstr(".tessera-")));
     return text;
   };
-  EXPECT_THAT(reason(rgb, Path("a.xyz")), AllOf(HasSubstr("found the extension \".xyz\""), HasSubstr("openexr")));
+  EXPECT_THAT(reason(rgb, Path("a.xyz")),
+              AllOf(HasSubstr("found the extension \".xyz\""), HasSubstr("openexr")));
   EXPECT_THAT(reason(rgb, Path("a")), HasSubstr("found no file extension"));
   EXPECT_THAT(reason(rgb, Path("missing/a.exr")), HasSubstr("no directory " + Path("missing")));
   EXPECT_THAT(reason(rgb, Path("directory.exr")), HasSubstr("found a directory"));
   EXPECT_THAT(reason(rgb, "/proc/a.exr"), HasSubstr("cannot be written: "));
-  EXPECT_THAT(reason(five, Path("a.png")), AllOf(HasSubstr("found 5 channels (R,G,B,A,"), HasSubstr("expected 1 to 4")));
-  EXPECT_THAT(reason(five, Path("a.jpg")), AllOf(HasSubstr("found 5 channels"), HasSubstr("expected 1 or 3")));
+  EXPECT_THAT(reason(five, Path("a.png")),
+              AllOf(HasSubstr("found 5 channels (R,G,B,A,"), HasSubstr("expected 1 to 4")));
+  EXPECT_THAT(reason(five, Path("a.jpg")),
+              AllOf(HasSubstr("found 5 channels"), HasSubstr("expected 1 or 3")));
   ImageSpec unnamed(8, 8, 4, PixelType::kUint8);
   unnamed.alpha = -1;
   EXPECT_THAT(reason(FromImage(Image(unnamed)), Path("a.jpg")), HasSubstr("found 4 channels"));
@@ -327,20 +334,23 @@ TEST_F(WriteTest, AFailingEvaluationLeavesTheOldFile) {
   EXPECT_EQ(Contents(Path("a.exr")), "old");
 }
 
-// A file size limit stands for a full disk: writes beyond it fail with an errno, as they do there. Every limit up
-// to the file's size is tried, so that header, pixels, tables at the end and the bytes flushed on closing all fail.
+// A file size limit stands for a full disk: writes beyond it fail with an errno, as they do there. Every
+// limit up to the file's size is tried, so that header, pixels, tables at the end and the bytes flushed on
+// closing all fail.
 TEST_F(WriteTest, AFullDiskIsNoticedWhereverItHappens) {
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   rlimit before;
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  for (const char* name : {"a.exr", "a.tif", "a.png", "a.jpg", "a.tga", "a.bmp", "a.dpx", "a.ppm", "a.hdr", "a.sgi", "a.rla", "a.webp"}) {
+  for (const char* name : {"a.exr", "a.tif", "a.png", "a.jpg", "a.tga", "a.bmp", "a.dpx", "a.ppm", "a.hdr",
+                           "a.sgi", "a.rla", "a.webp"}) {
     WriteOptions options;
     if (std::string(name) == "a.exr") options.type = PixelType::kHalf;
     const Node picture = Noise();
     Write(picture, Path(name), options);
     const auto size = std::filesystem::file_size(Path(name));
     const std::string whole = Contents(Path(name));
-    for (const uintmax_t limit : {uintmax_t{0}, uintmax_t{100}, size / 4, size / 2, size - 5000, size - 100, size - 1}) {
+    for (const uintmax_t limit :
+         {uintmax_t{0}, uintmax_t{100}, size / 4, size / 2, size - 5000, size - 100, size - 1}) {
       rlimit small = before;
       small.rlim_cur = limit;
       ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
@@ -351,7 +361,8 @@ TEST_F(WriteTest, AFullDiskIsNoticedWhereverItHappens) {
         message = e.what();
       }
       ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
-      EXPECT_THAT(message, StartsWith(Path(name) + ": cannot be written")) << "limit " << limit << " of " << size;
+      EXPECT_THAT(message, StartsWith(Path(name) + ": cannot be written"))
+          << "limit " << limit << " of " << size;
       EXPECT_THAT(Names(), UnorderedElementsAre(name));
       EXPECT_TRUE(Contents(Path(name)) == whole) << name;
     }

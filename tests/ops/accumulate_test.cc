@@ -207,7 +207,8 @@ TEST(JitterTest, SetsLieInThePixelAboutItsMiddle) {
       x += set[i].x / n, y += set[i].y / n;
       columns.insert(set[i].x), rows.insert(set[i].y);
       for (size_t j = 0; j < i; ++j) {
-        const double dx = std::remainder(set[i].x - set[j].x, 1.0), dy = std::remainder(set[i].y - set[j].y, 1.0);
+        const double dx = std::remainder(set[i].x - set[j].x, 1.0),
+                     dy = std::remainder(set[i].y - set[j].y, 1.0);
         nearest = std::min(nearest, std::hypot(dx, dy));
       }
     }
@@ -238,7 +239,8 @@ TEST(ShiftAccumulateTest, RangesHoldEveryPrefix) {
       const Image fixed = Render(ShiftAccumulate(FromImage(image), p));
       for (int y = 0; y < 16; ++y) {
         for (int x = 0; x < 32; ++x) {
-          ASSERT_NEAR(fixed.at<float>(x, y), exact.at<float>(x, y), 6 * std::ldexp(1.0, -bits - 1) / 0.25 + 1e-6);
+          ASSERT_NEAR(fixed.at<float>(x, y), exact.at<float>(x, y),
+                      6 * std::ldexp(1.0, -bits - 1) / 0.25 + 1e-6);
         }
       }
     }
@@ -253,7 +255,8 @@ TEST(DepthOfFieldTest, SharpStaysSharpAndEnergyIsKept) {
     for (int x = 0; x < 64; ++x) {
       const bool far = x >= 24;
       depth.at<float>(x, y) = x == 5 && y == 5 ? kNaN : far ? kInf : 2.0f;
-      for (int c = 0; c < 4; ++c) color.at<float>(x, y, c) = x == 44 && y == 16 ? 100.0f : far ? 0.25f : 0.75f;
+      for (int c = 0; c < 4; ++c)
+        color.at<float>(x, y, c) = x == 44 && y == 16 ? 100.0f : far ? 0.25f : 0.75f;
     }
   }
   OnEveryTarget([&] {

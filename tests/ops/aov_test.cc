@@ -76,6 +76,50 @@ TEST(Aov, OtherRenderersNames) {
   }
 }
 
+// Lists that files were found to have, with where they were published.
+TEST(Aov, ChannelListsOfFilesInTheWild) {
+  // V-Ray for 3ds Max, a file's header at arbredor.be, "vue aerienne nuit" (shortened by reflection and
+  // refraction).
+  const ImageSpec vray = Named({"A",
+                                "B",
+                                "G",
+                                "R",
+                                "VRayMtlID.A",
+                                "VRayMtlID.B",
+                                "VRayMtlID.G",
+                                "VRayMtlID.R",
+                                "VRaySpecular.A",
+                                "VRaySpecular.B",
+                                "VRaySpecular.G",
+                                "VRaySpecular.R",
+                                "VRayWireColor.A",
+                                "VRayWireColor.B",
+                                "VRayWireColor.G",
+                                "VRayWireColor.R",
+                                "VRayZDepth.A",
+                                "VRayZDepth.B",
+                                "VRayZDepth.G",
+                                "VRayZDepth.R"});
+  EXPECT_THAT(FindAov(vray, Aov::kColor), ElementsAre(3, 2, 1, 0));
+  EXPECT_THAT(FindAov(vray, Aov::kDepth), ElementsAre(19));
+  EXPECT_THAT(FindAov(vray, Aov::kId), ElementsAre(7));
+  EXPECT_THAT(FindAov(vray, Aov::kNormal), IsEmpty());
+  // RenderMan, exrinfo in RenderManForBlender's issue 468.
+  const ImageSpec renderman = Named({"Ci.b", "Ci.g", "Ci.r", "Ci.~w", "a", "a.~w"});
+  EXPECT_THAT(FindAov(renderman, Aov::kColor), ElementsAre(2, 1, 0));
+  EXPECT_THAT(FindAov(renderman, Aov::kDepth), IsEmpty());
+  // Arnold through USD's raster product, oiiotool in arnold-usd's issue 2115; its own product and Karma write
+  // R,G,B,A.
+  EXPECT_THAT(FindAov(Named({"RGBA.R", "RGBA.G", "RGBA.B", "RGBA.A"}), Aov::kColor), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(FindAov(Named({"R", "G", "B", "A"}), Aov::kColor), ElementsAre(0, 1, 2, 3));
+  // Houdini's Mantra, a file of normals: oiiotool's output in ayon-houdini's issue 76.
+  const ImageSpec mantra = Named({"N.x", "N.y", "N.z"});
+  EXPECT_THAT(FindAov(mantra, Aov::kNormal), ElementsAre(0, 1, 2));
+  EXPECT_THAT(FindAov(mantra, Aov::kDepth), IsEmpty());
+  // A deep file of Houdini's, ayon-core's issue 1520.
+  EXPECT_THAT(FindAov(Named({"A", "RA", "GA", "BA", "Z", "ZBack"}), Aov::kDepth), ElementsAre(4));
+}
+
 TEST(Aov, MaskTurnsBackgroundIntoNaN) {
   const Image image(ImageSpec(3, 1, 3)), mask(ImageSpec(3, 1, 1));
   for (int x = 0; x < 3; ++x) image.at<float>(x, 0, 1) = 5, mask.at<float>(x, 0) = static_cast<float>(x - 1);

@@ -110,6 +110,16 @@ TEST(ArithmeticTest, AbsoluteValueClearsTheSign) {
   });
 }
 
+TEST(ArithmeticTest, OneChannelGoesWithAll) {
+  const Node a = FromImage(Row({0.5f, 0.25f, 1.0f, 0.75f}, 4)), matte = FromImage(Row({0.5f}, 1));
+  EXPECT_THAT(Samples(Mul(a, matte)), ElementsAre(0.25f, 0.125f, 0.5f, 0.375f));
+  EXPECT_THAT(Samples(Sub(a, matte)), ElementsAre(0, -0.25f, 0.5f, 0.25f));
+  EXPECT_THAT(Samples(Max(a, matte)), ElementsAre(0.5f, 0.5f, 1.0f, 0.75f));
+  EXPECT_EQ(Mul(a, matte).spec().channels, a.spec().channels);
+  EXPECT_THROW(Mul(matte, a), Error);
+  EXPECT_THROW(Mul(a, FromImage(Row({1, 1}, 2))), Error);
+}
+
 // As measured with oiiotool 2.4.7.
 TEST(ArithmeticTest, ConstantListsAreReadAsByOiiotool) {
   const Node a = FromImage(Row({0.125f, 0.25f, 0.375f, 0.5f}, 4));

@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -58,11 +59,16 @@ struct Waves {
   double k, amplitude;
   double Phase(double v) const { return 2 * kPi * k * v / 256; }
   double At(int x, int y) const { return amplitude * std::sin(Phase(x)) * std::sin(Phase(-y)); }
-  double SlopeX(int x, int y) const { return amplitude * 2 * kPi * k / 256 * std::cos(Phase(x)) * std::sin(Phase(-y)); }
-  double SlopeY(int x, int y) const { return amplitude * 2 * kPi * k / 256 * std::sin(Phase(x)) * std::cos(Phase(-y)); }
+  double SlopeX(int x, int y) const {
+    return amplitude * 2 * kPi * k / 256 * std::cos(Phase(x)) * std::sin(Phase(-y));
+  }
+  double SlopeY(int x, int y) const {
+    return amplitude * 2 * kPi * k / 256 * std::sin(Phase(x)) * std::cos(Phase(-y));
+  }
 };
 double WorstOf(const Waves& waves, const BumpParams& params) {
-  const Image got = Render(Bump(FromImage(Heights(256, 256, [&](int x, int y) { return waves.At(x, y); })), params));
+  const Image got =
+      Render(Bump(FromImage(Heights(256, 256, [&](int x, int y) { return waves.At(x, y); })), params));
   const Vector3 l = Normalized(params.light);
   double worst = 0;
   for (int y = 0; y < 256; ++y) {
@@ -81,8 +87,10 @@ TEST_P(BumpTest, ShiftAndSubtractErrsAsTheTableSays) {
     double k, slope, forward, central, forward_length, central_length;
   };
   // Steeper rows are clamped at 0 in parts, which only lowers the errors.
-  const Row rows[] = {{4, 0.049, 0.0013, 0.0010, 0.0008, 0.0001}, {4, 0.20, 0.017, 0.017, 0.0033, 0.0001},
-                      {4, 0.78, 0.257, 0.256, 0.013, 0.0005},     {16, 0.76, 0.253, 0.241, 0.051, 0.0025}};
+  const Row rows[] = {{4, 0.049, 0.0013, 0.0010, 0.0008, 0.0001},
+                      {4, 0.20, 0.017, 0.017, 0.0033, 0.0001},
+                      {4, 0.78, 0.257, 0.256, 0.013, 0.0005},
+                      {16, 0.76, 0.253, 0.241, 0.051, 0.0025}};
   for (const Row& row : rows) {
     const Waves waves = {row.k, row.slope * 256 / (2 * kPi * row.k)};
     const auto error = [&](BumpMethod method, bool length) {
@@ -91,8 +99,8 @@ TEST_P(BumpTest, ShiftAndSubtractErrsAsTheTableSays) {
       return WorstOf(waves, p);
     };
     const double forward = error(BumpMethod::kForward, false), central = error(BumpMethod::kShift, false);
-    // The table shifts exactly. Linear shifts by fractions of a pixel add half the curvature times f (1 - f), of both
-    // axes; about the pixel these cancel but for a third derivative.
+    // The table shifts exactly. Linear shifts by fractions of a pixel add half the curvature times f (1 - f),
+    // of both axes; about the pixel these cancel but for a third derivative.
     const double omega = 2 * kPi * row.k / 256, forward_more = 0.5 * row.slope * omega * (0.25 + 0.21);
     const double central_more = 0.16 * row.slope * omega * omega;
     EXPECT_GE(forward, 0.8 * row.forward) << row.slope;
@@ -100,7 +108,8 @@ TEST_P(BumpTest, ShiftAndSubtractErrsAsTheTableSays) {
     EXPECT_GE(central, 0.8 * row.central) << row.slope;
     EXPECT_LE(central, 1.2 * row.central + central_more) << row.slope;
     EXPECT_NEAR(error(BumpMethod::kForward, true), row.forward_length + forward_more,
-                0.2 * (row.forward_length + forward_more)) << row.slope;
+                0.2 * (row.forward_length + forward_more))
+        << row.slope;
     const double best = error(BumpMethod::kShift, true);
     EXPECT_LE(best, 1.2 * (row.central_length + central_more)) << row.slope;
     EXPECT_LT(best, error(BumpMethod::kForward, true));
@@ -224,7 +233,8 @@ TEST_P(BumpTest, TheAccumulationRecipeIsTheSame) {
   const Image fine = Render(Bump(low, p));
   double worst = 0;
   for (int y = 0; y < 64; ++y) {
-    for (int x = 0; x < 64; ++x) worst = std::max<double>(worst, std::fabs(coarse.at<float>(x, y) - fine.at<float>(x, y)));
+    for (int x = 0; x < 64; ++x)
+      worst = std::max<double>(worst, std::fabs(coarse.at<float>(x, y) - fine.at<float>(x, y)));
   }
   EXPECT_GT(worst, 0.5 / 255);
   EXPECT_LE(worst, 2.6 / 255);
@@ -266,6 +276,47 @@ TEST_P(BumpTest, TangentFrames) {
   for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(back[c], a[c], 1e-6);
 }
 
+TEST_P(BumpTest, SurfaceDerivativesFollowBlinn) {
+  const auto put = [](const Vector3& map, const Vector3& n, const Vector3& u, const Vector3& v,
+                      SurfaceBumpParams p) {
+    return At(Render(SurfaceBump(FromImage(Pixel(map)), FromImage(Pixel(n)), FromImage(Pixel(u)),
+                                 FromImage(Pixel(v)), p)));
+  };
+  const SurfaceBumpParams plain{.packed = false};
+  const auto near = [](const Vector3& a, const Vector3& b) {
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-6);
+  };
+  const auto scaled = [](const Vector3& v, double k) { return Vector3{k * v[0], k * v[1], k * v[2]}; };
+  const auto plus = [](const Vector3& a, const Vector3& b) {
+    return Vector3{a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+  };
+  // The true normal of a displaced flat patch: (Pu + f_u N) x (Pv + f_v N).
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  const auto vector = [&] { return Vector3{normal(random), normal(random), normal(random)}; };
+  for (int k = 0; k < 200; ++k) {
+    const Vector3 u = vector(), v = vector(), n = Normalized(Cross(u, v));
+    const double fu = normal(random), fv = normal(random), scale = k % 2 ? 0.3 : 1;
+    const Vector3 want = Normalized(Cross(plus(u, scaled(n, scale * fu)), plus(v, scaled(n, scale * fv))));
+    near(put({-fu, -fv, 1}, n, u, v, {.packed = false, .scale = scale}), want);
+    // Any length of the map's vector and the normal's; seen from the other side the relief is the same one,
+    // pressed in.
+    near(put({-2 * fu, -2 * fv, 2}, scaled(n, 3), u, v, {.packed = false, .scale = scale}), want);
+    near(put({fu, fv, 1}, scaled(n, -1), u, v, {.packed = false, .scale = scale}), scaled(want, -1));
+  }
+  // A unit patch keeps the map, one of edge k divides its slope by k.
+  near(put({-0.3, 0.4, 1}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, plain), Normalized({-0.3, 0.4, 1}));
+  near(put({-0.3, 0.4, 1}, {0, 0, 1}, {4, 0, 0}, {0, 4, 0}, plain), Normalized({-0.3 / 4, 0.4 / 4, 1}));
+  near(put({0.5, 0.5, 1}, {0, 3, 4}, {1, 0, 0}, {0, 4, -3}, {}), {0, 0.6, 0.8});
+  // Hard cases: no area, no derivative, NaN, no normal.
+  const Vector3 tilted = {-0.3, 0.4, 1}, up = {0, 0, 1};
+  EXPECT_EQ(put(tilted, up, {1, 2, 0}, {2, 4, 0}, plain), up);
+  EXPECT_EQ(put(tilted, up, {1, 2, 0}, {0, 0, 0}, plain), up);
+  EXPECT_EQ(put(tilted, up, {kNaN, 2, 0}, {0, 1, 0}, plain), up);
+  EXPECT_EQ(put({0, 0, 0}, up, {1, 0, 0}, {0, 1, 0}, plain), up);
+  EXPECT_EQ(put(tilted, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, plain), (Vector3{0, 0, 0}));
+}
+
 TEST_P(BumpTest, CombinedNormalsFollowEquationSeven) {
   const auto combine = [](const Vector3& v, const Vector3& b, CombineNormalsParams p) {
     return At(Render(CombineNormals(FromImage(Pixel(v)), FromImage(Pixel(b)), p)));
@@ -299,7 +350,8 @@ TEST(BumpRefusalTest, NamesWhatIsWrong) {
     change(p);
     return Refusal([&] { Bump(height, p); });
   };
-  EXPECT_EQ(with([](BumpParams& p) { p.shift = 1e-4; }), "bump: found shift=0.000100, expected 0.001 to 64 pixels");
+  EXPECT_EQ(with([](BumpParams& p) { p.shift = 1e-4; }),
+            "bump: found shift=0.000100, expected 0.001 to 64 pixels");
   EXPECT_THAT(with([](BumpParams& p) { p.light = {0, 0, 0}; }), HasSubstr("not all 0"));
   EXPECT_THAT(with([](BumpParams& p) { p.exponent = -1; }), HasSubstr("expected 0 to 10000"));
   EXPECT_THAT(with([](BumpParams& p) { p.scale = kNaN; }), HasSubstr("scale"));

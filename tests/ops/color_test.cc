@@ -222,7 +222,8 @@ TEST_P(ColorTest, NotANumberSpreadsOnlyWhereSaid) {
   EXPECT_TRUE(std::isnan(bright[0]));
   EXPECT_EQ(bright[1], 1.0f);
   EXPECT_EQ(bright[5], kInf);
-  const Samples coupled = Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));
+  const Samples coupled =
+      Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));
   for (size_t i = 0; i < 4; ++i) EXPECT_TRUE(std::isnan(coupled[i]));
   // Nothing couples colour and alpha: 16 numbers or 9, NaN stays on its side.
   const Samples apart = Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));

@@ -1,5 +1,5 @@
-// Environment maps: the accuracy row (1/1024 texel, continuity over seams and poles), spec/environment.md's checks and
-// hard cases, on every target.
+// Environment maps: the accuracy row (1/1024 texel, continuity over seams and poles), spec/environment.md's
+// checks and hard cases, on every target.
 #include "tessera/ops/environment.h"
 
 #include <gmock/gmock.h>
@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "graph/op.h"
+#include "support/environments.h"
 #include "support/refusal.h"
 #include "tessera/error.h"
 #include "tessera/ops/color.h"
@@ -30,8 +31,7 @@ using ::testing::HasSubstr;
 constexpr double kPi = std::numbers::pi;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
-using Map = EnvironmentMap;
-constexpr Map kMaps[] = {Map::kSphere, Map::kParabolic, Map::kDualParabolic, Map::kLatLong, Map::kCube};
+using namespace test;
 
 class EnvironmentTest : public ::testing::TestWithParam<std::string> {
  protected:
@@ -41,58 +41,6 @@ class EnvironmentTest : public ::testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Targets, EnvironmentTest, ::testing::ValuesIn(SimdTargets()),
                          [](const auto& info) { return info.param; });
 
-Image Vectors(const std::vector<Vector3>& v) {
-  const Image image(ImageSpec(static_cast<int>(v.size()), 1, 3));
-  for (size_t i = 0; i < v.size(); ++i) {
-    for (int c = 0; c < 3; ++c) image.at<float>(static_cast<int>(i), 0, c) = static_cast<float>(v[i][static_cast<size_t>(c)]);
-  }
-  return image;
-}
-std::vector<Vector3> RandomDirections(int count, uint32_t seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::vector<Vector3> v;
-  for (int i = 0; i < count; ++i) v.push_back({normal(random), normal(random), normal(random)});
-  return v;
-}
-// A map whose texel at a direction is f(direction).
-Image MapOf(Map map, int width, int height, int channels, const std::function<double(const Vector3&, int)>& f) {
-  const Image image(ImageSpec(width, height, channels));
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      Vector3 d;
-      if (!DirectionOf(map, width, height, x + 0.5, y + 0.5, &d)) continue;
-      for (int c = 0; c < channels; ++c) image.at<float>(x, y, c) = static_cast<float>(f(d, c));
-    }
-  }
-  return image;
-}
-Image NoiseMap(int width, int height, uint32_t seed) {
-  const Image image(ImageSpec(width, height, 1));
-  std::mt19937 random(seed);
-  for (int64_t i = 0; i < int64_t{width} * height; ++i) {
-    reinterpret_cast<float*>(image.view().data)[i] = static_cast<float>(random() >> 8) * 0x1p-24f;
-  }
-  return image;
-}
-EnvironmentParams Along(Map map, double lobe = 0) {
-  EnvironmentParams p;
-  p.map = map;
-  p.direction = EnvironmentDirection::kNormal;
-  p.lobe = lobe;
-  return p;
-}
-// What a map shows in the directions, channel 0.
-std::vector<float> Seen(const Image& map, const std::vector<Vector3>& directions, const EnvironmentParams& p) {
-  const Image got = Render(Environment(FromImage(Vectors(directions)), FromImage(map), p));
-  std::vector<float> values;
-  for (size_t i = 0; i < directions.size(); ++i) values.push_back(got.at<float>(static_cast<int>(i), 0));
-  return values;
-}
-void SizeOf(Map map, int n, int* w, int* h) {
-  *w = map == Map::kDualParabolic || map == Map::kLatLong ? 2 * n : map == Map::kCube ? 6 * n : n;
-  *h = n;
-}
 TEST(EnvironmentMapTest, DirectionsAndPlacesAreInverse) {
   for (const Map map : kMaps) {
     SCOPED_TRACE(static_cast<int>(map));
@@ -137,7 +85,10 @@ TEST(EnvironmentMapTest, DirectionsAndPlacesAreInverse) {
   EXPECT_NEAR(y, 3.5, 1e-12);
   EXPECT_FALSE(PlaceOf(Map::kParabolic, 2, 2, {0, 0, -1}, &x, &y));
   EXPECT_FALSE(PlaceOf(Map::kLatLong, 2, 2, {0, 0, 0}, &x, &y));
-  EXPECT_THAT(Refusal([&] { PlaceOf(Map::kCube, 5, 1, {0, 0, 1}, &x, &y); }), HasSubstr("6:1, 1:6, 4:3 or 3:4"));
+  EXPECT_THAT(Refusal([&] {
+                PlaceOf(Map::kCube, 5, 1, {0, 0, 1}, &x, &y);
+              }),
+              HasSubstr("6:1, 1:6, 4:3 or 3:4"));
 }
 
 TEST(EnvironmentMapTest, SphereMapsHaveEqualAreas) {
@@ -156,7 +107,8 @@ TEST(EnvironmentMapTest, SphereMapsHaveEqualAreas) {
   }
 }
 
-// The accuracy row: a map 16,384 texels wide (its fractions alone are looked at), whose texels count columns (or rows).
+// The accuracy row: a map 16,384 texels wide (its fractions alone are looked at), whose texels count columns
+// (or rows).
 TEST_P(EnvironmentTest, PlacesAreRightWithinA1024thOfATexel) {
   constexpr int kWide = 16384;
   for (const Map map : {Map::kLatLong, Map::kSphere, Map::kCube}) {
@@ -191,8 +143,8 @@ TEST_P(EnvironmentTest, PlacesAreRightWithinA1024thOfATexel) {
   }
 }
 
-// Steps of 1e-5 over seams, edges, corners, the rim and poles change the value of a noise map by no more than the steepest slope
-// allows.
+// Steps of 1e-5 over seams, edges, corners, the rim and poles change the value of a noise map by no more than
+// the steepest slope allows.
 TEST_P(EnvironmentTest, SeamsAndPolesAreContinuous) {
   for (const Map map : kMaps) {
     if (map == Map::kParabolic) continue;
@@ -200,9 +152,10 @@ TEST_P(EnvironmentTest, SeamsAndPolesAreContinuous) {
     int w, h;
     SizeOf(map, 32, &w, &h);
     const Image noise = NoiseMap(w, h, 5);
-    const std::vector<Vector3> centres = {{0, 1, 0},  {0, -1, 0}, {0, 0, -1}, {0, 0, 1},  {1, 0, 0},   {0, 0.3, -1},
-                                          {1, 1, 1},  {-1, 1, 1}, {1, -1, 1}, {1, 1, -1}, {-1, -1, -1}, {1, 0.2, 1},
-                                          {0.2, 1, 1}, {1, 1, 0.1}, {-1, 0.4, -1}, {0.3, -1, -1}, {0.8, 0.6, 0}};
+    const std::vector<Vector3> centres = {
+        {0, 1, 0},   {0, -1, 0},  {0, 0, -1},    {0, 0, 1},     {1, 0, 0},    {0, 0.3, -1},
+        {1, 1, 1},   {-1, 1, 1},  {1, -1, 1},    {1, 1, -1},    {-1, -1, -1}, {1, 0.2, 1},
+        {0.2, 1, 1}, {1, 1, 0.1}, {-1, 0.4, -1}, {0.3, -1, -1}, {0.8, 0.6, 0}};
     constexpr double kStep = 1e-6;
     std::mt19937 random(9);
     std::normal_distribution<double> normal;
@@ -210,7 +163,8 @@ TEST_P(EnvironmentTest, SeamsAndPolesAreContinuous) {
       std::vector<Vector3> around;
       for (int k = 0; k < 200; ++k) {
         const double length = std::sqrt(Dot(centre, centre));
-        around.push_back({centre[0] / length + kStep * normal(random), centre[1] / length + kStep * normal(random),
+        around.push_back({centre[0] / length + kStep * normal(random),
+                          centre[1] / length + kStep * normal(random),
                           centre[2] / length + kStep * normal(random)});
       }
       const std::vector<float> seen = Seen(noise, around, Along(map));
@@ -250,14 +204,16 @@ TEST_P(EnvironmentTest, DirectionsComeBack) {
     for (int k = 0; k < 2; ++k) {
       int w, h;
       SizeOf(map, 64 << k, &w, &h);
-      const Image own = MapOf(map, w, h, 3, [](const Vector3& d, int c) { return (d[static_cast<size_t>(c)] + 1) / 2; });
+      const Image own =
+          MapOf(map, w, h, 3, [](const Vector3& d, int c) { return (d[static_cast<size_t>(c)] + 1) / 2; });
       const std::vector<Vector3> directions = RandomDirections(5000, 4);
       const Image got = Render(Environment(FromImage(Vectors(directions)), FromImage(own), Along(map)));
       for (size_t i = 0; i < directions.size(); ++i) {
         const Vector3 d = Normalized(directions[i]);
         if (map == Map::kSphere && d[2] < -0.8) continue;
         for (size_t c = 0; c < 3; ++c) {
-          const double error = std::fabs(got.at<float>(static_cast<int>(i), 0, static_cast<int>(c)) - (d[c] + 1) / 2);
+          const double error =
+              std::fabs(got.at<float>(static_cast<int>(i), 0, static_cast<int>(c)) - (d[c] + 1) / 2);
           worst[k] = std::max(worst[k], error);
         }
       }
@@ -269,13 +225,15 @@ TEST_P(EnvironmentTest, DirectionsComeBack) {
 
 TEST_P(EnvironmentTest, MirrorsReflect) {
   // r = u - 2 (n.u) n; a surface facing the viewer shows the map's centre; r.n = v.n.
-  const Image own = MapOf(Map::kLatLong, 512, 256, 3, [](const Vector3& d, int c) { return d[static_cast<size_t>(c)]; });
+  const Image own =
+      MapOf(Map::kLatLong, 512, 256, 3, [](const Vector3& d, int c) { return d[static_cast<size_t>(c)]; });
   std::vector<Vector3> normals = RandomDirections(300, 6), positions = RandomDirections(300, 7);
   normals[0] = {0, 0, 2};
   EnvironmentParams p;
   const Image plain = Render(Environment(FromImage(Vectors(normals)), FromImage(own), p));
   p.eye = {{0.5, -1, 2}};
-  const Image seen = Render(Environment(FromImage(Vectors(normals)), FromImage(Vectors(positions)), FromImage(own), p));
+  const Image seen =
+      Render(Environment(FromImage(Vectors(normals)), FromImage(Vectors(positions)), FromImage(own), p));
   EXPECT_NEAR(plain.at<float>(0, 0, 2), 1, 1e-3);
   for (int i = 0; i < 300; ++i) {
     const Vector3 n = Normalized(normals[static_cast<size_t>(i)]);
@@ -296,8 +254,10 @@ TEST_P(EnvironmentTest, MirrorsReflect) {
     for (int x = 0; x < 30; ++x) {
       const Camera::Ray ray = camera.PixelRay(spec.display_window, x, y);
       for (int c = 0; c < 3; ++c) {
-        n.at<float>(x, y, c) = static_cast<float>(normals[static_cast<size_t>(x + y)][static_cast<size_t>(c)]);
-        at.at<float>(x, y, c) = static_cast<float>(ray.origin[static_cast<size_t>(c)] + 3 * ray.direction[static_cast<size_t>(c)]);
+        n.at<float>(x, y, c) =
+            static_cast<float>(normals[static_cast<size_t>(x + y)][static_cast<size_t>(c)]);
+        at.at<float>(x, y, c) = static_cast<float>(ray.origin[static_cast<size_t>(c)] +
+                                                   3 * ray.direction[static_cast<size_t>(c)]);
       }
     }
   }
@@ -330,7 +290,7 @@ TEST_P(EnvironmentTest, ASphereMapAgainstTheComposedLookup) {
 
 TEST_P(EnvironmentTest, BackgroundsAreZeroAndNothingSpreads) {
   Image map = MapOf(Map::kLatLong, 16, 8, 4, [](const Vector3&, int) { return 2.0; });
-  const std::vector<Vector3> normals = {{0, 0, 0},    {kNaN, 0, 1},      {0, kInf, 0},      {0, 0, 1e-40},
+  const std::vector<Vector3> normals = {{0, 0, 0},    {kNaN, 0, 1},      {0, kInf, 0},   {0, 0, 1e-40},
                                         {3e38, 0, 1}, {1e-45, 1e-45, 0}, {0, 0, -3.4e38}};
   for (const Map kind : {Map::kLatLong, Map::kSphere}) {
     EnvironmentParams p;
@@ -372,108 +332,23 @@ TEST_P(EnvironmentTest, FresnelIsSchlicks) {
     const double c = std::cos(degrees * kPi / 180), s = std::sin(degrees * kPi / 180);
     for (const double side : {1.0, -1.0}) {  // from behind as from the front
       p.view = {0, 0, 3};
-      const Image got = Render(Environment(FromImage(Vectors({{5 * s, 0, side * 5 * c}})), FromImage(map), p));
+      const Image got =
+          Render(Environment(FromImage(Vectors({{5 * s, 0, side * 5 * c}})), FromImage(map), p));
       EXPECT_NEAR(got.at<float>(0, 0), 0.04 + 0.96 * std::pow(1 - c, 5), 1e-6);
     }
   }
 }
 
-TEST_P(EnvironmentTest, LobesAverageWithPowersOfTheCosine) {
-  // Constant 1 stays 1; a sky of L = max(y, 0) has the diffuse average (cos a + 1)^2/... known in closed form at the pole:
-  // integral of cos^2 over the hemisphere over pi = 2/3, and for exponent e: (e+1)/(e+2).
-  for (const Map map : {Map::kLatLong, Map::kCube, Map::kSphere, Map::kDualParabolic}) {
-    int w, h;
-    SizeOf(map, 48, &w, &h);
-    const Image sky = MapOf(map, w, h, 1, [](const Vector3& d, int) { return std::max(d[1], 0.0); });
-    const Image white = MapOf(map, w, h, 1, [](const Vector3&, int) { return 1.0; });
-    for (const double e : {1.0, 10.0, 100.0}) {
-      if (e > 10 && GetParam() == "SCALAR") break;  // slow, and the same code
-      EnvironmentParams p = Along(map, e);
-      p.table = 24;
-      EXPECT_NEAR(Seen(sky, {{0, 1, 0}}, p)[0], (e + 1) / (e + 2), 8e-3) << e;
-      EXPECT_NEAR(Seen(white, {{0.3, -2, 1}}, p)[0], 1, 1e-6) << e;
-      p.table = -1;
-      EXPECT_NEAR(Seen(sky, {{0, 1, 0}}, p)[0], (e + 1) / (e + 2), 4e-3) << e;
-    }
-    // Diffuse light of half a sky, L = 1 above: (1 + cos of the tilt)/2.
-    const Image dome = MapOf(map, w, h, 1, [](const Vector3& d, int) { return d[1] > 0 ? 1.0 : 0.0; });
-    for (const double tilt : {0.0, 0.5, 1.5, 2.5}) {
-      const Vector3 n = {std::sin(tilt), std::cos(tilt), 0};
-      EXPECT_NEAR(Seen(dome, {n}, Along(map, 1))[0], (1 + std::cos(tilt)) / 2, 1e-2) << tilt;
-    }
-  }
-}
-
-TEST_P(EnvironmentTest, LobeTablesStayWithinAPerCentOfTheExactSum) {
-  const Image map = NoiseMap(128, 64, 2);
-  const std::vector<Vector3> directions = RandomDirections(60, 3);
-  for (const double e : {1.0, 7.5, 60.0, 200.0}) {
-    if (e > 10 && GetParam() == "SCALAR") break;
-    EnvironmentParams p = Along(Map::kLatLong, e);
-    const std::vector<float> table = Seen(map, directions, p);
-    p.table = -1;
-    const std::vector<float> exact = Seen(map, directions, p);
-    double worst = 0;
-    for (size_t i = 0; i < directions.size(); ++i) worst = std::max<double>(worst, std::fabs(table[i] - exact[i]));
-    EXPECT_LE(worst, 0.01) << e;
-  }
-  // A lobe narrower than the texels sees the nearest one instead of nothing.
-  const Image coarse = NoiseMap(8, 4, 3);
-  EnvironmentParams p = Along(Map::kLatLong, 10000);
-  p.table = -1;
-  for (const float v : Seen(coarse, directions, p)) EXPECT_GT(v, 0);
-}
-
-TEST_P(EnvironmentTest, ConversionKeepsDirectionsAndEnergy) {
-  // To every projection and back: the value of a smooth map in random directions.
-  const auto smooth = [](const Vector3& d, int) { return 0.5 + 0.3 * d[0] * d[1] + 0.2 * d[2]; };
-  for (const Map from : {Map::kLatLong, Map::kCube, Map::kSphere, Map::kDualParabolic}) {
-    int fw, fh;
-    SizeOf(from, 128, &fw, &fh);
-    const Image source = MapOf(from, fw, fh, 1, smooth);
-    for (const Map to : kMaps) {
-      int w, h;
-      SizeOf(to, 64, &w, &h);
-      EnvironmentConvertParams p;
-      p.from = from, p.to = to, p.width = w, p.height = h;
-      const Image converted = Render(ConvertEnvironment(FromImage(source), p));
-      const std::vector<Vector3> directions = RandomDirections(300, 11);
-      const std::vector<float> seen = Seen(converted, directions, Along(to));
-      for (size_t i = 0; i < directions.size(); ++i) {
-        const Vector3 d = Normalized(directions[i]);
-        if ((to == Map::kParabolic && d[2] < 0) || ((to == Map::kSphere || from == Map::kSphere) && d[2] < -0.8)) continue;
-        EXPECT_NEAR(seen[i], smooth(d, 0), 4e-3) << static_cast<int>(from) << " " << static_cast<int>(to);
-      }
-    }
-  }
-}
-
-TEST_P(EnvironmentTest, ConversionAveragesWhatLiesUnderAPixel) {
-  // White noise reduced 8 times: the variance falls as that of the mean of 64 texels, where one lookup would keep it.
-  const Image noise = NoiseMap(512, 256, 4);
-  const auto deviation = [&](int samples) {
-    EnvironmentConvertParams p;
-    p.from = p.to = Map::kLatLong;
-    p.width = 64, p.height = 32, p.samples = samples;
-    const Image got = Render(ConvertEnvironment(FromImage(noise), p));
-    double sum = 0, square = 0, n = 0;
-    for (int y = 8; y < 24; ++y) {
-      for (int x = 0; x < 64; ++x) sum += got.at<float>(x, y), square += double{got.at<float>(x, y)} * got.at<float>(x, y), ++n;
-    }
-    return std::sqrt(square / n - sum / n * sum / n);
-  };
-  EXPECT_NEAR(deviation(0), std::sqrt(1.0 / 12) / 8, 0.006);
-  EXPECT_GT(deviation(1), 0.1);
-}
-
 TEST_P(EnvironmentTest, AFramebufferOfFewBitsShowsItsSteps) {
-  const Image map = MapOf(Map::kSphere, 256, 256, 3, [](const Vector3& d, int c) { return d[static_cast<size_t>(c)]; });
+  const Image map =
+      MapOf(Map::kSphere, 256, 256, 3, [](const Vector3& d, int c) { return d[static_cast<size_t>(c)]; });
   const auto worst = [&](int bits) {
     EnvironmentParams p;
     p.map = Map::kSphere;
     const std::vector<Vector3> normals = [] {
       std::vector<Vector3> v;
-      for (const Vector3& d : RandomDirections(3000, 12)) v.push_back(Normalized({d[0], d[1], 1 + std::fabs(d[2])}));
+      for (const Vector3& d : RandomDirections(3000, 12))
+        v.push_back(Normalized({d[0], d[1], 1 + std::fabs(d[2])}));
       return v;
     }();
     const Image exact = Render(Environment(FromImage(Vectors(normals)), FromImage(map), p));
@@ -482,7 +357,8 @@ TEST_P(EnvironmentTest, AFramebufferOfFewBitsShowsItsSteps) {
     double angle = 0;
     for (int i = 0; i < 3000; ++i) {
       Vector3 across = {};
-      for (int c = 0; c < 3; ++c) across[static_cast<size_t>(c)] = got.at<float>(i, 0, c) - exact.at<float>(i, 0, c);
+      for (int c = 0; c < 3; ++c)
+        across[static_cast<size_t>(c)] = got.at<float>(i, 0, c) - exact.at<float>(i, 0, c);
       angle = std::max(angle, std::sqrt(Dot(across, across)) * 180 / kPi);
     }
     return angle;

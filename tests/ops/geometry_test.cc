@@ -26,8 +26,8 @@ namespace {
 
 using testing::Content;
 using testing::ExpectSameBits;
-using testing::Picture;
 using ::testing::HasSubstr;
+using testing::Picture;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -88,11 +88,14 @@ TEST(GeometryTest, FlipsQuarterTurnsAndWholeShiftsKeepBits) {
       const auto warp = [&](std::vector<double> m) {
         return Render(Warp(node, {std::move(m), filter, Wrap::kBlack, true}));
       };
-      ExpectMoved(warp({-1, 0, 0, 0, 1, 0, 23, 0, 1}), image, [](int x, int y) { return std::pair(22 - x, y); });
-      ExpectMoved(warp({1, 0, 0, 0, 1, 0, 5, -3, 1}), image, [](int x, int y) { return std::pair(x - 5, y + 3); });
+      ExpectMoved(warp({-1, 0, 0, 0, 1, 0, 23, 0, 1}), image,
+                  [](int x, int y) { return std::pair(22 - x, y); });
+      ExpectMoved(warp({1, 0, 0, 0, 1, 0, 5, -3, 1}), image,
+                  [](int x, int y) { return std::pair(x - 5, y + 3); });
       // A quarter turn whose zeros are what cosf makes of 90 degrees.
       const double c = std::cos(1.5707963267948966);
-      ExpectMoved(warp({c, 1, 0, -1, c, 0, 17, 0, 1}), image, [](int x, int y) { return std::pair(y, 16 - x); });
+      ExpectMoved(warp({c, 1, 0, -1, c, 0, 17, 0, 1}), image,
+                  [](int x, int y) { return std::pair(y, 16 - x); });
       ExpectMoved(Render(Shift(node, {3, -2, filter, Wrap::kRepeat})), image,
                   [](int x, int y) { return std::pair((x + 20) % 23, (y + 2) % 17); });
     }
@@ -146,7 +149,9 @@ TEST(GeometryTest, LargeValuesOfBothSignsMeetAtZero) {
   const Node node = FromImage(Filled(2, 1, 1, [](int x, int, int) { return x == 0 ? FLT_MAX : -FLT_MAX; }));
   OnEveryTarget([&] {
     EXPECT_EQ(Render(Shift(node, {0.5, 0, "triangle", Wrap::kClamp})).at<float>(1, 0), 0.0f);
-    EXPECT_EQ(Render(Warp(node, {{1, 0, 0, 0, 1, 0, 0.5, 0, 1}, "triangle", Wrap::kClamp, false})).at<float>(1, 0), 0.0f);
+    EXPECT_EQ(
+        Render(Warp(node, {{1, 0, 0, 0, 1, 0, 0.5, 0, 1}, "triangle", Wrap::kClamp, false})).at<float>(1, 0),
+        0.0f);
   });
 }
 
@@ -160,7 +165,7 @@ float At(double p, Wrap wrap, const std::string& filter = "triangle") {
 
 TEST(GeometryTest, WrapModesAtTheEdges) {
   OnEveryTarget([&] {
-    EXPECT_EQ(At(0, Wrap::kRepeat), 3.5f);   // half of pixel 7, half of pixel 0
+    EXPECT_EQ(At(0, Wrap::kRepeat), 3.5f);  // half of pixel 7, half of pixel 0
     EXPECT_EQ(At(8, Wrap::kRepeat), 3.5f);
     EXPECT_EQ(At(0, Wrap::kClamp), 0.0f);
     EXPECT_EQ(At(0, Wrap::kMirror), 0.0f);
@@ -186,7 +191,8 @@ TEST(GeometryTest, CoordinatesAreExactAcrossAMillionPixels) {
   constexpr int kWide = 1000000;
   const Node strip = FromImage(Filled(kWide, 1, 1, [](int x, int, int) { return x % 1024; }));
   OnEveryTarget([&] {
-    const Node warped = Warp(strip, {{64, 0, 0, 0, 1, 0, -64.0 * 999000, 0, 1}, "triangle", Wrap::kClamp, false});
+    const Node warped =
+        Warp(strip, {{64, 0, 0, 0, 1, 0, -64.0 * 999000, 0, 1}, "triangle", Wrap::kClamp, false});
     const Image image = Render(Crop(warped, {32, 0, 544, 1}));
     for (int x = 32; x < 544; ++x) {
       const double index = 999000 % 1024 + (x + 0.5) / 64 - 0.5;
@@ -211,7 +217,8 @@ TEST(GeometryTest, HomographiesSeeNothingBehindTheProjector) {
   });
   const Node narrow = FromImage(Filled(9, 9, 1, [](int, int, int) { return 1; }));
   for (const double scale : {1e-6, 1e6}) {
-    const Image image = Render(Warp(narrow, {{scale, 0, 0, 0, scale, 0, 4.5, 4.5, 1}, "mitchell", Wrap::kClamp, false}));
+    const Image image =
+        Render(Warp(narrow, {{scale, 0, 0, 0, scale, 0, 4.5, 4.5, 1}, "mitchell", Wrap::kClamp, false}));
     EXPECT_NEAR(image.at<float>(8, 8), 1.0f, 1e-6f) << scale;
   }
 }
@@ -224,7 +231,8 @@ TEST(GeometryTest, MipLevels) {
     ASSERT_EQ(levels.size(), 5u);
     EXPECT_EQ(levels[4].spec().data_window, (Roi{0, 0, 1, 1}));
     // A box of a box is the wider box; the mean is kept.
-    const Image two = Render(levels[2]), twice = Render(Mip(Mip(node, {"box", Wrap::kClamp, 1}), {"box", Wrap::kClamp, 1}));
+    const Image two = Render(levels[2]),
+                twice = Render(Mip(Mip(node, {"box", Wrap::kClamp, 1}), {"box", Wrap::kClamp, 1}));
     double mean = 0;
     for (int y = 0; y < 8; ++y) {
       for (int x = 0; x < 16; ++x) mean += image.at<float>(x, y, 1) / 128.0;

@@ -220,7 +220,8 @@ TEST_P(Laws, InPlaceEqualsOutOfPlace) {
     const Node node = c.On(inputs, {});
     if (node.spec().channel_count() != 4) return;
     const graph::OpKind kind = node.data()->op->Kind();
-    if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) return;  // promised for point operations only
+    if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole)
+      return;  // promised for point operations only
     const Image apart = Render(node);
     RenderInto(node, first.view());
     ExpectSameBits(apart, Image(first));
@@ -281,12 +282,12 @@ TEST(Registry, RandomChainsStayWithinTheirBounds) {
   std::vector<Case> cases;
   for (const Case& c : AllCases()) {
     // A quantised value may take the neighbouring code when its input is off by a rounding, and a division's
-    // error has no bound near alpha 0: neither can be chained. Nor can look-ups and gathers, whose response to an
-    // error of a coordinate has none.
+    // error has no bound near alpha 0: neither can be chained. Nor can look-ups and gathers, whose response
+    // to an error of a coordinate has none.
     const std::set<std::string> families = {"color", "arithmetic", "curve", "ocio"};
-    if (families.count(c.op->family) && c.op->name != "quantize" && c.op->name != "unpremult" && c.op->name != "dof" && c.op->name != "transfer" &&
-        c.example.find("unpremult") == std::string::npos && c.example.find("bits") == std::string::npos &&
-        c.op->name != "contrast") {
+    if (families.count(c.op->family) && c.op->name != "quantize" && c.op->name != "unpremult" &&
+        c.op->name != "dof" && c.op->name != "transfer" && c.example.find("unpremult") == std::string::npos &&
+        c.example.find("bits") == std::string::npos && c.op->name != "contrast") {
       cases.push_back(c);
     }
   }

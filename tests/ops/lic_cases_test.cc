@@ -185,9 +185,11 @@ TEST(LicTest, SharedLinesAreNearDirectOnes) {
 
 TEST(LicTest, ThreadsAndRunsGiveTheSameBytes) {
   const Image field = FieldOf(300, 270, Swirls);
-  for (const LicMethod method : {LicMethod::kDirect, LicMethod::kShared}) {
-    const Node node =
-        Lic(FromImage(field), {.length = 30, .method = method, .magnitude = LicMagnitude::kColor});
+  std::vector<LicParams> ways(3, {.length = 30, .magnitude = LicMagnitude::kColor});
+  ways[0].method = LicMethod::kDirect, ways[1].method = LicMethod::kShared;
+  ways[2] = {.length = 30, .integrator = LicIntegrator::kCell};
+  for (const LicParams& p : ways) {
+    const Node node = Lic(FromImage(field), p);
     const Image one = Render(node, PixelType::kFloat, {.threads = 1});
     for (const int threads : {2, 7})
       ExpectSameBits(one, Render(node, PixelType::kFloat, {.threads = threads}));
@@ -251,7 +253,8 @@ TEST(LicTest, MeasuredFieldsStayInBounds) {
     return std::pair(6 * std::cos(angle), 6 * std::sin(angle));
   });
   for (const double length : {2.0, 6.0, 20.0}) {
-    const VerifyReport report = Verify(Lic(FromImage(field), {.length = length}), PixelType::kFloat, {.samples = 2});
+    const VerifyReport report =
+        Verify(Lic(FromImage(field), {.length = length}), PixelType::kFloat, {.samples = 2});
     EXPECT_TRUE(report.within_bound) << length << ": " << report.Summary();
     EXPECT_GT(report.samples, 0);
   }
@@ -288,9 +291,8 @@ TEST(EqualizeTest, SharesAreEven) {
 }
 
 TEST(EqualizeTest, MaskedPixelsDoNotCount) {
-  const Image field = FieldOf(80, 60, [](double x, double) {
-    return x < 40 ? std::pair(std::nan(""), 0.0) : std::pair(1.0, 0.5);
-  });
+  const Image field = FieldOf(
+      80, 60, [](double x, double) { return x < 40 ? std::pair(std::nan(""), 0.0) : std::pair(1.0, 0.5); });
   const Image image = Render(Lic(FromImage(field), {.length = 5, .contrast = LicContrast::kEqualize}));
   ASSERT_EQ(image.spec().channel_count(), 1);
   double sum = 0;

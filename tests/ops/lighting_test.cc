@@ -1,4 +1,5 @@
-// Normals transformed and packed, Phong's lighting by formula and by table: spec/environment.md's checks and hard cases.
+// Normals transformed and packed, Phong's lighting by formula and by table: spec/environment.md's checks and
+// hard cases.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,9 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "support/environments.h"
 #include "support/refusal.h"
 #include "tessera/error.h"
 #include "tessera/ops/environment.h"
+#include "tessera/ops/lookup.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
 
@@ -20,6 +23,7 @@ namespace tessera {
 namespace {
 
 using ::testing::HasSubstr;
+using namespace test;
 constexpr double kPi = std::numbers::pi;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -32,24 +36,12 @@ class LightingTest : public ::testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Targets, LightingTest, ::testing::ValuesIn(SimdTargets()),
                          [](const auto& info) { return info.param; });
 
-Image Vectors(const std::vector<Vector3>& v) {
-  const Image image(ImageSpec(static_cast<int>(v.size()), 1, 3));
-  for (size_t i = 0; i < v.size(); ++i) {
-    for (int c = 0; c < 3; ++c) image.at<float>(static_cast<int>(i), 0, c) = static_cast<float>(v[i][static_cast<size_t>(c)]);
-  }
-  return image;
-}
 Vector3 At(const Image& image, int x) {
   return {image.at<float>(x, 0, 0), image.at<float>(x, 0, 1), image.at<float>(x, 0, 2)};
 }
-std::vector<Vector3> RandomDirections(int count, uint32_t seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::vector<Vector3> v;
-  for (int i = 0; i < count; ++i) v.push_back({normal(random), normal(random), normal(random)});
-  return v;
+double Red(const Vector3& n, const PhongParams& p) {
+  return At(Render(Phong(FromImage(Vectors({n})), p)), 0)[0];
 }
-double Red(const Vector3& n, const PhongParams& p) { return At(Render(Phong(FromImage(Vectors({n})), p)), 0)[0]; }
 
 TEST_P(LightingTest, NormalsStayPerpendicularUnderAnyMatrix) {
   // Tangents go with the matrix, normals with its inverse transpose.
@@ -72,13 +64,16 @@ TEST_P(LightingTest, NormalsStayPerpendicularUnderAnyMatrix) {
 TEST_P(LightingTest, PackingHardCases) {
   NormalsParams pack, unpack;
   pack.pack = true, unpack.unpack = true;
-  const Image packed = Render(TransformNormals(FromImage(Vectors({{0, 0, 0}, {0, 0, 9}, {1e-40, 0, 0}, {-3e38, 0, 0}})), pack));
+  const Image packed = Render(
+      TransformNormals(FromImage(Vectors({{0, 0, 0}, {0, 0, 9}, {1e-40, 0, 0}, {-3e38, 0, 0}})), pack));
   EXPECT_EQ(At(packed, 0), (Vector3{0.5, 0.5, 0.5}));
   EXPECT_EQ(At(packed, 1), (Vector3{0.5, 0.5, 1}));
   EXPECT_EQ(At(packed, 2), (Vector3{1, 0.5, 0.5}));
   EXPECT_EQ(At(packed, 3), (Vector3{0, 0.5, 0.5}));
-  EXPECT_EQ(At(Render(TransformNormals(FromImage(Vectors({{0.5, 0.5, 0.5}})), unpack)), 0), (Vector3{0, 0, 0}));
-  const Image lost = Render(TransformNormals(FromImage(Vectors({{kNaN, 0, 1}, {kInf, 0, 0}})), NormalsParams()));
+  EXPECT_EQ(At(Render(TransformNormals(FromImage(Vectors({{0.5, 0.5, 0.5}})), unpack)), 0),
+            (Vector3{0, 0, 0}));
+  const Image lost =
+      Render(TransformNormals(FromImage(Vectors({{kNaN, 0, 1}, {kInf, 0, 0}})), NormalsParams()));
   EXPECT_TRUE(std::isnan(lost.at<float>(0, 0, 0)));
   EXPECT_EQ(lost.at<float>(1, 0, 0), kInf);
   // Reflecting twice at the same normal is the identity: r of r.
@@ -186,7 +181,8 @@ TEST_P(LightingTest, PowerTablesErrAsTheSpecificationSays) {
     p.table = row.entries;
     const Image table = Render(Phong(FromImage(Vectors(n)), p));
     double worst = 0;
-    for (int i = 0; i < 4000; ++i) worst = std::max<double>(worst, std::fabs(exact.at<float>(i, 0) - table.at<float>(i, 0)));
+    for (int i = 0; i < 4000; ++i)
+      worst = std::max<double>(worst, std::fabs(exact.at<float>(i, 0) - table.at<float>(i, 0)));
     EXPECT_LE(worst, row.error * 1.3);
     EXPECT_GE(worst, row.error * 0.5);
     if (row.exponent == 50) {
@@ -215,7 +211,8 @@ TEST_P(LightingTest, HighlightMapsErrAsTheSpecificationSays) {
     int size;
     double e10, e50, e200;
   };
-  for (const Row& row : {Row{64, 0.0097, 0.046, 0.148}, Row{128, 0.0024, 0.012, 0.046}, Row{256, 0.0006, 0.0029, 0.011}}) {
+  for (const Row& row :
+       {Row{64, 0.0097, 0.046, 0.148}, Row{128, 0.0024, 0.012, 0.046}, Row{256, 0.0006, 0.0029, 0.011}}) {
     for (const auto& [exponent, error] : {std::pair{10.0, row.e10}, {50.0, row.e50}, {200.0, row.e200}}) {
       const Vector3 light = {0, 0, 1};
       const Image map = PhongMap(EnvironmentMap::kSphere, row.size, row.size, light, exponent);
@@ -234,15 +231,79 @@ TEST_P(LightingTest, HighlightMapsErrAsTheSpecificationSays) {
   }
 }
 
+TEST_P(LightingTest, APhongTableOfVectorsErrsAsItSays) {
+  const Vector3 light = Normalized({1, 1, 2});
+  double last = 0;
+  for (const int size : {16, 32, 64}) {
+    const FunctionTable table = PhongTable(size, light, 10);
+    // Four times as exact for twice the entries.
+    if (last > 0) {
+      EXPECT_NEAR(table.max_error / last, 0.25, 0.08) << size;
+    }
+    last = table.max_error;
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    std::vector<Vector3> v;
+    while (v.size() < 2000) {
+      // Normals of length 0.8 to 1 reflect to vectors of length 0.64 to 1.
+      const Vector3 n = Normalized({normal(random), normal(random), std::fabs(normal(random))});
+      const double length = 0.8 + 0.2 * static_cast<double>(random() >> 8) * 0x1p-24;
+      v.push_back({length * n[0], length * n[1], length * n[2]});
+    }
+    const Node packed = TransformNormals(FromImage(Vectors(v)),
+                                         {.reflect = Vector3{0, 0, 1}, .normalize = false, .pack = true});
+    const Image got = Render(Lookup(packed, table.table));
+    double worst = 0, square = 0;
+    for (size_t i = 0; i < v.size(); ++i) {
+      const Vector3 n = Normalized(v[i]), r = {2 * n[2] * n[0], 2 * n[2] * n[1], 2 * n[2] * n[2] - 1};
+      const double error =
+          std::fabs(got.at<float>(static_cast<int>(i), 0) - std::pow(std::max(Dot(r, light), 0.0), 10));
+      worst = std::max(worst, error), square += error * error;
+    }
+    EXPECT_LE(worst, table.max_error * 1.05) << size;
+    EXPECT_GE(worst, table.max_error * 0.2) << size;
+    EXPECT_LE(std::sqrt(square / static_cast<double>(v.size())), 1.5 * table.rms_error) << size;
+  }
+  EXPECT_THAT(Refusal([&] { PhongTable(1, light, 10); }), HasSubstr("found size=1, expected 2 to 512"));
+}
+
 TEST(EnvironmentRefusalTest, NamesWhatIsWrong) {
   const Node normals = FromImage(Image(ImageSpec(4, 4, 3))), two = FromImage(Image(ImageSpec(4, 4, 2)));
   const Node map = FromImage(Image(ImageSpec(8, 4, 3)));
   EXPECT_THAT(Refusal([&] { Environment(two, map); }), HasSubstr("envmap"));
-  EXPECT_THAT(Refusal([&] { Environment(normals, map, [] { EnvironmentParams p; p.map = EnvironmentMap::kCube; return p; }()); }), HasSubstr("expected a cube's shape"));
-  EXPECT_THAT(Refusal([&] { Environment(normals, map, [] { EnvironmentParams p; p.matrix = Matrix4{}; return p; }()); }), HasSubstr("envmap matrix"));
+  EXPECT_THAT(Refusal([&] {
+                Environment(normals, map, [] {
+                  EnvironmentParams p;
+                  p.map = EnvironmentMap::kCube;
+                  return p;
+                }());
+              }),
+              HasSubstr("expected a cube's shape"));
+  EXPECT_THAT(Refusal([&] {
+                Environment(normals, map, [] {
+                  EnvironmentParams p;
+                  p.matrix = Matrix4{};
+                  return p;
+                }());
+              }),
+              HasSubstr("envmap matrix"));
   EXPECT_THAT(Refusal([&] { Environment(normals, normals, map, {}); }), HasSubstr("without an eye"));
-  EXPECT_THAT(Refusal([&] { Environment(normals, map, [] { EnvironmentParams p; p.view = {0, 0, 0}; return p; }()); }), HasSubstr("expected finite numbers, not all 0"));
-  EXPECT_THAT(Refusal([&] { Environment(normals, map, [] { EnvironmentParams p; p.lobe = -1; return p; }()); }), HasSubstr("gloss"));
+  EXPECT_THAT(Refusal([&] {
+                Environment(normals, map, [] {
+                  EnvironmentParams p;
+                  p.view = {0, 0, 0};
+                  return p;
+                }());
+              }),
+              HasSubstr("expected finite numbers, not all 0"));
+  EXPECT_THAT(Refusal([&] {
+                Environment(normals, map, [] {
+                  EnvironmentParams p;
+                  p.lobe = -1;
+                  return p;
+                }());
+              }),
+              HasSubstr("gloss"));
   EXPECT_THAT(Refusal([&] { ConvertEnvironment(map, {}); }), HasSubstr("found a size of 0x0"));
 }
 

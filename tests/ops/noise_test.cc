@@ -27,10 +27,10 @@
 namespace tessera {
 namespace {
 
-using ::testing::HasSubstr;
 using tessera::testing::At;
 using tessera::testing::Gradient;
 using tessera::testing::Values;
+using ::testing::HasSubstr;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -64,8 +64,8 @@ const std::pair<const char*, std::vector<const char*>> kCases[] = {
      {"freq=5 dims=3 z=-7.5", "freq=9 lattice=osl dims=3 offset=-3.5,4,2147483647",
       "freq=9 lattice=osl color=1 dims=4"}},
     {"value",
-     {"octaves=6 dims=3 z=0.3 signed=1", "dims=1 freq=3", "fade=cubic freq=200 octaves=2 period=8 color=1",
-      "gradient=1 freq=3 dims=3"}},
+     {"octaves=6 dims=3 z=0.3 signed=1", "dims=1 freq=3", "freq=6 method=accumulate signed=1",
+      "fade=cubic freq=200 octaves=2 period=8 color=1", "gradient=1 freq=3 dims=3"}},
     {"perlin",
      {"freq=60 fade=linear",
       "dims=4 w=0.3 z=1 freq=300 fade=cubic",
@@ -89,10 +89,23 @@ const std::pair<const char*, std::vector<const char*>> kCases[] = {
       "octaves=64 dims=3 gain=1",
       "octaves=3 gain=1.5 lacunarity=1",
       "seed=-1 offset=8388608,-16777217",
-      "freq=0"}},
+      "freq=12 method=accumulate",
+      "freq=9 method=accumulate dims=3 z=0.7 offset=-3.3,0.21",
+      "freq=9 octaves=2 method=accumulate turbulence=1 period=5 fade=cubic",
+      "freq=0",
+      "pack=octaves octaves=3",
+      "pack=octaves dims=3 octaves=9 turbulence=1 signed=1",
+      "pack=normal dims=3 octaves=2 freq=3",
+      "pack=normal signed=1 lattice=perlin freq=3"}},
     {"simplex",
      {"octaves=3 freq=20", "dims=4 w=0.3 signed=1", "gradient=1 dims=3 freq=2",
-      "offset=-1000000000.25,7.5 freq=11"}},
+      "offset=-1000000000.25,7.5 freq=11", "dims=1 freq=5", "lattice=osl freq=4",
+      "lattice=osl dims=3 color=1", "lattice=osl dims=1 octaves=2",
+      "lattice=osl dims=4 gradient=1 freq=3 offset=-7.5", "period=3 octaves=3",
+      "period=5,1,2 dims=3 gradient=1 freq=9", "period=0,256 offset=-3.5,1000000", "dims=4 period=4",
+      "period=7 dims=1 octaves=2"}},
+    {"hash",
+     {"", "lattice=osl color=1 dims=3 freq=8", "dims=1 seed=3 color=1", "dims=4 period=3 freq=16 w=0.5"}},
     {"cell",
      {"dims=3 distance=f2-f1 z=0.2", "distance=f2 jitter=0.6 period=4 octaves=2", "dims=1", "dims=4 freq=2",
       "gradient=1 distance=f2-f1 freq=2"}},
@@ -132,7 +145,9 @@ TEST(NoiseTest, EveryOptionIsWithinItsBound) {
 
 TEST(NoiseTest, TargetsWithFusedMultiplyAddAgreeInEveryBit) {
   const std::vector<std::string> targets = SimdTargets();
-  if (std::count(targets.begin(), targets.end(), "AVX3") == 0) GTEST_SKIP() << "this machine has no AVX-512";
+  for (const char* const target : {"AVX2", "AVX3"}) {
+    if (std::count(targets.begin(), targets.end(), target) == 0) GTEST_SKIP() << "there is no " << target;
+  }
   ForEveryCase([](const Node& node) {
     SetSimdTarget("AVX2");
     const std::vector<float> avx2 = Values(node);
@@ -156,7 +171,10 @@ TEST(NoiseTest, PositionImagesAreWithinTheirBound) {
           "type=cell dims=2 distance=f2", "type=sparse dims=3 density=1",
           "type=spot dims=3 stretch=3 color=1 channels=3", "type=white dims=2 freq=4 lattice=osl",
           "lattice=perlin octaves=2 seed=3", "lattice=osl dims=2 offset=-7.5,1000000.25", "warp=0.5 dims=2",
-          "gradient=1 channels=4", "turbulence=1 octaves=3 dims=3 freq=0.5", "dims=1 freq=2", "dims=4"}) {
+          "gradient=1 channels=4", "pack=normal channels=5 octaves=2 freq=0.25",
+          "pack=octaves channels=3 octaves=2 dims=2", "type=simplex dims=3 period=4,3,5 octaves=2 freq=0.5",
+          "type=simplex lattice=osl color=1 channels=3", "type=hash lattice=osl",
+          "turbulence=1 octaves=3 dims=3 freq=0.5", "dims=1 freq=2", "dims=4"}) {
       SCOPED_TRACE(example);
       const ops::OpInfo& op = *ops::FindOp("noiseat");
       const Node node = op.make(std::vector{position}, ops::ParseExample(op, example), nullptr);
@@ -269,7 +287,8 @@ TEST(NoiseTest, SvgStitchingTiles) {
 TEST(NoiseTest, PeriodsOfAnyLengthRepeat) {
   for (const int period : {1, 3, 256, 257}) {
     for (const NoiseKind kind :
-         {NoiseKind::kValue, NoiseKind::kGradient, NoiseKind::kCell, NoiseKind::kSparse, NoiseKind::kWhite}) {
+         {NoiseKind::kValue, NoiseKind::kGradient, NoiseKind::kCell, NoiseKind::kSparse, NoiseKind::kWhite,
+          NoiseKind::kSimplex, NoiseKind::kHash}) {
       SCOPED_TRACE(std::to_string(period) + " kind " + std::to_string(static_cast<int>(kind)));
       NoiseParams p = Gradient(2);
       p.kind = kind;
@@ -398,9 +417,18 @@ TEST(NoiseTest, RefusalsNameTheParameter) {
   EXPECT_THAT(refusal([](NoiseParams& p) { p.lattice = NoiseLattice::kPerlin, p.dims = 4; }),
               HasSubstr("lattice"));
   EXPECT_THAT(refusal([](NoiseParams& p) {
-                p.kind = NoiseKind::kSimplex, p.period = {4, 4};
+                p.kind = NoiseKind::kSimplex, p.period = {1 << 20, 4}, p.octaves = 2;
               }),
               HasSubstr("period"));
+  EXPECT_THAT(refusal([](NoiseParams& p) {
+                p.kind = NoiseKind::kSimplex, p.lattice = NoiseLattice::kOsl, p.period = {4, 4};
+              }),
+              HasSubstr("period"));
+  EXPECT_THAT(refusal([](NoiseParams& p) { p.kind = NoiseKind::kHash, p.warp = 1; }), HasSubstr("warp"));
+  EXPECT_THAT(refusal([](NoiseParams& p) { p.method = NoiseMethod::kAccumulate, p.frequency = 3; }),
+              HasSubstr("pixels per cell"));
+  EXPECT_THAT(refusal([](NoiseParams& p) { p.method = NoiseMethod::kAccumulate, p.kind = NoiseKind::kCell; }),
+              HasSubstr("method"));
   EXPECT_THAT(Refusal([&] { NoiseAt(FromImage(Image(ImageSpec(2, 2, 1))), Gradient(3)); }),
               HasSubstr("found 1 channels"));
   EXPECT_THAT(Refusal([&] { Texture(spec, {.octaves = -1}); }), HasSubstr("octaves"));

@@ -65,7 +65,8 @@ TEST(RegistryTest, RowsAreComplete) {
 void CollectMissing(const Node& node, std::set<std::string>& missing) {
   const graph::NodeData& d = *node.data();
   const graph::OpKind kind = d.op->Kind();
-  const bool arithmetic = kind != graph::OpKind::kSource && kind != graph::OpKind::kShuffle && kind != graph::OpKind::kCrop;
+  const bool arithmetic =
+      kind != graph::OpKind::kSource && kind != graph::OpKind::kShuffle && kind != graph::OpKind::kCrop;
   if (arithmetic && reference::Find(d.op->Name()) == nullptr) missing.insert(d.op->Name());
   for (const Node& input : d.inputs) CollectMissing(input, missing);
 }
@@ -76,7 +77,8 @@ TEST(RegistryTest, EveryOperationHasAReference) {
     if (op.family == "channels" || reference::Find(op.name) != nullptr) continue;
     for (const std::string& example : op.examples) {
       const Arguments arguments = ParseExample(op, example);
-      const std::vector<Node> inputs(static_cast<size_t>(op.Operands(arguments)), FromImage(Image(ImageSpec(8, 4, 4))));
+      const std::vector<Node> inputs(static_cast<size_t>(op.Operands(arguments)),
+                                     FromImage(Image(ImageSpec(8, 4, 4))));
       std::set<std::string> missing;
       CollectMissing(op.make(inputs, arguments, nullptr), missing);
       EXPECT_TRUE(missing.empty()) << op.name << " " << example << ": " << *missing.begin();

@@ -1,4 +1,6 @@
 // Volumes, solids and distance fields: samples, bounds, exactness of the transform, words, files.
+#include "tessera/volume.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +17,7 @@
 #include "base/volume_data.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
-#include "tessera/volume.h"
+#include "tessera/mesh.h"
 
 namespace tessera {
 namespace {
@@ -115,7 +117,9 @@ TEST(Volume, LeapsNeverPassABlockThatMatters) {
   const base::VolumeData& data = *v.data();
   const auto grid = data.Leaps(254.5, 1e9, kInOrder);
   std::mt19937 random(2);
-  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  const auto uniform = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
   const auto leap_at = [&](const Vector3& p) {
     int block = 0;
     const int strides[3] = {1, grid->size[0], grid->size[0] * grid->size[1]};
@@ -144,7 +148,9 @@ TEST(Volume, PaceBoundsTheSlope) {
   const Volume v = DistanceField(Solid::Parse("knot"), VolumeSpec::Centred({40, 40, 40}));
   const auto grid = v.data()->Leaps(-1e9, 0, kInOrder);
   std::mt19937 random(7);
-  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  const auto uniform = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
   double largest = 0;
   for (int n = 0; n < 20000; ++n) {
     const Vector3 p = {uniform(0, 39), uniform(0, 39), uniform(0, 39)};
@@ -162,26 +168,29 @@ TEST(Volume, PaceBoundsTheSlope) {
 }
 
 TEST(Solid, DistancesAreDistances) {
-  const Solid solids[] = {Solid::Sphere({0.1, 0, 0}, 0.5),
-                          Solid::Box({0, 0.1, 0}, {0.4, 0.3, 0.2}),
-                          Solid::Box({0, 0, 0}, {0.4, 0.3, 0.2}, 0.1),
-                          Solid::Torus({0, 0, 0}, 0.5, 0.2),
-                          Solid::Capsule({-0.3, 0, 0}, {0.3, 0.2, 0}, 0.2),
-                          Solid::Cone({0, -0.4, 0}, {0, 0.4, 0}, 0.3, 0.1),
-                          Solid::Plane({0, 1, 0}, 0.2),
-                          Solid::Ellipsoid({0, 0, 0}, {0.5, 0.3, 0.4}),
-                          Solid::Parse("body"),
-                          Solid::Parse("knot"),
-                          Solid::Sphere({0, 0, 0}, 0.3).Translated({0.2, 0, 0}).Rotated({0, 0, 1}, 30).Scaled(1.5)};
+  const Solid solids[] = {
+      Solid::Sphere({0.1, 0, 0}, 0.5),
+      Solid::Box({0, 0.1, 0}, {0.4, 0.3, 0.2}),
+      Solid::Box({0, 0, 0}, {0.4, 0.3, 0.2}, 0.1),
+      Solid::Torus({0, 0, 0}, 0.5, 0.2),
+      Solid::Capsule({-0.3, 0, 0}, {0.3, 0.2, 0}, 0.2),
+      Solid::Cone({0, -0.4, 0}, {0, 0.4, 0}, 0.3, 0.1),
+      Solid::Plane({0, 1, 0}, 0.2),
+      Solid::Ellipsoid({0, 0, 0}, {0.5, 0.3, 0.4}),
+      Solid::Parse("body"),
+      Solid::Parse("knot"),
+      Solid::Sphere({0, 0, 0}, 0.3).Translated({0.2, 0, 0}).Rotated({0, 0, 1}, 30).Scaled(1.5)};
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(-1, 1);
   for (size_t s = 0; s < std::size(solids); ++s) {
     SCOPED_TRACE(s);
     for (int n = 0; n < 3000; ++n) {
-      const Vector3 p = {place(random), place(random), place(random)}, q = {place(random), place(random), place(random)};
+      const Vector3 p = {place(random), place(random), place(random)},
+                    q = {place(random), place(random), place(random)};
       const double way = Length({p[0] - q[0], p[1] - q[1], p[2] - q[2]});
       // No steeper than 1: what leaping and the blocks of DistanceField rest on.
-      ASSERT_LE(std::fabs(solids[s].Distance(p) - solids[s].Distance(q)), way * (s == 7 || s == 8 ? 1.75 : 1 + 1e-9));
+      ASSERT_LE(std::fabs(solids[s].Distance(p) - solids[s].Distance(q)),
+                way * (s == 7 || s == 8 ? 1.75 : 1 + 1e-9));
     }
   }
   EXPECT_NEAR(solids[0].Distance({0.1, 0.7, 0}), 0.2, 1e-12);
@@ -224,7 +233,8 @@ TEST(DistanceField, OfSolidsHoldsTheirDistances) {
   }
 }
 
-// From samples of a smooth function whose level is a sphere, spacing unequal: sub-voxel everywhere, unit gradient.
+// From samples of a smooth function whose level is a sphere, spacing unequal: sub-voxel everywhere, unit
+// gradient.
 TEST(DistanceField, OfVolumesIsSubVoxel) {
   VolumeSpec spec = VolumeSpec::Centred({44, 36, 30}, PixelType::kFloat, {1, 1.25, 1.4});
   const auto rho = [](const Vector3& p) { return 1 - Length(p); };
@@ -236,9 +246,14 @@ TEST(DistanceField, OfVolumesIsSubVoxel) {
   for (int k = 0; k < 30; ++k) {
     for (int j = 0; j < 36; ++j) {
       for (int i = 0; i < 44; ++i) {
-        const double exact = Length(spec.Position(i, j, k)) - radius, error = std::fabs(d.At(i, j, k) - exact) / voxel;
-        (std::fabs(exact) < 2 * voxel ? near : exact > 0 ? far : inside) = std::max(
-            std::fabs(exact) < 2 * voxel ? near : exact > 0 ? far : inside, error);
+        const double exact = Length(spec.Position(i, j, k)) - radius,
+                     error = std::fabs(d.At(i, j, k) - exact) / voxel;
+        (std::fabs(exact) < 2 * voxel ? near
+         : exact > 0                  ? far
+                                      : inside) = std::max(std::fabs(exact) < 2 * voxel ? near
+                                          : exact > 0                  ? far
+                                                                       : inside,
+                                          error);
       }
     }
   }
@@ -295,6 +310,71 @@ TEST_F(VolumeFiles, NumberedSlicesAndStacks) {
   EXPECT_NEAR(v.At(1, 1, 2) * 255, 12, 1e-9);
   EXPECT_THROW(ReadVolume(Path("t.%d.png")), Error);
   EXPECT_THROW(ReadVolume(Path("missing.vdb")), Error);
+}
+
+// A box turned off the axes, with corners counted both ways and polygons of four.
+constexpr char kBox[] =
+    "# a comment\no box\n"
+    "v -1 -2 -3\nv 1 -2 -3\nv 1 2 -3\nv -1 2 -3\nv -1 -2 3\nv 1 -2 3\nv 1 2 3\nv -1 2 3\nvt 0 0\nvn 0 0 1\n"
+    "f 4//1 3//1 2//1 1//1\nf 5 6 7 8\nf 1/1 2/1 6/1 5/1\nf -5 -6 -2 -1\nf 1 5 8 4\nf 2 3 7 6  # the last\n";
+
+TEST_F(VolumeFiles, MeshesAreReadAndFitted) {
+  std::ofstream(Path("box.obj")) << kBox;
+  Mesh mesh = ReadMesh(Path("box.obj"));
+  EXPECT_EQ(mesh.points.size(), 8u);
+  EXPECT_EQ(mesh.triangles.size(), 12u);
+  EXPECT_EQ(mesh.triangles[6], (std::array<int, 3>{3, 2, 6}));  // counted from the end
+  FitMesh(mesh, 1.5);
+  EXPECT_NEAR(mesh.points[6][2], 0.75, 1e-12);
+  EXPECT_NEAR(mesh.points[6][0], 0.25, 1e-12);
+  const auto message = [&](const char* text) {
+    std::ofstream(Path("bad.obj")) << text;
+    try {
+      ReadMesh(Path("bad.obj"));
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(message("v 0 0\n"), HasSubstr("line 1"));
+  EXPECT_THAT(message("v 0 0 nan\n"), HasSubstr("finite"));
+  EXPECT_THAT(message("v 0 0 0\nf 1 1 2\n"), HasSubstr("point 2"));
+  EXPECT_THAT(message("v 0 0 0\nf 1 1\n"), HasSubstr("2 corners"));
+  EXPECT_THAT(message("hello\n"), HasSubstr("no faces"));
+  EXPECT_THROW(ReadMesh(Path("none.obj")), Error);
+  Mesh flat = {{{1, 1, 1}}, {{0, 0, 0}}};
+  EXPECT_THROW(FitMesh(flat, 1), Error);
+}
+
+TEST_F(VolumeFiles, DistanceFieldOfAMeshIsThatOfItsSolid) {
+  std::ofstream(Path("box.obj")) << kBox;
+  Mesh mesh = ReadMesh(Path("box.obj"));
+  FitMesh(mesh, 1.5);
+  const VolumeSpec spec = VolumeSpec::Centred({40, 40, 40});
+  if (!HasMeshConverter()) {
+    EXPECT_THROW(DistanceField(mesh, spec), Error);
+    return;
+  }
+  const Solid box = Solid::Box({0, 0, 0}, {0.25, 0.5, 0.75});
+  const Volume v = DistanceField(mesh, spec);
+  const double voxel = spec.spacing[0];
+  double near = 0, far = 0;
+  for (int k = 0; k < 40; ++k) {
+    for (int j = 0; j < 40; ++j) {
+      for (int i = 0; i < 40; ++i) {
+        const double exact = box.Distance(spec.Position(i, j, k)), error = std::fabs(v.At(i, j, k) - exact);
+        (std::fabs(exact) < 2 * voxel ? near : far) =
+            std::max(std::fabs(exact) < 2 * voxel ? near : far, error);
+      }
+    }
+  }
+  EXPECT_LT(near, 1e-6);
+  EXPECT_LT(far, 0.5 * voxel);
+  const Volume coded = DistanceField(mesh, VolumeSpec::Centred({40, 40, 40}, PixelType::kUint16), 0.2);
+  EXPECT_NEAR(coded.At(20, 20, 20), std::max(box.Distance(spec.Position(20, 20, 20)), -0.2), 0.5 * voxel);
+  EXPECT_THROW(DistanceField(mesh, VolumeSpec::Centred({40, 40, 20}, PixelType::kFloat, {1, 1, 1.5})), Error);
+  mesh.triangles.push_back({0, 1, 8});
+  EXPECT_THROW(DistanceField(mesh, spec), Error);
 }
 
 }  // namespace

@@ -35,7 +35,8 @@ inline void ExpectSameBits(const Image& a, const Image& b) {
   ASSERT_EQ(a.spec().data_window, b.spec().data_window);
   ASSERT_EQ(a.spec().channel_count(), b.spec().channel_count());
   ASSERT_EQ(a.spec().type, b.spec().type);
-  const size_t bytes = static_cast<size_t>(a.spec().data_window.pixels()) * a.spec().channels.size() * PixelBytes(a.spec().type);
+  const size_t bytes = static_cast<size_t>(a.spec().data_window.pixels()) * a.spec().channels.size() *
+                       PixelBytes(a.spec().type);
   EXPECT_EQ(std::memcmp(a.view().data, b.view().data, bytes), 0);
 }
 
@@ -84,7 +85,9 @@ class BoxSumOp final : public graph::OpWith<BoxSum> {
   std::string Name() const override { return "test-box"; }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
   ImageSpec OutputSpec(std::span<const ImageSpec> in) const override { return in[0]; }
-  std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec&) const override { return result; }
+  std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec&) const override {
+    return result;
+  }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
     class Stage final : public graph::TileStage {
      public:
@@ -93,7 +96,9 @@ class BoxSumOp final : public graph::OpWith<BoxSum> {
       graph::Border InputBorder(int) const override { return p_.border; }
       void Run(const graph::TileArgs& args) const override {
         const Roi& o = args.out.roi;
-        const auto at = [](const auto& view, int x, int y, int c) { return reinterpret_cast<const float*>(view.At(x, y, c)); };
+        const auto at = [](const auto& view, int x, int y, int c) {
+          return reinterpret_cast<const float*>(view.At(x, y, c));
+        };
         EXPECT_TRUE(graph::IsDenseFloat(args.in[0]) && graph::IsDenseFloat(args.out));
         for (int y = o.y0; y < o.y1; ++y) {
           for (int x = o.x0; x < o.x1; ++x) {
@@ -174,7 +179,9 @@ class FlipRowsOp final : public graph::OpWith<FlipRows> {
     return std::make_unique<Stage>(context.output.data_window);
   }
 };
-inline Node FlipRowsOf(const Node& in) { return graph::MakeNode(std::make_shared<const FlipRowsOp>(FlipRows{}), {in}); }
+inline Node FlipRowsOf(const Node& in) {
+  return graph::MakeNode(std::make_shared<const FlipRowsOp>(FlipRows{}), {in});
+}
 
 // A "file": an image that must be read in rows, ascending, never twice; records what was asked.
 class FakeFile final : public graph::PixelSource {
@@ -196,7 +203,8 @@ class FakeFile final : public graph::PixelSource {
         file_.largest_read = std::max<int64_t>(file_.largest_read, r.height());
         for (int y = r.y0; y < r.y1; ++y) {
           for (int x = r.x0; x < r.x1; ++x) {
-            std::memcpy(out.At(x, y), file_.image_.view().At(x, y, first_), static_cast<size_t>(last_ - first_) * PixelBytes(out.type));
+            std::memcpy(out.At(x, y), file_.image_.view().At(x, y, first_),
+                        static_cast<size_t>(last_ - first_) * PixelBytes(out.type));
           }
         }
       }

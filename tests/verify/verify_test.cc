@@ -72,7 +72,8 @@ TEST_F(VerifyTest, HonestKernelIsWithinBoundAndTheErrorIsTheOneMeasured) {
   for (int y = 0; y < 150; ++y) {
     for (int x = 0; x < 200; ++x) {
       for (int c = 0; c < 4; ++c) {
-        const double exact = 1.3f * (0.7f * static_cast<double>(in_.at<float>(x, y, c)) + 0.3f) - double{0.1f};
+        const double exact =
+            1.3f * (0.7f * static_cast<double>(in_.at<float>(x, y, c)) + 0.3f) - double{0.1f};
         const double error = std::fabs(out.at<float>(x, y, c) - exact);
         worst = std::max(worst, error);
         squares += error * error;
@@ -87,7 +88,8 @@ TEST_F(VerifyTest, HonestKernelIsWithinBoundAndTheErrorIsTheOneMeasured) {
 }
 
 TEST_F(VerifyTest, SpoiltKernelIsFound) {
-  const Node node = graph::MakeNode(std::make_shared<const SpoiltOp>(SlowAffine{0.7f, 0.3f}), {FromImage(in_)});
+  const Node node =
+      graph::MakeNode(std::make_shared<const SpoiltOp>(SlowAffine{0.7f, 0.3f}), {FromImage(in_)});
   const VerifyReport report = Verify(node);
   EXPECT_FALSE(report.within_bound);
   EXPECT_NEAR(report.max_error, 1e-4, 1e-6);
@@ -99,7 +101,7 @@ TEST_F(VerifyTest, CodesAreComparedForIntegerTypes) {
   const VerifyReport good = Verify(SlowAffineOf(FromImage(in_), {0.5f, 0.2f}), PixelType::kUint8);
   EXPECT_TRUE(good.within_bound) << good.Summary();
   EXPECT_LE(good.max_code_error, 1);
-  EXPECT_EQ(verify::CodeOf(0.5 / 255, 255), 0);   // half to even
+  EXPECT_EQ(verify::CodeOf(0.5 / 255, 255), 0);  // half to even
   EXPECT_EQ(verify::CodeOf(1.5 / 255, 255), 2);
   EXPECT_EQ(verify::CodeOf(std::nan(""), 255), 0);
   EXPECT_EQ(verify::CodeOf(7.0, 65535), 65535);

@@ -38,8 +38,8 @@ struct Degrees {
 // (R,G,B,A) + bias. An image without alpha takes part with the upper left 3x3 and the bias, as oiiotool.
 // `unpremult` divides R, G, B by alpha before and multiplies them by the same (input) alpha after; where
 // alpha is 0 it does neither. Error for other counts and for numbers that are not finite. A singular matrix
-// is legal. NaN and infinity pass between colour and alpha only where some entry couples them. |error| <= 4 u (sum of
-// |m v| + |bias|).
+// is legal. NaN and infinity pass between colour and alpha only where some entry couples them. |error| <= 4 u
+// (sum of |m v| + |bias|).
 struct ColorMatrixParams {
   std::vector<double> values;
   bool transpose = false, unpremult = false;
@@ -121,8 +121,8 @@ Node Contrast(const Node& image, double x);
 
 // R, G, B times alpha, or divided by it; alpha kept. One rounding. Unpremultiply leaves pixels with alpha 0
 // alone; tiny alphas (1e-40) divide, to infinity if need be; a NaN alpha gives NaN. An image without alpha is
-// returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha, Premultiply
-// takes it off: writers store what it says.
+// returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha,
+// Premultiply takes it off: writers store what it says.
 struct PremultiplyParams {};
 Node Premultiply(const Node& image);
 struct UnpremultiplyParams {};

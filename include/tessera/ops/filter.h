@@ -75,8 +75,9 @@ Node KernelImage(const Kernel& kernel);
 // with its logarithm. Error when the kernel is larger than 255x255, empty, or holds NaN or infinity, or when
 // its planes are neither 1 nor as many as there are channels. Flat images stay within 1 ULP under kernels up
 // to 5x5 whose sum is 1, 3 ULP under larger ones, and give exactly 0 under kernels up to 5x5 whose sum is 0.
-// With kFft |error| <= 16 u times the root of the sum of squared weights times that of a block's squared
-// deviations from its mean.
+// Images of 8- and 16-bit integers: the result, written as such, is the exact sum rounded once, half to even;
+// blurs and BoxBlur with kernels up to 255x255 too. With kFft |error| <= 16 u times the root of the sum of
+// squared weights times that of a block's squared deviations from its mean.
 struct ConvolveParams {
   bool correlate = false;
   double divisor = 0, bias = 0;
@@ -84,6 +85,9 @@ struct ConvolveParams {
   BorderMode border = BorderMode::kClamp;
   double border_value = 0;
   FilterMethod method = FilterMethod::kAuto;
+  // 8 to 32: an accumulation buffer in fixed point is modelled, see ShiftAccumulate; for one plane without
+  // bias, preserved alpha, border value or kRenormalize, else Error. 0: exact.
+  int bits = 0;
 };
 Node Convolve(const Node& image, const Kernel& kernel, const ConvolveParams& params = {});
 // The kernel is an image: its data window says where the anchor (pixel (0, 0)) is. One channel serves all, or

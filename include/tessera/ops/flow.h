@@ -14,10 +14,10 @@ enum class LicIntegrator : uint8_t {
   kEuler,     // P + h v(P), first order
   kMidpoint,  // second order
   kRk4,       // classical Runge-Kutta, fourth order
-  kAdaptive,  // RK4 over up to seven pixels at once, taps in between by cubic Hermite; down to one tap where
+  kAdaptive,  // RK4 over up to ten pixels at once, taps in between by cubic Hermite; down to one tap where
               // the line bends
-  kCell,  // from pixel to pixel, direction constant within each (Cabral and Leedom 1993; rlic): a tap per
-          // pixel
+  kCell,      // from pixel to pixel, direction constant within each (Cabral and Leedom 1993; rlic): a tap per
+              // pixel
 };
 enum class LicKernel : uint8_t {
   kBox,
@@ -105,7 +105,7 @@ struct LicParams {
 // noise 45/1024 of its range at length 10, 36/1024 at 20, 28/1024 at 60, a third of it on smooth noise (lines
 // pass up to a quarter of a pixel beside a centre; the picture's own deviation at 20 is 46/1024).
 //
-// Cost per pixel in field samples: kAdaptive about 24 and kRk4 160 at a length of 20; a texture sample per
+// Cost per pixel in field samples: kAdaptive about 17 and kRk4 160 at a length of 20; a texture sample per
 // tap. Memory: a copy of the field, the noise.
 //
 // Errors: fewer than two channels, weights that are not finite or sum to 0, parameters out of range.
@@ -118,8 +118,9 @@ Node Lic(const Node& image, const Node& field, const LicParams& params = {});
 LicParams LicFrame(LicParams params, int frame, int frames);
 
 // Histogram equalisation of every channel but alpha: the share of samples that are smaller, plus half of
-// those that are equal. NaN and pixels of alpha 0 stay and do not count; images of one value become 1/2. 65,536 classes between the smallest and
-// the largest number: |error| <= the share of samples in the value's class. Whole image in memory.
+// those that are equal. NaN and pixels of alpha 0 stay and do not count; images of one value become 1/2.
+// 65,536 classes between the smallest and the largest number: |error| <= the share of samples in the value's
+// class. Whole image in memory.
 Node Equalize(const Node& image);
 
 }  // namespace tessera

@@ -1,4 +1,5 @@
-// Hypertexture: density modulation functions in the soft region of a distance field, and the noise that they read.
+// Hypertexture: density modulation functions in the soft region of a distance field, and the noise that they
+// read.
 #ifndef TESSERA_OPS_HYPERTEXTURE_H_
 #define TESSERA_OPS_HYPERTEXTURE_H_
 
@@ -16,18 +17,19 @@ namespace tessera {
 
 // What a block of noise holds. Blocks repeat without seams.
 enum class NoiseContent : uint8_t {
-  kNoise,         // one octave of gradient noise, in [-1, 1]
-  kTurbulence,    // sum over octaves of |n| / 2^k: precomputed turbulence
-  kFbm,           // sum over octaves of n / 2^k
-  kMarble,        // 1/2 + 1/2 sin(2 pi (2 x + 0.8 T))
-  kFourOctaves,   // four channels: noise at 1, 2, 4 and 8 times the frequency
-  kVector,        // four channels: independent noises, for position warps
-  kGradient,      // four channels: unit gradient of the noise, and the noise
+  kNoise,        // one octave of gradient noise, in [-1, 1]
+  kTurbulence,   // sum over octaves of |n| / 2^k: precomputed turbulence
+  kFbm,          // sum over octaves of n / 2^k
+  kMarble,       // 1/2 + 1/2 sin(2 pi (2 x + 0.8 T))
+  kFourOctaves,  // four channels: noise at 1, 2, 4 and 8 times the frequency
+  kVector,       // four channels: independent noises, for position warps
+  kGradient,     // four channels: unit gradient of the noise, and the noise
 };
 
-// A periodic cube of `size`^3 samples of noise, `cells` lattice cells across, stored as 16-bit integers over the range
-// that occurs and read by trilinear interpolation: value off by less than 1e-5 of its range from that of exact
-// samples; against the noise itself, the interpolation's error (table 3 of the bench). Immutable, cheap to copy.
+// A periodic cube of `size`^3 samples of noise, `cells` lattice cells across, stored as 16-bit integers over
+// the range that occurs and read by trilinear interpolation: value off by less than 1e-5 of its range from
+// that of exact samples; against the noise itself, the interpolation's error (table 3 of the bench).
+// Immutable, cheap to copy.
 class NoiseBlock {
  public:
   NoiseBlock() = default;
@@ -58,8 +60,8 @@ enum class TurbulenceLookup : uint8_t {
   kEight,         // eight lookups
 };
 
-// What a C++ density modulation function is given: up to 16 samples, and changes `density` in place. Arrays hold
-// `count` values; positions are in world units; distance is the field's at the (warped) position.
+// What a C++ density modulation function is given: up to 16 samples, and changes `density` in place. Arrays
+// hold `count` values; positions are in world units; distance is the field's at the (warped) position.
 struct DmfSamples {
   int count = 0;
   const float *x, *y, *z, *distance;
@@ -67,8 +69,9 @@ struct DmfSamples {
 };
 using DmfFunction = std::function<void(const DmfSamples&)>;
 
-// One step of H(p) = DMF_n(... DMF_1(DMF_0(D(p), p))). t stands for the density so far, in [0, 1]; results are clamped
-// to [0, 1]. Noise is read at p * frequency + drift * time (blocks per world unit; see NoiseBlock).
+// One step of H(p) = DMF_n(... DMF_1(DMF_0(D(p), p))). t stands for the density so far, in [0, 1]; results
+// are clamped to [0, 1]. Noise is read at p * frequency + drift * time (blocks per world unit; see
+// NoiseBlock).
 struct Dmf {
   enum class Kind : uint8_t {
     kBias,        // t^(ln b / ln 0.5), b = amount in (0, 1)
@@ -84,16 +87,16 @@ struct Dmf {
   Kind kind = Kind::kBias;
   double amount = 0.5;
   double frequency = 1;
-  double upright = 1;         // factor of the frequency along y: below 1 the noise is drawn out upward
+  double upright = 1;  // factor of the frequency along y: below 1 the noise is drawn out upward
   double softness = 0.1;
   Vector3 drift = {0, 0, 0};  // blocks per second
   TurbulenceLookup lookup = TurbulenceLookup::kBlock;
-  NoiseBlock block = {};      // empty: one that suits the kind is made
+  NoiseBlock block = {};  // empty: one that suits the kind is made
   DmfFunction function = nullptr;
 };
 
-// A chain from words: "bias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1), swell(.3,1),
-// threshold(.3,.1)": name(amount, frequency). Throws Error naming the word.
+// A chain from words: "bias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1),
+// swell(.3,1), threshold(.3,.1)": name(amount, frequency). Throws Error naming the word.
 std::vector<Dmf> ParseDmf(const std::string& words);
 
 }  // namespace tessera

@@ -20,12 +20,14 @@ enum class NoiseKind : uint8_t {
   kCell,      // distance to the nearest feature points (Worley)
   kSparse,    // sparse convolution (Lewis): Poisson impulses of random height, radial kernel
   kSpot,      // spot noise (van Wijk): Poisson spots of random sign, elliptical kernel
+  kHash,      // one uniform number per position: the hash of its coordinates as floats (OSL's hashnoise)
 };
-// Where the random numbers of lattice points come from.
+// Where the random numbers of lattice points come from. Colour noise of kOsl is OSL's too.
 enum class NoiseLattice : uint8_t {
   kTessera,  // integer hash, any seed, no period but the one asked for
   kPerlin,  // Perlin's published permutation and gradients (2002), evaluated in double in the published order
-  kOsl,     // Open Shading Language, as MaterialX and Cycles: Jenkins' hash, OSL's gradients and scales
+  kOsl,  // Open Shading Language, as MaterialX and Cycles: Jenkins' hash, OSL's gradients and scales; kinds
+         // kGradient (OSL's perlin), kWhite (cell), kSimplex and kHash, with periods as OSL's pnoise has them
 };
 enum class NoiseFade : uint8_t { kQuintic, kCubic, kLinear };
 // How octave values n in [-1,1] enter the sum.
@@ -39,6 +41,18 @@ enum class NoiseOutput : uint8_t {
   kValue,     // the same value in every channel, alpha 1
   kColor,     // independent noise per channel, alpha 1 (lattice kOsl: OSL's colour noise)
   kGradient,  // channel 0 the value, channels 1 to dims its derivatives per lattice cell, further channels 0
+  // Packings of stored noise (Miller and Jones); with kValue and sum kTurbulence they are the paper's four.
+  kOctaves,  // channel k is octave k alone, unweighted: T = |R| + |G|/2 + |B|/4 + |A|/8 of signed values
+  kNormal,   // channels 0 to 2 the gradient's direction, 1/2 + 1/2 g/|g| (signed: g/|g|; where it vanishes
+             // 0), channel 3 the value; further ones 0
+};
+// How rows of grids are made; the noise is the same.
+enum class NoiseMethod : uint8_t {
+  kAuto,        // lattice columns collapsed per row, then every pixel interpolated
+  kAccumulate,  // high-resolution filtering by accumulation: the block of pixels around every lattice point,
+                // a sampled window times the point's value or gradient, is added, in passes of blocks that do
+                // not overlap. kValue and kGradient on kTessera in 2 to 4 dimensions, without slopes and
+                // warp, a whole number of pixels per cell in every octave, aspect 1
 };
 enum class CellDistance : uint8_t { kF1, kF2, kF2MinusF1 };
 
@@ -53,7 +67,7 @@ struct NoiseParams {
   NoiseSum sum = NoiseSum::kFbm;
   NoiseOutput output = NoiseOutput::kValue;
   CellDistance distance = CellDistance::kF1;
-  int dims = 2;                       // 1 to 4 (kSimplex 2 to 4; kPerlin 1 to 3)
+  int dims = 2;                       // 1 to 4 (kPerlin 1 to 3)
   uint32_t seed = 0;                  // on published lattices a shift by whole cells; 0 is as published
   double frequency = 8;               // on grids: cells across the frame's width (0: one per pixel);
                                       // at positions: cells per unit
@@ -64,10 +78,13 @@ struct NoiseParams {
   double gain = 0.5;                  // [0, 4]
   std::vector<double> weights = {};   // spectral weights per octave instead of gain, or empty
   std::array<int, 4> period = {};     // cells until the noise repeats, per axis; 0: never. At most 2^24; with
-                                   // more than one octave the lacunarity must be whole. Not for kSimplex
-  double warp = 0;                // domain warp: positions move by warp * noise, in cells
-  bool is_signed = true;          // false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
-  bool antialias = false;         // grids: octaves fade to their mean from 1/2 to 1 cell per pixel
+                                   // more than one octave the lacunarity must be whole. kSimplex (2^20 in the
+                                   // highest octave) fits its lattice to the periods: turned, and lengths off
+                                   // by up to 0.7 cells per period; not on kOsl
+  double warp = 0;        // domain warp: positions move by warp * noise, in cells
+  bool is_signed = true;  // false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
+  NoiseMethod method = NoiseMethod::kAuto;  // grids
+  bool antialias = false;                   // grids: octaves fade to their mean from 1/2 to 1 cell per pixel
   int slices = 1;                 // grids: the image is that many slices stacked along y; slice s has third
                                   // coordinate offset[2] + s * step, as a table of three dimensions wants it
   double jitter = 1;              // kCell: [0,1], 0 puts feature points at cell centres
@@ -75,12 +92,12 @@ struct NoiseParams {
   double stretch = 1, angle = 0;  // kSpot: length over width of a spot, [1, 64], and its direction in degrees
   double bias = 0.5, contrast = 0.5;  // Perlin's bias and gain of the finished value taken as t in [0,1]
                                       // (before signs return); 0.5 leaves it alone; both in (0,1)
-  Roi frame = {};  // filled in by Noise(): pixels are counted from its corner
+  Roi frame = {};                     // filled in by Noise(): pixels are counted from its corner
 };
 
 // Noise on the pixel grid of `spec`. Pixel (x, y) is at ((x + 1/2 - x0) * step, (y + 1/2 - y0) * step, 0, 0)
 // + offset, step = frequency / width of the display window (the data window's where that is empty). Ranges
-// (signed): kWhite, kValue, kGradient, kSimplex [-1,1]; kCell [0, sqrt(dims) * 1.5]; kSparse and kSpot
+// (signed): kWhite, kHash, kValue, kGradient, kSimplex [-1,1]; kCell [0, sqrt(dims) * 1.5]; kSparse and kSpot
 // standard deviation 1/3; a sum of octaves times the sum of its weights. Published lattices keep their
 // published ranges. Error: 1e-6 * sum of weights up to coordinates of 2^31 (cells and fractions are kept
 // apart), bits equal on AVX2 and AVX-512. Cost: grid forms of kValue and kGradient on kTessera 0.25 to 1.3 ns

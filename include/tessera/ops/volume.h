@@ -1,4 +1,5 @@
-// Pictures of volumes: lit surfaces, textured surfaces and hypertexture of distance fields, and density volumes.
+// Pictures of volumes: lit surfaces, textured surfaces and hypertexture of distance fields, and density
+// volumes.
 #ifndef TESSERA_OPS_VOLUME_H_
 #define TESSERA_OPS_VOLUME_H_
 
@@ -40,7 +41,8 @@ enum class VolumeMethod : uint8_t {
   kSlices,     // planes parallel to the image
   kShells,     // spheres around the eye
   kStacks,     // the volume's own slices along the axis that the view is nearest to (x before y before z)
-  kShearWarp,  // slices sheared and composited in the volume's frame, then one 2-D warp (parallel cameras)
+  kShearWarp,  // slices sheared and composited in the volume's frame, then one 2-D warp; perspective
+               // cameras stand before all slices, and the nearest slice has one pixel a voxel
 };
 enum class Classification : uint8_t {
   kPost,           // interpolate, then look up
@@ -48,9 +50,10 @@ enum class Classification : uint8_t {
   kPreIntegrated,  // a table over the values at both ends of a segment
 };
 
-// Colour (not premultiplied) and opacity of a reference length of material of each value. Between points linear;
-// beyond the first and last constant. Sampled to 1,024 entries of colour and extinction -log1p(-a) / length over
-// [first, last value] (an opacity of 1 counts as 1 - 1e-40), read linearly. Opacities are clamped to [0, 1], NaN to 0.
+// Colour (not premultiplied) and opacity of a reference length of material of each value. Between points
+// linear; beyond the first and last constant. Sampled to 1,024 entries of colour and extinction -log1p(-a) /
+// length over [first, last value] (an opacity of 1 counts as 1 - 1e-40), read linearly. Opacities are clamped
+// to [0, 1], NaN to 0.
 struct TransferPoint {
   double value = 0;
   std::array<double, 3> color = {1, 1, 1};
@@ -79,53 +82,60 @@ struct CuttingPlane {
 struct VolumeParams {
   VolumeMode mode = VolumeMode::kIso;
   Camera camera;
-  double iso = 0;          // surfaces: the level; hypertexture: d_in, where density is 1
-  double soft = -1;        // width of the soft region: d_out = iso + soft. 0: a hard step; -1: what suits the mode
+  double iso = 0;    // surfaces: the level; hypertexture: d_in, where density is 1
+  double soft = -1;  // width of the soft region: d_out = iso + soft. 0: a hard step; -1: what suits the mode
   bool inside_above = false;  // surfaces: values above the level are inside (density volumes)
   VolumeMaterial material;
-  double step = 0;         // sample spacing along the axis, world units; 0: one voxel (the smallest spacing); fur 1.25, fire 2.5
-  double termination = 1.0 / 512;   // front to back ends at alpha 1 - termination; error <= termination * largest colour
+  double step = 0;  // sample spacing along the axis, world units; 0: one voxel (the smallest spacing);
+                    // fur 1.25, fire 2.5
+  double termination =
+      1.0 / 512;  // front to back ends at alpha 1 - termination; error <= termination * largest colour
   VolumeMethod method = VolumeMethod::kRays;
-  bool leap = true;        // space leaping; pictures are the same bits without
+  bool leap = true;  // space leaping; pictures are the same bits without
   std::vector<CuttingPlane> planes;
-  double time = 0;         // seconds: melt, fur, fire, drifts
+  double time = 0;  // seconds: melt, fur, fire, drifts
   // kSolid, kBump, kMelt, kFur, kFire
-  double frequency = 0;    // noise blocks per world unit; 0: what suits the mode
-  double amount = -1;      // melt: sag, fur: droop, fire: height of flames (world units); bump: k of eq. 7; < 0: default
+  double frequency = 0;  // noise blocks per world unit; 0: what suits the mode
+  double amount =
+      -1;  // melt: sag, fur: droop, fire: height of flames (world units); bump: k of eq. 7; < 0: default
   TurbulenceLookup lookup = TurbulenceLookup::kBlock;
-  NoiseBlock block = {};   // empty: made
+  NoiseBlock block = {};  // empty: made
   // kHyper and density modes
   std::vector<Dmf> dmf;
   VolumeTransferFunction transfer;  // empty: white, opacity rising from 0 to 0.1 a voxel (hypertexture: 0.5)
   Classification classification = Classification::kPost;
-  bool shade = false;      // gradient shading by `material`
-  bool depth = false;      // a further channel Z: planar depth of the surface (hypertexture and density: where alpha
-                           // passes 1/2), infinity where there is none
+  bool shade = false;  // gradient shading by `material`
+  bool depth = false;  // a further channel Z: planar depth of the surface (hypertexture and density: where
+                       // alpha passes 1/2), infinity where there is none
 };
 
-// A picture of `spec`'s windows; the camera looks through the display window. Channels R, G, B, A (premultiplied) and,
-// with `depth`, Z. Leaping, tiles and threads change no bit. `scene_depth`, where given, holds planar depths (channel
-// 0): rays end there (fractions of a step count); NaN and values at or below the near side draw nothing, infinity
-// everything.
+// A picture of `spec`'s windows; the camera looks through the display window. Channels R, G, B, A
+// (premultiplied) and, with `depth`, Z. Leaping, tiles and threads change no bit. `scene_depth`, where given,
+// holds planar depths (channel 0): rays end there (fractions of a step count); NaN and values at or below the
+// near side draw nothing, infinity everything.
 //
-// Leaping is conservative: trilinear interpolation never leaves the range of a cell's corners, so blocks of cells whose
-// range misses the levels (the transfer function's support), widened by the largest displacement, are stepped over by
-// the exact distance to the nearest block that matters; within, a surface is approached by the value over the largest
-// slope nearby, on a grid of 1/4 voxel. Features that a ray crosses in less than that may be missed.
+// Leaping is conservative: trilinear interpolation never leaves the range of a cell's corners, so blocks of
+// cells whose range misses the levels (the transfer function's support), widened by the largest displacement,
+// are stepped over by the exact distance to the nearest block that matters; within, a surface is approached
+// by the value over the largest slope nearby, on a grid of 1/4 voxel. Features that a ray crosses in less
+// than that may be missed.
 //
-// Error against the double-precision march: 1e-5 at 256 samples, 1e-4 at 4,096 (premultiplied), plus what moving the
-// ray by 1e-4 voxel changes (silhouettes), plus `termination`. Throws Error: empty volume or spec, parameters outside
-// their ranges. Sources: spec/volume-and-hypertexture.md; Miller and Jones, "Texturing and Hypertexturing of
-// Volumetric Objects", 2005; Lacroute and Levoy 1994.
+// Error against the double-precision march: 1e-5 at 256 samples, 1e-4 at 4,096 (premultiplied), plus what
+// moving the ray by 1e-4 voxel changes (silhouettes), plus `termination`. Throws Error: empty volume or spec,
+// parameters outside their ranges. Sources: spec/volume-and-hypertexture.md; Miller and Jones, "Texturing and
+// Hypertexturing of Volumetric Objects", 2005; Lacroute and Levoy 1994.
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
-Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params, const Node& scene_depth);
-// The mean of `samples` pictures whose rays pass at jittered places in the pixel (JitterSet): antialiasing by the
-// accumulation operations. Depth, where asked for, is averaged too.
-Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const VolumeParams& params, int samples);
-// A camera that sees all of a volume from a direction: degrees around y from +z, and above the horizon. A field of
-// view of 0 gives a parallel camera. `zoom` 1: the volume's bounding sphere touches the shorter side.
-Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, double field_of_view, double aspect,
-                   double zoom = 1);
+Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
+                  const Node& scene_depth);
+// The mean of `samples` pictures whose rays pass at jittered places in the pixel (JitterSet): antialiasing by
+// the accumulation operations. Depth, where asked for, is averaged too.
+Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
+                              int samples);
+// A camera that sees all of a volume from a direction: degrees around y from +z, and above the horizon. A
+// field of view of 0 gives a parallel camera. `zoom` 1: the volume's bounding sphere touches the shorter
+// side.
+Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, double field_of_view,
+                   double aspect, double zoom = 1);
 
 }  // namespace tessera
 

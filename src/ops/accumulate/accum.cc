@@ -32,8 +32,8 @@ class SumStage final : public graph::TileStage {
     const Roi& roi = args.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {
       for (size_t k = 0; k < in.size(); ++k) rows[k] = reinterpret_cast<const float*>(in[k].At(roi.x0, y));
-      run_({rows, weights, reinterpret_cast<float*>(args.out.At(roi.x0, y)), int64_t{roi.width()} * args.out.channels, 1,
-            params_.bits, args.stream});
+      run_({rows, weights, reinterpret_cast<float*>(args.out.At(roi.x0, y)),
+            int64_t{roi.width()} * args.out.channels, 1, params_.bits, args.stream});
     }
   }
 
@@ -46,13 +46,18 @@ class AccumOp final : public graph::OpWith<WeightedSumParams> {
  public:
   AccumOp(const char* name, WeightedSumParams p) : OpWith(std::move(p)), name_(name) {}
   std::string Name() const override { return name_; }
-  std::string Describe() const override { return std::string(name_) + " of " + std::to_string(params().weights.size()); }
+  std::string Describe() const override {
+    return std::string(name_) + " of " + std::to_string(params().weights.size());
+  }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
-  bool IsIdentity() const override { return params().weights == std::vector<double>{1} && params().bits == 0; }
+  bool IsIdentity() const override {
+    return params().weights == std::vector<double>{1} && params().bits == 0;
+  }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     if (inputs.empty() || inputs.size() > kMostImages || inputs.size() != params().weights.size()) {
       throw Error(name_, "found " + std::to_string(inputs.size()) + " images and " +
-                             std::to_string(params().weights.size()) + " weights, expected as many, 1 to 65536");
+                             std::to_string(params().weights.size()) +
+                             " weights, expected as many, 1 to 65536");
     }
     for (const double w : params().weights) {
       if (!std::isfinite(w)) throw Error(name_, "found a weight that is not finite, expected a number");
@@ -85,7 +90,8 @@ ParamInfo BitsModifier() {
   bits.name = "bits";
   bits.type = ParamType::kInteger;
   bits.default_value = "0";
-  bits.help = "models an accumulation buffer in fixed point with that many binary places, 8 to 32; 0 is exact";
+  bits.help =
+      "models an accumulation buffer in fixed point with that many binary places, 8 to 32; 0 is exact";
   bits.min = 0, bits.max = 32;
   return bits;
 }
@@ -100,11 +106,12 @@ OpInfo AccumInfo() {
   info.operands = [](const Arguments& a) { return static_cast<int>(a.Numbers("W1,W2,...").size()); };
   info.summary = "Weighted sum of as many images as there are weights";
   info.help =
-      "Takes one image per weight, the first weight for the lowest of them, and adds weight * image in one pass, in "
-      "double, rounded once. Weights are kept as asked, never normalised; an image whose weight is 0 has no effect, "
-      "NaN included. bits= models the fixed-point buffer of the papers: numbers in [-1, 1] with that many binary "
-      "places, rounded and saturated after every image.";
-  info.bound = "1 u * |result| + 2^-29 u * (sum of |weight * value|): 1 ULP; with bits=: exact but at ties of a step";
+      "Takes one image per weight, the first weight for the lowest of them, and adds weight * image in one "
+      "pass, in double, rounded once. Weights are kept as asked, never normalised; an image whose weight is "
+      "0 has no effect, NaN included. bits= models the fixed-point buffer of the papers: numbers in [-1, 1] "
+      "with that many binary places, rounded and saturated after every image.";
+  info.bound =
+      "1 u * |result| + 2^-29 u * (sum of |weight * value|): 1 ULP; with bits=: exact but at ties of a step";
   info.bound_u = 1;
   ParamInfo weights;
   weights.name = "W1,W2,...";
@@ -116,9 +123,9 @@ OpInfo AccumInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return WeightedSum({in.begin(), in.end()}, {a.Numbers("W1,W2,..."), a.Integer("bits")});
   };
-  info.examples = {"0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,"
-                   "0.0625,0.0625",
-                   "0.25,0.5,-0.125", "1,0,-1e-3,7.3", "0.7"};
+  info.examples = {
+      "0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625",
+      "0.25,0.5,-0.125", "1,0,-1e-3,7.3", "0.7"};
   return info;
 }
 
@@ -129,7 +136,8 @@ OpInfo AverageInfo() {
   info.inputs = 2;
   info.operands = [](const Arguments& a) { return a.Integer("N"); };
   info.summary = "Mean of N images";
-  info.help = "Takes N images and gives their mean: --accum with N weights of 1/N, in one pass, in double, rounded once.";
+  info.help =
+      "Takes N images and gives their mean: --accum with N weights of 1/N, in one pass, in double, rounded once.";
   info.bound = "1 u * |result| + 2^-29 u * (sum of |value| / N): 1 ULP";
   info.bound_u = 1;
   ParamInfo count;
@@ -156,8 +164,9 @@ Node WeightedSum(const std::vector<Node>& images, const WeightedSumParams& param
 
 Node Average(const std::vector<Node>& images, int bits) {
   const double weight = 1.0 / static_cast<double>(std::max<size_t>(1, images.size()));
-  return graph::MakeNode(
-      std::make_shared<const ops::AccumOp>("average", WeightedSumParams{std::vector(images.size(), weight), bits}), images);
+  return graph::MakeNode(std::make_shared<const ops::AccumOp>(
+                             "average", WeightedSumParams{std::vector(images.size(), weight), bits}),
+                         images);
 }
 
 }  // namespace tessera

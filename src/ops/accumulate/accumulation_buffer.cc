@@ -41,7 +41,8 @@ void Convert(const ConstImageView& image, float* out, F f) {
 // The samples as floats, interleaved.
 Image AsFloats(const ConstImageView& image) {
   if (image.type == PixelType::kHalf) {
-    return Render(FromView(image, SpecOf(image.roi, image.channels, image.type)), PixelType::kFloat, {.threads = 1});
+    return Render(FromView(image, SpecOf(image.roi, image.channels, image.type)), PixelType::kFloat,
+                  {.threads = 1});
   }
   const Image floats(SpecOf(image.roi, image.channels, PixelType::kFloat));
   auto* const out = reinterpret_cast<float*>(floats.view().data);
@@ -60,8 +61,8 @@ Image AsFloats(const ConstImageView& image) {
 AccumulationBuffer::AccumulationBuffer(const Roi& window, int channels, const AccumulationFormat& format)
     : window_(window), channels_(channels), format_(format) {
   if (window.empty() || channels < 1) {
-    throw Error("accumulation", "found " + std::to_string(window.pixels()) + " pixels of " + std::to_string(channels) +
-                                    " channels, expected at least one of each");
+    throw Error("accumulation", "found " + std::to_string(window.pixels()) + " pixels of " +
+                                    std::to_string(channels) + " channels, expected at least one of each");
   }
   if (format.store == AccumulationFormat::Store::kFixed && (format.bits < 8 || format.bits > 32)) {
     throw Error("accumulation", "found " + std::to_string(format.bits) + " bits, expected 8 to 32");
@@ -85,7 +86,8 @@ void AccumulationBuffer::ForEachRow(const ConstImageView& image, F f) {
   RequireShape(image, window_, channels_);
   const Image floats = AsFloats(image);
   const auto* const in = reinterpret_cast<const float*>(floats.view().data);
-  for (size_t i = 0; i < samples_.size(); ++i) samples_[i] = Stored(f(samples_[i], static_cast<double>(in[i])));
+  for (size_t i = 0; i < samples_.size(); ++i)
+    samples_[i] = Stored(f(samples_[i], static_cast<double>(in[i])));
 }
 
 void AccumulationBuffer::Clear(double value) { std::fill(samples_.begin(), samples_.end(), Stored(value)); }
@@ -126,9 +128,9 @@ double AccumulationBuffer::at(int x, int y, int channel) const {
 RunningTotal::RunningTotal(const Roi& window, int channels, int length)
     : window_(window), channels_(channels), length_(static_cast<size_t>(std::max(length, 0))) {
   if (window.empty() || channels < 1 || length < 1) {
-    throw Error("running total", "found " + std::to_string(length) + " images of " + std::to_string(window.pixels()) +
-                                     " pixels and " + std::to_string(channels) +
-                                     " channels, expected at least one of each");
+    throw Error("running total", "found " + std::to_string(length) + " images of " +
+                                     std::to_string(window.pixels()) + " pixels and " +
+                                     std::to_string(channels) + " channels, expected at least one of each");
   }
   total_.resize(static_cast<size_t>(window.pixels()) * static_cast<size_t>(channels));
 }

@@ -26,7 +26,10 @@ double CircleOfConfusion(const DepthOfFieldParams& p, double depth) {
 class DepthOfFieldStage final : public graph::TileStage {
  public:
   DepthOfFieldStage(const DepthOfFieldParams& p, const Roi& window)
-      : params_(p), margin_(static_cast<int>(std::ceil(p.max_radius))), window_(window), gather_(ChooseGatherDiscs()) {}
+      : params_(p),
+        margin_(static_cast<int>(std::ceil(p.max_radius))),
+        window_(window),
+        gather_(ChooseGatherDiscs()) {}
 
   Roi InputRoi(int, const Roi& out) const override { return Inflate(out, margin_, margin_); }
   graph::TileSize Preferred() const override { return {256, 64}; }
@@ -87,7 +90,8 @@ class DepthOfFieldStage final : public graph::TileStage {
       // Without a depth, or alone in its disc: the pixel itself, bit for bit.
       const bool alone = row.density[x] == 0 || totals[x] == row.density[x];
       for (int c = 0; c < channels; ++c) {
-        out[c] = alone ? row.values[static_cast<size_t>(c)][x] : row.sums[ptrdiff_t{c} * row.padded + x] / totals[x];
+        out[c] = alone ? row.values[static_cast<size_t>(c)][x]
+                       : row.sums[ptrdiff_t{c} * row.padded + x] / totals[x];
       }
     }
   }
@@ -106,9 +110,11 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
   bool IsIdentity() const override { return params().aperture == 0; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const DepthOfFieldParams& p = params();
-    if (!(p.focus > 0)) throw Error("dof", "found a focus of " + std::to_string(p.focus) + ", expected a depth above 0");
+    if (!(p.focus > 0))
+      throw Error("dof", "found a focus of " + std::to_string(p.focus) + ", expected a depth above 0");
     if (!(p.aperture >= 0) || std::isinf(p.aperture)) {
-      throw Error("dof", "found an aperture of " + std::to_string(p.aperture) + ", expected a finite one of at least 0");
+      throw Error("dof", "found an aperture of " + std::to_string(p.aperture) +
+                             ", expected a finite one of at least 0");
     }
     if (!(p.max_radius >= 0 && p.max_radius <= kLargestRadius)) {
       throw Error("dof", "found a radius of " + std::to_string(p.max_radius) + " pixels, expected 0 to 128");
@@ -120,7 +126,8 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
     graph::RequireSameWindow("dof", inputs);
     return inputs[0];
   }
-  std::vector<bool> NeededChannels(int k, const std::vector<bool>& result, const ImageSpec& in) const override {
+  std::vector<bool> NeededChannels(int k, const std::vector<bool>& result,
+                                   const ImageSpec& in) const override {
     if (k == 0) return result;
     std::vector<bool> needed(in.channels.size(), false);
     needed[static_cast<size_t>(params().depth_channel)] = true;
@@ -149,11 +156,12 @@ OpInfo DepthOfFieldInfo() {
   info.inputs = 2;
   info.summary = "Depth of field from colour and depth";
   info.help =
-      "COLOR DEPTH --dof FOCUS: a point at depth z is spread over a disc of radius aperture |1/FOCUS - 1/z| pixels, at "
-      "most max=; a pixel gathers every neighbour whose disc reaches it, weighted by coverage over area. What lies "
-      "behind a pixel is spread no further than the pixel itself is out of focus, so that sharp objects keep their "
-      "edges. Alpha is treated as the colours. A depth of infinity is infinitely far; a depth that is zero, negative or "
-      "NaN leaves the pixel as it is and gives nothing to others. Approximate where one object hides another.";
+      "COLOR DEPTH --dof FOCUS: a point at depth z is spread over a disc of radius aperture |1/FOCUS - 1/z| "
+      "pixels, at most max=; a pixel gathers every neighbour whose disc reaches it, weighted by coverage "
+      "over area. What lies behind a pixel is spread no further than the pixel itself is out of focus, so "
+      "that sharp objects keep their edges. Alpha is treated as the colours. A depth of infinity is "
+      "infinitely far; a depth that is zero, negative or NaN leaves the pixel as it is and gives nothing to "
+      "others. Approximate where one object hides another.";
   info.bound = "64 u * (largest |value| gathered)";
   info.bound_u = 64;
   info.arguments = {Number("FOCUS", "", 1e-30, 1e38, "the depth that is sharp")};
@@ -166,7 +174,8 @@ OpInfo DepthOfFieldInfo() {
   info.modifiers = {Number("aperture", "8", 0, 1e30, "radius in pixels times depth"),
                     Number("max", "32", 0, kLargestRadius, "largest radius in pixels"), channel};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return DepthOfField(in[0], in[1], {a.Number("FOCUS"), a.Number("aperture"), a.Number("max"), a.Integer("channel")});
+    return DepthOfField(in[0], in[1],
+                        {a.Number("FOCUS"), a.Number("aperture"), a.Number("max"), a.Integer("channel")});
   };
   info.examples = {"0.8 aperture=4 max=6", "0.3 aperture=1 max=3.7 channel=1", "1e30 aperture=2 max=2"};
   return info;

@@ -14,7 +14,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-// The neighbour at (dx, dy) of every pixel of the row; its disc reaches a pixel that is nearer than radius + 1/2.
+// The neighbour at (dx, dy) of every pixel of the row; its disc reaches a pixel that is nearer than radius +
+// 1/2.
 HWY_INLINE void GatherNeighbour(const DiscRow& row, int dx, int dy, double distance) {
   const D d;
   const int step = static_cast<int>(hn::Lanes(d));
@@ -28,7 +29,8 @@ HWY_INLINE void GatherNeighbour(const DiscRow& row, int dx, int dy, double dista
     const auto behind = hn::Gt(hn::LoadU(d, row.depth + at + x), hn::LoadU(d, row.depth + x));
     const auto limited = hn::And(behind, hn::Lt(own, other));
     const V radius = hn::IfThenElse(limited, own, other);
-    const V density = hn::IfThenElse(limited, hn::LoadU(d, row.density + x), hn::LoadU(d, row.density + at + x));
+    const V density =
+        hn::IfThenElse(limited, hn::LoadU(d, row.density + x), hn::LoadU(d, row.density + at + x));
     const V coverage = hn::Min(hn::Max(hn::Sub(radius, inner), zero), one);
     const auto reaches = hn::And(hn::Gt(coverage, zero), hn::Gt(other, zero));
     const V weight = hn::IfThenElseZero(reaches, hn::Mul(coverage, density));

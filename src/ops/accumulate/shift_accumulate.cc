@@ -1,4 +1,5 @@
-// Convolution as hardware without it does it: shift, accumulate, return; with the range analysis that keeps it in range.
+// Convolution as hardware without it does it: shift, accumulate, return; with the range analysis that keeps
+// it in range.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -6,6 +7,7 @@
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/sum_kernel.h"
+#include "ops/filter/window.h"
 #include "ops/geometry/separable.h"
 #include "tessera/ops/accumulate.h"
 
@@ -26,7 +28,8 @@ class ShiftAccumulateStage final : public graph::TileStage {
     const double scale = KernelRange(p.taps, p.low, p.high).scale;
     for (int j = 0; j < p.height; ++j) {
       for (int i = 0; i < p.width; ++i) {
-        const double tap = p.taps[static_cast<size_t>(j) * static_cast<size_t>(p.width) + static_cast<size_t>(i)];
+        const double tap =
+            p.taps[static_cast<size_t>(j) * static_cast<size_t>(p.width) + static_cast<size_t>(i)];
         if (tap == 0) continue;
         offsets_.push_back({i - p.anchor_x, j - p.anchor_y});
         weights_.push_back(tap * scale);
@@ -35,9 +38,10 @@ class ShiftAccumulateStage final : public graph::TileStage {
     factor_ = 1 / scale;
   }
   Roi InputRoi(int, const Roi& out) const override {
-    return {out.x0 - params_.anchor_x, out.y0 - params_.anchor_y, out.x1 + params_.width - 1 - params_.anchor_x,
-            out.y1 + params_.height - 1 - params_.anchor_y};
+    return {out.x0 - params_.anchor_x, out.y0 - params_.anchor_y,
+            out.x1 + params_.width - 1 - params_.anchor_x, out.y1 + params_.height - 1 - params_.anchor_y};
   }
+  graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView in = InputChannels(args, 0);
     std::vector<const float*> rows(offsets_.size());
@@ -46,8 +50,8 @@ class ShiftAccumulateStage final : public graph::TileStage {
       for (size_t k = 0; k < rows.size(); ++k) {
         rows[k] = reinterpret_cast<const float*>(in.At(roi.x0 + offsets_[k].x, y + offsets_[k].y));
       }
-      run_({rows, weights_, reinterpret_cast<float*>(args.out.At(roi.x0, y)), int64_t{roi.width()} * args.out.channels,
-            factor_, params_.bits, args.stream});
+      run_({rows, weights_, reinterpret_cast<float*>(args.out.At(roi.x0, y)),
+            int64_t{roi.width()} * args.out.channels, factor_, params_.bits, args.stream});
     }
   }
 
@@ -72,18 +76,24 @@ class ShiftAccumulateOp final : public graph::OpWith<ShiftAccumulateParams> {
     const auto refuse = [](const std::string& reason) { throw Error("shiftaccum", reason); };
     if (p.width < 1 || p.height < 1 || p.width > kWidest || p.height > kWidest ||
         p.taps.size() != static_cast<size_t>(p.width) * static_cast<size_t>(p.height)) {
-      refuse("found " + std::to_string(p.taps.size()) + " taps for a kernel of " + std::to_string(p.width) + "x" +
-             std::to_string(p.height) + ", expected width times height of at most 255 each");
+      refuse("found " + std::to_string(p.taps.size()) + " taps for a kernel of " + std::to_string(p.width) +
+             "x" + std::to_string(p.height) + ", expected width times height of at most 255 each");
     }
     for (const double tap : p.taps) {
       if (!std::isfinite(tap)) refuse("found a tap that is not finite, expected a number");
     }
-    if (p.anchor_x >= p.width || p.anchor_y >= p.height) refuse("found an anchor outside the kernel, expected one inside");
+    if (p.anchor_x >= p.width || p.anchor_y >= p.height)
+      refuse("found an anchor outside the kernel, expected one inside");
     if (p.bits != 0 && (p.bits < 8 || p.bits > 32)) {
       refuse("found " + std::to_string(p.bits) + " bits, expected 8 to 32, or 0 for none");
     }
+    if (p.border == BorderMode::kRenormalize || p.border == BorderMode::kValid) {
+      refuse(
+          "found a border that changes weights or sizes, expected black, clamp, repeat, mirror or mirror101");
+    }
     if (!(p.low <= p.high) || !std::isfinite(p.low) || !std::isfinite(p.high)) {
-      refuse("found a range from " + std::to_string(p.low) + " to " + std::to_string(p.high) + ", expected low <= high");
+      refuse("found a range from " + std::to_string(p.low) + " to " + std::to_string(p.high) +
+             ", expected low <= high");
     }
     return inputs[0];
   }
@@ -113,11 +123,12 @@ OpInfo ShiftAccumulateInfo() {
   info.family = "accumulate";
   info.summary = "Correlate by shift and accumulate, as an accumulation buffer does";
   info.help =
-      "For every tap that is not 0 the image is shifted and accumulated with the tap times a scale, and returned with "
-      "the scale's inverse, unclamped. TAPS are row-major, top row first. The scale is 1 over the largest magnitude that "
-      "a partial sum can reach, in any order of the taps, for samples in range= (widened to hold 0): with bits= the "
-      "fixed-point buffer, numbers in [-1, 1] with that many binary places, is then used to the full and never "
-      "saturates in that range. The edge is repeated. An image kernel of any border and method is --convolve's job.";
+      "For every tap that is not 0 the image is shifted and accumulated with the tap times a scale, and "
+      "returned with the scale's inverse, unclamped. TAPS are row-major, top row first. The scale is 1 over "
+      "the largest magnitude that a partial sum can reach, in any order of the taps, for samples in range= "
+      "(widened to hold 0): with bits= the fixed-point buffer, numbers in [-1, 1] with that many binary "
+      "places, is then used to the full and never saturates in that range. The edge is repeated. An image "
+      "kernel of any border and method is --convolve's job.";
   info.bound = "1 u * |result| + 2^-29 u * (sum of |tap * value|); with bits=: taps * 2^-(bits+1) / scale";
   info.bound_u = 1;
   ParamInfo taps;
@@ -145,8 +156,8 @@ OpInfo ShiftAccumulateInfo() {
     p.taps = a.Numbers("TAPS");
     p.width = a.Integer("width");
     if (p.taps.size() % static_cast<size_t>(p.width) != 0) {
-      throw Error("shiftaccum", "found " + std::to_string(p.taps.size()) + " taps, expected a multiple of width=" +
-                                    std::to_string(p.width));
+      throw Error("shiftaccum", "found " + std::to_string(p.taps.size()) +
+                                    " taps, expected a multiple of width=" + std::to_string(p.width));
     }
     p.height = static_cast<int>(p.taps.size()) / p.width;
     if (a.Given("anchor")) {

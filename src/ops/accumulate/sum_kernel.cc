@@ -5,8 +5,8 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/accumulate/sum_kernel.cc"
-#include <hwy/foreach_target.h>
 #include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -31,46 +31,24 @@ struct Fixed {
   }
 };
 
-// Samples whose sums stay in L1 while the images pass: every image is read in runs that its prefetcher sees, four at
-// a time, for more would compete for the same cache sets (large images lie at equal offsets within their pages).
-constexpr int64_t kBlock = 256;
-constexpr size_t kTogether = 4;
+// Images that are added in registers, before their sum rests in L1. So many streams the prefetchers follow,
+// given that every stream has load instructions of its own; software prefetches would evict each other: large
+// images often lie at equal offsets within their pages and compete for the same sets of L1.
+constexpr size_t kTogether = 16;
+// More images are added by eights, which leaves room in L1 for the sums.
+constexpr size_t kPart = 8;
+constexpr int64_t kBlock = 128;  // samples whose sums rest there
+constexpr int kVectors = 4;
 
-// Adds images [k, k + kCount) to the sums of `count` samples; the first of all images starts them.
-template <class D, size_t kCount, class Keep>
-HWY_INLINE void AddImages(D d, const SumJob& job, size_t k, int64_t begin, int64_t count, double* sums, const Keep& keep) {
-  const hn::Rebind<float, D> f;
-  const float* row[kCount];
-  hn::Vec<D> weight[kCount];
-  for (size_t j = 0; j < kCount; ++j) row[j] = job.rows[k + j] + begin, weight[j] = hn::Set(d, job.weights[k + j]);
-  const auto step = static_cast<int64_t>(hn::Lanes(d));
-  for (int64_t i = 0; i + step <= count; i += step) {
-    // The run that follows when the other images have had theirs.
-    for (size_t j = 0; j < kCount && i % 16 == 0; ++j) hwy::Prefetch(row[j] + i + kBlock);
-    const auto value = [&](size_t j) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(f, row[j] + i)); };
-    hn::Vec<D> sum = keep(k == 0 ? hn::Mul(value(0), weight[0]) : hn::MulAdd(value(0), weight[0], hn::LoadU(d, sums + i)));
-    for (size_t j = 1; j < kCount; ++j) sum = keep(hn::MulAdd(value(j), weight[j], sum));
-    hn::StoreU(sum, d, sums + i);
-  }
-}
-
-// Sums of one block, `count` a multiple of D's lanes.
-template <class D, class Keep>
-HWY_INLINE void SumBlock(D d, const SumJob& job, int64_t begin, int64_t count, double* sums, const Keep& keep) {
-  size_t k = 0;
-  for (; k + kTogether <= job.rows.size(); k += kTogether) {
-    AddImages<D, kTogether>(d, job, k, begin, count, sums, keep);
-  }
-  for (; k < job.rows.size(); ++k) AddImages<D, 1>(d, job, k, begin, count, sums, keep);
-}
-
-// Rounds sums to floats. Every NaN becomes the same one: which of several a sum passes on depends on the compiler.
+// Rounds a sum to floats. Every NaN becomes the same one: which of several a sum passes on depends on the
+// compiler.
 template <class D>
-HWY_INLINE hn::Vec<hn::Rebind<float, D>> Rounded(D d, const double* sum, double factor) {
+HWY_INLINE hn::Vec<hn::Rebind<float, D>> Rounded(D d, hn::Vec<D> sum, double factor) {
   const hn::Rebind<float, D> f;
-  const auto scaled = hn::Mul(hn::LoadU(d, sum), hn::Set(d, factor));
+  const auto scaled = hn::Mul(sum, hn::Set(d, factor));
 #if HWY_TARGET == HWY_SCALAR
-  const auto value = hn::Set(f, static_cast<float>(hn::GetLane(scaled)));  // DemoteTo would make infinity finite
+  const auto value =
+      hn::Set(f, static_cast<float>(hn::GetLane(scaled)));  // DemoteTo would make infinity finite
 #else
   const auto value = hn::DemoteTo(f, scaled);
 #endif
@@ -78,35 +56,95 @@ HWY_INLINE hn::Vec<hn::Rebind<float, D>> Rounded(D d, const double* sum, double 
   return hn::IfThenElse(hn::IsNaN(value), nan, value);
 }
 
+// Adds images [k, k + kCount) to kN vectors of sums from sample `at` on; the first of all images starts them.
+template <size_t kCount, bool kFirst, int kN, class D, class Keep>
+HWY_INLINE void AddSome(D d, const SumJob& job, size_t k, int64_t at, hn::Vec<D> (&sum)[kN],
+                        const Keep& keep) {
+  const hn::Rebind<float, D> f;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d));
+  const float* const* const rows = job.rows.data() + k;
+  const double* const weights = job.weights.data() + k;
+  HWY_UNROLL(16)
+  for (size_t i = 0; i < kCount; ++i) {
+    const auto w = hn::Set(d, weights[i]);
+    HWY_UNROLL(4)
+    for (int j = 0; j < kN; ++j) {
+      const auto value = hn::PromoteTo(d, hn::LoadU(f, rows[i] + at + j * kLanes));
+      sum[j] = keep(kFirst && i == 0 ? hn::Mul(value, w) : hn::MulAdd(value, w, sum[j]));
+    }
+  }
+}
+
+template <int kN, class D, class Keep>
+HWY_INLINE void AddImages(D d, const SumJob& job, size_t k, size_t end, int64_t at, hn::Vec<D> (&sum)[kN],
+                          const Keep& keep) {
+  if (k == 0) {
+    if (end >= 16) {
+      AddSome<16, true>(d, job, k, at, sum, keep), k += 16;
+    } else if (end >= 8) {
+      AddSome<8, true>(d, job, k, at, sum, keep), k += 8;
+    } else {
+      AddSome<1, true>(d, job, k, at, sum, keep), k += 1;
+    }
+  }
+  if (k + 16 <= end) AddSome<16, false>(d, job, k, at, sum, keep), k += 16;
+  if (k + 8 <= end) AddSome<8, false>(d, job, k, at, sum, keep), k += 8;
+  if (k + 4 <= end) AddSome<4, false>(d, job, k, at, sum, keep), k += 4;
+  if (k + 2 <= end) AddSome<2, false>(d, job, k, at, sum, keep), k += 2;
+  if (k < end) AddSome<1, false>(d, job, k, at, sum, keep);
+}
+
+template <class D>
+HWY_INLINE void StoreRounded(D d, const hn::Vec<D> (&sum)[kVectors], double factor, float* out, bool stream) {
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d));
+#if HWY_TARGET == HWY_SCALAR
+  (void)stream;
+  for (int j = 0; j < kVectors; ++j)
+    hn::StoreU(Rounded(d, sum[j], factor), hn::Rebind<float, D>(), out + j * kLanes);
+#else
+  const hn::Twice<hn::Rebind<float, D>> pair;
+  for (int j = 0; j < kVectors; j += 2) {
+    const auto both = hn::Combine(pair, Rounded(d, sum[j + 1], factor), Rounded(d, sum[j], factor));
+    if (stream) {
+      hn::Stream(both, pair, out + j * kLanes);
+    } else {
+      hn::StoreU(both, pair, out + j * kLanes);
+    }
+  }
+#endif
+}
+
 template <class Keep>
 void SumRow(const SumJob& job, const Keep& keep) {
   alignas(64) double sums[kBlock];
   const hn::CappedTag<double, 8> d;
   const hn::CappedTag<double, 1> one;
-  const auto n = static_cast<int64_t>(hn::Lanes(d));
-  for (int64_t begin = 0; begin < job.count; begin += kBlock) {
-    const int64_t count = std::min(kBlock, job.count - begin), whole = count / (2 * n) * (2 * n);
-    float* const out = job.out + begin;
-    int64_t i = 0;
-    SumBlock(d, job, begin, whole, sums, keep);
-#if HWY_TARGET != HWY_SCALAR
-    const hn::Twice<hn::Rebind<float, decltype(d)>> pair;
-    const bool stream = job.stream && reinterpret_cast<uintptr_t>(out) % (2 * sizeof(float) * hn::Lanes(d)) == 0;
-    for (; i < whole; i += 2 * n) {
-      const auto both = hn::Combine(pair, Rounded(d, sums + i + n, job.factor), Rounded(d, sums + i, job.factor));
-      if (stream) {
-        hn::Stream(both, pair, out + i);
-      } else {
-        hn::StoreU(both, pair, out + i);
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d)), kStep = kVectors * kLanes;
+  const size_t images = job.rows.size(), together = images <= kTogether ? kTogether : kPart;
+  const bool stream = job.stream && reinterpret_cast<uintptr_t>(job.out) % (2 * sizeof(float) * kLanes) == 0;
+  const int64_t whole = job.count / kStep * kStep;
+  for (int64_t begin = 0; begin < whole; begin += kBlock) {
+    const int64_t end = std::min(begin + kBlock, whole);
+    for (size_t k = 0; k < images; k += together) {
+      const size_t last = std::min(k + together, images);
+      for (int64_t i = begin; i < end; i += kStep) {
+        double* const resting = sums + (i - begin);
+        hn::Vec<decltype(d)> sum[kVectors];
+        for (int j = 0; j < kVectors; ++j) sum[j] = k == 0 ? hn::Zero(d) : hn::Load(d, resting + j * kLanes);
+        AddImages(d, job, k, last, i, sum, keep);
+        if (last == images) {
+          StoreRounded(d, sum, job.factor, job.out + i, stream);
+        } else {
+          for (int j = 0; j < kVectors; ++j) hn::Store(sum[j], d, resting + j * kLanes);
+        }
       }
     }
-#else
-    for (; i < whole; ++i) hn::StoreU(Rounded(one, sums + i, job.factor), hn::CappedTag<float, 1>(), out + i);
-#endif
-    SumBlock(one, job, begin + i, count - i, sums, keep);
-    for (int64_t k = 0; i < count; ++i, ++k) {
-      hn::StoreU(Rounded(one, sums + k, job.factor), hn::Rebind<float, decltype(one)>(), out + i);
-    }
+  }
+  for (int64_t i = whole; i < job.count; ++i) {
+    hn::Vec<decltype(one)> sum[1] = {hn::Zero(one)};
+    for (size_t k = 0; k < images; k += kTogether)
+      AddImages(one, job, k, std::min(k + kTogether, images), i, sum, keep);
+    hn::StoreU(Rounded(one, sum[0], job.factor), hn::Rebind<float, decltype(one)>(), job.out + i);
   }
 }
 

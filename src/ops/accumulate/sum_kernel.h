@@ -8,8 +8,8 @@
 
 namespace tessera::ops {
 
-// out[i] = factor * sum over k of weight[k] * row[k][i], `count` floats; no weight is 0. `bits` other than 0: the sum is
-// held in fixed point with that many binary places, rounded and saturated after every image.
+// out[i] = factor * sum over k of weight[k] * row[k][i], `count` floats; no weight is 0. `bits` other than 0:
+// the sum is held in fixed point with that many binary places, rounded and saturated after every image.
 struct SumJob {
   std::span<const float* const> rows;
   std::span<const double> weights;

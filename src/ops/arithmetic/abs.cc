@@ -84,8 +84,8 @@ OpInfo AbsDiffConstantInfo() {
   info.summary = "Absolute difference from a constant per channel";
   info.help =
       "Each sample of the result is |A - c|. One value serves all channels, alpha included; of several "
-      "values the "
-      "n-th is channel n's, and channels beyond the list have c = 0. NaN and infinities follow IEEE 754.";
+      "values the n-th is channel n's, and channels beyond the list have c = 0. NaN and infinities follow "
+      "IEEE 754.";
   info.bound = "2 u * (|A| + |c|)";
   info.bound_u = 2;
   info.arguments = {ConstantsArgument("subtracted before the absolute value is taken")};

@@ -121,10 +121,8 @@ OpInfo InvertInfo() {
   info.summary = "Subtract from 1";
   info.help =
       "Channels from chbegin up to but without chend become 1 - A; the others keep their bits. The default "
-      "is the "
-      "first three, which spares alpha. The inverse of premultiplied colours is alpha - A: --unpremult first "
-      "where "
-      "that is meant.";
+      "is the first three, which spares alpha. The inverse of premultiplied colours is alpha - A: "
+      "--unpremult first where that is meant.";
   info.bound = "2 u * (|A| + 1)";
   info.bound_u = 2;
   ParamInfo first;
@@ -154,10 +152,9 @@ OpInfo ClampInfo() {
   info.summary = "Limit values";
   info.help =
       "min= and max= hold one limit for all channels, or one per channel; a channel without a limit is free "
-      "on that "
-      "side. clampalpha=1 limits alpha to [0, 1] as well. A limit wins over NaN, the lower one where there "
-      "are both; a "
-      "channel without limits keeps its bits. Without modifiers nothing is limited, as oiiotool.";
+      "on that side. clampalpha=1 limits alpha to [0, 1] as well. A limit wins over NaN, the lower one where "
+      "there are both; a channel without limits keeps its bits. Without modifiers nothing is limited, as "
+      "oiiotool.";
   info.bound = "1 rounding of each limit";
   info.bound_u = 1;
   ParamInfo low = ConstantsArgument("");

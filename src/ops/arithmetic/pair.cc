@@ -2,11 +2,13 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "graph/op.h"
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/arithmetic/operands.h"
 #include "tessera/ops/arithmetic.h"
+#include "tessera/ops/channels.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/arithmetic/pair.cc"
@@ -39,7 +41,8 @@ struct MulF {
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Mul(a, b); }
 #if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
-    return s::FromEvenOdd(s::Div255(hn::Mul(s::Even(a), s::Even(b))), s::Div255(hn::Mul(s::Odd(a), s::Odd(b))));
+    return s::FromEvenOdd(s::Div255(hn::Mul(s::Even(a), s::Even(b))),
+                          s::Div255(hn::Mul(s::Odd(a), s::Odd(b))));
   }
 #endif
 };
@@ -114,8 +117,15 @@ class PairOp final : public graph::OpWith<NoParams> {
   const char* name_;
 };
 
+// A second image of one channel (a matte, a shadow) goes with every channel of the first one.
 Node Pair(const char* name, const Node& a, const Node& b) {
-  return graph::MakeNode(std::make_shared<const PairOp>(name), {a, b});
+  Node second = b;
+  if (a && b && b.spec().channel_count() == 1 && a.spec().channel_count() > 1) {
+    std::vector<ChannelChoice> copies;
+    for (const std::string& channel : a.spec().channels) copies.push_back({0, 0, channel});
+    second = SelectChannels(b, copies);
+  }
+  return graph::MakeNode(std::make_shared<const PairOp>(name), {a, second});
 }
 
 // What the six rows have in common.
@@ -129,7 +139,7 @@ OpInfo Row(const char* name, const char* summary, const char* formula, const cha
       std::string("Each sample of the result is ") + formula +
       ", where A is the lower and B the upper image of the stack; alpha and further channels are treated "
       "like the others. Both images need the same data window and the same number of channels (use --crop "
-      "and --ch to make them equal). The result keeps the names, alpha and metadata of A.\n" +
+      "and --ch to make them equal); a B of one channel goes with every channel of A. The result keeps the names, alpha and metadata of A.\n" +
       hard_cases;
   info.bound = "1 rounding: u * |result|";
   info.bound_u = 1;

@@ -160,10 +160,8 @@ OpInfo QuantizeInfo() {
       "image "
       "with BITS bits and reading it back gives.\n"
       "With dither=1 an offset in [-1/2, 1/2) of a code is added before rounding. It is a hash of pixel "
-      "position, "
-      "channel and seed, so the picture does not depend on tiles or threads; the mean of a flat area is "
-      "kept, and "
-      "so are the codes 0 and 2^BITS - 1. Give each frame of a sequence its own seed.";
+      "position, channel and seed, so the picture does not depend on tiles or threads; the mean of a flat "
+      "area is kept, and so are the codes 0 and 2^BITS - 1. Give each frame of a sequence its own seed.";
   info.bound = "the code is exact; its quotient 1 rounding: u * |result|";
   info.bound_u = 1;
   ParamInfo bits;

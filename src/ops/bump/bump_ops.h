@@ -1,4 +1,4 @@
-// Registry rows of the bump family: normalmap, bump, tangentnormals, combinenormals.
+// Registry rows of the bump family: normalmap, bump, tangentnormals, surfacebump, combinenormals.
 #ifndef TESSERA_OPS_BUMP_BUMP_OPS_H_
 #define TESSERA_OPS_BUMP_BUMP_OPS_H_
 
@@ -9,6 +9,7 @@ namespace tessera::ops {
 OpInfo HeightNormalsInfo();
 OpInfo BumpInfo();
 OpInfo TangentNormalsInfo();
+OpInfo SurfaceBumpInfo();
 OpInfo CombineNormalsInfo();
 
 }  // namespace tessera::ops

@@ -10,6 +10,7 @@
 namespace tessera::ops {
 
 std::unique_ptr<graph::PointStage> MakeTangentStage(const TangentNormalsParams& params);
+std::unique_ptr<graph::PointStage> MakeSurfaceStage(const SurfaceBumpParams& params);
 std::unique_ptr<graph::PointStage> MakeCombineStage(const CombineNormalsParams& params);
 
 }  // namespace tessera::ops

@@ -23,15 +23,19 @@ HWY_INLINE s::Pixels EachPixel(V alpha, const F& f) {
   return {Clean(Join(x)), Clean(Join(y)), Clean(Join(z)), alpha};
 }
 
+// Codes in [0, 1] to [-1, 1].
+HWY_INLINE Three Unpack(const Three& codes) {
+  const auto unpack = [](VD c) HWY_ATTR { return hn::MulAdd(c, SetD(2.0), SetD(-1.0)); };
+  return {unpack(codes.x), unpack(codes.y), unpack(codes.z)};
+}
+
 struct Tangent {
   TangentNormalsParams params;
-  HWY_INLINE s::Pixels operator()(const s::Pixels& map, const s::Pixels& normal, const s::Pixels& tangent) const {
+  HWY_INLINE s::Pixels operator()(const s::Pixels& map, const s::Pixels& normal,
+                                  const s::Pixels& tangent) const {
     return EachPixel(map.a, [&]<int k>() HWY_ATTR {
       Three a = PartOf<k>(map);
-      if (params.packed) {
-        const auto unpack = [](VD c) HWY_ATTR { return hn::MulAdd(c, SetD(2.0), SetD(-1.0)); };
-        a = {unpack(a.x), unpack(a.y), unpack(a.z)};
-      }
+      if (params.packed) a = Unpack(a);
       const Three n = UnitOf(PartOf<k>(normal)), raw = UnitOf(PartOf<k>(tangent));
       const Three flat = Minus(raw, Times(n, DotOf(raw, n)));
       // A tangent along the normal leaves nothing but rounding.
@@ -43,6 +47,29 @@ struct Tangent {
       const Three sum = Plus(Plus(Times(t, a.x), Times(b, a.y)), Times(n, a.z));
       const auto turned = hn::And(framed, Positive(DotOf(sum, sum)));
       return Choose(turned, UnitOf(sum), n);
+    });
+  }
+};
+
+struct Surface {
+  SurfaceBumpParams params;
+  HWY_INLINE s::Pixels operator()(const s::Pixels& map, const s::Pixels& normal, const s::Pixels& pu,
+                                  const s::Pixels& pv) const {
+    return EachPixel(map.a, [&]<int k>() HWY_ATTR {
+      Three a = PartOf<k>(map);
+      if (params.packed) a = Unpack(a);
+      const Three n = UnitOf(PartOf<k>(normal)), u = PartOf<k>(pu), v = PartOf<k>(pv);
+      const Three area = CrossOf(u, v);
+      const VD square = DotOf(area, area), lengths = hn::Mul(DotOf(u, u), DotOf(v, v));
+      // Parallel derivatives leave nothing but rounding.
+      const auto framed = hn::And(Positive(lengths), hn::Gt(square, hn::Mul(lengths, SetD(1e-24))));
+      // A normal in the surface itself is on neither side.
+      const auto against = hn::Lt(DotOf(area, n), hn::Mul(hn::Sqrt(square), SetD(-1e-12)));
+      const VD turned = hn::IfThenElse(against, SetD(-params.scale), SetD(params.scale));
+      const Three bend = Plus(Times(CrossOf(v, n), a.x), Times(CrossOf(n, u), a.y));
+      const Three sum = Plus(Times(n, hn::Mul(a.z, hn::Sqrt(square))), Times(bend, turned));
+      const auto usable = hn::And(hn::And(framed, Positive(DotOf(n, n))), Positive(DotOf(sum, sum)));
+      return Choose(usable, UnitOf(sum), n);
     });
   }
 };
@@ -60,7 +87,8 @@ struct Combine {
         sum = Minus(v, Times(Minus(raw, Times(v, DotOf(raw, v))), SetD(params.k)));
       }
       const VD square = DotOf(sum, sum);
-      const auto usable = hn::And(Positive(square), hn::And(hn::Ge(square, SetD(1e-12)), Positive(DotOf(v, v))));
+      const auto usable =
+          hn::And(Positive(square), hn::And(hn::Ge(square, SetD(1e-12)), Positive(DotOf(v, v))));
       return Choose(usable, UnitOf(sum), v);
     });
   }
@@ -68,8 +96,15 @@ struct Combine {
 
 }  // namespace
 
-std::unique_ptr<graph::PointStage> TangentOfTarget(const TangentNormalsParams& p) { return s::MakeStage<3>(Tangent{p}); }
-std::unique_ptr<graph::PointStage> CombineOfTarget(const CombineNormalsParams& p) { return s::MakeStage<2>(Combine{p}); }
+std::unique_ptr<graph::PointStage> TangentOfTarget(const TangentNormalsParams& p) {
+  return s::MakeStage<3>(Tangent{p});
+}
+std::unique_ptr<graph::PointStage> SurfaceOfTarget(const SurfaceBumpParams& p) {
+  return s::MakeStage<4>(Surface{p});
+}
+std::unique_ptr<graph::PointStage> CombineOfTarget(const CombineNormalsParams& p) {
+  return s::MakeStage<2>(Combine{p});
+}
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -78,10 +113,14 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 
 HWY_EXPORT(TangentOfTarget);
+HWY_EXPORT(SurfaceOfTarget);
 HWY_EXPORT(CombineOfTarget);
 
 std::unique_ptr<graph::PointStage> MakeTangentStage(const TangentNormalsParams& p) {
   return HWY_DYNAMIC_DISPATCH(TangentOfTarget)(p);
+}
+std::unique_ptr<graph::PointStage> MakeSurfaceStage(const SurfaceBumpParams& p) {
+  return HWY_DYNAMIC_DISPATCH(SurfaceOfTarget)(p);
 }
 std::unique_ptr<graph::PointStage> MakeCombineStage(const CombineNormalsParams& p) {
   return HWY_DYNAMIC_DISPATCH(CombineOfTarget)(p);

@@ -130,7 +130,9 @@ class NormalMapOp final : public HeightOp<HeightNormalsParams> {
  public:
   using HeightOp::HeightOp;
   std::string Name() const override { return "normalmap"; }
-  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return SpecWith(inputs, {"X", "Y", "Z"}); }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    return SpecWith(inputs, {"X", "Y", "Z"});
+  }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
     HeightSetup setup;
     setup.scale = params().scale;
@@ -164,15 +166,18 @@ class BumpOp final : public HeightOp<BumpParams> {
 };
 
 void RequireScale(const std::string& op, double scale) {
-  if (!(std::fabs(scale) <= 1e30)) throw Error(op, "found scale=" + std::to_string(scale) + ", expected a finite number");
+  if (!(std::fabs(scale) <= 1e30))
+    throw Error(op, "found scale=" + std::to_string(scale) + ", expected a finite number");
 }
 
 ParamInfo SlopeChoice() {
   return ChoiceModifier("slope", {"central", "forward", "sobel", "gaussian"}, "how slopes are measured");
 }
 Slope SlopeNamed(const std::string& name) {
-  return name == "forward" ? Slope::kForward : name == "sobel" ? Slope::kSobel
-         : name == "gaussian" ? Slope::kGaussian : Slope::kCentral;
+  return name == "forward"    ? Slope::kForward
+         : name == "sobel"    ? Slope::kSobel
+         : name == "gaussian" ? Slope::kGaussian
+                              : Slope::kCentral;
 }
 
 }  // namespace
@@ -183,18 +188,20 @@ OpInfo HeightNormalsInfo() {
   info.family = "bump";
   info.summary = "Normals of a height image";
   info.help =
-      "HEIGHT --normalmap gives X,Y,Z = (-f_x, -f_y, 1)/sqrt(1 + f_x^2 + f_y^2) of the first channel f, times scale=, "
-      "in pixels; x to the right, y up. slope=central is (f(x+1) - f(x-1))/2, forward f(x+1) - f(x), sobel its operator "
-      "over 8, gaussian the derivative of a Gaussian over 7x7 pixels. pack=1 stores (n+1)/2. Adding a constant to the "
-      "heights changes nothing. Source: spec/bump.md.";
+      "HEIGHT --normalmap gives X,Y,Z = (-f_x, -f_y, 1)/sqrt(1 + f_x^2 + f_y^2) of the first channel f, "
+      "times scale=, in pixels; x to the right, y up. slope=central is (f(x+1) - f(x-1))/2, forward f(x+1) - "
+      "f(x), sobel its operator over 8, gaussian the derivative of a Gaussian over 7x7 pixels. pack=1 stores "
+      "(n+1)/2. Adding a constant to the heights changes nothing. Source: spec/bump.md.";
   info.bound = "4 u";
   info.bound_u = 4;
   info.modifiers = {NumberModifier("scale", "1", -1e30, 1e30, "of the heights"), SlopeChoice(),
                     WrapModifier("wrap", "clamp"), FlagModifier("pack", "to codes in [0,1]")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return HeightToNormals(in[0], {a.Number("scale"), SlopeNamed(a.Text("slope")), WrapNamed(a.Text("wrap")), a.Flag("pack")});
+    return HeightToNormals(
+        in[0], {a.Number("scale"), SlopeNamed(a.Text("slope")), WrapNamed(a.Text("wrap")), a.Flag("pack")});
   };
-  info.examples = {"", "scale=4 slope=sobel wrap=periodic", "slope=forward wrap=mirror pack=1", "slope=gaussian scale=-0.5 wrap=black"};
+  info.examples = {"", "scale=4 slope=sobel wrap=periodic", "slope=forward wrap=mirror pack=1",
+                   "slope=gaussian scale=-0.5 wrap=black"};
   return info;
 }
 
@@ -204,12 +211,12 @@ OpInfo BumpInfo() {
   info.family = "bump";
   info.summary = "Light a height image as relief";
   info.help =
-      "HEIGHT --bump:light=x,y,z shades the relief of the first channel (times scale=, in pixels; x right, y up, z to the "
-      "viewer). output=diffuse is max(n'.L, 0) with the perturbed normal n'; specular max(n'.H, 0)^exponent with H "
-      "halfway to +z; emboss E + 1/2. method=normals works with slopes; shift is shift and subtract about the pixel, "
-      "E = f(p - s L/2) - f(p + s L/2), n'.L = (E/s + L_z)/sqrt(1 + f_x^2 + f_y^2); forward is the papers' E = f(p) - "
-      "f(p + s L). length=0 leaves the root out, as hardware without it did. bits=8 or 12 models its framebuffer. "
-      "Source: spec/bump.md.";
+      "HEIGHT --bump:light=x,y,z shades the relief of the first channel (times scale=, in pixels; x right, y "
+      "up, z to the viewer). output=diffuse is max(n'.L, 0) with the perturbed normal n'; specular max(n'.H, "
+      "0)^exponent with H halfway to +z; emboss E + 1/2. method=normals works with slopes; shift is shift "
+      "and subtract about the pixel, E = f(p - s L/2) - f(p + s L/2), n'.L = (E/s + L_z)/sqrt(1 + f_x^2 + "
+      "f_y^2); forward is the papers' E = f(p) - f(p + s L). length=0 leaves the root out, as hardware "
+      "without it did. bits=8 or 12 models its framebuffer. Source: spec/bump.md.";
   info.bound = "4 u (1 + |E|/s), specular times 1 + exponent";
   info.bound_u = 4;
   info.modifiers = {NumbersModifier("light", {3}, "to the light", "-1,1,1"),
@@ -227,17 +234,20 @@ OpInfo BumpInfo() {
     p.light = VectorOf(a.Numbers("light"));
     p.scale = a.Number("scale"), p.shift = a.Number("shift"), p.exponent = a.Number("exponent");
     const std::string& method = a.Text("method");
-    p.method = method == "shift" ? BumpMethod::kShift : method == "forward" ? BumpMethod::kForward : BumpMethod::kNormals;
+    p.method = method == "shift"     ? BumpMethod::kShift
+               : method == "forward" ? BumpMethod::kForward
+                                     : BumpMethod::kNormals;
     const std::string& output = a.Text("output");
-    p.output = output == "specular" ? BumpOutput::kSpecular : output == "emboss" ? BumpOutput::kEmboss : BumpOutput::kDiffuse;
+    p.output = output == "specular" ? BumpOutput::kSpecular
+               : output == "emboss" ? BumpOutput::kEmboss
+                                    : BumpOutput::kDiffuse;
     p.length = a.Flag("length");
     p.slope = SlopeNamed(a.Text("slope"));
     p.wrap = WrapNamed(a.Text("wrap"));
     p.bits = a.Integer("bits");
     return Bump(in[0], p);
   };
-  info.examples = {"light=-1,1,1",
-                   "method=shift light=0.5,0.3,0.812 shift=1.5 wrap=mirror",
+  info.examples = {"light=-1,1,1", "method=shift light=0.5,0.3,0.812 shift=1.5 wrap=mirror",
                    "method=forward output=emboss shift=3 length=0",
                    "output=specular exponent=12 scale=0.25 slope=sobel",
                    "method=shift length=0 light=0,0,1 wrap=periodic"};
@@ -262,7 +272,8 @@ Node Bump(const Node& height, const BumpParams& p) {
   if (!(p.exponent >= 0 && p.exponent <= 10000)) {
     throw Error("bump", "found exponent=" + std::to_string(p.exponent) + ", expected 0 to 10000");
   }
-  if (p.bits < 0 || p.bits > 24) throw Error("bump", "found bits=" + std::to_string(p.bits) + ", expected 0 to 24");
+  if (p.bits < 0 || p.bits > 24)
+    throw Error("bump", "found bits=" + std::to_string(p.bits) + ", expected 0 to 24");
   return graph::MakeNode(std::make_shared<const ops::BumpOp>(p), {height});
 }
 

@@ -29,7 +29,8 @@ HWY_INLINE VD Framebuffer(VD v, int bits) {
   if (bits == 0) return v;
   const double codes = std::ldexp(1.0, bits) - 1;
   const VD limited = hn::Min(hn::Max(v, hn::Zero(d)), hn::Set(d, 1.0));
-  return hn::IfThenElse(hn::Eq(v, v), hn::Div(hn::Round(hn::Mul(limited, hn::Set(d, codes))), hn::Set(d, codes)), v);
+  return hn::IfThenElse(hn::Eq(v, v),
+                        hn::Div(hn::Round(hn::Mul(limited, hn::Set(d, codes))), hn::Set(d, codes)), v);
 }
 
 HWY_INLINE Height Measure(const HeightSetup& setup, const float* at, ptrdiff_t stride) {
@@ -64,7 +65,8 @@ HWY_INLINE void Store(VD v, float* to) {
 #endif
 }
 
-void HeightNormals(const HeightSetup& setup, const float* row, ptrdiff_t stride, int count, float* x, float* y, float* z) {
+void HeightNormals(const HeightSetup& setup, const float* row, ptrdiff_t stride, int count, float* x,
+                   float* y, float* z) {
   const DD d;
   const VD factor = hn::Set(d, setup.pack ? 0.5 : 1.0), base = hn::Set(d, setup.pack ? 0.5 : 0.0);
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
@@ -78,7 +80,8 @@ void HeightNormals(const HeightSetup& setup, const float* row, ptrdiff_t stride,
 
 void HeightShade(const HeightSetup& setup, const float* row, ptrdiff_t stride, int count, float* out) {
   const DD d;
-  const VD dx = hn::Set(d, setup.direction[0]), dy = hn::Set(d, setup.direction[1]), dz = hn::Set(d, setup.direction[2]);
+  const VD dx = hn::Set(d, setup.direction[0]), dy = hn::Set(d, setup.direction[1]),
+           dz = hn::Set(d, setup.direction[2]);
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
     const Height h = Measure(setup, row + i, stride);
     // E / s.

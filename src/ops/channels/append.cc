@@ -52,10 +52,8 @@ OpInfo AppendChannelsInfo() {
   info.summary = "Append the channels of two images";
   info.help =
       "The result has all channels of the lower image, then all of the upper one; both need the same data "
-      "window. A "
-      "name that is taken already becomes channelN, N its position from 0. Alpha is the lower image's, or "
-      "else the "
-      "upper one's. Samples keep their bits.";
+      "window. A name that is taken already becomes channelN, N its position from 0. Alpha is the lower "
+      "image's, or else the upper one's. Samples keep their bits.";
   info.bound = "exact";
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
     return AppendChannels(in[0], in[1]);

@@ -105,10 +105,8 @@ OpInfo CropInfo() {
   info.summary = "Set the data window, cutting off or padding with zero";
   info.help =
       "GEOM is WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1 (x1 and y1 included); what is not named stays. The display "
-      "window "
-      "stays. Pixels that the image does not have are zero in every channel. Pixels outside are neither read "
-      "nor "
-      "computed.";
+      "window stays. Pixels that the image does not have are zero in every channel. Pixels outside are "
+      "neither read nor computed.";
   info.bound = "exact";
   ParamInfo geometry;
   geometry.name = "GEOM";

@@ -45,8 +45,8 @@ OpInfo RenameChannelsInfo() {
   info.summary = "Rename channels";
   info.help =
       "NAMES holds comma-separated names, in channel order. An empty name, or one that the list does not "
-      "reach, stays; "
-      "names beyond the last channel are ignored. A channel named A or alpha becomes the alpha channel.";
+      "reach, stays; names beyond the last channel are ignored. A channel named A or alpha becomes the alpha "
+      "channel.";
   info.bound = "exact";
   ParamInfo names;
   names.name = "NAMES";

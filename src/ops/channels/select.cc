@@ -113,11 +113,9 @@ OpInfo SelectChannelsInfo() {
       "index from 0; NEW=CHANNEL renames; NEW=VALUE makes a constant channel, =VALUE one with the usual name "
       "of its "
       "position. Examples: B,G,R   R,G,B,A=1.0   Y,Y,Y   R=0.5,G,B. A channel that is missing is an error "
-      "that lists "
-      "those present (oiiotool warns and fills with 0). Alpha is the channel named A or alpha, or else the "
-      "image's own "
-      "where it was selected. Samples keep their bits, and channels that nobody selects are neither read nor "
-      "computed.";
+      "that lists those present (oiiotool warns and fills with 0). Alpha is the channel named A or alpha, or "
+      "else the image's own where it was selected. Samples keep their bits, and channels that nobody selects "
+      "are neither read nor computed.";
   info.bound = "exact";
   ParamInfo list;
   list.name = "LIST";

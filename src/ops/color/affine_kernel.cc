@@ -55,7 +55,8 @@ struct Coefficients {
 
   // Storing codes limits them too; one pair of limits does for both. What NaN becomes stays.
   void LimitToCodes(float max) {
-    for (int i = 0; i < 4; ++i) low[i] = std::clamp(low[i], 0.0f, max), high[i] = std::clamp(high[i], 0.0f, max);
+    for (int i = 0; i < 4; ++i)
+      low[i] = std::clamp(low[i], 0.0f, max), high[i] = std::clamp(high[i], 0.0f, max);
   }
 };
 
@@ -158,8 +159,8 @@ class AffineStage final : public graph::PointStage {
     if constexpr (std::is_same_v<Kernel, Affine<AffineClass::kRgb>>) {
       if (const auto* const other = dynamic_cast<const AffineStage*>(&next)) {
         using Both = Pair<Kernel, Kernel>;
-        return std::make_unique<AffineStage<Both>>(Both(values_, other->values_), Both(codes8_, other->codes8_),
-                                                   Both(codes16_, other->codes16_));
+        return std::make_unique<AffineStage<Both>>(
+            Both(values_, other->values_), Both(codes8_, other->codes8_), Both(codes16_, other->codes16_));
       }
     }
     return nullptr;
@@ -202,7 +203,8 @@ class AffineStage final : public graph::PointStage {
       if constexpr (type == PixelType::kUint8) {
         if (on_codes.form() == LimitForm::kNone && bounded8_) {
           const auto unlimited = [&on_codes](const Pixels& p) HWY_ATTR { return on_codes.Unlimited(p); };
-          for (int i = 0; i < count; i += s::kLanes) s::MapBoundedRgba8(from + 4 * i, to + 4 * i, stream, unlimited);
+          for (int i = 0; i < count; i += s::kLanes)
+            s::MapBoundedRgba8(from + 4 * i, to + 4 * i, stream, unlimited);
           return;
         }
         if (on_codes.form() != LimitForm::kSome) {

@@ -37,8 +37,7 @@ struct UnpremultipliedMatrixKernel {
     const s::V one = hn::Set(d, 1.0f);
     const s::V alpha = hn::IfThenElse(hn::Eq(p.a, hn::Zero(d)), one, p.a);
     const s::Pixels q{hn::Div(p.r, alpha), hn::Div(p.g, alpha), hn::Div(p.b, alpha), p.a};
-    return {hn::Mul(Row(q, 0), alpha), hn::Mul(Row(q, 1), alpha), hn::Mul(Row(q, 2), alpha),
-            Alpha(q)};
+    return {hn::Mul(Row(q, 0), alpha), hn::Mul(Row(q, 1), alpha), hn::Mul(Row(q, 2), alpha), Alpha(q)};
   }
 };
 std::unique_ptr<graph::PointStage> MakeUnpremultipliedMatrix(const double (&m)[4][5], bool full,
@@ -77,8 +76,8 @@ class UnpremultipliedMatrixOp final : public graph::OpWith<ColorMatrixParams> {
     return affine_.structure == AffineClass::kFull || affine_.matrix[3][3] != 1 || affine_.matrix[3][4] != 0;
   }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
-    return HWY_DYNAMIC_DISPATCH(MakeUnpremultipliedMatrix)(affine_.matrix,
-                                                           affine_.structure == AffineClass::kFull, WritesAlpha());
+    return HWY_DYNAMIC_DISPATCH(MakeUnpremultipliedMatrix)(
+        affine_.matrix, affine_.structure == AffineClass::kFull, WritesAlpha());
   }
 
  private:
@@ -93,12 +92,12 @@ OpInfo ColorMatrixInfo() {
   info.family = "color";
   info.summary = "Multiply by a colour matrix";
   info.help =
-      "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias of "
-      "R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the matrix, giving "
-      "the column form. An image without alpha takes part with the upper left 3x3 and the bias. unpremult=1 divides "
-      "R,G,B by alpha before and multiplies by the same alpha after; where alpha is 0 it does neither. NaN or infinity "
-      "in R, G or B reaches all three; it passes between colour and alpha only where some entry couples them. Source: "
-      "spec/color.md.";
+      "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias "
+      "of R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the "
+      "matrix, giving the column form. An image without alpha takes part with the upper left 3x3 and the "
+      "bias. unpremult=1 divides R,G,B by alpha before and multiplies by the same alpha after; where alpha "
+      "is 0 it does neither. NaN or infinity in R, G or B reaches all three; it passes between colour and "
+      "alpha only where some entry couples them. Source: spec/color.md.";
   info.bound = "4 u (sum of |m v| + |bias|), 8 u with unpremult";
   info.bound_u = 8;
   ParamInfo m;
@@ -123,7 +122,8 @@ OpInfo ColorMatrixInfo() {
     return ColorMatrix(in[0], {a.Numbers("M"), a.Flag("transpose"), a.Flag("unpremult")});
   };
   info.examples = {"0.9,0.1,0,0,0.05,0.8,0.1,0,0.1,0.1,0.9,0,0,0,0,1",
-                   "0.4,0.3,0.2,-0.1,0.8,0.3,0.05,0.2,1.1", "1,0.2,0,0,1,0,0.3,0,1,0.1,-0.2,0.3 transpose=1",
+                   "0.4,0.3,0.2,-0.1,0.8,0.3,0.05,0.2,1.1",
+                   "1,0.2,0,0,1,0,0.3,0,1,0.1,-0.2,0.3 transpose=1",
                    "0.5,0,0,0.1,0,0.5,0,0,0,0,0.5,0,0,0.1,0,0.9,0.1,0.2,0.3,0.05",
                    "0.9,0.1,0,0,0.8,0.2,0.1,0,0.9 unpremult=1",
                    "0.9,0.1,0,0,0,0.8,0.2,0,0.1,0,0.9,0,0,0,0,0.5,0,0,0.1,0.2 unpremult=1",

@@ -56,15 +56,11 @@ OpInfo HueInfo() {
   info.summary = "Rotate hue about the grey axis";
   info.help =
       "R,G,B are turned by DEG degrees about the grey axis; +120 turns red to green. preserve=luminance (the "
-      "default) "
-      "shears so that the weighted luminance stays: H = 1 w^T + cos P + sin P [g]x, P = I - 1 w^T; "
-      "preserve=none is the "
-      "plain rotation, which keeps R+G+B. Greys stay grey. The angle is reduced modulo 360 in double; 0 and "
-      "360 return "
-      "the input bit for bit. Results may leave [0,1]; clamp at the end, not between. Alpha is kept; NaN or "
-      "infinity "
-      "in R, G or B reaches all three. Source: spec/color.md, hue rotation (with its correction of the "
-      "shear).";
+      "default) shears so that the weighted luminance stays: H = 1 w^T + cos P + sin P [g]x, P = I - 1 w^T; "
+      "preserve=none is the plain rotation, which keeps R+G+B. Greys stay grey. The angle is reduced modulo "
+      "360 in double; 0 and 360 return the input bit for bit. Results may leave [0,1]; clamp at the end, not "
+      "between. Alpha is kept; NaN or infinity in R, G or B reaches all three. Source: spec/color.md, hue "
+      "rotation (with its correction of the shear).";
   info.bound = "8 u max(|R|,|G|,|B|)";
   info.bound_u = 8;
   info.arguments = {NumberParam("DEG", "angle in degrees")};

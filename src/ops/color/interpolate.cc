@@ -80,9 +80,8 @@ OpInfo InterpolateInfo() {
   info.summary = "Interpolate or extrapolate between two images";
   info.help =
       "(1 - X) * first + X * second, every channel. X = 0 and X = 1 return the first and the second image "
-      "bit for bit, X "
-      "outside [0,1] extrapolates; equal images give themselves for any X. FLT_MAX and -FLT_MAX meet at 0. "
-      "Source: spec/color.md, interpolate / extrapolate.";
+      "bit for bit, X outside [0,1] extrapolates; equal images give themselves for any X. FLT_MAX and "
+      "-FLT_MAX meet at 0. Source: spec/color.md, interpolate / extrapolate.";
   info.bound = "4 u (|(1-X) first| + |X second|)";
   info.bound_u = 4;
   info.arguments = {NumberParam("X", "weight of the second image")};

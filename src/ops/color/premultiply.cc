@@ -98,9 +98,9 @@ OpInfo PremultiplyInfo() {
   info.family = "color";
   info.summary = "Multiply R,G,B by alpha";
   info.help =
-      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept, and the mark oiio:UnassociatedAlpha is taken "
-      "off. An image without alpha is returned unchanged. Source: as oiiotool --premult, spec/color.md, premultiplied "
-      "alpha.";
+      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept, and the mark oiio:UnassociatedAlpha "
+      "is taken off. An image without alpha is returned unchanged. Source: as oiiotool --premult, "
+      "spec/color.md, premultiplied alpha.";
   info.bound = "u |result|";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Premultiply(in[0]); };
@@ -114,9 +114,10 @@ OpInfo UnpremultiplyInfo() {
   info.family = "color";
   info.summary = "Divide R,G,B by alpha";
   info.help =
-      "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may divide to "
-      "infinity, a NaN alpha gives NaN. Alpha and further channels are kept; the result is marked oiio:UnassociatedAlpha, "
-      "so that files say what they hold. An image without alpha is returned unchanged. Source: as oiiotool --unpremult.";
+      "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may "
+      "divide to infinity, a NaN alpha gives NaN. Alpha and further channels are kept; the result is marked "
+      "oiio:UnassociatedAlpha, so that files say what they hold. An image without alpha is returned "
+      "unchanged. Source: as oiiotool --unpremult.";
   info.bound = "u |result|";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {

@@ -10,11 +10,9 @@ OpInfo SaturateInfo() {
   info.summary = "Change saturation, keeping luminance";
   info.help =
       "R,G,B become S * (R,G,B) + (1 - S) * L, L being the weighted luminance. S = 0 is grey, 1 the input "
-      "bit for bit, "
-      "above 1 oversaturated, below 0 the chroma is reflected through grey. Alpha and further channels are "
-      "kept; "
-      "nothing is clamped. NaN or infinity in R, G or B reaches all three. Source: spec/color.md, "
-      "saturation.";
+      "bit for bit, above 1 oversaturated, below 0 the chroma is reflected through grey. Alpha and further "
+      "channels are kept; nothing is clamped. NaN or infinity in R, G or B reaches all three. Source: "
+      "spec/color.md, saturation.";
   info.bound = "8 u max(|R|,|G|,|B|) max(1,|S|)";
   info.bound_u = 8;
   info.arguments = {NumberParam("S", "saturation factor, 1 keeps the image")};

@@ -110,14 +110,11 @@ OpInfo DissolveInfo() {
   info.summary = "From one image to another, pixel by pixel by a threshold pattern";
   info.help =
       "A B --dissolve T: B where the pattern h is below T, else A, so that T=0 is A and T=1 is B to the bit, "
-      "and pixels "
-      "that have turned stay so as T grows. pattern=noise: a hash of the pixel (seed=); ordered: the 16x16 "
-      "Bayer matrix; "
-      "right, down: a wipe towards that side; image: A B PATTERN --dissolve, h the first channel of PATTERN, "
-      "in [0,1), NaN "
-      "keeps A. The share of B is T where h is spread evenly; an 8-bit pattern has 256 steps. For a "
-      "cross-fade see "
-      "--interp. Source: stencil dissolve of the SGI course notes, spec/compositing.md.";
+      "and pixels that have turned stay so as T grows. pattern=noise: a hash of the pixel (seed=); ordered: "
+      "the 16x16 Bayer matrix; right, down: a wipe towards that side; image: A B PATTERN --dissolve, h the "
+      "first channel of PATTERN, in [0,1), NaN keeps A. The share of B is T where h is spread evenly; an "
+      "8-bit pattern has 256 steps. For a cross-fade see --interp. Source: stencil dissolve of the SGI "
+      "course notes, spec/compositing.md.";
   info.bound = "exact";
   ParamInfo t;
   t.name = "T";
@@ -142,10 +139,8 @@ OpInfo ThresholdsInfo() {
   info.family = "composite";
   info.help =
       "Every channel holds the pixel's threshold in [0,1). pattern=noise: a hash of the position and seed=, "
-      "k / 2^24; "
-      "ordered: k / 256, k from 0 to 255 in the order of Bayer's 16x16 matrix, repeated over the plane from "
-      "pixel (0, 0). "
-      "For --dissolve, screen doors and halftones. Exact.";
+      "k / 2^24; ordered: k / 256, k from 0 to 255 in the order of Bayer's 16x16 matrix, repeated over the "
+      "plane from pixel (0, 0). For --dissolve, screen doors and halftones. Exact.";
   info.bound = "exact";
   info.modifiers = {ChoiceModifier("pattern", {"noise", "ordered"}, "which pixels come first"),
                     NumberModifier("seed", "0", 0, 4294967295.0, "of the noise")};
@@ -164,9 +159,8 @@ OpInfo RevealInfo() {
   info.summary = "Reveal a painted image through a mask";
   info.help =
       "IMAGE PAINTED MASK --reveal: IMAGE + m (PAINTED - IMAGE), m the first channel of MASK: brush strokes "
-      "that show the "
-      "painted version. m = 0 is IMAGE, 1 is PAINTED to the bit; m may leave [0,1]. Masks of strokes: "
-      "--pattern airbrush.";
+      "that show the painted version. m = 0 is IMAGE, 1 is PAINTED to the bit; m may leave [0,1]. Masks of "
+      "strokes: --pattern airbrush.";
   info.bound = "3 u (|IMAGE| + |m| (|PAINTED| + |IMAGE|))";
   info.bound_u = 3;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {

@@ -27,18 +27,12 @@ OpInfo ZCompositeInfo() {
   info.summary = "Merge images by their depth channel";
   info.help =
       "Takes n= images (2). mode=nearest: each pixel is, whole and depth included, that of the image whose "
-      "depth is "
-      "smallest, the first of equal ones; a NaN depth loses against every number. Depth 1 or infinity is the "
-      "neutral "
-      "element; the order of images matters at ties only. mode=over: pixels are sorted by depth, near to far "
-      "(equal ones "
-      "in order, NaN last), and each is laid over what lies behind it; depth is that of the nearest pixel "
-      "whose alpha is "
-      "above 0, else of the last. At most 256 images there. The result covers all windows; beyond its own an "
-      "image is 0, "
-      "depth included, which is near: give it a depth first (--crop then --depthtest), or equal windows. "
-      "Source: "
-      "spec/compositing.md.";
+      "depth is smallest, the first of equal ones; a NaN depth loses against every number. Depth 1 or "
+      "infinity is the neutral element; the order of images matters at ties only. mode=over: pixels are "
+      "sorted by depth, near to far (equal ones in order, NaN last), and each is laid over what lies behind "
+      "it; depth is that of the nearest pixel whose alpha is above 0, else of the last. At most 256 images "
+      "there. The result covers all windows; beyond its own an image is 0, depth included, which is near: "
+      "give it a depth first (--crop then --depthtest), or equal windows. Source: spec/compositing.md.";
   info.bound = "nearest: exact; over: 4 n u * sum of |A-weighted terms|";
   info.bound_u = 4;
   info.modifiers = {
@@ -61,8 +55,8 @@ OpInfo DepthComplexityInfo() {
   info.summary = "How many of several images have something at a pixel";
   info.help =
       "Takes n= images (2) and counts at every pixel those whose depth is below far=, in one channel: 0, 1, "
-      "2, ... (times "
-      "1/255 it is a stencil). NaN does not count. Source: spec/compositing.md, depth complexity.";
+      "2, ... (times 1/255 it is a stencil). NaN does not count. Source: spec/compositing.md, depth "
+      "complexity.";
   info.bound = "exact";
   info.modifiers = {
       CountModifier("number of images", 65536, "2"),
@@ -84,12 +78,9 @@ OpInfo DecalsInfo() {
   info.summary = "Lay decals on a base, the first one on top";
   info.help =
       "BASE DECAL1 ... DECALn --decals:n=: where BASE has alpha above 0, the first decal whose alpha is "
-      "above threshold= is "
-      "laid over it; decals below it do not show there, and outside the base nothing changes: what "
-      "priorities in a stencil "
-      "buffer do, base value 2^n, decal k value 2^(k-1), drawn where less. BASE's depth stays. n is at most "
-      "7. Source: "
-      "spec/compositing.md.";
+      "above threshold= is laid over it; decals below it do not show there, and outside the base nothing "
+      "changes: what priorities in a stencil buffer do, base value 2^n, decal k value 2^(k-1), drawn where "
+      "less. BASE's depth stays. n is at most 7. Source: spec/compositing.md.";
   info.bound = "3 u (|decal| + |(1 - A) base|)";
   info.bound_u = 3;
   info.modifiers = {

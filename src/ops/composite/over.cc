@@ -26,14 +26,11 @@ OpInfo OverInfo() {
   info.summary = "The lower image of the stack over the upper one";
   info.help =
       "FG BG --over: each sample is FG + (1 - clamp(A, 0, 1)) BG, A the foreground's alpha, colours "
-      "premultiplied; a "
-      "depth channel (Z, depth) is the foreground's where that alpha is not 0, else the background's. As "
-      "oiiotool "
-      "--over, windows too: the result covers both images, transparent black where one has no pixel. Images "
-      "without "
-      "alpha are opaque. Floats are not limited; integers saturate, 8-bit results are correctly rounded. NaN "
-      "follows "
-      "IEEE 754, but in alpha counts as 0. Source: Porter and Duff 1984; spec/compositing.md.";
+      "premultiplied; a depth channel (Z, depth) is the foreground's where that alpha is not 0, else the "
+      "background's. As oiiotool --over, windows too: the result covers both images, transparent black where "
+      "one has no pixel. Images without alpha are opaque. Floats are not limited; integers saturate, 8-bit "
+      "results are correctly rounded. NaN follows IEEE 754, but in alpha counts as 0. Source: Porter and "
+      "Duff 1984; spec/compositing.md.";
   info.bound = "3 u (|FG| + |(1 - A) BG|)";
   info.bound_u = 3;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Over(in[0], in[1]); };
@@ -49,12 +46,9 @@ OpInfo ZOverInfo() {
   info.summary = "Over, the nearer pixel in front";
   info.help =
       "A B --zover: A over B where A's depth is <= B's, else B over A (so it is where a depth is NaN); both "
-      "depths are "
-      "compared before anything else, the smaller is nearer. Depth of the result: that of the front pixel "
-      "where its "
-      "alpha is above 0, else of the other. zeroisinf=1 takes depth 0 as infinitely far. As oiiotool "
-      "--zover. For more "
-      "than two images see --zcomposite.";
+      "depths are compared before anything else, the smaller is nearer. Depth of the result: that of the "
+      "front pixel where its alpha is above 0, else of the other. zeroisinf=1 takes depth 0 as infinitely "
+      "far. As oiiotool --zover. For more than two images see --zcomposite.";
   info.bound = "3 u (|front| + |(1 - A) back|)";
   info.bound_u = 3;
   info.modifiers = {FlagModifier("zeroisinf", "1: depth 0 is infinitely far"), DepthModifier()};

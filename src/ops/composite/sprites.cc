@@ -99,12 +99,9 @@ OpInfo AirbrushInfo() {
   info.family = "composite";
   info.help =
       "One channel A: 1 - product of (1 - opacity) over round dabs laid every spacing= pixels along the line "
-      "through the "
-      "points stroke=x0,y0,x1,y1,..., pixel centres at half-integers; one point is one dab. A dab is full "
-      "within hardness= "
-      "times its radius= and falls smoothly to 0 at the radius. n dabs on one place give 1 - (1-a)^n. Use it "
-      "as the mask of "
-      "--reveal.";
+      "through the points stroke=x0,y0,x1,y1,..., pixel centres at half-integers; one point is one dab. A "
+      "dab is full within hardness= times its radius= and falls smoothly to 0 at the radius. n dabs on one "
+      "place give 1 - (1-a)^n. Use it as the mask of --reveal.";
   info.bound = "2 u";
   info.bound_u = 2;
   info.modifiers = {ListModifier("stroke", "0,0", 65536, -1e9, 1e9, "points x0,y0,x1,y1,... in pixels"),
@@ -130,13 +127,10 @@ OpInfo PuffsInfo() {
   info.family = "composite";
   info.help =
       "Premultiplied R,G,B,A: round sprites born every interval= at (x, y), each living life= time units, "
-      "carried by its own "
-      "velocity (velocity= x,y with a random part up to spread=, pixels per unit; up is negative y), growing "
-      "from radius= by "
-      "growth= per unit and fading as alpha= (1 - age/life)^2; those below 1/512 are dropped, younger ones "
-      "lie in front. "
-      "Everything follows from seed= and time=. Lay it --over a picture. Source: billboard smoke, "
-      "spec/compositing.md.";
+      "carried by its own velocity (velocity= x,y with a random part up to spread=, pixels per unit; up is "
+      "negative y), growing from radius= by growth= per unit and fading as alpha= (1 - age/life)^2; those "
+      "below 1/512 are dropped, younger ones lie in front. Everything follows from seed= and time=. Lay it "
+      "--over a picture. Source: billboard smoke, spec/compositing.md.";
   info.bound = "4 u";
   info.bound_u = 4;
   info.modifiers = {NumberModifier("x", "0", -1e9, 1e9, "of the source, pixels"),

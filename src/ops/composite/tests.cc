@@ -50,10 +50,9 @@ OpInfo AlphaTestInfo() {
   info.summary = "Discard pixels by their alpha";
   info.help =
       "Pixels whose alpha compares as OP with ref= keep their bits, the others become 0 in every channel: "
-      "alpha OP ref. "
-      "To discard pixels of alpha 0: greater, or notequal, with ref=0. A NaN alpha passes only notequal and "
-      "always; an "
-      "image without alpha is opaque. Source: OpenGL 2.1 section 4.1.4; spec/compositing.md.";
+      "alpha OP ref. To discard pixels of alpha 0: greater, or notequal, with ref=0. A NaN alpha passes only "
+      "notequal and always; an image without alpha is opaque. Source: OpenGL 2.1 section 4.1.4; "
+      "spec/compositing.md.";
   info.bound = "exact";
   info.arguments = {TestArgument("never, less, equal, lequal, greater, notequal, gequal or always")};
   info.modifiers = {
@@ -75,12 +74,10 @@ OpInfo DepthTestInfo() {
   info.summary = "Foreground pixels that pass a depth test replace the background's";
   info.help =
       "FG BG --depthtest OP: where FG's depth compares as OP with BG's, FG's pixel is taken whole, depth "
-      "included, else "
-      "BG's: less is the usual rule, ties keep BG. scale= and bias= squeeze FG's depth first (z' = scale z + "
-      "bias, two "
-      "roundings) and the squeezed depth is what the result holds. A NaN depth of FG never passes less, "
-      "equal or greater; "
-      "where BG's depth is NaN, any number of FG passes. The result covers both windows.";
+      "included, else BG's: less is the usual rule, ties keep BG. scale= and bias= squeeze FG's depth first "
+      "(z' = scale z + bias, two roundings) and the squeezed depth is what the result holds. A NaN depth of "
+      "FG never passes less, equal or greater; where BG's depth is NaN, any number of FG passes. The result "
+      "covers both windows.";
   info.bound = "exact; 3 u (|scale z| + |bias|) in a squeezed depth";
   info.bound_u = 3;
   info.arguments = {TestArgument("never, less, equal, lequal, greater, notequal, gequal or always")};
@@ -108,10 +105,9 @@ OpInfo StencilInfo() {
       "the stencil "
       "image's first channel, code / 255.\n"
       "STENCIL --stencil OP:update=1 gives the stencil afterwards: pass= or fail= (keep, zero, replace by "
-      "ref, incr and "
-      "decr that saturate, invert, incr-wrap, decr-wrap) acts on the bits of writemask=. Values between "
-      "codes are rounded "
-      "to the nearest, NaN is 0. Source: OpenGL 4.6 section 17.3.3; spec/compositing.md.";
+      "ref, incr and decr that saturate, invert, incr-wrap, decr-wrap) acts on the bits of writemask=. "
+      "Values between codes are rounded to the nearest, NaN is 0. Source: OpenGL 4.6 section 17.3.3; "
+      "spec/compositing.md.";
   info.bound = "exact; an updated stencil is code / 255, correctly rounded";
   info.bound_u = 1;
   info.arguments = {

@@ -121,18 +121,13 @@ OpInfo CurveInfo() {
   info.summary = "Transfer function by formula: video, camera and plain logarithms, powers";
   info.help =
       "NAME encodes light into a signal: srgb, rec709, pq (1.0 is 10,000 cd/m2), hlg, acescct, cineon, logc3 "
-      "(EI 800), "
-      "logc4, slog3, vlog, log3g10, log10, log2, ln, or gamma with exponent=. inverse=1 decodes a signal to "
-      "light. "
-      "R,G,B (every channel but alpha where there are fewer than three) are changed; alpha and further "
-      "channels keep "
-      "their bits. Negative samples: mirror gives -f(-x), the default of srgb, rec709, pq, hlg and gamma; "
-      "extend the "
-      "formula as it stands, the default of the logarithms; clamp as 0; keep their own bits. Evaluated in "
-      "double, not "
-      "by table; continuous and monotone over all floats: where published pieces do not quite meet, their "
-      "join is "
-      "moved to where they do (sRGB: 0.00313066844). NaN stays NaN; infinities follow the limit.";
+      "(EI 800), logc4, slog3, vlog, log3g10, log10, log2, ln, or gamma with exponent=. inverse=1 decodes a "
+      "signal to light. R,G,B (every channel but alpha where there are fewer than three) are changed; alpha "
+      "and further channels keep their bits. Negative samples: mirror gives -f(-x), the default of srgb, "
+      "rec709, pq, hlg and gamma; extend the formula as it stands, the default of the logarithms; clamp as "
+      "0; keep their own bits. Evaluated in double, not by table; continuous and monotone over all floats: "
+      "where published pieces do not quite meet, their join is moved to where they do (sRGB: 0.00313066844). "
+      "NaN stays NaN; infinities follow the limit.";
   info.bound = "2 u (|result| + 2^-20 of its terms): 1 ULP but where a sum cancels; measured 0.51 ULP";
   info.bound_u = 2;
   ParamInfo name;
@@ -188,12 +183,9 @@ OpInfo PowerConstantInfo() {
   info.summary = "Raise to a constant power per channel";
   info.help =
       "Each sample of the result is A^c by C's rules: pow(A, 0) = 1 even of NaN, pow(0, c < 0) is infinite, "
-      "a negative "
-      "sample needs a whole exponent (else NaN; see --curve gamma for other rules). One value serves all "
-      "channels, "
-      "alpha included; of several values the n-th is channel n's, channels beyond the list keep their bits "
-      "and values "
-      "beyond the last channel are ignored, as oiiotool.";
+      "a negative sample needs a whole exponent (else NaN; see --curve gamma for other rules). One value "
+      "serves all channels, alpha included; of several values the n-th is channel n's, channels beyond the "
+      "list keep their bits and values beyond the last channel are ignored, as oiiotool.";
   info.bound = "1.5 ULP (3 u |result|); measured 0.51 ULP";
   info.bound_u = 3;
   info.arguments = {ConstantsArgument("exponents")};

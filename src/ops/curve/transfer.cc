@@ -158,22 +158,15 @@ OpInfo TransferInfo() {
   info.summary = "OpenGL's pixel-transfer pipeline: scale, tables, convolution, matrix, tables";
   info.help =
       "The stages that are given, in this order: scale and bias, map, table1, kernel, scalec and biasc, "
-      "tablec, matrix, "
-      "scale2 and bias2, table2. Scales and biases: one number for every channel, alpha included, or one per "
-      "channel. "
-      "Tables: numbers (0,0.25,1) or a text file whose columns are tables; entry j of N lies at j/(N-1), the "
-      "nearest "
-      "entry is taken (interpolate=1: linear); only the sample that is looked up is limited to [0,1], NaN "
-      "reads entry "
-      "0. format= says which channels tables replace: by default one column serves R,G,B, two R,G,B and A, "
-      "three R,G,B, "
-      "four all. A map replaces all four channels. The matrix is row by row and acts on columns (R,G,B,A), "
-      "or R,G,B for "
-      "9 numbers. Nothing else limits values unless clamp=final (after the last stage) or clamp=stages "
-      "(after each); "
+      "tablec, matrix, scale2 and bias2, table2. Scales and biases: one number for every channel, alpha "
+      "included, or one per channel. Tables: numbers (0,0.25,1) or a text file whose columns are tables; "
+      "entry j of N lies at j/(N-1), the nearest entry is taken (interpolate=1: linear); only the sample "
+      "that is looked up is limited to [0,1], NaN reads entry 0. format= says which channels tables replace: "
+      "by default one column serves R,G,B, two R,G,B and A, three R,G,B, four all. A map replaces all four "
+      "channels. The matrix is row by row and acts on columns (R,G,B,A), or R,G,B for 9 numbers. Nothing "
+      "else limits values unless clamp=final (after the last stage) or clamp=stages (after each); "
       "quantize=BITS rounds to codes of that depth after each stage, as a framebuffer does. Scales, matrices "
-      "and limits "
-      "fold into one matrix. Source: spec/pixel-transfer.md.";
+      "and limits fold into one matrix. Source: spec/pixel-transfer.md.";
   info.bound = "each stage as its own operation";
   info.modifiers = {ListParam("scale", "factors, stage 2"),
                     ListParam("bias", "summands, stage 2"),

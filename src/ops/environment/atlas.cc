@@ -4,33 +4,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <vector>
-
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
 
 #include "base/arena.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
 namespace {
-
-// Memory that is looked up all over: in large pages where the system has them, so that places need no page walks.
-std::shared_ptr<std::byte> AllocateLarge(size_t bytes) {
-#ifdef __linux__
-  constexpr size_t kPage = size_t{1} << 21;
-  if (bytes >= 2 * kPage) {
-    const size_t padded = (bytes + kPage - 1) / kPage * kPage;
-    if (void* const p = std::aligned_alloc(kPage, padded)) {
-      madvise(p, padded, MADV_HUGEPAGE);
-      return {static_cast<std::byte*>(p), std::free};
-    }
-  }
-#endif
-  return base::AllocateAligned(bytes);
-}
 
 // A mean of texels, in double.
 struct Mean {
@@ -59,7 +39,7 @@ EnvironmentAtlas::EnvironmentAtlas(const ConstImageView& picture, int first, con
   if (texels > INT32_MAX) {
     throw Error("environment map", "found " + std::to_string(texels) + " texels, expected fewer than 2^31");
   }
-  memory_ = AllocateLarge(static_cast<size_t>(texels) * 16 + 64);
+  memory_ = base::AllocateAligned(static_cast<size_t>(texels) * 16 + 64);
   if (texels == 0) return;
   const int channels = std::min(4, picture.channels - first);
   const int64_t lines = static_cast<int64_t>(layout_.faces.size()) * layout_.height;
@@ -69,7 +49,8 @@ EnvironmentAtlas::EnvironmentAtlas(const ConstImageView& picture, int first, con
     float* const to = Texel(face, 0, j);
     int x, y;
     PictureTexel(layout_, face, 0, j, &x, &y);
-    const auto* from = reinterpret_cast<const float*>(picture.At(picture.roi.x0 + x, picture.roi.y0 + y, first));
+    const auto* from =
+        reinterpret_cast<const float*>(picture.At(picture.roi.x0 + x, picture.roi.y0 + y, first));
     const bool turned = layout_.faces[static_cast<size_t>(face)].turned;
     const ptrdiff_t step = turned ? -picture.channels : picture.channels;
     const int width = layout_.width;
@@ -106,6 +87,26 @@ EnvironmentAtlas::EnvironmentAtlas(const ConstImageView& picture, int first, con
       FillCube();
       break;
   }
+}
+
+void EnvironmentAtlas::HoldHalves(ToHalf convert, const graph::Workers& workers) {
+  if (layout_.map != EnvironmentMap::kLatLong || !finite_ || layout_.faces.empty()) return;
+  const ptrdiff_t row = ptrdiff_t{4} * stride();
+  const std::shared_ptr<std::byte> halves =
+      base::AllocateAligned(static_cast<size_t>(row) * static_cast<size_t>(rows()) * 2 + 64);
+  std::atomic<bool> exact = true;
+  workers.For(layout_.height, [&](int64_t j, int) {
+    auto* const to = reinterpret_cast<uint16_t*>(halves.get()) + (j + 1) * row;
+    if (exact && !convert(pixels() + (j + 1) * row, static_cast<int>(row), to)) exact = false;
+  });
+  if (!exact) return;
+  // What is looked up between the padded rows and the face is read from the floats.
+  std::fill_n(reinterpret_cast<uint16_t*>(halves.get()), row, uint16_t{0});
+  std::fill_n(reinterpret_cast<uint16_t*>(halves.get()) + (rows() - 1) * row, row, uint16_t{0});
+  poles_.assign(pixels(), pixels() + 2 * row);
+  poles_.insert(poles_.end(), pixels() + (rows() - 2) * row, pixels() + rows() * row);
+  halves_ = halves;
+  memory_.reset();
 }
 
 void EnvironmentAtlas::ExtendEdges(int face) {
@@ -155,8 +156,8 @@ void EnvironmentAtlas::FillParabolic() {
   const int w = layout_.width, h = layout_.height;
   for (size_t f = 0; f < layout_.faces.size(); ++f) ExtendEdges(static_cast<int>(f));
   if (layout_.faces.size() == 1) return;
-  // Texels of the other half space: from the other face, whose place is the inverse in the unit circle. Both faces are
-  // filled from what lies inside of the circle, so that neither depends on the other's filling.
+  // Texels of the other half space: from the other face, whose place is the inverse in the unit circle. Both
+  // faces are filled from what lies inside of the circle, so that neither depends on the other's filling.
   struct Filled {
     int face, i, j;
     float texel[4];
@@ -203,10 +204,12 @@ void EnvironmentAtlas::FillCube() {
       }
     }
   }
-  // Where three faces meet there is no fourth texel: the mean of the three makes all of them agree at the corner.
+  // Where three faces meet there is no fourth texel: the mean of the three makes all of them agree at the
+  // corner.
   for (int face = 0; face < 6; ++face) {
     for (int corner = 0; corner < 4; ++corner) {
-      const int i = corner % 2 ? n : -1, j = corner / 2 ? n : -1, ci = i < 0 ? 0 : n - 1, cj = j < 0 ? 0 : n - 1;
+      const int i = corner % 2 ? n : -1, j = corner / 2 ? n : -1, ci = i < 0 ? 0 : n - 1,
+                cj = j < 0 ? 0 : n - 1;
       Mean mean;
       mean.Add(Texel(face, ci, cj)), mean.Add(Texel(face, i, cj)), mean.Add(Texel(face, ci, j));
       mean.Store(Texel(face, i, j));

@@ -1,4 +1,5 @@
-// Environment maps from one projection to another: every pixel a grid of lookups, as dense as the texels beneath it.
+// Environment maps from one projection to another: every pixel a grid of lookups, as dense as the texels
+// beneath it.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -25,7 +26,8 @@ class ConvertStage final : public graph::TileStage {
         from_(LayoutOf("envconvert", p.from, context.whole[0].roi.width(), context.whole[0].roi.height())),
         lookup_(ChooseEnvironmentKernels().lookup) {
     for (int first = 0; first < context.whole[0].channels; first += 4) {
-      atlases_.push_back(std::make_unique<const EnvironmentAtlas>(context.whole[0], first, from_, context.workers));
+      atlases_.push_back(
+          std::make_unique<const EnvironmentAtlas>(context.whole[0], first, from_, context.workers));
     }
   }
   Roi InputRoi(int, const Roi& out) const override { return out; }
@@ -55,18 +57,22 @@ class ConvertStage final : public graph::TileStage {
     return {m[0] * d[0] + m[1] * d[1] + m[2] * d[2], m[4] * d[0] + m[5] * d[1] + m[6] * d[2],
             m[8] * d[0] + m[9] * d[1] + m[10] * d[2]};
   }
-  // Texels of the source that a step of the result passes, by the angle between its ends: no seam is in the way.
+  // Texels of the source that a step of the result passes, by the angle between its ends: no seam is in the
+  // way.
   int Samples(const Place& from, const Place& to) const {
     if (params_.samples > 0) return params_.samples;
-    const Vector3 a = Normalized(Turned(DirectionAt(to_, from))), b = Normalized(Turned(DirectionAt(to_, to)));
+    const Vector3 a = Normalized(Turned(DirectionAt(to_, from))),
+                  b = Normalized(Turned(DirectionAt(to_, to)));
     const Vector3 middle = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
     const Vector3 across = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    // The mapping's derivative along the step, in texels: differences over a hundredth of it, so that both places
-    // lie on one face.
+    // The mapping's derivative along the step, in texels: differences over a hundredth of it, so that both
+    // places lie on one face.
     constexpr double kPart = 0.005;
     Place p, q;
-    const Vector3 low = {middle[0] / 2 - kPart * across[0], middle[1] / 2 - kPart * across[1], middle[2] / 2 - kPart * across[2]};
-    const Vector3 high = {middle[0] / 2 + kPart * across[0], middle[1] / 2 + kPart * across[1], middle[2] / 2 + kPart * across[2]};
+    const Vector3 low = {middle[0] / 2 - kPart * across[0], middle[1] / 2 - kPart * across[1],
+                         middle[2] / 2 - kPart * across[2]};
+    const Vector3 high = {middle[0] / 2 + kPart * across[0], middle[1] / 2 + kPart * across[1],
+                          middle[2] / 2 + kPart * across[2]};
     if (!(Dot(low, low) > 0) || !(Dot(high, high) > 0)) return kMostSamples;
     if (!PlaceOnFace(from_, low, &p) || !PlaceOnFace(from_, high, &q) || p.face != q.face) return 1;
     double u = std::fabs(q.u - p.u), v = std::fabs(q.v - p.v);
@@ -152,21 +158,23 @@ OpInfo ConvertEnvironmentInfo() {
   info.family = "environment";
   info.summary = "Convert an environment map to another projection";
   info.help =
-      "MAP --envconvert FROM TO GEOM makes a map of that size in the projection TO: sphere, parabolic, dualparabolic, "
-      "latlong or cube (see --help envmap; GEOM's shape names a cube's layout: 6x1, 1x6, 4x3 or 3x4 faces). Every pixel "
-      "is the mean of a grid of linear lookups, as many along each side as the mapping's derivatives put texels under "
-      "it (at most 64), or samples=N. matrix= turns the result's directions into the source's. Pixels beyond a sphere "
-      "map's rim have its colour, those beyond a parabolic map's circle their own directions. Source: "
-      "spec/environment.md.";
+      "MAP --envconvert FROM TO GEOM makes a map of that size in the projection TO: sphere, parabolic, "
+      "dualparabolic, latlong or cube (see --help envmap; GEOM's shape names a cube's layout: 6x1, 1x6, 4x3 "
+      "or 3x4 faces). Every pixel is the mean of a grid of linear lookups, as many along each side as the "
+      "mapping's derivatives put texels under it (at most 64), or samples=N. matrix= turns the result's "
+      "directions into the source's. Pixels beyond a sphere map's rim have its colour, those beyond a "
+      "parabolic map's circle their own directions. Source: spec/environment.md.";
   info.bound = "8 u times the largest texel under a pixel (from lat-long: times 1 + w/8 + h/3)";
   info.bound_u = 8;
   ParamInfo geometry;
   geometry.name = "GEOM";
   geometry.type = ParamType::kText;
   geometry.help = "size of the result, WxH";
-  info.arguments = {MapArgument("FROM", "projection of the map"), MapArgument("TO", "projection of the result"), geometry};
-  info.modifiers = {NumbersModifier("matrix", {9, 16}, "from the result's directions to the map's, row-major"),
-                    IntegerModifier("samples", "0", 0, kMostSamples, "lookups along a pixel's side; 0: by its footprint")};
+  info.arguments = {MapArgument("FROM", "projection of the map"),
+                    MapArgument("TO", "projection of the result"), geometry};
+  info.modifiers = {
+      NumbersModifier("matrix", {9, 16}, "from the result's directions to the map's, row-major"),
+      IntegerModifier("samples", "0", 0, kMostSamples, "lookups along a pixel's side; 0: by its footprint")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     EnvironmentConvertParams p;
     p.from = MapNamed(a.Text("FROM")), p.to = MapNamed(a.Text("TO"));
@@ -176,7 +184,8 @@ OpInfo ConvertEnvironmentInfo() {
     p.samples = a.Integer("samples");
     return ConvertEnvironment(in[0], p);
   };
-  info.examples = {"latlong cube 36x6", "sphere latlong 31x17", "dualparabolic sphere 20x20", "latlong parabolic 9x9",
+  info.examples = {"latlong cube 36x6", "sphere latlong 31x17", "dualparabolic sphere 20x20",
+                   "latlong parabolic 9x9",
                    "latlong dualparabolic 24x12 samples=3 matrix=0,0,1,0,1,0,-1,0,0"};
   return info;
 }
@@ -187,8 +196,8 @@ namespace tessera {
 
 Node ConvertEnvironment(const Node& map, const EnvironmentConvertParams& params) {
   if (params.width < 1 || params.height < 1 || params.width > 1 << 20 || params.height > 1 << 20) {
-    throw Error("envconvert", "found a size of " + std::to_string(params.width) + "x" + std::to_string(params.height) +
-                                  ", expected 1 to 1048576 pixels a side");
+    throw Error("envconvert", "found a size of " + std::to_string(params.width) + "x" +
+                                  std::to_string(params.height) + ", expected 1 to 1048576 pixels a side");
   }
   if (params.samples < 0 || params.samples > ops::kMostSamples) {
     throw Error("envconvert", "found samples=" + std::to_string(params.samples) + ", expected 0 to 64");

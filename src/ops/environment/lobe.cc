@@ -35,7 +35,8 @@ void ForEachTexel(const ConstImageView& picture, int first, const MapLayout& lay
         std::copy_n(d.begin(), 3, item.direction);
         int x, y;
         PictureTexel(layout, static_cast<int>(face), i, j, &x, &y);
-        const auto* texel = reinterpret_cast<const float*>(picture.At(picture.roi.x0 + x, picture.roi.y0 + y, first));
+        const auto* texel =
+            reinterpret_cast<const float*>(picture.At(picture.roi.x0 + x, picture.roi.y0 + y, first));
         bool finite = true;
         for (int c = 0; c < channels; ++c) {
           item.color[c] = item.weight * texel[c];
@@ -64,7 +65,9 @@ LobeSamples::LobeSamples(const ConstImageView& picture, int first, const MapLayo
   const int64_t texels = static_cast<int64_t>(layout.faces.size()) * layout.width * layout.height;
   const bool gather = cells > 0 && texels > int64_t{6} * cells * cells;
   // Blocks hold about 64 items.
-  const int edge = gather ? cells : std::clamp(static_cast<int>(std::sqrt(static_cast<double>(texels) / 6)), 1, kMostCells);
+  const int edge =
+      gather ? cells
+             : std::clamp(static_cast<int>(std::sqrt(static_cast<double>(texels) / 6)), 1, kMostCells);
   const MapLayout cube = LayoutOf("environment", EnvironmentMap::kCube, 6 * edge, edge);
   const int tiles = (edge + kTile - 1) / kTile;
   std::vector<Item> items;
@@ -112,7 +115,8 @@ LobeSamples::LobeSamples(const ConstImageView& picture, int first, const MapLayo
     if (closest == -2) continue;
     // Padding points where the block does, without weight.
     while (x.size() % kLobeGroup != 0) {
-      x.push_back(block.nearest[0]), y.push_back(block.nearest[1]), z.push_back(block.nearest[2]), weight.push_back(0);
+      x.push_back(block.nearest[0]), y.push_back(block.nearest[1]), z.push_back(block.nearest[2]),
+          weight.push_back(0);
       for (int c = 0; c < 4; ++c) color[c].push_back(0);
     }
     block.sin_radius = std::sqrt(std::max(0.0, 1 - block.cos_radius * block.cos_radius));
@@ -125,8 +129,9 @@ int LobeTableSize(double exponent) {
   return std::clamp(static_cast<int>(std::ceil(16 * std::sqrt(exponent))), 16, kLargestTable);
 }
 
-std::shared_ptr<const EnvironmentAtlas> MakeLobeTable(const ConstImageView& picture, int first, const MapLayout& layout,
-                                                      double exponent, int size, const graph::Workers& workers) {
+std::shared_ptr<const EnvironmentAtlas> MakeLobeTable(const ConstImageView& picture, int first,
+                                                      const MapLayout& layout, double exponent, int size,
+                                                      const graph::Workers& workers) {
   const int n = size > 0 ? size : LobeTableSize(exponent);
   if (layout.faces.empty()) return std::make_shared<const EnvironmentAtlas>(picture, first, layout, workers);
   const int cells = std::clamp(static_cast<int>(std::ceil(24 * std::sqrt(exponent))), 24, kMostCells);

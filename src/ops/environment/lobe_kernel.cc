@@ -91,13 +91,15 @@ void Average(const LobeSamples& samples, double exponent, bool cut, const Seen& 
       for (int64_t i = b.first; i < b.first + b.count; ++i) {
         const auto at = static_cast<size_t>(i);
         if (samples.weight[at] > 0) {
-          nearest = std::max(nearest, seen.d[0] * samples.x[at] + seen.d[1] * samples.y[at] + seen.d[2] * samples.z[at]);
+          nearest = std::max(
+              nearest, seen.d[0] * samples.x[at] + seen.d[1] * samples.y[at] + seen.d[2] * samples.z[at]);
         }
       }
     }
     scale = nearest > 0 ? 1 / nearest : 1;
   }
-  const VD dx = hn::Set(d, seen.d[0] * scale), dy = hn::Set(d, seen.d[1] * scale), dz = hn::Set(d, seen.d[2] * scale);
+  const VD dx = hn::Set(d, seen.d[0] * scale), dy = hn::Set(d, seen.d[1] * scale),
+           dz = hn::Set(d, seen.d[2] * scale);
   Sums weight, color[4];
   weight.Clear();
   for (Sums& c : color) c.Clear();
@@ -110,9 +112,8 @@ void Average(const LobeSamples& samples, double exponent, bool cut, const Seen& 
                                      hn::MulAdd(dy, hn::LoadU(d, samples.y.data() + at),
                                                 hn::Mul(dz, hn::LoadU(d, samples.z.data() + at))));
         const VD p = Power<kPlain>(cosine, exponent);
-        const auto load = [&](const std::vector<float>& v) HWY_ATTR {
-          return hn::PromoteTo(d, hn::LoadU(df, v.data() + at));
-        };
+        const auto load = [&](const std::vector<float>& v)
+                              HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, v.data() + at)); };
         weight.v[k] = hn::MulAdd(p, load(samples.weight), weight.v[k]);
         for (int c = 0; c < 4; ++c) color[c].v[k] = hn::MulAdd(p, load(samples.color[c]), color[c].v[k]);
       }
@@ -126,8 +127,8 @@ void Average(const LobeSamples& samples, double exponent, bool cut, const Seen& 
   }
 }
 
-void Lobe(const LobeSamples& samples, double exponent, bool cut, const double* x, const double* y, const double* z,
-          int count, float* rgba) {
+void Lobe(const LobeSamples& samples, double exponent, bool cut, const double* x, const double* y,
+          const double* z, int count, float* rgba) {
   for (int i = 0; i < count; ++i) {
     const double length = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
     const Seen seen = {{x[i] / length, y[i] / length, z[i] / length}};

@@ -13,13 +13,16 @@ inline constexpr int kDirectionRun = 64;
 // Directions of any length but 0. Whole vectors are read: entries beyond the count hold anything finite.
 struct Directions {
   alignas(64) double x[kDirectionRun], y[kDirectionRun], z[kDirectionRun];
+  bool moderate = false;  // all lengths between 2^-20 and 2^20: floats hold them as they are
 };
 
 // How normals become directions. All of it in the normals' space but `matrix`.
 struct ReflectionSetup {
   EnvironmentDirection direction = EnvironmentDirection::kReflection;
   double matrix[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  // From the eye to the point: position * use_position + base + column * x + row * y, x and y the pixel's centre.
+  bool rigid = true;  // it leaves lengths alone
+  // From the eye to the point: position * use_position + base + column * x + row * y, x and y the pixel's
+  // centre.
   double use_position = 0;
   double base[3] = {0, 0, -1}, column[3] = {}, row[3] = {};
   bool fresnel = false;
@@ -36,15 +39,20 @@ struct ReflectionRun {
   bool all_valid = true;
 };
 
-struct EnvironmentKernels {
-  // Three interleaved channels (floats `at[0..2]` of pixels of `channels` floats) to planes, with a finite rest.
+struct ReflectKernels {
+  // Three interleaved channels (floats `at[0..2]` of pixels of `channels` floats) to planes, with a finite
+  // rest.
   void (*planes)(const float* pixels, int channels, const int* at, int count, float (*plane)[kDirectionRun]);
   void (*reflect)(const ReflectionSetup&, int x, int y, int count, ReflectionRun&);
+};
+struct EnvironmentKernels {
   // RGBA per direction.
   void (*lookup)(const EnvironmentAtlas&, const Directions&, int count, float* rgba);
+  EnvironmentAtlas::ToHalf to_half;
 };
 // For the SIMD target of this moment.
 EnvironmentKernels ChooseEnvironmentKernels();
+ReflectKernels ChooseReflectKernels();
 
 }  // namespace tessera::ops
 

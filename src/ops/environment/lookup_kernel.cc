@@ -1,7 +1,6 @@
-// Directions in double: from normals, to places on a map; then texels, in a pass of their own.
+// Directions to places on a map; then texels, in a pass of their own.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "ops/environment/lookup.h"
@@ -12,7 +11,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/texels-inl.h"
+#include "ops/environment/bilinear-inl.h"
+#include "simd/convert-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -31,11 +31,10 @@ HWY_INLINE VD Set(double v) { return hn::Set(DD(), v); }
 using s::V;
 using s::VI;
 
-// The four quadrants' arctangent as eighths of a turn and the rest: octant pi/4 + angle, |angle| <= pi/8 within 6e-8.
-// 0 where both are 0. Floats suffice because what is large is counted.
-HWY_INLINE void Octants(V y, V x, VI& octant, V& angle) {
+// The four quadrants' arctangent as eighths of a turn and the rest: octant pi/4 + angle, |angle| <= pi/8
+// within 6e-8. 0 where both are 0. Floats suffice because what is large is counted.
+HWY_INLINE void Octants(V y, V x, V& octant, V& angle) {
   const s::D d;
-  const s::DI di;
   const V ax = hn::Abs(x), ay = hn::Abs(y), high = hn::Max(ax, ay), low = hn::Min(ax, ay);
   // Above tan(pi/8) the quotient is turned back by pi/4.
   const auto turn = hn::Gt(low, hn::Mul(high, hn::Set(d, 0.41421356f)));
@@ -44,8 +43,9 @@ HWY_INLINE void Octants(V y, V x, VI& octant, V& angle) {
   const V one = hn::Set(d, 1.0f);
   const V q = hn::Div(numerator, hn::IfThenElse(hn::Eq(denominator, hn::Zero(d)), one, denominator));
   const V z = hn::Mul(q, q);
-  constexpr float kC[] = {0.9999999999783987f, -0.33333332097608703f, 0.19999883856498613f, -0.14281588771188738f,
-                          0.1104048920900191f, -0.08456192783522785f, 0.04707347923475079f};
+  constexpr float kC[] = {0.9999999999783987f,   -0.33333332097608703f, 0.19999883856498613f,
+                          -0.14281588771188738f, 0.1104048920900191f,   -0.08456192783522785f,
+                          0.04707347923475079f};
   V p = hn::Set(d, kC[6]);
   for (int i = 5; i >= 1; --i) p = hn::MulAdd(p, z, hn::Set(d, kC[i]));
   const V a = hn::MulAdd(hn::Mul(p, z), q, q);
@@ -54,9 +54,10 @@ HWY_INLINE void Octants(V y, V x, VI& octant, V& angle) {
   V b = hn::IfThenElseZero(turn, one);
   b = hn::IfThenElse(steep, hn::Sub(hn::Set(d, 2.0f), b), b);
   b = hn::IfThenElse(left, hn::Sub(hn::Set(d, 4.0f), b), b);
-  const auto flipped = hn::Xor(hn::Xor(hn::VecFromMask(d, steep), hn::VecFromMask(d, left)), hn::VecFromMask(d, down));
+  const auto flipped =
+      hn::Xor(hn::Xor(hn::VecFromMask(d, steep), hn::VecFromMask(d, left)), hn::VecFromMask(d, down));
   angle = hn::IfThenElse(hn::MaskFromVec(flipped), hn::Neg(a), a);
-  octant = hn::ConvertTo(di, hn::IfThenElse(down, hn::Neg(b), b));
+  octant = hn::IfThenElse(down, hn::Neg(b), b);
 }
 
 // First texels and fractions of a run, and how much of something else is to be mixed in.
@@ -64,10 +65,12 @@ struct Places {
   alignas(64) int32_t first[kDirectionRun], other[kDirectionRun];
   alignas(64) float fx[kDirectionRun], fy[kDirectionRun], other_fx[kDirectionRun], other_fy[kDirectionRun];
   alignas(64) float mix[kDirectionRun];
+  bool polar = false;  // some may lie next to a lat-long map's pole
 };
 
 // Padded coordinates (texel i's centre is i) to a texel and fractions.
-HWY_INLINE void StorePlace(const EnvironmentAtlas& atlas, VD face, VD u, VD v, int32_t* first, float* fx, float* fy) {
+HWY_INLINE void StorePlace(const EnvironmentAtlas& atlas, VD face, VD u, VD v, int32_t* first, float* fx,
+                           float* fy) {
   const DD d;
   const VD i = hn::Floor(hn::Min(hn::Max(u, hn::Zero(d)), Set(atlas.layout().width)));
   const VD j = hn::Floor(hn::Min(hn::Max(v, hn::Zero(d)), Set(atlas.layout().height)));
@@ -82,9 +85,8 @@ HWY_INLINE VD Locate(const EnvironmentAtlas& atlas, VD x, VD y, VD z, Places& p,
   const DD d;
   const MapLayout& l = atlas.layout();
   const VD zero = hn::Zero(d), half = Set(0.5), one = Set(1.0);
-  const auto store = [&](VD face, VD u, VD v) HWY_ATTR {
-    StorePlace(atlas, face, u, v, p.first + at, p.fx + at, p.fy + at);
-  };
+  const auto store = [&](VD face, VD u, VD v)
+                         HWY_ATTR { StorePlace(atlas, face, u, v, p.first + at, p.fx + at, p.fy + at); };
   if constexpr (map == EnvironmentMap::kCube) {
     const VD ax = hn::Abs(x), ay = hn::Abs(y), az = hn::Abs(z);
     const auto on_x = hn::And(hn::Ge(ax, ay), hn::Ge(ax, az));
@@ -100,7 +102,8 @@ HWY_INLINE VD Locate(const EnvironmentAtlas& atlas, VD x, VD y, VD z, Places& p,
     const VD axis = hn::IfThenElse(on_x, zero, hn::IfThenElse(on_y, Set(2.0), Set(4.0)));
     const VD face = hn::Add(axis, hn::IfThenElseZero(negative, one));
     const VD half_n = Set(0.5 * l.width), centre = Set(0.5 * l.width + 0.5);
-    store(face, hn::MulAdd(hn::Mul(s_value, over), half_n, centre), hn::MulAdd(hn::Mul(t_value, over), half_n, centre));
+    store(face, hn::MulAdd(hn::Mul(s_value, over), half_n, centre),
+          hn::MulAdd(hn::Mul(t_value, over), half_n, centre));
     return zero;
   } else {
     const VD planar = hn::MulAdd(x, x, hn::Mul(y, y));
@@ -109,8 +112,8 @@ HWY_INLINE VD Locate(const EnvironmentAtlas& atlas, VD x, VD y, VD z, Places& p,
     const VD centre_u = Set(0.5 * l.width + 0.5), centre_v = Set(0.5 * l.height + 0.5);
     const VD half_w = Set(0.5 * l.width), half_h = Set(0.5 * l.height);
     if constexpr (map == EnvironmentMap::kSphere) {
-      // |e + r|^2 = 2 length (length + z), where behind length + z = planar / (length - z), without cancellation: of
-      // 1/|e + r| numerator and denominator change places.
+      // |e + r|^2 = 2 length (length + z), where behind length + z = planar / (length - z), without
+      // cancellation: of 1/|e + r| numerator and denominator change places.
       const auto behind = hn::Lt(z, zero);
       const VD sum = hn::Add(length, hn::Abs(z)), twice = hn::Add(length, length);
       const VD numerator = hn::IfThenElse(behind, sum, one);
@@ -137,15 +140,18 @@ HWY_INLINE VD Locate(const EnvironmentAtlas& atlas, VD x, VD y, VD z, Places& p,
         return mix;
       } else {
         store(hn::IfThenElseZero(back, one), u, v);
-        // Half a texel on either side of the seam both faces are mixed; there the other face's divisor is not small.
+        // Half a texel on either side of the seam both faces are mixed; there the other face's divisor is not
+        // small.
         const VD t = hn::Div(hn::Abs(z), length);
         const VD mix = hn::Max(hn::NegMulAdd(t, Set(radius), half), zero);
         const VD other = hn::Sub(length, hn::Abs(z));
         const VD turned = hn::Div(one, hn::IfThenElse(hn::Gt(mix, zero), other, length));
         const VD far_u = hn::MulAdd(hn::Mul(x, turned), half_w, centre_u);
         const VD far_v = hn::NegMulAdd(hn::Mul(y, turned), half_h, centre_v);
-        StorePlace(atlas, hn::IfThenElseZero(hn::Not(back), one), hn::Min(hn::Max(far_u, zero), Set(l.width + 1.0)),
-                   hn::Min(hn::Max(far_v, zero), Set(l.height + 1.0)), p.other + at, p.other_fx + at, p.other_fy + at);
+        StorePlace(atlas, hn::IfThenElseZero(hn::Not(back), one),
+                   hn::Min(hn::Max(far_u, zero), Set(l.width + 1.0)),
+                   hn::Min(hn::Max(far_v, zero), Set(l.height + 1.0)), p.other + at, p.other_fx + at,
+                   p.other_fy + at);
         hn::StoreU(hn::DemoteTo(DF(), mix), DF(), p.mix + at);
         return mix;
       }
@@ -153,81 +159,122 @@ HWY_INLINE VD Locate(const EnvironmentAtlas& atlas, VD x, VD y, VD z, Places& p,
   }
 }
 
-// A whole part and a rest of up to some thousand texels, in padded coordinates from 0 to size + 1, to a texel and a
-// fraction.
-HWY_INLINE VI WholeTexel(VI whole, V rest, int size, V& fraction) {
-  const s::D d;
-  const s::DI di;
-  const V floor = hn::Floor(rest);
-  const VI texel = hn::Max(hn::Min(hn::Add(whole, hn::ConvertTo(di, floor)), hn::Set(di, size)), hn::Zero(di));
-  fraction = hn::Sub(rest, hn::ConvertTo(d, hn::Sub(texel, whole)));
+// A whole part and a rest of up to some thousand texels, in padded coordinates from 0 to size + 1, to a texel
+// and a fraction. Whole numbers below 2^24 are exact in floats.
+HWY_INLINE V WholeTexel(V whole, V rest, V size, V& fraction) {
+  const V texel = hn::Max(hn::Min(hn::Add(whole, hn::Floor(rest)), size), hn::Zero(s::D()));
+  fraction = hn::Sub(rest, hn::Sub(texel, whole));
   return texel;
 }
 
-void LocateLatLong(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {
+// Sixteen directions, or as many as a vector has floats, rounded to floats; those of any length by the power
+// of two below their largest component, so that floats hold them.
+HWY_INLINE void RoundDirections(const Directions& at, int i, V& x, V& y, V& z) {
+  const s::D d;
   const DD dd;
+  const DF df;
+  alignas(64) float plane[3][s::kLanes];
+  for (int k = 0; k < s::kLanes; k += static_cast<int>(hn::Lanes(dd))) {
+    const VD a = hn::Load(dd, at.x + i + k), b = hn::Load(dd, at.y + i + k), c = hn::Load(dd, at.z + i + k);
+    VD scale = hn::Set(dd, 1.0);
+    if (!at.moderate) {
+      const hn::RebindToUnsigned<DD> du;
+      const VD largest = hn::Max(hn::Abs(a), hn::Max(hn::Abs(b), hn::Abs(c)));
+      const auto exponent = hn::And(hn::BitCast(du, largest), hn::Set(du, uint64_t{0x7ff0000000000000}));
+      scale = hn::BitCast(dd, hn::Sub(hn::Set(du, uint64_t{0x7fe0000000000000}), exponent));
+    }
+    hn::Store(hn::DemoteTo(df, hn::Mul(a, scale)), df, plane[0] + k);
+    hn::Store(hn::DemoteTo(df, hn::Mul(b, scale)), df, plane[1] + k);
+    hn::Store(hn::DemoteTo(df, hn::Mul(c, scale)), df, plane[2] + k);
+  }
+  x = hn::Load(d, plane[0]), y = hn::Load(d, plane[1]), z = hn::Load(d, plane[2]);
+}
+
+void LocateLatLong(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {
   const s::D d;
   const s::DI di;
-  alignas(64) float plane[3][kDirectionRun];
-  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(dd))) {
-    // By the power of two below the largest component, so that floats hold it; nothing else is lost.
-    const hn::RebindToUnsigned<DD> du;
-    const VD x = hn::Load(dd, at.x + i), y = hn::Load(dd, at.y + i), z = hn::Load(dd, at.z + i);
-    const VD largest = hn::Max(hn::Abs(x), hn::Max(hn::Abs(y), hn::Abs(z)));
-    const auto exponent = hn::And(hn::BitCast(du, largest), hn::Set(du, uint64_t{0x7ff0000000000000}));
-    const VD scale = hn::BitCast(dd, hn::Sub(hn::Set(du, uint64_t{0x7fe0000000000000}), exponent));
-    hn::Store(hn::DemoteTo(DF(), hn::Mul(x, scale)), DF(), plane[0] + i);
-    hn::Store(hn::DemoteTo(DF(), hn::Mul(y, scale)), DF(), plane[1] + i);
-    hn::Store(hn::DemoteTo(DF(), hn::Mul(z, scale)), DF(), plane[2] + i);
-  }
-  const int w = atlas.layout().width, h = atlas.layout().height;
-  const V half = hn::Set(d, 0.5f), zero = hn::Zero(d);
-  const V across = hn::Set(d, static_cast<float>(w / (2 * kPi))), down = hn::Set(d, static_cast<float>(h / kPi));
+  const float w = static_cast<float>(atlas.layout().width), h = static_cast<float>(atlas.layout().height);
+  const V half = hn::Set(d, 0.5f), zero = hn::Zero(d), width = hn::Set(d, w), height = hn::Set(d, h);
+  const V eighth = hn::Set(d, w / 8), quarter = hn::Set(d, h / 4);
+  const V across = hn::Set(d, static_cast<float>(w / (2 * kPi))),
+          down = hn::Set(d, static_cast<float>(h / kPi));
   for (int i = 0; i < count; i += s::kLanes) {
-    const V x = hn::Load(d, plane[0] + i), y = hn::Load(d, plane[1] + i), z = hn::Load(d, plane[2] + i);
-    VI octant;
-    V angle;
+    V x, y, z, octant, angle, fraction;
+    RoundDirections(at, i, x, y, z);
     Octants(x, z, octant, angle);
     // u = w/2 - octant w/8 - angle w/(2 pi): the first two exactly, as a whole number and eighths.
-    VI eighths = hn::Mul(hn::Sub(hn::Set(di, 4), octant), hn::Set(di, w));
-    VI whole = hn::ShiftRight<3>(eighths);
-    V rest = hn::MulAdd(hn::ConvertTo(d, hn::And(eighths, hn::Set(di, 7))), hn::Set(d, 0.125f), half);
-    V fraction;
-    const VI column = WholeTexel(whole, hn::NegMulAdd(angle, across, rest), w, fraction);
+    V place = hn::Mul(hn::Sub(hn::Set(d, 4.0f), octant), eighth), whole = hn::Floor(place);
+    V rest = hn::NegMulAdd(angle, across, hn::Add(hn::Sub(place, whole), half));
+    const V column = WholeTexel(whole, rest, width, fraction);
     hn::Store(fraction, d, p.fx + i);
     Octants(y, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(z, z))), octant, angle);
-    VI quarters = hn::Mul(hn::Sub(hn::Set(di, 2), octant), hn::Set(di, h));
-    whole = hn::ShiftRight<2>(quarters);
-    rest = hn::Mul(hn::ConvertTo(d, hn::And(quarters, hn::Set(di, 3))), hn::Set(d, 0.25f));
-    rest = hn::NegMulAdd(angle, down, rest);
-    // The half texel next to a pole is a whole one: the padded row stands at the pole itself.
-    const V above = hn::Add(hn::ConvertTo(d, whole), rest);
-    const V below = hn::Sub(hn::ConvertTo(d, hn::Sub(hn::Set(di, h), whole)), rest);
-    rest = hn::Sub(hn::Add(rest, half), hn::Max(hn::Sub(half, hn::Max(above, zero)), zero));
-    rest = hn::Add(rest, hn::Max(hn::Sub(half, hn::Max(below, zero)), zero));
-    rest = hn::Max(rest, hn::Neg(hn::ConvertTo(d, whole)));
-    const VI row = WholeTexel(whole, rest, h, fraction);
+    place = hn::Mul(hn::Sub(hn::Set(d, 2.0f), octant), quarter), whole = hn::Floor(place);
+    rest = hn::NegMulAdd(angle, down, hn::Sub(place, whole));
+    const V above = hn::Add(whole, rest);
+    if (HWY_LIKELY(hn::AllTrue(d, hn::And(hn::Gt(above, half), hn::Lt(above, hn::Set(d, h - 1)))))) {
+      rest = hn::Add(rest, half);
+    } else {
+      // The half texel next to a pole is a whole one: the padded row stands at the pole itself.
+      const V below = hn::Sub(hn::Sub(height, whole), rest);
+      rest = hn::Sub(hn::Add(rest, half), hn::Max(hn::Sub(half, hn::Max(above, zero)), zero));
+      rest = hn::Add(rest, hn::Max(hn::Sub(half, hn::Max(below, zero)), zero));
+      rest = hn::Max(rest, hn::Neg(whole));
+      p.polar = true;
+    }
+    const V row = WholeTexel(whole, rest, height, fraction);
     hn::Store(hn::Min(fraction, hn::Set(d, 1.0f)), d, p.fy + i);
-    hn::Store(hn::Add(hn::Mul(row, hn::Set(di, atlas.stride())), column), di, p.first + i);
+    // Adding 2^23 leaves a whole number in the lower bits.
+    const auto integer = [&](V v) HWY_ATTR {
+      const VI bits = hn::BitCast(di, hn::Add(v, hn::Set(d, 0x1p23f)));
+      return hn::And(bits, hn::Set(di, 0x7FFFFF));
+    };
+    hn::Store(hn::Add(hn::Mul(integer(row), hn::Set(di, atlas.stride())), integer(column)), di, p.first + i);
   }
 }
 
-// Two by two texels: along y, then along x.
-HWY_INLINE s::Quad Bilinear(const float* p, ptrdiff_t stride, float fx, float fy) {
-  const s::Pair rows = s::Lerp(s::Pair::Load(p), s::Pair::Load(p + stride), s::Pair::Set(fy));
+// Two by two texels of half floats, as Bilinear.
+HWY_INLINE s::Pair LoadHalves(const uint16_t* p) {
+  s::Pair pair;
+  constexpr int kStep = s::Pair::kLanesOf;
+  const hn::Rebind<hwy::float16_t, s::Pair::Tag> dh;
+  const hn::RebindToUnsigned<decltype(dh)> du;
+  for (int k = 0; k < s::Pair::kRegs; ++k) {
+    pair.reg[k] = hn::PromoteTo(s::Pair::Tag(), hn::BitCast(dh, hn::LoadU(du, p + k * kStep)));
+  }
+  return pair;
+}
+HWY_INLINE s::Quad BilinearOfHalves(const uint16_t* p, ptrdiff_t stride, float fx, float fy) {
+  const s::Pair rows = s::Lerp(LoadHalves(p), LoadHalves(p + stride), s::Pair::Set(fy));
   return s::Lerp(s::Lower(rows), s::Upper(rows), s::Quad::Set(fx));
 }
-// The same for texels that may be NaN or infinite: those without weight do not count. One NaN for all.
-HWY_NOINLINE void BilinearWhereWeighted(const float* p, ptrdiff_t stride, float fx, float fy, float* out) {
-  const float w[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-  const float* const texel[4] = {p, p + 4, p + stride, p + stride + 4};
-  for (int c = 0; c < 4; ++c) {
-    float sum = 0;
-    for (int k = 0; k < 4; ++k) {
-      if (w[k] != 0) sum += w[k] * texel[k][c];
-    }
-    out[c] = std::isnan(sum) ? std::numeric_limits<float>::quiet_NaN() : sum;
+void LookUpHalves(const EnvironmentAtlas& atlas, const Places& p, int count, float* rgba) {
+  const uint16_t* const pixels = atlas.halves();
+  const ptrdiff_t stride = ptrdiff_t{4} * atlas.stride();
+  for (int i = 0; i < count; ++i) {
+    BilinearOfHalves(pixels + ptrdiff_t{4} * p.first[i], stride, p.fx[i], p.fy[i]).Store(rgba + 4 * i);
   }
+  if (!p.polar) return;
+  for (int i = 0; i < count; ++i) {
+    const int row = p.first[i] / atlas.stride(), column = p.first[i] % atlas.stride();
+    if (row != 0 && row != atlas.layout().height) continue;
+    Bilinear(atlas.pole(row != 0) + ptrdiff_t{4} * column, stride, p.fx[i], p.fy[i]).Store(rgba + 4 * i);
+  }
+}
+bool ToHalf(const float* from, int count, uint16_t* to) {
+  const s::D d;
+  alignas(64) float rest[s::kLanes] = {};
+  alignas(64) uint16_t rounded[s::kLanes];
+  bool same = true;
+  for (int i = 0; i < count; i += s::kLanes) {
+    const int left = std::min(s::kLanes, count - i);
+    std::copy_n(from + i, left, rest);
+    const V v = hn::Load(d, rest);
+    const auto half = s::HalfFromFloat(v);
+    same = same && hn::AllTrue(d, hn::Eq(s::FloatFromHalf(half), v));
+    hn::Store(half, s::DU16(), rounded);
+    std::copy_n(rounded, left, to + i);
+  }
+  return same;
 }
 
 template <EnvironmentMap map>
@@ -242,10 +289,13 @@ void LookupOn(const EnvironmentAtlas& atlas, const Directions& at, int count, fl
     LocateLatLong(atlas, at, count, p);
   } else {
     for (int i = 0; i < count; i += step) {
-      mixed = hn::Max(mixed, Locate<map>(atlas, hn::Load(d, at.x + i), hn::Load(d, at.y + i), hn::Load(d, at.z + i), p, i));
+      mixed = hn::Max(mixed, Locate<map>(atlas, hn::Load(d, at.x + i), hn::Load(d, at.y + i),
+                                         hn::Load(d, at.z + i), p, i));
     }
   }
-  if (HWY_UNLIKELY(!atlas.finite())) {
+  if (map == EnvironmentMap::kLatLong && atlas.halves() != nullptr) {
+    LookUpHalves(atlas, p, count, rgba);
+  } else if (HWY_UNLIKELY(!atlas.finite())) {
     for (int i = 0; i < count; ++i) {
       BilinearWhereWeighted(pixels + ptrdiff_t{4} * p.first[i], stride, p.fx[i], p.fy[i], rgba + 4 * i);
     }
@@ -287,105 +337,9 @@ void Lookup(const EnvironmentAtlas& atlas, const Directions& at, int count, floa
   }
 }
 
-void Planes(const float* pixels, int channels, const int* at, int count, float (*plane)[kDirectionRun]) {
-  int i = 0;
-#if HWY_TARGET != HWY_SCALAR
-  if (channels == 3 && at[0] == 0 && at[1] == 1 && at[2] == 2) {
-    const hn::CappedTag<float, 16> d;
-    const int step = static_cast<int>(hn::Lanes(d));
-    for (; i + step <= count; i += step) {
-      hn::Vec<hn::CappedTag<float, 16>> a, b, c;
-      hn::LoadInterleaved3(d, pixels + 3 * i, a, b, c);
-      hn::Store(a, d, plane[0] + i), hn::Store(b, d, plane[1] + i), hn::Store(c, d, plane[2] + i);
-    }
-  }
-#endif
-  for (; i < count; ++i) {
-    for (int c = 0; c < 3; ++c) plane[c][i] = pixels[ptrdiff_t{channels} * i + at[c]];
-  }
-  for (; i % 8 != 0; ++i) {
-    for (int c = 0; c < 3; ++c) plane[c][i] = 1;
-  }
-}
-
-struct V3 {
-  VD x, y, z;
-};
-HWY_INLINE VD Dot(const V3& a, const V3& b) {
-  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
-HWY_INLINE V3 Load(const float (*plane)[kDirectionRun], int i) {
-  const DF df;
-  const auto at = [&](int c) HWY_ATTR { return hn::PromoteTo(DD(), hn::Load(df, plane[c] + i)); };
-  return {at(0), at(1), at(2)};
-}
-
-void Reflect(const ReflectionSetup& setup, int x, int y, int count, ReflectionRun& run) {
-  const DD d;
-  const int step = static_cast<int>(hn::Lanes(d));
-  const double* const m = setup.matrix;
-  const VD zero = hn::Zero(d), one = Set(1.0), infinity = hn::Inf(d);
-  const auto row = [&](int c) { return setup.base[c] + setup.row[c] * (y + 0.5); };
-  const double b[3] = {row(0), row(1), row(2)};
-  const bool positions = setup.use_position != 0;
-  const bool turned = !(m[0] == 1 && m[1] == 0 && m[2] == 0 && m[3] == 0 && m[4] == 1 && m[5] == 0 && m[6] == 0 &&
-                        m[7] == 0 && m[8] == 1);
-  auto all = hn::FirstN(d, hn::Lanes(d));
-  for (int i = 0; i < count; i += step) {
-    V3 n = Load(run.normal, i);
-    VD nn = Dot(n, n);
-    auto valid = hn::And(hn::Gt(nn, zero), hn::Lt(nn, infinity));
-    if (setup.codes > 0) {
-      const VD over = hn::Div(one, hn::Sqrt(hn::IfThenElse(valid, nn, one)));
-      const auto stored = [&](VD c) HWY_ATTR {
-        const VD code = hn::Round(hn::Mul(hn::MulAdd(hn::Mul(c, over), Set(0.5), Set(0.5)), Set(setup.codes)));
-        return hn::MulAdd(code, Set(2 / setup.codes), Set(-1.0));
-      };
-      n = {stored(n.x), stored(n.y), stored(n.z)};
-      nn = Dot(n, n);
-    }
-    V3 r = n;
-    if (setup.direction == EnvironmentDirection::kReflection || setup.fresnel) {
-      const VD px = hn::Add(hn::Iota(d, 0), Set(x + i + 0.5));
-      V3 u = {hn::MulAdd(px, Set(setup.column[0]), Set(b[0])), hn::MulAdd(px, Set(setup.column[1]), Set(b[1])),
-              hn::MulAdd(px, Set(setup.column[2]), Set(b[2]))};
-      if (positions) {
-        const V3 p = Load(run.position, i);
-        u = {hn::Add(u.x, p.x), hn::Add(u.y, p.y), hn::Add(u.z, p.z)};
-      }
-      const VD uu = Dot(u, u), un = Dot(u, n);
-      valid = hn::And(valid, hn::And(hn::Gt(uu, zero), hn::Lt(uu, infinity)));
-      if (setup.direction == EnvironmentDirection::kReflection) {
-        const VD twice = hn::Add(un, un);
-        r = {hn::NegMulAdd(twice, n.x, hn::Mul(u.x, nn)), hn::NegMulAdd(twice, n.y, hn::Mul(u.y, nn)),
-             hn::NegMulAdd(twice, n.z, hn::Mul(u.z, nn))};
-      }
-      if (setup.fresnel) {
-        const VD safe = hn::IfThenElse(valid, hn::Sqrt(hn::Mul(uu, nn)), one);
-        const VD c = hn::Min(hn::Div(hn::Abs(un), safe), one);
-        const VD g = hn::Sub(one, c), g2 = hn::Mul(g, g);
-        const VD f = hn::MulAdd(Set(1 - setup.reflectance), hn::Mul(hn::Mul(g2, g2), g), Set(setup.reflectance));
-        hn::Store(hn::DemoteTo(DF(), hn::IfThenElse(valid, f, zero)), DF(), run.fresnel + i);
-      }
-    }
-    if (turned) {
-      const auto line = [&](int k) HWY_ATTR {
-        return hn::MulAdd(r.x, Set(m[k]), hn::MulAdd(r.y, Set(m[k + 1]), hn::Mul(r.z, Set(m[k + 2]))));
-      };
-      r = {line(0), line(3), line(6)};
-    }
-    hn::Store(hn::IfThenElse(valid, r.x, zero), d, run.directions.x + i);
-    hn::Store(hn::IfThenElse(valid, r.y, zero), d, run.directions.y + i);
-    hn::Store(hn::IfThenElse(valid, r.z, one), d, run.directions.z + i);
-    hn::Store(hn::DemoteTo(DF(), hn::IfThenElseZero(valid, one)), DF(), run.valid + i);
-    all = hn::And(all, valid);
-  }
-  run.all_valid = hn::AllTrue(d, all);
-}
-
 }  // namespace
 
-EnvironmentKernels KernelsOfTarget() { return {&Planes, &Reflect, &Lookup}; }
+EnvironmentKernels KernelsOfTarget() { return {&Lookup, &ToHalf}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

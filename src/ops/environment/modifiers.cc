@@ -10,7 +10,8 @@ namespace {
 
 const std::vector<std::string> kMaps = {"sphere", "parabolic", "dualparabolic", "latlong", "cube"};
 
-ParamInfo Modifier(const std::string& name, ParamType type, const std::string& default_value, const std::string& help) {
+ParamInfo Modifier(const std::string& name, ParamType type, const std::string& default_value,
+                   const std::string& help) {
   ParamInfo p;
   p.name = name;
   p.type = type;
@@ -53,8 +54,9 @@ void RequireVector(const std::string& subject, const char* name, const Vector3& 
   double largest = 0;
   for (const double c : v) largest = std::max(largest, std::isfinite(c) ? std::fabs(c) : 1e300);
   if (largest <= 1e38 && (largest > 0 || !nonzero)) return;
-  throw Error(subject, std::string("found ") + name + "=" + std::to_string(v[0]) + "," + std::to_string(v[1]) + "," +
-                           std::to_string(v[2]) + ", expected finite numbers" + (nonzero ? ", not all 0" : ""));
+  throw Error(subject, std::string("found ") + name + "=" + std::to_string(v[0]) + "," +
+                           std::to_string(v[1]) + "," + std::to_string(v[2]) + ", expected finite numbers" +
+                           (nonzero ? ", not all 0" : ""));
 }
 
 }  // namespace tessera::ops

@@ -59,11 +59,12 @@ OpInfo NormalsInfo() {
   info.family = "environment";
   info.summary = "Pack, unpack, transform, mirror and normalise normals";
   info.help =
-      "Acts on the first three channels, in this order: unpack=1 takes codes, n = 2 c - 1; matrix= is the matrix of "
-      "positions, and normals take the inverse transpose of its upper 3x3 (a singular one is refused); reflect=x,y,z "
-      "mirrors the direction to the viewer, 2 (n.v) n - v (n.n); unit length (normalize=0 leaves it); flip=1 turns "
-      "round; pack=1 gives codes, c = (n + 1)/2, for storage as integers. Zero normals stay 0 (packed 1/2), NaN stays "
-      "NaN. Computed in double: any length will do. Other channels pass. Source: spec/environment.md, Maths.";
+      "Acts on the first three channels, in this order: unpack=1 takes codes, n = 2 c - 1; matrix= is the "
+      "matrix of positions, and normals take the inverse transpose of its upper 3x3 (a singular one is "
+      "refused); reflect=x,y,z mirrors the direction to the viewer, 2 (n.v) n - v (n.n); unit length "
+      "(normalize=0 leaves it); flip=1 turns round; pack=1 gives codes, c = (n + 1)/2, for storage as "
+      "integers. Zero normals stay 0 (packed 1/2), NaN stays NaN. Computed in double: any length will do. "
+      "Other channels pass. Source: spec/environment.md, Maths.";
   info.bound = "2 u * |result| (packed: 2 u)";
   info.bound_u = 2;
   info.modifiers = {FlagModifier("unpack", "from codes in [0,1]"),
@@ -74,15 +75,13 @@ OpInfo NormalsInfo() {
                     FlagModifier("pack", "to codes in [0,1]")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     NormalsParams p;
-    p.unpack = a.Flag("unpack"), p.normalize = a.Flag("normalize"), p.flip = a.Flag("flip"), p.pack = a.Flag("pack");
+    p.unpack = a.Flag("unpack"), p.normalize = a.Flag("normalize"), p.flip = a.Flag("flip"),
+    p.pack = a.Flag("pack");
     if (a.Given("matrix")) p.matrix = MatrixOf(a.Numbers("matrix"));
     if (a.Given("reflect")) p.reflect = VectorOf(a.Numbers("reflect"));
     return TransformNormals(in[0], p);
   };
-  info.examples = {"",
-                   "unpack=1 matrix=1,0,0,0,2,0,0,0,0.5",
-                   "pack=1 flip=1",
-                   "reflect=0,0,1 normalize=0",
+  info.examples = {"", "unpack=1 matrix=1,0,0,0,2,0,0,0,0.5", "pack=1 flip=1", "reflect=0,0,1 normalize=0",
                    "unpack=1 normalize=0 pack=1 matrix=0.8,0.6,0,1,-0.6,0.8,0,2,0,0,1,3,0,0,0,1"};
   info.identity = "normalize=0";
   return info;

@@ -44,7 +44,8 @@ PhongSetup SetupOf(const PhongParams& params, bool positions) {
 
 class PhongOp final : public graph::OpWith<PhongParams> {
  public:
-  PhongOp(const PhongParams& p, bool positions) : OpWith(p), positions_(positions), setup_(SetupOf(p, positions)) {}
+  PhongOp(const PhongParams& p, bool positions)
+      : OpWith(p), positions_(positions), setup_(SetupOf(p, positions)) {}
   std::string Name() const override { return "phong"; }
   graph::OpKind Kind() const override { return graph::OpKind::kColor; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
@@ -78,8 +79,8 @@ void Check(const PhongParams& p, bool positions) {
   }
   const auto range = [](const char* name, double v, double low, double high) {
     if (v >= low && v <= high) return;
-    throw Error("phong", std::string("found ") + name + "=" + std::to_string(v) + ", expected " + std::to_string(low) +
-                             " to " + std::to_string(high));
+    throw Error("phong", std::string("found ") + name + "=" + std::to_string(v) + ", expected " +
+                             std::to_string(low) + " to " + std::to_string(high));
   };
   range("exponent", p.exponent, 0, 10000);
   range("spotcutoff", p.spot_cutoff, 0, 180);
@@ -109,42 +110,47 @@ OpInfo PhongInfo() {
   info.operands = [](const Arguments& a) { return a.Flag("position") ? 2 : 1; };
   info.summary = "Light a normal image after Phong";
   info.help =
-      "NORMAL --phong:light=x,y,z:exponent=E gives R,G,B = emission + a f (ambient + max(l.n,0) diffuse + [l.n > 0] "
-      "h^E specular); h is max(s.n,0) with s = (l+v)/|l+v| (highlight=halfway) or max(r.l,0) with r the mirrored view "
+      "NORMAL --phong:light=x,y,z:exponent=E gives R,G,B = emission + a f (ambient + max(l.n,0) diffuse + "
+      "[l.n > 0] "
+      "h^E specular); h is max(s.n,0) with s = (l+v)/|l+v| (highlight=halfway) or max(r.l,0) with r the "
+      "mirrored view "
       "(highlight=reflection). light= and view= point to a distant light and viewer. NORMAL POSITION "
-      "--phong:position=1 takes a viewer's place, eye=, and with point=1 the light's place: a = 1/(kc + kl d + kq d^2) "
+      "--phong:position=1 takes a viewer's place, eye=, and with point=1 the light's place: a = 1/(kc + kl d "
+      "+ kq d^2) "
       "of attenuation=kc,kl,kq, and f a spotlight's cone: spot= its direction, spotcutoff= half its angle, "
-      "spotexponent= the power of the cosine. Coefficients are one number or three; specular=1 when only exponent is "
+      "spotexponent= the power of the cosine. Coefficients are one number or three; specular=1 when only "
+      "exponent is "
       "given.\n"
-      "table=N reads the power from N entries as the papers do, bits=8 or 12 through a framebuffer of so many bits: "
-      "the bands of 8 bits at exponent 50 are the papers'. Normals (and positions) that are 0, NaN or infinite give 0. "
-      "Source: spec/environment.md, Phong.";
+      "table=N reads the power from N entries as the papers do, bits=8 or 12 through a framebuffer of so "
+      "many bits: the bands of 8 bits at exponent 50 are the papers'. Normals (and positions) that are 0, "
+      "NaN or infinite give 0. Source: spec/environment.md, Phong.";
   info.bound = "4 u times the sum of the terms' magnitudes";
   info.bound_u = 4;
   const auto color = [](const char* name, const char* value, const char* help) {
     return NumbersModifier(name, {1, 3}, help, value);
   };
-  info.modifiers = {NumbersModifier("light", {3}, "to the light, or its place with point=1", "0,0,1"),
-                    NumberModifier("exponent", "0", 0, 10000, "of the highlight"),
-                    color("ambient", "0", "coefficient"),
-                    color("diffuse", "1", "coefficient"),
-                    color("specular", "0", "coefficient; 1 where exponent= is given"),
-                    color("emission", "0", "added"),
-                    {.name = "highlight",
-                     .type = ParamType::kChoice,
-                     .default_value = "halfway",
-                     .help = "its cosine",
-                     .choices = {"halfway", "reflection"}},
-                    NumbersModifier("view", {3}, "to a distant viewer", "0,0,1"),
-                    FlagModifier("position", "positions are given, above the normals"),
-                    NumbersModifier("eye", {3}, "the viewer's place"),
-                    FlagModifier("point", "light= is a place"),
-                    NumbersModifier("attenuation", {3}, "constant, linear, quadratic", "1,0,0"),
-                    NumbersModifier("spot", {3}, "where a spotlight shines", "0,0,-1"),
-                    NumberModifier("spotcutoff", "180", 0, 180, "half the cone's angle in degrees; 180: none"),
-                    NumberModifier("spotexponent", "0", 0, 10000, "of the cone"),
-                    IntegerModifier("table", "0", 0, 1 << 20, "entries of a table of powers; 0: none"),
-                    IntegerModifier("bits", "0", 0, 24, "of a framebuffer, with table=; 0: none")};
+  info.modifiers = {
+      NumbersModifier("light", {3}, "to the light, or its place with point=1", "0,0,1"),
+      NumberModifier("exponent", "0", 0, 10000, "of the highlight"),
+      color("ambient", "0", "coefficient"),
+      color("diffuse", "1", "coefficient"),
+      color("specular", "0", "coefficient; 1 where exponent= is given"),
+      color("emission", "0", "added"),
+      {.name = "highlight",
+       .type = ParamType::kChoice,
+       .default_value = "halfway",
+       .help = "its cosine",
+       .choices = {"halfway", "reflection"}},
+      NumbersModifier("view", {3}, "to a distant viewer", "0,0,1"),
+      FlagModifier("position", "positions are given, above the normals"),
+      NumbersModifier("eye", {3}, "the viewer's place"),
+      FlagModifier("point", "light= is a place"),
+      NumbersModifier("attenuation", {3}, "constant, linear, quadratic", "1,0,0"),
+      NumbersModifier("spot", {3}, "where a spotlight shines", "0,0,-1"),
+      NumberModifier("spotcutoff", "180", 0, 180, "half the cone's angle in degrees; 180: none"),
+      NumberModifier("spotexponent", "0", 0, 10000, "of the cone"),
+      IntegerModifier("table", "0", 0, 1 << 20, "entries of a table of powers; 0: none"),
+      IntegerModifier("bits", "0", 0, 24, "of a framebuffer, with table=; 0: none")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     PhongParams p;
     p.light = VectorOf(a.Numbers("light"));
@@ -185,7 +191,8 @@ Node Phong(const Node& normals, const Node& positions, const PhongParams& params
   return graph::MakeNode(std::make_shared<const ops::PhongOp>(params, true), {normals, positions});
 }
 
-Image PhongMap(EnvironmentMap map, int width, int height, const Vector3& light, double exponent, PixelType type) {
+Image PhongMap(EnvironmentMap map, int width, int height, const Vector3& light, double exponent,
+               PixelType type) {
   ops::RequireVector("phong map", "light", light, true);
   const ops::MapLayout layout = ops::LayoutOf("phong map", map, width, height);
   const Vector3 to = Normalized(light);
@@ -202,6 +209,39 @@ Image PhongMap(EnvironmentMap map, int width, int height, const Vector3& light, 
     }
   }
   return type == PixelType::kFloat ? image : Render(FromImage(image), type);
+}
+
+FunctionTable PhongTable(int size, const Vector3& light, double exponent, PixelType storage) {
+  ops::RequireVector("phong table", "light", light, true);
+  if (size < 2 || size > 512) {
+    throw Error("phong table", "found size=" + std::to_string(size) + ", expected 2 to 512");
+  }
+  const Vector3 to = Normalized(light);
+  const auto power = [&](const double* c) {
+    const Vector3 r = Normalized({2 * c[0] - 1, 2 * c[1] - 1, 2 * c[2] - 1});
+    return ops::PowerOf(Dot(r, to), exponent);
+  };
+  FunctionTable built = TableFromFunction([&](const double* c, double* result) { *result = power(c); },
+                                          {.sizes = {size, size, size}, .storage = storage, .probes = 1});
+  // Near 0, where the power depends on nothing but the direction, a table knows nothing: what counts is a
+  // shell.
+  constexpr int kProbes = 50000;
+  built.max_error = built.rms_error = 0;
+  for (int k = 0; k < kProbes; ++k) {
+    const auto part = [k](double step) { return std::fmod(0.5 + k * step, 1.0); };
+    // Steps of the plastic number's powers spread evenly in three dimensions.
+    const double z = 2 * part(0.8191725133961645) - 1, turn = 2 * std::numbers::pi * part(0.6710436067037893);
+    const double length = 0.5 + 0.5 * part(0.5497004779019703), ring = length * std::sqrt(1 - z * z);
+    const double at[3] = {(ring * std::cos(turn) + 1) / 2, (ring * std::sin(turn) + 1) / 2,
+                          (length * z + 1) / 2};
+    double got = 0;
+    SampleTable(built.table, {}, at, &got);
+    const double error = std::fabs(got - power(at));
+    built.rms_error += error * error / kProbes;
+    if (error > built.max_error) built.max_error = error, built.worst = {at[0], at[1], at[2], 0};
+  }
+  built.rms_error = std::sqrt(built.rms_error);
+  return built;
 }
 
 }  // namespace tessera

@@ -104,8 +104,8 @@ struct Lighting {
       if (p.point) {
         to_light = Minus(Constant(p.light.data()), at);
         l = unit(to_light, &distance);
-        const VD fall = hn::MulAdd(hn::MulAdd(SetD(p.attenuation[2]), distance, SetD(p.attenuation[1])), distance,
-                                   SetD(p.attenuation[0]));
+        const VD fall = hn::MulAdd(hn::MulAdd(SetD(p.attenuation[2]), distance, SetD(p.attenuation[1])),
+                                   distance, SetD(p.attenuation[0]));
         weight = hn::Div(one, hn::Max(fall, SetD(1e-20)));
         if (setup.spot_cosine > -2) {
           const VD c = hn::Neg(DotOf(l, Constant(p.spot_direction.data())));
@@ -150,7 +150,9 @@ struct Lighting {
 
 }  // namespace
 
-std::unique_ptr<graph::PointStage> NormalsOfTarget(const NormalsSetup& setup) { return s::MakeStage<1>(Normals{setup}); }
+std::unique_ptr<graph::PointStage> NormalsOfTarget(const NormalsSetup& setup) {
+  return s::MakeStage<1>(Normals{setup});
+}
 std::unique_ptr<graph::PointStage> PhongOfTarget(const PhongSetup& setup) {
   if (setup.positions) return s::MakeStage<2>(Lighting{setup});
   return s::MakeStage<1>(Lighting{setup});

@@ -23,10 +23,10 @@ std::unique_ptr<graph::PointStage> MakeNormalsStage(const NormalsSetup& setup);
 struct PhongSetup {
   PhongParams params;
   bool positions = false;
-  double light[3] = {};        // as given
-  double halfway[3] = {};      // of a distant light and viewer; 0: no highlight
-  double spot_cosine = -2;     // above: inside of the cone
-  std::vector<double> table;   // powers at i / (size - 1), or empty
+  double light[3] = {};       // as given
+  double halfway[3] = {};     // of a distant light and viewer; 0: no highlight
+  double spot_cosine = -2;    // above: inside of the cone
+  std::vector<double> table;  // powers at i / (size - 1), or empty
 };
 std::unique_ptr<graph::PointStage> MakePhongStage(const PhongSetup& setup);
 

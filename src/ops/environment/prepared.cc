@@ -1,12 +1,13 @@
 // Preparation of environment maps.
 #include "ops/environment/prepared.h"
 
+#include "ops/environment/lookup.h"
 #include "tessera/render.h"
 
 namespace tessera {
 namespace ops {
 
-PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& p,
+PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& p, bool kept,
                                          const graph::Workers& workers) {
   const MapLayout layout = LayoutOf("envmap", p.map, picture.roi.width(), picture.roi.height());
   empty = layout.faces.empty();
@@ -16,26 +17,33 @@ PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const En
     } else if (p.lobe > 0) {
       atlases.push_back(MakeLobeTable(picture, first, layout, p.lobe, p.table, workers));
     } else {
-      atlases.push_back(std::make_shared<const EnvironmentAtlas>(picture, first, layout, workers));
+      const auto atlas = std::make_shared<EnvironmentAtlas>(picture, first, layout, workers);
+      if (p.filter == EnvironmentFilter::kMip)
+        mips.push_back(std::make_shared<const EnvironmentMips>(*atlas, workers));
+      if (kept) atlas->HoldHalves(ChooseEnvironmentKernels().to_half, workers);
+      atlases.push_back(atlas);
     }
   }
 }
 
 }  // namespace ops
 
-std::shared_ptr<const ops::PreparedEnvironment> EnvironmentTexture::Data::Prepared(const graph::Workers& workers) const {
+std::shared_ptr<const ops::PreparedEnvironment> EnvironmentTexture::Data::Prepared(
+    const graph::Workers& workers) const {
   std::call_once(once, [&] {
-    prepared = std::make_shared<const ops::PreparedEnvironment>(picture.view(), params, workers);
+    prepared = std::make_shared<const ops::PreparedEnvironment>(picture.view(), params, true, workers);
   });
   return prepared;
 }
 
-EnvironmentTexture::EnvironmentTexture(const Image& map, EnvironmentMap projection, double lobe, int table) {
+EnvironmentTexture::EnvironmentTexture(const Image& map, EnvironmentMap projection, double lobe, int table,
+                                       EnvironmentFilter filter) {
   const auto data = std::make_shared<Data>();
   data->picture = Render(FromImage(map));
   data->params.map = projection;
   data->params.lobe = lobe;
   data->params.table = table;
+  data->params.filter = filter;
   ops::LayoutOf("environment texture", projection, map.spec().width(), map.spec().height());
   data_ = data;
 }

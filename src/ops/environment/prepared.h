@@ -1,4 +1,5 @@
-// Environment maps ready to be looked up: padded faces, lobes' tables or samples; made for a render, or once for many.
+// Environment maps ready to be looked up: padded faces, lobes' tables or samples; made for a render, or once
+// for many.
 #ifndef TESSERA_OPS_ENVIRONMENT_PREPARED_H_
 #define TESSERA_OPS_ENVIRONMENT_PREPARED_H_
 
@@ -8,6 +9,7 @@
 
 #include "ops/environment/atlas.h"
 #include "ops/environment/lobe.h"
+#include "ops/environment/mips.h"
 #include "tessera/ops/environment.h"
 
 namespace tessera::ops {
@@ -16,9 +18,12 @@ struct PreparedEnvironment {
   // Four channels each; samples where the lobe is summed for every pixel. None for an empty picture.
   std::vector<std::shared_ptr<const EnvironmentAtlas>> atlases;
   std::vector<std::shared_ptr<const LobeSamples>> samples;
+  std::vector<std::shared_ptr<const EnvironmentMips>> mips;  // one for every atlas, or none
   bool empty = true;
 
-  PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& params, const graph::Workers& workers);
+  // `kept`: for many renders, so that half floats are held as such.
+  PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& params, bool kept,
+                      const graph::Workers& workers);
 };
 
 }  // namespace tessera::ops

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// OpenGL's table: of each face the major axis with its sign, and the axes of s (right) and t (down) with theirs.
+// OpenGL's table: of each face the major axis with its sign, and the axes of s (right) and t (down) with
+// theirs.
 struct CubeFace {
   int major, s, t;
   double major_sign, s_sign, t_sign;
@@ -78,7 +79,8 @@ bool PlaceOnFace(const MapLayout& l, const Vector3& d, Place* place) {
   const double w = l.width, h = l.height;
   switch (l.map) {
     case EnvironmentMap::kLatLong:
-      *place = {0, w * (0.5 - std::atan2(x, z) / (2 * kPi)), h * (0.5 - std::atan2(y, std::sqrt(x * x + z * z)) / kPi)};
+      *place = {0, w * (0.5 - std::atan2(x, z) / (2 * kPi)),
+                h * (0.5 - std::atan2(y, std::sqrt(x * x + z * z)) / kPi)};
       return true;
     case EnvironmentMap::kSphere: {
       const double k = z < 0 ? planar / (length - z) : length + z;  // without cancellation
@@ -106,7 +108,8 @@ Vector3 DirectionAt(const MapLayout& l, const Place& p) {
   switch (l.map) {
     case EnvironmentMap::kLatLong: {
       const double longitude = -kPi * s, latitude = kPi / 2 * t;
-      return {std::sin(longitude) * std::cos(latitude), std::sin(latitude), std::cos(longitude) * std::cos(latitude)};
+      return {std::sin(longitude) * std::cos(latitude), std::sin(latitude),
+              std::cos(longitude) * std::cos(latitude)};
     }
     case EnvironmentMap::kSphere: {
       const double planar = s * s + t * t;
@@ -160,7 +163,8 @@ namespace tessera {
 bool PlaceOf(EnvironmentMap map, int width, int height, const Vector3& direction, double* x, double* y) {
   const ops::MapLayout layout = ops::LayoutOf("environment", map, width, height);
   ops::Place place;
-  if (layout.faces.empty() || !(Dot(direction, direction) > 0) || !ops::PlaceOnFace(layout, direction, &place)) {
+  if (layout.faces.empty() || !(Dot(direction, direction) > 0) ||
+      !ops::PlaceOnFace(layout, direction, &place)) {
     return false;
   }
   const ops::MapFace& face = layout.faces[static_cast<size_t>(place.face)];

@@ -18,8 +18,8 @@ struct MapFace {
 // A map of width x height texels as faces of equal size.
 struct MapLayout {
   EnvironmentMap map = EnvironmentMap::kLatLong;
-  int width = 0, height = 0;    // of a face, in texels
-  std::vector<MapFace> faces;   // one; front and back; +x -x +y -y +z -z
+  int width = 0, height = 0;   // of a face, in texels
+  std::vector<MapFace> faces;  // one; front and back; +x -x +y -y +z -z
   int picture_width = 0, picture_height = 0;
 };
 
@@ -33,8 +33,8 @@ struct Place {
 };
 // False for what is behind a single parabolic map. The direction has any length but 0.
 bool PlaceOnFace(const MapLayout& layout, const Vector3& direction, Place* place);
-// The direction (not of unit length) at a place, which may lie outside of the face; for a sphere map outside of its disc
-// the rim's.
+// The direction (not of unit length) at a place, which may lie outside of the face; for a sphere map outside
+// of its disc the rim's.
 Vector3 DirectionAt(const MapLayout& layout, const Place& place);
 // The texel (column, row) of a face in the picture.
 inline void PictureTexel(const MapLayout& l, int face, int i, int j, int* x, int* y) {
@@ -42,8 +42,8 @@ inline void PictureTexel(const MapLayout& l, int face, int i, int j, int* x, int
   *x = f.x + (f.turned ? l.width - 1 - i : i);
   *y = f.y + (f.turned ? l.height - 1 - j : j);
 }
-// Solid angle of a texel of a face in steradian, exact for parabolic, sphere (0 outside the disc), lat-long and cube
-// maps but for the disc's edge.
+// Solid angle of a texel of a face in steradian, exact for parabolic, sphere (0 outside the disc), lat-long
+// and cube maps but for the disc's edge.
 double TexelSolidAngle(const MapLayout& layout, int i, int j);
 
 const char* MapName(EnvironmentMap map);

@@ -1,4 +1,5 @@
-// What an environment lookup keeps: its parameters, and the map where that is not an input. Read by its reference.
+// What an environment lookup keeps: its parameters, and the map where that is not an input. Read by its
+// reference.
 #ifndef TESSERA_OPS_ENVIRONMENT_SETTINGS_H_
 #define TESSERA_OPS_ENVIRONMENT_SETTINGS_H_
 

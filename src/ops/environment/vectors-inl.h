@@ -16,17 +16,17 @@ namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
 using s::DD;
-using s::V;
-using s::VD;
 using s::EachPart;
 using s::Join;
 using s::JoinIntegers;
+using s::kParts;
 using s::LengthOf;
 using s::NumberOr;
 using s::Part;
 using s::RowTimes;
 using s::SetD;
-using s::kParts;
+using s::V;
+using s::VD;
 
 struct Three {
   VD x, y, z;

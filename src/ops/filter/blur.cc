@@ -3,12 +3,15 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numeric>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "graph/op.h"
 #include "ops/filter/decimated.h"
 #include "ops/filter/filter_ops.h"
+#include "ops/filter/integer_sums.h"
 #include "ops/filter/recursive.h"
 #include "ops/filter/running_sum.h"
 #include "ops/filter/window.h"
@@ -27,6 +30,8 @@ constexpr double kDirectSigma = 3;
 constexpr double kRecursiveSigma = 2;
 constexpr int kLargestBox = 65535;
 constexpr int kDirectBox = 9;
+// Boxes of integer pixels up to this side are rounded as exact sums are.
+constexpr int kLargestExactBox = 255;
 
 // The normalised samples of a Gaussian out to where the rest is below 4e-7 of the sum; its middle is the
 // anchor.
@@ -99,14 +104,35 @@ class GaussianStage final : public graph::WholeStage {
 
 class BoxStage final : public graph::WholeStage {
  public:
-  explicit BoxStage(const BoxParams& p) : params_(p) {}
+  BoxStage(const BoxParams& p, PixelType type) : params_(p) {
+    if (!IntegerSums::Applies(type) || p.width > kLargestExactBox || p.height > kLargestExactBox) return;
+    const Kernel kernel{p.width,
+                        p.height,
+                        (p.width - 1) / 2,
+                        (p.height - 1) / 2,
+                        1,
+                        std::vector<double>(static_cast<size_t>(p.width) * static_cast<size_t>(p.height),
+                                            1.0 / (double{1} * p.width * p.height))};
+    // Samples, rows and columns are rounded once each.
+    const double error = 0x1p-22 * std::max(1.0, std::fabs(p.border_value));
+    integers_.emplace(type, kernel, WindowOptions{FilterMethod::kRecursive, p.border, p.border_value}, error);
+  }
   void Run(std::span<const ConstImageView> in, const ImageView& out,
            const graph::Workers& workers) const override {
     RunBox(params_.width, params_.height, in[0], out, params_.border, params_.border_value, workers);
+    if (!integers_) return;
+    std::vector<int> channels(static_cast<size_t>(out.channels));
+    std::iota(channels.begin(), channels.end(), 0);
+    const Roi& r = out.roi;
+    workers.For(r.height(), [&](int64_t i, int) {
+      const int y = r.y0 + static_cast<int>(i);
+      integers_->Settle(in[0], channels, out.Sub({r.x0, y, r.x1, y + 1}), channels, in[0].roi);
+    });
   }
 
  private:
   BoxParams params_;
+  std::optional<IntegerSums> integers_;  // of integer pixels
 };
 
 // kValid: the larger result is cropped to the pixels whose kernel lies inside.
@@ -159,7 +185,7 @@ class GaussianOp final : public graph::OpWith<GaussianParams> {
     return result;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    return std::make_unique<WindowStage>(window_, context.inputs[0].data_window);
+    return std::make_unique<WindowStage>(window_, context.inputs[0]);
   }
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext&) const override {
     return std::make_unique<GaussianStage>(params(), method_ == FilterMethod::kDecimated);
@@ -191,10 +217,10 @@ class BoxOp final : public graph::OpWith<BoxParams> {
     return result;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    return std::make_unique<WindowStage>(window_, context.inputs[0].data_window);
+    return std::make_unique<WindowStage>(window_, context.inputs[0]);
   }
-  std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext&) const override {
-    return std::make_unique<BoxStage>(params());
+  std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
+    return std::make_unique<BoxStage>(params(), context.inputs[0].type);
   }
 
  private:
@@ -216,15 +242,11 @@ OpInfo BlurInfo() {
   info.summary = "Blurs with a Gaussian, a box or any named kernel";
   info.help =
       "--blur WxH convolves with a kernel of that size, as oiiotool: its gaussian has sigma W/4 and ends at "
-      "W/2 (--blur "
-      "with kernel=box, triangle, disk, ... for others). --blur:sigma=S is a whole Gaussian of standard "
-      "deviation S "
-      "pixels, up to 10000; sigma=X,Y for two. method=direct or separable sums all weights (error 1e-6 of "
-      "the largest "
-      "sample, cost grows with sigma); recursive costs the same for every sigma from 2 on (2e-5), decimated "
-      "a "
-      "third of that from sigma 16 on (1e-4); auto takes the cheapest. A box larger than 9 pixels is "
-      "computed by running sums at a cost that does not depend on its size "
+      "W/2 (--blur with kernel=box, triangle, disk, ... for others). --blur:sigma=S is a whole Gaussian of "
+      "standard deviation S pixels, up to 10000; sigma=X,Y for two. method=direct or separable sums all "
+      "weights (error 1e-6 of the largest sample, cost grows with sigma); recursive costs the same for every "
+      "sigma from 2 on (2e-5), decimated a third of that from sigma 16 on (1e-4); auto takes the cheapest. A "
+      "box larger than 9 pixels is computed by running sums at a cost that does not depend on its size "
       "(method=recursive). Recursive forms need the whole image in memory. Borders are as exact as the "
       "middle.";
   info.bound =
@@ -248,7 +270,8 @@ OpInfo BlurInfo() {
       sigma,
       BorderModifier(),
       BorderValueModifier(),
-      MethodModifier({"auto", "direct", "separable", "lowrank", "fft", "recursive", "decimated"})};
+      MethodModifier({"auto", "direct", "separable", "lowrank", "fft", "recursive", "decimated"}),
+      BufferBitsModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const BorderMode border = BorderNamed(a.Text("border"));
     const FilterMethod method = MethodNamed(a.Text("method"));
@@ -257,16 +280,18 @@ OpInfo BlurInfo() {
       if (a.Given("SIZE")) throw Error("blur", "found a size and sigma=, expected one of them");
       if (a.Text("kernel") != "gaussian")
         throw Error("blur", "found sigma= with kernel=" + a.Text("kernel") + ", expected a size");
+      if (a.Integer("bits") != 0)
+        throw Error("blur", "found bits= with sigma=, expected a size: --blur:bits=12 9x9");
       const std::vector<double>& s = a.Numbers("sigma");
       return GaussianBlur(in[0], {s.front(), s.back(), border, value, method});
     }
     const auto [width, height] = ParseSize("blur", a.Text("SIZE"));
-    if (a.Text("kernel") == "box") {
+    if (a.Text("kernel") == "box" && a.Integer("bits") == 0) {
       const auto odd = [](double size) { return static_cast<int>(std::ceil(size)) | 1; };
       return BoxBlur(in[0], {odd(width), odd(height), border, value, method});
     }
     ConvolveParams p;
-    p.border = border, p.border_value = value, p.method = method;
+    p.border = border, p.border_value = value, p.method = method, p.bits = a.Integer("bits");
     return Convolve(in[0], NamedKernel(a.Text("kernel"), width, height), p);
   };
   info.examples = {"9x9",

@@ -12,6 +12,7 @@
 #include "ops/filter/window.h"
 #include "ops/filter/window_stage.h"
 #include "tessera/error.h"
+#include "tessera/ops/accumulate.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
 #include "tessera/ops/filter.h"
@@ -69,7 +70,7 @@ class ConvolveOp final : public graph::OpWith<Convolution> {
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
     const std::shared_ptr<const Window> window = window_ ? window_ : MakeWindow(FromPixels(context.whole[1]));
-    return std::make_unique<WindowStage>(window, context.inputs[0].data_window);
+    return std::make_unique<WindowStage>(window, context.inputs[0]);
   }
 
  private:
@@ -128,7 +129,34 @@ Node OnColorsOnly(const Node& image, F filter) {
   return Premultiply(SelectChannels(all, order));
 }
 
+// Through an accumulation buffer of fixed point.
+Node Buffered(const Node& image, const Kernel& kernel, const ConvolveParams& p) {
+  const auto refuse = [&](const char* what) {
+    throw Error(
+        "convolve",
+        "found bits=" + std::to_string(p.bits) + " with " + what +
+            ", expected one kernel by name and border=black, clamp, repeat, mirror, mirror101 or valid");
+  };
+  if (kernel.planes != 1) refuse("a kernel per channel");
+  if (p.bias != 0 || p.preserve_alpha) refuse("a bias or preserved alpha");
+  if (p.border == BorderMode::kRenormalize || (p.border == BorderMode::kBlack && p.border_value != 0)) {
+    refuse("border=renormalize or a border value");
+  }
+  if (p.method != FilterMethod::kAuto && p.method != FilterMethod::kDirect)
+    refuse("another method than direct");
+  const Kernel k = Prepared(kernel, p);
+  ShiftAccumulateParams s{k.weights, k.width, k.height, k.anchor_x, k.anchor_y, p.bits};
+  s.border = p.border == BorderMode::kValid ? BorderMode::kClamp : p.border;
+  const Node result = ShiftAccumulate(image, s);
+  return p.border == BorderMode::kValid ? Crop(result, OutputWindow(image.spec().data_window, k, p.border))
+                                        : result;
+}
+
 Node Apply(const Node& image, const Node& kernel_image, Convolution convolution) {
+  if (convolution.params.bits != 0) {
+    if (kernel_image) throw Error("convolve", "found bits= with a kernel image, expected a kernel by name");
+    return Buffered(image, convolution.kernel, convolution.params);
+  }
   std::vector<Node> inputs = {image};
   if (kernel_image) inputs.push_back(kernel_image);
   if (!std::exchange(convolution.params.preserve_alpha, false)) {
@@ -151,7 +179,8 @@ std::vector<ParamInfo> CommonModifiers() {
           {.name = "preservealpha",
            .type = ParamType::kFlag,
            .default_value = "0",
-           .help = "filter the colours, divided by alpha, and leave alpha alone"}};
+           .help = "filter the colours, divided by alpha, and leave alpha alone"},
+          BufferBitsModifier()};
 }
 ConvolveParams CommonParams(const Arguments& a) {
   ConvolveParams p;
@@ -159,14 +188,14 @@ ConvolveParams CommonParams(const Arguments& a) {
   p.border_value = a.Number("bordervalue");
   p.method = MethodNamed(a.Text("method"));
   p.preserve_alpha = a.Flag("preservealpha");
+  p.bits = a.Integer("bits");
   return p;
 }
 
 constexpr char kBound[] =
     "(2 + log2 k) u * S, k the number of weights, S the sum of |weight * sample|; kernels up to 5x5 of sum 0 "
-    "are summed as "
-    "differences, exactly 0 on flat images: S is then the sum of |weight| times the largest sample; fft: see "
-    "help";
+    "are summed as differences, exactly 0 on flat images: S is then the sum of |weight| times the largest "
+    "sample; fft: see help";
 constexpr char kSource[] = "Kernels and the course's mistakes: spec/accumulation-and-convolution.md.";
 
 OpInfo FixedRow(const char* name, const char* summary) {
@@ -188,24 +217,19 @@ OpInfo ConvolveInfo() {
   info.operands = [](const Arguments& a) { return a.Text("kernel").empty() ? 2 : 1; };
   info.help =
       "IMAGE KERNEL --convolve takes the kernel from an image, one channel for all or one per channel, whose "
-      "pixel "
-      "(0, 0) lies over the pixel computed; --convolve:kernel=NAME takes one image and a kernel by name, of "
-      "size= "
-      "where the name has no size of its own (--help kernel lists the names). The result is the sum over the "
-      "kernel of weight(i, j) * image(x - i, y - j), "
-      "divided by divisor, plus bias times the pixel's alpha, as SVG's feConvolveMatrix; correlate=1 adds i "
-      "and j "
-      "instead, which is what oiiotool does and differs for unsymmetric kernels. A kernel image is divided "
-      "by its sum "
-      "(normalize=0 leaves it, and so does a sum of 0). Kernels are up to 255x255; a tap that is 0 has no "
-      "influence, "
-      "not even on NaN. Methods: direct sums every tap; separable needs a product of a column and a row, "
-      "found by "
-      "factorisation; lowrank sums several products (NaN then spreads over the whole rectangle), and "
-      "--explain prints the bound of what is cut off; fft works in "
-      "blocks, whose error is up to 16 u times the root of the sum of squared weights times that of the "
-      "block's squared "
-      "deviations from its mean. auto takes the cheapest within the bound. " +
+      "pixel (0, 0) lies over the pixel computed; --convolve:kernel=NAME takes one image and a kernel by "
+      "name, of size= where the name has no size of its own (--help kernel lists the names). The result is "
+      "the sum over the kernel of weight(i, j) * image(x - i, y - j), divided by divisor, plus bias times "
+      "the pixel's alpha, as SVG's feConvolveMatrix; correlate=1 adds i and j instead, which is what "
+      "oiiotool does and differs for unsymmetric kernels. A kernel image is divided by its sum (normalize=0 "
+      "leaves it, and so does a sum of 0). Kernels are up to 255x255; a tap that is 0 has no influence, not "
+      "even on NaN. Methods: direct sums every tap; separable needs a product of a column and a row, found "
+      "by factorisation; lowrank sums several products (NaN then spreads over the whole rectangle), and "
+      "--explain prints the bound of what is cut off; fft works in blocks, whose error is up to 16 u times "
+      "the root of the sum of squared weights times that of the block's squared deviations from its mean. "
+      "auto takes the cheapest within the bound. Results of 8- and 16-bit images are exact sums of integers, "
+      "rounded once. bits= models an accumulation buffer: shifted images are added in fixed point, "
+      "as --shiftaccum says. " +
       std::string(kSource);
   std::vector<ParamInfo> own = {
       {.name = "kernel",

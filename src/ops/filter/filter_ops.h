@@ -26,6 +26,8 @@ OpInfo ErodeInfo();
 ParamInfo BorderModifier();
 ParamInfo BorderValueModifier();
 ParamInfo MethodModifier(std::vector<std::string> methods);
+// `:bits=`: 0, or the binary places of an accumulation buffer.
+ParamInfo BufferBitsModifier();
 BorderMode BorderNamed(const std::string& name);
 FilterMethod MethodNamed(const std::string& name);
 // `WxH` or `W`; throws Error(subject, ...) unless both are numbers in [1, 65535].

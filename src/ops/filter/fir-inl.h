@@ -9,6 +9,7 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "simd/pixels-inl.h"
@@ -38,37 +39,45 @@ HWY_INLINE void StorePart(V v, float* p, int count, bool stream) {
   std::memcpy(p, lanes, static_cast<size_t>(count) * sizeof(float));
 }
 
-// acc += (sample - centre) * weight for the output rows that input row yi reaches: those whose tap dy = yi -
-// r lies in [begin, end), or all of them.
-template <bool kCentered, bool kAll, int kR, int kJ>
+// acc += (sample - centre) * weight of one input row for output rows [first, last); `w` is the weight of
+// output row 0. Both bounds are constants once the caller's loops are unrolled.
+template <bool kCentered, int kR, int kJ>
 HWY_INLINE void AddRow(V (&acc)[kR][kJ], const V (&centre)[kR][kJ], const float* in, const float* w,
-                       ptrdiff_t w_stride, int yi, int begin, int end) {
+                       ptrdiff_t w_stride, int first, int last) {
   V v[kJ];
   for (int j = 0; j < kJ; ++j) v[j] = Load(in + j * kLanes);
   HWY_UNROLL(8)
   for (int r = 0; r < kR; ++r) {
-    if (!kAll && (yi - r < begin || yi - r >= end)) continue;
-    const V weight = hn::Set(D(), w[(yi - r) * w_stride]);
+    if (r < first || r >= last) continue;
+    const V weight = hn::Set(D(), w[-r * w_stride]);
     for (int j = 0; j < kJ; ++j) {
       acc[r][j] = hn::MulAdd(kCentered ? hn::Sub(v[j], centre[r][j]) : v[j], weight, acc[r][j]);
     }
   }
 }
 
-// The same for every input row of a run of taps.
+// The same for every input row of a run of taps [begin, end). The rows that only some of the output rows
+// reach are most of a short run: they are unrolled one by one.
 template <bool kCentered, int kR, int kJ>
 HWY_INLINE void AddRun(V (&acc)[kR][kJ], const V (&centre)[kR][kJ], const float* in, ptrdiff_t stride,
                        const float* w, ptrdiff_t w_stride, int begin, int end) {
-  int yi = begin;
-  const int last = end + kR - 1;
   const float* p = in + begin * stride;
-  if (end - begin >= kR) {
-    for (; yi < begin + kR - 1; ++yi, p += stride) {
-      AddRow<kCentered, false>(acc, centre, p, w, w_stride, yi, begin, end);
+  w += begin * w_stride;
+  if (end - begin < kR) {
+    for (int i = 0; i < end - begin + kR - 1; ++i, p += stride, w += w_stride) {
+      AddRow<kCentered>(acc, centre, p, w, w_stride, std::max(0, i - (end - begin) + 1), std::min(kR, i + 1));
     }
-    for (; yi < end; ++yi, p += stride) AddRow<kCentered, true>(acc, centre, p, w, w_stride, yi, begin, end);
+    return;
   }
-  for (; yi < last; ++yi, p += stride) AddRow<kCentered, false>(acc, centre, p, w, w_stride, yi, begin, end);
+  HWY_UNROLL(8)
+  for (int i = 0; i < kR - 1; ++i, p += stride, w += w_stride)
+    AddRow<kCentered>(acc, centre, p, w, w_stride, 0, i + 1);
+  for (int i = kR - 1; i < end - begin; ++i, p += stride, w += w_stride) {
+    AddRow<kCentered>(acc, centre, p, w, w_stride, 0, kR);
+  }
+  HWY_UNROLL(8)
+  for (int i = 1; i < kR; ++i, p += stride, w += w_stride)
+    AddRow<kCentered>(acc, centre, p, w, w_stride, i, kR);
 }
 
 // One aligned load serves whole groups of RGBA taps on targets with vectors of four pixels.

@@ -122,52 +122,82 @@ void Row(const std::vector<float>& row, const float* in, int floats, int channel
   }
 }
 
-constexpr int kStripFloats = 512;
 constexpr int kStripPad = 5 * 16;  // a strip's last block of four registers, and the one after it
 
+// How a tile is cut. The column sums of a strip and of its halo stay in L1, or in L2 where the halo is wide:
+// a strip much narrower than its halo would compute most columns twice. Under tall kernels many result rows
+// share what comes from beyond L2.
+struct Blocks {
+  int strip, rows, reach;
+  ptrdiff_t stride;
+  Blocks(const SeparableWindow& window, int channels) {
+    reach = (window.width - 1) * channels;
+    strip = std::clamp(8 * reach, 640, 2048) / 32 * 32;
+    rows = window.height > 64 ? 32 : kColumnRows;
+    stride = (strip + reach + kStripPad + 15) / 16 * 16;
+  }
+};
+constexpr int kChunk = 512;  // columns of a tall kernel whose rows stay in L2
+
+// `rows` rows of column sums.
+void ColumnRows(const std::vector<float>& column, const float* in, ptrdiff_t in_stride, int rows, int floats,
+                float* out, ptrdiff_t stride) {
+  const int chunk = rows > kColumnRows ? kChunk : floats;
+  for (int x = 0; x < floats; x += chunk) {
+    const int count = std::min(chunk, floats - x);
+    for (int r = 0; r < rows;) {
+      const float* from = in + r * in_stride + x;
+      float* const to = out + r * stride + x;
+      if (rows - r >= kColumnRows) {
+        Columns<kColumnRows>(column, from, in_stride, count, to, stride);
+        r += kColumnRows;
+      } else {
+        Columns<1>(column, from, in_stride, count, to, stride);
+        ++r;
+      }
+    }
+  }
+}
+
 void RunSeparableTarget(const SeparableWindow& window, const FirTile& t, float* scratch) {
-  const int reach = (window.width - 1) * t.channels;  // floats of halo
-  const ptrdiff_t stride = (kStripFloats + reach + kStripPad + 15) / 16 * 16;
-  float* sums = scratch + kColumnRows * stride;  // for kernels of several terms
+  const Blocks blocks(window, t.channels);
+  float* sums = scratch + blocks.rows * blocks.stride;  // for kernels of several terms
   const bool one = window.terms.size() == 1;
-  for (int x = 0; x < t.floats; x += kStripFloats) {
-    const int count = std::min(kStripFloats, t.floats - x);
-    for (int y = 0; y < t.rows;) {
-      const int rows = t.rows - y >= kColumnRows ? kColumnRows : 1;
+  for (int x = 0; x < t.floats; x += blocks.strip) {
+    const int count = std::min(blocks.strip, t.floats - x);
+    for (int y = 0; y < t.rows; y += blocks.rows) {
+      const int rows = std::min(blocks.rows, t.rows - y);
       for (size_t k = 0; k < window.terms.size(); ++k) {
         const SeparableWindow::Term& term = window.terms[k];
-        const float* in = t.in + y * t.in_stride + x;
-        if (rows == kColumnRows) {
-          Columns<kColumnRows>(term.column, in, t.in_stride, count + reach, scratch, stride);
-        } else {
-          Columns<1>(term.column, in, t.in_stride, count + reach, scratch, stride);
-        }
+        ColumnRows(term.column, t.in + y * t.in_stride + x, t.in_stride, rows, count + blocks.reach, scratch,
+                   blocks.stride);
         for (int r = 0; r < rows; ++r) {
           float* out = t.out + (y + r) * t.out_stride + x;
-          float* to = sums + r * kStripFloats;
+          float* to = sums + r * blocks.strip;
           if (one) {
-            Row<false>(term.row, scratch + r * stride, count, t.channels, out, t.stream);
+            Row<false>(term.row, scratch + r * blocks.stride, count, t.channels, out, t.stream);
           } else if (k == 0) {
-            Row<false>(term.row, scratch + r * stride, count, t.channels, to, false);
+            Row<false>(term.row, scratch + r * blocks.stride, count, t.channels, to, false);
           } else {
-            Row<true>(term.row, scratch + r * stride, count, t.channels, to, false);
+            Row<true>(term.row, scratch + r * blocks.stride, count, t.channels, to, false);
           }
         }
       }
       for (int r = 0; r < rows && !one; ++r) {
         float* out = t.out + (y + r) * t.out_stride + x;
         for (int i = 0; i < count; i += kLanes) {
-          StorePart(Load(sums + r * kStripFloats + i), out + i, count - i, t.stream);
+          StorePart(Load(sums + r * blocks.strip + i), out + i, count - i, t.stream);
         }
       }
-      y += rows;
     }
   }
 }
 
 size_t SeparableScratchFloats(const SeparableWindow& window, int channels) {
-  const size_t reach = static_cast<size_t>(window.width - 1) * static_cast<size_t>(channels);
-  return kColumnRows * (kStripFloats + reach + kStripPad + 16) + kColumnRows * kStripFloats + 64;
+  const Blocks blocks(window, channels);
+  return static_cast<size_t>(blocks.rows) *
+             (static_cast<size_t>(blocks.stride) + static_cast<size_t>(blocks.strip)) +
+         64;
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

@@ -1,4 +1,6 @@
 // Modifiers that the filters share.
+#include "ops/modifiers.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -59,6 +61,12 @@ ParamInfo MethodModifier(std::vector<std::string> methods) {
           .default_value = "auto",
           .help = "how it is computed; auto takes the cheapest within the bound",
           .choices = std::move(methods)};
+}
+
+ParamInfo BufferBitsModifier() {
+  return IntegerModifier(
+      "bits", "0", 0, 32,
+      "models an accumulation buffer in fixed point with that many binary places, 8 to 32; 0 is exact");
 }
 
 BorderMode BorderNamed(const std::string& name) { return Named(kBorders, name); }

@@ -158,12 +158,9 @@ OpInfo SobelInfo() {
   info.summary = "Gradient by Sobel's operator";
   info.help =
       "Differences of the neighbours left and right (X) and below and above (Y), weighted 1 2 1: a ramp of "
-      "slope g per "
-      "pixel gives 8 g, a flat image exactly 0, whatever its value. output=magnitude is sqrt(X^2 + Y^2), "
-      "direction is "
-      "atan2(Y, X) in radians (y down: the direction in which the image grows brighter), xy makes two "
-      "channels c.x "
-      "and c.y of each channel c. Every channel is treated, alpha too.";
+      "slope g per pixel gives 8 g, a flat image exactly 0, whatever its value. output=magnitude is sqrt(X^2 "
+      "+ Y^2), direction is atan2(Y, X) in radians (y down: the direction in which the image grows "
+      "brighter), xy makes two channels c.x and c.y of each channel c. Every channel is treated, alpha too.";
   info.bound = "4 u * sum of |weight * difference| (X, Y, magnitude); direction: that over the magnitude";
   info.bound_u = 4;
   ParamInfo border = BorderModifier();

@@ -72,9 +72,8 @@ OpInfo UnsharpInfo() {
   info.summary = "Sharpens by the difference from a blurred copy";
   info.help =
       "image + contrast * (image - blurred), as oiiotool: blurred is the image convolved with kernel= of "
-      "width= pixels "
-      "both ways (or kernel=median); a difference below threshold= counts as 0. Every channel, alpha "
-      "included.";
+      "width= pixels both ways (or kernel=median); a difference below threshold= counts as 0. Every channel, "
+      "alpha included.";
   info.bound = "4 u * (|image| + contrast * |image - blurred|)";
   info.bound_u = 4;
   info.modifiers = {{.name = "kernel",

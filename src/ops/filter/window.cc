@@ -85,6 +85,7 @@ void RequireKernel(const std::string& op, const Kernel& k) {
 
 Window::Window(const std::string& op, const Kernel& kernel, const WindowOptions& options)
     : options_(options),
+      kernel_(kernel),
       width_(kernel.width),
       height_(kernel.height),
       anchor_x_(kernel.anchor_x),
@@ -111,6 +112,12 @@ Window::Window(const std::vector<double>& row, int left, const std::vector<doubl
   };
   plane.row_sums = summed(row), plane.column_sums = summed(column);
   planes_.push_back(std::move(plane));
+  kernel_.weights.clear();
+  if (width_ > kLargest || height_ > kLargest) return;
+  kernel_ = {width_, height_, left, top, 1, {}};
+  for (const double c : column) {
+    for (const double r : row) kernel_.weights.push_back(c * r);
+  }
 }
 
 void Window::Choose(const std::string& op, const Kernel& kernel) {
@@ -118,8 +125,8 @@ void Window::Choose(const std::string& op, const Kernel& kernel) {
   if (wanted == FilterMethod::kRecursive || wanted == FilterMethod::kDecimated) {
     throw Error(
         op,
-        "found method=recursive, expected direct, separable, lowrank or fft: only a Gaussian and a box "
-        "are recursive");
+        "found method=recursive, expected direct, separable, lowrank or fft: only a Gaussian and a box are "
+        "recursive");
   }
   double taps = 0;
   bool factored = true, exact = true;
@@ -213,6 +220,22 @@ void Window::Choose(const std::string& op, const Kernel& kernel) {
     }
     planes_.push_back(std::move(plane));
   }
+}
+
+double Window::ErrorBound() const {
+  const double largest = std::max(1.0, std::fabs(options_.border_value));
+  double error = 0;
+  const size_t area = static_cast<size_t>(width_) * static_cast<size_t>(height_);
+  for (size_t first = 0; first < kernel_.weights.size(); first += area) {
+    double sum = 0, squares = 0;
+    for (size_t i = first; i < first + area; ++i) {
+      sum += std::fabs(kernel_.weights[i]), squares += kernel_.weights[i] * kernel_.weights[i];
+    }
+    // Deviations from a block's mean are at most half the range.
+    const double block = method_ == FilterMethod::kFft ? planes_[0].fft.size * 8.0 : 0;
+    error = std::max(error, (2 + std::log2(static_cast<double>(area))) * sum + block * std::sqrt(squares));
+  }
+  return (error * 0x1p-24 + truncation_) * largest;
 }
 
 Roi Window::WholeBlocks(const Roi& out, const Roi& data_window) const {

@@ -48,6 +48,10 @@ class Window {
   // Method, size and error bound in a few words.
   std::string Describe() const;
   FilterMethod method() const { return method_; }
+  // The weights; none where a column and a row of any length are larger than a kernel may be.
+  const Kernel& kernel() const { return kernel_; }
+  // Bound of |error| for samples in [0, 1].
+  double ErrorBound() const;
   // Width and height of a tile that suits the method.
   graph::TileSize PreferredTile() const;
   const WindowOptions& options() const { return options_; }
@@ -77,6 +81,7 @@ class Window {
   double WeightInside(const Plane& plane, const Roi& data_window, int x, int y) const;
 
   WindowOptions options_;
+  Kernel kernel_;
   FilterMethod method_ = FilterMethod::kDirect;
   int width_, height_, anchor_x_, anchor_y_;
   int terms_ = 0;

@@ -3,24 +3,34 @@
 #define TESSERA_OPS_FILTER_WINDOW_STAGE_H_
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "graph/stage.h"
+#include "ops/filter/integer_sums.h"
 #include "ops/filter/window.h"
 
 namespace tessera::ops {
 
 class WindowStage final : public graph::TileStage {
  public:
-  WindowStage(std::shared_ptr<const Window> window, const Roi& data_window)
-      : window_(std::move(window)), data_window_(data_window) {}
+  WindowStage(std::shared_ptr<const Window> window, const ImageSpec& in)
+      : window_(std::move(window)), data_window_(in.data_window) {
+    if (IntegerSums::Applies(in.type) && !window_->kernel().weights.empty()) {
+      integers_.emplace(in.type, window_->kernel(), window_->options(), window_->ErrorBound());
+    }
+  }
   Roi InputRoi(int, const Roi& out) const override { return window_->InputRoi(out, data_window_); }
   graph::TileSize Preferred() const override { return window_->PreferredTile(); }
-  void Run(const graph::TileArgs& args) const override { window_->Run(args, data_window_); }
+  void Run(const graph::TileArgs& args) const override {
+    window_->Run(args, data_window_);
+    if (integers_) integers_->Settle(args.in[0], args.in_channels[0], args.out, args.channels, data_window_);
+  }
 
  private:
   std::shared_ptr<const Window> window_;
   Roi data_window_;
+  std::optional<IntegerSums> integers_;  // of integer pixels
 };
 
 }  // namespace tessera::ops

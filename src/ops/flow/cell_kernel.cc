@@ -14,99 +14,145 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
-// One end of the lines of a vector of pixels: which pixel, where in it (0 to 1), and what that pixel holds.
+// One end of the lines of a vector of pixels: which pixel, what that pixel holds, and where in it: the way
+// from its centre along its direction's own axes, -1/2 to 1/2, so that all lines go right and down.
 struct Crossing {
-  VI x, y;  // kChecked: pixel, relative to the vector's first one
-  VI at;    // else: its index in the picture, relative to the same
-  V fx, fy;
+  VI at;  // index in Lines::cells, relative to the vector's first pixel
   VI cell;
+  V x, y;
 };
 
-// To the edge of the pixel along its direction (`sign` -1 goes backward), and into the next one.
-template <bool kChecked>
-HWY_INLINE void Cross(float sign, int row, Crossing& c) {
+// What crossing an edge adds to an index, by the signs of the direction; 0 where the line stays.
+class Strides {
+ public:
+  explicit HWY_INLINE Strides(ptrdiff_t row) : row_(static_cast<int>(row)) {
+    alignas(64) int32_t x[16], y[16];
+    for (uint32_t i = 0; i < 16; ++i) {
+      const bool still = (i & kCellStill) != 0;
+      x[i] = still ? 0 : (i & kCellLeft) != 0 ? -1 : 1, y[i] = still ? 0 : (i & kCellUp) != 0 ? -row_ : row_;
+    }
+    x_ = hn::Load(DI(), x), y_ = hn::Load(DI(), y);
+  }
+  HWY_INLINE VI Of(VI cell, hn::Mask<DI> first_x) const {
+    const DI di;
+    if constexpr (kLanes >= 8) {
+      const auto index = hn::IndicesFromVec(di, hn::And(cell, hn::Set(di, 7)));
+      return hn::IfThenElse(first_x, hn::TableLookupLanes(x_, index), hn::TableLookupLanes(y_, index));
+    } else {
+      const auto still = hn::TestBit(cell, hn::Set(di, static_cast<int>(kCellStill)));
+      const VI step = hn::IfThenElse(first_x, hn::Set(di, 1), hn::Set(di, row_));
+      const VI sign = hn::IfThenElse(first_x, hn::ShiftLeft<31>(cell), hn::ShiftLeft<30>(cell));
+      const VI turned = hn::IfThenElse(hn::Lt(sign, hn::Zero(di)), hn::Sub(hn::Zero(di), step), step);
+      return hn::IfThenZeroElse(still, turned);
+    }
+  }
+
+ private:
+  int row_;
+  VI x_, y_;
+};
+
+HWY_INLINE Crossing StartAt(VI at, VI cell) { return {at, cell, hn::Zero(D()), hn::Zero(D())}; }
+
+// To the edge of the pixel along its direction: whether that is the one ahead in x. The place is then that on
+// the far side of the edge, still along the axes of the pixel that is left.
+HWY_INLINE hn::Mask<D> Cross(Crossing& c) {
   const D d;
   const DI di;
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-  const V u = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<20>(hn::ShiftLeft<20>(c.cell))), hn::Set(d, sign));
-  const V v = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<20>(hn::ShiftLeft<8>(c.cell))), hn::Set(d, sign));
-  const auto right = hn::Gt(u, zero), down = hn::Gt(v, zero);
-  const V left_x = hn::IfThenElse(right, hn::Sub(one, c.fx), c.fx);
-  const V left_y = hn::IfThenElse(down, hn::Sub(one, c.fy), c.fy);
-  const V speed_x = hn::Abs(u), speed_y = hn::Abs(v);
-  // left_x / speed_x < left_y / speed_y; a speed of 0 never arrives.
-  const auto first_x =
-      hn::Or(hn::Lt(hn::Mul(left_x, speed_y), hn::Mul(left_y, speed_x)), hn::Eq(speed_y, zero));
-  const V slope = hn::Div(hn::IfThenElse(first_x, hn::Mul(left_x, v), hn::Mul(left_y, u)),
-                          hn::IfThenElse(first_x, speed_x, speed_y));
-  const V edge_x = hn::IfThenElseZero(hn::Not(right), one), edge_y = hn::IfThenElseZero(hn::Not(down), one);
-  c.fx = hn::IfThenElse(first_x, edge_x, hn::Add(c.fx, slope));
-  c.fy = hn::IfThenElse(first_x, hn::Add(c.fy, slope), edge_y);
-  const VI ahead = hn::Set(di, 1), back = hn::Set(di, -1), stay = hn::Zero(di);
-  const auto step_x = hn::RebindMask(di, first_x);
-  VI dx = hn::IfThenElse(hn::RebindMask(di, right), ahead, back);
-  VI dy = hn::IfThenElse(hn::RebindMask(di, down), ahead, back);
-  // Without a direction the line stays; then both speeds are 0 and first_x holds.
-  dx = hn::IfThenZeroElse(hn::RebindMask(di, hn::Eq(speed_x, zero)), dx);
-  if constexpr (kChecked) {
-    c.x = hn::Add(c.x, hn::IfThenElse(step_x, dx, stay));
-    c.y = hn::Add(c.y, hn::IfThenElse(step_x, stay, dy));
-  } else {
-    c.at = hn::Add(
-        c.at, hn::IfThenElse(step_x, dx,
-                             hn::IfThenElse(hn::RebindMask(di, down), hn::Set(di, row), hn::Set(di, -row))));
-  }
+  const V half = hn::Set(d, 0.5f), enter = hn::Set(d, -0.5f);
+  constexpr int kUnit = 1 << kCellShareShift;
+  const V one = hn::Set(d, static_cast<float>(kCellShareOne * kUnit));
+  const V share = hn::ConvertTo(d, hn::And(c.cell, hn::Set(di, static_cast<int>(kCellShareOne) * kUnit)));
+  const auto wide = hn::RebindMask(d, hn::TestBit(c.cell, hn::Set(di, static_cast<int>(kCellWide))));
+  const V u = hn::IfThenElse(wide, one, share), v = hn::IfThenElse(wide, share, one);
+  // An edge is never quite reached: a speed of 0 has a way to go, and the other edge comes first.
+  const V edge = hn::Set(d, 0.5f + 0x1p-24f);
+  const V left_x = hn::Sub(edge, c.x), left_y = hn::Sub(edge, c.y);
+  // Below 0 where left_x / u < left_y / v; what is left of the other way then is that over the speed.
+  const V ahead = hn::MulSub(left_x, v, hn::Mul(left_y, u));
+  const auto first_x = hn::Lt(ahead, hn::Zero(d));
+  const V along = hn::Sub(half, hn::Div(hn::Abs(ahead), hn::IfThenElse(first_x, u, v)));
+  c.x = hn::IfThenElse(first_x, enter, along), c.y = hn::IfThenElse(first_x, along, enter);
+  return first_x;
+}
+
+// The pixel that was entered.
+HWY_INLINE void Enter(VI cell, Crossing& c) {
+  const D d;
+  const DI di;
+  const VI turned = hn::Xor(c.cell, cell);
+  const VI sign_x = hn::ShiftLeft<31>(turned);
+  const VI sign_y = hn::And(hn::ShiftLeft<30>(turned), hn::Set(di, static_cast<int>(0x80000000u)));
+  c.x = hn::Xor(c.x, hn::BitCast(d, sign_x)), c.y = hn::Xor(c.y, hn::BitCast(d, sign_y));
+  c.cell = cell;
 }
 
 HWY_INLINE V NoiseOf(VI cell) {
-  const D d;
-  return hn::Mul(hn::ConvertTo(d, hn::BitCast(DI(), hn::ShiftRight<24>(hn::BitCast(DU(), cell)))),
-                 hn::Set(d, 1.0f / 255));
+  return hn::ConvertTo(D(), hn::BitCast(DI(), hn::ShiftRight<kCellNoiseShift>(hn::BitCast(DU(), cell))));
 }
+constexpr float kNoiseUnit = 1.0f / 255;
 
-// kLanes pixels from (x, y) whose lines stay inside; `vectors` of them side by side, in flight together.
-template <int kVectors>
-HWY_INLINE void ConvolveInside(const Lines& lines, int x, int y, float* result) {
+// kLanes pixels from (x, y) on; `vectors` of them side by side, in flight together. kEnds: lines may end.
+template <int kVectors, bool kEnds>
+HWY_INLINE void ConvolveCodes(const Lines& lines, int x, int y, float* result) {
   const D d;
   const DI di;
-  const auto* cells = reinterpret_cast<const int32_t*>(lines.cells) + ptrdiff_t{y} * lines.width + x;
+  const auto* cells = reinterpret_cast<const int32_t*>(lines.cells) + y * lines.cell_row + x;
   constexpr int kBoth = 2 * kVectors;
+  const Strides strides(lines.cell_row);
+  const VI end = hn::Set(di, static_cast<int>(kCellEnd));
   Crossing c[kBoth];
-  V sum[kBoth];
+  V sum[kBoth], weight[kBoth], own[kVectors];
   for (int i = 0; i < kBoth; ++i) {
-    c[i].at = hn::Iota(di, i % kVectors * kLanes);
-    c[i].fx = c[i].fy = hn::Set(d, 0.5f);
-    c[i].cell = hn::GatherIndex(di, cells, c[i].at);
-    sum[i] = hn::Zero(d);
+    VI at = hn::Iota(di, i % kVectors * kLanes);
+    if constexpr (kEnds) at = hn::Min(at, hn::Set(di, lines.width - 1 - x));
+    c[i] = StartAt(at, hn::GatherIndex(di, cells, at));
+    sum[i] = weight[i] = hn::Zero(d);
   }
-  V own[kVectors];
   for (int i = 0; i < kVectors; ++i) own[i] = NoiseOf(c[i].cell);
+  const auto masked = [&](int i) HWY_ATTR { return hn::RebindMask(d, hn::Eq(c[i].cell, end)); };
+  hn::Mask<D> none[kVectors];
+  for (int i = 0; i < kVectors; ++i) none[i] = masked(i);
   for (int t = 0; t < lines.taps; ++t) {
-    const V ahead = hn::Set(d, lines.forward[static_cast<size_t>(t)]);
-    const V back = hn::Set(d, lines.backward[static_cast<size_t>(t)]);
+    const V forward = hn::Set(d, lines.forward[static_cast<size_t>(t)]);
+    const V backward = hn::Set(d, lines.backward[static_cast<size_t>(t)]);
     for (int i = 0; i < kBoth; ++i) {
-      Cross<false>(i < kVectors ? 1.0f : -1.0f, lines.width, c[i]);
-      c[i].cell = hn::GatherIndex(di, cells, c[i].at);
-      sum[i] = hn::MulAdd(i < kVectors ? ahead : back, NoiseOf(c[i].cell), sum[i]);
+      const VI old = c[i].cell;
+      const VI stride = strides.Of(old, hn::RebindMask(di, Cross(c[i])));
+      c[i].at = i < kVectors ? hn::Add(c[i].at, stride) : hn::Sub(c[i].at, stride);
+      Enter(hn::GatherIndex(di, cells, c[i].at), c[i]);
+      const V w = i < kVectors ? forward : backward;
+      sum[i] = hn::MulAdd(w, NoiseOf(c[i].cell), sum[i]);
+      if constexpr (kEnds) weight[i] = hn::Add(weight[i], hn::IfThenZeroElse(masked(i), w));
     }
   }
+  const V centre = hn::Set(d, lines.centre);
   for (int i = 0; i < kVectors; ++i) {
-    const V all = hn::MulAdd(hn::Set(d, lines.centre), own[i], hn::Add(sum[i], sum[i + kVectors]));
-    hn::StoreU(hn::Div(all, hn::Set(d, lines.sum)), d, result + i * kLanes);
+    const V all = hn::MulAdd(centre, own[i], hn::Add(sum[i], sum[i + kVectors]));
+    V total = hn::Set(d, lines.sum);
+    if constexpr (kEnds) total = hn::Add(hn::Add(weight[i], weight[i + kVectors]), centre);
+    V mean = hn::Div(hn::Mul(all, hn::Set(d, kNoiseUnit)), total);
+    if constexpr (kEnds) {
+      mean = hn::IfThenElseZero(hn::Gt(total, hn::Zero(d)), hn::IfThenZeroElse(none[i], mean));
+    }
+    hn::StoreU(mean, d, result + i * kLanes);
   }
 }
 
-// The same for up to kLanes pixels anywhere, masks, borders and any texture.
+// The same for up to kLanes pixels anywhere, lengths of their own, borders and any texture.
 void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result) {
   const D d;
   const DI di;
   const Place place = PlaceOf(lines, x, y);
   const VI lane = hn::Min(hn::Iota(di, 0), hn::Set(di, count - 1));
-  const auto* cells = reinterpret_cast<const int32_t*>(lines.cells) + ptrdiff_t{y} * lines.width + x;
+  const auto* cells = reinterpret_cast<const int32_t*>(lines.cells) + y * lines.cell_row + x;
+  const VI row = hn::Set(di, static_cast<int>(lines.cell_row));
+  const Strides strides(1);
   const V own_inside = Inside(lines, place, lane, hn::Zero(di));
   V reach = hn::Set(d, static_cast<float>(lines.taps));
   if (lines.reach != nullptr) reach = hn::GatherIndex(d, lines.reach + ptrdiff_t{y} * lines.width + x, lane);
   V sum[2][kMostChannels], weight[2];
+  const V unit = hn::Set(d, lines.texture_in_cells ? kNoiseUnit : 1.0f);
   const auto texel = [&](VI px, VI py, VI cell, int channel) HWY_ATTR {
     if (lines.texture_in_cells) return NoiseOf(cell);
     const VI at = hn::Add(hn::Mul(py, hn::Set(di, static_cast<int>(lines.texture_row))),
@@ -114,23 +160,27 @@ void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result
     return hn::GatherIndex(d, place.texture + channel, at);
   };
   for (int way = 0; way < 2; ++way) {
-    Crossing c{
-        lane, hn::Zero(di), lane, hn::Set(d, 0.5f), hn::Set(d, 0.5f), hn::GatherIndex(di, cells, lane)};
+    Crossing c = StartAt(lane, hn::GatherIndex(di, cells, lane));
+    VI px = lane, py = hn::Zero(di);
     V alive = hn::Set(d, 1.0f);
     weight[way] = hn::Zero(d);
     for (V& v : sum[way]) v = hn::Zero(d);
     for (int t = 0; t < lines.taps; ++t) {
-      Cross<true>(way == 0 ? 1.0f : -1.0f, lines.width, c);
-      alive = hn::And(alive, Inside(lines, place, c.x, c.y));
+      const VI sign = hn::Set(di, way == 0 ? 1 : -1), old = c.cell;
+      const auto first_x = hn::RebindMask(di, Cross(c));
+      const VI stride = hn::Mul(strides.Of(old, first_x), sign);
+      px = hn::Add(px, hn::IfThenElseZero(first_x, stride));
+      py = hn::Add(py, hn::IfThenZeroElse(first_x, stride));
+      alive = hn::And(alive, Inside(lines, place, px, py));
       alive = hn::IfThenElseZero(hn::Le(hn::Set(d, static_cast<float>(t + 1)), reach), alive);
-      Limit<true>(lines, place, c.x, c.y);
-      c.cell = hn::GatherIndex(di, cells, hn::Add(hn::Mul(c.y, hn::Set(di, lines.width)), c.x));
+      Limit<true>(lines, place, px, py);
+      Enter(hn::GatherIndex(di, cells, hn::Add(hn::Mul(py, row), px)), c);
       const V w =
           hn::Mul(alive, hn::Set(d, (way == 0 ? lines.forward : lines.backward)[static_cast<size_t>(t)]));
       weight[way] = hn::Add(weight[way], w);
       for (int channel = 0; channel < lines.channels; ++channel) {
         // As inside, to the bit: which of the two forms a pixel gets depends on the tile.
-        const V more = hn::MulAdd(w, texel(c.x, c.y, c.cell, channel), sum[way][channel]);
+        const V more = hn::MulAdd(w, texel(px, py, c.cell, channel), sum[way][channel]);
         sum[way][channel] = hn::IfThenElse(hn::Gt(w, hn::Zero(d)), more, sum[way][channel]);
       }
     }
@@ -141,7 +191,7 @@ void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result
     V own = texel(lane, hn::Zero(di), hn::GatherIndex(di, cells, lane), channel);
     if (lines.centre == 0) own = hn::Zero(d);
     const V all = hn::MulAdd(centre, own, hn::Add(sum[0][channel], sum[1][channel]));
-    hn::StoreU(hn::IfThenElseZero(any, hn::Div(all, total)), d, result + channel * kLanes);
+    hn::StoreU(hn::IfThenElseZero(any, hn::Div(hn::Mul(all, unit), total)), d, result + channel * kLanes);
   }
 }
 
@@ -149,25 +199,25 @@ void FollowCells(const Lines& lines, const LineOutput& out) {
   const int far = lines.taps + 1;
   constexpr int kVectors = kLanes >= 8 ? 2 : 1, kRun = kVectors * kLanes;
   alignas(64) float result[kMostChannels * kRun];
-  const bool plain = lines.mask == nullptr && lines.reach == nullptr && lines.texture_in_cells;
+  const bool codes = lines.reach == nullptr && lines.texture_in_cells;
   for (int y = out.roi.y0; y < out.roi.y1; ++y) {
     for (int x = out.roi.x0; x < out.roi.x1;) {
       float* const to = out.data + (y - out.roi.y0) * out.row + ptrdiff_t{x - out.roi.x0} * out.step;
       const bool inside =
           x >= far && y >= far && x + kRun + far <= lines.width && y + 1 + far <= lines.height;
-      if (plain && inside) {
-        const int count = std::min(kRun, out.roi.x1 - x);
-        ConvolveInside<kVectors>(lines, x, y, result);
-        for (int i = 0; i < count; ++i) to[i * out.step] = result[i];
-        x += count;
-      } else {
-        const int count = std::min(kLanes, out.roi.x1 - x);
+      const bool anywhere = !codes || (!inside && lines.border != LicBorder::kStop);
+      const int most = anywhere ? kLanes : kRun, count = std::min(most, out.roi.x1 - x);
+      if (anywhere) {
         ConvolveAnywhere(lines, x, y, count, result);
-        for (int i = 0; i < count; ++i) {
-          for (int c = 0; c < lines.channels; ++c) to[i * out.step + c] = result[c * kLanes + i];
-        }
-        x += count;
+      } else if (inside && lines.mask == nullptr) {
+        ConvolveCodes<kVectors, false>(lines, x, y, result);
+      } else {
+        ConvolveCodes<kVectors, true>(lines, x, y, result);
       }
+      for (int i = 0; i < count; ++i) {
+        for (int c = 0; c < lines.channels; ++c) to[i * out.step + c] = result[c * most + i];
+      }
+      x += count;
     }
   }
 }

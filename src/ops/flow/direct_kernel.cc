@@ -97,6 +97,8 @@ void FollowFrom(const Lines& lines, const LineOutput& out) {
         ConvolvePacket<1, false, false>(lines, x, y, result);
       } else if (lines.linear) {
         ConvolvePacket<kMostChannels, true, true>(lines, x, y, result);
+      } else if (lines.channels == 1) {
+        ConvolvePacket<1, true, false>(lines, x, y, result);
       } else {
         ConvolvePacket<kMostChannels, true, false>(lines, x, y, result);
       }

@@ -46,7 +46,8 @@ struct Place {
 HWY_INLINE Place PlaceOf(const Lines& lines, int x, int y) {
   const ptrdiff_t at = y * lines.texture_row + ptrdiff_t{x} * lines.texture_step;
   const ptrdiff_t pixel = ptrdiff_t{y} * lines.width + x;
-  return {x, y, lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x}, lines.texture + at,
+  return {x, y, lines.uv == nullptr ? nullptr : lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x},
+          lines.texture == nullptr ? nullptr : lines.texture + at,
           lines.mask == nullptr ? nullptr : lines.mask + pixel};
 }
 

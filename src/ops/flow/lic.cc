@@ -77,6 +77,20 @@ class Picture {
   void Finish(const Roi& local, const float* sums, const ImageView& out, std::span<const int> listed) const {
     const Lines& l = lines();
     const int width = local.width();
+    // One channel of the lines to one of the result.
+    const bool first = listed.empty() || (listed.size() == 1 && listed[0] == 0);
+    const bool single = channels() == 1 && out.channels == 1 && first && p_.magnitude != LicMagnitude::kColor;
+    if (single && l.mask == nullptr) {
+      for (int y = local.y0; y < local.y1; ++y, sums += width) {
+        auto* const to = reinterpret_cast<float*>(out.At(out.roi.x0, out.roi.y0 + y - local.y0));
+        if (contrast_ == 1) {
+          std::copy_n(sums, width, to);
+        } else {
+          for (int x = 0; x < width; ++x) to[x] = mean_ + contrast_ * (sums[x] - mean_);
+        }
+      }
+      return;
+    }
     for (int y = local.y0; y < local.y1; ++y) {
       auto* to = reinterpret_cast<float*>(out.At(out.roi.x0, out.roi.y0 + y - local.y0));
       const float* from = sums + ptrdiff_t{y - local.y0} * width * channels();

@@ -66,11 +66,11 @@ OpInfo LicInfo() {
       "with a tap every step. The texture is noise of its own in [0,1] (one channel), or with input=1 the "
       "image below the "
       "field on the stack (all of its channels). A field of another size is brought to the picture's.\n"
-      "integrator=adaptive takes Runge-Kutta steps of up to seven pixels with taps in between by cubic "
+      "integrator=adaptive takes Runge-Kutta steps of up to ten pixels with taps in between by cubic "
       "Hermite "
       "polynomials: end points of smooth fields within 4e-3 pixels at length 100. euler, midpoint and rk4 "
       "take one step "
-      "a tap. cell goes from pixel to pixel with one tap each, directions rounded to 12 bits (Cabral and "
+      "a tap. cell goes from pixel to pixel with one tap each, slopes rounded to 20 bits (Cabral and "
       "Leedom 1993). "
       "method=fast shares lines between pixels, which pays from a length of 40: RMS 36/1024 from direct on "
       "white noise at length 20.\n"
@@ -106,25 +106,27 @@ OpInfo LicInfo() {
   info.modifiers = {
       NumberModifier("length", "20", 0, 100000, "pixels each way (taps for integrator=cell)"),
       NumberModifier("step", "1", 1.0 / 16, 16, "pixels between taps"),
-      ChoiceModifier("integrator", {"adaptive", "euler", "midpoint", "rk4", "cell"}, "how lines are followed"),
+      ChoiceModifier("integrator", {"adaptive", "euler", "midpoint", "rk4", "cell"},
+                     "how lines are followed"),
       ChoiceModifier("kernel", {"box", "tent", "hann", "ramp", "ripple"}, "weights along the line"),
       NumberModifier("phase", "0", -1e6, 1e6, "of the ripple, in turns"),
       NumberModifier("waves", "2", 0, 1000, "of the ripple within the kernel"),
       weights,
       ChoiceModifier("method", {"auto", "direct", "fast"},
-             "a line from every pixel, or shared ones; auto shares from length 64"),
+                     "a line from every pixel, or shared ones; auto shares from length 64"),
       ChoiceModifier("border", {"stop", "clamp", "repeat"}, "lines that leave the image"),
-      ChoiceModifier("contrast", {"none", "rescale", "equalize"}, "puts back the contrast that the mean takes away"),
+      ChoiceModifier("contrast", {"none", "rescale", "equalize"},
+                     "puts back the contrast that the mean takes away"),
       NumberModifier("gain", "0.75", 0, 100, "share of the noise's contrast that contrast=rescale puts back"),
       ChoiceModifier("magnitude", {"none", "color", "noise", "length"},
-             "shows |f| by colour, by the noise's spots, by lengths"),
+                     "shows |f| by colour, by the noise's spots, by lengths"),
       ChoiceModifier("noise", {"white", "filtered", "sparse"}, "the texture where there is no image"),
       IntegerModifier("spot", "1", 1, 64, "pixels across a cell of the noise"),
       IntegerModifier("seed", "0", 0, 4294967295.0, "of the noise"),
       ChoiceModifier("sampling", {"nearest", "linear"}, "the texture between its pixels"),
       FlagModifier("speed", "lines as long as |f| times the length"),
       ChoiceModifier("units", {"pixels", "normalized", "latlong"},
-             "of the components; latlong: east and north on a whole map"),
+                     "of the components; latlong: east and north on a whole map"),
       scale,
       FlagModifier("yup", "the second component points up"),
       FlagModifier("bicubic", "a field of another size by Catmull-Rom"),

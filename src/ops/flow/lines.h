@@ -19,12 +19,20 @@ inline constexpr int kSide = 4;
 inline constexpr int kPacket = kSide * kSide;
 inline constexpr int kMostChannels = 4;
 
+// What a pixel holds for lines that go from pixel to pixel: signs of the direction, whether its x component
+// is the larger one, the smaller component as a share of the larger one, and, for the library's own noise,
+// the texture's code. A line that has come to a pixel without a vector stays there; so it does in kCellEnd,
+// which masked pixels hold too, and reads nothing.
+inline constexpr uint32_t kCellLeft = 1, kCellUp = 2, kCellStill = 4, kCellWide = 8, kCellEnd = kCellStill;
+inline constexpr int kCellShareShift = 4, kCellNoiseShift = 24;
+inline constexpr uint32_t kCellShareOne = (1u << (kCellNoiseShift - kCellShareShift)) - 1;
+
 // Everything about one picture, in pixels of the picture counted from its first one; shared by all threads.
 struct Lines {
   int width = 0, height = 0;
 
   // Vectors (u, v), x right and y down, at the centres of the pixels, in a frame of one pixel that holds what
-  // the border asks for. Finite; 0 where masked. Directions only, at most 1 in size, unless `speed`.
+  // the border asks for. Finite; 0 where masked. Null for integrator kCell where only `cells` are wanted.
   const float* uv = nullptr;  // of pixel (0, 0)
   ptrdiff_t uv_row = 0;       // floats
 
@@ -36,9 +44,9 @@ struct Lines {
 
   // 1 where there is no vector (NaN, alpha 0); null when there is no such pixel.
   const uint32_t* mask = nullptr;
-  // For integrator kCell: direction v (12 bits, signed) above u (12 bits), and above them, for the library's
-  // own noise, the texture's code (8 bits).
-  const uint32_t* cells = nullptr;
+  // For integrator kCell, in a frame of one pixel of kCellEnd: see below.
+  const uint32_t* cells = nullptr;  // of pixel (0, 0)
+  ptrdiff_t cell_row = 0;
   bool texture_in_cells = false;
   // Taps of each pixel, each way, where lines have different lengths; else null.
   const float* reach = nullptr;

@@ -8,6 +8,7 @@
 
 #include "base/arena.h"
 #include "ops/flow/noise.h"
+#include "ops/flow/row_kernel.h"
 
 namespace tessera::ops::flow {
 namespace {
@@ -47,6 +48,12 @@ class Field {
     plain_ = x_ == 1 && y_ == 1 && params.units != LicUnits::kLatLong;
   }
 
+  // The vectors of a row where they are the picture's own as they stand; else null.
+  const float* Row(int y) const {
+    const bool pairs = field_.channels == 2 && field_.pixel_stride == 8 && field_.channel_stride == 4;
+    if (!same_size_ || !plain_ || alpha_ >= 0 || !pairs) return nullptr;
+    return reinterpret_cast<const float*>(field_.At(field_.roi.x0, field_.roi.y0 + y));
+  }
   // Pixel (x, y) of the picture, counted from its first one.
   Vector At(int x, int y) const {
     if (same_size_) return plain_ ? Stored(x, y) : Scaled(Stored(x, y), y);
@@ -121,6 +128,14 @@ std::shared_ptr<std::byte> Memory(int64_t count, T** first) {
   return memory;
 }
 
+// Elements from row to row, at least `least`: neighbouring rows are to differ in the lines of a
+// set-associative cache that they take.
+ptrdiff_t RowStride(ptrdiff_t least) {
+  constexpr ptrdiff_t kLine = 16;
+  const ptrdiff_t lines = (least + kLine - 1) / kLine;
+  return ((lines + 6) / 8 * 8 + 1) * kLine;
+}
+
 // task(y0, y1) on bands of rows.
 template <class F>
 void ForRows(int height, const graph::Workers& workers, const F& task) {
@@ -130,35 +145,51 @@ void ForRows(int height, const graph::Workers& workers, const F& task) {
   });
 }
 
-// Vectors, their frame, and the mask where there is one.
-void PrepareField(const LicParams& params, const Field& field, const graph::Workers& workers, Prepared& out) {
+// Vectors, their frame, and the mask where there is one. Without `keep` the vectors are only looked at, if
+// they can be read again as they stand.
+void PrepareField(const LicParams& params, const Field& field, bool keep, const graph::Workers& workers,
+                  Prepared& out) {
   Lines& lines = out.lines;
   const int width = lines.width, height = lines.height;
-  lines.uv_row = 2 * (ptrdiff_t{width} + 2);
-  float* first = nullptr;
-  out.uv = Memory(lines.uv_row * (height + 2), &first);
-  float* const uv = first + lines.uv_row + 2;
-  lines.uv = uv;
-  struct Found {
-    float largest = 0;
-    bool masked = false;
-  };
-  std::vector<Found> found(static_cast<size_t>((height + kRows - 1) / kRows));
+  float* uv = nullptr;
+  if (keep) {
+    lines.uv_row = RowStride(2 * (ptrdiff_t{width} + 2 + kRowSlack));
+    out.uv = Memory(lines.uv_row * (height + 2), &uv);
+    uv += lines.uv_row + 2;
+    lines.uv = uv;
+  }
+  const RowKernels kernels = RowKernelsOf();
+  std::vector<RowFound> found(static_cast<size_t>((height + kRows - 1) / kRows));
   ForRows(height, workers, [&](int y0, int y1) {
-    Found f;
+    RowFound f;
+    std::vector<float> unkept(keep ? 0 : 2 * static_cast<size_t>(width));
     for (int y = y0; y < y1; ++y) {
-      float* to = uv + y * lines.uv_row;
+      float* to = keep ? uv + y * lines.uv_row : unkept.data();
+      if (const float* const from = field.Row(y)) {
+        const RowFound row = kernels.copy_vectors(from, width, to);
+        f.largest = std::max(f.largest, row.largest), f.squared = std::max(f.squared, row.squared);
+        f.masked |= row.masked;
+        continue;
+      }
       for (int x = 0; x < width; ++x, to += 2) {
         const Vector v = field.At(x, y);
         to[0] = v.u, to[1] = v.v;
         f.largest = std::max(f.largest, std::max(std::fabs(v.u), std::fabs(v.v)));
+        f.squared = std::max(f.squared, v.u * v.u + v.v * v.v);
         f.masked |= !v.known;
       }
     }
     found[static_cast<size_t>(y0 / kRows)] = f;
   });
-  Found all;
-  for (const Found& f : found) all.largest = std::max(all.largest, f.largest), all.masked |= f.masked;
+  RowFound all;
+  for (const RowFound& f : found) {
+    all.largest = std::max(all.largest, f.largest), all.squared = std::max(all.squared, f.squared);
+    all.masked |= f.masked;
+  }
+  // Squares must neither overflow nor vanish; a power of two changes no digit.
+  const int exponent = all.largest > 0 ? std::ilogb(all.largest) : 0;
+  const bool extreme = exponent < -20 || exponent > 20, scale = extreme && !params.speed;
+  if (!keep && extreme) return PrepareField(params, field, true, workers, out);
 
   if (all.masked) {
     uint32_t* mask = nullptr;
@@ -170,15 +201,17 @@ void PrepareField(const LicParams& params, const Field& field, const graph::Work
       }
     });
   }
-  // Squares must neither overflow nor vanish; a power of two changes no digit.
-  const int exponent = all.largest > 0 ? std::ilogb(all.largest) : 0;
-  const bool scale = !params.speed && (exponent < -20 || exponent > 20);
+  if (!keep) {
+    out.longest = out.longest_shown = std::sqrt(all.squared);
+    lines.smallest = std::max(static_cast<float>(params.smallest * out.longest), 1e-18f);
+    return;
+  }
   std::vector<double> longest(found.size());
   ForRows(height, workers, [&](int y0, int y1) {
     double most = 0;
     for (int y = y0; y < y1; ++y) {
       float* const row = uv + y * lines.uv_row;
-      for (int i = 0; i < 2 * width; i += 2) {
+      for (int i = 0; extreme && i < 2 * width; i += 2) {
         if (scale) row[i] = std::ldexp(row[i], -exponent), row[i + 1] = std::ldexp(row[i + 1], -exponent);
         most = std::max(most, double{row[i]} * row[i] + double{row[i + 1]} * row[i + 1]);
       }
@@ -191,19 +224,20 @@ void PrepareField(const LicParams& params, const Field& field, const graph::Work
     }
     longest[static_cast<size_t>(y0 / kRows)] = most;
   });
-  out.longest = static_cast<float>(std::sqrt(*std::max_element(longest.begin(), longest.end())));
+  const double most = extreme ? *std::max_element(longest.begin(), longest.end()) : double{all.squared};
+  out.longest = static_cast<float>(std::sqrt(most));
   out.longest_shown = out.longest;
   if (params.units == LicUnits::kLatLong) {
-    double most = 0;
+    double shown = 0;
     for (int y = 0; y < height; ++y) {
       out.shrink.push_back(static_cast<float>(std::sin(std::numbers::pi * (y + 0.5) / height)));
       for (int x = 0; x < width; ++x) {
         const double u = double{uv[y * lines.uv_row + 2 * x]} * out.shrink.back(),
                      v = uv[y * lines.uv_row + 2 * x + 1];
-        most = std::max(most, u * u + v * v);
+        shown = std::max(shown, u * u + v * v);
       }
     }
-    out.longest_shown = static_cast<float>(std::sqrt(most));
+    out.longest_shown = static_cast<float>(std::sqrt(shown));
   }
   const bool turns = params.border == LicBorder::kRepeat;
   const auto copy = [&](int from, int to) {
@@ -221,9 +255,7 @@ class NoiseRow {
   void Fill(int y, uint32_t* to) const {
     const int width = prepared_.lines.width;
     if (params_.noise == LicNoise::kWhite && params_.spot == 1 && params_.magnitude != LicMagnitude::kNoise) {
-      const uint32_t key = RowKey(y, params_.seed);
-      for (int x = 0; x < width; ++x) to[x] = WhiteCode(x, key);
-      return;
+      return kernels_.white_codes(RowKey(y, params_.seed), width, to);
     }
     for (int x = 0; x < width; ++x) to[x] = At(x, y);
   }
@@ -241,9 +273,8 @@ class NoiseRow {
       case LicNoise::kWhite:
         break;
       case LicNoise::kSparse:
-        return Mix(static_cast<uint32_t>(x) * 0x9e3779b1u ^ RowKey(y, seed)) < 0xffffffffu / kSparseShare
-                   ? 255
-                   : 0;
+        return Mix(static_cast<uint32_t>(x) * kMixPlace ^ RowKey(y, seed)) < 0xffffffffu / kSparseShare ? 255
+                                                                                                        : 0;
       case LicNoise::kFiltered: {
         double sum = 0;
         for (int j = -1; j <= 1; ++j) {
@@ -260,41 +291,50 @@ class NoiseRow {
 
   const LicParams& params_;
   const Prepared& prepared_;
+  const RowKernels kernels_ = RowKernelsOf();
 };
 
-void PrepareTexture(const LicParams& params, const graph::Workers& workers, Prepared& out) {
+void PrepareTexture(const LicParams& params, const Field& field, const graph::Workers& workers,
+                    Prepared& out) {
   Lines& lines = out.lines;
   const int width = lines.width;
   const bool cells = lines.integrator == LicIntegrator::kCell, noise = lines.texture == nullptr;
   uint32_t* cell = nullptr;
   float* texture = nullptr;
-  if (cells) out.cells = Memory(int64_t{width} * lines.height, &cell);
-  if (noise && !cells) out.texture = Memory(int64_t{width} * lines.height, &texture);
+  if (cells) {
+    lines.cell_row = RowStride(ptrdiff_t{width} + 2 + kRowSlack);
+    out.cells = Memory(lines.cell_row * (lines.height + 2), &cell);
+    std::fill_n(cell, lines.cell_row, kCellEnd);
+    std::fill_n(cell + lines.cell_row * (lines.height + 1), lines.cell_row, kCellEnd);
+    cell += lines.cell_row + 1;
+  }
+  const ptrdiff_t texture_row = RowStride(width);
+  if (noise && !cells) out.texture = Memory(texture_row * lines.height, &texture);
   lines.cells = cell;
   if (noise) {
-    lines.texture = texture, lines.texture_row = width, lines.texture_in_cells = cells;
+    lines.texture = texture, lines.texture_row = texture_row, lines.texture_in_cells = cells;
     if (params.noise == LicNoise::kSparse) out.mean = 1.0 / kSparseShare;
   }
   const NoiseRow row_of(params, out);
+  const RowKernels kernels = RowKernelsOf();
   ForRows(lines.height, workers, [&](int y0, int y1) {
-    std::vector<uint32_t> codes(static_cast<size_t>(width));
+    std::vector<uint32_t> codes(static_cast<size_t>(width) + kRowSlack);
+    std::vector<float> again(lines.uv == nullptr ? 2 * (static_cast<size_t>(width) + kRowSlack) : 0);
     for (int y = y0; y < y1; ++y) {
-      const ptrdiff_t at = ptrdiff_t{y} * width;
       if (noise) row_of.Fill(y, codes.data());
       if (texture != nullptr) {
+        float* const to = texture + y * texture_row;
         for (int x = 0; x < width; ++x)
-          texture[at + x] = static_cast<float>(codes[static_cast<size_t>(x)]) * kCode;
+          to[x] = static_cast<float>(static_cast<int>(codes[static_cast<size_t>(x)])) * kCode;
       }
       if (!cells) continue;
-      for (int x = 0; x < width; ++x) {
-        const float* const v = lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x};
-        const float larger = std::max(std::fabs(v[0]), std::fabs(v[1]));
-        const float squared = v[0] * v[0] + v[1] * v[1];
-        const float factor = squared >= lines.smallest * lines.smallest ? 2047 / larger : 0;
-        const auto code = [&](float c) {
-          return static_cast<uint32_t>(static_cast<int>(std::nearbyintf(c * factor))) & 0xfffu;
-        };
-        cell[at + x] = codes[static_cast<size_t>(x)] << 24 | code(v[1]) << 12 | code(v[0]);
+      uint32_t* const to = cell + y * lines.cell_row;
+      if (lines.uv == nullptr) kernels.copy_vectors(field.Row(y), width, again.data());
+      const float* const vectors = lines.uv == nullptr ? again.data() : lines.uv + y * lines.uv_row;
+      kernels.cell_codes(vectors, codes.data(), width, lines.smallest, to);
+      to[-1] = to[width] = kCellEnd;
+      for (int x = 0; lines.mask != nullptr && x < width; ++x) {
+        if (lines.mask[ptrdiff_t{y} * width + x] != 0) to[x] = kCellEnd;
       }
     }
   });
@@ -332,12 +372,15 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
   lines.box = lines.centre == 1 && std::all_of(lines.forward.begin(), lines.forward.end(), one) &&
               std::all_of(lines.backward.begin(), lines.backward.end(), one);
 
-  PrepareField(params, Field(params, field, alpha, window), workers, out);
+  const Field vectors(params, field, alpha, window);
+  const bool keep = params.integrator != LicIntegrator::kCell || params.magnitude != LicMagnitude::kNone ||
+                    vectors.Row(0) == nullptr;
+  PrepareField(params, vectors, keep, workers, out);
   // The error of a step grows with the fourth power of its turn: longer lines, shorter steps.
   const double reach = std::max(1.0, lines.taps * params.step);
   lines.turn = static_cast<float>(std::min(0.3, 0.15 * std::pow(20 / reach, 0.25)));
   // Errors of steps add up along the line, those of the bends between pixels first.
-  const double longest_step = reach > 32 ? 4 : 7;
+  const double longest_step = reach > 32 ? 4 : 10;
   lines.taps_at_once = std::clamp(static_cast<int>(longest_step / params.step), 1, 40);
   if (lines.integrator == LicIntegrator::kAdaptive) lines.parts = static_cast<int>(std::ceil(params.step));
   double fastest = 1;
@@ -355,7 +398,7 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
     lines.texture_row = image.row_stride / 4;
     lines.texture_step = image.channels, lines.channels = image.channels;
   }
-  PrepareTexture(params, workers, out);
+  PrepareTexture(params, vectors, workers, out);
   if (params.magnitude == LicMagnitude::kLength) {
     float* reaches = nullptr;
     out.reach = Memory(int64_t{lines.width} * lines.height, &reaches);

@@ -29,7 +29,7 @@ class Walker {
       : lines_(lines), place_(place), starts_(starts) {
     for (int c = 0; c < kChains; ++c) {
       p_[c] = {hn::Zero(D()), hn::Zero(D())};
-      v_[c] = At(c, p_[c]);
+      v_[c] = c < kParts ? At(c, p_[c]) : v_[c - kParts];
     }
   }
 

@@ -112,12 +112,9 @@ OpInfo CheckerInfo() {
   OpInfo info = GeneratorRow("checker", "Checkerboard of two colours");
   info.help =
       "Rectangles of width= x height= pixels; the one that holds pixel (0, 0) has color1. A colour of one "
-      "value "
-      "serves every channel; channels beyond a longer list get 0 in color1 and 1 in color2, values beyond "
-      "the last "
-      "channel are ignored, as oiiotool's --pattern checker. Left of and above the origin the squares go on "
-      "at the "
-      "same size (oiiotool 2.4 repeats a column there).";
+      "value serves every channel; channels beyond a longer list get 0 in color1 and 1 in color2, values "
+      "beyond the last channel are ignored, as oiiotool's --pattern checker. Left of and above the origin "
+      "the squares go on at the same size (oiiotool 2.4 repeats a column there).";
   info.bound = "1 rounding of each constant";
   info.bound_u = 1;
   info.modifiers = {

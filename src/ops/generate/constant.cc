@@ -68,8 +68,7 @@ OpInfo ConstantInfo() {
   OpInfo info = GeneratorRow("constant", "One colour everywhere");
   info.help =
       "color= holds a value per channel; one value serves every channel, channels beyond the list get 1, "
-      "values "
-      "beyond the last channel are ignored, as oiiotool's --pattern constant.";
+      "values beyond the last channel are ignored, as oiiotool's --pattern constant.";
   info.bound = "1 rounding of each constant";
   info.bound_u = 1;
   info.modifiers = {ColorModifier("color", "1", "one number for all channels, or comma-separated ones")};

@@ -79,10 +79,8 @@ OpInfo RampInfo() {
   OpInfo info = GeneratorRow("ramp", "Pixel coordinates s, t in [0,1] as colours");
   info.help =
       "Channel 0 is s = (x + 1/2) / width, channel 1 is t = (y + 1/2) / height, channel 2 is 0, channel 3 "
-      "and all "
-      "further ones are 1: the coloured quad that starts every pixel-texture algorithm. x (right) and y "
-      "(down) count "
-      "from the display window's corner, width and height are the display window's.";
+      "and all further ones are 1: the coloured quad that starts every pixel-texture algorithm. x (right) "
+      "and y (down) count from the display window's corner, width and height are the display window's.";
   info.bound = "1 rounding up to 2^23 pixels across, 3 beyond: 3 u * |result|";
   info.bound_u = 3;
   info.make = [](std::span<const Node>, const Arguments&, const ImageSpec* output) { return Ramp(*output); };

@@ -19,7 +19,8 @@ class DistortOp final : public graph::OpWith<DistortParams> {
   bool IsIdentity() const override { return params().amount == 0; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     if (!(std::fabs(params().amount) <= 1e9) || !std::isfinite(params().centre)) {
-      throw Error("distort", "found an amount of " + std::to_string(params().amount) + " pixels, expected at most 1e9");
+      throw Error("distort",
+                  "found an amount of " + std::to_string(params().amount) + " pixels, expected at most 1e9");
     }
     RequireWarpFilter("distort", Filter());
     graph::RequireSameWindow("distort", inputs);
@@ -67,8 +68,8 @@ OpInfo DistortInfo() {
   info.summary = "Displace an image by another, such as noise";
   info.help =
       "IMAGE DISPLACEMENT --distort AMOUNT: the result at (x, y) is the image at (x + AMOUNT (d_x - centre), "
-      "y + AMOUNT (d_y - centre)), d_x and d_y the displacement image's first two channels (the first twice where there "
-      "is one alone). AMOUNT is in pixels. NaN displacements give black.";
+      "y + AMOUNT (d_y - centre)), d_x and d_y the displacement image's first two channels (the first twice "
+      "where there is one alone). AMOUNT is in pixels. NaN displacements give black.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo amount;
@@ -80,8 +81,8 @@ OpInfo DistortInfo() {
   centre.default_value = "0.5";
   centre.help = "the displacement value that moves nothing";
   info.arguments = {amount};
-  info.modifiers = {FilterModifier("triangle", "how values between pixels are found"), WrapModifier("wrap", "clamp"),
-                    centre};
+  info.modifiers = {FilterModifier("triangle", "how values between pixels are found"),
+                    WrapModifier("wrap", "clamp"), centre};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     DistortParams p;
     p.amount = a.Number("AMOUNT");

@@ -37,7 +37,8 @@ double MitchellNetravali(double x) {
   constexpr double kB = b3 / 3.0, kC = c6 / 6.0;
   const double a = std::fabs(x);
   if (a >= 2) return 0;
-  if (a >= 1) return (((-kB - 6 * kC) * a + 6 * kB + 30 * kC) * a - 12 * kB - 48 * kC) * a / 6 + (8 * kB + 24 * kC) / 6;
+  if (a >= 1)
+    return (((-kB - 6 * kC) * a + 6 * kB + 30 * kC) * a - 12 * kB - 48 * kC) * a / 6 + (8 * kB + 24 * kC) / 6;
   return ((12 - 9 * kB - 6 * kC) * a - 18 + 12 * kB + 6 * kC) * a * a / 6 + (6 - 2 * kB) / 6;
 }
 // The interpolating cubic with slope -slope4 / 4 at distance 1.
@@ -77,7 +78,8 @@ constexpr FilterKernel kFilters[] = {
 bool AreHalves(const AxisTaps& taps) {
   for (size_t k = 0; k < taps.first.size(); ++k) {
     const double* const w = taps.weights.data() + taps.offset[k];
-    if (taps.count[k] != 2 || w[0] != 0.5 || w[1] != 0.5 || taps.first[k] != taps.first[0] + 2 * static_cast<int>(k)) {
+    if (taps.count[k] != 2 || w[0] != 0.5 || w[1] != 0.5 ||
+        taps.first[k] != taps.first[0] + 2 * static_cast<int>(k)) {
       return false;
     }
   }
@@ -124,7 +126,8 @@ AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Bor
     // A millionth of a pixel off a centre or an edge is there: whole shifts keep their bits.
     if (const double near = std::round(2 * centre) / 2; std::fabs(centre - near) < 0x1p-20) centre = near;
     int first = static_cast<int>(std::clamp(std::ceil(centre - radius - 1e-9), -2147483000.0, 2147483000.0));
-    const int last = static_cast<int>(std::clamp(std::floor(centre + radius + 1e-9), -2147483000.0, 2147483000.0));
+    const int last =
+        static_cast<int>(std::clamp(std::floor(centre + radius + 1e-9), -2147483000.0, 2147483000.0));
     w.clear();
     double sum = 0;
     for (int64_t j = first; j <= last; ++j) {
@@ -135,10 +138,12 @@ AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Bor
     for (double& v : w) v /= sum;
     if ((border == graph::Border::kClamp || border == graph::Border::kBlack) && size > 0 && !w.empty()) {
       const int64_t lo = std::clamp<int64_t>(first, map.source0, map.source1 - 1);
-      const int64_t hi = std::clamp<int64_t>(first + static_cast<int64_t>(w.size()) - 1, map.source0, map.source1 - 1);
+      const int64_t hi =
+          std::clamp<int64_t>(first + static_cast<int64_t>(w.size()) - 1, map.source0, map.source1 - 1);
       std::vector<double> inside(static_cast<size_t>(hi - lo + 1));
       for (size_t k = 0; k < w.size(); ++k) {
-        const int64_t j = first + static_cast<int64_t>(k), at = std::clamp<int64_t>(j, map.source0, map.source1 - 1);
+        const int64_t j = first + static_cast<int64_t>(k),
+                      at = std::clamp<int64_t>(j, map.source0, map.source1 - 1);
         if (j == at || border == graph::Border::kClamp) inside[static_cast<size_t>(at - lo)] += w[k];
       }
       w = std::move(inside);

@@ -13,9 +13,9 @@ namespace tessera::ops {
 
 struct FilterKernel {
   const char* name;
-  double width;                // of the support, in pixels of the coarser image
-  double (*value)(double x);   // at a distance from the centre; 0 outside the support; not normalised
-  bool separable = true;       // else `value` is of the radius
+  double width;               // of the support, in pixels of the coarser image
+  double (*value)(double x);  // at a distance from the centre; 0 outside the support; not normalised
+  bool separable = true;      // else `value` is of the radius
 };
 
 // Throws Error(subject, ...) for an unknown name, naming the nearest.
@@ -24,26 +24,29 @@ std::vector<std::string> FilterNames();
 
 // Weights of one axis: result index i takes count[i] source indices from first[i] on.
 struct AxisTaps {
-  int begin = 0;                    // the first result index
+  int begin = 0;  // the first result index
   std::vector<int> first, count;
-  std::vector<int64_t> offset;      // of index i's weights
+  std::vector<int64_t> offset;  // of index i's weights
   std::vector<double> weights;
-  bool halves = false;              // every result is the mean of the pixels 2 i + shift and 2 i + shift + 1
+  bool halves = false;  // every result is the mean of the pixels 2 i + shift and 2 i + shift + 1
   int shift = 0;
 
   int First(int i) const { return first[static_cast<size_t>(i - begin)]; }
   int Count(int i) const { return count[static_cast<size_t>(i - begin)]; }
-  const double* Weights(int i) const { return &weights[static_cast<size_t>(offset[static_cast<size_t>(i - begin)])]; }
+  const double* Weights(int i) const {
+    return &weights[static_cast<size_t>(offset[static_cast<size_t>(i - begin)])];
+  }
   // Source indices that results [i0, i1) read.
   void Range(int i0, int i1, int* s0, int* s1) const;
 };
 
 // How results map to sources along one axis.
 struct AxisMap {
-  int out0 = 0, out1 = 0;           // results wanted
-  int source0 = 0, source1 = 0;     // the source's pixels
-  double origin = 0, step = 1;      // result i's centre lies at origin + (i + 1/2) * step, source pixel j's at j + 1/2
-  double scale = 1;                 // filter distance per source pixel: at most 1, smaller when reducing
+  int out0 = 0, out1 = 0;        // results wanted
+  int source0 = 0, source1 = 0;  // the source's pixels
+  double origin = 0,
+         step = 1;   // result i's centre lies at origin + (i + 1/2) * step, source pixel j's at j + 1/2
+  double scale = 1;  // filter distance per source pixel: at most 1, smaller when reducing
 };
 
 // Weights sum to 1 before what lies beyond the source is treated: kClamp adds it to the edge pixel,

@@ -6,8 +6,8 @@
 
 namespace tessera::ops {
 
-GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kernel, Wrap x, Wrap y, bool renormalized,
-                           const graph::Workers& workers)
+GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kernel, Wrap x, Wrap y,
+                           bool renormalized, const graph::Workers& workers)
     : window(whole.roi), filter(&kernel), wrap_x(x), wrap_y(y), renormalize(renormalized) {
   if (whole.channels == 4) {
     groups = {whole};
@@ -30,7 +30,8 @@ GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kern
 
   taps = static_cast<int>(std::ceil(filter->width));
   const int lead = (taps - 1) / 2;  // taps left of the pixel that the phase counts from
-  // Of an odd number the middle one is the nearest pixel, of an even number the phase counts from the pixel before.
+  // Of an odd number the middle one is the nearest pixel, of an even number the phase counts from the pixel
+  // before.
   const double origin = taps % 2 == 1 ? 0.5 : 0;
   phase_weights.reserve(static_cast<size_t>(kPhases + 1) * taps);
   for (int p = 0; p <= kPhases; ++p) {

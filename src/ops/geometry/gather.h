@@ -18,30 +18,30 @@ class GatherSource {
 
   static constexpr double kWidest = 65536;  // pixels per axis that a reduction may take in
 
-  GatherSource(const ConstImageView& whole, const FilterKernel& filter, Wrap wrap_x, Wrap wrap_y, bool renormalize,
-               const graph::Workers& workers);
+  GatherSource(const ConstImageView& whole, const FilterKernel& filter, Wrap wrap_x, Wrap wrap_y,
+               bool renormalize, const graph::Workers& workers);
 
   Roi window;
   std::vector<ConstImageView> groups;  // four channels each, dense
   const FilterKernel* filter;
   Wrap wrap_x, wrap_y;
-  bool renormalize;                    // black pixels beyond the image are left out instead of counted
-  int taps = 0;                        // pixels per axis while nothing is reduced
-  std::vector<float> phase_weights;    // (kPhases + 1) x taps
-  std::vector<double> fine;            // the filter every 1 / kPhases of a pixel from its centre, for reductions
+  bool renormalize;                  // black pixels beyond the image are left out instead of counted
+  int taps = 0;                      // pixels per axis while nothing is reduced
+  std::vector<float> phase_weights;  // (kPhases + 1) x taps
+  std::vector<double> fine;  // the filter every 1 / kPhases of a pixel from its centre, for reductions
   double Value(double distance) const;
 
  private:
-  std::vector<Image> packed_;          // what `groups` shows where the source has not four channels
+  std::vector<Image> packed_;  // what `groups` shows where the source has not four channels
 };
 
-// Where result pixels look. A matrix (x, y, q) = (X, Y, 1) m of result centres, or, with `coordinates`, two channels of
-// an image: x = x_scale * channel_x + x_per_pixel * X + x_offset, and so for y. Both give positions in pixels of the
-// source, whose centres are at half-integers.
+// Where result pixels look. A matrix (x, y, q) = (X, Y, 1) m of result centres, or, with `coordinates`, two
+// channels of an image: x = x_scale * channel_x + x_per_pixel * X + x_offset, and so for y. Both give
+// positions in pixels of the source, whose centres are at half-integers.
 struct GatherMap {
   double m[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   bool projective = false;
-  bool reduce = false;                 // widen the filter by the matrix's derivatives
+  bool reduce = false;  // widen the filter by the matrix's derivatives
   bool from_image = false;
   double x_scale = 0, x_per_pixel = 0, x_offset = 0, y_scale = 0, y_per_pixel = 0, y_offset = 0;
 };
@@ -49,10 +49,10 @@ struct GatherMap {
 struct GatherJob {
   const GatherSource& source;
   const GatherMap& map;
-  ConstImageView coordinates;          // contains out.roi, dense
-  int channel_x = 0, channel_y = 0;    // floats within a pixel of it
+  ConstImageView coordinates;        // contains out.roi, dense
+  int channel_x = 0, channel_y = 0;  // floats within a pixel of it
   ImageView out;
-  std::span<const int> channels;       // of the source, for every channel of `out`
+  std::span<const int> channels;  // of the source, for every channel of `out`
   bool stream = false;
 };
 using GatherFunction = void (*)(const GatherJob&);

@@ -1,4 +1,5 @@
-// Look-ups in two passes over short runs of pixels: first positions, in double, to indices and fractions; then pixels.
+// Look-ups in two passes over short runs of pixels: first positions, in double, to indices and fractions;
+// then pixels.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,6 +11,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/geometry/positions-inl.h"
 #include "simd/floats-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,115 +20,6 @@ namespace s = simd::HWY_NAMESPACE;
 namespace hn = hwy::HWY_NAMESPACE;
 using F4 = s::Floats<4>;
 using F8 = s::Floats<8>;
-
-constexpr int kRun = 64;
-using DD = hn::CappedTag<double, 8>;
-using DF = hn::Rebind<float, DD>;
-using DI = hn::Rebind<int32_t, DD>;
-using VD = hn::Vec<DD>;
-
-// Positions further out than this, and NaN, are nowhere.
-constexpr double kFarthest = 0x1p40;
-// Nearer to a pixel's centre or edge than this is there: whole shifts keep bits, and filters that end abruptly end alike
-// on both sides.
-constexpr double kSnap = 0x1p-17;
-
-// A run of positions in source indices (pixel i's centre is i) and, where the filter widens, by how much.
-struct Positions {
-  alignas(64) double x[kRun], y[kRun];
-  alignas(64) double wide_x[kRun], wide_y[kRun];
-};
-
-// The first tap and the fraction of every pixel of a run.
-struct Indices {
-  alignas(64) int32_t x[kRun], y[kRun];
-  alignas(64) float fx[kRun], fy[kRun];
-};
-
-void MatrixPositions(const GatherMap& map, int x0, int y, int count, Positions& p) {
-  const DD d;
-  const int step = static_cast<int>(hn::Lanes(d));
-  const double* const m = map.m;
-  const double row = y + 0.5;
-  const VD half = hn::Set(d, 0.5), one = hn::Set(d, 1.0);
-  // Rows of the matrix are taken once per run: what remains is a multiple of x.
-  const VD ax = hn::Set(d, m[0]), bx = hn::Set(d, row * m[3] + m[6]);
-  const VD ay = hn::Set(d, m[1]), by = hn::Set(d, row * m[4] + m[7]);
-  const VD aq = hn::Set(d, m[2]), bq = hn::Set(d, row * m[5] + m[8]);
-  const VD nowhere = hn::Set(d, 2 * kFarthest);
-  for (int i = 0; i < count; i += step) {
-    const VD x = hn::Add(hn::Iota(d, 0), hn::Set(d, x0 + i + 0.5));
-    VD sx = hn::MulAdd(ax, x, bx), sy = hn::MulAdd(ay, x, by);
-    VD wide_x = one, wide_y = one;
-    if (map.projective) {
-      const VD q = hn::MulAdd(aq, x, bq);
-      const auto visible = hn::Gt(q, hn::Zero(d));
-      const VD over = hn::Div(one, q);
-      sx = hn::IfThenElse(visible, hn::Div(sx, q), nowhere);
-      sy = hn::IfThenElse(visible, hn::Div(sy, q), nowhere);
-      if (map.reduce) {
-        const auto steepest = [&](int column, VD at) HWY_ATTR {
-          const VD dx = hn::Mul(hn::NegMulAdd(at, aq, hn::Set(d, m[column])), over);
-          const VD dy = hn::Mul(hn::NegMulAdd(at, hn::Set(d, m[5]), hn::Set(d, m[3 + column])), over);
-          return hn::Max(one, hn::Max(hn::Abs(dx), hn::Abs(dy)));
-        };
-        wide_x = steepest(0, sx);
-        wide_y = steepest(1, sy);
-      }
-    } else if (map.reduce) {
-      wide_x = hn::Set(d, std::max({1.0, std::fabs(m[0]), std::fabs(m[3])}));
-      wide_y = hn::Set(d, std::max({1.0, std::fabs(m[1]), std::fabs(m[4])}));
-    }
-    hn::Store(hn::Sub(sx, half), d, p.x + i);
-    hn::Store(hn::Sub(sy, half), d, p.y + i);
-    hn::Store(wide_x, d, p.wide_x + i);
-    hn::Store(wide_y, d, p.wide_y + i);
-  }
-}
-
-void ImagePositions(const GatherJob& job, int x0, int y, int count, Positions& p) {
-  const GatherMap& map = job.map;
-  const auto* at = reinterpret_cast<const float*>(job.coordinates.At(x0, y));
-  const double row = map.y_per_pixel * (y + 0.5) + (map.y_offset - 0.5);
-  for (int i = 0; i < count; ++i, at += job.coordinates.channels) {
-    p.x[i] = map.x_scale * static_cast<double>(at[job.channel_x]) +
-             (map.x_per_pixel * (x0 + i + 0.5) + (map.x_offset - 0.5));
-    p.y[i] = map.y_scale * static_cast<double>(at[job.channel_y]) + row;
-    p.wide_x[i] = p.wide_y[i] = 1;
-  }
-  for (int i = count; i < (count + 7) / 8 * 8; ++i) p.x[i] = p.y[i] = 0;
-}
-
-// One axis of a run: positions are brought back into the image where it repeats, and snapped.
-void FindTaps(int origin, int size, Wrap wrap, int taps, int count, double* position, int32_t* first, float* fraction) {
-  const DD d;
-  const int step = static_cast<int>(hn::Lanes(d));
-  const VD low = hn::Set(d, static_cast<double>(origin)), half = hn::Set(d, 0.5);
-  const VD farthest = hn::Set(d, kFarthest);
-  const double period = wrap == Wrap::kMirror ? 2.0 * size : static_cast<double>(size);
-  for (int i = 0; i < count; i += step) {
-    VD v = hn::Sub(hn::Load(d, position + i), low);
-    const auto somewhere = hn::Lt(hn::Abs(v), farthest);
-    if (wrap == Wrap::kRepeat || wrap == Wrap::kMirror) {
-      VD edge = hn::Add(v, half);  // distance from the image's edge
-      edge = hn::NegMulAdd(hn::Set(d, period), hn::Floor(hn::Mul(edge, hn::Set(d, 1 / period))), edge);
-      if (wrap == Wrap::kMirror) edge = hn::Min(edge, hn::Sub(hn::Set(d, period), edge));
-      v = hn::Sub(edge, half);
-    }
-    const VD near = hn::Mul(hn::Round(hn::Add(v, v)), half);
-    v = hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(v, near)), hn::Set(d, kSnap)), near, v);
-    // Out of reach of every filter is out of reach, however far.
-    const VD reach = hn::Set(d, 0x1p29);
-    v = hn::IfThenElse(somewhere, hn::Min(hn::Max(v, hn::Neg(reach)), reach), reach);
-    hn::Store(hn::Add(v, low), d, position + i);
-    const VD counted = taps % 2 == 1 ? hn::Add(v, half) : v;
-    const VD base = hn::Floor(counted);
-    const auto f = hn::Min(hn::DemoteTo(DF(), hn::Sub(counted, base)), hn::Set(DF(), 1 - 0x1p-24f));
-    hn::Store(f, DF(), fraction + i);
-    const auto index = hn::DemoteTo(DI(), hn::Sub(base, hn::Set(d, (taps - 1) / 2)));
-    hn::Store(index, DI(), first + i);
-  }
-}
 
 // An index beyond the image by its wrap mode; -1 for black.
 int Wrapped(int64_t i, int size, Wrap wrap) {
@@ -159,7 +52,8 @@ struct AxisWeights {
     if (!(std::fabs(position) < 0x1p28) || size == 0) return;
     const bool beyond = to < 0 || from > size - 1;
     if (beyond && wrap == Wrap::kBlack) return;
-    // Nearest, where a position half-way between two pixels takes the right one; or nothing but the edge's pixel.
+    // Nearest, where a position half-way between two pixels takes the right one; or nothing but the edge's
+    // pixel.
     if ((source.taps == 1 && wide == 1) || (beyond && wrap == Wrap::kClamp)) {
       const int at = Wrapped(static_cast<int64_t>(std::floor(position + 0.5)), size, wrap);
       if (at >= 0) index.push_back(at), weight.push_back(1);
@@ -202,7 +96,8 @@ F4 WeightedPixels(const AxisWeights& x, const AxisWeights& y, const ConstImageVi
   constexpr size_t kPart = 32;
   const auto* const pixels = reinterpret_cast<const float*>(group.data);
   const ptrdiff_t stride = group.row_stride / 4;
-  const bool single_x = x.index.size() == 1 && x.weight[0] == 1, single_y = y.index.size() == 1 && y.weight[0] == 1;
+  const bool single_x = x.index.size() == 1 && x.weight[0] == 1,
+             single_y = y.index.size() == 1 && y.weight[0] == 1;
   F4 total = F4::Zero();
   for (size_t j0 = 0; j0 < y.index.size(); j0 += kPart) {
     F4 part = F4::Zero();
@@ -266,6 +161,35 @@ HWY_INLINE F4 Bilinear(const float* p, ptrdiff_t stride, float fx, float fy) {
   return Blend(rows, fx);
 }
 
+#if HWY_TARGET != HWY_SCALAR
+// Bilinear of four pixels in one vector, the same sums.
+using F16 = s::Floats<16>;
+constexpr bool kFourPixels = F16::kVectors == 1;
+template <class F>
+HWY_INLINE F Bilinear4(const float* const (&p)[4], ptrdiff_t stride, const float* fx, const float* fy) {
+  const typename F::Tag d;
+  const hn::Half<typename F::Tag> half;
+  const auto each = [&](const float* f, int a, int b, int c, int e) HWY_ATTR {
+    const int32_t lanes[16] = {a, a, a, a, b, b, b, b, c, c, c, c, e, e, e, e};
+    return hn::TableLookupLanes(hn::LoadDup128(d, f), hn::SetTableIndices(d, lanes));
+  };
+  const auto one = hn::Set(d, 1.0f);
+  const auto rows = [&](int i, typename F::Vector f) HWY_ATTR {
+    const auto top = hn::Combine(d, hn::LoadU(half, p[i + 1]), hn::LoadU(half, p[i]));
+    const auto bottom = hn::Combine(d, hn::LoadU(half, p[i + 1] + stride), hn::LoadU(half, p[i] + stride));
+    return hn::MulAdd(bottom, f, hn::Mul(top, hn::Sub(one, f)));
+  };
+  F left, right;
+  left.v[0] = rows(0, each(fy, 0, 0, 1, 1));
+  right.v[0] = rows(2, each(fy, 2, 2, 3, 3));
+  s::PairPixels(left, right);
+  const auto f = each(fx, 0, 1, 2, 3);
+  F r;
+  r.v[0] = hn::MulAdd(right.v[0], f, hn::Mul(left.v[0], hn::Sub(one, f)));
+  return r;
+}
+#endif
+
 template <int kTaps>
 HWY_INLINE F4 Filtered(const GatherSource& source, const float* p, ptrdiff_t stride, float fx, float fy) {
   float wx[kTaps], wy[kTaps];
@@ -288,8 +212,8 @@ class Gatherer {
  public:
   explicit Gatherer(const GatherJob& job) : job_(job), source_(job.source) {
     linear_ = source_.taps == 2 && source_.filter->value(0.25) == 0.75;
-    direct_ = job.channels.size() == 4 && job.channels[0] == 0 && job.channels[1] == 1 && job.channels[2] == 2 &&
-              job.channels[3] == 3;
+    direct_ = job.channels.size() == 4 && job.channels[0] == 0 && job.channels[1] == 1 &&
+              job.channels[2] == 2 && job.channels[3] == 3;
   }
 
   void Run() {
@@ -343,6 +267,26 @@ class Gatherer {
     auto* const out = reinterpret_cast<float*>(job_.out.At(x, y));
     const bool stream = direct_ && job_.stream && reinterpret_cast<uintptr_t>(out) % 16 == 0;
     for (int i = 0; i < count; ++i) {
+#if HWY_TARGET != HWY_SCALAR
+      if constexpr (kLinear && kFourPixels) {
+        // Four at a time while all of them are inside, between pixels.
+        if (direct_ && !at_.widened) {
+          const bool lines = job_.stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
+          for (; i + 4 <= count && AllPlain(i, last_x, last_y); i += 4) {
+            const float* p[4];
+            for (int k = 0; k < 4; ++k)
+              p[k] = pixels + stride * index_.y[i + k] + ptrdiff_t{4} * index_.x[i + k];
+            const F16 value = Bilinear4<F16>(p, stride, index_.fx + i, index_.fy + i).OneNaN();
+            if (lines) {
+              value.Stream(out + ptrdiff_t{4} * i);
+            } else {
+              value.Store(out + ptrdiff_t{4} * i);
+            }
+          }
+          if (i == count) break;
+        }
+      }
+#endif
       const int ix = index_.x[i], iy = index_.y[i];
       const float fx = index_.fx[i], fy = index_.fy[i];
       // Inside, between pixels, not reduced: no pixel needs a second look.
@@ -372,6 +316,21 @@ class Gatherer {
       }
     }
   }
+
+#if HWY_TARGET != HWY_SCALAR
+  // Whether four pixels from a multiple of four on have their taps inside and no fraction of 0.
+  HWY_INLINE bool AllPlain(int i, int last_x, int last_y) const {
+    if (i % 4 != 0) return false;
+    const hn::CappedTag<int32_t, 4> d;
+    const hn::CappedTag<float, 4> df;
+    const auto x = hn::Load(d, index_.x + i), y = hn::Load(d, index_.y + i);
+    const auto low = hn::Min(x, y);
+    const auto beyond = hn::Or(hn::Gt(x, hn::Set(d, last_x)), hn::Gt(y, hn::Set(d, last_y)));
+    const auto least = hn::Min(hn::Load(df, index_.fx + i), hn::Load(df, index_.fy + i));
+    const auto whole = hn::RebindMask(d, hn::Le(least, hn::Zero(df)));
+    return hn::AllFalse(d, hn::Or(hn::Or(beyond, hn::Lt(low, hn::Zero(d))), whole));
+  }
+#endif
 
   HWY_NOINLINE F4 Careful(const ConstImageView& group, int i) {
     const Roi& w = source_.window;

@@ -12,7 +12,8 @@ class GatherStage final : public graph::TileStage {
  public:
   GatherStage(const GatherSettings& s, const graph::StageContext& context)
       : settings_(s),
-        source_(context.whole[0], FindFilter("warp", s.filter), s.wrap_x, s.wrap_y, s.renormalize, context.workers),
+        source_(context.whole[0], FindFilter("warp", s.filter), s.wrap_x, s.wrap_y, s.renormalize,
+                context.workers),
         run_(ChooseGather()) {}
 
   Roi InputRoi(int, const Roi& out) const override { return out; }
@@ -39,7 +40,8 @@ class GatherStage final : public graph::TileStage {
 
 }  // namespace
 
-std::unique_ptr<graph::TileStage> MakeGatherStage(const GatherSettings& settings, const graph::StageContext& context) {
+std::unique_ptr<graph::TileStage> MakeGatherStage(const GatherSettings& settings,
+                                                  const graph::StageContext& context) {
   return std::make_unique<GatherStage>(settings, context);
 }
 

@@ -17,7 +17,8 @@ struct GatherSettings {
   bool renormalize = false;
   int channel_x = 0, channel_y = 0;  // of input 1, where the map is from an image
 };
-std::unique_ptr<graph::TileStage> MakeGatherStage(const GatherSettings& settings, const graph::StageContext& context);
+std::unique_ptr<graph::TileStage> MakeGatherStage(const GatherSettings& settings,
+                                                  const graph::StageContext& context);
 
 // Throws Error unless the filter is known and separable.
 void RequireWarpFilter(const std::string& subject, const std::string& name);

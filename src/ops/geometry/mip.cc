@@ -36,7 +36,8 @@ class AtlasStage final : public graph::TileStage {
     for (int level = 1; level < MipLevelCount(in); ++level) {
       const Roi window = MipLevelWindow(in, level);
       const SeparableMap map = LevelMap(in.data_window, window, p);
-      levels_.push_back({window, MakeAxisTaps(map.x, *map.filter, map.border), MakeAxisTaps(map.y, *map.filter, map.border)});
+      levels_.push_back({window, MakeAxisTaps(map.x, *map.filter, map.border),
+                         MakeAxisTaps(map.y, *map.filter, map.border)});
     }
     source_ = in.data_window;
     border_ = BorderOf(p.wrap);
@@ -98,12 +99,14 @@ class MipOp final : public graph::OpWith<MipParams> {
     if (spec.data_window.empty()) return spec;
     const int levels = MipLevelCount(spec), level = params().level;
     if (level >= levels || level < -1) {
-      throw Error("mip", "found the level " + std::to_string(level) + ", expected 0 to " + std::to_string(levels - 1));
+      throw Error("mip", "found the level " + std::to_string(level) + ", expected 0 to " +
+                             std::to_string(levels - 1));
     }
     const Roi all = MipLevelWindow(spec, -1);
     const Roi& w = spec.data_window;
-    spec.data_window = level < 0 ? all
-                                 : Roi{w.x0, w.y0, w.x0 + LevelSide(w.width(), level), w.y0 + LevelSide(w.height(), level)};
+    spec.data_window =
+        level < 0 ? all
+                  : Roi{w.x0, w.y0, w.x0 + LevelSide(w.width(), level), w.y0 + LevelSide(w.height(), level)};
     spec.display_window = spec.data_window;
     return spec;
   }
@@ -124,10 +127,11 @@ OpInfo MipInfo() {
   info.family = "geometry";
   info.summary = "Mip chain: all levels in one picture, or one level";
   info.help =
-      "Level k has the sides max(1, floor(side / 2^k)); every level is filtered from level 0 with the filter widened to "
-      "2^k pixels (applying a filter level by level gives another, wrong one), beyond the edge as wrap= says, which "
-      "is the texture's own mode. Without level= the result holds level 0 on the left and levels 1, 2, ... below "
-      "each other on its right; what is left over is zero. With level= it is that level alone.";
+      "Level k has the sides max(1, floor(side / 2^k)); every level is filtered from level 0 with the filter "
+      "widened to 2^k pixels (applying a filter level by level gives another, wrong one), beyond the edge as "
+      "wrap= says, which is the texture's own mode. Without level= the result holds level 0 on the left and "
+      "levels 1, 2, ... below each other on its right; what is left over is zero. With level= it is that "
+      "level alone.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo filter = FilterModifier("box", "the filter, in pixels of the level");

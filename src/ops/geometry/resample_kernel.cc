@@ -1,5 +1,5 @@
-// Separable resampling with sums in double and one rounding: four result rows at a time become columns of four RGBA
-// pixels, so that the pass along the row has the same weight in every lane.
+// Separable resampling with sums in double and one rounding: four result rows at a time become columns of
+// four RGBA pixels, so that the pass along the row has the same weight in every lane.
 #include "ops/geometry/resample_kernel.h"
 
 #include <algorithm>
@@ -103,17 +103,41 @@ struct Rows {
 };
 
 HWY_INLINE void ColumnsOfRgba(const Rows& rows, ptrdiff_t stride, int pixels, double* columns) {
-  for (int begin = 0; begin < pixels; begin += 2) {
-    const int x = pixels < 2 ? 0 : std::min(begin, pixels - 2);  // the last pair overlaps: nothing is read beyond
+  // Two cache lines of a source row at a time: rows often lie whole pages apart and compete for the same sets
+  // of L1, so that what is not used at once has to come again.
+  constexpr int kPairs = 4;
+  int done = 0;
+  for (; done + 2 * kPairs <= pixels; done += 2 * kPairs) {
     for (int r = 0; r < 4; ++r) {
-      const D8 sum = WeightedSum<D8>(rows.first[r] + ptrdiff_t{4} * x, stride, rows.weights[r], rows.count[r]);
+      if (rows.count[r] == 0) {
+        for (int i = 0; i < kPairs; ++i)
+          StoreColumns(D8::Zero(), r, columns + ptrdiff_t{16} * (done + 2 * i));
+        continue;
+      }
+      const float* p = rows.first[r] + ptrdiff_t{4} * done;
+      D8 sum[kPairs];
+      for (int i = 0; i < kPairs; ++i) sum[i] = D8::Load(p + 8 * i) * rows.weights[r][0];
+      for (int k = 1; k < rows.count[r]; ++k) {
+        p += stride;
+        for (int i = 0; i < kPairs; ++i) sum[i].AddScaled(D8::Load(p + 8 * i), rows.weights[r][k]);
+      }
+      for (int i = 0; i < kPairs; ++i) StoreColumns(sum[i], r, columns + ptrdiff_t{16} * (done + 2 * i));
+    }
+  }
+  for (int begin = done; begin < pixels; begin += 2) {
+    const int x =
+        pixels < 2 ? 0 : std::min(begin, pixels - 2);  // the last pair overlaps: nothing is read beyond
+    for (int r = 0; r < 4; ++r) {
+      const D8 sum =
+          WeightedSum<D8>(rows.first[r] + ptrdiff_t{4} * x, stride, rows.weights[r], rows.count[r]);
       StoreColumns(sum, r, columns + ptrdiff_t{16} * x);
     }
   }
 }
 
 // Four result pixels of four rows.
-HWY_INLINE void FourPixels(const ResampleJob& job, const double* columns, int column0, int x, int count, F16 (&sum)[4]) {
+HWY_INLINE void FourPixels(const ResampleJob& job, const double* columns, int column0, int x, int count,
+                           F16 (&sum)[4]) {
   for (int i = 0; i < 4; ++i) {
     const int at = x + std::min(i, count - 1);
     const double* const first = columns + ptrdiff_t{16} * (job.x.First(at) - column0);
@@ -143,7 +167,8 @@ void ResampleRgba(const ResampleJob& job) {
       const int at = std::min(y + r, roi.y1 - 1);
       rows.count[r] = job.y.Count(at);
       rows.weights[r] = job.y.Weights(at);
-      rows.first[r] = rows.count[r] == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, job.y.First(at)));
+      rows.first[r] =
+          rows.count[r] == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, job.y.First(at)));
     }
     ColumnsOfRgba(rows, stride, c1 - c0, columns);
     const int height = std::min(4, roi.y1 - y);
@@ -170,7 +195,8 @@ void HalveRgba(const ResampleJob& job) {
   const Roi& roi = job.out.roi;
   using F8 = s::Floats<8>;
   for (int y = roi.y0; y < roi.y1; ++y) {
-    const auto* const a = reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
+    const auto* const a =
+        reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
     const float* const b = a + job.in.row_stride / 4;
     auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
     int x = 0;
@@ -204,7 +230,8 @@ void ResampleAny(const ResampleJob& job) {
   const ptrdiff_t stride = job.in.row_stride / 4;
   for (int y = roi.y0; y < roi.y1; ++y) {
     const int count = job.y.Count(y);
-    const auto* const first = count == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, job.y.First(y)));
+    const auto* const first =
+        count == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, job.y.First(y)));
     for (int begin = 0; begin < floats; begin += 8) {
       const int i = floats < 8 ? 0 : std::min(begin, floats - 8);
       WeightedSum<D8>(first + i, stride, job.y.Weights(y), count).Store(row + i);

@@ -8,8 +8,8 @@
 
 namespace tessera::ops {
 
-// `in` holds every pixel that the taps of out.roi name; dense floats, as many channels as `out`. 64 bytes beyond the
-// end of a row may be read where a row has fewer than 16 pixels.
+// `in` holds every pixel that the taps of out.roi name; dense floats, as many channels as `out`. 64 bytes
+// beyond the end of a row may be read where a row has fewer than 16 pixels.
 struct ResampleJob {
   ConstImageView in;
   ImageView out;

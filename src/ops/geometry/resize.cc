@@ -47,7 +47,8 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
     };
     Roi& w = spec.data_window;
     w = {moved(w.x0, full.x0, full.width(), p.x, p.width), moved(w.y0, full.y0, full.height(), p.y, p.height),
-         moved(w.x1, full.x0, full.width(), p.x, p.width), moved(w.y1, full.y0, full.height(), p.y, p.height)};
+         moved(w.x1, full.x0, full.width(), p.x, p.width),
+         moved(w.y1, full.y0, full.height(), p.y, p.height)};
     w.x1 = std::max(w.x1, w.x0 + 1);
     w.y1 = std::max(w.y1, w.y0 + 1);
     return spec;
@@ -125,11 +126,11 @@ OpInfo ResizeInfo() {
   info.family = "geometry";
   info.summary = "Resize to a geometry with a filter";
   info.help =
-      "GEOM is WxH, WxH+X+Y, W% or W%xH%; a side of 0 keeps the aspect. The display window takes that size, the data "
-      "window is scaled along, and beyond its edge the edge pixels are repeated. Weights are computed in double at "
-      "exact positions; the filter spans pixels of the coarser of the two images on each axis. Without a filter it is "
-      "lanczos3, or blackman-harris where a side grows, and an image that keeps its size keeps its bits: as oiiotool. "
-      "NaN spreads to pixels whose filter gives it weight.";
+      "GEOM is WxH, WxH+X+Y, W% or W%xH%; a side of 0 keeps the aspect. The display window takes that size, "
+      "the data window is scaled along, and beyond its edge the edge pixels are repeated. Weights are "
+      "computed in double at exact positions; the filter spans pixels of the coarser of the two images on "
+      "each axis. Without a filter it is lanczos3, or blackman-harris where a side grows, and an image that "
+      "keeps its size keeps its bits: as oiiotool. NaN spreads to pixels whose filter gives it weight.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo geometry;

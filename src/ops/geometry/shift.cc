@@ -54,8 +54,9 @@ OpInfo ShiftInfo() {
   info.family = "geometry";
   info.summary = "Move the content by fractions of a pixel";
   info.help =
-      "The content moves X pixels to the right and Y down, the windows stay. Whole numbers move pixels bit for bit; "
-      "fractions interpolate with the filter. Beyond the image border= decides. NaN spreads over the filter's width.";
+      "The content moves X pixels to the right and Y down, the windows stay. Whole numbers move pixels bit "
+      "for bit; fractions interpolate with the filter. Beyond the image border= decides. NaN spreads over "
+      "the filter's width.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo offset;
@@ -65,7 +66,8 @@ OpInfo ShiftInfo() {
   offset.min = -kFarthest, offset.max = kFarthest;
   offset.min_count = offset.max_count = 2;
   info.arguments = {offset};
-  info.modifiers = {FilterModifier("lanczos3", "how values between pixels are found"), WrapModifier("border", "clamp")};
+  info.modifiers = {FilterModifier("lanczos3", "how values between pixels are found"),
+                    WrapModifier("border", "clamp")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::vector<double>& by = a.Numbers("X,Y");
     return Shift(in[0], {by[0], by[1], a.Text("filter"), WrapNamed(a.Text("border"))});

@@ -87,10 +87,11 @@ OpInfo StWarpInfo() {
   info.inputs = 2;
   info.summary = "Warp an image by an image of s, t coordinates";
   info.help =
-      "IMAGE COORDINATES --st_warp: each result pixel is the image at (s, t), two channels of the coordinates, from 0 to "
-      "1 across the image's display window. The result has the coordinates' windows. The filter keeps its width of "
-      "source pixels, as oiiotool's; wrap= names one mode for both axes, wrap_t= another for t. With black, pixels "
-      "beyond the edge are left out of the weights. NaN and infinite coordinates give black.";
+      "IMAGE COORDINATES --st_warp: each result pixel is the image at (s, t), two channels of the "
+      "coordinates, from 0 to 1 across the image's display window. The result has the coordinates' windows. "
+      "The filter keeps its width of source pixels, as oiiotool's; wrap= names one mode for both axes, "
+      "wrap_t= another for t. With black, pixels beyond the edge are left out of the weights. NaN and "
+      "infinite coordinates give black.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo wrap_t = WrapModifier("wrap_t", "");

@@ -21,7 +21,8 @@ Matrix Inverse(const Matrix& m, const Roi& frame) {
                                    minor(5, 6, 3, 8), minor(0, 8, 2, 6), minor(2, 3, 0, 5),
                                    minor(3, 7, 4, 6), minor(1, 6, 0, 7), minor(0, 4, 1, 3)};
   const long double det = m[0] * adjugate[0] + m[1] * adjugate[3] + m[2] * adjugate[6];
-  const double q = 0.5 * (double{1} * frame.x0 + frame.x1) * m[2] + 0.5 * (double{1} * frame.y0 + frame.y1) * m[5] + m[8];
+  const double q =
+      0.5 * (double{1} * frame.x0 + frame.x1) * m[2] + 0.5 * (double{1} * frame.y0 + frame.y1) * m[5] + m[8];
   Matrix inverse;
   for (const long double a : adjugate) inverse.push_back(static_cast<double>((q < 0 ? -a : a) / det));
   const bool finite = std::all_of(inverse.begin(), inverse.end(), [](double v) { return std::isfinite(v); });
@@ -97,12 +98,12 @@ OpInfo WarpInfo() {
   info.family = "geometry";
   info.summary = "Warp by a 3x3 matrix, affine or projective";
   info.help =
-      "As oiiotool, M is row-major and a position is a row vector: (x' q, y' q, q) = (x, y, 1) M carries the image's "
-      "pixels to their new places; pixel centres are at half-integers. Every result pixel gathers with the filter about "
-      "where it came from, widened by the map's derivatives where it reduces. Positions are computed in double; one "
-      "within 2^-17 of a pixel's centre or edge counts as there, so that flips, quarter turns and whole shifts keep bits. "
-      "The windows stay unless recompute_roi=1. Behind the projector (q <= 0 where the picture's centre has q > 0) is "
-      "black.";
+      "As oiiotool, M is row-major and a position is a row vector: (x' q, y' q, q) = (x, y, 1) M carries the "
+      "image's pixels to their new places; pixel centres are at half-integers. Every result pixel gathers "
+      "with the filter about where it came from, widened by the map's derivatives where it reduces. "
+      "Positions are computed in double; one within 2^-17 of a pixel's centre or edge counts as there, so "
+      "that flips, quarter turns and whole shifts keep bits. The windows stay unless recompute_roi=1. Behind "
+      "the projector (q <= 0 where the picture's centre has q > 0) is black.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo matrix;
@@ -116,10 +117,11 @@ OpInfo WarpInfo() {
   recompute.default_value = "0";
   recompute.help = "the data window holds the whole warped image";
   info.arguments = {matrix};
-  info.modifiers = {FilterModifier("lanczos3", "how values between pixels are found"), WrapModifier("wrap", "black"),
-                    recompute};
+  info.modifiers = {FilterModifier("lanczos3", "how values between pixels are found"),
+                    WrapModifier("wrap", "black"), recompute};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return Warp(in[0], {a.Numbers("M"), a.Text("filter"), WrapNamed(a.Text("wrap")), a.Flag("recompute_roi")});
+    return Warp(in[0],
+                {a.Numbers("M"), a.Text("filter"), WrapNamed(a.Text("wrap")), a.Flag("recompute_roi")});
   };
   info.examples = {"0.9,0.3,0,-0.3,0.9,0,2,-4,1 filter=triangle",
                    "0.9,0.3,0,-0.3,0.9,0,2,-4,1",

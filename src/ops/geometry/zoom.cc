@@ -23,7 +23,8 @@ struct ZoomAxis {
     const double last = factor > 0 ? std::ceil(b - 0.5) : std::floor(a - 0.5) + 1;
     constexpr double kFarthest = 1 << 30;
     if (!(std::fabs(first) < kFarthest && std::fabs(last) < kFarthest)) {
-      throw Error("zoom", "found a result of " + std::to_string(last - first) + " pixels, expected at most 2^30");
+      throw Error("zoom",
+                  "found a result of " + std::to_string(last - first) + " pixels, expected at most 2^30");
     }
     out0 = origin + static_cast<int>(first);
     out1 = origin + static_cast<int>(last);
@@ -112,10 +113,10 @@ OpInfo ZoomInfo() {
   info.family = "geometry";
   info.summary = "Pixel zoom: pixels become rectangles, negative factors reflect";
   info.help =
-      "As GL's pixel zoom: pixel (i, j), counted from the display window's corner, becomes the rectangle between "
-      "(i X, j Y) and ((i+1) X, (j+1) Y); each result pixel takes the pixel whose rectangle holds its centre, bit for "
-      "bit, so that factors below 1 leave pixels out. A negative factor reflects about the corner, and the windows "
-      "then lie left of it or above it.";
+      "As GL's pixel zoom: pixel (i, j), counted from the display window's corner, becomes the rectangle "
+      "between (i X, j Y) and ((i+1) X, (j+1) Y); each result pixel takes the pixel whose rectangle holds "
+      "its centre, bit for bit, so that factors below 1 leave pixels out. A negative factor reflects about "
+      "the corner, and the windows then lie left of it or above it.";
   info.bound = "exact";
   info.bound_u = 0;
   ParamInfo factors;

@@ -8,6 +8,7 @@
 #define TESSERA_OPS_LOOKUP_GATHER_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <cmath>
@@ -81,6 +82,21 @@ HWY_INLINE V LerpPlanes(const float* data, const int32_t* base, const ptrdiff_t*
     return s::Lerp(a, LerpPlanes<axis - 1>(data + stride[axis], base, stride, f), f[axis]);
   }
 }
+// The same for two axes: the four entries of a pixel in a quad, four of which become planes by one transpose.
+HWY_INLINE V LerpSquares(const float* data, const int32_t* base, ptrdiff_t up, const V* f) {
+#if HWY_TARGET == HWY_SCALAR
+  (void)data, (void)base, (void)up;
+  return f[0];
+#else
+  const auto quads = [&](int first) HWY_ATTR {
+    return s::VectorOfQuads([&](int k) HWY_ATTR { return s::JoinPairs(data + base[k], data + up + base[k]); },
+                            first);
+  };
+  V a = quads(0), b = quads(1), c = quads(2), d = quads(3);
+  s::Transpose4(a, b, c, d);
+  return s::Lerp(s::Lerp(a, b, f[0]), s::Lerp(c, d, f[0]), f[1]);
+#endif
+}
 template <int kDims>
 HWY_INLINE void GatherLinear1(const Grid& grid, Chunk& chunk, int count) {
   const s::D d;
@@ -89,6 +105,10 @@ HWY_INLINE void GatherLinear1(const Grid& grid, Chunk& chunk, int count) {
   for (int i = 0; i < count; i += s::kLanes) {
     V f[4];
     for (int a = 0; a < kDims; ++a) f[a] = hn::Load(d, chunk.weight[a] + i);
+    if constexpr (kDims == 2 && s::kLanes >= 4) {
+      hn::Store(LerpSquares(grid.data(), chunk.base + i, stride[1], f), d, chunk.result + i);
+      continue;
+    }
     hn::Store(LerpPlanes<kDims - 1>(grid.data(), chunk.base + i, stride, f), d, chunk.result + i);
   }
 }
@@ -132,42 +152,10 @@ HWY_INLINE void SortSimplex(const Grid& grid, Chunk& chunk, int count) {
     }
   }
 }
-// Four texels side by side in a vector: those of the lanes j of each 128-bit block, whose weights one shuffle
-// spreads.
-template <int kDims, int j, class At>
-HWY_INLINE void SimplexVector(const Chunk& chunk, int i, const At& at, ptrdiff_t last, V* w, float* to) {
-  const s::D d;
-  V sum = hn::Mul(s::LoadQuads([&](int k) HWY_ATTR { return at(i + k, -1); }, j), hn::Broadcast<j>(w[0]));
-  for (int a = 1; a < kDims; ++a) {
-    sum = hn::MulAdd(s::LoadQuads([&](int k) HWY_ATTR { return at(i + k, a - 1); }, j),
-                     hn::Broadcast<j>(w[a]), sum);
-  }
-  sum = hn::MulAdd(s::LoadQuads([&](int k) HWY_ATTR { return at(i + k, -1) + last; }, j),
-                   hn::Broadcast<j>(w[kDims]), sum);
-  hn::Store(sum, d, to + j * s::kLanes);
-}
 template <int kDims, bool kPermuted>
 HWY_INLINE void GatherSimplex4(const Grid& grid, Chunk& chunk, int count) {
   ptrdiff_t last = 0;
   for (int a = 0; a < kDims; ++a) last += static_cast<ptrdiff_t>(grid.axis(a).stride) * 4;
-  if constexpr (kPermuted && s::kLanes >= 4) {
-    const s::D d;
-    const float* const data = grid.data();
-    const auto at = [&](int i, int step) HWY_ATTR {
-      const float* const p = data + static_cast<ptrdiff_t>(chunk.base[i]) * 4;
-      return step < 0 ? p : p + static_cast<ptrdiff_t>(chunk.step[step][i]) * 4;
-    };
-    for (int i = 0; i < count; i += s::kLanes) {
-      V w[kDims + 1];
-      for (int a = 0; a <= kDims; ++a) w[a] = hn::Load(d, chunk.weight[a] + i);
-      float* const to = chunk.result + 4 * i;
-      SimplexVector<kDims, 0>(chunk, i, at, last, w, to);
-      SimplexVector<kDims, 1>(chunk, i, at, last, w, to);
-      SimplexVector<kDims, 2>(chunk, i, at, last, w, to);
-      SimplexVector<kDims, 3>(chunk, i, at, last, w, to);
-    }
-    return;
-  }
   for (int i = 0; i < count; ++i) {
     const float* const p = grid.data() + static_cast<ptrdiff_t>(chunk.base[i]) * 4;
     s::Quad sum = s::Mul(s::Quad::Load(p), s::Quad::Set(chunk.weight[0][i]));
@@ -304,10 +292,24 @@ bool LookupNearest(const Grid& grid, Chunk& chunk, int count) {
   GatherNearest<kTexel, kUnit>(grid, chunk, count);
   return flagged;
 }
+// Asks for the rows of a chunk's cells in a picture that no near cache holds: more misses are under way than
+// the second pass alone could have.
+template <int kDims>
+HWY_INLINE void AskForRows(const Grid& grid, const Chunk& chunk, int count) {
+  constexpr int64_t kNear = int64_t{1} << 22;
+  if (kDims != 2 || grid.bytes() < kNear) return;
+  const ptrdiff_t up = static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
+  for (int i = 0; i < count; ++i) {
+    const float* const p = grid.data() + static_cast<ptrdiff_t>(chunk.base[i]) * 4;
+    hwy::Prefetch(p);
+    hwy::Prefetch(p + up);
+  }
+}
 template <int kTexel, int kDims, bool kUnit>
 bool LookupLinear(const Grid& grid, Chunk& chunk, int count) {
   const bool flagged = Locate<kDims, false, kUnit>(grid, chunk, count, 0, 1);
   if constexpr (kTexel == 4) {
+    if constexpr (!kUnit) AskForRows<kDims>(grid, chunk, count);
     GatherLinear4<kDims, kUnit>(grid, chunk, count);
   } else {
     GatherLinear1<kDims>(grid, chunk, count);

@@ -72,6 +72,16 @@ void Grid::SetAxes(const std::vector<int>& sizes, TableAlign align) {
   }
 }
 
+void Grid::SetSummary() {
+  edges_ = true;
+  bytes_ = int64_t{4} * texel_;
+  for (int a = 0; a < dims_; ++a) {
+    const GridAxis& axis = axes_[a];
+    edges_ = edges_ && axis.wrap == TableWrap::kClampEdge && (whole_ || !axis.seams) && axis.low == 0;
+    bytes_ += int64_t{4} * texel_ * axis.stride * (axis.last_stored - axis.first_stored);
+  }
+}
+
 template <class Read>
 void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Workers* workers,
                 const Read& read) {
@@ -150,6 +160,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
   finite_ = std::find(finite.begin(), finite.end(), 0) == finite.end();
   whole_ = true;
   data_ = to + origin * texel_;
+  SetSummary();
 }
 
 Grid::Grid(const Table& table, const LookupParams& params, const graph::Workers* workers)
@@ -201,6 +212,7 @@ Grid::Grid(const ConstImageView& image, const TableLayout& layout, const LookupP
     if (!cubic && !nearest) axes_[a].last = edge ? n - 2 : n - 1;
     axes_[a].seams = cubic || !edge;
   }
+  SetSummary();
 }
 
 void Grid::SampleOne(const float* coords, float* result) const {

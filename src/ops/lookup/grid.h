@@ -44,6 +44,10 @@ class Grid {
   // products of coordinates and sizes are exact.
   bool ends_inside() const { return ends_inside_; }
   bool exact() const { return exact_; }
+  // Whether every axis is clamped to its edge and two neighbours from any cell on are in memory.
+  bool edges() const { return edges_; }
+  // Bytes from the first to the last entry.
+  int64_t bytes() const { return bytes_; }
   const GridAxis& axis(int a) const { return axes_[a]; }
   const float* data() const { return data_; }  // entry 0 of every axis
   // Whether some pixels need SampleOne: taps that are not in memory, or entries that are not finite.
@@ -56,6 +60,7 @@ class Grid {
 
  private:
   void SetAxes(const std::vector<int>& sizes, TableAlign align);
+  void SetSummary();  // when the axes are final
   template <class Read>
   void Copy(const std::vector<int>& sizes, TableAlign align, const graph::Workers* workers, const Read& read);
 
@@ -63,7 +68,8 @@ class Grid {
   GridAxis axes_[4];
   const float* data_ = nullptr;
   std::shared_ptr<std::byte> memory_;
-  bool whole_ = true, finite_ = true, ends_inside_ = false, exact_ = false;
+  bool whole_ = true, finite_ = true, ends_inside_ = false, exact_ = false, edges_ = false;
+  int64_t bytes_ = 0;
   LookupParams params_;
   float border_[4] = {};
   Table table_;  // what SampleOne reads; empty when the image is read in place

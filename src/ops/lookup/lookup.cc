@@ -220,14 +220,11 @@ OpInfo LookupInfo() {
       "at an "
       "object's edge). Coordinates are not rounded.\n"
       "Wrap, one mode or one per axis: clamp (to the edge entry), glclamp (OpenGL 1.x: half border at 0 and "
-      "1), "
-      "border, repeat, mirror. projective=1 divides by the channel after the last coordinate; where it is "
-      "not "
-      "positive the result is the border colour. A coordinate that is NaN (infinite, with repeat or mirror) "
-      "gives the "
-      "border colour, or NaN with nan=1. Where channel mask= is 0 the pixel keeps COORDS' bits. NaN and "
-      "infinite "
-      "entries reach only results in which they have weight. Source: spec/lookup-tables.md.";
+      "1), border, repeat, mirror. projective=1 divides by the channel after the last coordinate; where it "
+      "is not positive the result is the border colour. A coordinate that is NaN (infinite, with repeat or "
+      "mirror) gives the border colour, or NaN with nan=1. Where channel mask= is 0 the pixel keeps COORDS' "
+      "bits. NaN and infinite entries reach only results in which they have weight. Source: "
+      "spec/lookup-tables.md.";
   info.bound = "4 u (cubic 12 u) times the largest entry read, for the same interpolation; entries are exact";
   info.bound_u = 4;
   ParamInfo wrap;
@@ -237,8 +234,9 @@ OpInfo LookupInfo() {
   wrap.help = "clamp, glclamp, border, repeat or mirror; one, or one per axis";
   info.modifiers = {
       IntegerModifier("dims", "0", 0, 4,
-              "dimensions of the table; 0: 2 and one for each number of slices, 1 for one row"),
-      ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic", "mipmap"}, "how entries are combined"),
+                      "dimensions of the table; 0: 2 and one for each number of slices, 1 for one row"),
+      ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic", "mipmap"},
+                     "how entries are combined"),
       wrap,
       FlagModifier("projective", "divide by the next channel"),
       ListModifier("border", "", 64, -1e38, 1e38, "border colour, one value per channel of the table"),

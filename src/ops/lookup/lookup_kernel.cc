@@ -45,6 +45,14 @@ class LookupStage final : public graph::TileStage {
 
   Roi InputRoi(int, const Roi& out) const override { return mipmap() ? Inflate(out, 1, 1) : out; }
 
+  // Squares, whose texels lie close together wherever the coordinates are smooth, once a table is larger than
+  // the nearer caches.
+  graph::TileSize Preferred() const override {
+    int64_t bytes = 0;
+    for (const auto& levels : plan_.groups) bytes += levels.front()->bytes();
+    return bytes > (int64_t{1} << 19) ? graph::TileSize{64, 64} : graph::TileSize{};
+  }
+
   void Run(const graph::TileArgs& args) const override {
     const Roi& r = args.out.roi;
     Chunk* const chunk = args.scratch.Allocate<Chunk>(1);

@@ -1,6 +1,7 @@
 // Colours through a 3-D table.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <type_traits>
 
@@ -11,6 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/lookup/colors-inl.h"
 #include "ops/lookup/gather-inl.h"
 #include "simd/fused-inl.h"
 
@@ -19,12 +21,29 @@ namespace tessera::ops::HWY_NAMESPACE {
 
 class Table3DStage final : public graph::PointStage {
  public:
-  explicit Table3DStage(std::shared_ptr<const Grid> grid)
-      : grid_(std::move(grid)), lookup_(MethodOf<4, 3, true>(grid_->params().filter)) {}
+  explicit Table3DStage(std::shared_ptr<const Grid> grid) : grid_(std::move(grid)) {
+    const TableFilter filter = grid_->params().filter;
+    lookup_ = MethodOf<4, 3, true>(filter);
+    if constexpr (s::kLanes > 1) {
+      if (!grid_->finite() || !grid_->ends_inside() || Places(*grid_) > kMostPlaces) return;
+      if (filter == TableFilter::kTetrahedral)
+        loop_ = grid_->exact() ? &Table3DStage::RunFast<true, true> : &Table3DStage::RunFast<true, false>;
+      if (filter == TableFilter::kLinear)
+        loop_ = grid_->exact() ? &Table3DStage::RunFast<false, true> : &Table3DStage::RunFast<false, false>;
+    }
+  }
 
   bool CanFuse(bool, PixelType) const override { return true; }
 
-  void Run(const graph::PointArgs& args) const override {
+  void Run(const graph::PointArgs& args) const override { (this->*loop_)(args); }
+
+ private:
+  static int64_t Places(const Grid& grid) {
+    return int64_t{kPlacesPerEntry} * grid.axis(2).stride * (grid.axis(2).last + 2);
+  }
+
+  // Any filter, entries that are not finite.
+  void RunAny(const graph::PointArgs& args) const {
     Chunk chunk;
     float* const planes[4] = {chunk.coord[0], chunk.coord[1], chunk.coord[2], chunk.coord[3]};
     for (int first = 0; first < args.count; first += kChunk) {
@@ -32,38 +51,59 @@ class Table3DStage final : public graph::PointStage {
       s::LoadChunk(args, first, count, planes);
       lookup_(*grid_, chunk, count);
       if (!grid_->finite() && AnyNotFinite(chunk.result, 4 * count)) Mend(count, chunk);
-      if (args.source.read != nullptr && args.source.type == PixelType::kFloat &&
-          args.sink.write != nullptr && args.sink.type == PixelType::kFloat) {
-        StoreFloats(args, first, count, chunk);
-        continue;
-      }
       s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return Result(chunk, i); });
     }
   }
 
- private:
+  // Planes and float pixels are read and written where they are, others by way of the chunk.
+  template <bool kSimplex, bool kExact>
+  void RunFast(const graph::PointArgs& args) const {
+    const s::D d;
+    const s::DI di;
+    const auto color = hn::RebindMask(d, hn::Ne(hn::And(hn::Iota(di, 0), hn::Set(di, 3)), hn::Set(di, 3)));
+    const bool planes = args.source.read == nullptr;
+    const bool from_floats = !planes && args.source.type == PixelType::kFloat;
+    const bool to_floats = args.sink.write != nullptr && args.sink.type == PixelType::kFloat;
+    const bool stream = args.sink.stream && s::CanStream(args.sink.write);
+    Cells cells;
+    Chunk chunk;
+    float* const copied[4] = {chunk.coord[0], chunk.coord[1], chunk.coord[2], chunk.coord[3]};
+    for (int first = 0; first < args.count; first += kChunk) {
+      const int count = std::min(kChunk, args.count - first);
+      const auto* const from = reinterpret_cast<const float*>(args.source.read) + 4 * ptrdiff_t{first};
+      auto* const to = reinterpret_cast<float*>(args.sink.write) + 4 * ptrdiff_t{first};
+      if (!planes && !from_floats) s::LoadChunk(args, first, count, copied);
+      const auto load = [&](int i) HWY_ATTR {
+        const s::Pixels p = from_floats ? s::LoadRgbaCodes<PixelType::kFloat>(from + 4 * i)
+                            : planes    ? s::LoadPlanes(args.in[0], first + i)
+                                        : s::LoadPlanes(copied, i);
+        hn::Store(p.a, d, chunk.coord[3] + i);
+        return p;
+      };
+      if (!to_floats) {
+        LookupColors<kSimplex, kExact>(*grid_, cells, count, load, [&](int i, auto j, V v) HWY_ATTR {
+          hn::Store(v, d, chunk.result + 4 * i + j * s::kLanes);
+        });
+        s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return Result(chunk, i); });
+        continue;
+      }
+      LookupColors<kSimplex, kExact>(*grid_, cells, count, load, [&](int i, auto j, V v) HWY_ATTR {
+        const int at = 4 * i + j * s::kLanes;
+        // Look-ups keep the processor from prefetching the source by itself; asked for at once, its lines
+        // would stand in the way of the table's.
+        if (from_floats) hwy::Prefetch(from + kAhead + at);
+        // Lane j of four has the alpha of the pixel that lies there.
+        const V alpha = hn::Broadcast<decltype(j)::value>(hn::Load(d, chunk.coord[3] + i));
+        s::StoreOrStream(hn::IfThenElse(color, v, alpha), d, to + at, stream);
+      });
+    }
+  }
+
   // Planes of the results, alpha as it came.
   static HWY_INLINE s::Pixels Result(const Chunk& chunk, int i) {
     s::Pixels p = s::LoadRgbaCodes<PixelType::kFloat>(chunk.result + 4 * i);
     p.a = hn::Load(s::D(), chunk.coord[3] + i);
     return p;
-  }
-  // Float pixels to float pixels: the fourth of four samples is the source's.
-  static HWY_INLINE void StoreFloats(const graph::PointArgs& args, int first, int count, const Chunk& chunk) {
-    const s::D d;
-    const auto* const from = reinterpret_cast<const float*>(args.source.read) + 4 * first;
-    auto* const to = reinterpret_cast<float*>(args.sink.write) + 4 * first;
-    const bool stream = args.sink.stream && s::CanStream(to);
-    const s::DI di;
-    const auto color = hn::RebindMask(d, hn::Ne(hn::And(hn::Iota(di, 0), hn::Set(di, 3)), hn::Set(di, 3)));
-    for (int i = 0; i < 4 * count; i += s::kLanes) {
-      if constexpr (s::kLanes == 1) {
-        to[i] = i % 4 == 3 ? from[i] : chunk.result[i];
-      } else {
-        s::StoreOrStream(hn::IfThenElse(color, hn::Load(d, chunk.result + i), hn::LoadU(d, from + i)), d,
-                         to + i, stream);
-      }
-    }
   }
   // Entries that are not finite count only where they have weight.
   void Mend(int count, Chunk& chunk) const {
@@ -76,8 +116,12 @@ class Table3DStage final : public graph::PointStage {
     }
   }
 
+  using Loop = void (Table3DStage::*)(const graph::PointArgs&) const;
+  static constexpr int kAhead = 16 * kChunk;  // floats
+
   std::shared_ptr<const Grid> grid_;
   LookupFunction lookup_;
+  Loop loop_ = &Table3DStage::RunAny;
 };
 
 std::unique_ptr<graph::PointStage> NewTable3DStage(const std::shared_ptr<const Grid>& grid) {

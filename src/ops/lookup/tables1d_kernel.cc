@@ -62,7 +62,7 @@ class Tables1DStage final : public graph::PointStage {
       linear_inside_ = grid->params().filter == TableFilter::kLinear;
     }
     for (const auto& grid : grids_)
-      linear_inside_ = linear_inside_ && (grid == nullptr || grid->ends_inside());
+      linear_inside_ = linear_inside_ && (grid == nullptr || (grid->ends_inside() && grid->finite()));
     MapCodes();
   }
 
@@ -75,6 +75,7 @@ class Tables1DStage final : public graph::PointStage {
                       reinterpret_cast<uint8_t*>(args.sink.write), args.count,
                       args.sink.stream && s::CanStream(args.sink.write));
     }
+    if (linear_inside_) return RunLinear(args);
     Chunk chunk;
     alignas(64) float plane[4][kChunk];
     float* const planes[4] = {plane[0], plane[1], plane[2], plane[3]};
@@ -93,28 +94,96 @@ class Tables1DStage final : public graph::PointStage {
   }
 
  private:
-  // Linear through a table whose last cell is chosen at its own end: indices and fractions first, then pairs.
-  static HWY_INLINE void MapLinear(const Grid& grid, float* plane, int count, Chunk& chunk) {
+  // What the first pass over a chunk leaves for the second: first entries and fractions, or the values of a
+  // plane without a table.
+  struct Cells {
+    alignas(64) int32_t entry[4][kChunk];
+    alignas(64) float fraction[4][kChunk];
+  };
+  static HWY_INLINE void Locate(const GridAxis& axis, V x, int32_t* entry, float* fraction) {
     const s::D d;
-    const GridAxis& axis = grid.axis(0);
+    V f;
     const V scale = hn::Set(d, axis.scale), last = hn::Set(d, static_cast<float>(axis.last));
+    hn::Store(SmallInteger(CellInside<false>(Unit(x), scale, last, f)), s::DI(), entry);
+    hn::Store(f, d, fraction);
+  }
+  static HWY_INLINE V Interpolate(const float* data, const int32_t* entry, const float* fraction) {
+    V a, b;
+    s::LoadPairs([&](int k) HWY_ATTR { return data + entry[k]; }, a, b);
+    return s::Lerp(a, b, hn::Load(s::D(), fraction));
+  }
+  // Linear through finite tables whose last cell is chosen at its own end: load(i) -> Pixels, store(i,
+  // Pixels).
+  template <class Load, class Store>
+  HWY_INLINE void MapLinear(Cells& cells, int count, const Load& load, const Store& store) const {
+    const s::D d;
     for (int i = 0; i < count; i += s::kLanes) {
-      V fraction;
-      const V cell = CellInside<false>(Unit(hn::Load(d, plane + i)), scale, last, fraction);
-      hn::Store(hn::ConvertTo(s::DI(), cell), s::DI(), chunk.base + i);
-      hn::Store(fraction, d, chunk.weight[0] + i);
+      const s::Pixels q = load(i);
+      const V plane[4] = {q.r, q.g, q.b, q.a};
+      for (int p = 0; p < 4; ++p) {
+        if (grids_[p] != nullptr) {
+          Locate(grids_[p]->axis(0), plane[p], cells.entry[p] + i, cells.fraction[p] + i);
+        } else {
+          hn::Store(plane[p], d, cells.fraction[p] + i);
+        }
+      }
     }
-    const float* const data = grid.data();
     for (int i = 0; i < count; i += s::kLanes) {
-      V a, b;
-      s::LoadPairs([&](int k) HWY_ATTR { return data + chunk.base[i + k]; }, a, b);
-      hn::Store(s::Lerp(a, b, hn::Load(d, chunk.weight[0] + i)), d, plane + i);
+      store(i, s::Pixels{Interpolated(0, cells, i), Interpolated(1, cells, i), Interpolated(2, cells, i),
+                         Interpolated(3, cells, i)});
+    }
+  }
+  HWY_INLINE V Interpolated(int p, const Cells& cells, int i) const {
+    if (grids_[p] == nullptr) return hn::Load(s::D(), cells.fraction[p] + i);
+    return Interpolate(grids_[p]->data(), cells.entry[p] + i, cells.fraction[p] + i);
+  }
+  // Planes and float pixels are read and written where they are, others by way of a copy.
+  void RunLinear(const graph::PointArgs& args) const {
+    const bool planes = args.source.read == nullptr, to_planes = args.sink.write == nullptr;
+    const bool from_floats = !planes && args.source.type == PixelType::kFloat;
+    const bool to_floats = !to_planes && args.sink.type == PixelType::kFloat;
+    const bool stream = args.sink.stream && s::CanStream(args.sink.write);
+    float* const out[4] = {args.out[0], args.out[1], args.out[2], args.out[3]};
+    Cells cells;
+    alignas(64) float copy[4][kChunk];
+    float* const copied[4] = {copy[0], copy[1], copy[2], copy[3]};
+    for (int first = 0; first < args.count; first += kChunk) {
+      const int count = std::min(kChunk, args.count - first);
+      const auto* const from = reinterpret_cast<const float*>(args.source.read) + 4 * ptrdiff_t{first};
+      auto* const to = reinterpret_cast<float*>(args.sink.write) + 4 * ptrdiff_t{first};
+      if (!planes && !from_floats) s::LoadChunk(args, first, count, copied);
+      const auto load = [&](int i) HWY_ATTR {
+        return from_floats ? s::LoadRgbaCodes<PixelType::kFloat>(from + 4 * i)
+               : planes    ? s::LoadPlanes(args.in[0], first + i)
+                           : s::LoadPlanes(copied, i);
+      };
+      const auto store = [&](int i, const s::Pixels& q) HWY_ATTR {
+        for (int k = 0; from_floats && k < 4 * s::kLanes; k += 16)
+          hwy::Prefetch(from + 4 * i + 16 * kChunk + k);
+        if (to_floats) {
+          s::StoreRgba<PixelType::kFloat, true>(q, to + 4 * i, stream);
+        } else if (to_planes) {
+          s::StorePlanes(q, out, first + i);
+        } else {
+          s::StorePlanes(q, copied, i);
+        }
+      };
+      MapLinear(cells, count, load, store);
+      if (!to_floats && !to_planes)
+        s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return s::LoadPlanes(copied, i); });
     }
   }
   // One plane through its table, in place.
   void Map(const Grid& grid, float* plane, int count, Chunk& chunk) const {
     const s::D d;
-    if (linear_inside_ && grid.finite()) return MapLinear(grid, plane, count, chunk);
+    if (linear_inside_) {
+      for (int i = 0; i < count; i += s::kLanes) {
+        const GridAxis& axis = grid.axis(0);
+        Locate(axis, hn::Load(d, plane + i), chunk.base + i, chunk.weight[0] + i);
+        hn::Store(Interpolate(grid.data(), chunk.base + i, chunk.weight[0] + i), d, plane + i);
+      }
+      return;
+    }
     for (int i = 0; i < count; i += s::kLanes) hn::Store(hn::Load(d, plane + i), d, chunk.coord[0] + i);
     lookup_(grid, chunk, count);
     if (!grid.finite() && AnyNotFinite(chunk.result, count)) {
@@ -178,8 +247,9 @@ class Tables1DStage final : public graph::PointStage {
 
   std::shared_ptr<const Grid> grids_[4];
   LookupFunction lookup_ = nullptr;
-  bool linear_inside_ = false;  // every table takes the short way of MapLinear
-  bool one_map_ = false;        // all four maps are equal
+  bool linear_inside_ =
+      false;              // every table takes the short way: linear, finite, its last cell chosen at its end
+  bool one_map_ = false;  // all four maps are equal
   alignas(64) uint8_t map_[4][256];
 };
 

@@ -7,22 +7,22 @@
 
 namespace tessera::ops {
 const char* NoiseName(NoiseKind kind) {
-  constexpr const char* kNames[] = {"white", "value", "perlin", "simplex", "cell", "sparse", "spot"};
+  constexpr const char* kNames[] = {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash"};
   return kNames[static_cast<int>(kind)];
 }
 
 std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
   constexpr double kFar = 0x1p40;
-  const bool white = kind == NoiseKind::kWhite;
+  const bool white = kind == NoiseKind::kWhite, per_pixel = white || kind == NoiseKind::kHash;
   std::vector<ParamInfo> m = {
       NumberModifier("seed", "0", -2147483648.0, 4294967295.0, "whole number, modulo 2^32"),
-      NumberModifier("freq", white ? "0" : "8", 0, kFar,
-                     white ? "cells across the width; 0: one per pixel"
-                           : "lattice cells across the width; 0: one per pixel"),
+      NumberModifier("freq", per_pixel ? "0" : "8", 0, kFar,
+                     per_pixel ? "cells across the width; 0: one per pixel"
+                               : "lattice cells across the width; 0: one per pixel"),
       ListModifier("offset", "0", 4, -kFar, kFar, "position of the corner in cells: x,y,z,w"),
       NumberModifier("z", "0", -kFar, kFar, "third coordinate in cells, added to offset's"),
       NumberModifier("w", "0", -kFar, kFar, "fourth coordinate in cells, added to offset's"),
-      IntegerModifier("dims", "2", kind == NoiseKind::kSimplex ? 2 : 1, 4, "dimensions of the lattice"),
+      IntegerModifier("dims", "2", 1, 4, "dimensions of the lattice"),
       IntegerModifier("octaves", "1", 0, 64, "number of octaves summed"),
       NumberModifier("lacunarity", "2", 1, 16, "frequency of an octave over the one before"),
       NumberModifier("gain", "0.5", 0, 4, "weight of an octave over the one before"),
@@ -33,6 +33,8 @@ std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
       FlagModifier("signed", "values in [-1,1] instead of around 0.5"),
       FlagModifier("color", "independent noise in every channel"),
       FlagModifier("gradient", "channel 0 the value, further ones its slopes per cell"),
+      ChoiceModifier("pack", {"none", "octaves", "normal"},
+                     "octaves: one in each channel; normal: R, G, B the gradient's direction, A the value"),
       NumberModifier("aspect", "1", 1e-3, 1e3, "cells along x for one along y"),
       NumberModifier("warp", "0", -1e4, 1e4, "domain warp: positions move by this many cells times noise"),
       FlagModifier("antialias", "fade octaves to their mean from 1/2 to 1 cell per pixel"),
@@ -40,14 +42,20 @@ std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
       NumberModifier("bias", "0.5", 1e-6, 1 - 1e-6, "Perlin's bias of the result in [0,1]"),
       NumberModifier("contrast", "0.5", 1e-6, 1 - 1e-6, "Perlin's gain of the result in [0,1]"),
   };
-  if (kind != NoiseKind::kSimplex)
-    m.push_back(ListModifier("period", "0", 4, 0, 1 << 24, "cells until it repeats; 0: never"));
+  m.push_back(ListModifier("period", "0", 4, 0, 1 << 24, "cells until it repeats; 0: never"));
   if (kind == NoiseKind::kGradient) {
     m.push_back(ChoiceModifier("lattice", {"tessera", "perlin", "osl"}, "hash and gradients"));
-  } else if (white) {
-    m.push_back(ChoiceModifier("lattice", {"tessera", "osl"}, "hash; osl is OSL's cellnoise"));
+  } else if (white || kind == NoiseKind::kHash || kind == NoiseKind::kSimplex) {
+    m.push_back(ChoiceModifier("lattice", {"tessera", "osl"},
+                               white ? "hash; osl is OSL's cellnoise"
+                               : kind == NoiseKind::kHash
+                                   ? "hash; osl is OSL's hashnoise"
+                                   : "hash and gradients; osl is OSL's simplex noise"));
   }
   if (kind == NoiseKind::kGradient || kind == NoiseKind::kValue) {
+    m.push_back(
+        ChoiceModifier("method", {"auto", "accumulate"},
+                       "accumulate: blocks of lattice points added in passes (whole pixels per cell)"));
     m.push_back(
         ChoiceModifier("fade", {"quintic", "cubic", "linear"}, "interpolation between lattice points"));
   }
@@ -91,9 +99,11 @@ NoiseParams NoiseArguments(NoiseKind kind, const Arguments& a) {
   }
   if (a.Flag("turbulence")) p.sum = NoiseSum::kTurbulence;
   p.is_signed = a.Flag("signed");
-  p.output = a.Flag("gradient") ? NoiseOutput::kGradient
-             : a.Flag("color")  ? NoiseOutput::kColor
-                                : NoiseOutput::kValue;
+  p.output = a.Text("pack") == "octaves"  ? NoiseOutput::kOctaves
+             : a.Text("pack") == "normal" ? NoiseOutput::kNormal
+             : a.Flag("gradient")         ? NoiseOutput::kGradient
+             : a.Flag("color")            ? NoiseOutput::kColor
+                                          : NoiseOutput::kValue;
   p.aspect = a.Number("aspect");
   p.warp = a.Number("warp");
   if (has("antialias")) p.antialias = a.Flag("antialias");
@@ -116,6 +126,7 @@ NoiseParams NoiseArguments(NoiseKind kind, const Arguments& a) {
              : a.Text("fade") == "linear" ? NoiseFade::kLinear
                                           : NoiseFade::kQuintic;
   }
+  if (has("method") && a.Text("method") == "accumulate") p.method = NoiseMethod::kAccumulate;
   if (has("distance")) {
     p.distance = a.Text("distance") == "f2"      ? CellDistance::kF2
                  : a.Text("distance") == "f2-f1" ? CellDistance::kF2MinusF1

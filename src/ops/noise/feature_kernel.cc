@@ -1,5 +1,4 @@
-// Noise from points in cells: cell noise (Worley), sparse convolution (Lewis), spot noise (van Wijk); and
-// simplex noise.
+// Noise from points in cells: cell noise (Worley), sparse convolution (Lewis), spot noise (van Wijk).
 #include <cstdint>
 
 #include "graph/op.h"
@@ -172,133 +171,9 @@ void Impulses(const NoiseBatch& b) {
   }
 }
 
-// The upper 32 bits of a 64-bit product.
-HWY_INLINE VU MulUpper(VU a, VU b) {
-  const s::DU du;
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Set(du, static_cast<uint32_t>((uint64_t{hn::GetLane(a)} * hn::GetLane(b)) >> 32));
-#else
-  const auto even = hn::BitCast(du, hn::MulEven(a, b));
-  const auto odd = hn::BitCast(du, hn::MulEven(hn::DupOdd(a), hn::DupOdd(b)));
-  return hn::OddEven(odd, hn::DupOdd(even));
-#endif
-}
-
-// The skew F = (sqrt(D + 1) - 1) / D as a fixed-point number of 64 bits below the point.
-constexpr uint64_t kSkew[5] = {0, 0, 0x5db3d742c265539dull, 0x5555555555555555ull, 0x4f1bbcdcbfa53e0aull};
-
-template <int kDims, bool kSlopes>
-void Simplex(const NoiseBatch& b) {
-  const s::D d;
-  const s::DU du;
-  const s::DI di;
-  constexpr float kF = kDims == 2 ? 0.36602540378f : kDims == 3 ? 1.0f / 3 : 0.30901699437f;
-  constexpr float kG = kDims == 2 ? 0.21132486541f : kDims == 3 ? 1.0f / 6 : 0.13819660113f;
-  constexpr float kShrink = 1 / (1 + kDims * kF);
-  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d), scale = hn::Set(d, b.shape->scale);
-  for (int i = 0; i < b.count; i += static_cast<int>(hn::Lanes(d))) {
-    V f[kDims], fraction_sum = zero;
-    VU cell[kDims], cell_sum = hn::Zero(du);
-#pragma GCC unroll 16
-    for (int a = 0; a < kDims; ++a) {
-      f[a] = hn::LoadU(d, b.fraction[a] + i);
-      cell[a] = hn::LoadU(du, b.cell[a] + i);
-      cell_sum = hn::Add(cell_sum, cell[a]);
-      fraction_sum = hn::Add(fraction_sum, f[a]);
-    }
-    // The sum of cells is a signed number, modulo 2^32: its skew is the product with F, whole part and
-    // fraction. cell_sum * F with F in 0.64 fixed point: the bits below the point are low(cell_sum * F_high)
-    // plus the upper half of cell_sum * F_low.
-    const VU f_high = hn::Set(du, static_cast<uint32_t>(kSkew[kDims] >> 32));
-    const VU f_low = hn::Set(du, static_cast<uint32_t>(kSkew[kDims]));
-    const VU part = MulUpper(cell_sum, f_low), low = hn::Mul(cell_sum, f_high);
-    const VU fixed = hn::Add(low, part);
-    const VU carry = hn::BitCast(
-        du, hn::VecFromMask(di, hn::Gt(hn::BitCast(di, hn::Xor(low, hn::Set(du, 0x80000000u))),
-                                       hn::BitCast(di, hn::Xor(fixed, hn::Set(du, 0x80000000u))))));
-    VU whole = hn::Sub(MulUpper(cell_sum, f_high), carry);
-    // Negative sums: subtract F * 2^32, whose fraction is F_low.
-    const auto negative = hn::Gt(hn::Zero(di), hn::BitCast(di, cell_sum));
-    const VU fixed_n = hn::Sub(fixed, f_low);
-    const VU borrow = hn::BitCast(
-        du, hn::VecFromMask(di, hn::Gt(hn::BitCast(di, hn::Xor(fixed_n, hn::Set(du, 0x80000000u))),
-                                       hn::BitCast(di, hn::Xor(fixed, hn::Set(du, 0x80000000u))))));
-    const VU whole_n = hn::Add(hn::Sub(whole, f_high), borrow);
-    const auto negative_u = hn::RebindMask(du, negative);
-    whole = hn::IfThenElse(negative_u, whole_n, whole);
-    const V skew =
-        hn::MulAdd(fraction_sum, hn::Set(d, kF), s::Unit(hn::IfThenElse(negative_u, fixed_n, fixed)));
-
-    // The simplex' first corner: cell + whole + floor(f + skew), and the offset from it in unskewed space.
-    V x[kDims], floor_sum = zero;
-    VU corner[kDims];
-    V skewed_floor[kDims];
-#pragma GCC unroll 16
-    for (int a = 0; a < kDims; ++a) {
-      skewed_floor[a] = hn::Floor(hn::Add(f[a], skew));
-      floor_sum = hn::Add(floor_sum, skewed_floor[a]);
-      corner[a] = hn::Add(hn::Add(cell[a], whole), hn::BitCast(du, hn::ConvertTo(di, skewed_floor[a])));
-    }
-    const V unskew =
-        hn::MulAdd(skew, hn::Set(d, kShrink), hn::Mul(hn::Sub(floor_sum, fraction_sum), hn::Set(d, kG)));
-#pragma GCC unroll 16
-    for (int a = 0; a < kDims; ++a) x[a] = hn::Add(hn::Sub(f[a], skewed_floor[a]), unskew);
-    // Ranks: how many coordinates each one is not below; ties go to the later axis.
-    V rank[kDims];
-#pragma GCC unroll 16
-    for (int a = 0; a < kDims; ++a) rank[a] = zero;
-#pragma GCC unroll 16
-    for (int a = 0; a < kDims; ++a) {
-#pragma GCC unroll 16
-      for (int c = a + 1; c < kDims; ++c) {
-        const auto greater = hn::Gt(x[a], x[c]);
-        rank[a] = hn::Add(rank[a], hn::IfThenElseZero(greater, one));
-        rank[c] = hn::Add(rank[c], hn::IfThenZeroElse(greater, one));
-      }
-    }
-    V sum = zero, slope[kDims];
-#pragma GCC unroll 16
-    for (int a = 0; a < kDims; ++a) slope[a] = zero;
-#pragma GCC unroll 16
-    for (int k = 0; k <= kDims; ++k) {  // corner k steps along the k greatest coordinates
-      V r[kDims], square = zero;
-      VU h = hn::Set(du, b.seed);
-      const V threshold = hn::Set(d, static_cast<float>(kDims - k)),
-              back = hn::Set(d, kG * static_cast<float>(k));
-#pragma GCC unroll 16
-      for (int a = 0; a < kDims; ++a) {
-        const V step = hn::IfThenElseZero(hn::Ge(rank[a], threshold), one);
-        r[a] = hn::Add(hn::Sub(x[a], step), back);
-        square = hn::MulAdd(r[a], r[a], square);
-        const VU c = hn::Add(corner[a], hn::BitCast(du, hn::ConvertTo(di, step)));
-        h = hn::Xor(h, hn::Mul(c, hn::Set(du, s::kAxis[a])));
-      }
-      V g[kDims];
-      s::LatticeGradient<kDims>(s::LatticeMix(h), g);
-      V dot = hn::Mul(g[0], r[0]);
-#pragma GCC unroll 16
-      for (int a = 1; a < kDims; ++a) dot = hn::MulAdd(g[a], r[a], dot);
-      const V t = hn::Max(hn::Sub(hn::Set(d, 0.5f), square), zero), t2 = hn::Mul(t, t), t4 = hn::Mul(t2, t2);
-      sum = hn::MulAdd(t4, dot, sum);
-      if constexpr (kSlopes) {
-        const V factor = hn::Mul(hn::Mul(hn::Set(d, -8.0f), hn::Mul(t2, t)), dot);
-#pragma GCC unroll 16
-        for (int a = 0; a < kDims; ++a) slope[a] = hn::MulAdd(factor, r[a], hn::MulAdd(t4, g[a], slope[a]));
-      }
-    }
-    hn::StoreU(hn::MulAdd(sum, scale, zero), d, b.value + i);
-    if constexpr (kSlopes) {
-      for (int a = 0; a < kDims; ++a) hn::StoreU(hn::MulAdd(slope[a], scale, zero), d, b.slope[a] + i);
-    }
-  }
-}
-
 template <int kDims>
 NoiseEvaluate Find(NoiseKind kind, bool slopes) {
   switch (kind) {
-    case NoiseKind::kSimplex:
-      if constexpr (kDims >= 2) return slopes ? Simplex<kDims, true> : Simplex<kDims, false>;
-      return nullptr;
     case NoiseKind::kCell:
       return slopes ? Cells<kDims, true> : Cells<kDims, false>;
     case NoiseKind::kSparse:

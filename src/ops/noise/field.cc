@@ -10,6 +10,12 @@ namespace {
 
 constexpr uint32_t kAxis[4] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du, 0x27d4eb2fu};  // as simd/lattice-inl.h
 
+// Hash noise is of the position's float: no cell, and all of it as fraction.
+LatticePlace Whole(const NoisePlan& plan, const LatticePlace& place) {
+  if (plan.params.kind != NoiseKind::kHash) return place;
+  return {0, static_cast<int32_t>(place.cell) + place.fraction};
+}
+
 uint32_t NextCell(uint32_t cell, uint32_t period) { return cell + 1 == period ? 0 : cell + 1; }
 
 }  // namespace
@@ -60,12 +66,13 @@ float BiasAndGain(double bias, double contrast, float t) {
   return static_cast<float>(v);
 }
 
-GridField::GridField(const NoiseParams& params, const Roi& columns, int channel)
+GridField::GridField(const NoiseParams& params, const Roi& data, int channel)
     : plan_(MakeNoisePlan(params, true, channel)),
       kernels_(FindNoiseKernels()),
-      x0_(columns.x0),
-      x1_(columns.x1) {
-  slopes_ = params.output == NoiseOutput::kGradient;
+      grid_(FindGridKernels()),
+      x0_(data.x0),
+      x1_(data.x1) {
+  slopes_ = HasSlopes(params);
   collapses_ = params.lattice == NoiseLattice::kTessera && params.dims >= 2 && !slopes_ && params.warp == 0 &&
                (params.kind == NoiseKind::kGradient || params.kind == NoiseKind::kValue);
   if (params.lattice != NoiseLattice::kPerlin) {
@@ -73,11 +80,32 @@ GridField::GridField(const NoiseParams& params, const Roi& columns, int channel)
   }
   if (params.warp != 0) {
     for (int a = 0; a < params.dims; ++a) {
-      warp_.push_back(std::make_unique<GridField>(WarpParams(params, a), columns, 0));
+      warp_.push_back(std::make_unique<GridField>(WarpParams(params, a), data, 0));
     }
   }
   columns_.resize(plan_.octaves.size());
   for (size_t k = 0; k < columns_.size(); ++k) Prepare(plan_.octaves[k], columns_[k]);
+  PrepareRows(data);
+}
+
+// Rows of slices repeat: their places are worked out once.
+void GridField::PrepareRows(const Roi& data) {
+  const NoiseParams& p = plan_.params;
+  const bool stacked = p.slices > 1;
+  first_row_ = stacked ? 0 : data.y0 - p.frame.y0;
+  const int count = stacked ? std::max(p.frame.height() / p.slices, 1) : data.height();
+  rows_.resize(plan_.octaves.size());
+  for (size_t k = 0; k < rows_.size(); ++k) {
+    Rows& rows = rows_[k];
+    std::vector<float> fraction;
+    for (int row = first_row_; row < first_row_ + count; ++row) {
+      rows.place.push_back(PlaceOf(plan_, plan_.octaves[k], 1, row + 0.5));
+      fraction.push_back(static_cast<float>(rows.place.back().fraction));
+    }
+    fraction.resize(fraction.size() + kNoisePadding, 0);
+    rows.fade.resize(fraction.size());
+    kernels_.fade(fraction.data(), count, plan_.shape.fade, rows.fade.data());
+  }
 }
 
 void GridField::Prepare(const NoiseOctave& octave, Columns& columns) const {
@@ -88,7 +116,7 @@ void GridField::Prepare(const NoiseOctave& octave, Columns& columns) const {
   columns.fraction.reserve(padded);
   uint32_t right = 0;
   for (int x = x0_; x < x1_; ++x) {
-    const LatticePlace place = PlaceOf(plan_, octave, 0, x - origin + 0.5);
+    const LatticePlace place = Whole(plan_, PlaceOf(plan_, octave, 0, x - origin + 0.5));
     columns.fraction.push_back(static_cast<float>(place.fraction));
     if (perlin) columns.position.push_back((place.cell & 255) + place.fraction);
     if (!collapses_) {
@@ -116,6 +144,10 @@ void GridField::Prepare(const NoiseOctave& octave, Columns& columns) const {
   columns.hash.resize(columns.hash.size() + 2 * kNoisePadding, 0);
   columns.fade.resize(padded);
   kernels_.fade(columns.fraction.data(), static_cast<int>(padded), plan_.shape.fade, columns.fade.data());
+  if (plan_.params.method == NoiseMethod::kAccumulate) {
+    columns.stencil.pixels = PixelsPerCell(plan_, octave);
+    PrepareStencil(columns);
+  }
 }
 
 GridCursor::GridCursor(const GridField& field, int x0, int x1, base::Arena& arena)
@@ -141,6 +173,11 @@ GridCursor::GridCursor(const GridField& field, int x0, int x1, base::Arena& aren
       }
     }
     scratch_ = arena.Allocate<float>(4 * most);
+    if (plan.params.method == NoiseMethod::kAccumulate) {
+      for (const auto& columns : field.columns_) margin_ = std::max(margin_, 2 * columns.stencil.pixels);
+      margin_ += kNoisePadding;
+      stamped_ = arena.Allocate<float>(static_cast<size_t>(x1 - x0 + 2 * margin_ + kNoiseBatch));
+    }
     return;
   }
   value_ = arena.Allocate<float>(kNoiseBatch);
@@ -164,17 +201,29 @@ void GridCursor::Place(int y) {
   const Roi& frame = plan.params.frame;
   const int slices = plan.params.slices;
   const int height = std::max(frame.height() / slices, 1);
-  const int row = y - frame.y0;
+  int row = y - frame.y0;
   const int slice = slices > 1 ? std::clamp(row / height - (row % height < 0 ? 1 : 0), 0, slices - 1) : 0;
+  row -= slice * height;
+  row_ = row - field_.first_row_;
   const bool moved = slice != slice_;
   slice_ = slice;
   for (size_t k = 0; k < plan.octaves.size(); ++k) {
-    place_[0][k] = PlaceOf(plan, plan.octaves[k], 1, row - slice * height + 0.5);
+    const std::vector<LatticePlace>& places = field_.rows_[k].place;
+    const bool known = row_ >= 0 && row_ < static_cast<int>(places.size());
+    place_[0][k] = known ? places[static_cast<size_t>(row_)] : PlaceOf(plan, plan.octaves[k], 1, row + 0.5);
     if (!moved) continue;
     place_[1][k] = PlaceOf(plan, plan.octaves[k], 2, slice);
     place_[2][k] = PlaceOf(plan, plan.octaves[k], 3, 0);
     if (field_.collapses_) rows_[k].valid = false;
   }
+}
+
+float GridCursor::RowFade(size_t k) const {
+  const GridField::Rows& rows = field_.rows_[k];
+  if (row_ >= 0 && row_ < static_cast<int>(rows.place.size())) return rows.fade[static_cast<size_t>(row_)];
+  float in[kNoisePadding] = {static_cast<float>(place_[0][k].fraction)}, out[kNoisePadding];
+  field_.kernels_.fade(in, 1, field_.plan_.shape.fade, out);
+  return out[0];
 }
 
 void GridCursor::Row(int y, float* out, float* const* slopes, bool stream) {
@@ -228,7 +277,7 @@ void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
     const auto make = [&](uint32_t hash, const GridLatticeRow& row) {
       fill.row_hash = hash;
       fill.out = row;
-      field_.kernels_.fill(fill);
+      field_.grid_.fill(fill);
     };
     if (rows.valid && low == rows.upper_hash) {
       std::swap(rows.lower, rows.upper);
@@ -248,7 +297,7 @@ void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
   row.lower = rows.lower;
   row.upper = rows.upper;
   row.fraction = static_cast<float>(y.fraction);
-  row.fade = fade(row.fraction);
+  row.fade = RowFade(k);
   row.scale = plan.shape.scale;
   row.sum = p.sum;
   row.weight = octave.weight;
@@ -257,7 +306,11 @@ void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
   row.out = out;
   row.scratch = scratch_;
   row.stream = stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
-  field_.kernels_.row(row);
+  if (p.method == NoiseMethod::kAccumulate) {
+    if (k == 0) std::fill_n(out, row.count, plan.bias);
+    return AccumulatedRow(row, columns, out);
+  }
+  field_.grid_.row(row);
 }
 
 void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
@@ -283,8 +336,9 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
       batch.fraction[0] = columns.fraction.data() + from;
       for (int a = 1; a < p.dims; ++a) {
         if (x == x0_ || !warp_.empty()) {
-          std::fill_n(cell_[a], kNoiseBatch, place_[a - 1][k].cell);
-          std::fill_n(fraction_[a], kNoiseBatch, static_cast<float>(place_[a - 1][k].fraction));
+          const LatticePlace place = Whole(plan, place_[a - 1][k]);
+          std::fill_n(cell_[a], kNoiseBatch, place.cell);
+          std::fill_n(fraction_[a], kNoiseBatch, static_cast<float>(place.fraction));
         }
         batch.cell[a] = cell_[a];
         batch.fraction[a] = fraction_[a];

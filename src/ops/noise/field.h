@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "base/arena.h"
@@ -16,28 +17,43 @@ namespace tessera::ops {
 // A noise prepared for the columns of a grid. Immutable; rows are made by cursors.
 class GridField {
  public:
-  // `columns`: the pixels x0 .. x1 - 1 of image coordinates that rows will cover.
-  GridField(const NoiseParams& params, const Roi& columns, int channel);
+  // `data`: the pixels of image coordinates that rows will cover.
+  GridField(const NoiseParams& params, const Roi& data, int channel);
   const NoisePlan& plan() const { return plan_; }
   bool slopes() const { return slopes_; }
 
  private:
   friend class GridCursor;
+  struct Stencil {   // of one octave, for accumulation: blocks of lattice columns
+    int pixels = 0;  // per cell
+    int start = 0;   // pixel offset of the first column's block
+    std::vector<float> window, ramp;
+  };
   struct Columns {                      // of one octave
     std::vector<uint32_t> hash, cell;   // lattice columns in use; cells of pixels
     std::vector<int32_t> left;          // per pixel, where the row collapses
     std::vector<float> fraction, fade;  // per pixel
     std::vector<double> position;       // per pixel, for lattice perlin: in [0, 256)
+    Stencil stencil;
+  };
+  struct Rows {  // of one octave
+    std::vector<LatticePlace> place;
+    std::vector<float> fade;
   };
   void Prepare(const NoiseOctave& octave, Columns& columns) const;
+  void PrepareRows(const Roi& data);
+  void PrepareStencil(Columns& columns) const;
 
   NoisePlan plan_;
   NoiseKernels kernels_;
+  GridKernels grid_;
   NoiseEvaluate evaluate_ = nullptr;
   bool collapses_ = false;  // the row-collapse form serves
   bool slopes_ = false;
   int x0_ = 0, x1_ = 0;
   std::vector<Columns> columns_;
+  std::vector<Rows> rows_;  // rows first_row_ ... of a slice
+  int first_row_ = 0;
   std::vector<std::unique_ptr<GridField>> warp_;  // one noise per dimension
 };
 
@@ -57,7 +73,9 @@ class GridCursor {
     int first = 0, count = 0;  // columns of the tile
   };
   void Place(int y);
+  float RowFade(size_t octave) const;
   void CollapsedRow(size_t k, float* out, bool stream);
+  void AccumulatedRow(const GridRow& row, const GridField::Columns& columns, float* out);
   void BatchRow(int y, float* out, float* const* slopes);
   void PerlinRow(float* out, float* const* slopes);
   void Finish(float* out, float* const* slopes) const;
@@ -65,9 +83,12 @@ class GridCursor {
   const GridField& field_;
   int x0_, x1_, slice_ = -1;
   std::vector<Rows> rows_;
+  int row_ = 0;                         // of the slice
   std::vector<LatticePlace> place_[3];  // y, z, w of every octave for the current row
   float* scratch_ = nullptr;            // of the collapse
-  float* value_ = nullptr;              // of batches
+  float* stamped_ = nullptr;            // of accumulation: a row with margins
+  int margin_ = 0;
+  float* value_ = nullptr;  // of batches
   float* slope_[4] = {};
   uint32_t* cell_[4] = {};
   float* fraction_[4] = {};
@@ -75,6 +96,8 @@ class GridCursor {
   std::vector<float*> warp_row_;
 };
 
+// Throws Error where accumulation is asked for and cannot be had; the frame is known.
+void CheckAccumulation(const std::string& op, const NoiseParams& params);
 // d shape(n) / dn of a sum's shape.
 float ShapeSlope(NoiseSum sum, float n);
 // The noise that displaces positions along an axis.

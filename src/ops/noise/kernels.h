@@ -36,6 +36,17 @@ struct NoiseBatch {
 };
 using NoiseEvaluate = void (*)(const NoiseBatch&);
 
+// Axes without a period repeat after so many cells where others of a simplex noise have one.
+inline constexpr uint32_t kLongestSimplexPeriod = 1u << 20;
+// The simplex lattice sheared onto whole coordinates: q = factor * p with an upper triangular matrix, as long
+// as it fits the periods: factor * period is whole. The Cholesky factor of I + 1 1^T, whose simplices are
+// Perlin's, turned; every entry is rounded to a whole number of 1 / period.
+struct SimplexShear {
+  SimplexShear(int dims, const uint32_t* period);
+  double factor[4][4] = {};
+  float steps[4][4] = {};  // factor * period
+};
+
 // The kernel of a kind in `dims` dimensions on the chosen target.
 NoiseEvaluate FindNoise(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes);
 
@@ -50,6 +61,8 @@ struct PositionScale {
   float frequency[2] = {1, 0};  // high and low part
   float offset = 0, offset_whole = 0;
   float period = 0;  // 0: none
+  bool nearest =
+      false;  // fractions in [-1/2, 1/2] without a period, so that cell + fraction is the position's float
 };
 struct PositionBatch {
   int count = 0;
@@ -68,6 +81,7 @@ struct OctaveBatch {
   float scale[2] = {1, 0};
   float shift = 0;
   uint32_t shift_cell = 0, period = 0;  // cells that reach the period start again
+  bool nearest = false;                 // as PositionScale's
   uint32_t* out_cell = nullptr;
   float* out_fraction = nullptr;
 };
@@ -129,6 +143,49 @@ struct GridRow {  // one row of pixels of one octave
   bool stream = false;
 };
 
+// Rows of positions straight to noise: kGradient on kTessera in 2 or 3 dimensions, without periods and
+// slopes.
+struct PointOctave {
+  float scale[2] = {1, 0};  // high and low part
+  bool scaled = false;      // else position and octave are the same
+  float shift[3] = {};
+  uint32_t cell[3] = {};  // added to cells
+  uint32_t seed = 0;
+  float weight = 1;
+};
+struct PointRow {
+  const float* in = nullptr;  // interleaved: 2 (two dimensions), 3 or 4 channels
+  int channels = 3, count = 0;
+  float frequency[3][2] = {};  // high and low part
+  float offset[3] = {};
+  bool plain = false;  // low parts and offsets are 0
+  const PointOctave* octaves = nullptr;
+  int octave_count = 0;
+  int fade = 0;
+  float scale = 1;
+  NoiseSum sum = NoiseSum::kFbm;
+  float bias = 0;
+  float* out = nullptr;
+  uint32_t* wrong =
+      nullptr;  // nonzero where a cell is beyond 2^22 or the position no number: `out` is of no use
+};
+using NoisePoints = bool (*)(const PointRow&);  // whether nothing was wrong
+NoisePoints FindNoisePoints(int dims);
+
+struct GridStamp {  // one lattice column's block on a row of pixels
+  int taps = 0;     // arrays hold whole vectors
+  float rest = 0, gx = 0;
+  const float* window = nullptr;  // 1 - u(|x|)
+  const float* ramp = nullptr;    // x times it
+  float* out = nullptr;           // +=
+};
+struct GridKernels {
+  void (*fill)(const GridFill&);
+  void (*row)(const GridRow&);
+  void (*stamp)(const GridStamp&);
+};
+GridKernels FindGridKernels();
+
 struct NoiseKernels {
   // Interleaved channels to planes of kNoiseBatch entries, and back below.
   void (*separate)(const float* from, int channels, int count, float* const* planes);
@@ -137,11 +194,11 @@ struct NoiseKernels {
   void (*displace)(const DisplaceBatch&);
   void (*accumulate)(const AccumulateBatch&);
   void (*clear)(const uint32_t* invalid, int count, float* value);  // zero where invalid
-  void (*fill)(const GridFill&);
-  void (*row)(const GridRow&);
   // Planes to `channels` interleaved ones; planes[c] may be equal.
   void (*interleave)(const float* const* planes, int channels, int count, float* out);
   void (*fade)(const float* fraction, int count, int kind, float* out);
+  // Slopes of `dims` axes to the gradient's direction, in place: as NoiseOutput::kNormal; three planes.
+  void (*normal)(float* const* slopes, int dims, int count, bool is_signed);
 };
 NoiseKernels FindNoiseKernels();
 

@@ -1,4 +1,4 @@
-// Lattice noise at any positions: white, value and gradient noise on Tessera's and OSL's lattices.
+// Lattice noise at any positions: white, hash, value and gradient noise on Tessera's and OSL's lattices.
 #include <cstdint>
 
 #include "graph/op.h"
@@ -164,9 +164,37 @@ void White(const NoiseBatch& b) {
   }
 }
 
+// The hash of positions: words are the bits of coordinates as floats.
+template <int kDims, bool kOsl>
+void Positions(const NoiseBatch& b) {
+  const s::D d;
+  const s::DU du;
+  const s::DI di;
+  for (int i = 0; i < b.count; i += static_cast<int>(hn::Lanes(d))) {
+    VU words[kDims];
+#pragma GCC unroll 16
+    for (int a = 0; a < kDims; ++a) {
+      const V cell = hn::ConvertTo(d, hn::BitCast(di, hn::LoadU(du, b.cell[a] + i)));
+      words[a] = hn::BitCast(du, hn::Add(cell, hn::LoadU(d, b.fraction[a] + i)));
+    }
+    const int channel = b.shape->channel;
+    V value;
+    if constexpr (kOsl) {
+      value = s::OslUnit(channel < 0 ? s::OslHash<kDims>(words)
+                                     : s::OslHashWith<kDims>(words, static_cast<uint32_t>(channel)));
+      value = hn::MulSub(hn::Set(d, 2.0f), value, hn::Set(d, 1.0f));
+    } else {
+      value = s::SignedUnit(s::OslHashWith<kDims>(words, b.seed));
+    }
+    hn::StoreU(value, d, b.value + i);
+    for (int a = 0; a < kDims && b.slope[a] != nullptr; ++a) hn::StoreU(hn::Zero(d), d, b.slope[a] + i);
+  }
+}
+
 template <int kDims>
 NoiseEvaluate Find(NoiseKind kind, NoiseLattice lattice, bool slopes) {
   const bool osl = lattice == NoiseLattice::kOsl;
+  if (kind == NoiseKind::kHash) return osl ? Positions<kDims, true> : Positions<kDims, false>;
   if (kind == NoiseKind::kWhite) return osl ? White<kDims, true> : White<kDims, false>;
   if (kind == NoiseKind::kValue) {
     return slopes ? Interpolated<kDims, true, false, TesseraLattice>

@@ -1,4 +1,4 @@
-// Noise on pixel grids: the generators white, value, perlin, simplex, cell, sparse and spot.
+// Noise on pixel grids: the generators white, value, perlin, simplex, cell, sparse, spot and hash.
 #include "tessera/ops/noise.h"
 
 #include <algorithm>
@@ -16,9 +16,12 @@ namespace tessera::ops {
 
 NoiseEvaluate FindLattice(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes);
 NoiseEvaluate FindFeature(NoiseKind kind, int dims, bool slopes);
+NoiseEvaluate FindSimplex(NoiseLattice lattice, int dims, bool slopes);
 
 NoiseEvaluate FindNoise(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes) {
-  if (kind == NoiseKind::kWhite || kind == NoiseKind::kValue || kind == NoiseKind::kGradient) {
+  if (kind == NoiseKind::kSimplex) return FindSimplex(lattice, dims, slopes);
+  if (kind == NoiseKind::kWhite || kind == NoiseKind::kHash || kind == NoiseKind::kValue ||
+      kind == NoiseKind::kGradient) {
     return FindLattice(kind, lattice, dims, slopes);
   }
   return FindFeature(kind, dims, slopes);
@@ -29,12 +32,18 @@ namespace {
 class NoiseStage final : public graph::TileStage {
  public:
   NoiseStage(const NoiseParams& params, const ImageSpec& spec) : params_(params), spec_(spec) {
-    const int fields = params.output == NoiseOutput::kColor ? spec.channel_count() : 1;
-    for (int c = 0; c < fields; ++c) fields_.emplace_back(params, spec.data_window, c);
+    const int fields = HasFieldPerChannel(params) ? spec.channel_count() : 1;
+    for (int c = 0; c < fields; ++c) {
+      const bool color = params.output == NoiseOutput::kColor;
+      fields_.emplace_back(FieldParams(params, c), spec.data_window, color ? c : 0);
+    }
     kernels_ = FindNoiseKernels();
   }
   Roi InputRoi(int, const Roi& out) const override { return out; }
-  graph::TileSize Preferred() const override { return {spec_.width(), 64}; }
+  // Tiles have a cost of their own: narrow ones are high.
+  graph::TileSize Preferred() const override {
+    return {spec_.width(), std::max(64, 131072 / std::max(spec_.width(), 1))};
+  }
 
   void Run(const graph::TileArgs& args) const override {
     const Roi& r = args.out.roi;
@@ -50,14 +59,18 @@ class NoiseStage final : public graph::TileStage {
     std::vector<float*> values, planes;
     for (size_t c = 0; c < fields_.size(); ++c) values.push_back(row_of());
     float* slopes[4] = {};
-    const bool gradient = params_.output == NoiseOutput::kGradient;
-    for (int a = 0; a < params_.dims && gradient; ++a) slopes[a] = row_of();
+    const bool gradient = HasSlopes(params_), normal = params_.output == NoiseOutput::kNormal;
+    const bool packed = normal || params_.output == NoiseOutput::kOctaves;
+    for (int a = 0; a < std::max(params_.dims, 3) && gradient; ++a) slopes[a] = row_of();
     const int channels = static_cast<int>(args.channels.size());
     for (int c : args.channels) {
-      if (gradient) {
+      if (normal) {
+        planes.push_back(c < 3 ? slopes[c] : c == 3 ? values[0] : zeros);
+      } else if (gradient) {
         planes.push_back(c == 0 ? values[0] : c <= params_.dims ? slopes[c - 1] : zeros);
       } else {
-        planes.push_back(c == spec_.alpha ? ones : values[fields_.size() > 1 ? static_cast<size_t>(c) : 0]);
+        planes.push_back(
+            c == spec_.alpha && !packed ? ones : values[fields_.size() > 1 ? static_cast<size_t>(c) : 0]);
       }
     }
     const bool direct = channels == 1 && planes[0] != ones && planes[0] != zeros && !gradient;
@@ -72,6 +85,7 @@ class NoiseStage final : public graph::TileStage {
         const bool needed = std::find(planes.begin(), planes.end(), values[c]) != planes.end();
         if (needed || gradient) cursors[c].Row(y, values[c], gradient ? slopes : nullptr);
       }
+      if (normal) kernels_.normal(slopes, params_.dims, r.width(), params_.is_signed);
       kernels_.interleave(planes.data(), channels, r.width(), out);
     }
   }
@@ -99,13 +113,11 @@ class NoiseOp final : public graph::OpWith<NoiseParams> {
 
 constexpr char kCommonHelp[] =
     "Pixel (x, y) is at ((x + 1/2) * step, (y + 1/2) * step, 0, 0) + offset in lattice cells, step = freq / "
-    "width of the "
-    "display window; z= and w= add to the third and fourth coordinate. Octave k has lacunarity^k times the "
-    "frequency, "
-    "weight gain^k and, but for the first one and for published lattices, a pseudo-random shift. Values are "
-    "0.5 + N / 2, with signed=1 N, with sums of absolute values the sum. Alpha is 1. Cells and fractions are "
-    "kept "
-    "apart, so that noise at 2^31 is as good as at 0, and all instruction sets with FMA give the same bits.";
+    "width of the display window; z= and w= add to the third and fourth coordinate. Octave k has "
+    "lacunarity^k times the frequency, weight gain^k and, but for the first one and for published lattices, "
+    "a pseudo-random shift. Values are 0.5 + N / 2, with signed=1 N, with sums of absolute values the sum. "
+    "Alpha is 1. Cells and fractions are kept apart, so that noise at 2^31 is as good as at 0, and all "
+    "instruction sets with FMA give the same bits.";
 
 OpInfo NoiseRow(NoiseKind kind, const char* summary, const std::string& help,
                 std::vector<std::string> examples) {
@@ -148,16 +160,20 @@ OpInfo ValueNoiseInfo() {
   return info;
 }
 OpInfo GradientNoiseInfo() {
-  OpInfo info = NoiseRow(NoiseKind::kGradient, "Gradient noise (Perlin)",
-                         "Gradients at lattice points, interpolated with the fade (Perlin 1985: fade=cubic, "
-                         "2002: quintic); 0 at every lattice "
-                         "point. Gradients of lattice=tessera: unit vectors (2-D), edges of the cube (3-D), "
-                         "of the hypercube (4-D), scaled to "
-                         "[-1,1]. lattice=perlin: the published permutation and gradients, evaluated in "
-                         "double. lattice=osl: Open Shading "
-                         "Language's noise as in MaterialX and Cycles.",
-                         {"dims=3 z=0.5", "octaves=8 gain=0.5 dims=3 z=1.25 freq=3 signed=1",
-                          "gradient=1 dims=3 octaves=2", "lattice=perlin dims=3 z=-1.25 octaves=3"});
+  OpInfo info = NoiseRow(
+      NoiseKind::kGradient, "Gradient noise (Perlin)",
+      "Gradients at lattice points, interpolated with the fade (Perlin 1985: fade=cubic, "
+      "2002: quintic); 0 at every lattice "
+      "point. Gradients of lattice=tessera: unit vectors (2-D), edges of the cube (3-D), "
+      "of the hypercube (4-D), scaled to "
+      "[-1,1]. lattice=perlin: the published permutation and gradients, evaluated in "
+      "double. lattice=osl: Open Shading "
+      "Language's noise as in MaterialX and Cycles."
+      "\nStored noise: slices= stacks a block (64x4096 with slices=64 and period= is one of 64^3 that "
+      "repeats) in the four packings of Miller and Jones: as it is; pack=octaves, a turbulence's octaves "
+      "side by side; pack=normal, the gradient's direction with the density in A; turbulence=1, precomputed.",
+      {"dims=3 z=0.5", "octaves=8 gain=0.5 dims=3 z=1.25 freq=3 signed=1", "gradient=1 dims=3 octaves=2",
+       "lattice=perlin dims=3 z=-1.25 octaves=3"});
   info.make = Make<NoiseKind::kGradient>;
   return info;
 }
@@ -165,7 +181,10 @@ OpInfo SimplexNoiseInfo() {
   OpInfo info = NoiseRow(
       NoiseKind::kSimplex, "Simplex noise: gradients at the corners of simplices",
       "Perlin's simplex grid with radial kernels (1/2 - r^2)^4, continuous in every derivative up to the "
-      "third, scaled to [-1,1]. The skewed lattice repeats where the sum of coordinates passes +-2^31.",
+      "third, scaled to [-1,1]. The skewed lattice repeats where the sum of coordinates passes +-2^31. With "
+      "period= the lattice is turned and fitted to the periods, so lengths differ by up to 0.7 cells per "
+      "period; axes without one then repeat after 2^20 cells. lattice=osl: Open Shading Language's simplex "
+      "noise.",
       {"dims=3 z=0.5"});
   info.make = Make<NoiseKind::kSimplex>;
   return info;
@@ -192,10 +211,21 @@ OpInfo SparseNoiseInfo() {
 OpInfo SpotNoiseInfo() {
   OpInfo info = NoiseRow(
       NoiseKind::kSpot, "Spot noise (van Wijk)",
-      "Spots of random sign, Poisson with density= per cell (at most 23 in a cell), profile "
-      "(1 - r^2)^2 over an ellipse one cell long and 1 / stretch wide; mean 0, standard deviation 1/3.",
+      "Spots of random sign, Poisson with density= per cell (at most 23 in a cell), profile (1 - r^2)^2 over "
+      "an ellipse one cell long and 1 / stretch wide; mean 0, standard deviation 1/3.",
       {"", "stretch=6 angle=30 freq=5"});
   info.make = Make<NoiseKind::kSpot>;
+  return info;
+}
+
+OpInfo HashNoiseInfo() {
+  OpInfo info = NoiseRow(
+      NoiseKind::kHash, "Hash noise: an independent uniform number per position",
+      "A hash of the coordinates' bits as floats, uniform in [0,1) ([-1,1) with signed=1): any other "
+      "position has another number, so it is of use where positions are exact. lattice=osl is Open Shading "
+      "Language's hashnoise (Cycles' white noise texture). Positions beyond 2^31 cells repeat.",
+      {"", "lattice=osl freq=9 dims=3 offset=-0.3"});
+  info.make = Make<NoiseKind::kHash>;
   return info;
 }
 
@@ -209,6 +239,7 @@ Node Noise(const ImageSpec& spec, const NoiseParams& params) {
   ops::CheckNoise(name, params);
   NoiseParams p = params;
   p.frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
+  ops::CheckAccumulation(name, p);
   return graph::MakeNode(std::make_shared<const ops::NoiseOp>(spec, p), {});
 }
 

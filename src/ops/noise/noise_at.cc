@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "graph/op.h"
-#include "ops/noise/field.h"
 #include "ops/modifiers.h"
+#include "ops/noise/field.h"
 #include "ops/noise/noise_ops.h"
 #include "tessera/ops/noise.h"
 
@@ -36,7 +36,7 @@ class PointField {
  public:
   PointField(const NoiseParams& params, int channel)
       : plan_(MakeNoisePlan(params, false, channel)), kernels_(FindNoiseKernels()) {
-    slopes_ = params.output == NoiseOutput::kGradient;
+    slopes_ = HasSlopes(params);
     if (params.lattice != NoiseLattice::kPerlin) {
       evaluate_ = FindNoise(params.kind, params.lattice, params.dims, slopes_);
     }
@@ -55,7 +55,61 @@ class PointField {
     // Without a period the whole part is added to the cells of octaves, where it is exact.
     scale.offset_whole = period > 0 ? static_cast<float>(whole) : 0.0f;
     scale.period = static_cast<float>(period);
+    scale.nearest = plan_.params.kind == NoiseKind::kHash;
     return scale;
+  }
+
+  // What is added to an octave's cells and fractions.
+  std::pair<uint32_t, float> ShiftOf(const NoiseOctave& octave, int axis) const {
+    const bool periodic = plan_.params.period[static_cast<size_t>(axis)] > 0;
+    const double moved = periodic ? 0.0 : std::floor(plan_.shift[axis]);
+    const auto [cell, fraction] = WholeAndFraction(moved * octave.scale);
+    // The product's rounding, and the octave's own shift.
+    const double rounding = std::fma(moved, octave.scale, -(moved * octave.scale));
+    return {cell, static_cast<float>(fraction + rounding + octave.shift[axis])};
+  }
+
+  // Whether Points() serves positions of so many channels.
+  bool HasPoints(int channels) const {
+    const NoiseParams& p = plan_.params;
+    const bool period = std::any_of(p.period.begin(), p.period.end(), [](int n) { return n != 0; });
+    return p.kind == NoiseKind::kGradient && p.lattice == NoiseLattice::kTessera &&
+           (p.dims == 2 || p.dims == 3) && !slopes_ && !period && p.warp == 0 && p.bias == 0.5 &&
+           p.contrast == 0.5 && channels >= p.dims && channels <= 4;
+  }
+  // The kernel's parameters, but for a row's; `octaves` is kept by the caller.
+  PointRow Points(int channels, std::vector<PointOctave>& octaves) const {
+    const NoiseParams& p = plan_.params;
+    PointRow row;
+    row.channels = channels;
+    row.plain = true;
+    for (int a = 0; a < p.dims; ++a) {
+      const PositionScale scale = ScaleOf(a);
+      std::copy_n(scale.frequency, 2, row.frequency[a]);
+      row.offset[a] = scale.offset;
+      row.plain = row.plain && scale.frequency[1] == 0 && scale.offset == 0;
+    }
+    for (const NoiseOctave& octave : plan_.octaves) {
+      PointOctave o;
+      Split(octave.scale, o.scale);
+      for (int a = 0; a < p.dims; ++a) {
+        const auto [cell, shift] = ShiftOf(octave, a);
+        o.cell[a] = cell;
+        o.shift[a] = shift;
+        o.scaled = o.scaled || shift != 0;
+      }
+      o.scaled = o.scaled || octave.scale != 1;
+      o.seed = octave.seed;
+      o.weight = octave.weight;
+      octaves.push_back(o);
+    }
+    row.octaves = octaves.data();
+    row.octave_count = static_cast<int>(octaves.size());
+    row.fade = plan_.shape.fade;
+    row.scale = plan_.shape.scale;
+    row.sum = p.sum;
+    row.bias = plan_.bias;
+    return row;
   }
 
   struct Scratch {
@@ -89,14 +143,11 @@ class PointField {
         b.cell = base_cell[a];
         b.fraction = base_fraction[a];
         Split(octave.scale, b.scale);
-        const bool periodic = p.period[static_cast<size_t>(a)] > 0;
-        const double moved = periodic ? 0.0 : std::floor(plan_.shift[a]);
-        const auto [cell, fraction] = WholeAndFraction(moved * octave.scale);
-        // The product's rounding, and the octave's own shift.
-        b.shift = static_cast<float>(fraction + std::fma(moved, octave.scale, -(moved * octave.scale)) +
-                                     octave.shift[a]);
+        const auto [cell, shift] = ShiftOf(octave, a);
+        b.shift = shift;
         b.shift_cell = cell;
         b.period = octave.period[a];
+        b.nearest = p.kind == NoiseKind::kHash && octave.period[a] == 0;
         b.out_cell = s.cell[a];
         b.out_fraction = s.fraction[a];
         kernels_.octave(b);
@@ -155,13 +206,20 @@ class NoiseAtStage final : public graph::TileStage {
       : params_(params),
         kernels_(FindNoiseKernels()),
         alpha_(out.alpha),
+        width_(out.width()),
         low_(in.channel_count() >= 2 * params.dims) {
-    const int fields = params.output == NoiseOutput::kColor ? out.channel_count() : 1;
-    for (int c = 0; c < fields; ++c) fields_.emplace_back(params, c);
+    const int fields = HasFieldPerChannel(params) ? out.channel_count() : 1;
+    for (int c = 0; c < fields; ++c) {
+      fields_.emplace_back(FieldParams(params, c), params.output == NoiseOutput::kColor ? c : 0);
+    }
     for (int a = 0; a < params.dims; ++a) scale_[a] = fields_[0].ScaleOf(a);
     for (int a = 0; a < params.dims && params.warp != 0; ++a) warp_.emplace_back(WarpParams(params, a), 0);
+    if (!low_ && fields_[0].HasPoints(std::min(in.channel_count(), 64)))
+      points_ = FindNoisePoints(params.dims);
   }
   Roi InputRoi(int, const Roi& out) const override { return out; }
+  // Positions are read once, in the order of memory.
+  graph::TileSize Preferred() const override { return {width_, std::max(16, 65536 / std::max(width_, 1))}; }
 
   void Run(const graph::TileArgs& args) const override {
     const Roi& r = args.out.roi;
@@ -182,16 +240,35 @@ class NoiseAtStage final : public graph::TileStage {
     std::fill_n(ones, kNoiseBatch, 1.0f);
     std::vector<float*> values;
     for (size_t c = 0; c < fields_.size(); ++c) values.push_back(floats());
-    const bool gradient = params_.output == NoiseOutput::kGradient;
+    const bool gradient = HasSlopes(params_), normal = params_.output == NoiseOutput::kNormal;
+    const bool packed = normal || params_.output == NoiseOutput::kOctaves;
     std::vector<const float*> planes;
     for (int c : args.channels) {
-      planes.push_back(gradient      ? c == 0      ? values[0]
-                                       : c <= dims ? slopes[c - 1]
-                                                   : zeros
-                       : c == alpha_ ? ones
-                                     : values[fields_.size() > 1 ? static_cast<size_t>(c) : 0]);
+      planes.push_back(normal                   ? c < 3    ? slopes[c]
+                                                  : c == 3 ? values[0]
+                                                           : zeros
+                       : gradient               ? c == 0      ? values[0]
+                                                  : c <= dims ? slopes[c - 1]
+                                                              : zeros
+                       : c == alpha_ && !packed ? ones
+                                                : values[fields_.size() > 1 ? static_cast<size_t>(c) : 0]);
     }
     const ConstImageView& in = args.in[0];
+    // Straight from the positions, where the kernel serves; where positions are far away, by batches below.
+    std::vector<float*> rows;
+    uint32_t* wrong = nullptr;
+    const bool straight = points_ != nullptr && in.channels >= dims && in.channels <= 4;
+    std::vector<std::vector<PointOctave>> octaves(fields_.size());
+    std::vector<PointRow> point_rows;
+    if (straight) {
+      wrong = arena.Allocate<uint32_t>(static_cast<size_t>(r.width()) + kNoiseBatch);
+      std::fill_n(wrong, r.width() + kNoiseBatch, 0u);
+      for (size_t c = 0; c < fields_.size(); ++c) {
+        rows.push_back(arena.Allocate<float>(static_cast<size_t>(r.width()) + kNoiseBatch));
+        point_rows.push_back(fields_[c].Points(in.channels, octaves[c]));
+      }
+    }
+    const bool alone = straight && channels == 1 && planes[0] == values[0];
     std::vector<float*> coordinates;
     for (int c = 0; c < in.channels; ++c) coordinates.push_back(floats());
     const auto plane_of = [&](int channel) {
@@ -199,8 +276,24 @@ class NoiseAtStage final : public graph::TileStage {
       return coordinates[static_cast<size_t>(present - args.in_channels[0].begin())];
     };
     for (int y = r.y0; y < r.y1; ++y) {
+      bool complete = straight;
+      for (size_t c = 0; c < fields_.size() && straight; ++c) {
+        if (std::find(planes.begin(), planes.end(), values[c]) == planes.end()) continue;
+        PointRow& row = point_rows[c];
+        row.in = reinterpret_cast<const float*>(in.At(r.x0, y));
+        row.count = r.width();
+        row.out = alone ? reinterpret_cast<float*>(args.out.At(r.x0, y)) : rows[c];
+        row.wrong = wrong;
+        complete = points_(row) && complete;
+      }
+      if (alone && complete) continue;
       for (int x = r.x0; x < r.x1; x += kNoiseBatch) {
         const int count = std::min(kNoiseBatch, r.x1 - x);
+        if (complete) {
+          for (size_t c = 0; c < fields_.size(); ++c) std::copy_n(rows[c] + (x - r.x0), count, values[c]);
+          kernels_.interleave(planes.data(), channels, count, reinterpret_cast<float*>(args.out.At(x, y)));
+          continue;
+        }
         std::fill_n(invalid, kNoiseBatch, 0u);
         kernels_.separate(reinterpret_cast<const float*>(in.At(x, y)), in.channels, count,
                           coordinates.data());
@@ -223,17 +316,27 @@ class NoiseAtStage final : public graph::TileStage {
           fields_[c].Run(count, cell, fraction, invalid, warp_.empty() ? nullptr : warp, scratch, values[c],
                          gradient ? slopes : nullptr);
         }
+        if (straight) {  // each pixel by its own position, whatever its neighbours are
+          const float* const made = reinterpret_cast<const float*>(args.out.At(x, y));
+          for (size_t c = 0; c < fields_.size(); ++c) {
+            const float* const row = alone ? made : rows[c] + (x - r.x0);
+            for (int i = 0; i < count; ++i) values[c][i] = wrong[x - r.x0 + i] != 0 ? values[c][i] : row[i];
+          }
+        }
+        if (normal) kernels_.normal(slopes, dims, count, params_.is_signed);
         kernels_.interleave(planes.data(), channels, count, reinterpret_cast<float*>(args.out.At(x, y)));
       }
+      if (straight) std::fill_n(wrong, r.width(), 0u);
     }
   }
 
  private:
   NoiseParams params_;
   NoiseKernels kernels_;
-  int alpha_ = -1;
+  int alpha_ = -1, width_ = 0;
   bool low_ = false;
   std::vector<PointField> fields_, warp_;
+  NoisePoints points_ = nullptr;
   PositionScale scale_[4];
 };
 
@@ -285,14 +388,14 @@ OpInfo NoiseAtInfo() {
       "gives noise 0.\nSource: van Wijk's spot noise on position buffers, spec/noise.md.";
   info.bound = "3e-6 times the sum of the octaves' weights, for positions whose product with freq is exact";
   info.bound_u = 20;
-  ParamInfo type = ChoiceModifier("type", {"perlin", "white", "value", "simplex", "cell", "sparse", "spot"},
-                                  "kind of noise");
+  ParamInfo type = ChoiceModifier(
+      "type", {"perlin", "white", "value", "simplex", "cell", "sparse", "spot", "hash"}, "kind of noise");
   info.modifiers = {type, IntegerModifier("channels", "1", 1, 64, "channels of the result")};
   for (NoiseKind kind : {NoiseKind::kGradient, NoiseKind::kWhite, NoiseKind::kCell, NoiseKind::kSpot}) {
     for (ParamInfo& param : NoiseModifiers(kind)) {
       if (param.name == "freq") param.default_value = "1", param.help = "cells per unit of position";
       if (param.name == "dims") param.default_value = "3", param.min = 1;
-      if (param.name == "slices" || param.name == "antialias") continue;
+      if (param.name == "slices" || param.name == "antialias" || param.name == "method") continue;
       const bool known = std::any_of(info.modifiers.begin(), info.modifiers.end(),
                                      [&](const ParamInfo& other) { return other.name == param.name; });
       if (!known) info.modifiers.push_back(std::move(param));
@@ -300,7 +403,7 @@ OpInfo NoiseAtInfo() {
   }
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     NoiseKind kind = NoiseKind::kGradient;
-    for (int k = 0; k <= static_cast<int>(NoiseKind::kSpot); ++k) {
+    for (int k = 0; k <= static_cast<int>(NoiseKind::kHash); ++k) {
       if (a.Text("type") == NoiseName(static_cast<NoiseKind>(k))) kind = static_cast<NoiseKind>(k);
     }
     return NoiseAt(in[0], NoiseArguments(kind, a), a.Integer("channels"));
@@ -318,6 +421,8 @@ Node NoiseAt(const Node& position, const NoiseParams& params, int channels) {
   if (channels < 1)
     throw Error("noiseat:channels", "found " + std::to_string(channels) + ", expected at least 1");
   if (params.slices != 1) throw Error("noiseat:slices", "found slices, which only grids have");
+  if (params.method != NoiseMethod::kAuto)
+    throw Error("noiseat:method", "found accumulation, which only grids have");
   return graph::MakeNode(std::make_shared<const ops::NoiseAtOp>(params, channels), {position});
 }
 

@@ -23,7 +23,8 @@ constexpr double kGradientScale[3][5] = {{0, 2, 1.41421356237, 0.96492117, 0.650
                                          {0, 2, 1.41421356237, 0.95702458, 0.64716532},
                                          {0, 2, 1.41421356237, 0.93911873, 0.63884970}};
 constexpr double kOslScale[5] = {0, 0.25, 0.6616, 0.982, 0.8344};
-constexpr double kSimplexScale[5] = {0, 0, 99.204, 76.88, 62.777};
+constexpr double kSimplexScale[5] = {0, 3.1604938, 99.204, 76.88, 62.777};
+constexpr double kOslSimplexScale[5] = {0, 0.36, 64, 68, 54};
 
 // Integral of the squared kernel over space, (1 - r^2)^(2 * power), in each number of dimensions.
 double KernelEnergy(int dims, int power) {
@@ -43,7 +44,7 @@ NoiseShape ShapeOf(const NoiseParams& p) {
   if (p.kind == NoiseKind::kGradient) {
     scale = p.lattice == NoiseLattice::kOsl ? kOslScale[p.dims] : kGradientScale[shape.fade][p.dims];
   } else if (p.kind == NoiseKind::kSimplex) {
-    scale = kSimplexScale[p.dims];
+    scale = p.lattice == NoiseLattice::kOsl ? kOslSimplexScale[p.dims] : kSimplexScale[p.dims];
   } else if (p.kind == NoiseKind::kSparse || p.kind == NoiseKind::kSpot) {
     const bool spot = p.kind == NoiseKind::kSpot;
     const double heights = spot ? 1 : 1.0 / 3;
@@ -81,6 +82,21 @@ double NyquistShare(double cells) { return std::clamp(2 - 2 * cells, 0.0, 1.0); 
 
 }  // namespace
 
+SimplexShear::SimplexShear(int dims, const uint32_t* period) {
+  for (int a = 0; a < dims; ++a) {
+    const int j = dims - 1 - a;  // the factor's column, from the last axis
+    const double length = period[a] != 0 ? period[a] : kLongestSimplexPeriod;
+    for (int row = 0; row <= a; ++row) {
+      const double entry = dims == 1  ? 1
+                           : row == a ? std::sqrt((j + 2.0) / (j + 1))
+                                      : 1 / std::sqrt((j + 1.0) * (j + 2));
+      const double whole = std::round(entry * length);
+      steps[row][a] = static_cast<float>(whole);
+      factor[row][a] = whole / length;
+    }
+  }
+}
+
 uint32_t OctaveSeed(uint32_t seed, int octave, int channel) {
   return Scramble(Scramble(seed + 0x9e3779b9u * static_cast<uint32_t>(channel)) +
                   0x85ebca6bu * static_cast<uint32_t>(octave));
@@ -89,7 +105,7 @@ uint32_t OctaveSeed(uint32_t seed, int octave, int channel) {
 double MeanSize(NoiseKind kind, int dims) {
   constexpr double kGradient[5] = {0, 0.23, 0.255, 0.2094, 0.178};
   constexpr double kValue[5] = {0, 0.443, 0.377, 0.330, 0.294};
-  constexpr double kSimplex[5] = {0, 0, 0.467, 0.314, 0.2225};
+  constexpr double kSimplex[5] = {0, 0.32, 0.467, 0.314, 0.2225};
   constexpr double kCell[5] = {0, 0.29, 0.43, 0.52, 0.59};
   switch (kind) {
     case NoiseKind::kWhite:
@@ -107,11 +123,24 @@ double MeanSize(NoiseKind kind, int dims) {
   }
 }
 
+bool HasFieldPerChannel(const NoiseParams& params) {
+  return params.output == NoiseOutput::kColor || params.output == NoiseOutput::kOctaves;
+}
+
+NoiseParams FieldParams(const NoiseParams& params, int channel) {
+  if (params.output != NoiseOutput::kOctaves) return params;
+  NoiseParams one = params;  // the octave alone
+  one.output = NoiseOutput::kValue;
+  one.octaves = channel < params.octaves ? channel + 1 : 0;
+  one.weights.assign(static_cast<size_t>(one.octaves), 0.0);
+  if (one.octaves > 0) one.weights.back() = 1;
+  return one;
+}
+
 void CheckNoise(const std::string& op, const NoiseParams& p) {
   const bool finite_offset =
       std::all_of(p.offset.begin(), p.offset.end(), [](double v) { return std::fabs(v) <= 0x1p40; });
   Require(p.dims >= 1 && p.dims <= 4, op, "dims", p.dims, "1 to 4");
-  Require(p.kind != NoiseKind::kSimplex || p.dims >= 2, op, "dims", p.dims, "2 to 4 for simplex noise");
   Require(p.frequency >= 0 && p.frequency <= 0x1p40, op, "freq", p.frequency, "0 to 2^40 cells");
   Require(p.aspect >= 1e-3 && p.aspect <= 1e3, op, "aspect", p.aspect, "0.001 to 1000");
   Require(finite_offset, op, "offset", p.offset[0], "numbers within 2^40 cells");
@@ -132,9 +161,14 @@ void CheckNoise(const std::string& op, const NoiseParams& p) {
     throw Error(op + ":lattice",
                 "found perlin, which is published for gradient noise in 1 to 3 dimensions only");
   }
-  if (p.lattice == NoiseLattice::kOsl && p.kind != NoiseKind::kGradient && p.kind != NoiseKind::kWhite) {
-    throw Error(op + ":lattice",
-                "found osl, expected it with gradient (OSL's perlin) or white (cellnoise) noise");
+  if (p.lattice == NoiseLattice::kOsl && p.kind != NoiseKind::kGradient && p.kind != NoiseKind::kWhite &&
+      p.kind != NoiseKind::kSimplex && p.kind != NoiseKind::kHash) {
+    throw Error(
+        op + ":lattice",
+        "found osl, expected it with gradient (OSL's perlin), white (cellnoise), simplex or hash noise");
+  }
+  if (p.kind == NoiseKind::kHash && p.warp != 0) {
+    throw Error(op + ":warp", "found a domain warp, expected none for hash noise, which has no smoothness");
   }
   if (published && p.fade != NoiseFade::kQuintic) {
     throw Error(op + ":fade", "found another fade than quintic, which is what the published lattices have");
@@ -143,8 +177,11 @@ void CheckNoise(const std::string& op, const NoiseParams& p) {
     const int period = p.period[static_cast<size_t>(a)];
     Require(period >= 0 && period <= 1 << 24, op, "period", period, "0 to 2^24 cells");
     if (period == 0) continue;
-    Require(p.kind != NoiseKind::kSimplex, op, "period", period,
-            "none for simplex noise: its lattice is skewed");
+    if (p.kind == NoiseKind::kSimplex) {
+      Require(!published, op, "period", period, "none for OSL's simplex noise, which has no periodic form");
+      Require(period * std::pow(p.lacunarity, std::max(p.octaves - 1, 0)) <= kLongestSimplexPeriod, op,
+              "period", period, "at most 2^20 cells in the highest octave of simplex noise");
+    }
     Require(p.lattice != NoiseLattice::kPerlin, op, "period", period,
             "none for lattice perlin: it repeats after 256 cells");
     Require(p.octaves < 2 || p.lacunarity == std::floor(p.lacunarity), op, "lacunarity", p.lacunarity,
@@ -201,6 +238,13 @@ NoisePlan MakeNoisePlan(const NoiseParams& params, bool on_grid, int channel) {
   }
   plan.bias = static_cast<float>(bias);
   return plan;
+}
+
+int PixelsPerCell(const NoisePlan& plan, const NoiseOctave& octave) {
+  const double pixels = 1 / (plan.step[0] * octave.scale), whole = std::round(pixels);
+  const bool square = plan.step[0] == plan.step[1];
+  return square && whole >= 1 && whole <= 65536 && std::fabs(pixels - whole) < 1e-6 ? static_cast<int>(whole)
+                                                                                    : 0;
 }
 
 LatticePlace PlaceOf(const NoisePlan& plan, const NoiseOctave& octave, int axis, double units) {

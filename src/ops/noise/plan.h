@@ -28,6 +28,14 @@ struct NoisePlan {
   std::vector<NoiseOctave> octaves;  // of nonzero weight
 };
 
+// One field makes every channel, or every channel has one: its parameters, and the channel it is made for.
+bool HasFieldPerChannel(const NoiseParams& params);
+NoiseParams FieldParams(const NoiseParams& params, int channel);
+// Whether a noise's slopes are asked for.
+inline bool HasSlopes(const NoiseParams& params) {
+  return params.output == NoiseOutput::kGradient || params.output == NoiseOutput::kNormal;
+}
+
 // Throws Error naming the parameter.
 void CheckNoise(const std::string& op, const NoiseParams& params);
 // `channel`: of kColor; 0 for the other outputs.
@@ -38,10 +46,14 @@ struct LatticePlace {
   uint32_t cell = 0;
   double fraction = 0;
 };
+// Pixels per cell of an octave, where they are a whole number; else 0.
+int PixelsPerCell(const NoisePlan& plan, const NoiseOctave& octave);
+
 // Of one octave at `units` steps (pixels) along an axis; exact to a rounding of the fraction.
 LatticePlace PlaceOf(const NoisePlan& plan, const NoiseOctave& octave, int axis, double units);
 
-// The mean of |n| of a kind, which faded octaves of a turbulence are replaced by: averages over grids, to about 0.01.
+// The mean of |n| of a kind, which faded octaves of a turbulence are replaced by: averages over grids, to
+// about 0.01.
 double MeanSize(NoiseKind kind, int dims);
 
 // seed, octave and channel to the seed of a lattice.

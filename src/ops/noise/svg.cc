@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "graph/op.h"
-#include "ops/noise/kernels.h"
 #include "ops/modifiers.h"
+#include "ops/noise/kernels.h"
 #include "ops/noise/noise_ops.h"
 #include "tessera/ops/noise.h"
 
@@ -90,6 +90,7 @@ class SvgStage final : public graph::TileStage {
       : params_(p),
         spec_(spec),
         kernels_(FindNoiseKernels()),
+        grid_(FindGridKernels()),
         lattice_(p.seed),
         x_(p.base_frequency[0], p.stitch, p.frame.x0, p.frame.width()),
         y_(p.base_frequency[1], p.stitch, p.frame.y0, p.frame.height()) {
@@ -163,7 +164,7 @@ class SvgStage final : public graph::TileStage {
           row.add = true;
           row.out = out;
           row.scratch = scratch;
-          kernels_.row(row);
+          grid_.row(row);
         }
         for (size_t x = 0; x < width; ++x) out[x] = std::clamp(out[x], 0.0f, 1.0f);
         if (channel >= 4) std::fill_n(out, width, 0.0f);
@@ -192,6 +193,7 @@ class SvgStage final : public graph::TileStage {
   SvgTurbulenceParams params_;
   ImageSpec spec_;
   NoiseKernels kernels_;
+  GridKernels grid_;
   SvgLattice lattice_;
   SvgAxis x_, y_;
   std::vector<Columns> octaves_;

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "graph/op.h"
+#include "ops/modifiers.h"
 #include "ops/noise/field.h"
 #include "ops/noise/gardner.h"
-#include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/noise/texture_shade.h"
 
@@ -180,8 +180,7 @@ OpInfo TextureRow(TextureKind kind, const char* summary, const std::string& help
   info.summary = summary;
   info.help = help +
               "\nLengths are in widths of the display window; colours are linear. time= moves a coordinate "
-              "of the noise, so "
-              "frames flow without flicker; octaves beyond Nyquist are faded.";
+              "of the noise, so frames flow without flicker; octaves beyond Nyquist are faded.";
   info.bound = "4e-5";
   info.bound_u = 672;
   info.modifiers = {NumberModifier("seed", "0", -2147483648.0, 4294967295.0, "whole number, modulo 2^32"),
@@ -268,8 +267,7 @@ OpInfo GardnerInfo() {
       TextureKind::kGardner, "Gardner's product of sums of sines",
       "T = scale * X * Y, X and Y sums over terms= of c_i sin(f_i x + p_i) + t0 with c_1 = amplitude, "
       "c_{i+1} = 0.707 c_i, f_{i+1} = 2 f_i, phases p_i = pi/2 sin(f_{i-1} y). With slices= a volume: a "
-      "third "
-      "factor, inside the ellipsoid that touches the volume's sides, fading towards its rim.",
+      "third factor, inside the ellipsoid that touches the volume's sides, fading towards its rim.",
       "3");
   info.bound = "2e-5 * scale * (terms * (|t0| + |c_1|))^2";
   info.bound_u = 336;

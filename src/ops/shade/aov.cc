@@ -33,7 +33,8 @@ struct Convention {
 
 // Blender: Combined, Position, Normal, Depth, Mist, Vector, IndexOB, IndexMA, DiffCol. Arnold and Karma: P,
 // Pref, N, Z, motionvector, id, albedo. RenderMan: P, __Pworld, Pworld, Nworld, __Nworld, z, depth,
-// dPcameradtime. V-Ray: worldPosition, normals, zDepth, velocity, objectID.
+// dPcameradtime. V-Ray: worldPosition, normals, zDepth, velocity, objectID; from 3ds Max VRayNormals,
+// VRayZDepth, VRayVelocity, VRayObjectID, VRayMtlID.
 const std::vector<Convention>& Conventions() {
   static const std::vector<Convention> kConventions = {
       {Aov::kColor,
@@ -53,7 +54,8 @@ const std::vector<Convention>& Conventions() {
       {Aov::kRest, "rest", {"pref", "__pref", "rest", "__wpref", "wpref", "restposition"}, {}, 3, 3, "X,Y,Z"},
       {Aov::kNormal,
        "normal",
-       {"normal", "n", "nworld", "__nworld", "normals", "worldnormal", "nn", "__n", "denoising normal"},
+       {"normal", "n", "nworld", "__nworld", "normals", "worldnormal", "nn", "__n", "denoising normal",
+        "vraynormals"},
        {},
        3,
        3,
@@ -68,14 +70,16 @@ const std::vector<Convention>& Conventions() {
       {Aov::kMist, "mist", {"mist"}, {"mist"}, 1, 1, "mist"},
       {Aov::kMotion,
        "motion",
-       {"vector", "motionvector", "motion", "velocity", "mv", "dpcameradtime", "motionvecs", "forward"},
+       {"vector", "motionvector", "motion", "velocity", "mv", "dpcameradtime", "motionvecs", "forward",
+        "vrayvelocity"},
        {},
        4,
        2,
        "X,Y,Z,W"},
       {Aov::kId,
        "id",
-       {"indexob", "indexma", "id", "objectid", "obj_id", "nodeid", "materialid", "renderid"},
+       {"indexob", "indexma", "id", "objectid", "obj_id", "nodeid", "materialid", "renderid", "vrayobjectid",
+        "vraymtlid"},
        {"id", "objectid", "indexob", "indexma"},
        1,
        1,
@@ -141,7 +145,6 @@ std::vector<int> Collect(const ImageSpec& spec, const Convention& convention, co
       const std::string& name = spec.channels[static_cast<size_t>(c)];
       const ChannelName first = Split(name);
       if (first.layer != known || !inside(name)) continue;
-      if (convention.components == 1) return {c};
       std::array<int, 4> found = {-1, -1, -1, -1};
       for (int k = 0; k < spec.channel_count(); ++k) {
         const ChannelName other = Split(spec.channels[static_cast<size_t>(k)]);
@@ -149,6 +152,11 @@ std::vector<int> Collect(const ImageSpec& spec, const Convention& convention, co
         if (other.prefix == first.prefix && other.layer == first.layer && component >= 0) {
           found[static_cast<size_t>(component)] = k;
         }
+      }
+      if (convention.components == 1) {
+        // One number, often written as a colour: its first component, never its alpha.
+        const auto first_found = std::find_if(found.begin(), found.begin() + 3, [](int k) { return k >= 0; });
+        return {first_found != found.begin() + 3 ? *first_found : c};
       }
       std::vector<int> channels;
       for (int k = 0; k < convention.components && found[static_cast<size_t>(k)] >= 0; ++k) {
@@ -198,16 +206,13 @@ OpInfo AovInfo() {
   }
   info.help =
       "IMAGE --aov NAME takes the channels that Blender, Arnold, Karma, RenderMan or V-Ray give that "
-      "content, in "
-      "order and renamed to R,G,B,A, X,Y,Z or Z: ViewLayer.Position.X, P.X, __Pworld.r and worldPosition.R "
-      "all are "
+      "content, in order and renamed to R,G,B,A, X,Y,Z or Z: ViewLayer.Position.X, P.X, __Pworld.r and "
+      "worldPosition.R all are "
       "--aov position. Letter case does not matter. Known names (the word before the component): " +
       known +
       ". layer= restricts the search to channels whose names begin so (a view layer). channels= names the "
-      "channels "
-      "instead, as --ch does. mask= names a channel (alpha, coverage): where it is not above 0 the result is "
-      "NaN, "
-      "which later commands leave alone: background keeps its bits.";
+      "channels instead, as --ch does. mask= names a channel (alpha, coverage): where it is not above 0 the "
+      "result is NaN, which later commands leave alone: background keeps its bits.";
   info.bound = "exact";
   ParamInfo name = ChoiceModifier("NAME", {"color"}, "which AOV");
   name.choices.clear();

@@ -5,9 +5,9 @@
 #include <memory>
 #include <utility>
 
-#include "ops/shade/settings.h"
 #include "graph/op.h"
 #include "ops/shade/fog_kernel.h"
+#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 

@@ -18,16 +18,15 @@ namespace {
 ParamInfo ColorModifier() {
   ParamInfo param = ChoiceModifier("color", {"image", "map", "height"},
                                    "fog colour r,g,b; or image: one more operand with a colour per pixel; "
-                                   "map: one more operand, a latitude-longitude "
-                                   "map looked up in the viewing direction; height: by ramp=");
+                                   "map: one more operand, a latitude-longitude map looked up in the viewing "
+                                   "direction; height: by ramp=");
   param.default_value = "0.5,0.5,0.5";
   param.numbers_too = true;
   param.min_count = param.max_count = 3;
   return param;
 }
 ParamInfo RampModifier() {
-  ParamInfo param =
-      ListModifier("ramp", "", 256, -1e38, 1e38, "y0,r,g,b,y1,r,g,b,… for color=height");
+  ParamInfo param = ListModifier("ramp", "", 256, -1e38, 1e38, "y0,r,g,b,y1,r,g,b,… for color=height");
   for (int n = 8; n <= 256; n += 4) param.counts.push_back(n);
   return param;
 }
@@ -128,18 +127,13 @@ void AddPlaceModifiers(OpInfo& info) {
 
 constexpr const char* kCommonHelp =
     "Result = T C + (1 - T) A F for colour C with alpha A (premultiplied; 1 without) and fog colour F; alpha "
-    "and "
-    "further channels stay. The second image has positions (X,Y,Z as its first channels, or a renderer's "
-    "position "
-    "AOV among many), or depths: one channel, or a depth AOV without positions. Planar depths become "
-    "distances by "
-    "camera= (or worldToNDC of the file); depth= says otherwise. eye= is the eye's position; positions in "
-    "camera "
-    "space have it at the origin. color=image, map or height let the colour vary; mask=1 multiplies the "
-    "density by "
-    "an image: coverage (0: background keeps its bits), below 1 for pixels that emit light. Hard cases: T = "
-    "1 keeps "
-    "bits, T = 0 gives A F; distance 0 is clear, infinite gives F, negative depths count as 0; NaN passes. ";
+    "and further channels stay. The second image has positions (X,Y,Z as its first channels, or a renderer's "
+    "position AOV among many), or depths: one channel, or a depth AOV without positions. Planar depths "
+    "become distances by camera= (or worldToNDC of the file); depth= says otherwise. eye= is the eye's "
+    "position; positions in camera space have it at the origin. color=image, map or height let the colour "
+    "vary; mask=1 multiplies the density by an image: coverage (0: background keeps its bits), below 1 for "
+    "pixels that emit light. Hard cases: T = 1 keeps bits, T = 0 gives A F; distance 0 is clear, infinite "
+    "gives F, negative depths count as 0; NaN passes. ";
 
 }  // namespace
 
@@ -197,18 +191,14 @@ OpInfo LayerFogInfo() {
   info.summary = "Fog whose density depends on height, from positions";
   info.help = std::string(
                   "COLOR POSITION --layerfog:layers=y0,s0,y1,s1,…:eye=x,y,z:color=r,g,b. T = exp(-d m), m "
-                  "the mean density between "
-                  "the eye's height and the point's, world y up; exact for every profile, at equal heights "
-                  "the density itself. "
-                  "profile=layers: density s_k from height y_k (included) up to the next, the last one "
-                  "upwards, none below the "
-                  "first; linear: straight between (y_k, s_k), the end values beyond, for any sampled "
-                  "profile; exp: triples y,s,H "
+                  "the mean density between the eye's height and the point's, world y up; exact for every "
+                  "profile, at equal heights the density itself. profile=layers: density s_k from height y_k "
+                  "(included) up to the next, the last one upwards, none below the first; linear: straight "
+                  "between (y_k, s_k), the end values beyond, for any sampled profile; exp: triples y,s,H "
                   "that add up, density s exp(-(h - y) / H). table=N uses the paper's look-up with N entries "
-                  "per axis for "
-                  "comparison: form=1d (mean density by height), 2d (T by distance and height), 3d (and the "
-                  "eye's height), over "
-                  "range=distance,low,high; bits= quantises coordinates and entries, as 8- and 12-bit "
+                  "per axis for comparison: form=1d (mean density by height), 2d (T by distance and height), "
+                  "3d (and the eye's height), over range=distance,low,high; bits= quantises coordinates and "
+                  "entries, as 8- and 12-bit "
                   "framebuffers did.\n") +
               kCommonHelp + "Source: spec/fog.md; Heidrich et al., section 5.2.";
   info.bound = "4 u * (T |C| + (1 - T) |A F|); T within 4 ULP (table=0)";

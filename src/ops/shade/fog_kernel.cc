@@ -17,14 +17,14 @@ namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
 using s::DD;
-using s::V;
-using s::VD;
 using s::EachPart;
 using s::Join;
 using s::JoinIntegers;
+using s::kParts;
 using s::Part;
 using s::SetD;
-using s::kParts;
+using s::V;
+using s::VD;
 namespace {
 
 constexpr double kLog2E = 1.4426950408889634074;

@@ -3,9 +3,9 @@
 #include <memory>
 #include <utility>
 
-#include "ops/shade/settings.h"
 #include "graph/op.h"
 #include "ops/shade/place_kernel.h"
+#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"

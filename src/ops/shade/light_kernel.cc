@@ -16,15 +16,15 @@ namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
 using s::DD;
-using s::V;
-using s::VD;
 using s::EachPart;
 using s::Join;
+using s::kParts;
 using s::LengthOf;
 using s::Part;
 using s::RowTimes;
 using s::SetD;
-using s::kParts;
+using s::V;
+using s::VD;
 namespace {
 
 HWY_INLINE VD DotD(VD x, VD y, VD z, const double* v) {

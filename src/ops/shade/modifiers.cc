@@ -1,7 +1,8 @@
 // Modifiers and checks that the shading commands share.
+#include "ops/modifiers.h"
+
 #include <cmath>
 
-#include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"

@@ -121,15 +121,11 @@ OpInfo DepthInfo() {
   info.summary = "Depth of one kind as another: planar, distance, window";
   info.help =
       "DEPTH --depth:from=window:to=euclidean. planar: along the viewing axis in world units; euclidean: "
-      "distance to "
-      "the eye; window: a depth buffer in [0,1], 0 near, z = n f / (f - w (f - n)); reversed: 1 - w. Between "
-      "planar "
-      "and euclidean the camera matters: camera= with 16 numbers (world to clip) or 32 (world to camera, "
-      "world to "
-      "clip), rows of matrices for column vectors, or else the image's worldToCamera and worldToNDC; d = z "
-      "|ray|, ray of length 1 along the axis. Every channel is converted. NaN stays; infinity stays "
-      "infinite. "
-      "Source: spec/fog.md.";
+      "distance to the eye; window: a depth buffer in [0,1], 0 near, z = n f / (f - w (f - n)); reversed: 1 "
+      "- w. Between planar and euclidean the camera matters: camera= with 16 numbers (world to clip) or 32 "
+      "(world to camera, world to clip), rows of matrices for column vectors, or else the image's "
+      "worldToCamera and worldToNDC; d = z |ray|, ray of length 1 along the axis. Every channel is "
+      "converted. NaN stays; infinity stays infinite. Source: spec/fog.md.";
   info.bound = "16 u * |result| (window depths: 16 u * (|result| + 1))";
   info.bound_u = 16;
   info.modifiers = {ChoiceModifier("from", KindsFrom(0), "kind of depth in the image"),
@@ -151,12 +147,9 @@ OpInfo PositionInfo() {
   info.summary = "World positions from depths and a camera";
   info.help =
       "DEPTH --position:camera=… gives X,Y,Z: eye + depth * ray of the pixel's centre, in world units. "
-      "depth= says "
-      "what the first channel holds (see --depth); a depth channel by a renderer's name is preferred. "
-      "camera= as "
-      "there. Infinite depths give infinite positions; NaN gives NaN. Source: spec/shadow.md (a position AOV "
-      "is "
-      "more accurate where there is one).";
+      "depth= says what the first channel holds (see --depth); a depth channel by a renderer's name is "
+      "preferred. camera= as there. Infinite depths give infinite positions; NaN gives NaN. Source: "
+      "spec/shadow.md (a position AOV is more accurate where there is one).";
   info.bound = "4 u * (|origin| + |depth * ray|) + the depth's own formula, 16 u";
   info.bound_u = 20;
   info.modifiers = {ChoiceModifier("depth", KindsFrom(0), "kind of depth in the image"),
@@ -178,10 +171,8 @@ OpInfo TransformPointsInfo() {
   info.summary = "Points through a 4x4 matrix";
   info.help =
       "POSITION --transform M: the first three channels become M (x,y,z,1), in double, rounded once; M has "
-      "16 "
-      "numbers, row by row, for column vectors. divide=1 divides by w (points where w is 0 become NaN), "
-      "inverse=1 "
-      "uses the inverse. Alpha and further channels keep their bits.";
+      "16 numbers, row by row, for column vectors. divide=1 divides by w (points where w is 0 become NaN), "
+      "inverse=1 uses the inverse. Alpha and further channels keep their bits.";
   info.bound = "2 u * (sum of |products|, over |w|)";
   info.bound_u = 2;
   ParamInfo matrix = ListModifier("M", "", 16, -1e38, 1e38, "16 numbers, row by row");

@@ -3,9 +3,9 @@
 #include <memory>
 #include <utility>
 
-#include "ops/shade/settings.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
+#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "ops/shade/shadow_map.h"
 #include "tessera/error.h"
@@ -14,7 +14,6 @@
 
 namespace tessera::ops {
 namespace {
-
 
 class ShadowOp final : public graph::OpWith<ShadowSettings> {
  public:
@@ -83,18 +82,13 @@ std::vector<ParamInfo> ShadowModifiers() {
 
 constexpr const char* kShadowHelp =
     "light is 16 numbers, row by row: the matrix from world to the light's clip space, projective or "
-    "parallel "
-    "(default the map's worldToNDC). (x,y,z,w) = light (P,1); the map is looked up at s = (x/w+1)/2, t = "
-    "(1-y/w)/2 (row 0 "
-    "on top) and compared with r = (z/w+1)/2: 1 where r <= m + bias. The map holds depth mapped to [0,1], 1 "
-    "where "
-    "nothing was hit. pcf=N averages N x N comparisons: k/N^2 exactly; depths are never averaged. bias=auto "
-    "is, per "
-    "texel, half the taps' width times the slope of the surface around it plus the map's quantisation, and "
-    "what "
-    "half-float positions have lost. Lit: beside the map (outside=dark), beyond its far plane, NaN positions "
-    "and "
-    "texels, texels of 1 and more; dark: behind the light (w <= 0). ";
+    "parallel (default the map's worldToNDC). (x,y,z,w) = light (P,1); the map is looked up at s = "
+    "(x/w+1)/2, t = (1-y/w)/2 (row 0 on top) and compared with r = (z/w+1)/2: 1 where r <= m + bias. The map "
+    "holds depth mapped to [0,1], 1 where nothing was hit. pcf=N averages N x N comparisons: k/N^2 exactly; "
+    "depths are never averaged. bias=auto is, per texel, half the taps' width times the slope of the surface "
+    "around it plus the map's quantisation, and what half-float positions have lost. Lit: beside the map "
+    "(outside=dark), beyond its far plane, NaN positions and texels, texels of 1 and more; dark: behind the "
+    "light (w <= 0). ";
 
 }  // namespace
 
@@ -170,9 +164,7 @@ OpInfo SoftShadowInfo() {
   };
   info.examples = {
       "2 pcf=3 mapbits=16 positionbits=24 "
-      "lights=0.9,0.1,0.05,-0.31,-0.07,0.8,0.2,-0.42,0.11,0.21,1.3,-0.53,0.03,0.07,0.4,1.7,0.91,0.13,0.05,-0."
-      "33,"
-      "-0.07,0.8,0.2,-0.4,0.13,0.21,1.3,-0.5,0.03,0.07,0.43,1.7"};
+      "lights=0.9,0.1,0.05,-0.31,-0.07,0.8,0.2,-0.42,0.11,0.21,1.3,-0.53,0.03,0.07,0.4,1.7,0.91,0.13,0.05,-0.33,-0.07,0.8,0.2,-0.4,0.13,0.21,1.3,-0.5,0.03,0.07,0.43,1.7"};
   return info;
 }
 

@@ -19,16 +19,16 @@ namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
 using s::DD;
-using s::V;
-using s::VD;
 using s::EachPart;
 using s::Join;
 using s::JoinIntegers;
+using s::kParts;
 using s::NumberOr;
 using s::Part;
 using s::RowTimes;
 using s::SetD;
-using s::kParts;
+using s::V;
+using s::VD;
 namespace {
 
 // One block: texel offset of the first tap, depth, and with bilinear weights the fractions.

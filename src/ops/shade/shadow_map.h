@@ -5,16 +5,15 @@
 #include <cstdint>
 #include <memory>
 
-#include "ops/shade/settings.h"
 #include "graph/stage.h"
+#include "ops/shade/settings.h"
 
 namespace tessera::ops {
 
 class ShadowMap {
  public:
   // `depths`: the first channel of a whole float image.
-  ShadowMap(const ConstImageView& depths, const ops::ShadowSettings& settings,
-            const graph::Workers& workers);
+  ShadowMap(const ConstImageView& depths, const ops::ShadowSettings& settings, const graph::Workers& workers);
 
   int width() const { return width_; }
   int height() const { return height_; }

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
-#include "ops/shade/settings.h"
 #include "graph/op.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/noise/plan.h"
+#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "ops/shade/solid_kernel.h"
 #include "tessera/error.h"
@@ -19,7 +19,6 @@
 
 namespace tessera::ops {
 namespace {
-
 
 class SpreadStage final : public graph::TileStage {
  public:

@@ -38,12 +38,10 @@ OpInfo SolidInfo() {
       "of the "
       "spacing, in ink=; halftone: ink where C's luminance is below a screen that sticks to the solid.\n"
       "blend: modulate C S, replace S A, over S A + C (1 - S alpha), add C + S A; C premultiplied by its "
-      "alpha A, which "
-      "stays. lod=1 fades octaves finer than a pixel and reads tables by mip level, by the differences of "
-      "neighbouring "
-      "positions on the same surface. Pixels whose position is NaN keep their bits; an axis of the box "
-      "without extent "
-      "is 1/2. Positions are never filtered. Source: spec/solid-texture.md; Peachey 1985; Perlin 1985.";
+      "alpha A, which stays. lod=1 fades octaves finer than a pixel and reads tables by mip level, by the "
+      "differences of neighbouring positions on the same surface. Pixels whose position is NaN keep their "
+      "bits; an axis of the box without extent is 1/2. Positions are never filtered. Source: "
+      "spec/solid-texture.md; Peachey 1985; Perlin 1985.";
   info.bound = "64 u * max(|C|, A), for the same p and noise";
   info.bound_u = 64;
   ParamInfo box =

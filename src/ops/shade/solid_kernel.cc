@@ -17,14 +17,14 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
-using s::V;
-using s::VD;
 using s::EachPart;
 using s::Join;
+using s::kParts;
 using s::Part;
 using s::RowTimes;
 using s::SetD;
-using s::kParts;
+using s::V;
+using s::VD;
 namespace {
 
 HWY_INLINE V SetF(double v) { return hn::Set(s::D(), static_cast<float>(v)); }

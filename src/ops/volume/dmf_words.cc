@@ -1,6 +1,6 @@
 // Chains of density modulation functions from words.
-#include <charconv>
 #include <cctype>
+#include <charconv>
 #include <map>
 #include <string>
 #include <vector>
@@ -55,8 +55,8 @@ Dmf One(const std::string& text) {
     }
   }
   if (static_cast<int>(numbers.size()) > known->second.most) {
-    throw Error("dmf", "found " + std::to_string(numbers.size()) + " numbers in " + name + ", expected at most " +
-                           std::to_string(known->second.most));
+    throw Error("dmf", "found " + std::to_string(numbers.size()) + " numbers in " + name +
+                           ", expected at most " + std::to_string(known->second.most));
   }
   Dmf step;
   step.kind = known->second.kind;

@@ -6,20 +6,20 @@
 #include <vector>
 
 #include "base/volume_data.h"
-#include "tessera/ops/volume_draw.h"
 #include "tessera/ops/hypertexture.h"
 #include "tessera/ops/volume.h"
+#include "tessera/ops/volume_draw.h"
 
 namespace tessera::ops::volume {
 
-inline constexpr int kPacket = 16;        // rays that go together: 4x4 pixels
-inline constexpr int kTile = 16;          // pixels of a cone's side
+inline constexpr int kPacket = 16;  // rays that go together: 4x4 pixels
+inline constexpr int kTile = 16;    // pixels of a cone's side
 using base::kPairSize;
 using base::kSurfaceStep;
 using base::kTransferSize;
 
-// Rays in voxels: position = origin + s direction, s = planar depth - middle, both affine in the pixel, counted from
-// the window's middle.
+// Rays in voxels: position = origin + s direction, s = planar depth - middle, both affine in the pixel,
+// counted from the window's middle.
 struct RaySet {
   float origin[3][3], direction[3][3];  // [axis]: constant, times x, times y
   float middle_x = 0, middle_y = 0;     // pixel coordinates
@@ -28,9 +28,9 @@ struct RaySet {
   float to_world[3] = {0, 0, 0};        // world position of voxel (0, 0, 0)
   float low[3], high[3];                // the box, in voxels
   bool perspective = false;
-  bool cut = false;                     // by planes
+  bool cut = false;  // by planes
   int planes = 0;
-  float plane[16][4];                   // normal and offset in voxels: n . p - offset >= 0 is kept
+  float plane[16][4];  // normal and offset in voxels: n . p - offset >= 0 is kept
 };
 
 // The field's samples.
@@ -38,19 +38,20 @@ struct Field {
   const void* samples = nullptr;
   PixelType type = PixelType::kFloat;
   int32_t row = 0, slice = 0;
-  float last[3];                    // largest coordinate of a sample
-  float scale = 1, bias = 0;        // value = scale * code + bias
-  // Per block: 0 where it matters, else 1 + voxels; upper byte: pace. `own` is about the field itself, `leap` about
-  // points from which the field may be read in a block that matters, displaced.
+  float last[3];              // largest coordinate of a sample
+  float scale = 1, bias = 0;  // value = scale * code + bias
+  // Per block: 0 where it matters, else 1 + voxels; upper byte: pace. `own` is about the field itself, `leap`
+  // about points from which the field may be read in a block that matters, displaced.
   const uint16_t *leap = nullptr, *own = nullptr;
-  int32_t blocks[2] = {0, 0};       // along x; along x times y
+  int32_t blocks[2] = {0, 0};  // along x; along x times y
   int shift = 2;
-  float pace = 0;                   // of the upper byte: voxels per code of the field and unit
+  float pace = 0;  // of the upper byte: voxels per code of the field and unit
   bool leaps = true;
 };
 
 struct NoiseView {
   const uint16_t* samples = nullptr;  // of texel (0, 0, 0)
+  const uint16_t* cells = nullptr;    // of blocks of one channel
   int32_t row = 0, slice = 0, size = 0;
   float scale = 1, bias = 0;
   float times[3] = {1, 1, 1}, plus[3] = {0, 0, 0};  // from voxels to blocks
@@ -90,15 +91,18 @@ struct Target {
 struct SurfaceArgs {
   RaySet rays;
   Field field;
-  float level = 0, side = 1;   // side * (code - level) is negative inside
-  float margin = 0;            // rounding of the field, codes
+  float level = 0, side = 1;  // side * (code - level) is negative inside
+  float margin = 0;           // rounding of the field, codes
   VolumeMode mode = VolumeMode::kIso;
   Light light;
-  NoiseView noise;             // kSolid, kBump, kMelt
-  ColorTable colors;           // kSolid
-  float k = 2;                 // kBump
-  float sag[4] = {0, 0, 0, 0}; // kMelt: amount in voxels, low and inverse height of the body in voxels, noise part
-  float slow = 1;              // 1 / (1 + slope of the displacement)
+  NoiseView noise;    // kSolid, kBump, kMelt
+  ColorTable colors;  // kSolid
+  float k = 2;        // kBump
+  float sag[4] = {0, 0, 0,
+                  0};  // kMelt: amount in voxels, low and inverse height of the body in voxels, noise part
+  // Bound of the displacement's slope along a ray of unit direction d, t of the way down: t steep[0] |d.y| +
+  // t^2 (steep[1] |d.x| + steep[2] |d.y| + steep[3] |d.z|).
+  float steep[4] = {0, 0, 0, 0};
 };
 
 struct MediumArgs {
@@ -109,18 +113,18 @@ struct MediumArgs {
   Classification classification = Classification::kPost;
   Look look = Look::kPlain;
   Light light;
-  ColorTable transfer;         // entries of colour and extinction per world unit
+  ColorTable transfer;           // entries of colour and extinction per world unit
   const float* pairs = nullptr;  // pre-integrated: kPairSize^2 entries
-  float step = 0.01f;          // world units (kStacks: unused)
-  int axis = 2;                // kStacks
-  float opaque = 1;            // ends at this alpha
+  float step = 0.01f;            // world units (kStacks: unused)
+  int axis = 2;                  // kStacks
+  float opaque = 1;              // ends at this alpha
   // Hypertexture: the density of a distance and its modulation.
   bool hyper = false;
   float outer = 0, per_width = 0;  // D = (outer - d) * per_width; 0: hard at outer
   NoiseView fur;
-  float droop = 0;             // voxels
+  float droop = 0;  // voxels
   float fur_lean[3] = {0, 0, 0};
-  bool zero_stays = false;     // no step makes density of nothing, and nothing is transparent
+  bool zero_stays = false;  // no step makes density of nothing, and nothing is transparent
   std::vector<DmfStep> steps;
   float mip_times = 1, mip_plus = 0;
 };

@@ -1,4 +1,5 @@
-// What a medium is at a point: a value of the field, or hypertexture's density, its classification, and a normal.
+// What a medium is at a point: a value of the field, or hypertexture's density, its classification, and a
+// normal.
 #if defined(TESSERA_OPS_VOLUME_MEDIUM_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_OPS_VOLUME_MEDIUM_INL_H_
 #undef TESSERA_OPS_VOLUME_MEDIUM_INL_H_
@@ -16,15 +17,16 @@ namespace tessera::ops::volume::HWY_NAMESPACE {
 using Kind = Dmf::Kind;
 
 // Turbulence at p by the lookups that a step asks for.
-HWY_INLINE V Turbulence(const DmfStep& step, const Vec3& p, uint32_t lanes) {
+HWY_INLINE V Turbulence(const DmfStep& step, const Vec3& p) {
   switch (step.lookup) {
     case TurbulenceLookup::kBlock:
-      return NoiseValue(step.noise, p, lanes);
+      return NoiseValue(step.noise, p);
     case TurbulenceLookup::kFourChannels: {
       V c[4];
-      NoiseChannels(step.noise, p, lanes, c);
+      NoiseChannels(step.noise, p, c);
       V sum = hn::Abs(c[0]);
-      for (int k = 1; k < 4; ++k) sum = hn::MulAdd(hn::Abs(c[k]), Set(1.0f / static_cast<float>(1 << k)), sum);
+      for (int k = 1; k < 4; ++k)
+        sum = hn::MulAdd(hn::Abs(c[k]), Set(1.0f / static_cast<float>(1 << k)), sum);
       return sum;
     }
     default: {
@@ -32,7 +34,7 @@ HWY_INLINE V Turbulence(const DmfStep& step, const Vec3& p, uint32_t lanes) {
       V sum = hn::Zero(D());
       for (int k = 0; k < octaves; ++k) {
         const auto scale = static_cast<float>(1 << k);
-        sum = hn::MulAdd(hn::Abs(NoiseValue(step.noise, p, lanes, scale)), Set(1 / scale), sum);
+        sum = hn::MulAdd(hn::Abs(NoiseValue(step.noise, p, scale)), Set(1 / scale), sum);
       }
       return sum;
     }
@@ -41,95 +43,97 @@ HWY_INLINE V Turbulence(const DmfStep& step, const Vec3& p, uint32_t lanes) {
 
 // What a sample is: a value for the transfer function and, where it is lit, a normal.
 struct Sample {
-  V value;            // field value, or density
-  V distance;         // hypertexture
-  Vec3 normal;        // world, outward; unit or zero
+  V value;      // field value, or density
+  V distance;   // hypertexture
+  Vec3 normal;  // world, outward; unit or zero
 };
 
 template <typename T>
 class Medium {
  public:
-  explicit Medium(const MediumArgs& args) : args_(args), samples_(static_cast<const T*>(args.field.samples)) {}
+  explicit Medium(const MediumArgs& args)
+      : args_(args), samples_(static_cast<const T*>(args.field.samples)) {}
 
-  HWY_INLINE V Value(const Vec3& p, uint32_t lanes) const {
+  HWY_INLINE V Value(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    const V code = Trilinear(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f, lanes);
+    const V code = Trilinear(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f);
     return hn::MulAdd(code, Set(f.scale), Set(f.bias));
   }
-  HWY_INLINE ValueAndGradient ValueGradient(const Vec3& p, uint32_t lanes) const {
+  HWY_INLINE ValueAndGradient ValueGradient(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f, lanes);
+    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f);
     r.value = hn::MulAdd(r.value, Set(f.scale), Set(f.bias));
     r.gradient = Scaled(r.gradient, Set(f.scale));
     return r;
   }
 
-  HWY_INLINE Sample Density(const Vec3& p, uint32_t lanes) const {
+  HWY_INLINE Sample Density(const Vec3& p) const {
     Sample r;
     if (args_.look == Look::kPlain) {
-      r.value = Value(p, lanes);
+      r.value = Value(p);
       return r;
     }
-    const ValueAndGradient v = ValueGradient(p, lanes);
+    const ValueAndGradient v = ValueGradient(p);
     r.value = v.value;
     r.normal = WorldNormal(args_.rays, v.gradient, -1);  // denser is inside
     return r;
   }
 
   // Lanes in which there is no density leave the set.
-  HWY_INLINE Sample Hyper(const Vec3& p, uint32_t& lanes) const {
+  HWY_INLINE Sample Hyper(const Vec3& p, M& lanes) const {
     const Field& f = args_.field;
     const DI di;
     Vec3 q = p;
     V turbulence = hn::Zero(D());
-    for (const DmfStep& step : args_.steps) Move(step, p, lanes, q, turbulence);
+    for (const DmfStep& step : args_.steps) Move(step, p, q, turbulence);
     Sample r;
     r.value = r.distance = hn::Zero(D());
     const Cell c = Locate(f, q);
     if (f.leaps) {
       const VI own = hn::And(LeapOf(f, f.own, c), hn::Set(di, 255));
-      lanes &= Bits(hn::RebindMask(D(), hn::Eq(own, hn::Zero(di))));
-      if (lanes == 0) return r;
+      lanes = hn::And(lanes, hn::RebindMask(D(), hn::Eq(own, hn::Zero(di))));
+      if (hn::AllFalse(D(), lanes)) return r;
     }
     const VI index = IndexOf(c, f.row, f.slice);
-    r.distance = hn::MulAdd(Trilinear(samples_, f.row, f.slice, index, c.f, lanes), Set(f.scale), Set(f.bias));
+    r.distance = hn::MulAdd(Trilinear(samples_, f.row, f.slice, index, c.f), Set(f.scale), Set(f.bias));
     const V inside = hn::Sub(Set(args_.outer), r.distance);
     V t = args_.per_width > 0 ? Clamp01(hn::Mul(inside, Set(args_.per_width)))
                               : hn::IfThenElseZero(hn::Ge(inside, hn::Zero(D())), Set(1));
     if (args_.zero_stays) {
-      lanes &= Bits(hn::Gt(t, hn::Zero(D())));
-      if (lanes == 0) return r;
+      lanes = hn::And(lanes, hn::Gt(t, hn::Zero(D())));
+      if (hn::AllFalse(D(), lanes)) return r;
     }
     if (args_.look != Look::kPlain) {
-      const ValueAndGradient v = TrilinearGradient(samples_, f.row, f.slice, index, c.f, lanes);
+      const ValueAndGradient v = TrilinearGradient(samples_, f.row, f.slice, index, c.f);
       r.normal = WorldNormal(args_.rays, v.gradient, f.scale < 0 ? -1 : 1);
     }
-    if (args_.look == Look::kFur) t = Strands(p, lanes, r, t);
-    for (const DmfStep& step : args_.steps) t = Modulate(step, p, r.distance, turbulence, lanes, t);
+    if (args_.look == Look::kFur) t = Strands(p, r, t);
+    for (const DmfStep& step : args_.steps) t = Modulate(step, p, r.distance, turbulence, t);
     r.value = t;
     return r;
   }
 
  private:
-  HWY_INLINE void Move(const DmfStep& step, const Vec3& p, uint32_t lanes, Vec3& q, V& turbulence) const {
+  HWY_INLINE void Move(const DmfStep& step, const Vec3& p, Vec3& q, V& turbulence) const {
     switch (step.kind) {
       case Kind::kWarp: {
         V n[4];
-        NoiseChannels(step.noise, p, lanes, n);
+        NoiseChannels(step.noise, p, n);
         q.x = hn::MulAdd(n[0], Set(step.amount / args_.rays.spacing[0]), q.x);
         q.y = hn::MulAdd(n[1], Set(step.amount / args_.rays.spacing[1]), q.y);
         q.z = hn::MulAdd(n[2], Set(step.amount / args_.rays.spacing[2]), q.z);
         return;
       }
       case Kind::kLift:
-        turbulence = Turbulence(step, p, lanes);
+        turbulence = Turbulence(step, p);
         q.y = hn::NegMulAdd(turbulence, Set(step.amount), q.y);
         return;
       case Kind::kSwell: {
-        const V grow = hn::Mul(hn::Sub(Turbulence(step, p, lanes), Set(step.second)), Set(step.amount));
-        const auto axis = [&](V v, float last) HWY_ATTR { return hn::MulAdd(hn::Sub(v, Set(0.5f * last)), grow, v); };
+        const V grow = hn::Mul(hn::Sub(Turbulence(step, p), Set(step.second)), Set(step.amount));
+        const auto axis = [&](V v, float last)
+                              HWY_ATTR { return hn::MulAdd(hn::Sub(v, Set(0.5f * last)), grow, v); };
         q = {axis(q.x, args_.field.last[0]), axis(q.y, args_.field.last[1]), axis(q.z, args_.field.last[2])};
         return;
       }
@@ -138,7 +142,7 @@ class Medium {
     }
   }
 
-  HWY_INLINE V Modulate(const DmfStep& step, const Vec3& p, V distance, V turbulence, uint32_t lanes, V t) const {
+  HWY_INLINE V Modulate(const DmfStep& step, const Vec3& p, V distance, V turbulence, V t) const {
     const D d;
     const V one = Set(1);
     switch (step.kind) {
@@ -151,9 +155,9 @@ class Medium {
         return hn::IfThenElse(low, half, hn::Sub(one, half));
       }
       case Kind::kNoise:
-        return Clamp01(hn::MulAdd(NoiseValue(step.noise, p, lanes), Set(step.amount), t));
+        return Clamp01(hn::MulAdd(NoiseValue(step.noise, p), Set(step.amount), t));
       case Kind::kTurbulence: {
-        const V found = step.again ? turbulence : Turbulence(step, p, lanes);
+        const V found = step.again ? turbulence : Turbulence(step, p);
         const V factor = hn::MulAdd(found, Set(step.amount), Set(1 - step.amount));
         return Clamp01(hn::Mul(t, factor));
       }
@@ -177,8 +181,9 @@ class Medium {
     }
   }
 
-  // Hair: where the noise at a strand's foot is strong. The foot lies along the gradient, and up where strands droop.
-  HWY_INLINE V Strands(const Vec3& p, uint32_t lanes, Sample& r, V t) const {
+  // Hair: where the noise at a strand's foot is strong. The foot lies along the gradient, and up where
+  // strands droop.
+  HWY_INLINE V Strands(const Vec3& p, Sample& r, V t) const {
     const D d;
     const RaySet& set = args_.rays;
     const V height = hn::Sub(Set(1), t);
@@ -190,12 +195,14 @@ class Medium {
       const V along = hn::Mul(n, back);
       return hn::MulAdd(hn::MulAdd(l, bend, along), Set(1 / spacing), v);
     };
-    const Vec3 foot = {axis(p.x, r.normal.x, across.x, set.spacing[0]), axis(p.y, r.normal.y, across.y, set.spacing[1]),
+    const Vec3 foot = {axis(p.x, r.normal.x, across.x, set.spacing[0]),
+                       axis(p.y, r.normal.y, across.y, set.spacing[1]),
                        axis(p.z, r.normal.z, across.z, set.spacing[2])};
     // The strand's direction: the surface's normal, bent.
     const V tilt = hn::Mul(Set(2 * args_.droop * args_.per_width), height);
     r.normal = Unit(AddScaled(r.normal, across, tilt));
-    const V n = Clamp01(hn::MulAdd(NoiseValue(args_.fur, foot, lanes), Set(static_cast<float>(base::kFurSpread)), Set(0.5f)));
+    const V n = Clamp01(
+        hn::MulAdd(NoiseValue(args_.fur, foot), Set(static_cast<float>(base::kFurSpread)), Set(0.5f)));
     const M low = hn::Lt(n, Set(0.5f));
     const V u = hn::IfThenElse(low, n, hn::Sub(Set(1), n));
     const V cube = hn::Mul(hn::Mul(Set(4), u), hn::Mul(u, u));  // gain of 0.875
@@ -208,74 +215,53 @@ class Medium {
 
  public:
   // Colour and extinction interpolated from those of the eight voxels around p.
-  s::Pixels Classified(const Vec3& p, uint32_t lanes) const {
+  s::Pixels Classified(const Vec3& p) const {
     const D d;
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    HWY_ALIGN int32_t at[kLanes];
-    HWY_ALIGN float place[3][kLanes], sums[4][kLanes] = {};
-    hn::Store(IndexOf(c, f.row, f.slice), DI(), at);
-    hn::Store(c.f.x, d, place[0]);
-    hn::Store(c.f.y, d, place[1]);
-    hn::Store(c.f.z, d, place[2]);
-    const ColorTable& t = args_.transfer;
-    for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-      const int l = __builtin_ctz(rest);
-      const T* const q = samples_ + at[l];
-      HWY_ALIGN float codes[8];
-      Store4(Pairs(q, q + f.row), codes);
-      Store4(Pairs(q + f.slice, q + f.slice + f.row), codes + 4);
-      float sum[4] = {};
-      for (int corner = 0; corner < 8; ++corner) {
-        const float fx = place[0][l], fy = place[1][l], fz = place[2][l];
-        const float weight = ((corner & 1) ? fx : 1 - fx) * ((corner & 2) ? fy : 1 - fy) * ((corner & 4) ? fz : 1 - fz);
-        const float u = (codes[corner] * f.scale + f.bias) * t.times + t.plus;
-        const float in = std::min(std::max(u, 0.0f), static_cast<float>(t.size - 1));
-        const int entry = static_cast<int>(in);
-        const float part = in - static_cast<float>(entry);
-        const float* const e = t.entries + ptrdiff_t{4} * entry;
-        const float extinction = weight * (e[3] + part * (e[7] - e[3]));
-        for (int k = 0; k < 3; ++k) sum[k] += extinction * (e[k] + part * (e[k + 4] - e[k]));
-        sum[3] += extinction;
-      }
-      for (int k = 0; k < 4; ++k) sums[k][l] = sum[k];
+    const VI index = IndexOf(c, f.row, f.slice);
+    const V one = Set(1);
+    s::Pixels sum = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    const auto add = [&](V code, V weight) HWY_ATTR {
+      const s::Pixels e = ColorOf(args_.transfer, hn::MulAdd(code, Set(f.scale), Set(f.bias)));
+      const V there = hn::Mul(weight, e.a);
+      sum.r = hn::MulAdd(there, e.r, sum.r);
+      sum.g = hn::MulAdd(there, e.g, sum.g);
+      sum.b = hn::MulAdd(there, e.b, sum.b);
+      sum.a = hn::Add(sum.a, there);
+    };
+    for (int line = 0; line < 4; ++line) {
+      V low, high;
+      PairAt(samples_, ptrdiff_t{line & 1} * f.row + ptrdiff_t{line >> 1} * f.slice, index, low, high);
+      const V weight = hn::Mul((line & 1) != 0 ? c.f.y : hn::Sub(one, c.f.y),
+                               (line >> 1) != 0 ? c.f.z : hn::Sub(one, c.f.z));
+      add(low, hn::Mul(weight, hn::Sub(one, c.f.x)));
+      add(high, hn::Mul(weight, c.f.x));
     }
-    s::Pixels r;
-    r.a = hn::Load(d, sums[3]);
-    const V per = hn::IfThenElseZero(hn::Gt(r.a, hn::Zero(d)), hn::Div(Set(1), hn::Max(r.a, Set(1e-30f))));
-    r.r = hn::Mul(hn::Load(d, sums[0]), per);
-    r.g = hn::Mul(hn::Load(d, sums[1]), per);
-    r.b = hn::Mul(hn::Load(d, sums[2]), per);
-    return r;
+    const V per = hn::IfThenElseZero(hn::Gt(sum.a, hn::Zero(d)), hn::Div(one, hn::Max(sum.a, Set(1e-30f))));
+    return {hn::Mul(sum.r, per), hn::Mul(sum.g, per), hn::Mul(sum.b, per), sum.a};
   }
 
   // Colour and mean extinction of a segment between two values.
-  s::Pixels Integrated(V front, V back, uint32_t lanes) const {
+  s::Pixels Integrated(V front, V back) const {
     const D d;
+    const DI di;
     const ColorTable& t = args_.transfer;
     const float per = static_cast<float>(kPairSize - 1) / static_cast<float>(t.size - 1);
-    const auto place = [&](V v, int32_t* at, float* part) HWY_ATTR {
+    const auto place = [&](V v, VI& whole) HWY_ATTR {
       V u = hn::Mul(hn::MulAdd(v, Set(t.times), Set(t.plus)), Set(per));
       u = hn::Min(hn::Max(u, hn::Zero(d)), Set(static_cast<float>(kPairSize - 1)));
-      const VI whole = hn::ConvertTo(DI(), u);
-      hn::Store(whole, DI(), at);
-      hn::Store(hn::Sub(u, hn::ConvertTo(d, whole)), d, part);
+      whole = hn::ConvertTo(di, u);
+      return hn::Sub(u, hn::ConvertTo(d, whole));
     };
-    HWY_ALIGN int32_t i[kLanes], j[kLanes];
-    HWY_ALIGN float fx[kLanes], fy[kLanes];
-    place(front, i, fx);
-    place(back, j, fy);
-    Rows rows;
-    for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-      const int l = __builtin_ctz(rest);
-      const float* const e = args_.pairs + ptrdiff_t{4} * (ptrdiff_t{j[l]} * (kPairSize + 1) + i[l]);
-      constexpr ptrdiff_t kRow = ptrdiff_t{4} * (kPairSize + 1);
-      Store4(Lerp4(Lerp4(Four(e), Four(e + 4), fx[l]), Lerp4(Four(e + kRow), Four(e + kRow + 4), fx[l]), fy[l]),
-             rows.v + 4 * l);
-    }
-    s::Pixels c;
-    rows.Read(c.r, c.g, c.b, c.a);
-    return c;
+    VI i, j;
+    const V fx = place(front, i), fy = place(back, j);
+    constexpr int kRow = kPairSize + 1;
+    const VI entry = hn::Add(hn::Mul(j, hn::Set(di, kRow)), i);
+    const auto line = [&](ptrdiff_t further) HWY_ATTR {
+      return Mixed(EntryAt(args_.pairs, entry, further), EntryAt(args_.pairs, entry, further + 1), fx);
+    };
+    return Mixed(line(0), line(kRow), fy);
   }
 };
 

@@ -26,18 +26,21 @@ HWY_INLINE Lattice LatticeOf(const MediumArgs& args, const Ray& ray) {
   if (args.method == VolumeMethod::kSlices) {
     l.step = Set(args.step);
     const V depth = hn::Add(ray.enter, Set(set.middle_depth));
-    l.base = hn::Sub(hn::Mul(hn::Add(hn::Floor(hn::Div(depth, l.step)), half), l.step), Set(set.middle_depth));
+    l.base =
+        hn::Sub(hn::Mul(hn::Add(hn::Floor(hn::Div(depth, l.step)), half), l.step), Set(set.middle_depth));
   } else if (args.method == VolumeMethod::kShells && set.perspective) {
     l.step = hn::Div(Set(args.step), ray.world);
     const V depth = hn::Add(ray.enter, Set(set.middle_depth));
-    l.base = hn::Sub(hn::Mul(hn::Add(hn::Floor(hn::Div(depth, l.step)), half), l.step), Set(set.middle_depth));
+    l.base =
+        hn::Sub(hn::Mul(hn::Add(hn::Floor(hn::Div(depth, l.step)), half), l.step), Set(set.middle_depth));
   } else if (args.method == VolumeMethod::kStacks || args.method == VolumeMethod::kShearWarp) {
     const V o = args.axis == 0 ? ray.origin.x : args.axis == 1 ? ray.origin.y : ray.origin.z;
     const V dir = args.axis == 0 ? ray.direction.x : args.axis == 1 ? ray.direction.y : ray.direction.z;
     const V size = hn::Max(hn::Abs(dir), hn::Mul(Set(1e-4f), ray.length));
     l.step = hn::Div(Set(1), size);
     const V at = hn::MulAdd(ray.enter, dir, o);
-    l.base = hn::Div(hn::Sub(hn::Round(at), o), hn::IfThenElse(hn::Lt(dir, hn::Zero(d)), hn::Neg(size), size));
+    l.base =
+        hn::Div(hn::Sub(hn::Round(at), o), hn::IfThenElse(hn::Lt(dir, hn::Zero(d)), hn::Neg(size), size));
   } else {
     l.step = hn::Div(Set(args.step), ray.world);
     l.base = hn::MulAdd(half, l.step, ray.enter);
@@ -50,8 +53,8 @@ HWY_INLINE Lattice LatticeOf(const MediumArgs& args, const Ray& ray) {
 
 // The sums along rays.
 struct Sums {
-  V r, g, b, a;   // colour, alpha (or the sum, or the maximum)
-  V depth;        // where alpha passes 1/2
+  V r, g, b, a;  // colour, alpha (or the sum, or the maximum)
+  V depth;       // where alpha passes 1/2
   M deep;
 };
 
@@ -90,8 +93,8 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
       active = hn::And(active, inside());
       if (hn::AllFalse(d, active)) return sums;
     }
-    uint32_t lanes = Bits(active);
-    if (lanes == 0) return sums;
+    M lanes = active;
+    if (hn::AllFalse(d, lanes)) return sums;
 
     // How much of the segment is inside: 1 but at the ends.
     const V low = hn::Max(Set(-0.5f), hn::Mul(hn::Sub(ray.begin, along), per_step));
@@ -101,31 +104,29 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
     s::Pixels c;
     if (args.hyper) {
       sample = medium.Hyper(p, lanes);
-      if (lanes == 0) {
+      if (hn::AllFalse(d, lanes)) {
         i = hn::Add(i, direction);
         active = hn::And(active, inside());
         if (hn::AllFalse(d, active)) return sums;
         continue;
       }
-      c = ColorOf(args.transfer, sample.value, lanes);
+      c = ColorOf(args.transfer, sample.value);
     } else if (args.classification == Classification::kPost) {
-      sample = medium.Density(p, lanes);
-      c = ColorOf(args.transfer, sample.value, lanes);
+      sample = medium.Density(p);
+      c = ColorOf(args.transfer, sample.value);
     } else {
-      if (args.look != Look::kPlain) sample = medium.Density(p, lanes);
+      if (args.look != Look::kPlain) sample = medium.Density(p);
       if (args.classification == Classification::kPre) {
-        c = medium.Classified(p, lanes);
+        c = medium.Classified(p);
       } else {
         const V half = hn::Mul(Set(0.5f), lattice.step);
-        c = medium.Integrated(medium.Value(At(ray, hn::Sub(along, half)), lanes),
-                              medium.Value(At(ray, hn::Add(along, half)), lanes), lanes);
+        c = medium.Integrated(medium.Value(At(ray, hn::Sub(along, half))),
+                              medium.Value(At(ray, hn::Add(along, half))));
       }
     }
-    const uint8_t bits[8] = {static_cast<uint8_t>(lanes), static_cast<uint8_t>(lanes >> 8)};
-    const M counts = hn::LoadMaskBits(d, bits);
-    const V share = hn::IfThenElseZero(counts, whole);
+    const V share = hn::IfThenElseZero(lanes, whole);
     if (args.mode == VolumeMode::kMip) {
-      const V v = Clamp01(hn::MulAdd(medium.Value(p, lanes), Set(args.mip_times), Set(args.mip_plus)));
+      const V v = Clamp01(hn::MulAdd(medium.Value(p), Set(args.mip_times), Set(args.mip_plus)));
       sums.a = hn::IfThenElse(hn::Gt(share, zero), hn::Max(sums.a, v), sums.a);
     } else if (args.mode == VolumeMode::kXray) {
       sums.a = hn::MulAdd(hn::Mul(c.a, length), share, sums.a);
@@ -138,18 +139,23 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
         b = hn::MulAdd(b, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[2] : 1)), shine.gloss);
       } else if (args.look == Look::kFur) {
         // Kajiya and Kay: light across the strand, darker towards the roots.
-        const Vec3 l = {Set(args.light.direction[0]), Set(args.light.direction[1]), Set(args.light.direction[2])};
+        const Vec3 l = {Set(args.light.direction[0]), Set(args.light.direction[1]),
+                        Set(args.light.direction[2])};
         const V cosine = Dot(sample.normal, l), view = Dot(sample.normal, to_eye);
         const V across = hn::Sqrt(hn::Max(hn::NegMulAdd(cosine, cosine, one), zero));
         const V aside = hn::Sqrt(hn::Max(hn::NegMulAdd(view, view, one), zero));
         const V facing = hn::MulAdd(cosine, Set(0.5f), Set(0.5f));
-        const V height = Clamp01(hn::Sub(one, hn::Mul(hn::Sub(Set(args.outer), sample.distance), Set(args.per_width))));
+        const V height =
+            Clamp01(hn::Sub(one, hn::Mul(hn::Sub(Set(args.outer), sample.distance), Set(args.per_width))));
         const V occlusion = hn::MulAdd(height, Set(static_cast<float>(1 - base::kFurRoot)),
                                        Set(static_cast<float>(base::kFurRoot)));
-        const V diffuse = hn::Mul(hn::Mul(Set(args.light.diffuse), facing), hn::MulAdd(across, Set(0.6f), Set(0.4f)));
+        const V diffuse =
+            hn::Mul(hn::Mul(Set(args.light.diffuse), facing), hn::MulAdd(across, Set(0.6f), Set(0.4f)));
         const V lit = hn::Mul(occlusion, hn::Add(diffuse, Set(args.light.ambient)));
-        const V gleam = Power(hn::Max(hn::NegMulAdd(cosine, view, hn::Mul(across, aside)), zero), args.light.exponent);
-        const V gloss = hn::Mul(hn::Mul(Set(args.light.specular), gleam), hn::Mul(hn::Mul(facing, facing), occlusion));
+        const V gleam =
+            Power(hn::Max(hn::NegMulAdd(cosine, view, hn::Mul(across, aside)), zero), args.light.exponent);
+        const V gloss =
+            hn::Mul(hn::Mul(Set(args.light.specular), gleam), hn::Mul(hn::Mul(facing, facing), occlusion));
         r = hn::MulAdd(hn::Mul(r, Set(args.light.color[0])), lit, gloss);
         g = hn::MulAdd(hn::Mul(g, Set(args.light.color[1])), lit, gloss);
         b = hn::MulAdd(hn::Mul(b, Set(args.light.color[2])), lit, gloss);
@@ -162,7 +168,8 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
         sums.b = hn::MulAdd(b, alpha, sums.b);
         sums.a = hn::Add(sums.a, alpha);
       } else if (backwards) {
-        const auto over = [&](V under, V color) HWY_ATTR { return hn::MulAdd(alpha, hn::Sub(color, under), under); };
+        const auto over = [&](V under, V color)
+                              HWY_ATTR { return hn::MulAdd(alpha, hn::Sub(color, under), under); };
         sums.r = over(sums.r, r);
         sums.g = over(sums.g, g);
         sums.b = over(sums.b, b);
@@ -194,35 +201,36 @@ void DrawType(const MediumArgs& args, const Target& target) {
   for (int c = 0; c < 4; ++c) std::fill_n(nothing.v[c], kPacket, xray ? 1.0f : 0.0f);
   std::fill_n(nothing.v[4], kPacket, std::numeric_limits<float>::infinity());
   const V zero = hn::Zero(d), one = Set(1), infinity = Set(std::numeric_limits<float>::infinity());
-  ForPackets(args.rays, args.field, target, nothing, [&](int x0, int y0, float from, Packet& packet) HWY_ATTR {
-    for (int part = 0; part < kPacket; part += kLanes) {
-      V x, y;
-      PixelsOf(x0, y0, part, x, y);
-      const Ray ray = RayOf(args.rays, x, y, SceneDepth(target, x, y));
-      Sums sums = March<T>(args, medium, ray, from);
-      if (xray) {
-        sums.r = sums.g = sums.b = hn::Exp(d, hn::Neg(sums.a));
-        sums.a = one;
-      } else if (args.mode == VolumeMode::kMip) {
-        const M any = hn::Ge(sums.a, zero);
-        sums.r = sums.g = sums.b = hn::IfThenElseZero(any, sums.a);
-        sums.a = hn::IfThenElseZero(any, one);
-      } else if (args.mode == VolumeMode::kAttenuate) {
-        const Lattice l = LatticeOf(args, ray);
-        const V samples = hn::Max(hn::Sub(l.count, l.first), one);
-        sums.r = hn::Div(sums.r, samples);
-        sums.g = hn::Div(sums.g, samples);
-        sums.b = hn::Div(sums.b, samples);
-        sums.a = hn::Div(sums.a, samples);
-      }
-      hn::Store(sums.r, d, packet.v[0] + part);
-      hn::Store(sums.g, d, packet.v[1] + part);
-      hn::Store(sums.b, d, packet.v[2] + part);
-      hn::Store(sums.a, d, packet.v[3] + part);
-      const V depth = hn::Add(sums.depth, Set(args.rays.middle_depth));
-      hn::Store(hn::IfThenElse(sums.deep, depth, infinity), d, packet.v[4] + part);
-    }
-  });
+  ForPackets(args.rays, args.field, target, nothing,
+             [&](int x0, int y0, float from, Packet& packet) HWY_ATTR {
+               for (int part = 0; part < kPacket; part += kLanes) {
+                 V x, y;
+                 PixelsOf(x0, y0, part, x, y);
+                 const Ray ray = RayOf(args.rays, x, y, SceneDepth(target, x, y));
+                 Sums sums = March<T>(args, medium, ray, from);
+                 if (xray) {
+                   sums.r = sums.g = sums.b = hn::Exp(d, hn::Neg(sums.a));
+                   sums.a = one;
+                 } else if (args.mode == VolumeMode::kMip) {
+                   const M any = hn::Ge(sums.a, zero);
+                   sums.r = sums.g = sums.b = hn::IfThenElseZero(any, sums.a);
+                   sums.a = hn::IfThenElseZero(any, one);
+                 } else if (args.mode == VolumeMode::kAttenuate) {
+                   const Lattice l = LatticeOf(args, ray);
+                   const V samples = hn::Max(hn::Sub(l.count, l.first), one);
+                   sums.r = hn::Div(sums.r, samples);
+                   sums.g = hn::Div(sums.g, samples);
+                   sums.b = hn::Div(sums.b, samples);
+                   sums.a = hn::Div(sums.a, samples);
+                 }
+                 hn::Store(sums.r, d, packet.v[0] + part);
+                 hn::Store(sums.g, d, packet.v[1] + part);
+                 hn::Store(sums.b, d, packet.v[2] + part);
+                 hn::Store(sums.a, d, packet.v[3] + part);
+                 const V depth = hn::Add(sums.depth, Set(args.rays.middle_depth));
+                 hn::Store(hn::IfThenElse(sums.deep, depth, infinity), d, packet.v[4] + part);
+               }
+             });
 }
 
 DrawMedium FindMediumHere(PixelType type) {

@@ -1,10 +1,11 @@
 // Blocks of noise for hypertexture, made by the noise operations.
+#include "tessera/ops/noise_block.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
-#include "tessera/ops/noise_block.h"
 #include "tessera/error.h"
 #include "tessera/ops/noise.h"
 #include "tessera/render.h"
@@ -72,7 +73,9 @@ std::vector<float> Content(NoiseContent content, int cells, int octaves, uint32_
 }
 
 void Require(bool valid, const char* what, int found, const char* expected) {
-  if (!valid) throw Error("noise block", std::string("found ") + what + " " + std::to_string(found) + ", expected " + expected);
+  if (!valid)
+    throw Error("noise block",
+                std::string("found ") + what + " " + std::to_string(found) + ", expected " + expected);
 }
 
 }  // namespace
@@ -109,6 +112,16 @@ NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t se
       }
     }
   }
+  if (channels == 1) {
+    const size_t texels = d.samples.size() - 16, up = static_cast<size_t>(d.row),
+                 deep = static_cast<size_t>(d.slice);
+    d.cells.resize(4 * texels + 8);
+    const auto sample = [&](size_t i) { return d.samples[std::min(i, texels - 1)]; };
+    for (size_t i = 0; i < texels; ++i) {
+      const uint16_t corners[4] = {sample(i), sample(i + up), sample(i + deep), sample(i + deep + up)};
+      std::copy_n(corners, 4, &d.cells[4 * i]);
+    }
+  }
   d.low = d.high = values[0];
   for (int z = 0; z < size; ++z) {
     for (int y = 0; y < size; ++y) {
@@ -117,7 +130,8 @@ NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t se
         d.low = std::min(d.low, v);
         d.high = std::max(d.high, v);
         d.mean += v;
-        const double slopes[3] = {value(x + 1, y, z, 0) - v, value(x, y + 1, z, 0) - v, value(x, y, z + 1, 0) - v};
+        const double slopes[3] = {value(x + 1, y, z, 0) - v, value(x, y + 1, z, 0) - v,
+                                  value(x, y, z + 1, 0) - v};
         for (int a = 0; a < 3; ++a) d.slopes[a] = std::max(d.slopes[a], std::fabs(slopes[a]) * size);
       }
     }
@@ -128,7 +142,9 @@ NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t se
 
 int NoiseBlock::size() const { return empty() ? 0 : data_->size; }
 int NoiseBlock::channels() const { return empty() ? 0 : data_->channels; }
-double NoiseBlock::slope() const { return empty() ? 0 : std::hypot(data_->slopes[0], data_->slopes[1], data_->slopes[2]); }
+double NoiseBlock::slope() const {
+  return empty() ? 0 : std::hypot(data_->slopes[0], data_->slopes[1], data_->slopes[2]);
+}
 double NoiseBlock::low() const { return empty() ? 0 : data_->low; }
 double NoiseBlock::high() const { return empty() ? 0 : data_->high; }
 
@@ -145,9 +161,11 @@ void NoiseBlock::Sample(const Vector3& p, double* values) const {
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
     const double w = (i ? f[0] : 1 - f[0]) * (j ? f[1] : 1 - f[1]) * (k ? f[2] : 1 - f[2]);
-    const auto at = static_cast<size_t>((cell[2] + k + 1) * d.slice + (cell[1] + j + 1) * d.row + cell[0] + i + 1);
+    const auto at =
+        static_cast<size_t>((cell[2] + k + 1) * d.slice + (cell[1] + j + 1) * d.row + cell[0] + i + 1);
     for (int c = 0; c < d.channels; ++c) {
-      values[c] += w * (static_cast<double>(d.scale) * d.samples[at * static_cast<size_t>(d.channels) + c] + d.bias);
+      values[c] +=
+          w * (static_cast<double>(d.scale) * d.samples[at * static_cast<size_t>(d.channels) + c] + d.bias);
     }
   }
 }

@@ -6,9 +6,9 @@
 #include <limits>
 #include <string>
 
-#include "tessera/ops/noise_block.h"
 #include "ops/volume/transfer.h"
 #include "tessera/error.h"
+#include "tessera/ops/noise_block.h"
 
 namespace tessera::ops::volume {
 namespace {
@@ -17,12 +17,23 @@ constexpr char kName[] = "volume";
 
 void RequireRange(const char* what, double v, double low, double high) {
   if (v >= low && v <= high) return;
-  throw Error(kName, std::string("found ") + what + " " + std::to_string(v) + ", expected " + std::to_string(low) +
-                         " to " + std::to_string(high));
+  throw Error(kName, std::string("found ") + what + " " + std::to_string(v) + ", expected " +
+                         std::to_string(low) + " to " + std::to_string(high));
 }
 
 Vector3 Centre(const VolumeSpec& s) {
   return s.Position(0.5 * (s.size[0] - 1), 0.5 * (s.size[1] - 1), 0.5 * (s.size[2] - 1));
+}
+// The axis that the view is nearest to, x before y before z.
+int StackAxis(const Camera& camera, const VolumeSpec& v) {
+  double most = -1;
+  int axis = 2;
+  for (int a = 0; a < 3; ++a) {
+    const auto c = static_cast<size_t>(a);
+    const double along = std::fabs(camera.forward()[c]) / v.spacing[c];
+    if (along > most * (1 + 1e-9)) most = along, axis = a;
+  }
+  return axis;
 }
 double Smallest(const Vector3& v) { return std::min({v[0], v[1], v[2]}); }
 
@@ -37,7 +48,8 @@ RaySet RaysOf(const DrawParams& draw) {
   r.middle_x = static_cast<float>(mx);
   r.middle_y = static_cast<float>(my);
   r.middle_depth = static_cast<float>(middle);
-  const Camera::Ray at[3] = {camera.PixelRay(w, mx, my), camera.PixelRay(w, mx + 1, my), camera.PixelRay(w, mx, my + 1)};
+  const Camera::Ray at[3] = {camera.PixelRay(w, mx, my), camera.PixelRay(w, mx + 1, my),
+                             camera.PixelRay(w, mx, my + 1)};
   for (size_t a = 0; a < 3; ++a) {
     double origin[3], direction[3];
     for (size_t c = 0; c < 3; ++c) {
@@ -76,11 +88,13 @@ Field FieldOf(const DrawParams& draw) {
   return f;
 }
 
-NoiseView ViewOf(const NoiseBlock& block, const VolumeSpec& v, double frequency, const Vector3& offset = {0, 0, 0},
-                 double upright = 1) {
+NoiseView ViewOf(const NoiseBlock& block, const VolumeSpec& v, double frequency,
+                 const Vector3& offset = {0, 0, 0}, double upright = 1) {
   const NoiseBlock::Data& d = block.data();
   NoiseView n;
-  n.samples = d.samples.data() + static_cast<ptrdiff_t>(d.slice + d.row + 1) * d.channels;
+  const ptrdiff_t first = static_cast<ptrdiff_t>(d.slice) + d.row + 1;
+  n.samples = d.samples.data() + first * d.channels;
+  if (d.channels == 1) n.cells = d.cells.data() + 4 * first;
   n.row = d.row;
   n.slice = d.slice;
   n.size = d.size;
@@ -107,7 +121,8 @@ DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   draw.window = spec.display_window.empty() ? spec.data_window : spec.display_window;
   const VolumeSpec& v = volume.spec();
   VolumeParams& p = draw.params;
-  for (double n : {p.iso, p.soft, p.time, p.frequency, p.amount, p.step}) RequireRange("a parameter of", n, -1e6, 1e6);
+  for (double n : {p.iso, p.soft, p.time, p.frequency, p.amount, p.step})
+    RequireRange("a parameter of", n, -1e6, 1e6);
   if (p.soft == -1) p.soft = p.mode == VolumeMode::kFur ? 0.08 : p.mode == VolumeMode::kFire ? 0.1 : 0.12;
   RequireRange("a soft region of", p.soft, 0, 1e6);
   RequireRange("a step of", p.step, 0, 1e6);
@@ -116,19 +131,29 @@ DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   if (p.planes.size() > 16) throw Error(kName, "found more than 16 cutting planes");
   for (double c : p.material.color) RequireRange("a colour of", c, 0, 1e6);
   RequireRange("an exponent of", p.material.exponent, 0, 1e4);
-  for (double c : {p.material.ambient, p.material.diffuse, p.material.specular}) RequireRange("a light of", c, 0, 1e6);
+  for (double c : {p.material.ambient, p.material.diffuse, p.material.specular})
+    RequireRange("a light of", c, 0, 1e6);
   p.material.light = Normalized(p.material.light);
   const double voxel = Smallest(v.spacing);
-  if (p.step == 0) p.step = p.mode == VolumeMode::kFire ? 2.5 * voxel : p.mode == VolumeMode::kFur ? 1.25 * voxel : voxel;
-  const double side = std::max({v.size[0] * v.spacing[0], v.size[1] * v.spacing[1], v.size[2] * v.spacing[2]});
+  if (p.step == 0)
+    p.step = p.mode == VolumeMode::kFire ? 2.5 * voxel : p.mode == VolumeMode::kFur ? 1.25 * voxel : voxel;
+  const double side =
+      std::max({v.size[0] * v.spacing[0], v.size[1] * v.spacing[1], v.size[2] * v.spacing[2]});
   if (p.method == VolumeMethod::kShearWarp && p.camera.perspective()) {
-    throw Error(kName, "found a perspective camera with method shearwarp, expected a parallel one");
+    // All slices lie before the eye, the nearest one a slice away or more.
+    const auto axis = static_cast<size_t>(StackAxis(p.camera, v));
+    const double eye = (p.camera.eye()[axis] - v.origin[axis]) / v.spacing[axis];
+    const bool backward = p.camera.forward()[axis] < 0;
+    if (backward ? eye < v.size[axis] : eye > -1) {
+      throw Error(kName,
+                  "found the eye between the slices of method shearwarp, expected it before all of them");
+    }
   }
   const auto need_block = [&](NoiseContent content, int cells, int octaves, int channels) {
     if (p.block.empty()) p.block = NoiseBlock(content, cells, octaves);
     if (p.block.channels() != channels) {
-      throw Error(kName, "found a noise block of " + std::to_string(p.block.channels()) + " channels, expected " +
-                             std::to_string(channels));
+      throw Error(kName, "found a noise block of " + std::to_string(p.block.channels()) +
+                             " channels, expected " + std::to_string(channels));
     }
   };
   const auto otherwise = [](double& value, double missing, double preset) {
@@ -204,7 +229,8 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
   const auto matter = [&](double from, double to) {
     const double a = code_of(from), b = code_of(to);
     low = std::min(a, b), high = std::max(a, b);
-    const double wider = 4e-6 * (std::isfinite(low) ? std::fabs(low) : 0) + 4e-6 * (std::isfinite(high) ? std::fabs(high) : 0);
+    const double wider =
+        4e-6 * (std::isfinite(low) ? std::fabs(low) : 0) + 4e-6 * (std::isfinite(high) ? std::fabs(high) : 0);
     low -= wider, high += wider;
   };
   base::Displacement reach;
@@ -255,11 +281,11 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
       const double smallest = amount * (1 - kShare + kShare * p.block.low());
       reach.low[1] = std::min({0.0, smallest, amount < 0 ? -largest : 0.0});
       reach.high[1] = std::max({0.0, smallest, amount > 0 ? largest : 0.0});
-      double steep = 2 * largest / height;
+      s.steep[0] = static_cast<float>(2 * largest / height);
       const double* const slopes = p.block.data().slopes;
-      steep += std::fabs(amount) * kShare *
-               std::hypot(slopes[0] * s.noise.times[0], slopes[1] * s.noise.times[1], slopes[2] * s.noise.times[2]);
-      s.slow = static_cast<float>(1 / (1 + steep));
+      for (size_t a = 0; a < 3; ++a) {
+        s.steep[a + 1] = static_cast<float>(std::fabs(amount * kShare * slopes[a] * s.noise.times[a]));
+      }
     }
     find_leaps();
     s.rays = rays;
@@ -283,12 +309,7 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
   m.pairs = draw.pairs.empty() ? nullptr : draw.pairs.data();
   m.mip_times = static_cast<float>(1 / domain);
   m.mip_plus = static_cast<float>(-draw.transfer_low / domain);
-  // Axis of the stacks: the one the view is nearest to, x before y before z.
-  double most = -1;
-  for (int a = 0; a < 3; ++a) {
-    const double along = std::fabs(p.camera.forward()[static_cast<size_t>(a)]) / v.spacing[static_cast<size_t>(a)];
-    if (along > most * (1 + 1e-9)) most = along, m.axis = a;
-  }
+  m.axis = StackAxis(p.camera, v);
   if (IsHyper(p.mode)) {
     m.hyper = true;
     const double outer = p.iso + p.soft;
@@ -326,7 +347,8 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
           break;
         case Dmf::Kind::kWarp:
           for (size_t a = 0; a < 3; ++a) {
-            const double most = std::fabs(step.amount) * std::max<double>(std::fabs(d.bias), std::fabs(d.bias + 65535.0 * d.scale));
+            const double most = std::fabs(step.amount) *
+                                std::max<double>(std::fabs(d.bias), std::fabs(d.bias + 65535.0 * d.scale));
             reach.low[a] -= most / v.spacing[a];
             reach.high[a] += most / v.spacing[a];
           }
@@ -348,8 +370,10 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
           break;
       }
       if (step.kind == Dmf::Kind::kLift) lifts = &step;
-      k.again = step.kind == Dmf::Kind::kTurbulence && lifts != nullptr && lifts->frequency == step.frequency && lifts->upright == step.upright &&
-                lifts->drift == step.drift && lifts->lookup == step.lookup && &lifts->block.data() == &step.block.data();
+      k.again = step.kind == Dmf::Kind::kTurbulence && lifts != nullptr &&
+                lifts->frequency == step.frequency && lifts->upright == step.upright &&
+                lifts->drift == step.drift && lifts->lookup == step.lookup &&
+                &lifts->block.data() == &step.block.data();
       m.steps.push_back(k);
     }
     matter(-kEndless, anywhere ? kEndless : outer);
@@ -367,8 +391,8 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
     }
   } else {
     double from = 0, to = 0;
-    const bool everywhere = p.mode == VolumeMode::kMip || p.mode == VolumeMode::kAttenuate ||
-                            !TransferSupport(draw, from, to);
+    const bool everywhere =
+        p.mode == VolumeMode::kMip || p.mode == VolumeMode::kAttenuate || !TransferSupport(draw, from, to);
     if (everywhere && p.mode != VolumeMode::kMip && p.mode != VolumeMode::kAttenuate) {
       matter(kEndless, kEndless);  // nothing is seen
       low = high = kEndless;

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "tessera/ops/volume_draw.h"
 #include "graph/stage.h"
 #include "ops/volume/march.h"
+#include "tessera/ops/volume_draw.h"
 
 namespace tessera::ops::volume {
 

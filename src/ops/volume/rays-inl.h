@@ -6,12 +6,11 @@
 #define TESSERA_OPS_VOLUME_RAYS_INL_H_
 #endif
 
+#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include <hwy/contrib/math/math-inl.h>
 
 #include "ops/volume/sample-inl.h"
 
@@ -33,9 +32,8 @@ HWY_INLINE Ray RayOf(const RaySet& set, V x, V y, V scene_depth) {
   const D d;
   x = hn::Sub(x, Set(set.middle_x));
   y = hn::Sub(y, Set(set.middle_y));
-  const auto affine = [&](const float* c) HWY_ATTR {
-    return hn::MulAdd(y, Set(c[2]), hn::MulAdd(x, Set(c[1]), Set(c[0])));
-  };
+  const auto affine = [&](const float* c)
+                          HWY_ATTR { return hn::MulAdd(y, Set(c[2]), hn::MulAdd(x, Set(c[1]), Set(c[0]))); };
   Ray r;
   r.origin = {affine(set.origin[0]), affine(set.origin[1]), affine(set.origin[2])};
   r.direction = {affine(set.direction[0]), affine(set.direction[1]), affine(set.direction[2])};
@@ -103,11 +101,13 @@ HWY_INLINE Shine Lit(const Light& light, const Vec3& normal, const Vec3& to_eye)
   // A little more light from above.
   V lit = hn::Mul(Set(light.ambient), hn::MulAdd(normal.y, Set(0.3f), Set(1)));
   lit = hn::MulAdd(hn::Max(facing, hn::Zero(d)), Set(light.diffuse), lit);
-  const V gloss = hn::Mul(Set(light.specular), Power(hn::Max(Dot(normal, half), hn::Zero(d)), light.exponent));
+  const V gloss =
+      hn::Mul(Set(light.specular), Power(hn::Max(Dot(normal, half), hn::Zero(d)), light.exponent));
   return {lit, hn::IfThenElseZero(hn::Gt(facing, hn::Zero(d)), gloss)};
 }
 HWY_INLINE Vec3 WorldNormal(const RaySet& set, const Vec3& gradient, float side) {
-  return Unit({hn::Mul(gradient.x, Set(side / set.spacing[0])), hn::Mul(gradient.y, Set(side / set.spacing[1])),
+  return Unit({hn::Mul(gradient.x, Set(side / set.spacing[0])),
+               hn::Mul(gradient.y, Set(side / set.spacing[1])),
                hn::Mul(gradient.z, Set(side / set.spacing[2]))});
 }
 HWY_INLINE Vec3 ToEye(const RaySet& set, const Ray& ray) {
@@ -118,8 +118,8 @@ HWY_INLINE Vec3 ToEye(const RaySet& set, const Ray& ray) {
 }
 
 // --- Blocks of pixels. ---
-// Where the rays of a block of pixels may first meet a block of cells that matters: a cone around all of them leaps
-// along its middle. Beyond the volume: `missed`.
+// Where the rays of a block of pixels may first meet a block of cells that matters: a cone around all of them
+// leaps along its middle. Beyond the volume: `missed`.
 struct Cone {
   float start = 0;
   bool missed = false;
@@ -206,15 +206,16 @@ HWY_INLINE V SceneDepth(const Target& target, V x, V y) {
   hn::Store(y, d, py);
   const Roi& r = target.out.roi;
   for (int l = 0; l < kLanes; ++l) {
-    const int i = std::min(static_cast<int>(px[l]), r.x1 - 1) - r.x0, j = std::min(static_cast<int>(py[l]), r.y1 - 1) - r.y0;
+    const int i = std::min(static_cast<int>(px[l]), r.x1 - 1) - r.x0,
+              j = std::min(static_cast<int>(py[l]), r.y1 - 1) - r.y0;
     const float v = target.scene[j * target.scene_row + i * target.scene_pixel];
     depth[l] = v > -1e30f ? std::min(v, 1e30f) : -1e30f;  // NaN hides everything
   }
   return hn::Load(d, depth);
 }
 
-// Calls f(x0, y0, cone) for the 4x4 packets of a target and writes what it fills in; packets of blocks that miss are
-// written as `nothing`.
+// Calls f(x0, y0, cone) for the 4x4 packets of a target and writes what it fills in; packets of blocks that
+// miss are written as `nothing`.
 template <class F>
 HWY_INLINE void ForPackets(const RaySet& set, const Field& field, const Target& target, const Packet& nothing,
                            const F& f) {

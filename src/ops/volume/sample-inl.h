@@ -1,8 +1,8 @@
 // Samples of volumes and noise blocks for sixteen rays at once.
 //
-// Rows are read by plain loads, lane by lane, four values a time, and interpolated along y and z there; the result is
-// transposed and interpolated along x in vectors. A gather of the eight corners costs several times as much on the
-// machines measured, and lanes that are not wanted cost nothing this way.
+// Everything is read for all lanes, wanted or not: a place that is nowhere counts as one of the volume.
+// A lane's neighbours along x lie together and are loaded whole (8 or 16 bytes), put together and transposed
+// in registers; noise and tables are laid out so that all of a lane's samples are 16 bytes in a row.
 #if defined(TESSERA_OPS_VOLUME_SAMPLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_OPS_VOLUME_SAMPLE_INL_H_
 #undef TESSERA_OPS_VOLUME_SAMPLE_INL_H_
@@ -13,7 +13,6 @@
 #include <hwy/highway.h>
 
 #include <cstdint>
-#include <cstring>
 
 #include "ops/volume/march.h"
 #include "simd/point-inl.h"
@@ -29,98 +28,14 @@ using s::VI;
 using M = hn::Mask<D>;
 
 inline constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
-inline constexpr uint32_t kAllLanes = static_cast<uint32_t>((uint64_t{1} << kLanes) - 1);
 
 HWY_INLINE V Set(float v) { return hn::Set(D(), v); }
 // a + f (b - a).
 HWY_INLINE V Lerp(V a, V b, V f) { return hn::MulAdd(f, hn::Sub(b, a), a); }
 HWY_INLINE V Clamp01(V v) { return hn::Min(hn::Max(v, hn::Zero(D())), Set(1)); }
-HWY_INLINE uint32_t Bits(M m) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(D(), m, bytes);
-  uint32_t bits;
-  std::memcpy(&bits, bytes, 4);
-  return bits & kAllLanes;
-}
 
-// --- Four floats. ---
-#if HWY_TARGET == HWY_SCALAR
-struct V4 {
-  float v[4];
-};
-template <typename T>
-HWY_INLINE V4 Four(const T* p) {
-  return {{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), static_cast<float>(p[3])}};
-}
-HWY_INLINE V4 Four(const hwy::float16_t* p) {
-  const auto one = [](const hwy::float16_t* q) {
-    return hn::GetLane(hn::PromoteTo(hn::Sisd<float>(), hn::Load(hn::Sisd<hwy::float16_t>(), q)));
-  };
-  return {{one(p), one(p + 1), one(p + 2), one(p + 3)}};
-}
-template <typename T>
-HWY_INLINE V4 Pairs(const T* p, const T* q) {
-  const V4 a = Four(p), b = Four(q);
-  return {{a.v[0], a.v[1], b.v[0], b.v[1]}};
-}
-HWY_INLINE V4 Lerp4(const V4& a, const V4& b, float f) {
-  V4 r;
-  for (int i = 0; i < 4; ++i) r.v[i] = f * (b.v[i] - a.v[i]) + a.v[i];
-  return r;
-}
-HWY_INLINE V4 Sub4(const V4& a, const V4& b) {
-  return {{a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2], a.v[3] - b.v[3]}};
-}
-HWY_INLINE void Store4(const V4& a, float* p) { std::memcpy(p, a.v, 16); }
-#else
+#if HWY_TARGET != HWY_SCALAR
 using D4 = hn::FixedTag<float, 4>;
-using V4 = hn::Vec<D4>;
-HWY_INLINE V4 Four(const float* p) { return hn::LoadU(D4(), p); }
-HWY_INLINE V4 Four(const uint16_t* p) {
-  const hn::FixedTag<int32_t, 4> di;
-  return hn::ConvertTo(D4(), hn::PromoteTo(di, hn::LoadU(hn::FixedTag<uint16_t, 4>(), p)));
-}
-HWY_INLINE V4 Four(const uint8_t* p) {
-  const hn::FixedTag<int32_t, 4> di;
-  return hn::ConvertTo(D4(), hn::PromoteTo(di, hn::LoadU(hn::FixedTag<uint8_t, 4>(), p)));
-}
-HWY_INLINE V4 Four(const hwy::float16_t* p) {
-  return hn::PromoteTo(D4(), hn::LoadU(hn::FixedTag<hwy::float16_t, 4>(), p));
-}
-// p[0], p[1], q[0], q[1].
-HWY_INLINE V4 Pairs(const float* p, const float* q) {
-  const hn::FixedTag<float, 2> half;
-  return hn::Combine(D4(), hn::LoadU(half, q), hn::LoadU(half, p));
-}
-// Two loads put together as one integer: through memory the second would wait for the first.
-HWY_INLINE V4 Pairs(const uint16_t* p, const uint16_t* q) {
-  uint32_t a, b;
-  std::memcpy(&a, p, 4);
-  std::memcpy(&b, q, 4);
-  const hn::FixedTag<uint64_t, 1> one;
-  const hn::FixedTag<uint16_t, 4> codes;
-  const auto v = hn::BitCast(codes, hn::Set(one, uint64_t{b} << 32 | a));
-  return hn::ConvertTo(D4(), hn::PromoteTo(hn::FixedTag<int32_t, 4>(), v));
-}
-HWY_INLINE V4 Pairs(const hwy::float16_t* p, const hwy::float16_t* q) {
-  uint32_t a, b;
-  std::memcpy(&a, p, 4);
-  std::memcpy(&b, q, 4);
-  const hn::FixedTag<uint64_t, 1> one;
-  return hn::PromoteTo(D4(), hn::BitCast(hn::FixedTag<hwy::float16_t, 4>(), hn::Set(one, uint64_t{b} << 32 | a)));
-}
-HWY_INLINE V4 Pairs(const uint8_t* p, const uint8_t* q) {
-  uint16_t a, b;
-  std::memcpy(&a, p, 2);
-  std::memcpy(&b, q, 2);
-  const hn::FixedTag<uint32_t, 1> one;
-  const auto v = hn::BitCast(hn::FixedTag<uint8_t, 4>(), hn::Set(one, uint32_t{b} << 16 | a));
-  return hn::ConvertTo(D4(), hn::PromoteTo(hn::FixedTag<int32_t, 4>(), v));
-}
-HWY_INLINE V4 Lerp4(V4 a, V4 b, V4 f) { return hn::MulAdd(f, hn::Sub(b, a), a); }
-HWY_INLINE V4 Lerp4(V4 a, V4 b, float f) { return Lerp4(a, b, hn::Set(D4(), f)); }
-HWY_INLINE V4 Sub4(V4 a, V4 b) { return hn::Sub(a, b); }
-HWY_INLINE void Store4(V4 a, float* p) { hn::Store(a, D4(), p); }
 #endif
 
 // --- Places. ---
@@ -149,7 +64,7 @@ struct Cell {
 HWY_INLINE Cell Locate(const Field& field, const Vec3& p) {
   const D d;
   const DI di;
-  const auto axis = [&](V v, float last, VI& whole) HWY_ATTR {
+  const auto axis = [&](V v, float last, VI& whole) __attribute__((always_inline)) {
     v = hn::Min(hn::Max(v, hn::Zero(d)), Set(last));
     whole = hn::ConvertTo(di, v);
     return hn::Sub(v, hn::ConvertTo(d, whole));
@@ -175,36 +90,165 @@ HWY_INLINE VI LeapOf(const Field& field, const uint16_t* leaps, const Cell& c) {
   return hn::And(both, hn::Set(di, 0xFFFF));
 }
 
-// Rows of four floats for every lane, transposed on reading.
-struct Rows {
-  HWY_ALIGN float v[4 * kLanes] = {};
-  HWY_INLINE void Read(V& a, V& b, V& c, V& e) const {
+// --- 16 bytes for every lane, as four vectors of words. ---
+struct Words {
+  V a, b, c, e;
+};
+struct WordPair {
+  V a, b;
+};
+// At base + stride * index bytes.
 #if HWY_TARGET == HWY_SCALAR
-    const D d;
-    a = hn::Load(d, v), b = hn::Load(d, v + 1), c = hn::Load(d, v + 2), e = hn::Load(d, v + 3);
+HWY_INLINE Words WordsAt(const void* base, VI index, ptrdiff_t stride = 16) {
+  const auto* p =
+      reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * hn::GetLane(index));
+  return {Set(p[0]), Set(p[1]), Set(p[2]), Set(p[3])};
+}
+HWY_INLINE WordPair WordPairAt(const void* base, VI index, ptrdiff_t stride) {
+  const auto* p =
+      reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * hn::GetLane(index));
+  return {Set(p[0]), Set(p[1])};
+}
 #else
-    hn::LoadInterleaved4(D(), v, a, b, c, e);
+// Put together in registers: through memory the wide load would wait for the narrow stores.
+HWY_INLINE V RowOfWords(const char* base, ptrdiff_t stride, const int32_t* at) {
+  const auto one = [&](int lane) __attribute__((always_inline)) {
+    return hn::LoadU(D4(), reinterpret_cast<const float*>(base + stride * at[lane]));
+  };
+#if HWY_MAX_BYTES == 64
+  const hn::Half<D> half;
+  return hn::Combine(D(), hn::Combine(half, one(3), one(2)), hn::Combine(half, one(1), one(0)));
+#elif HWY_MAX_BYTES == 32
+  return hn::Combine(D(), one(1), one(0));
+#else
+  return one(0);
 #endif
+}
+// 8 bytes for every lane.
+HWY_INLINE V RowOfWordPairs(const char* base, ptrdiff_t stride, const int32_t* at) {
+  const auto two = [&](int lane) __attribute__((always_inline)) {
+    const hn::FixedTag<float, 2> d2;
+    const auto one = [&](int l) __attribute__((always_inline)) {
+      return hn::LoadU(d2, reinterpret_cast<const float*>(base + stride * at[l]));
+    };
+    return hn::Combine(D4(), one(lane + 1), one(lane));
+  };
+#if HWY_MAX_BYTES == 64
+  const hn::Half<D> half;
+  return hn::Combine(D(), hn::Combine(half, two(6), two(4)), hn::Combine(half, two(2), two(0)));
+#elif HWY_MAX_BYTES == 32
+  return hn::Combine(D(), two(2), two(0));
+#else
+  return two(0);
+#endif
+}
+HWY_INLINE WordPair WordPairAt(const void* base, VI index, ptrdiff_t stride) {
+  const D d;
+  HWY_ALIGN int32_t at[kLanes];
+  hn::Store(index, DI(), at);
+  const auto* const p = static_cast<const char*>(base);
+  const V r0 = RowOfWordPairs(p, stride, at), r1 = RowOfWordPairs(p, stride, at + kLanes / 2);
+  return {hn::ConcatEven(d, r1, r0), hn::ConcatOdd(d, r1, r0)};
+}
+HWY_INLINE Words WordsAt(const void* base, VI index, ptrdiff_t stride = 16) {
+  const D d;
+  HWY_ALIGN int32_t at[kLanes];
+  hn::Store(index, DI(), at);
+  const auto* const p = static_cast<const char*>(base);
+  constexpr int kPart = kLanes / 4;
+  const V r0 = RowOfWords(p, stride, at), r1 = RowOfWords(p, stride, at + kPart);
+  const V r2 = RowOfWords(p, stride, at + 2 * kPart), r3 = RowOfWords(p, stride, at + 3 * kPart);
+  const V even0 = hn::ConcatEven(d, r1, r0), even1 = hn::ConcatEven(d, r3, r2);
+  const V odd0 = hn::ConcatOdd(d, r1, r0), odd1 = hn::ConcatOdd(d, r3, r2);
+  return {hn::ConcatEven(d, even1, even0), hn::ConcatEven(d, odd1, odd0), hn::ConcatOdd(d, even1, even0),
+          hn::ConcatOdd(d, odd1, odd0)};
+}
+#endif
+
+// The samples at base + offset + index and the next one along x. Lanes of any valid index are read.
+HWY_INLINE void PairAt(const float* base, ptrdiff_t offset, VI index, V& a, V& b) {
+  a = hn::GatherIndex(D(), base + offset, index);
+  b = hn::GatherIndex(D(), base + offset + 1, index);
+}
+// Two codes as a word: plain loads of 8 bytes cost a third of a gather.
+HWY_INLINE VI BothAt(const uint16_t* base, ptrdiff_t offset, VI index) {
+  return hn::BitCast(DI(), WordPairAt(base + offset, index, sizeof(uint16_t)).a);
+}
+HWY_INLINE V LowCode(VI v) { return hn::ConvertTo(D(), hn::And(v, hn::Set(DI(), 0xFFFF))); }
+HWY_INLINE V HighCode(VI v) {
+  return hn::ConvertTo(D(), hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(s::DU(), v))));
+}
+HWY_INLINE void PairAt(const uint16_t* base, ptrdiff_t offset, VI index, V& a, V& b) {
+  const VI v = BothAt(base, offset, index);
+  a = LowCode(v);
+  b = HighCode(v);
+}
+HWY_INLINE void PairAt(const uint8_t* base, ptrdiff_t offset, VI index, V& a, V& b) {
+  const DI di;
+  const VI v = hn::GatherOffset(di, reinterpret_cast<const int32_t*>(base + offset), index);
+  a = hn::ConvertTo(D(), hn::And(v, hn::Set(di, 0xFF)));
+  b = hn::ConvertTo(D(), hn::And(hn::ShiftRight<8>(v), hn::Set(di, 0xFF)));
+}
+HWY_INLINE void PairAt(const hwy::float16_t* base, ptrdiff_t offset, VI index, V& a, V& b) {
+  const VI v = BothAt(reinterpret_cast<const uint16_t*>(base), offset, index);
+  const hn::Rebind<hwy::float16_t, D> half;
+  const hn::Rebind<uint16_t, D> bits;
+  const auto promote = [&](VI code) HWY_ATTR {
+    return hn::PromoteTo(D(), hn::BitCast(half, hn::DemoteTo(bits, code)));
+  };
+  a = promote(hn::And(v, hn::Set(DI(), 0xFFFF)));
+  b = promote(hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(s::DU(), v))));
+}
+
+// Four neighbours along x.
+struct FourCodes {
+  V v[4];
+};
+HWY_INLINE FourCodes FourAt(const float* base, ptrdiff_t offset, VI index) {
+  const Words w = WordsAt(base + offset, index, sizeof(float));
+  return {{w.a, w.b, w.c, w.e}};
+}
+HWY_INLINE FourCodes FourAt(const uint8_t* base, ptrdiff_t offset, VI index) {
+  const DI di;
+  const VI v = hn::GatherOffset(di, reinterpret_cast<const int32_t*>(base + offset), index),
+           byte = hn::Set(di, 0xFF);
+  const D d;
+  return {{hn::ConvertTo(d, hn::And(v, byte)), hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(v), byte)),
+           hn::ConvertTo(d, hn::And(hn::ShiftRight<16>(v), byte)),
+           hn::ConvertTo(d, hn::And(hn::ShiftRight<24>(v), byte))}};
+}
+HWY_INLINE FourCodes FourAt(const uint16_t* base, ptrdiff_t offset, VI index) {
+  const DI di;
+  const WordPair w = WordPairAt(base + offset, index, sizeof(uint16_t));
+  const VI a = hn::BitCast(di, w.a), b = hn::BitCast(di, w.b);
+  return {{LowCode(a), HighCode(a), LowCode(b), HighCode(b)}};
+}
+HWY_INLINE FourCodes FourAt(const hwy::float16_t* base, ptrdiff_t offset, VI index) {
+  FourCodes r;
+  PairAt(base, offset, index, r.v[0], r.v[1]);
+  PairAt(base, offset + 2, index, r.v[2], r.v[3]);
+  return r;
+}
+
+// Interpolation along x.
+template <typename T>
+struct Lines {
+  const T* base;
+  VI index;
+  V f;
+  HWY_INLINE V operator()(ptrdiff_t offset) const {
+    V a, b;
+    PairAt(base, offset, index, a, b);
+    return Lerp(a, b, f);
   }
 };
 
-// Trilinear interpolation of codes; lanes outside `lanes` hold anything finite.
+// Trilinear interpolation of codes.
 template <typename T>
-HWY_INLINE V Trilinear(const T* base, int32_t row, int32_t slice, VI index, const Vec3& f, uint32_t lanes) {
-  const DI di;
-  HWY_ALIGN int32_t at[kLanes];
-  HWY_ALIGN float fz[kLanes];
-  hn::Store(index, di, at);
-  hn::Store(f.z, D(), fz);
-  Rows rows;
-  for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-    const int l = __builtin_ctz(rest);
-    const T* const p = base + at[l];
-    Store4(Lerp4(Pairs(p, p + row), Pairs(p + slice, p + slice + row), fz[l]), rows.v + 4 * l);
-  }
-  V a, b, c, e;
-  rows.Read(a, b, c, e);
-  return Lerp(Lerp(a, b, f.x), Lerp(c, e, f.x), f.y);
+HWY_INLINE V Trilinear(const T* base, int32_t row, int32_t slice, VI index, const Vec3& f) {
+  const Lines<T> line = {base, index, f.x};
+  const ptrdiff_t up = row, deep = slice;
+  return Lerp(Lerp(line(0), line(up), f.y), Lerp(line(deep), line(deep + up), f.y), f.z);
 }
 
 struct ValueAndGradient {
@@ -212,39 +256,27 @@ struct ValueAndGradient {
   Vec3 gradient;  // trilinear central differences, codes per voxel
 };
 template <typename T>
-HWY_INLINE ValueAndGradient TrilinearGradient(const T* base, int32_t row, int32_t slice, VI index, const Vec3& f,
-                                              uint32_t lanes) {
-  const D d;
-  HWY_ALIGN int32_t at[kLanes];
-  HWY_ALIGN float fy[kLanes], fz[kLanes];
-  hn::Store(index, DI(), at);
-  hn::Store(f.y, d, fy);
-  hn::Store(f.z, d, fz);
-  Rows along, up, deep;
-  for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-    const int l = __builtin_ctz(rest);
-    const T* const p = base + at[l] - 1;
-    const V4 c00 = Four(p), c10 = Four(p + row), c01 = Four(p + slice), c11 = Four(p + slice + row);
-    const V4 a0 = Lerp4(c00, c01, fz[l]), a1 = Lerp4(c10, c11, fz[l]);
-    Store4(Lerp4(a0, a1, fy[l]), along.v + 4 * l);
-    const V4 below = Lerp4(Four(p - row), Four(p - row + slice), fz[l]);
-    const V4 above = Lerp4(Four(p + 2 * row), Four(p + 2 * row + slice), fz[l]);
-    Store4(Lerp4(Sub4(a1, below), Sub4(above, a0), fy[l]), up.v + 4 * l);
-    const V4 b0 = Lerp4(c00, c10, fy[l]), b1 = Lerp4(c01, c11, fy[l]);
-    const V4 front = Lerp4(Four(p - slice), Four(p - slice + row), fy[l]);
-    const V4 back = Lerp4(Four(p + 2 * slice), Four(p + 2 * slice + row), fy[l]);
-    Store4(Lerp4(Sub4(b1, front), Sub4(back, b0), fz[l]), deep.v + 4 * l);
+HWY_INLINE ValueAndGradient TrilinearGradient(const T* base, int32_t row, int32_t slice, VI index,
+                                              const Vec3& f) {
+  const ptrdiff_t up = row, deep = slice;
+  const Lines<T> line = {base, index, f.x};
+  V value[4], along[4];
+  for (int k = 0; k < 4; ++k) {
+    const FourCodes c = FourAt(base, (k & 1) * up + (k >> 1) * deep - 1, index);
+    value[k] = Lerp(c.v[1], c.v[2], f.x);
+    along[k] = Lerp(hn::Sub(c.v[2], c.v[0]), hn::Sub(c.v[3], c.v[1]), f.x);
   }
   ValueAndGradient r;
-  V a, b, c, e;
-  along.Read(a, b, c, e);
-  r.value = Lerp(b, c, f.x);
   const V half = Set(0.5f);
-  r.gradient.x = hn::Mul(half, Lerp(hn::Sub(c, a), hn::Sub(e, b), f.x));
-  up.Read(a, b, c, e);
-  r.gradient.y = hn::Mul(half, Lerp(b, c, f.x));
-  deep.Read(a, b, c, e);
-  r.gradient.z = hn::Mul(half, Lerp(b, c, f.x));
+  const V low = Lerp(value[0], value[2], f.z), high = Lerp(value[1], value[3], f.z);
+  r.value = Lerp(low, high, f.y);
+  r.gradient.x = hn::Mul(half, Lerp(Lerp(along[0], along[1], f.y), Lerp(along[2], along[3], f.y), f.z));
+  const V below = Lerp(line(-up), line(deep - up), f.z), above = Lerp(line(2 * up), line(2 * up + deep), f.z);
+  r.gradient.y = hn::Mul(half, Lerp(hn::Sub(high, below), hn::Sub(above, low), f.y));
+  const V near = Lerp(value[0], value[1], f.y), far = Lerp(value[2], value[3], f.y);
+  const V front = Lerp(line(-deep), line(up - deep), f.y),
+          back = Lerp(line(2 * deep), line(2 * deep + up), f.y);
+  r.gradient.z = hn::Mul(half, Lerp(hn::Sub(far, front), hn::Sub(back, near), f.z));
   return r;
 }
 
@@ -253,35 +285,44 @@ struct NoisePlace {
   VI index;
   Vec3 f;
 };
+HWY_INLINE V NoiseAxis(const NoiseView& n, int a, V v, float octave, VI& whole) {
+  const DI di;
+  V u = hn::MulAdd(v, Set(n.times[a] * octave), Set(n.plus[a] * octave));
+  u = hn::Sub(u, hn::Floor(u));
+  u = hn::MulAdd(u, Set(static_cast<float>(n.size)), Set(-0.5f));
+  u = hn::IfThenElseZero(hn::Lt(u, Set(static_cast<float>(n.size))), u);  // lanes that are nowhere
+  const V floor = hn::Floor(u);
+  whole = hn::ConvertTo(di, floor);
+  // One sample before the first is the last one: rows may then be read from one before to two behind.
+  whole = hn::Add(whole, hn::And(hn::BroadcastSignBit(whole), hn::Set(di, n.size)));
+  return hn::Sub(u, floor);
+}
 // Where position p (voxels) times `octave` lies in the block.
 HWY_INLINE NoisePlace LocateNoise(const NoiseView& n, const Vec3& p, float octave = 1) {
   const DI di;
-  const auto axis = [&](V v, int a, VI& whole) HWY_ATTR {
-    V u = hn::MulAdd(v, Set(n.times[a] * octave), Set(n.plus[a] * octave));
-    u = hn::Sub(u, hn::Floor(u));
-    u = hn::MulAdd(u, Set(static_cast<float>(n.size)), Set(-0.5f));
-    const V floor = hn::Floor(u);
-    whole = hn::ConvertTo(di, floor);
-    // One sample before the first is the last one: rows may then be read from one before to two behind.
-    whole = hn::Add(whole, hn::And(hn::BroadcastSignBit(whole), hn::Set(di, n.size)));
-    return hn::Sub(u, floor);
-  };
   NoisePlace r;
   VI i, j, k;
-  r.f.x = axis(p.x, 0, i);
-  r.f.y = axis(p.y, 1, j);
-  r.f.z = axis(p.z, 2, k);
+  r.f.x = NoiseAxis(n, 0, p.x, octave, i);
+  r.f.y = NoiseAxis(n, 1, p.y, octave, j);
+  r.f.z = NoiseAxis(n, 2, p.z, octave, k);
   r.index = hn::Add(hn::Add(hn::Mul(k, hn::Set(di, n.slice)), hn::Mul(j, hn::Set(di, n.row))), i);
   return r;
 }
-HWY_INLINE V NoiseValue(const NoiseView& n, const Vec3& p, uint32_t lanes, float octave = 1) {
+HWY_INLINE V NoiseValue(const NoiseView& n, const Vec3& p, float octave = 1) {
+  const DI di;
   const NoisePlace at = LocateNoise(n, p, octave);
-  return hn::MulAdd(Trilinear(n.samples, n.row, n.slice, at.index, at.f, lanes), Set(n.scale), Set(n.bias));
+  const Words w = WordsAt(n.cells, at.index, 8);
+  const auto line = [&](V word) __attribute__((always_inline)) {
+    const VI v = hn::BitCast(di, word);
+    return Lerp(LowCode(v), HighCode(v), at.f.y);
+  };
+  const V x0 = Lerp(line(w.a), line(w.b), at.f.z), x1 = Lerp(line(w.c), line(w.e), at.f.z);
+  return hn::MulAdd(Lerp(x0, x1, at.f.x), Set(n.scale), Set(n.bias));
 }
 // Value and gradient per voxel of p.
-HWY_INLINE ValueAndGradient NoiseGradient(const NoiseView& n, const Vec3& p, uint32_t lanes) {
+HWY_INLINE ValueAndGradient NoiseGradient(const NoiseView& n, const Vec3& p) {
   const NoisePlace at = LocateNoise(n, p);
-  ValueAndGradient r = TrilinearGradient(n.samples, n.row, n.slice, at.index, at.f, lanes);
+  ValueAndGradient r = TrilinearGradient(n.samples, n.row, n.slice, at.index, at.f);
   r.value = hn::MulAdd(r.value, Set(n.scale), Set(n.bias));
   const float size = static_cast<float>(n.size) * n.scale;
   r.gradient.x = hn::Mul(r.gradient.x, Set(size * n.times[0]));
@@ -290,48 +331,45 @@ HWY_INLINE ValueAndGradient NoiseGradient(const NoiseView& n, const Vec3& p, uin
   return r;
 }
 // The four channels of a block that has four.
-HWY_INLINE void NoiseChannels(const NoiseView& n, const Vec3& p, uint32_t lanes, V* channels) {
-  const D d;
+HWY_INLINE void NoiseChannels(const NoiseView& n, const Vec3& p, V* channels) {
+  const DI di;
   const NoisePlace at = LocateNoise(n, p);
-  HWY_ALIGN int32_t index[kLanes];
-  HWY_ALIGN float fx[kLanes], fy[kLanes], fz[kLanes];
-  hn::Store(at.index, DI(), index);
-  hn::Store(at.f.x, d, fx);
-  hn::Store(at.f.y, d, fy);
-  hn::Store(at.f.z, d, fz);
-  Rows rows;
-  const ptrdiff_t row = ptrdiff_t{4} * n.row, slice = ptrdiff_t{4} * n.slice;
-  for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-    const int l = __builtin_ctz(rest);
-    const uint16_t* const t = n.samples + ptrdiff_t{4} * index[l];
-    const auto line = [&](const uint16_t* q) HWY_ATTR { return Lerp4(Four(q), Four(q + 4), fx[l]); };
-    const V4 low = Lerp4(line(t), line(t + row), fy[l]);
-    const V4 high = Lerp4(line(t + slice), line(t + slice + row), fy[l]);
-    Store4(Lerp4(low, high, fz[l]), rows.v + 4 * l);
+  const auto line = [&](ptrdiff_t texels, V * c) __attribute__((always_inline)) {
+    const Words w = WordsAt(n.samples + 4 * texels, at.index, 8);
+    const VI a = hn::BitCast(di, w.a), b = hn::BitCast(di, w.b), x1a = hn::BitCast(di, w.c),
+             x1b = hn::BitCast(di, w.e);
+    c[0] = Lerp(LowCode(a), LowCode(x1a), at.f.x);
+    c[1] = Lerp(HighCode(a), HighCode(x1a), at.f.x);
+    c[2] = Lerp(LowCode(b), LowCode(x1b), at.f.x);
+    c[3] = Lerp(HighCode(b), HighCode(x1b), at.f.x);
+  };
+  V near[4], near_up[4], far[4], far_up[4];
+  line(0, near);
+  line(n.row, near_up);
+  line(n.slice, far);
+  line(ptrdiff_t{n.slice} + n.row, far_up);
+  for (int c = 0; c < 4; ++c) {
+    const V v = Lerp(Lerp(near[c], near_up[c], at.f.y), Lerp(far[c], far_up[c], at.f.y), at.f.z);
+    channels[c] = hn::MulAdd(v, Set(n.scale), Set(n.bias));
   }
-  rows.Read(channels[0], channels[1], channels[2], channels[3]);
-  for (int c = 0; c < 4; ++c) channels[c] = hn::MulAdd(channels[c], Set(n.scale), Set(n.bias));
 }
 
 // --- Tables of four floats. ---
-HWY_INLINE s::Pixels ColorOf(const ColorTable& table, V value, uint32_t lanes) {
+HWY_INLINE s::Pixels Mixed(const s::Pixels& a, const s::Pixels& b, V f) {
+  return {Lerp(a.r, b.r, f), Lerp(a.g, b.g, f), Lerp(a.b, b.b, f), Lerp(a.a, b.a, f)};
+}
+// Entry `index` + `further`.
+HWY_INLINE s::Pixels EntryAt(const float* entries, VI index, ptrdiff_t further = 0) {
+  const Words w = WordsAt(entries + 4 * further, index);
+  return {w.a, w.b, w.c, w.e};
+}
+HWY_INLINE s::Pixels ColorOf(const ColorTable& table, V value) {
   const D d;
   V u = hn::MulAdd(value, Set(table.times), Set(table.plus));
   u = hn::Min(hn::Max(u, hn::Zero(d)), Set(static_cast<float>(table.size - 1)));
   const VI whole = hn::ConvertTo(DI(), u);
-  HWY_ALIGN int32_t at[kLanes];
-  HWY_ALIGN float f[kLanes];
-  hn::Store(whole, DI(), at);
-  hn::Store(hn::Sub(u, hn::ConvertTo(d, whole)), d, f);
-  Rows rows;
-  for (uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-    const int l = __builtin_ctz(rest);
-    const float* const entry = table.entries + ptrdiff_t{4} * at[l];
-    Store4(Lerp4(Four(entry), Four(entry + 4), f[l]), rows.v + 4 * l);
-  }
-  s::Pixels c;
-  rows.Read(c.r, c.g, c.b, c.a);
-  return c;
+  return Mixed(EntryAt(table.entries, whole), EntryAt(table.entries, whole, 1),
+               hn::Sub(u, hn::ConvertTo(d, whole)));
 }
 
 }  // namespace tessera::ops::volume::HWY_NAMESPACE

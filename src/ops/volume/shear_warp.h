@@ -4,12 +4,13 @@
 
 #include <memory>
 
-#include "tessera/ops/volume_draw.h"
 #include "graph/op.h"
+#include "tessera/ops/volume_draw.h"
 
 namespace tessera::ops::volume {
 
-std::unique_ptr<graph::WholeStage> MakeShearWarp(base::VolumeDrawPointer draw, const graph::StageContext& context);
+std::unique_ptr<graph::WholeStage> MakeShearWarp(base::VolumeDrawPointer draw,
+                                                 const graph::StageContext& context);
 
 }  // namespace tessera::ops::volume
 

@@ -19,12 +19,13 @@ constexpr float kPerVoxel = static_cast<float>(1 / kSurfaceStep);
 template <typename T, bool kSags>
 class Level {
  public:
-  explicit Level(const SurfaceArgs& args) : args_(args), samples_(static_cast<const T*>(args.field.samples)) {}
+  explicit Level(const SurfaceArgs& args)
+      : args_(args), samples_(static_cast<const T*>(args.field.samples)) {}
 
   // Where the field is read for a point.
-  HWY_INLINE Vec3 Place(const Vec3& p, uint32_t lanes, ValueAndGradient* sag = nullptr) const {
+  HWY_INLINE Vec3 Place(const Vec3& p, ValueAndGradient* sag = nullptr) const {
     if constexpr (!kSags) {
-      (void)lanes, (void)sag;
+      (void)sag;
       return p;
     } else {
       // p + up * amount g(height) (floor + noise), g = t^2 of the way down the body.
@@ -33,9 +34,9 @@ class Level {
       const V weight = hn::Mul(Set(a[0]), hn::Mul(down, down));
       ValueAndGradient n;
       if (sag == nullptr) {
-        n.value = NoiseValue(args_.noise, p, lanes);
+        n.value = NoiseValue(args_.noise, p);
       } else {
-        n = NoiseGradient(args_.noise, p, lanes);
+        n = NoiseGradient(args_.noise, p);
         const V low = hn::Zero(D());
         const M moves = hn::And(hn::Gt(down, low), hn::Lt(down, Set(1)));
         const V shaped = hn::MulAdd(n.value, Set(a[3]), Set(1 - a[3]));
@@ -48,19 +49,19 @@ class Level {
     }
   }
 
-  HWY_INLINE V AtCell(const Cell& c, uint32_t lanes) const {
+  HWY_INLINE V AtCell(const Cell& c) const {
     const Field& f = args_.field;
-    const V code = Trilinear(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f, lanes);
+    const V code = Trilinear(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f);
     return hn::Mul(Set(args_.side), hn::Sub(code, Set(args_.level)));
   }
-  HWY_INLINE V At(const Vec3& p, uint32_t lanes) const { return AtCell(Locate(args_.field, Place(p, lanes)), lanes); }
+  HWY_INLINE V At(const Vec3& p) const { return AtCell(Locate(args_.field, Place(p))); }
 
   // Gradient per voxel, outward times a positive factor.
-  HWY_INLINE Vec3 Gradient(const Vec3& p, uint32_t lanes) const {
+  HWY_INLINE Vec3 Gradient(const Vec3& p) const {
     const Field& f = args_.field;
     ValueAndGradient sag;
-    const Cell c = Locate(f, Place(p, lanes, kSags ? &sag : nullptr));
-    Vec3 g = TrilinearGradient(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f, lanes).gradient;
+    const Cell c = Locate(f, Place(p, kSags ? &sag : nullptr));
+    Vec3 g = TrilinearGradient(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f).gradient;
     if constexpr (kSags) {
       const V up = g.y;
       g = AddScaled(g, sag.gradient, up);
@@ -73,13 +74,40 @@ class Level {
   const T* samples_;
 };
 
+// How much of a way that is free where a displaced field is read is free along the ray: one over the speed of
+// that place, |d + up g|, g the slope of the displacement along the unit direction d.
+class SlowDown {
+ public:
+  SlowDown(const SurfaceArgs& args, const Ray& ray) : args_(args) {
+    const V per = hn::Div(Set(1), ray.length);
+    const auto along = [&](V v) HWY_ATTR { return hn::Abs(hn::Mul(v, per)); };
+    rise_ = along(ray.direction.y);
+    const float* const s = args.steep;
+    linear_ = hn::Mul(rise_, Set(s[0]));
+    square_ = hn::MulAdd(along(ray.direction.x), Set(s[1]),
+                         hn::MulAdd(rise_, Set(s[2]), hn::Mul(along(ray.direction.z), Set(s[3]))));
+  }
+  HWY_INLINE V Within(const Vec3& p, V way) const {
+    const float* const a = args_.sag;
+    const V down = Clamp01(hn::MulAdd(hn::MulAdd(rise_, way, hn::Neg(p.y)), Set(a[2]), Set(a[1])));
+    const V slope = hn::Mul(down, hn::MulAdd(down, square_, linear_));
+    const V speed = hn::MulAdd(slope, hn::MulAdd(Set(2), rise_, slope), Set(1.00001f));
+    return hn::Div(Set(1), hn::Sqrt(speed));
+  }
+
+ private:
+  const SurfaceArgs& args_;
+  V rise_, linear_, square_;
+};
+
 struct Hit {
-  V along;      // s
-  M found, cap; // cap: the ray began inside
+  V along;       // s
+  M found, cap;  // cap: the ray began inside
 };
 
 template <typename T, bool kSags>
-HWY_INLINE Hit FirstCrossing(const SurfaceArgs& args, const Level<T, kSags>& level, const Ray& ray, float from) {
+HWY_INLINE Hit FirstCrossing(const SurfaceArgs& args, const Level<T, kSags>& level, const Ray& ray,
+                             float from) {
   const D d;
   const DI di;
   const Field& field = args.field;
@@ -89,9 +117,9 @@ HWY_INLINE Hit FirstCrossing(const SurfaceArgs& args, const Level<T, kSags>& lev
   i = hn::Max(hn::Sub(i, Set(1)), hn::Zero(d));
   M active = ray.hits, found = hn::MaskFromVec(hn::Zero(d));
   V last = hn::Zero(d), value = hn::Zero(d);
-  const V longest = Set(std::max(1.0f, std::floor(static_cast<float>(1 << field.shift) * args.slow * kPerVoxel)));
-  const V pace = Set(field.pace * args.slow * kPerVoxel);
-  for (uint32_t lanes = Bits(active); lanes != 0; lanes = Bits(active)) {
+  const V edge = Set(static_cast<float>(1 << field.shift)), per_voxel = Set(kPerVoxel);
+  const SlowDown slow(args, ray);
+  while (!hn::AllFalse(d, active)) {
     const V along = hn::MulAdd(i, step, ray.begin);
     const M ended = hn::Gt(along, ray.end);
     active = hn::AndNot(ended, active);
@@ -102,33 +130,35 @@ HWY_INLINE Hit FirstCrossing(const SurfaceArgs& args, const Level<T, kSags>& lev
     Cell read = cell;
     if (field.leaps) {
       VI entry = LeapOf(field, field.leap, cell);
-      const auto room_of = [&]() HWY_ATTR { return hn::Sub(hn::ConvertTo(d, hn::And(entry, hn::Set(di, 255))), Set(1)); };
+      const auto room_of = [&]() HWY_ATTR {
+        return hn::Sub(hn::ConvertTo(d, hn::And(entry, hn::Set(di, 255))), Set(1));
+      };
       V room = room_of();
       near = hn::And(active, hn::Lt(room, Set(1)));
       steps = hn::Floor(hn::Mul(room, Set(kPerVoxel)));
       if constexpr (kSags) {
         // Where the field is read, it has leaps of its own, as long as displacement allows.
-        lanes = Bits(near);
-        if (lanes != 0) {
-          read = Locate(field, level.Place(p, lanes));
+        if (!hn::AllFalse(d, near)) {
+          read = Locate(field, level.Place(p));
           entry = LeapOf(field, field.own, read);
-          room = hn::Mul(room_of(), Set(args.slow));
+          room = room_of();
+          room = hn::Mul(room, slow.Within(p, room));
           const M far = hn::And(near, hn::Ge(room, Set(1)));
           steps = hn::IfThenElse(far, hn::Floor(hn::Mul(room, Set(kPerVoxel))), steps);
           near = hn::AndNot(far, near);
         }
       }
-      lanes = Bits(near);
-      if (lanes != 0) {
-        const V v = level.AtCell(read, lanes);
+      if (!hn::AllFalse(d, near)) {
+        const V v = level.AtCell(read);
         const V q = hn::ConvertTo(d, hn::ShiftRight<8>(entry));
-        const V free = hn::Floor(hn::Mul(hn::Mul(hn::Sub(v, Set(args.margin)), q), pace));
-        steps = hn::IfThenElse(near, hn::Min(hn::Max(free, Set(1)), longest), steps);
+        const V level_room = hn::Mul(hn::Mul(hn::Sub(v, Set(args.margin)), q), Set(field.pace));
+        V free = hn::Min(level_room, edge);
+        if constexpr (kSags) free = hn::Mul(free, slow.Within(p, edge));
+        steps = hn::IfThenElse(near, hn::Floor(hn::Mul(free, per_voxel)), steps);
         value = hn::IfThenElse(near, v, value);
       }
     } else {
-      lanes = Bits(near);
-      if (lanes != 0) value = hn::IfThenElse(near, level.At(p, lanes), value);
+      if (!hn::AllFalse(d, near)) value = hn::IfThenElse(near, level.At(p), value);
     }
     const M inside = hn::And(near, hn::Le(value, hn::Zero(d)));
     found = hn::Or(found, inside);
@@ -139,14 +169,13 @@ HWY_INLINE Hit FirstCrossing(const SurfaceArgs& args, const Level<T, kSags>& lev
   Hit hit;
   hit.found = found;
   hit.cap = hn::And(found, hn::Eq(last, hn::Zero(d)));
-  const uint32_t lanes = Bits(hn::AndNot(hit.cap, found));
   V high = hn::MulAdd(last, step, ray.begin);
   hit.along = high;
-  if (lanes == 0) return hit;
-  // Between two neighbours of the grid the field is almost linear: secants, of which the end that stays is weighed
-  // half (the Illinois rule), so that both ends close in where the field has a kink.
+  if (hn::AllFalse(d, hn::AndNot(hit.cap, found))) return hit;
+  // Between two neighbours of the grid the field is almost linear: secants, of which the end that stays is
+  // weighed half (the Illinois rule), so that both ends close in where the field has a kink.
   V low = hn::MulAdd(hn::Sub(last, Set(1)), step, ray.begin);
-  V above = level.At(At(ray, low), lanes), below = value;
+  V above = level.At(At(ray, low)), below = value;
   M was_outside = hn::MaskFromVec(hn::Zero(d)), was_inside = was_outside;
   constexpr int kPasses = 4;
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -154,7 +183,7 @@ HWY_INLINE Hit FirstCrossing(const SurfaceArgs& args, const Level<T, kSags>& lev
     const V middle = Lerp(low, high, Clamp01(share));
     hit.along = hn::IfThenElse(hit.cap, high, middle);
     if (pass + 1 == kPasses) break;
-    const V v = level.At(At(ray, middle), lanes);
+    const V v = level.At(At(ray, middle));
     const M outside = hn::Gt(v, hn::Zero(d)), inside = hn::Not(outside);
     low = hn::IfThenElse(outside, middle, low);
     high = hn::IfThenElse(outside, high, middle);
@@ -174,44 +203,47 @@ void Draw(const SurfaceArgs& args, const Target& target) {
   Packet nothing = {};
   for (float& z : nothing.v[4]) z = std::numeric_limits<float>::infinity();
   const V infinity = Set(std::numeric_limits<float>::infinity());
-  ForPackets(args.rays, args.field, target, nothing, [&](int x0, int y0, float from, Packet& packet) HWY_ATTR {
-    for (int part = 0; part < kPacket; part += kLanes) {
-      V x, y;
-      PixelsOf(x0, y0, part, x, y);
-      const Ray ray = RayOf(args.rays, x, y, SceneDepth(target, x, y));
-      const Hit hit = FirstCrossing(args, level, ray, from);
-      const uint32_t lanes = Bits(hit.found);
-      V color[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-      if (lanes != 0) {
-        const Vec3 p = At(ray, hit.along);
-        const Vec3 to_eye = ToEye(args.rays, ray);
-        Vec3 normal = WorldNormal(args.rays, level.Gradient(p, lanes), 1);
-        s::Pixels material = {Set(args.light.color[0]), Set(args.light.color[1]), Set(args.light.color[2]), Set(1)};
-        if (args.mode == VolumeMode::kSolid) {
-          material = ColorOf(args.colors, NoiseValue(args.noise, p, lanes), lanes);
-        } else if (args.mode == VolumeMode::kBump) {
-          V n[4];
-          NoiseChannels(args.noise, p, lanes, n);
-          const Vec3 bump = Unit({n[0], n[1], n[2]});
-          const Vec3 sum = AddScaled(bump, normal, Set(args.k));
-          const M none = hn::Lt(Dot(sum, sum), Set(1e-12f));
-          const Vec3 bent = Unit(sum);
-          normal = {hn::IfThenElse(none, normal.x, bent.x), hn::IfThenElse(none, normal.y, bent.y),
-                    hn::IfThenElse(none, normal.z, bent.z)};
-        }
-        normal = {hn::IfThenElse(hit.cap, to_eye.x, normal.x), hn::IfThenElse(hit.cap, to_eye.y, normal.y),
-                  hn::IfThenElse(hit.cap, to_eye.z, normal.z)};
-        const Shine shine = Lit(args.light, normal, to_eye);
-        color[0] = hn::MulAdd(material.r, shine.lit, shine.gloss);
-        color[1] = hn::MulAdd(material.g, shine.lit, shine.gloss);
-        color[2] = hn::MulAdd(material.b, shine.lit, shine.gloss);
-      }
-      for (int c = 0; c < 3; ++c) hn::Store(hn::IfThenElseZero(hit.found, color[c]), d, packet.v[c] + part);
-      hn::Store(hn::IfThenElseZero(hit.found, Set(1)), d, packet.v[3] + part);
-      const V depth = hn::Add(hit.along, Set(args.rays.middle_depth));
-      hn::Store(hn::IfThenElse(hit.found, depth, infinity), d, packet.v[4] + part);
-    }
-  });
+  ForPackets(args.rays, args.field, target, nothing,
+             [&](int x0, int y0, float from, Packet& packet) HWY_ATTR {
+               for (int part = 0; part < kPacket; part += kLanes) {
+                 V x, y;
+                 PixelsOf(x0, y0, part, x, y);
+                 const Ray ray = RayOf(args.rays, x, y, SceneDepth(target, x, y));
+                 const Hit hit = FirstCrossing(args, level, ray, from);
+                 V color[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+                 if (!hn::AllFalse(d, hit.found)) {
+                   const Vec3 p = At(ray, hit.along);
+                   const Vec3 to_eye = ToEye(args.rays, ray);
+                   Vec3 normal = WorldNormal(args.rays, level.Gradient(p), 1);
+                   s::Pixels material = {Set(args.light.color[0]), Set(args.light.color[1]),
+                                         Set(args.light.color[2]), Set(1)};
+                   if (args.mode == VolumeMode::kSolid) {
+                     material = ColorOf(args.colors, NoiseValue(args.noise, p));
+                   } else if (args.mode == VolumeMode::kBump) {
+                     V n[4];
+                     NoiseChannels(args.noise, p, n);
+                     const Vec3 bump = Unit({n[0], n[1], n[2]});
+                     const Vec3 sum = AddScaled(bump, normal, Set(args.k));
+                     const M none = hn::Lt(Dot(sum, sum), Set(1e-12f));
+                     const Vec3 bent = Unit(sum);
+                     normal = {hn::IfThenElse(none, normal.x, bent.x), hn::IfThenElse(none, normal.y, bent.y),
+                               hn::IfThenElse(none, normal.z, bent.z)};
+                   }
+                   normal = {hn::IfThenElse(hit.cap, to_eye.x, normal.x),
+                             hn::IfThenElse(hit.cap, to_eye.y, normal.y),
+                             hn::IfThenElse(hit.cap, to_eye.z, normal.z)};
+                   const Shine shine = Lit(args.light, normal, to_eye);
+                   color[0] = hn::MulAdd(material.r, shine.lit, shine.gloss);
+                   color[1] = hn::MulAdd(material.g, shine.lit, shine.gloss);
+                   color[2] = hn::MulAdd(material.b, shine.lit, shine.gloss);
+                 }
+                 for (int c = 0; c < 3; ++c)
+                   hn::Store(hn::IfThenElseZero(hit.found, color[c]), d, packet.v[c] + part);
+                 hn::Store(hn::IfThenElseZero(hit.found, Set(1)), d, packet.v[3] + part);
+                 const V depth = hn::Add(hit.along, Set(args.rays.middle_depth));
+                 hn::Store(hn::IfThenElse(hit.found, depth, infinity), d, packet.v[4] + part);
+               }
+             });
 }
 
 template <typename T>

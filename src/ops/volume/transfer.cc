@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string>
 
-#include "tessera/ops/noise_block.h"
 #include "tessera/error.h"
+#include "tessera/ops/noise_block.h"
 
 namespace tessera::ops::volume {
 namespace {
@@ -62,7 +62,8 @@ VolumeTransferFunction Preset(const DrawParams& draw) {
                      length);
   }
   if (p.mode == VolumeMode::kFur) {
-    return FromStops({{0, 1, 1, 1, 0}, {0.06, 1, 1, 1, 0.0}, {0.30, 1, 1, 1, 0.55}, {1, 1, 1, 1, 0.95}}, voxel);
+    return FromStops({{0, 1, 1, 1, 0}, {0.06, 1, 1, 1, 0.0}, {0.30, 1, 1, 1, 0.55}, {1, 1, 1, 1, 0.95}},
+                     voxel);
   }
   if (p.mode == VolumeMode::kHyper) return FromStops({{0, 1, 1, 1, 0}, {1, 1, 1, 1, 0.5}}, voxel);
   const auto range = draw.volume.Range();
@@ -73,8 +74,11 @@ VolumeTransferFunction Preset(const DrawParams& draw) {
 }  // namespace
 
 std::vector<float> MarbleColors() {
-  const std::vector<Stop> stops = {{0, 0.05, 0.055, 0.07, 1},   {0.12, 0.20, 0.19, 0.20, 1}, {0.35, 0.55, 0.50, 0.45, 1},
-                                   {0.60, 0.80, 0.76, 0.70, 1}, {1, 0.94, 0.92, 0.87, 1}};
+  const std::vector<Stop> stops = {{0, 0.05, 0.055, 0.07, 1},
+                                   {0.12, 0.20, 0.19, 0.20, 1},
+                                   {0.35, 0.55, 0.50, 0.45, 1},
+                                   {0.60, 0.80, 0.76, 0.70, 1},
+                                   {1, 0.94, 0.92, 0.87, 1}};
   const VolumeTransferFunction ramp = FromStops(stops, 1);
   constexpr int kEntries = 256;
   std::vector<float> table;
@@ -100,7 +104,8 @@ void MakeTransfer(DrawParams& draw) {
                    [](const TransferPoint& a, const TransferPoint& b) { return a.value < b.value; });
   draw.transfer_low = t.points.front().value;
   draw.transfer_high = t.points.back().value;
-  if (!(draw.transfer_high > draw.transfer_low)) draw.transfer_high = draw.transfer_low + 1e-6 * std::max(1.0, std::fabs(draw.transfer_low));
+  if (!(draw.transfer_high > draw.transfer_low))
+    draw.transfer_high = draw.transfer_low + 1e-6 * std::max(1.0, std::fabs(draw.transfer_low));
   const double domain = draw.transfer_high - draw.transfer_low;
   draw.transfer.clear();
   for (int i = 0; i <= kTransferSize; ++i) {  // one more, for the last entry's neighbour
@@ -118,7 +123,8 @@ void MakeTransfer(DrawParams& draw) {
     const double at = std::clamp(share, 0.0, 1.0) * (kTransferSize - 1);
     const auto i = static_cast<size_t>(at);
     const double f = at - static_cast<double>(i);
-    return (1 - f) * draw.transfer[4 * i + static_cast<size_t>(c)] + f * draw.transfer[4 * i + 4 + static_cast<size_t>(c)];
+    return (1 - f) * draw.transfer[4 * i + static_cast<size_t>(c)] +
+           f * draw.transfer[4 * i + 4 + static_cast<size_t>(c)];
   };
   draw.pairs.resize(static_cast<size_t>(kPairSize + 1) * (kPairSize + 1) * 4);
   for (int b = 0; b <= kPairSize; ++b) {
@@ -176,7 +182,9 @@ std::vector<Dmf> FireChain(const VolumeParams& p, double side) {
 void CompleteDmf(Dmf& step) {
   using Kind = Dmf::Kind;
   const auto require = [&](bool valid, const char* what, double found, const char* expected) {
-    if (!valid) throw Error("dmf", std::string("found ") + what + " " + std::to_string(found) + ", expected " + expected);
+    if (!valid)
+      throw Error("dmf",
+                  std::string("found ") + what + " " + std::to_string(found) + ", expected " + expected);
   };
   require(std::isfinite(step.amount), "an amount of", step.amount, "a finite number");
   require(step.frequency >= 0 && step.frequency < 1e6, "a frequency of", step.frequency, "0 to 1e6");

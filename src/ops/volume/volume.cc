@@ -1,4 +1,6 @@
 // Pictures of volumes as an operation: windows, stages, supersampling, cameras around a volume.
+#include "tessera/ops/volume.h"
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -11,7 +13,6 @@
 #include "ops/volume/shear_warp.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
-#include "tessera/ops/volume.h"
 
 namespace tessera::ops::volume {
 namespace {
@@ -87,7 +88,8 @@ class VolumeOp final : public graph::OpWith<base::VolumeDrawPointer> {
   ImageSpec spec_;
 };
 
-Node Make(const ImageSpec& given, const Volume& volume, const VolumeParams& params, std::vector<Node> inputs) {
+Node Make(const ImageSpec& given, const Volume& volume, const VolumeParams& params,
+          std::vector<Node> inputs) {
   base::VolumeDraw draw = Complete(given, volume, params);
   draw.with_scene = !inputs.empty();
   ImageSpec spec = given;
@@ -108,18 +110,21 @@ Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParam
   return ops::volume::Make(spec, volume, params, {});
 }
 
-Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params, const Node& scene_depth) {
+Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
+                  const Node& scene_depth) {
   return ops::volume::Make(spec, volume, params, {scene_depth});
 }
 
-Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const VolumeParams& params, int samples) {
+Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
+                              int samples) {
   const Roi& window = spec.display_window.empty() ? spec.data_window : spec.display_window;
   std::vector<Node> pictures;
   // Noise is made once for all of them.
   VolumeParams shared = ops::volume::Complete(spec, volume, params).params;
   for (const JitterPoint& j : JitterSet(samples)) {
     // A sub-pixel shift of the projection: x' = x + dx w in clip space.
-    const double dx = -(j.x - 0.5) * 2 / std::max(window.width(), 1), dy = (j.y - 0.5) * 2 / std::max(window.height(), 1);
+    const double dx = -(j.x - 0.5) * 2 / std::max(window.width(), 1),
+                 dy = (j.y - 0.5) * 2 / std::max(window.height(), 1);
     Matrix4 shift = kIdentity4;
     shift[3] = dx, shift[7] = dy;
     const Camera& camera = params.camera;
@@ -129,9 +134,10 @@ Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const
   return Average(pictures);
 }
 
-Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, double field_of_view, double aspect,
-                   double zoom) {
-  if (!(zoom > 0)) throw Error("camera", "found zoom " + std::to_string(zoom) + ", expected a positive number");
+Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, double field_of_view,
+                   double aspect, double zoom) {
+  if (!(zoom > 0))
+    throw Error("camera", "found zoom " + std::to_string(zoom) + ", expected a positive number");
   const VolumeSpec& v = volume.spec();
   const Vector3 low = v.Low(), high = v.High();
   Vector3 centre, half;
@@ -143,12 +149,14 @@ Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, doubl
   const double narrow = std::min(aspect, 1.0);
   if (field_of_view <= 0) {
     const double away = 2 * radius;
-    const Vector3 eye = {centre[0] + away * to_eye[0], centre[1] + away * to_eye[1], centre[2] + away * to_eye[2]};
+    const Vector3 eye = {centre[0] + away * to_eye[0], centre[1] + away * to_eye[1],
+                         centre[2] + away * to_eye[2]};
     return Camera::Parallel(eye, centre, up, 2 * radius / zoom / narrow, aspect, 0.1 * radius, 4 * radius);
   }
   const double angle = field_of_view * std::numbers::pi / 360;
   const double away = radius / std::sin(std::atan(std::tan(angle) * narrow)) / zoom;
-  const Vector3 eye = {centre[0] + away * to_eye[0], centre[1] + away * to_eye[1], centre[2] + away * to_eye[2]};
+  const Vector3 eye = {centre[0] + away * to_eye[0], centre[1] + away * to_eye[1],
+                       centre[2] + away * to_eye[2]};
   return Camera::Perspective(eye, centre, up, field_of_view, aspect, 0.01 * away, away + 2 * radius);
 }
 

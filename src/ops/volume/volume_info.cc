@@ -8,6 +8,7 @@
 #include "ops/modifiers.h"
 #include "ops/volume/volume_ops.h"
 #include "tessera/error.h"
+#include "tessera/mesh.h"
 #include "tessera/ops/volume.h"
 #include "tessera/render.h"
 
@@ -15,6 +16,7 @@ namespace tessera::ops {
 namespace {
 
 constexpr char kName[] = "volume";
+constexpr double kMeshSide = 1.6;  // of the volume's 2
 
 ParamInfo Numbers(const char* name, const char* value, int least, int most, const char* help) {
   ParamInfo p = ListModifier(name, value, most, -1e38, 1e38, help);
@@ -22,8 +24,8 @@ ParamInfo Numbers(const char* name, const char* value, int least, int most, cons
   return p;
 }
 
-const std::vector<std::string> kModes = {"iso",  "solid", "bump",  "melt",      "fur",  "fire",
-                                         "hyper", "over", "under", "attenuate", "xray", "mip"};
+const std::vector<std::string> kModes = {"iso",   "solid", "bump",  "melt",      "fur",  "fire",
+                                         "hyper", "over",  "under", "attenuate", "xray", "mip"};
 const std::vector<std::string> kMethods = {"rays", "slices", "shells", "stacks", "shearwarp"};
 const std::vector<std::string> kClassify = {"post", "pre", "preintegrated"};
 const std::vector<std::string> kLookups = {"block", "channels", "4", "8"};
@@ -54,7 +56,8 @@ ImageSpec SizeOf(const std::string& text) {
   for (int k = 0; k < 2; ++k) {
     const auto [next, error] = std::from_chars(at, end, side[k]);
     const bool last = k == 1;
-    if (error != std::errc() || side[k] < 1 || side[k] > 65536 || (last ? next != end : next == end || *next != 'x')) {
+    if (error != std::errc() || side[k] < 1 || side[k] > 65536 ||
+        (last ? next != end : next == end || *next != 'x')) {
       throw Error("volume:size", "found \"" + text.substr(0, 40) + "\", expected WxH in pixels, as 640x480");
     }
     at = next + 1;
@@ -63,7 +66,7 @@ ImageSpec SizeOf(const std::string& text) {
 }
 
 int Operands(const Arguments& a) {
-  return (a.Given("solid") || a.Given("file") ? 0 : 1) + (a.Flag("scene") ? 1 : 0);
+  return (a.Given("solid") || a.Given("file") || a.Given("mesh") ? 0 : 1) + (a.Flag("scene") ? 1 : 0);
 }
 
 Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
@@ -71,9 +74,16 @@ Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
   const std::vector<double>& dims = a.Numbers("dims");
   Volume volume;
   const Vector3 spacing = VectorOf(a.Numbers("spacing"));
-  if (a.Given("solid")) {
+  if (a.Given("solid") || a.Given("mesh")) {
     const std::array<int, 3> size = SizesOf(a.Given("dims") ? dims : std::vector<double>{128});
-    volume = DistanceField(Solid::Parse(a.Text("solid")), VolumeSpec::Centred(size, type, spacing), a.Number("range"));
+    const VolumeSpec spec = VolumeSpec::Centred(size, type, spacing);
+    if (a.Given("solid")) {
+      volume = DistanceField(Solid::Parse(a.Text("solid")), spec, a.Number("range"));
+    } else {
+      Mesh mesh = ReadMesh(a.Text("mesh"));
+      FitMesh(mesh, kMeshSide);
+      volume = DistanceField(mesh, spec, a.Number("range"));
+    }
   } else if (a.Given("file")) {
     VolumeFileParams f;
     f.spacing = spacing;
@@ -115,7 +125,8 @@ VolumeTransferFunction TransferOf(const std::string& text) {
     throw Error("volume:transfer", "found " + std::to_string(v.size()) +
                                        " numbers, expected value,r,g,b,opacity for each point, or a file");
   }
-  for (size_t i = 0; i < v.size(); i += 5) t.points.push_back({v[i], {v[i + 1], v[i + 2], v[i + 3]}, v[i + 4]});
+  for (size_t i = 0; i < v.size(); i += 5)
+    t.points.push_back({v[i], {v[i + 1], v[i + 2], v[i + 3]}, v[i + 4]});
   return t;
 }
 
@@ -127,10 +138,15 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   p.mode = ChoiceOf<VolumeMode>(a, "mode", kModes);
   const double aspect = spec.width() / std::max<double>(spec.height(), 1);
   p.camera = a.Given("view") ? Camera::FromNumbers(a.Numbers("view"), "volume:view")
-                             : OrbitCamera(volume, a.Number("azimuth"), a.Number("elevation"), a.Number("fov"),
-                                           aspect, a.Number("zoom"));
+                             : OrbitCamera(volume, a.Number("azimuth"), a.Number("elevation"),
+                                           a.Number("fov"), aspect, a.Number("zoom"));
+  if (!a.Given("view") && a.Text("up") == "z") {
+    // The volume is turned: its z points up, its y towards the viewer, its x to the left.
+    constexpr Matrix4 kTurn = {-1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
+    p.camera = Camera(Product(p.camera.world_to_camera(), kTurn), Product(p.camera.world_to_clip(), kTurn));
+  }
   const bool density = p.mode >= VolumeMode::kOver;
-  const bool solid_is_distance = a.Given("solid") || a.Given("distance");
+  const bool solid_is_distance = a.Given("solid") || a.Given("mesh") || a.Given("distance");
   if (a.Given("iso")) {
     p.iso = a.Number("iso");
   } else if (!solid_is_distance && !density) {
@@ -161,9 +177,11 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   if (a.Given("transferlength")) p.transfer.length = a.Number("transferlength");
   const std::vector<double>& planes = a.Given("planes") ? a.Numbers("planes") : std::vector<double>{};
   if (planes.size() % 4 != 0) {
-    throw Error("volume:planes", "found " + std::to_string(planes.size()) + " numbers, expected x,y,z,offset for each plane");
+    throw Error("volume:planes",
+                "found " + std::to_string(planes.size()) + " numbers, expected x,y,z,offset for each plane");
   }
-  for (size_t i = 0; i < planes.size(); i += 4) p.planes.push_back({{planes[i], planes[i + 1], planes[i + 2]}, planes[i + 3]});
+  for (size_t i = 0; i < planes.size(); i += 4)
+    p.planes.push_back({{planes[i], planes[i + 1], planes[i + 2]}, planes[i + 3]});
   const int samples = a.Integer("samples");
   if (scene) return RenderVolume(spec, volume, p, inputs[0]);
   return samples > 1 ? RenderVolumeSupersampled(spec, volume, p, samples) : RenderVolume(spec, volume, p);
@@ -177,36 +195,55 @@ OpInfo VolumeInfo() {
   info.family = kName;
   info.inputs = 1;
   info.operands = Operands;
-  info.summary = "A picture of a volume: a lit, textured or hypertextured distance field, or a density volume";
+  info.summary =
+      "A picture of a volume: a lit, textured or hypertextured distance field, or a density volume";
   info.help =
-      "The volume: solid= (a distance field of dims= voxels), file= (OpenVDB and whatever else OpenImageIO reads as a "
-      "volume, slices numbered by # or %03d, an image of slices=, or raw samples where dims= and type= are given), or "
-      "the top image, slices one above the other (slices=). distance=LEVEL turns a density volume into its distance "
-      "field first. The longest side measures 2, centred at 0; y is up; files' slices come towards the viewer. A "
+      "The volume: solid= (a distance field of dims= voxels), mesh= (the distance field of a closed "
+      "Wavefront OBJ mesh, "
+      "scaled to 1.6, where the library was built with OpenVDB), file= (OpenVDB and whatever else "
+      "OpenImageIO reads as a "
+      "volume, slices numbered by # or %03d, an image of slices=, or raw samples where dims= and type= are "
+      "given), or "
+      "the top image, slices one above the other (slices=). distance=LEVEL turns a density volume into its "
+      "distance "
+      "field first. The longest side measures 2, centred at 0; y is up; files' slices come towards the "
+      "viewer. A "
       "solid: sphere(x,y,z,r), ellipsoid, box(x,y,z,w,h,d half sizes), roundbox, torus(x,y,z,r,tube), "
-      "capsule(x,y,z,x,y,z,r), cone(x,y,z,x,y,z,r,r), plane(x,y,z,offset), body, knot, joined by | (union), & "
+      "capsule(x,y,z,x,y,z,r), cone(x,y,z,x,y,z,r,r), plane(x,y,z,offset), body, knot, joined by | (union), "
+      "& "
       "(intersection), - (difference), |.1 and &.1 (blended), parentheses; quote it.\n"
-      "mode: iso, solid, bump and melt show the surface at iso=, lit; fur, fire and hyper show the soft region iso to "
-      "iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the chain dmf=: bias(b), "
+      "mode: iso, solid, bump and melt show the surface at iso=, lit; fur, fire and hyper show the soft "
+      "region iso to "
+      "iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the chain dmf=: "
+      "bias(b), "
       "gain(g), noise(amount,freq), turbulence(amount,freq), threshold(from,width), warp(amount,freq), "
-      "lift(amount,freq), swell(amount,freq), a third number is an upward speed; over, under, attenuate, xray and mip "
+      "lift(amount,freq), swell(amount,freq), a third number is an upward speed; over, under, attenuate, "
+      "xray and mip "
       "show a density through transfer= (value,r,g,b,opacity,... or a file of such lines; opacity of "
       "transferlength=). time= animates melt, fur and fire.\n"
-      "Premultiplied R, G, B, A; depth=1 adds Z. scene=1 takes the planar depths of opaque objects from the image "
-      "below (its size is the picture's) and ends rays there. lookup: how turbulence is read (one precomputed block, "
-      "four channels, 4 or 8 lookups).\nRays leap over what is provably empty; the pictures are the same bits with "
-      "leap=0. method: where samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own slices), "
-      "or shearwarp (parallel cameras: fov=0).\nSource: Miller and Jones, Texturing and Hypertexturing of Volumetric "
-      "Objects, 2005; Lacroute and Levoy, 1994; spec/volume-and-hypertexture.md.";
-  info.bound = "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest colour";
+      "Premultiplied R, G, B, A; depth=1 adds Z. scene=1 takes the planar depths of opaque objects from the "
+      "image "
+      "below (its size is the picture's) and ends rays there. lookup: how turbulence is read (one "
+      "precomputed block, "
+      "four channels, 4 or 8 lookups).\nRays leap over what is provably empty; the pictures are the same "
+      "bits with "
+      "leap=0. method: where samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own "
+      "slices), "
+      "or shearwarp (sheared slices, one warp).\nSource: Miller and Jones, Texturing and Hypertexturing of "
+      "Volumetric Objects, 2005; Lacroute and Levoy, 1994; spec/volume-and-hypertexture.md.";
+  info.bound =
+      "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
+      "colour";
   info.bound_u = 168;
   info.modifiers = {
       TextModifier("solid", "a solid in words, see below"),
+      TextModifier("mesh", "a closed mesh, Wavefront OBJ"),
       TextModifier("file", "a volume's file"),
       Numbers("dims", "128", 1, 3, "voxels: one number, or x,y,z"),
       ChoiceModifier("type", {"uint16", "uint8", "half", "float"}, "sample type of solids and raw files"),
       Numbers("spacing", "1,1,1", 3, 3, "proportions of a voxel"),
-      NumberModifier("range", "0", 0, 1e6, "distances kept by integer types, world units; 0 is an eighth of the longest side"),
+      NumberModifier("range", "0", 0, 1e6,
+                     "distances kept by integer types, world units; 0 is an eighth of the longest side"),
       IntegerModifier("slices", "1", 1, 65536, "slices one above the other in an image"),
       IntegerModifier("channel", "0", 0, 1023, "channel of images"),
       IntegerModifier("header", "0", 0, 1e9, "bytes before raw samples"),
@@ -215,10 +252,14 @@ OpInfo VolumeInfo() {
       NumberModifier("distance", "0.5", -1e30, 1e30, "make the distance field of this level first"),
       TextModifier("size", "WxH of the picture, pixels; default 300x300"),
       ChoiceModifier("mode", kModes, "what is drawn"),
-      NumberModifier("iso", "0", -1e30, 1e30, "level of the surface; of densities by default half their range"),
+      NumberModifier("iso", "0", -1e30, 1e30,
+                     "level of the surface; of densities by default half their range"),
       FlagModifier("below", "densities below iso are inside"),
-      NumberModifier("soft", "-1", -1, 1e6, "width of the soft region, world units; -1 is what suits the mode"),
+      NumberModifier("soft", "-1", -1, 1e6,
+                     "width of the soft region, world units; -1 is what suits the mode"),
       Numbers("view", "", 16, 32, "world to clip, or world to camera and world to clip, row-major"),
+      ChoiceModifier("up", {"y", "z"},
+                     "axis of the volume that points up, with its z or y towards azimuth 0"),
       NumberModifier("azimuth", "25", -1e6, 1e6, "degrees around the volume"),
       NumberModifier("elevation", "15", -1e6, 1e6, "degrees above the horizon"),
       NumberModifier("fov", "30", 0, 170, "vertical field of view, degrees; 0 is a parallel camera"),
@@ -229,18 +270,21 @@ OpInfo VolumeInfo() {
       NumberModifier("diffuse", "0.75", 0, 1e3, "factor of diffuse light"),
       NumberModifier("specular", "0.35", 0, 1e3, "factor of the highlight"),
       NumberModifier("exponent", "40", 0, 1e4, "sharpness of the highlight"),
-      NumberModifier("step", "0", 0, 1e6, "distance of samples, world units; 0 is a voxel (fur 1.25, fire 2.5)"),
+      NumberModifier("step", "0", 0, 1e6,
+                     "distance of samples, world units; 0 is a voxel (fur 1.25, fire 2.5)"),
       NumberModifier("termination", "0.001953125", 0, 1, "rays end at alpha 1 - this"),
       ChoiceModifier("method", kMethods, "where samples lie"),
       FlagModifier("leap", "leap over empty space", "1"),
       NumberModifier("time", "0", -1e5, 1e5, "seconds"),
       NumberModifier("freq", "0", 0, 1e5, "noise blocks per world unit; 0 is what suits the mode"),
-      NumberModifier("amount", "0", -1e3, 1e3, "melt: sag, fur: droop, fire: height of flames, world units; bump: k"),
+      NumberModifier("amount", "0", -1e3, 1e3,
+                     "melt: sag, fur: droop, fire: height of flames, world units; bump: k"),
       ChoiceModifier("lookup", kLookups, "how turbulence is read"),
       TextModifier("dmf", "chain of density modulation functions, quoted"),
       TextModifier("transfer", "value,r,g,b,opacity for each point, or a file"),
       NumberModifier("transferlength", "0.01", 1e-9, 1e9, "world units that have the opacities"),
-      ChoiceModifier("classify", kClassify, "look up after, or before, interpolation, or between both ends of a step"),
+      ChoiceModifier("classify", kClassify,
+                     "look up after, or before, interpolation, or between both ends of a step"),
       FlagModifier("shade", "light densities by their gradient"),
       Numbers("planes", "", 4, 64, "cutting planes x,y,z,offset: kept where x*X + y*Y + z*Z >= offset"),
       FlagModifier("depth", "add a channel Z of planar depths"),
@@ -252,14 +296,15 @@ OpInfo VolumeInfo() {
     if (p.name == "view") p.counts = {16, 32};
     if (p.name == "size") p.default_value = "300x300";
   }
-  info.examples = {"solid=body dims=24 size=24x20",
-                   "solid=body dims=24 size=22x20 mode=bump fov=0 type=half",
-                   "solid=knot dims=24 size=24x18 mode=solid type=float",
-                   "solid=knot dims=20 size=20x18 mode=melt",
-                   "solid=sphere(0,0,0,.6) dims=20 size=20x18 mode=fur soft=0.25",
-                   "solid=sphere(0,0,0,.5) dims=20 size=20x18 mode=fire soft=0.2 termination=0",
-                   "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1),bias(.4),gain(.6) shade=1",
-                   "solid=knot dims=20 type=float size=22x18 mode=over transfer=-.3,1,.5,.2,.3,.1,.2,.4,1,0"};
+  info.examples = {
+      "solid=body dims=24 size=24x20",
+      "solid=body dims=24 size=22x20 mode=bump fov=0 type=half",
+      "solid=knot dims=24 size=24x18 mode=solid type=float",
+      "solid=knot dims=20 size=20x18 mode=melt",
+      "solid=sphere(0,0,0,.6) dims=20 size=20x18 mode=fur soft=0.25",
+      "solid=sphere(0,0,0,.5) dims=20 size=20x18 mode=fire soft=0.2 termination=0",
+      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1),bias(.4),gain(.6) shade=1",
+      "solid=knot dims=20 type=float size=22x18 mode=over transfer=-.3,1,.5,.2,.3,.1,.2,.4,1,0"};
   info.make = Make;
   return info;
 }

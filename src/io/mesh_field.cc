@@ -1,0 +1,93 @@
+// Distance fields of meshes through OpenVDB's converter.
+#include "tessera/error.h"
+#include "tessera/mesh.h"
+
+#if defined(TESSERA_OPENVDB)
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/MeshToVolume.h>
+
+#include <cmath>
+#include <string>
+#endif
+
+namespace tessera {
+
+#if defined(TESSERA_OPENVDB)
+
+namespace {
+
+constexpr float kBand = 3;  // voxels on both sides of the surface that the converter fills in
+
+// What the converter reads: points in voxels.
+class InVoxels {
+ public:
+  InVoxels(const Mesh& mesh, const VolumeSpec& spec) : mesh_(mesh), spec_(spec) {}
+  size_t polygonCount() const { return mesh_.triangles.size(); }
+  size_t pointCount() const { return mesh_.points.size(); }
+  size_t vertexCount(size_t) const { return 3; }
+  void getIndexSpacePoint(size_t polygon, size_t corner, openvdb::Vec3d& p) const {
+    const Vector3& point = mesh_.points[static_cast<size_t>(mesh_.triangles[polygon][corner])];
+    for (size_t a = 0; a < 3; ++a) p[static_cast<int>(a)] = (point[a] - spec_.origin[a]) / spec_.spacing[a];
+  }
+
+ private:
+  const Mesh& mesh_;
+  const VolumeSpec& spec_;
+};
+
+}  // namespace
+
+bool HasMeshConverter() { return true; }
+
+Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range) {
+  const double voxel = spec.spacing[0];
+  for (double s : spec.spacing) {
+    if (std::fabs(s - voxel) > 1e-9 * std::fabs(voxel)) {
+      throw Error("mesh", "found a spacing of " + std::to_string(spec.spacing[0]) + "," +
+                              std::to_string(spec.spacing[1]) + "," + std::to_string(spec.spacing[2]) +
+                              ", expected the same along all axes");
+    }
+  }
+  for (const auto& triangle : mesh.triangles) {
+    for (int corner : triangle) {
+      if (corner < 0 || static_cast<size_t>(corner) >= mesh.points.size()) {
+        throw Error("mesh",
+                    "found point " + std::to_string(corner) + " of " + std::to_string(mesh.points.size()));
+      }
+    }
+  }
+  openvdb::initialize();
+  const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+  const auto grid =
+      openvdb::tools::meshToVolume<openvdb::FloatGrid>(InVoxels(mesh, spec), *transform, kBand, kBand);
+  const auto voxel_of = [&](const Vector3& p) {
+    const auto at = [&](size_t a) {
+      return static_cast<int>(std::lrint((p[a] - spec.origin[a]) / spec.spacing[a]));
+    };
+    return openvdb::Coord(at(0), at(1), at(2));
+  };
+  // Voxels without a triangle near hold the band's width, with the sign of their side.
+  VolumeSpec band_spec = spec;
+  band_spec.type = PixelType::kFloat, band_spec.scale = 1, band_spec.bias = 0;
+  const auto values = grid->getConstAccessor();
+  const Volume band(band_spec,
+                    [&](const Vector3& p) { return static_cast<double>(values.getValue(voxel_of(p))); });
+  const Volume far = DistanceField(band, {.iso = 0, .inside_below = true, .type = spec.type, .range = range});
+  return Volume(far.spec(), [&](const Vector3& p) {
+    const openvdb::Coord at = voxel_of(p);
+    const double near = values.getValue(at);
+    return std::fabs(near) < (kBand - 0.5) * voxel ? near : far.At(at.x(), at.y(), at.z());
+  });
+}
+
+#else
+
+bool HasMeshConverter() { return false; }
+
+Volume DistanceField(const Mesh&, const VolumeSpec&, double) {
+  throw Error("mesh", "found a build without OpenVDB, expected libopenvdb-dev when Tessera was configured");
+}
+
+#endif
+
+}  // namespace tessera

@@ -1,0 +1,111 @@
+// Rows of fields and noise brought to the form in which lines are followed.
+#include "ops/flow/row_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ops/flow/lines.h"
+#include "ops/flow/noise.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/flow/row_kernel.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/point-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::flow::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+using simd::HWY_NAMESPACE::D;
+using simd::HWY_NAMESPACE::DI;
+using simd::HWY_NAMESPACE::DU;
+using simd::HWY_NAMESPACE::V;
+using simd::HWY_NAMESPACE::VI;
+using simd::HWY_NAMESPACE::VU;
+
+constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+
+RowFound CopyVectors(const float* from, int width, float* to) {
+  const D d;
+  V largest = hn::Zero(d), longest = hn::Zero(d);
+  RowFound found;
+  const V most = hn::Set(d, hwy::HighestValue<float>());
+  const auto take = [&](const float* p, float* out) HWY_ATTR {
+    V u, v;
+    hn::LoadInterleaved2(d, p, u, v);
+    // False for NaN too.
+    const auto known = hn::And(hn::Le(hn::Abs(u), most), hn::Le(hn::Abs(v), most));
+    found.masked |= !hn::AllTrue(d, known);
+    u = hn::IfThenElseZero(known, u), v = hn::IfThenElseZero(known, v);
+    largest = hn::Max(largest, hn::Max(hn::Abs(u), hn::Abs(v)));
+    longest = hn::Max(longest, hn::MulAdd(u, u, hn::Mul(v, v)));
+    hn::StoreInterleaved2(u, v, d, out);
+  };
+  int x = 0;
+  for (; x + kLanes <= width; x += kLanes) take(from + 2 * x, to + 2 * x);
+  if (x < width) {
+    float rest[2 * kLanes] = {};
+    std::copy(from + 2 * x, from + 2 * width, rest);
+    take(rest, rest);
+    std::copy(rest, rest + 2 * (width - x), to + 2 * x);
+  }
+  found.largest = hn::GetLane(hn::MaxOfLanes(d, largest));
+  found.squared = hn::GetLane(hn::MaxOfLanes(d, longest));
+  return found;
+}
+
+HWY_INLINE VU Scramble(VU h) {
+  const DU du;
+  h = hn::Mul(hn::Xor(h, hn::ShiftRight<16>(h)), hn::Set(du, kMixFirst));
+  h = hn::Mul(hn::Xor(h, hn::ShiftRight<15>(h)), hn::Set(du, kMixSecond));
+  return hn::Xor(h, hn::ShiftRight<16>(h));
+}
+
+void WhiteCodes(uint32_t row_key, int width, uint32_t* to) {
+  const DU du;
+  for (int x = 0; x < width; x += kLanes) {
+    const VU place = hn::Mul(hn::Iota(du, static_cast<uint32_t>(x)), hn::Set(du, kMixPlace));
+    hn::StoreU(hn::ShiftRight<24>(Scramble(hn::Xor(place, hn::Set(du, row_key)))), du, to + x);
+  }
+}
+
+void CellCodes(const float* uv, const uint32_t* noise, int width, float smallest, uint32_t* to) {
+  const D d;
+  const DI di;
+  const DU du;
+  const V one = hn::Set(d, static_cast<float>(kCellShareOne));
+  for (int x = 0; x < width; x += kLanes) {
+    V u, v;
+    hn::LoadInterleaved2(d, uv + 2 * x, u, v);
+    const V size_u = hn::Abs(u), size_v = hn::Abs(v);
+    const V larger = hn::Max(size_u, size_v), smaller = hn::Min(size_u, size_v);
+    const auto still = hn::Lt(hn::MulAdd(u, u, hn::Mul(v, v)), hn::Set(d, smallest * smallest));
+    const V ratio = hn::Div(hn::IfThenZeroElse(still, smaller), hn::IfThenElse(still, one, larger));
+    const VI share = hn::NearestInt(hn::Mul(ratio, one));
+    const auto flag = [&](hn::Mask<D> m, uint32_t bit) HWY_ATTR {
+      return hn::BitCast(du, hn::IfThenElseZero(hn::RebindMask(di, m), hn::Set(di, static_cast<int>(bit))));
+    };
+    const VU sign_u = hn::ShiftRight<31>(hn::BitCast(du, u)), sign_v = hn::ShiftRight<31>(hn::BitCast(du, v));
+    VU code = hn::Or(sign_u, hn::Add(sign_v, sign_v));
+    code = hn::Or(code, hn::Or(flag(still, kCellStill), flag(hn::Ge(size_u, size_v), kCellWide)));
+    code = hn::Or(code, hn::ShiftLeft<kCellShareShift>(hn::BitCast(du, share)));
+    hn::StoreU(hn::Or(code, hn::ShiftLeft<kCellNoiseShift>(hn::LoadU(du, noise + x))), du, to + x);
+  }
+}
+
+RowKernels RowKernelsHere() { return {CopyVectors, WhiteCodes, CellCodes}; }
+
+}  // namespace tessera::ops::flow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops::flow {
+
+static_assert(kCellLeft == 1 && kCellUp == 2);
+HWY_EXPORT(RowKernelsHere);
+
+RowKernels RowKernelsOf() { return HWY_DYNAMIC_DISPATCH(RowKernelsHere)(); }
+
+}  // namespace tessera::ops::flow
+#endif  // HWY_ONCE

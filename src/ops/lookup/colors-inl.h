@@ -1,0 +1,144 @@
+// Colours through a finite 3-D table that is clamped to its ends, the commonest lookup: both passes from
+// vectors of pixels to vectors of pixels, without planes between them.
+#if defined(TESSERA_OPS_LOOKUP_COLORS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_LOOKUP_COLORS_INL_H_
+#undef TESSERA_OPS_LOOKUP_COLORS_INL_H_
+#else
+#define TESSERA_OPS_LOOKUP_COLORS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstdint>
+#include <type_traits>
+
+#include "ops/lookup/locate-inl.h"
+#include "simd/texels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
+using s::V;
+using s::VI;
+
+// What the first pass leaves for the second. Places are offsets in units of two floats, which is what an
+// address can be scaled by; there are at most kMostPlaces, so that floats hold them exactly.
+struct Cells {
+  alignas(64)
+      int32_t place[3][kChunk];  // simplex: the first three of its entries; linear: the cell's first entry
+  alignas(64) float weight[4][kChunk];  // simplex: of its four entries; linear: fractions
+};
+inline constexpr int kPlacesPerEntry = 2;
+inline constexpr int64_t kMostPlaces = int64_t{1} << 23;
+
+HWY_INLINE const float* Entry(const float* data, int32_t place) {
+  return data + 2 * static_cast<size_t>(static_cast<uint32_t>(place));
+}
+
+// First pass for the pixels from i on, in plane order.
+template <bool kSimplex, bool kExact>
+HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells, int i) {
+  const s::D d;
+  const s::DI di;
+  const V x[3] = {p.r, p.g, p.b};
+  V f[3], sum = hn::Zero(d);
+  VI step[3];
+  for (int a = 0; a < 3; ++a) {
+    const GridAxis& axis = grid.axis(a);
+    const int32_t length = kPlacesPerEntry * axis.stride;
+    step[a] = hn::Set(di, length);
+    const V cell = CellInside<kExact>(Unit(x[a]), hn::Set(d, axis.scale),
+                                      hn::Set(d, static_cast<float>(axis.last)), f[a]);
+    sum = hn::MulAdd(cell, hn::Set(d, static_cast<float>(length)), sum);
+  }
+  const VI place = SmallInteger(sum);
+  hn::Store(place, di, cells.place[0] + i);
+  if constexpr (!kSimplex) {
+    for (int a = 0; a < 3; ++a) hn::Store(f[a], d, cells.weight[a] + i);
+  } else {
+    // From the first corner to the last one along the axes in falling order of their fractions; the weights
+    // are the differences of these.
+    const auto ge01 = hn::Ge(f[0], f[1]), ge12 = hn::Ge(f[1], f[2]), ge02 = hn::Ge(f[0], f[2]);
+    const auto pick = [&](auto mask, VI yes, VI no)
+                          HWY_ATTR { return hn::IfThenElse(hn::RebindMask(di, mask), yes, no); };
+    const VI first = pick(hn::And(ge01, ge02), step[0], pick(ge12, step[1], step[2]));
+    const VI last = pick(hn::And(ge12, ge02), step[2], pick(ge01, step[1], step[0]));
+    const VI end = hn::Add(hn::Add(place, step[0]), hn::Add(step[1], step[2]));
+    hn::Store(hn::Add(place, first), di, cells.place[1] + i);
+    hn::Store(hn::Sub(end, last), di, cells.place[2] + i);
+    const V high01 = hn::Max(f[0], f[1]), low01 = hn::Min(f[0], f[1]);
+    const V high = hn::Max(high01, f[2]), low = hn::Min(low01, f[2]);
+    const V middle = hn::Max(low01, hn::Min(high01, f[2]));
+    hn::Store(hn::Sub(hn::Set(d, 1.0f), high), d, cells.weight[0] + i);
+    hn::Store(hn::Sub(high, middle), d, cells.weight[1] + i);
+    hn::Store(hn::Sub(middle, low), d, cells.weight[2] + i);
+    hn::Store(low, d, cells.weight[3] + i);
+  }
+}
+
+// Second pass: store(j, vector), j an integral constant, gets the quarters of the kLanes pixels from i on, as
+// they lie in memory.
+template <int j, class Store>
+HWY_INLINE void SimplexQuarter(const float* data, ptrdiff_t last, const Cells& cells, int i, const V* w,
+                               const Store& store) {
+  const auto at = [&](int k, const float* from) HWY_ATTR {
+    return s::LoadQuads([&](int lane) HWY_ATTR { return Entry(from, cells.place[k][i + lane]); }, j);
+  };
+  V sum = hn::Mul(at(0, data), hn::Broadcast<j>(w[0]));
+  sum = hn::MulAdd(at(1, data), hn::Broadcast<j>(w[1]), sum);
+  sum = hn::MulAdd(at(2, data), hn::Broadcast<j>(w[2]), sum);
+  store(std::integral_constant<int, j>(), hn::MulAdd(at(0, data + last), hn::Broadcast<j>(w[3]), sum));
+}
+template <class Store>
+HWY_INLINE void GatherSimplexColors(const Grid& grid, const Cells& cells, int i, const Store& store) {
+  const s::D d;
+  ptrdiff_t last = 0;
+  for (int a = 0; a < 3; ++a) last += static_cast<ptrdiff_t>(grid.axis(a).stride) * 4;
+  V w[4];
+  for (int k = 0; k < 4; ++k) w[k] = hn::Load(d, cells.weight[k] + i);
+  SimplexQuarter<0>(grid.data(), last, cells, i, w, store);
+  SimplexQuarter<1>(grid.data(), last, cells, i, w, store);
+  SimplexQuarter<2>(grid.data(), last, cells, i, w, store);
+  SimplexQuarter<3>(grid.data(), last, cells, i, w, store);
+}
+template <class Store>
+HWY_INLINE void GatherLinearColors(const Grid& grid, const Cells& cells, int i, const Store& store) {
+  const ptrdiff_t up1 = static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
+  const ptrdiff_t up2 = static_cast<ptrdiff_t>(grid.axis(2).stride) * 4;
+  const auto pixel = [&](int k) HWY_ATTR {
+    const float* const p = Entry(grid.data(), cells.place[0][k]);
+    const s::Pair f1 = s::Pair::Set(cells.weight[1][k]), f2 = s::Pair::Set(cells.weight[2][k]);
+    const s::Pair below = s::Lerp(s::Pair::Load(p), s::Pair::Load(p + up1), f1);
+    const s::Pair above = s::Lerp(s::Pair::Load(p + up2), s::Pair::Load(p + up1 + up2), f1);
+    const s::Pair pair = s::Lerp(below, above, f2);
+    return s::Lerp(s::Lower(pair), s::Upper(pair), s::Quad::Set(cells.weight[0][k]));
+  };
+  const auto quarter = [&](auto j) HWY_ATTR {
+    store(j, s::VectorOfQuads([&](int k) HWY_ATTR { return pixel(i + k).reg[0]; }, j));
+  };
+  quarter(std::integral_constant<int, 0>()), quarter(std::integral_constant<int, 1>());
+  quarter(std::integral_constant<int, 2>()), quarter(std::integral_constant<int, 3>());
+}
+
+// Both passes over a chunk's pixels, finite entries only. load(i) -> Pixels from i on in plane order;
+// store(i, j, vector): quarter j of the pixels from i on, three results and what the table's fourth sample
+// is.
+template <bool kSimplex, bool kExact, class Load, class Store>
+HWY_INLINE void LookupColors(const Grid& grid, Cells& cells, int count, const Load& load,
+                             const Store& store) {
+  for (int i = 0; i < count; i += s::kLanes) LocateColors<kSimplex, kExact>(grid, load(i), cells, i);
+  for (int i = 0; i < count; i += s::kLanes) {
+    const auto store_here = [&](auto j, V v) HWY_ATTR { store(i, j, v); };
+    if constexpr (kSimplex) {
+      GatherSimplexColors(grid, cells, i, store_here);
+    } else {
+      GatherLinearColors(grid, cells, i, store_here);
+    }
+  }
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

@@ -1,0 +1,294 @@
+// Environment maps for the reference: lookups by the definition of each map, texel by texel, in double.
+#ifndef TESSERA_REFERENCE_ENVIRONMENT_MAP_H_
+#define TESSERA_REFERENCE_ENVIRONMENT_MAP_H_
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "reference/reference.h"
+#include "tessera/ops/environment.h"
+
+namespace tessera::reference {
+
+inline constexpr double kPi = std::numbers::pi;
+using Vec = Vector3;
+
+inline double Norm(const Vec& v) { return std::sqrt(Dot(v, v)); }
+
+// A weighted sum of texels, and the largest that had weight.
+struct Sample {
+  std::vector<double> value;
+  double largest = 0;
+  explicit Sample(int channels) : value(static_cast<size_t>(channels)) {}
+  void Add(const Sample& s, double w) {
+    if (w == 0) return;
+    for (size_t c = 0; c < value.size(); ++c) value[c] += w * s.value[c];
+    largest = std::max(largest, s.largest);
+  }
+};
+
+// A map as faces of n x m texels in a picture.
+class Map {
+ public:
+  Map(const ImageD& picture, EnvironmentMap kind)
+      : Map(picture, kind, picture.roi.width(), picture.roi.height()) {}
+  Map(const ImageD& picture, EnvironmentMap kind, int width, int height)
+      : picture_(picture), kind_(kind), w_(width), h_(height) {
+    corners_ = {{0, 0}};
+    if (kind == EnvironmentMap::kDualParabolic) {
+      w_ = std::max(1, width / 2);
+      corners_.push_back({width - w_, 0});
+    }
+    if (kind != EnvironmentMap::kCube) return;
+    // The faces' places counted in faces: +x -x +y -y +z -z.
+    static constexpr int kAcross[6][2] = {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}};
+    static constexpr int kDown[6][2] = {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}};
+    const bool strip = width == 6 * height || height == 6 * width;
+    const int n = strip ? std::min(width, height) : width > height ? width / 4 : width / 3;
+    corners_.clear();
+    for (int f = 0; f < 6; ++f) {
+      if (strip) {
+        corners_.push_back(width > height ? Corner{f * n, 0} : Corner{0, f * n});
+      } else {
+        const auto& at = width > height ? kAcross[f] : kDown[f];
+        corners_.push_back({at[0] * n, at[1] * n});
+      }
+    }
+    half_turn_ = !strip && height > width;
+    w_ = h_ = n;
+  }
+  bool empty() const { return w_ <= 0 || h_ <= 0; }
+  int faces() const { return static_cast<int>(corners_.size()); }
+  int channels() const { return picture_.channels; }
+  int w() const { return w_; }
+  int h() const { return h_; }
+  EnvironmentMap kind() const { return kind_; }
+
+  // The texel of a face that a pixel of the picture would be; outside of its sides if the pixel is not the
+  // face's.
+  std::pair<int, int> TexelAt(int face, int x, int y) const {
+    const Corner& corner = corners_[static_cast<size_t>(face)];
+    const bool turned = half_turn_ && face == 5;
+    const int i = x - corner.x, j = y - corner.y;
+    return {turned ? w_ - 1 - i : i, turned ? h_ - 1 - j : j};
+  }
+  Sample Texel(int face, int i, int j) const {
+    if (half_turn_ && face == 5) i = w_ - 1 - i, j = h_ - 1 - j;
+    const Corner& corner = corners_[static_cast<size_t>(face)];
+    Sample s(channels());
+    for (int c = 0; c < picture_.channels; ++c) {
+      s.value[static_cast<size_t>(c)] =
+          picture_.at(picture_.roi.x0 + corner.x + i, picture_.roi.y0 + corner.y + j, c);
+      s.largest = std::max(s.largest, std::fabs(s.value[static_cast<size_t>(c)]));
+    }
+    return s;
+  }
+  // Which face, and where on it in [-1, 1] to the right and upwards; false behind a single parabolic map.
+  bool Project(const Vec& d, int* face, double* s, double* t) const {
+    const double r = Norm(d), x = d[0] / r, y = d[1] / r, z = d[2] / r;
+    *face = 0;
+    switch (kind_) {
+      case EnvironmentMap::kLatLong:
+        *s = -std::atan2(x, z) / kPi, *t = std::atan2(y, std::hypot(x, z)) / (kPi / 2);
+        return true;
+      case EnvironmentMap::kSphere: {
+        const double up = z < 0 ? (x * x + y * y) / (1 - z) : 1 + z, m = std::hypot(x, y, up);
+        *s = m == 0 ? 1 : x / m, *t = m == 0 ? 0 : y / m;
+        return true;
+      }
+      case EnvironmentMap::kParabolic:
+      case EnvironmentMap::kDualParabolic:
+        *face = z < 0 ? 1 : 0;
+        *s = x / (1 + std::fabs(z)), *t = y / (1 + std::fabs(z));
+        return z >= 0 || kind_ == EnvironmentMap::kDualParabolic;
+      case EnvironmentMap::kCube:
+        break;
+    }
+    const double ax = std::fabs(x), ay = std::fabs(y), az = std::fabs(z);
+    if (ax >= ay && ax >= az) {
+      *face = x < 0 ? 1 : 0, *s = (x < 0 ? z : -z) / ax, *t = y / ax;
+    } else if (ay >= az) {
+      *face = y < 0 ? 3 : 2, *s = x / ay, *t = (y < 0 ? z : -z) / ay;
+    } else {
+      *face = z < 0 ? 5 : 4, *s = (z < 0 ? -x : x) / az, *t = y / az;
+    }
+    return true;
+  }
+  Vec Direction(int face, double s, double t) const {
+    const double q = s * s + t * t;
+    switch (kind_) {
+      case EnvironmentMap::kLatLong:
+        return {-std::sin(kPi * s) * std::cos(kPi / 2 * t), std::sin(kPi / 2 * t),
+                std::cos(kPi * s) * std::cos(kPi / 2 * t)};
+      case EnvironmentMap::kSphere:
+        if (q >= 1) return {0, 0, -1};
+        return {2 * s * std::sqrt(1 - q), 2 * t * std::sqrt(1 - q), 1 - 2 * q};
+      case EnvironmentMap::kParabolic:
+      case EnvironmentMap::kDualParabolic:
+        return {2 * s, 2 * t, face == 0 ? 1 - q : q - 1};
+      case EnvironmentMap::kCube:
+        break;
+    }
+    const Vec directions[6] = {{1, t, -s}, {-1, t, s}, {s, 1, -t}, {s, -1, t}, {s, t, 1}, {-s, t, -1}};
+    return directions[face];
+  }
+  double Disc(int i, int j) const {
+    const double s = (2 * i + 1.0) / w_ - 1, t = (2 * j + 1.0) / h_ - 1;
+    return s * s + t * t;
+  }
+
+  Sample LookUp(const Vec& d) const {
+    int face;
+    double s, t;
+    if (!Project(d, &face, &s, &t)) return Sample(channels());
+    const double radius = 0.5 * std::min(w_, h_);
+    Sample sum(channels());
+    if (kind_ == EnvironmentMap::kSphere) {
+      const double fade = std::clamp(1 - (1 - std::hypot(s, t)) * radius, 0.0, 1.0);
+      sum.Add(Bilinear(face, s, t), 1 - fade);
+      sum.Add(Rim(), fade);
+      return sum;
+    }
+    if (kind_ == EnvironmentMap::kDualParabolic) {
+      const double height = std::fabs(d[2]) / Norm(d), mix = std::max(0.0, 0.5 - height * radius);
+      sum.Add(Bilinear(face, s, t), 1 - mix);
+      if (mix > 0) {
+        const double inverse = 1 / (s * s + t * t);  // the other face's place is the inverse in the circle
+        sum.Add(Bilinear(1 - face, s * inverse, t * inverse), mix);
+      }
+      return sum;
+    }
+    return Bilinear(face, s, t);
+  }
+
+ private:
+  struct Corner {
+    int x, y;
+  };
+
+  // Of a sphere map: the mean of the texels that touch the rim. Found once.
+  const Sample& Rim() const {
+    if (!rim_.value.empty()) return rim_;
+    const double band = std::max(0.0, 1 - std::sqrt(2.0) / (0.5 * std::min(w_, h_)));
+    Sample sum(channels());
+    double count = 0;
+    for (int j = 0; j < h_; ++j) {
+      for (int i = 0; i < w_; ++i) {
+        if (Disc(i, j) <= 1 && Disc(i, j) >= band * band) sum.Add(Texel(0, i, j), 1), ++count;
+      }
+    }
+    for (double& v : sum.value) v /= std::max(count, 1.0);
+    return rim_ = sum;
+  }
+  // The first or the last row of a lat-long map. Found once.
+  const Sample& Pole(int j) const {
+    Sample& sum = pole_[j > 0 ? 1 : 0];
+    if (!sum.value.empty()) return sum;
+    sum = Sample(channels());
+    for (int i = 0; i < w_; ++i) sum.Add(Texel(0, i, j), 1.0 / w_);
+    return sum;
+  }
+  // What is seen at texel (i, j), which may lie one beyond the face.
+  Sample Bordered(int face, int i, int j) const {
+    const bool inside = i >= 0 && j >= 0 && i < w_ && j < h_;
+    const int ci = std::clamp(i, 0, w_ - 1), cj = std::clamp(j, 0, h_ - 1);
+    switch (kind_) {
+      case EnvironmentMap::kLatLong:
+        return j < 0 ? Pole(0) : j >= h_ ? Pole(h_ - 1) : Texel(0, (i + w_) % w_, j);
+      case EnvironmentMap::kSphere:
+        return inside && Disc(i, j) <= 1 ? Texel(0, i, j) : Rim();
+      case EnvironmentMap::kParabolic:
+        return Texel(0, ci, cj);
+      case EnvironmentMap::kDualParabolic:
+        return inside && Disc(i, j) <= 1 ? Texel(face, i, j) : OtherSide(face, i, j, ci, cj);
+      case EnvironmentMap::kCube:
+        break;
+    }
+    if (inside) return Texel(face, i, j);
+    if (ci != i && cj != j) {
+      Sample mean = Texel(face, ci, cj);
+      const Sample a = Bordered(face, i, cj), b = Bordered(face, ci, j);
+      mean.Add(a, 1), mean.Add(b, 1);
+      for (double& v : mean.value) v /= 3;
+      return mean;
+    }
+    const double out = 1 + 1e-9;
+    const double s = i < 0 ? -out : i >= w_ ? out : (2 * i + 1.0) / w_ - 1;
+    const double t = j < 0 ? out : j >= h_ ? -out : 1 - (2 * j + 1.0) / h_;
+    int other;
+    double u, v;
+    Project(Direction(face, s, t), &other, &u, &v);
+    return Texel(other, std::clamp(static_cast<int>((u + 1) / 2 * w_), 0, w_ - 1),
+                 std::clamp(static_cast<int>((1 - v) / 2 * h_), 0, h_ - 1));
+  }
+  // A texel beyond a parabolic map's circle, from the texels of the other face that lie inside of theirs.
+  Sample OtherSide(int face, int i, int j, int ci, int cj) const {
+    const double q = Disc(i, j), u = (((2 * i + 1.0) / w_ - 1) / q + 1) / 2 * w_ - 0.5,
+                 v = (((2 * j + 1.0) / h_ - 1) / q + 1) / 2 * h_ - 0.5;
+    Sample sum(channels());
+    double weight = 0;
+    for (int y = static_cast<int>(std::floor(v)); y <= std::floor(v) + 1; ++y) {
+      for (int x = static_cast<int>(std::floor(u)); x <= std::floor(u) + 1; ++x) {
+        const double w = (1 - std::fabs(x - u)) * (1 - std::fabs(y - v));
+        if (w <= 0 || x < 0 || y < 0 || x >= w_ || y >= h_ || Disc(x, y) > 1) continue;
+        sum.Add(Texel(1 - face, x, y), w), weight += w;
+      }
+    }
+    if (weight == 0) return Texel(face, ci, cj);
+    for (double& value : sum.value) value /= weight;
+    return sum;
+  }
+  Sample Bilinear(int face, double s, double t) const {
+    double u = w_ * (s + 1) / 2 - 0.5, v = h_ * (1 - t) / 2 - 0.5;
+    // Next to a lat-long map's poles half a texel counts as a whole one.
+    if (kind_ == EnvironmentMap::kLatLong) {
+      if (v < 0) {
+        v = 2 * v;
+      } else if (v > h_ - 1) {
+        v = h_ - 1 + 2 * (v - (h_ - 1));
+      }
+    }
+    u = std::clamp(u, -1.0, static_cast<double>(w_)), v = std::clamp(v, -1.0, static_cast<double>(h_));
+    const int i = std::min(static_cast<int>(std::floor(u)), w_ - 1),
+              j = std::min(static_cast<int>(std::floor(v)), h_ - 1);
+    const double fu = u - i, fv = v - j;
+    Sample sum(channels());
+    sum.Add(Bordered(face, i, j), (1 - fu) * (1 - fv)), sum.Add(Bordered(face, i + 1, j), fu * (1 - fv));
+    sum.Add(Bordered(face, i, j + 1), (1 - fu) * fv), sum.Add(Bordered(face, i + 1, j + 1), fu * fv);
+    return sum;
+  }
+
+  const ImageD& picture_;
+  EnvironmentMap kind_;
+  int w_ = 0, h_ = 0;
+  bool half_turn_ = false;
+  mutable Sample rim_{0}, pole_[2] = {Sample(0), Sample(0)};
+  std::vector<Corner> corners_;
+};
+
+// Solid angle of texel (i, j).
+inline double SolidAngle(const Map& m, int i, int j) {
+  const double s0 = 2.0 * i / m.w() - 1, s1 = 2.0 * (i + 1) / m.w() - 1, t0 = 2.0 * j / m.h() - 1,
+               t1 = 2.0 * (j + 1) / m.h() - 1;
+  const double area = (s1 - s0) * (t1 - t0), q = m.Disc(i, j);
+  switch (m.kind()) {
+    case EnvironmentMap::kLatLong:
+      return kPi * (s1 - s0) * (std::sin(kPi / 2 * t1) - std::sin(kPi / 2 * t0));
+    case EnvironmentMap::kSphere:
+      return q <= 1 ? 4 * area : 0;
+    case EnvironmentMap::kParabolic:
+    case EnvironmentMap::kDualParabolic:
+      return q <= 1 ? 4 * area / ((1 + q) * (1 + q)) : 0;
+    case EnvironmentMap::kCube:
+      break;
+  }
+  const auto corner = [](double x, double y) { return std::atan(x * y / std::sqrt(x * x + y * y + 1)); };
+  return corner(s1, t1) - corner(s0, t1) - corner(s1, t0) + corner(s0, t0);
+}
+
+}  // namespace tessera::reference
+
+#endif  // TESSERA_REFERENCE_ENVIRONMENT_MAP_H_

@@ -1,0 +1,196 @@
+// What the reference of volume pictures finds at a point.
+#include "reference/volume_substance.h"
+
+#include "tessera/ops/noise_block.h"
+
+namespace tessera::reference {
+namespace {
+
+Vector3 Drift(const Dmf& step, double time) { return Add({}, step.drift, time); }
+Vector3 Upright(const Dmf& step, const Vector3& p) { return {p[0], p[1] * step.upright, p[2]}; }
+double Power(double t, double exponent) { return t > 0 ? std::pow(t, exponent) : 0; }
+
+}  // namespace
+
+double Substance::Field(const Vector3& p) const {
+  return draw_.volume.Sample(Voxels(p[0], 0), Voxels(p[1], 1), Voxels(p[2], 2));
+}
+
+Vector3 Substance::FieldGradient(const Vector3& p) const {
+  Vector3 g = draw_.volume.Gradient(Voxels(p[0], 0), Voxels(p[1], 1), Voxels(p[2], 2));
+  for (size_t a = 0; a < 3; ++a) g[a] /= v_.spacing[a];
+  return g;
+}
+
+double Substance::Noise(const NoiseBlock& block, const Vector3& p, double frequency, const Vector3& offset,
+                        double* channels) {
+  double values[4] = {0, 0, 0, 0};
+  block.Sample(Add(offset, p, frequency), values);
+  if (channels != nullptr) std::copy_n(values, 4, channels);
+  return values[0];
+}
+
+std::array<double, 3> Substance::Entry(const std::vector<float>& table, double u) {
+  const auto i = static_cast<size_t>(u);
+  const double f = u - static_cast<double>(i);
+  std::array<double, 3> c;
+  for (size_t k = 0; k < 3; ++k) c[k] = (1 - f) * table[4 * i + k] + f * table[4 * i + 4 + k];
+  return c;
+}
+
+Substance::Class Substance::Classify(double value) const {
+  const double u =
+      std::clamp((value - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
+      (base::kTransferSize - 1);
+  const auto i = static_cast<size_t>(u);
+  const double f = u - static_cast<double>(i);
+  return {Entry(draw_.transfer, u), (1 - f) * draw_.transfer[4 * i + 3] + f * draw_.transfer[4 * i + 7]};
+}
+
+Substance::Class Substance::ClassifyVoxels(const Vector3& p) const {
+  const auto& n = v_.size;
+  int cell[3];
+  double f[3];
+  for (size_t a = 0; a < 3; ++a) {
+    const double x = std::clamp(Voxels(p[a], a), 0.0, n[a] - 1.0);
+    cell[a] = static_cast<int>(std::floor(x));
+    f[a] = x - cell[a];
+  }
+  Class sum;
+  for (int c = 0; c < 8; ++c) {
+    const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
+    const double w = (i ? f[0] : 1 - f[0]) * (j ? f[1] : 1 - f[1]) * (k ? f[2] : 1 - f[2]);
+    const Class at = Classify(draw_.volume.At(cell[0] + i, cell[1] + j, cell[2] + k));
+    for (size_t q = 0; q < 3; ++q) sum.color[q] += w * at.extinction * at.color[q];
+    sum.extinction += w * at.extinction;
+  }
+  for (double& c : sum.color) c = sum.extinction > 0 ? c / sum.extinction : 0;
+  return sum;
+}
+
+Substance::Class Substance::ClassifyPair(double front, double back) const {
+  const auto place = [&](double v) {
+    return std::clamp((v - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
+           (base::kPairSize - 1);
+  };
+  const double u = place(front), w = place(back);
+  const auto i = static_cast<size_t>(u), j = static_cast<size_t>(w);
+  double c[4];
+  for (size_t k = 0; k < 4; ++k) {
+    const auto at = [&](size_t b, size_t a) {
+      return static_cast<double>(draw_.pairs[(b * (base::kPairSize + 1) + a) * 4 + k]);
+    };
+    const double fu = u - static_cast<double>(i), fw = w - static_cast<double>(j);
+    c[k] = (1 - fw) * ((1 - fu) * at(j, i) + fu * at(j, i + 1)) +
+           fw * ((1 - fu) * at(j + 1, i) + fu * at(j + 1, i + 1));
+  }
+  return {{c[0], c[1], c[2]}, c[3]};
+}
+
+double Substance::Turbulence(const Dmf& step, const Vector3& at) const {
+  const Vector3 p = Upright(step, at);
+  const Vector3 offset = Drift(step, p_.time);
+  double n[4];
+  switch (step.lookup) {
+    case TurbulenceLookup::kBlock:
+      return Noise(step.block, p, step.frequency, offset);
+    case TurbulenceLookup::kFourChannels:
+      Noise(step.block, p, step.frequency, offset, n);
+      return std::fabs(n[0]) + std::fabs(n[1]) / 2 + std::fabs(n[2]) / 4 + std::fabs(n[3]) / 8;
+    default: {
+      double sum = 0;
+      for (int k = 0; k < (step.lookup == TurbulenceLookup::kFour ? 4 : 8); ++k) {
+        const double scale = 1 << k;
+        sum += std::fabs(Noise(step.block, p, step.frequency * scale, Add({}, offset, scale))) / scale;
+      }
+      return sum;
+    }
+  }
+}
+
+double Substance::Modulate(const Dmf& step, const Vector3& p, double distance, double t) const {
+  switch (step.kind) {
+    case Dmf::Kind::kBias:
+      return Power(t, std::log(step.amount) / std::log(0.5));
+    case Dmf::Kind::kGain: {
+      const double exponent = std::log(1 - step.amount) / std::log(0.5);
+      return t < 0.5 ? 0.5 * Power(2 * t, exponent) : 1 - 0.5 * Power(2 - 2 * t, exponent);
+    }
+    case Dmf::Kind::kNoise:
+      return Clamped(t +
+                     step.amount * Noise(step.block, Upright(step, p), step.frequency, Drift(step, p_.time)));
+    case Dmf::Kind::kTurbulence:
+      return Clamped(t * (1 - step.amount + step.amount * Turbulence(step, p)));
+    case Dmf::Kind::kThreshold: {
+      const double u = Clamped((t - step.amount) / std::max(step.softness, 1e-6));
+      return u * u * (3 - 2 * u);
+    }
+    case Dmf::Kind::kFunction: {
+      const auto x = static_cast<float>(p[0]), y = static_cast<float>(p[1]), z = static_cast<float>(p[2]);
+      const auto d = static_cast<float>(distance);
+      auto density = static_cast<float>(t);
+      step.function({1, &x, &y, &z, &d, &density});
+      return Clamped(density);
+    }
+    default:
+      return t;
+  }
+}
+
+Vector3 Substance::Moved(const Vector3& p) const {
+  Vector3 q = p;
+  for (const Dmf& step : p_.dmf) {
+    if (step.kind == Dmf::Kind::kWarp) {
+      double n[4];
+      Noise(step.block, Upright(step, p), step.frequency, Drift(step, p_.time), n);
+      q = Add(q, {n[0], n[1], n[2]}, step.amount);
+    } else if (step.kind == Dmf::Kind::kLift) {
+      q[1] -= step.amount * Turbulence(step, p);
+    } else if (step.kind == Dmf::Kind::kSwell) {
+      const Vector3 centre =
+          v_.Position(0.5 * (v_.size[0] - 1), 0.5 * (v_.size[1] - 1), 0.5 * (v_.size[2] - 1));
+      q = Add(q, Add(q, centre, -1), step.amount * (Turbulence(step, p) - step.block.data().mean));
+    }
+  }
+  return q;
+}
+
+Substance::Matter Substance::Hyper(const Vector3& p) const {
+  const Vector3 q = Moved(p);
+  const double d = Field(q), outer = p_.iso + p_.soft;
+  Matter m;
+  double t = p_.soft > 0 ? Clamped((outer - d) / p_.soft) : d <= outer ? 1 : 0;
+  m.normal = Normalized(FieldGradient(q));
+  m.height = 1 - Clamped((outer - d) / std::max(p_.soft, 1e-30));
+  if (p_.mode == VolumeMode::kFur) {
+    const Vector3 lean = {base::kFurSway * std::sin(base::kFurPace * p_.time), -1, 0};
+    const Vector3 across = Add(lean, m.normal, -Dot(lean, m.normal));
+    const double h = 1 - t;
+    Vector3 foot = Add(p, m.normal, -std::max(d - p_.iso, 0.0));
+    foot = Add(foot, across, -p_.amount * h * h);
+    m.normal = Normalized(Add(m.normal, across, 2 * p_.amount / p_.soft * h));
+    const double n = Clamped(0.5 + base::kFurSpread * Noise(p_.block, foot, p_.frequency, {}));
+    if (t < 1) t *= n < 0.5 ? 4 * n * n * n : 1 - 4 * (1 - n) * (1 - n) * (1 - n);
+  }
+  for (const Dmf& step : p_.dmf) t = Modulate(step, p, d, t);
+  m.material = Classify(t);
+  return m;
+}
+
+Substance::Matter Substance::Density(const Vector3& p, const Vector3& front, const Vector3& back) const {
+  Matter m;
+  m.normal = Add({}, Normalized(FieldGradient(p)), -1);
+  switch (p_.classification) {
+    case Classification::kPost:
+      m.material = Classify(Field(p));
+      break;
+    case Classification::kPre:
+      m.material = ClassifyVoxels(p);
+      break;
+    default:
+      m.material = ClassifyPair(Field(front), Field(back));
+  }
+  return m;
+}
+
+}  // namespace tessera::reference

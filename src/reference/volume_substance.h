@@ -1,0 +1,63 @@
+// What the reference of volume pictures finds at a point: the field, noise, density and colour, in double.
+#ifndef TESSERA_REFERENCE_VOLUME_SUBSTANCE_H_
+#define TESSERA_REFERENCE_VOLUME_SUBSTANCE_H_
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tessera/ops/volume_draw.h"
+
+namespace tessera::reference {
+
+inline Vector3 Add(const Vector3& a, const Vector3& b, double t = 1) {
+  return {a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]};
+}
+inline double Length(const Vector3& v) { return std::sqrt(Dot(v, v)); }
+inline double Clamped(double v) { return std::clamp(v, 0.0, 1.0); }
+
+class Substance {
+ public:
+  explicit Substance(const base::VolumeDraw& draw) : draw_(draw), p_(draw.params), v_(draw.volume.spec()) {}
+
+  double Voxels(double world, size_t axis) const { return (world - v_.origin[axis]) / v_.spacing[axis]; }
+  double Field(const Vector3& p) const;
+  Vector3 FieldGradient(const Vector3& p) const;
+  // Channel 0 of noise at world positions times the frequency plus an offset; all four where `channels` is
+  // given.
+  static double Noise(const NoiseBlock& block, const Vector3& p, double frequency, const Vector3& offset,
+                      double* channels = nullptr);
+  // Colour at place u of a table of four floats an entry.
+  static std::array<double, 3> Entry(const std::vector<float>& table, double u);
+
+  struct Class {
+    std::array<double, 3> color = {0, 0, 0};
+    double extinction = 0;
+  };
+  // Density, normal (or strand) and colour at a point.
+  struct Matter {
+    Class material;
+    Vector3 normal = {0, 0, 0};
+    double height = 0;  // above the roots
+  };
+  Matter Hyper(const Vector3& p) const;
+  // Of a density volume; the segment's ends count where it is pre-integrated.
+  Matter Density(const Vector3& p, const Vector3& front, const Vector3& back) const;
+
+ private:
+  Class Classify(double value) const;
+  Class ClassifyVoxels(const Vector3& p) const;
+  Class ClassifyPair(double front, double back) const;
+  double Turbulence(const Dmf& step, const Vector3& at) const;
+  double Modulate(const Dmf& step, const Vector3& p, double distance, double t) const;
+  Vector3 Moved(const Vector3& p) const;
+
+  const base::VolumeDraw& draw_;
+  const VolumeParams& p_;
+  const VolumeSpec& v_;
+};
+
+}  // namespace tessera::reference
+
+#endif  // TESSERA_REFERENCE_VOLUME_SUBSTANCE_H_

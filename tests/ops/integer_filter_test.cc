@@ -1,0 +1,209 @@
+// Filters of 8- and 16-bit images: exact sums, rounded once; and filters through accumulation buffers of few
+// bits.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/filters.h"
+#include "tessera/ops/accumulate.h"
+#include "tessera/ops/arithmetic.h"
+#include "tessera/ops/filter.h"
+#include "tessera/render.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+
+using namespace tessera::testing;
+
+// Whole weights and what their sum is divided by.
+struct Whole {
+  int width, height;
+  std::vector<int64_t> weights;
+  int64_t divisor;
+};
+
+Whole Constant(int width, int height) {
+  return {width, height, std::vector<int64_t>(static_cast<size_t>(width) * static_cast<size_t>(height), 1),
+          int64_t{width} * height};
+}
+
+Whole RandomKernel(int width, int height, int lowest) {
+  Whole k{width, height, {}, 0};
+  std::mt19937 random(static_cast<uint32_t>(width * 1000 + height));
+  for (int i = 0; i < width * height; ++i) {
+    k.weights.push_back(lowest + static_cast<int64_t>(random() % static_cast<uint32_t>(9 - lowest)));
+    k.divisor += k.weights.back();
+  }
+  return k;
+}
+
+Kernel KernelOf(const Whole& k) {
+  return {k.width, k.height, (k.width - 1) / 2, (k.height - 1) / 2, 1, {k.weights.begin(), k.weights.end()}};
+}
+
+// sum / divisor to the nearest integer, half to even.
+int64_t Quotient(int64_t sum, int64_t divisor) {
+  if (divisor < 0) sum = -sum, divisor = -divisor;
+  int64_t q = sum / divisor, rest = sum % divisor;
+  if (rest < 0) rest += divisor, --q;
+  if (2 * rest > divisor || (2 * rest == divisor && q % 2 != 0)) ++q;
+  return q;
+}
+
+template <class T>
+Image Codes(int width, int height, PixelType type) {
+  const Image image{ImageSpec(width, height, 3, type)};
+  std::mt19937 random(7);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      image.at<T>(x, y, 0) = static_cast<T>(random());
+      image.at<T>(x, y, 1) = static_cast<T>(random() % 3);               // many ties of means
+      image.at<T>(x, y, 2) = static_cast<T>(x < width / 2 ? 0 : ~T{0});  // an edge
+    }
+  }
+  return image;
+}
+
+// The number of samples of `result` that are not the exact sum of the clamped image, rounded.
+template <class T>
+int64_t WrongSamples(const Image& image, const Image& result, const Whole& k) {
+  const int width = image.spec().width(), height = image.spec().height();
+  const auto largest = static_cast<int64_t>(static_cast<T>(~T{0}));
+  const int ax = (k.width - 1) / 2, ay = (k.height - 1) / 2;
+  int64_t wrong = 0;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        int64_t sum = 0;
+        const int64_t* weight = k.weights.data();
+        for (int j = 0; j < k.height; ++j) {
+          const int sy = std::clamp(y + j - ay, 0, height - 1);
+          for (int i = 0; i < k.width; ++i)
+            sum += *weight++ * image.at<T>(std::clamp(x + i - ax, 0, width - 1), sy, c);
+        }
+        const int64_t expected = std::clamp(Quotient(sum, k.divisor), int64_t{0}, largest);
+        wrong += expected != result.at<T>(x, y, c);
+      }
+    }
+  }
+  return wrong;
+}
+
+template <class T>
+void ExpectExact(PixelType type) {
+  const Image image = Codes<T>(61, 23, type);
+  const Image out{ImageSpec(61, 23, 3, type)};
+  for (const Whole& k :
+       {Whole{3, 3, {1, 2, 1, 2, 4, 2, 1, 2, 1}, 16}, Whole{3, 3, {0, -1, 0, -1, 5, -1, 0, -1, 0}, 1},
+        Whole{2, 1, {1, 1}, 2}, Constant(6, 4), RandomKernel(7, 5, -3), RandomKernel(15, 15, 1),
+        RandomKernel(31, 31, 0), RandomKernel(255, 255, 0)}) {
+    SCOPED_TRACE(std::to_string(k.width) + "x" + std::to_string(k.height));
+    const ConvolveParams p{.correlate = true, .divisor = static_cast<double>(k.divisor)};
+    RenderInto(Convolve(FromImage(image), KernelOf(k), p), out.view());
+    EXPECT_EQ(WrongSamples<T>(image, out, k), 0);
+  }
+  for (const auto& [width, height] : {std::pair{5, 5}, {41, 41}, {12, 18}, {255, 255}}) {
+    SCOPED_TRACE("box " + std::to_string(width) + "x" + std::to_string(height));
+    RenderInto(BoxBlur(FromImage(image), {width, height}), out.view());
+    EXPECT_EQ(WrongSamples<T>(image, out, Constant(width, height)), 0);
+  }
+}
+
+TEST(IntegerFilterTest, BytesAreExactSumsRoundedOnce) { ExpectExact<uint8_t>(PixelType::kUint8); }
+
+TEST(IntegerFilterTest, WordsAreExactSumsRoundedOnce) { ExpectExact<uint16_t>(PixelType::kUint16); }
+
+TEST(IntegerFilterTest, EveryTargetAgrees) {
+  const Image image = Codes<uint16_t>(61, 23, PixelType::kUint16);
+  const Image out{ImageSpec(61, 23, 3, PixelType::kUint16)};
+  const Whole k = RandomKernel(9, 6, -2);
+  OnEveryTarget([&] {
+    const ConvolveParams p{.correlate = true, .divisor = static_cast<double>(k.divisor)};
+    RenderInto(Convolve(FromImage(image), KernelOf(k), p), out.view());
+    EXPECT_EQ(WrongSamples<uint16_t>(image, out, k), 0);
+  });
+}
+
+// A constant image stays what it is where only the weights inside count, to the code.
+TEST(IntegerFilterTest, RenormalizedFlatImagesStay) {
+  const Image image{ImageSpec(40, 30, 3, PixelType::kUint16)}, out{ImageSpec(40, 30, 3, PixelType::kUint16)};
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      for (int c = 0; c < 3; ++c) image.at<uint16_t>(x, y, c) = static_cast<uint16_t>(12345 + 20000 * c);
+    }
+  }
+  RenderInto(Convolve(FromImage(image), NamedKernel("disk", 21, 17), {.border = BorderMode::kRenormalize}),
+             out.view());
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(out.at<uint16_t>(x, y, c), 12345 + 20000 * c) << x << "," << y;
+    }
+  }
+}
+
+// What an operation before has made of the codes is filtered as the floats that it is.
+TEST(IntegerFilterTest, FloatsOfEarlierOperationsAreLeftAlone) {
+  const Node scaled = MulConstant(FromImage(Codes<uint8_t>(61, 23, PixelType::kUint8)), {0.37});
+  const Image floats = Render(scaled);
+  for (const char* name : {"smooth3", "gaussian"}) {
+    const Kernel kernel = NamedKernel(name, 9, 9);
+    EXPECT_TRUE(SameBits(Render(Convolve(scaled, kernel)), Render(Convolve(FromImage(floats), kernel))))
+        << name;
+  }
+}
+
+// Fixed point of few bits: within the range analysis' bound of the exact sum, worse with fewer bits, every
+// border.
+TEST(BufferBitsTest, ErrorsAreThoseOfTheRangeAnalysis) {
+  const Image image = Random(37, 21, 4);
+  auto* const samples = reinterpret_cast<float*>(image.view().data);
+  for (int i = 0; i < 37 * 21 * 4; ++i)
+    samples[i] = std::clamp(samples[i], 0.0f, 1.0f);  // the range that is assumed
+  const Kernel kernel = NamedKernel("smooth5");
+  const double scale = KernelRange(kernel.weights).scale;
+  for (const BorderMode border : {BorderMode::kBlack, BorderMode::kClamp, BorderMode::kRepeat,
+                                  BorderMode::kMirror, BorderMode::kMirror101}) {
+    const Image exact = Render(Convolve(FromImage(image), kernel, {.border = border}));
+    double last = 1;
+    for (const int bits : {8, 12, 16, 24}) {
+      OnEveryTarget([&] {
+        const Image held = Render(Convolve(FromImage(image), kernel, {.border = border, .bits = bits}));
+        const double error = LargestDifference(held, exact);
+        EXPECT_LE(error, 25 * std::ldexp(1, -(bits + 1)) / scale + 2e-6) << bits;
+        EXPECT_LT(error, last) << bits;
+        // A buffer of that depth, not a better one.
+        if (bits < 20) {
+          EXPECT_GT(error, std::ldexp(1, -(bits + 2)) / scale) << bits;
+        }
+      });
+      last = LargestDifference(Render(Convolve(FromImage(image), kernel, {.border = border, .bits = bits})),
+                               exact);
+    }
+  }
+  const Node valid = Convolve(FromImage(image), kernel, {.border = BorderMode::kValid, .bits = 16});
+  EXPECT_EQ(valid.spec().data_window, (Roi{2, 2, 35, 19}));
+}
+
+TEST(BufferBitsTest, RefusesWhatABufferCannotHold) {
+  const Node image = FromImage(Random(9, 9, 4));
+  const Kernel kernel = NamedKernel("smooth3");
+  EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.bias = 0.5, .bits = 12}); }),
+              HasSubstr("bits=12 with a bias"));
+  EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.border = BorderMode::kRenormalize, .bits = 12}); }),
+              HasSubstr("border=renormalize"));
+  EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.bits = 7}); }), HasSubstr("expected 8 to 32"));
+  EXPECT_THAT(Refusal([&] { Convolve(image, KernelImage(kernel), {.bits = 12}); }),
+              HasSubstr("kernel image"));
+}
+
+}  // namespace
+}  // namespace tessera
