@@ -165,7 +165,8 @@ class ShearWarpStage final : public graph::WholeStage {
           Pixel& pixel = line[x];
           if (pixel.alpha >= m.opaque) continue;
           const double at = place + slice.scale * x;
-          const int whole = static_cast<int>(at + 1) - 1;  // the floor, for at >= -0.5: a call in baseline x86
+          const int whole =
+              static_cast<int>(at + 1) - 1;  // the floor, for at >= -0.5: a call in baseline x86
           const auto fx = static_cast<float>(at - whole);
           const T* const p = rows + ptrdiff_t{whole} * right;
           const float a = Code(p), b = Code(p + right), c = Code(p + down), d = Code(p + down + right);
