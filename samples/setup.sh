@@ -9,10 +9,10 @@ fail() {
   exit 1
 }
 
-# openimageio-tools is needed to build too: OpenImageIO's CMake package checks that its programs exist.
+# openimageio-tools is needed to build too: OpenImageIO's CMake package checks that its programs exist. OpenVDB's
+# headers include Boost's, which its package does not bring.
 packages="g++ cmake ninja-build ccache libopenimageio-dev openimageio-tools libopencolorio-dev libhwy-dev libtbb-dev
-  libopenvdb-dev
-  libgtest-dev libgmock-dev libbenchmark-dev python3 mate-backgrounds $*"
+  libopenvdb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev python3 mate-backgrounds $*"
 
 [ "${TESSERA_SETUP:-}" = skip ] && exit 0
 command -v dpkg-query >/dev/null && command -v apt-get >/dev/null ||
