@@ -190,9 +190,10 @@ class ScalarContestant final : public Contestant {
 struct Case {
   std::string flow;
   int size, taps, threads;
+  bool linear = false;  // the texture between its pixels; the sampling that shared lines are meant for
   std::string Name() const {
-    return "lic/" + flow + " L=" + std::to_string(taps) + "/float/" + std::to_string(size) + "x" +
-           std::to_string(size) + "/threads:" + std::to_string(threads) + "/";
+    return "lic/" + flow + " L=" + std::to_string(taps) + (linear ? " linear" : "") + "/float/" +
+           std::to_string(size) + "x" + std::to_string(size) + "/threads:" + std::to_string(threads) + "/";
   }
 };
 
@@ -202,7 +203,7 @@ std::vector<Measured> MeasureCase(const Case& c, int repetitions) {
   frame.width = frame.height = c.size;
   frame.inputs.push_back(FieldOf(Flows().at(c.flow), c.size));
   frame.output = Image(ImageSpec(c.size, c.size, 1));
-  const LicParams exact{.length = double(c.taps), .method = LicMethod::kDirect};
+  const LicParams exact{.length = double(c.taps), .method = LicMethod::kDirect, .linear = c.linear};
   std::vector<std::unique_ptr<Contestant>> all;
   all.push_back(std::make_unique<CopyContestant>(frame));
   const auto ours = [&](const char* name, LicIntegrator integrator, LicMethod method) {
@@ -212,9 +213,11 @@ std::vector<Measured> MeasureCase(const Case& c, int repetitions) {
   };
   ours("adaptive", LicIntegrator::kAdaptive, LicMethod::kDirect);
   ours("shared lines", LicIntegrator::kAdaptive, LicMethod::kShared);
-  ours("pixel crossing", LicIntegrator::kCell, LicMethod::kDirect);
-  ours("rk4", LicIntegrator::kRk4, LicMethod::kDirect);
-  ours("euler", LicIntegrator::kEuler, LicMethod::kDirect);
+  if (!c.linear) {
+    ours("pixel crossing", LicIntegrator::kCell, LicMethod::kDirect);
+    ours("rk4", LicIntegrator::kRk4, LicMethod::kDirect);
+    ours("euler", LicIntegrator::kEuler, LicMethod::kDirect);
+  }
   if (c.threads == 1) {
     if (const RlicConvolve rlic = LoadRlic())
       all.push_back(std::make_unique<RlicContestant>(rlic, frame, c.taps));
@@ -363,8 +366,11 @@ int main(int argc, char** argv) {
     }
     const int size = quick ? 256 : 1024, repetitions = quick ? 5 : 15;
     RunCase({"swirl", size, 20, 1}, repetitions);
+    RunCase({"swirl", size, 20, 1, true}, repetitions);
     if (!quick) {
-      for (const int taps : {10, 100}) RunCase({"swirl", size, taps, 1}, repetitions);
+      for (const int taps : {10, 100}) {
+        for (const bool linear : {false, true}) RunCase({"swirl", size, taps, 1, linear}, repetitions);
+      }
       RunCase({"rough", size, 20, 1}, repetitions);
       RunCase({"cellular", size, 20, 1}, repetitions);
       RunCase({"swirl", size, 20, 2}, repetitions);

@@ -159,27 +159,53 @@ double Rms(const Image& a, const Image& b) {
 TEST(LicTest, SharedLinesAreNearDirectOnes) {
   const int n = 320;
   const Image field = FieldOf(n, n, Swirls);
-  const Image smooth(ImageSpec(n, n, 1));
-  for (int y = 0; y < n; ++y) {
-    for (int x = 0; x < n; ++x) {
-      smooth.at<float>(x, y) = static_cast<float>(0.5 + 0.25 * std::sin(x * 0.31 + 2 * std::sin(y / 9.0)) +
-                                                  0.25 * std::sin(y * 0.37));
+  // White noise, then noise smooth over 3 pixels. With the texture's nearest pixels a line half a pixel
+  // beside reads other numbers.
+  struct Row {
+    double length, linear, nearest, smooth_linear, smooth_nearest;
+  };
+  for (const Row& row : {Row{10, 16, 42, 8, 13}, Row{20, 12, 31, 6, 10}, Row{60, 7, 20, 4.5, 7}}) {
+    for (const LicKernel kernel : {LicKernel::kBox, LicKernel::kHann}) {
+      for (const bool linear : {true, false}) {
+        LicParams direct{
+            .length = row.length, .kernel = kernel, .method = LicMethod::kDirect, .linear = linear};
+        LicParams shared = direct;
+        shared.method = LicMethod::kShared;
+        // A Hann kernel is a box of two thirds of the length.
+        const double widen = kernel == LicKernel::kHann ? 1.3 : 1.0;
+        const Node noise = FromImage(field);
+        EXPECT_LT(Rms(Render(Lic(noise, direct)), Render(Lic(noise, shared))),
+                  widen * (linear ? row.linear : row.nearest) / 1024)
+            << row.length << linear;
+        direct.noise = shared.noise = LicNoise::kFiltered, direct.spot = shared.spot = 3;
+        EXPECT_LT(Rms(Render(Lic(noise, direct)), Render(Lic(noise, shared))),
+                  widen * (linear ? row.smooth_linear : row.smooth_nearest) / 1024)
+            << row.length << linear;
+      }
     }
   }
-  for (const double length : {10.0, 20.0, 60.0}) {
-    for (const LicKernel kernel : {LicKernel::kBox, LicKernel::kHann}) {
-      LicParams direct{.length = length, .kernel = kernel, .method = LicMethod::kDirect}, shared = direct;
-      shared.method = LicMethod::kShared;
-      EXPECT_LT(Rms(Render(Lic(FromImage(field), direct)), Render(Lic(FromImage(field), shared))),
-                (length < 15   ? 45.0
-                 : length < 30 ? 36.0
-                               : 28.0) /
-                    1024)
-          << length;
-      EXPECT_LT(Rms(Lines(smooth, field, direct), Lines(smooth, field, shared)),
-                (length < 15 ? 15.0 : 12.0) / 1024)
-          << length;
+}
+
+TEST(LicTest, SharedLinesForgetNaN) {
+  const int n = 300;
+  const Image texture(ImageSpec(n, n, 1));
+  for (int y = 0; y < n; ++y) {
+    for (int x = 0; x < n; ++x) texture.at<float>(x, y) = static_cast<float>((x * 7 + y * 13) % 32) / 32;
+  }
+  texture.at<float>(150, 150) = std::numeric_limits<float>::quiet_NaN();
+  const Image field = FieldOf(n, n, Swirls);
+  for (const bool linear : {false, true}) {
+    const Image got = Lines(texture, field, {.length = 10, .method = LicMethod::kShared, .linear = linear});
+    int lost = 0, far = 0;
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        if (!std::isnan(got.at<float>(x, y))) continue;
+        ++lost, far += std::hypot(x - 150, y - 150) > 13;
+      }
     }
+    EXPECT_GT(lost, 10);
+    EXPECT_LT(lost, 120);
+    EXPECT_EQ(far, 0);
   }
 }
 

@@ -101,9 +101,11 @@ struct LicParams {
 //
 // Error: end points of kAdaptive on smooth fields (details of 80 pixels) at a length of 100: 4e-4 pixels in
 // the mean, 4e-3 at most; kRk4 1e-4 and 5e-4. Circles keep their radius within 1e-3 pixels over 10,000. The
-// other integrators are computed as defined, positions within 1e-4 pixels. kShared: RMS from kDirect on white
-// noise 45/1024 of its range at length 10, 36/1024 at 20, 28/1024 at 60, a third of it on smooth noise (lines
-// pass up to a quarter of a pixel beside a centre; the picture's own deviation at 20 is 46/1024).
+// other integrators are computed as defined, positions within 1e-4 pixels. kShared: RMS from kDirect with a
+// linear texture on white noise 16/1024 of its range at length 10, 12/1024 at 20, 7/1024 at 60, half of it on
+// smooth noise; with the nearest pixels of white noise 42, 31 and 20/1024, as lines up to half a pixel beside
+// read other numbers (taps at half the step would differ by 16/1024 too; the picture's own deviation at 20 is
+// 46/1024).
 //
 // Cost per pixel in field samples: kAdaptive about 17 and kRk4 160 at a length of 20; a texture sample per
 // tap. Memory: a copy of the field, the noise.

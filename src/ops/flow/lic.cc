@@ -151,7 +151,7 @@ class SharedStage final : public graph::WholeStage {
   void Run(std::span<const ConstImageView>, const ImageView& out,
            const graph::Workers& workers) const override {
     const Roi all = picture_.Local(out.roi);
-    const int side = SharedPartSide(picture_.lines().taps);
+    const int side = SharedPartSide(all.width(), all.height());
     const int across = (all.width() + side - 1) / side, down = (all.height() + side - 1) / side;
     struct Memory {
       SharedScratch scratch;
@@ -250,14 +250,15 @@ LicMethod Check(const LicParams& p) {
     }
   }
   const bool shares =
-      p.integrator != LicIntegrator::kCell && p.magnitude != LicMagnitude::kLength && !p.linear && !p.speed;
+      p.integrator != LicIntegrator::kCell && p.magnitude != LicMagnitude::kLength && !p.speed;
   if (p.method == LicMethod::kShared && !shares) {
-    throw Error(
-        kName,
-        "shared lines were asked for, expected neither integrator cell, magnitude length, linear nor speed");
+    throw Error(kName,
+                "shared lines were asked for, expected neither integrator cell, magnitude length nor speed");
   }
   if (p.method != LicMethod::kAuto) return p.method;
-  return shares && TapsOf(p) >= kSharedFrom ? LicMethod::kShared : LicMethod::kDirect;
+  // Weights of one's own may be meant to the tap.
+  return shares && p.kernel != LicKernel::kUser && TapsOf(p) >= kSharedFrom ? LicMethod::kShared
+                                                                            : LicMethod::kDirect;
 }
 
 Node Make(LicParams params, std::vector<Node> inputs) {

@@ -84,16 +84,14 @@ FollowLines CellLines();
 // One part of the picture, one channel, by lines that its pixels share; `scratch` keeps its memory from part
 // to part.
 struct SharedScratch {
-  std::vector<float> values;     // of the part's pixels
-  std::vector<int32_t> weights;  // the larger, the nearer their lines pass; 0 for none
-  std::vector<float>
-      samples;  // kPacket lines side by side, from their last tap backward to their last one forward
+  std::vector<float> sums;  // of the part's pixels and of one for all others: weighted values, weights
+  // kPacket lines side by side, from their last tap backward to their last one forward.
+  std::vector<float> samples, weights;
   std::vector<float> there;     // 1 where the line has a sample
-  std::vector<int32_t> places;  // of taps: pixel of the part below kWeightShift, weight above; -1 for none
+  std::vector<int32_t> places;  // the part's pixels at the taps
 };
-inline constexpr int kWeightShift = 22;
-// Side of the parts: what does not change with threads.
-constexpr int SharedPartSide(int taps) { return taps <= 48 ? 256 : 512; }
+// Side of the parts: what does not change with threads. Lines that leave a part are lost to it.
+constexpr int SharedPartSide(int width, int height) { return width >= 1024 && height >= 1024 ? 512 : 256; }
 using ShareLines = void (*)(const Lines&, const LineOutput&, SharedScratch&);
 ShareLines SharedLines();
 

@@ -1,7 +1,8 @@
 // Line integral convolution by lines that pixels share: every line's running sums go to the pixels that it
-// crosses, and each pixel keeps the value of the line that passes nearest to its centre.
+// crosses; a pixel is the mean of what it gets, weighted by how near to its centre the lines pass.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "ops/flow/lines.h"
 
@@ -16,8 +17,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
-// The weight of a line that passes about a quarter of a pixel beside the centre.
-constexpr int kNearEnough = 170;
+// The weight of a line that just touches its pixel, before squaring, where one through the centre weighs 1.
+constexpr float kLeastNearness = 0.02f;
+// Values that a pixel gets, about.
+constexpr double kValues = 3.25;
 
 // Sixteen lines: where they start, relative to the first one, and how far each serves other pixels.
 struct Bundle {
@@ -26,66 +29,111 @@ struct Bundle {
   int served = 0;  // taps each way
 };
 
-template <bool kChecked>
-void Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
+#if HWY_TARGET != HWY_SCALAR
+// The texture's pixel at each index, and the one right of it.
+HWY_INLINE void LoadNeighbours(const float* from, VI at, V& left, V& right) {
+  const D d;
+  const hn::Repartition<uint64_t, D> pairs;
+  const hn::Repartition<int64_t, D> offsets;
+  const hn::Half<DI> half;
+  const auto load = [&](auto indices) HWY_ATTR {
+    const auto bytes = hn::ShiftLeft<2>(hn::PromoteTo(offsets, indices));
+    return hn::BitCast(d, hn::GatherOffset(pairs, reinterpret_cast<const uint64_t*>(from), bytes));
+  };
+  const V low = load(hn::LowerHalf(half, at)), high = load(hn::UpperHalf(half, at));
+  left = hn::ConcatEven(d, high, low), right = hn::ConcatOdd(d, high, low);
+}
+#endif
+
+// The texture at positions that have all four pixels around them.
+template <bool kLinear>
+HWY_INLINE V TextureInside(const Lines& lines, const Place& place, const Starts& start, const V2& p) {
+#if HWY_TARGET != HWY_SCALAR
+  const D d;
+  const DI di;
+  if constexpr (kLinear) {
+    if (lines.texture_step == 1) {
+      const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
+      const V tx = hn::Sub(p.x, floor_x), ty = hn::Sub(p.y, floor_y);
+      const VI x = hn::Add(hn::ConvertTo(di, floor_x), start.x);
+      const VI y = hn::Add(hn::ConvertTo(di, floor_y), start.y);
+      const VI at = hn::Add(hn::Mul(y, hn::Set(di, static_cast<int>(lines.texture_row))), x);
+      V a, b, low_a, low_b;
+      LoadNeighbours(place.texture, at, a, b);
+      LoadNeighbours(place.texture + lines.texture_row, at, low_a, low_b);
+      const V top = hn::MulAdd(tx, hn::Sub(b, a), a), low = hn::MulAdd(tx, hn::Sub(low_b, low_a), low_a);
+      const V between = hn::MulAdd(ty, hn::Sub(low, top), top);
+      // Weight 0 takes nothing; what is not finite is left to the careful form.
+      if (hn::AllTrue(d, hn::IsFinite(between))) return between;
+    }
+  }
+#endif
+  return FindTexels<false, kLinear>(lines, place, start, p).Value(place.texture);
+}
+
+// Samples, places and weights of the lines' taps; whether all samples are finite.
+template <bool kChecked, bool kLinear>
+bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
   const D d;
   const DI di;
   const Place place = PlaceOf(lines, bundle.x, bundle.y);
   const int all = bundle.served + lines.taps;
   const VI part_width = hn::Set(di, roi.width()), part_height = hn::Set(di, roi.height());
+  const VI nowhere = hn::Set(di, static_cast<int>(roi.pixels()));
   const VI x0 = hn::Set(di, bundle.x - roi.x0), y0 = hn::Set(di, bundle.y - roi.y0);
   V alive[kChains];
-  V2 last[kChains];
-  for (int c = 0; c < kChains; ++c) alive[c] = hn::Set(d, 1.0f), last[c] = {hn::Zero(d), hn::Zero(d)};
-  const V per_pixel = hn::Set(d, 1.0f / lines.step);
+  for (int c = 0; c < kChains; ++c) alive[c] = hn::Set(d, 1.0f);
+  V2 first[kParts];
+  for (int part = 0; part < kParts; ++part) first[part] = PlacesOf(place, bundle.starts[part]);
+  V watch = hn::Zero(d);
   const auto tap = [&](int c, int number, const V2& p) HWY_ATTR {
     const Starts& start = bundle.starts[c % kParts];
     const int at = (c < kParts ? all + number : all - number) * kPacket + c % kParts * kLanes;
-    const Texels<false> texels = FindTexels<kChecked, false>(lines, place, start, p);
-    V value = texels.Value(place.texture);
-    if constexpr (kChecked) {
+    V value;
+    if (kChecked && (lines.mask != nullptr || !AllInside(lines, first[c % kParts], p))) {
+      const Texels<kLinear> texels = FindTexels<true, kLinear>(lines, place, start, p);
       alive[c] = hn::And(alive[c], texels.inside);
+      value = texels.Value(place.texture);
+    } else {
+      value = TextureInside<kLinear>(lines, place, start, p);
+    }
+    if constexpr (kChecked) {
       value = hn::IfThenElseZero(hn::Gt(alive[c], hn::Zero(d)), value);
       hn::StoreU(alive[c], d, scratch.there.data() + at);
     }
+    watch = hn::MulAdd(value, hn::Zero(d), watch);
     hn::StoreU(value, d, scratch.samples.data() + at);
     if (number > bundle.served) return;
     const VI near_x = hn::NearestInt(p.x), near_y = hn::NearestInt(p.y);
     const VI x = hn::Add(hn::Add(near_x, start.x), x0), y = hn::Add(hn::Add(near_y, start.y), y0);
-    // How far beside the pixel's centre the line passes; along the line values hardly change.
     const V off_x = hn::Sub(p.x, hn::ConvertTo(d, near_x)), off_y = hn::Sub(p.y, hn::ConvertTo(d, near_y));
-    const V dx = hn::Sub(p.x, last[c].x), dy = hn::Sub(p.y, last[c].y);
-    last[c] = p;
-    const V beside = hn::Mul(hn::Abs(hn::NegMulAdd(off_x, dy, hn::Mul(off_y, dx))), per_pixel);
-    const V along = hn::Mul(hn::Abs(hn::MulAdd(off_x, dx, hn::Mul(off_y, dy))), per_pixel);
-    const V off = hn::MulAdd(hn::Set(d, 0.1f), along, beside);
-    const VI weight = hn::Max(hn::ConvertTo(di, hn::NegMulAdd(hn::Set(d, 320.0f), off, hn::Set(d, 256.0f))),
-                              hn::Set(di, 1));
-    const VI index = hn::Add(hn::Mul(y, part_width), x);
+    const V nearness = hn::Max(hn::NegMulAdd(hn::Add(off_x, off_x), off_x,
+                                             hn::NegMulAdd(hn::Add(off_y, off_y), off_y, hn::Set(d, 1.0f))),
+                               hn::Set(d, kLeastNearness));
+    hn::StoreU(hn::Mul(nearness, nearness), d, scratch.weights.data() + at);
     const VI before = hn::Set(di, -1);
     auto here = hn::And(hn::And(hn::Gt(x, before), hn::Lt(x, part_width)),
                         hn::And(hn::Gt(y, before), hn::Lt(y, part_height)));
     if constexpr (kChecked) here = hn::And(here, hn::RebindMask(di, hn::Gt(alive[c], hn::Zero(d))));
-    const VI packed = hn::Or(hn::ShiftLeft<kWeightShift>(weight), index);
-    hn::StoreU(hn::IfThenElse(here, packed, hn::Set(di, -1)), di, scratch.places.data() + at);
+    const VI index = hn::IfThenElse(here, hn::Add(hn::Mul(y, part_width), x), nowhere);
+    hn::StoreU(index, di, scratch.places.data() + at);
   };
   for (int c = 0; c < kParts; ++c) tap(c, 0, {hn::Zero(d), hn::Zero(d)});
   for (int c = kParts; c < kChains; ++c) alive[c] = alive[c - kParts];
   Walker<kChecked>(lines, place, bundle.starts).Run(all, tap);
+  return hn::AllTrue(d, hn::Eq(watch, hn::Zero(d)));
 }
 
-// Gives the convolution at a tap to the pixels that no line has passed nearer.
-HWY_INLINE void Deposit(const float* value, const int32_t* place, SharedScratch& scratch) {
+// Adds pairs of a weighted value and its weight to the pixels where the lines are.
+HWY_INLINE void Deposit(const float* pairs, const int32_t* places, float* sums) {
   for (int lane = 0; lane < kPacket; ++lane) {
-    if (place[lane] < 0) continue;
-    const auto pixel = static_cast<size_t>(place[lane] & ((1 << kWeightShift) - 1));
-    const int32_t weight = place[lane] >> kWeightShift;
-    if (weight <= scratch.weights[pixel]) continue;
-    scratch.values[pixel] = value[lane], scratch.weights[pixel] = weight;
+    float* const to = sums + 2 * ptrdiff_t{places[lane]};
+    to[0] += pairs[2 * lane], to[1] += pairs[2 * lane + 1];
   }
 }
 
-template <bool kChecked>
+// The convolution at every tap that serves pixels. kRunning: of a box, by sums that go along.
+template <bool kChecked, bool kRunning>
 void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) {
   const D d;
   const int taps = lines.taps, all = bundle.served + taps;
@@ -96,10 +144,11 @@ void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) 
   const auto there = [&](int at, int part) HWY_ATTR {
     return hn::LoadU(d, scratch.there.data() + at * kPacket + part * kLanes);
   };
-  alignas(64) float value[kPacket];
+  const V whole = hn::Set(d, 1.0f / lines.sum);
+  alignas(64) float pairs[2 * kPacket];
   V sum[kParts], count[kParts];
   for (int part = 0; part < kParts; ++part) sum[part] = count[part] = zero;
-  if (lines.box) {
+  if constexpr (kRunning) {
     for (int i = 0; i < 2 * taps; ++i) {
       for (int part = 0; part < kParts; ++part) {
         sum[part] = hn::Add(sum[part], sample(i, part));
@@ -109,33 +158,50 @@ void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) 
   }
   for (int at = taps; at <= 2 * all - taps; ++at) {
     for (int part = 0; part < kParts; ++part) {
-      if (lines.box) {
+      if constexpr (kRunning) {
         sum[part] = hn::Add(sum[part], sample(at + taps, part));
         if constexpr (kChecked) count[part] = hn::Add(count[part], there(at + taps, part));
       } else {
-        sum[part] = hn::Mul(hn::Set(d, lines.centre), sample(at, part));
-        if constexpr (kChecked) count[part] = hn::Mul(hn::Set(d, lines.centre), there(at, part));
+        const auto take = [&](float weight, int from) HWY_ATTR {
+          if (weight == 0) return;
+          const V w = hn::Set(d, weight);
+          sum[part] = hn::MulAdd(w, sample(from, part), sum[part]);
+          if constexpr (kChecked) count[part] = hn::MulAdd(w, there(from, part), count[part]);
+        };
+        sum[part] = count[part] = zero;
+        take(lines.centre, at);
         for (int t = 1; t <= taps; ++t) {
-          const V ahead = hn::Set(d, lines.forward[static_cast<size_t>(t - 1)]);
-          const V back = hn::Set(d, lines.backward[static_cast<size_t>(t - 1)]);
-          sum[part] =
-              hn::MulAdd(ahead, sample(at + t, part), hn::MulAdd(back, sample(at - t, part), sum[part]));
-          if constexpr (kChecked) {
-            count[part] =
-                hn::MulAdd(ahead, there(at + t, part), hn::MulAdd(back, there(at - t, part), count[part]));
-          }
+          take(lines.forward[static_cast<size_t>(t - 1)], at + t);
+          take(lines.backward[static_cast<size_t>(t - 1)], at - t);
         }
       }
-      const V total = kChecked ? count[part] : hn::Set(d, lines.sum);
-      hn::StoreU(hn::IfThenElseZero(hn::Gt(total, zero), hn::Div(sum[part], total)), d,
-                 value + part * kLanes);
+      const V weight = hn::LoadU(d, scratch.weights.data() + at * kPacket + part * kLanes);
+      V mean;
+      if constexpr (kChecked) {
+        mean = hn::IfThenElseZero(hn::Gt(count[part], zero), hn::Div(sum[part], count[part]));
+      } else {
+        mean = hn::Mul(sum[part], whole);
+      }
+      hn::StoreInterleaved2(hn::Mul(mean, weight), weight, d, pairs + 2 * part * kLanes);
     }
-    Deposit(value, scratch.places.data() + at * kPacket, scratch);
-    if (!lines.box) continue;
+    Deposit(pairs, scratch.places.data() + at * kPacket, scratch.sums.data());
+    if constexpr (!kRunning) continue;
     for (int part = 0; part < kParts; ++part) {
       sum[part] = hn::Sub(sum[part], sample(at - taps, part));
       if constexpr (kChecked) count[part] = hn::Sub(count[part], there(at - taps, part));
     }
+  }
+}
+
+template <bool kChecked>
+void Serve(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
+  const bool finite = lines.linear ? Sample<kChecked, true>(lines, roi, bundle, scratch)
+                                   : Sample<kChecked, false>(lines, roi, bundle, scratch);
+  // A running sum would keep what is not finite to its line's end.
+  if (lines.box && finite) {
+    Convolve<kChecked, true>(lines, bundle, scratch);
+  } else {
+    Convolve<kChecked, false>(lines, bundle, scratch);
   }
 }
 
@@ -144,17 +210,16 @@ void Run(const Lines& lines, const Roi& roi, const Bundle& bundle, const Roi& st
          SharedScratch& scratch) {
   const auto rows = static_cast<size_t>(2 * (bundle.served + lines.taps) + 1);
   if (scratch.samples.size() < rows * kPacket) {
-    scratch.samples.resize(rows * kPacket), scratch.there.resize(rows * kPacket),
-        scratch.places.resize(rows * kPacket);
+    for (std::vector<float>* v : {&scratch.samples, &scratch.there, &scratch.weights})
+      v->resize(rows * kPacket);
+    scratch.places.resize(rows * kPacket);
   }
   const int far = static_cast<int>(static_cast<float>(bundle.served + lines.taps) * lines.step) + 2;
   const Roi reach = Inflate(starts, far, far);
   if (lines.mask == nullptr && Roi{0, 0, lines.width, lines.height}.Contains(reach)) {
-    Sample<false>(lines, roi, bundle, scratch);
-    Convolve<false>(lines, bundle, scratch);
+    Serve<false>(lines, roi, bundle, scratch);
   } else {
-    Sample<true>(lines, roi, bundle, scratch);
-    Convolve<true>(lines, bundle, scratch);
+    Serve<true>(lines, roi, bundle, scratch);
   }
 }
 
@@ -162,8 +227,7 @@ bool Masked(const Lines& lines, int x, int y) {
   return lines.mask != nullptr && lines.mask[ptrdiff_t{y} * lines.width + x] != 0;
 }
 
-// Pixels that no line of the grid passed near enough, sixteen at a time; lines from them serve their
-// neighbours too.
+// Pixels that no line of the grid crossed, sixteen at a time; lines from them serve their neighbours too.
 void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
   const DI di;
   std::array<int32_t, kPacket> xs{}, ys{};
@@ -176,7 +240,7 @@ void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
       const size_t from = std::min(i, found - 1);
       xs[i] = i < found ? xs[i] - left : xs[from], ys[i] = i < found ? ys[i] - top : ys[from];
     }
-    Bundle bundle{left, top, {}, lines.taps / 4};
+    Bundle bundle{left, top, {}, std::max(8, lines.taps / 2)};
     for (int part = 0; part < kParts; ++part) {
       bundle.starts[part] = {hn::LoadU(di, xs.data() + part * kLanes),
                              hn::LoadU(di, ys.data() + part * kLanes)};
@@ -188,7 +252,7 @@ void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
     for (int x = roi.x0; x < roi.x1; ++x) {
       const size_t pixel = static_cast<size_t>(y - roi.y0) * static_cast<size_t>(roi.width()) +
                            static_cast<size_t>(x - roi.x0);
-      if (scratch.weights[pixel] >= kNearEnough || Masked(lines, x, y)) continue;
+      if (scratch.sums[2 * pixel + 1] > 0 || Masked(lines, x, y)) continue;
       xs[found] = x, ys[found] = y;
       if (++found == kPacket) flush();
     }
@@ -199,12 +263,10 @@ void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
 void Share(const Lines& lines, const LineOutput& out, SharedScratch& scratch) {
   const DI di;
   const Roi& roi = out.roi;
-  scratch.values.assign(static_cast<size_t>(roi.pixels()), 0.0f);
-  scratch.weights.assign(static_cast<size_t>(roi.pixels()), 0);
+  scratch.sums.assign(2 * (static_cast<size_t>(roi.pixels()) + 1), 0.0f);
   // About three values for a pixel; lines long enough to earn their ends.
-  const int served = std::max(40, lines.taps);
-  int grid = 4;
-  while ((grid + 1) * (grid + 1) * 3 < 2 * served) ++grid;
+  const int served = std::max(80, lines.taps + lines.taps / 2);
+  const int grid = static_cast<int>(std::sqrt(2.0 * served / kValues));
   const int most = (kSide - 1) * grid;
   for (int y = roi.y0 + grid / 2; y < roi.y1; y += kSide * grid) {
     for (int x = roi.x0 + grid / 2; x < roi.x1; x += kSide * grid) {
@@ -223,8 +285,9 @@ void Share(const Lines& lines, const LineOutput& out, SharedScratch& scratch) {
     const size_t row = static_cast<size_t>(y - roi.y0) * static_cast<size_t>(roi.width());
     for (int x = roi.x0; x < roi.x1; ++x) {
       const size_t pixel = row + static_cast<size_t>(x - roi.x0);
-      const bool known = scratch.weights[pixel] > 0 && !Masked(lines, x, y);
-      to[(x - roi.x0) * out.step] = known ? scratch.values[pixel] : 0.0f;
+      const float weight = scratch.sums[2 * pixel + 1];
+      to[(x - roi.x0) * out.step] =
+          weight > 0 && !Masked(lines, x, y) ? scratch.sums[2 * pixel] / weight : 0.0f;
     }
   }
 }

@@ -21,12 +21,30 @@ namespace tessera::ops::flow::HWY_NAMESPACE {
 constexpr int kChains = 2 * kParts;
 HWY_INLINE float SignOf(int chain) { return chain < kParts ? 1.0f : -1.0f; }
 
+// Starts as places in the picture.
+HWY_INLINE V2 PlacesOf(const Place& place, const Starts& starts) {
+  const D d;
+  const DI di;
+  return {hn::ConvertTo(d, hn::Add(starts.x, hn::Set(di, place.x))),
+          hn::ConvertTo(d, hn::Add(starts.y, hn::Set(di, place.y)))};
+}
+
+// Whether all four pixels around every position exist.
+HWY_INLINE bool AllInside(const Lines& lines, const V2& first, const V2& p) {
+  const D d;
+  const V x = hn::Add(first.x, p.x), y = hn::Add(first.y, p.y), zero = hn::Zero(d);
+  const auto in_x = hn::And(hn::Ge(x, zero), hn::Lt(x, hn::Set(d, static_cast<float>(lines.width - 1))));
+  const auto in_y = hn::And(hn::Ge(y, zero), hn::Lt(y, hn::Set(d, static_cast<float>(lines.height - 1))));
+  return hn::AllTrue(d, hn::And(in_x, in_y));
+}
+
 // kChecked: lines may leave the picture; any integrator. Else only RK4 and the adaptive one.
 template <bool kChecked>
 class Walker {
  public:
   HWY_INLINE Walker(const Lines& lines, const Place& place, const Starts* starts)
       : lines_(lines), place_(place), starts_(starts) {
+    for (int part = 0; part < kParts; ++part) first_[part] = PlacesOf(place, starts[part]);
     for (int c = 0; c < kChains; ++c) {
       p_[c] = {hn::Zero(D()), hn::Zero(D())};
       v_[c] = c < kParts ? At(c, p_[c]) : v_[c - kParts];
@@ -75,8 +93,11 @@ class Walker {
 
  private:
   HWY_INLINE V2 At(int chain, const V2& p) const {
-    if constexpr (kChecked) return VelocityAnywhere(lines_, place_, starts_[chain % kParts], p);
-    return Velocity<false>(lines_, place_, starts_[chain % kParts], p);
+    const Starts& starts = starts_[chain % kParts];
+    if (kChecked && !AllInside(lines_, first_[chain % kParts], p)) {
+      return VelocityAnywhere(lines_, place_, starts, p);
+    }
+    return Velocity<false>(lines_, place_, starts, p);
   }
   HWY_INLINE void Accept(const Stepped* to) {
     for (int c = 0; c < kChains; ++c) p_[c] = to[c].end, v_[c] = to[c].velocity;
@@ -129,6 +150,7 @@ class Walker {
   const Lines& lines_;
   const Place& place_;
   const Starts* starts_;
+  V2 first_[kParts];  // the starts as places in the picture
   V2 p_[kChains], v_[kChains];
 };
 
