@@ -7,7 +7,9 @@
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <cmath>
+#include <cstdint>
 #include <string>
+#include <vector>
 #endif
 
 namespace tessera {
@@ -18,22 +20,26 @@ namespace {
 
 constexpr float kBand = 3;  // voxels on both sides of the surface that the converter fills in
 
-// What the converter reads: points in voxels.
-class InVoxels {
- public:
-  InVoxels(const Mesh& mesh, const VolumeSpec& spec) : mesh_(mesh), spec_(spec) {}
-  size_t polygonCount() const { return mesh_.triangles.size(); }
-  size_t pointCount() const { return mesh_.points.size(); }
-  size_t vertexCount(size_t) const { return 3; }
-  void getIndexSpacePoint(size_t polygon, size_t corner, openvdb::Vec3d& p) const {
-    const Vector3& point = mesh_.points[static_cast<size_t>(mesh_.triangles[polygon][corner])];
-    for (size_t a = 0; a < 3; ++a) p[static_cast<int>(a)] = (point[a] - spec_.origin[a]) / spec_.spacing[a];
-  }
+// The adapter that OpenVDB's library holds compiled for its own float grids; points are in voxels.
+using Triangles = openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I>;
 
- private:
-  const Mesh& mesh_;
-  const VolumeSpec& spec_;
-};
+openvdb::FloatGrid::Ptr Convert(const Mesh& mesh, const VolumeSpec& spec) {
+  std::vector<openvdb::Vec3s> points;
+  std::vector<openvdb::Vec3I> triangles;
+  points.reserve(mesh.points.size()), triangles.reserve(mesh.triangles.size());
+  for (const Vector3& p : mesh.points) {
+    const auto at = [&](size_t a) { return static_cast<float>((p[a] - spec.origin[a]) / spec.spacing[a]); };
+    points.emplace_back(at(0), at(1), at(2));
+  }
+  for (const auto& t : mesh.triangles) {
+    const auto corner = [&](size_t i) { return static_cast<uint32_t>(t[i]); };
+    triangles.emplace_back(corner(0), corner(1), corner(2));
+  }
+  openvdb::util::NullInterrupter never;
+  const auto transform = openvdb::math::Transform::createLinearTransform(spec.spacing[0]);
+  return openvdb::tools::meshToVolume<openvdb::FloatGrid>(never, Triangles(points, triangles), *transform,
+                                                          kBand, kBand);
+}
 
 }  // namespace
 
@@ -57,9 +63,7 @@ Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range) {
     }
   }
   openvdb::initialize();
-  const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
-  const auto grid =
-      openvdb::tools::meshToVolume<openvdb::FloatGrid>(InVoxels(mesh, spec), *transform, kBand, kBand);
+  const auto grid = Convert(mesh, spec);
   const auto voxel_of = [&](const Vector3& p) {
     const auto at = [&](size_t a) {
       return static_cast<int>(std::lrint((p[a] - spec.origin[a]) / spec.spacing[a]));
