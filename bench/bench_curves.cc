@@ -76,15 +76,31 @@ int main(int argc, char** argv) {
                  options, /*with_unfolded=*/false);
     for (const auto& [op, arguments] :
          std::vector<std::pair<std::string, std::string>>{{"powc", "2.2"},
+                                                          {"powc", "0.45"},
                                                           {"curve", "gamma exponent=2.2"},
+                                                          {"curve", "gamma exponent=2.2 inverse=1"},
                                                           {"curve", "srgb"},
                                                           {"curve", "srgb inverse=1"},
+                                                          {"curve", "rec709"},
+                                                          {"curve", "rec709 inverse=1"},
                                                           {"curve", "log2"},
+                                                          {"curve", "ln"},
+                                                          {"curve", "log2 inverse=1"},
                                                           {"curve", "ln inverse=1"},
-                                                          {"curve", "acescct"},
                                                           {"curve", "pq"},
                                                           {"curve", "pq inverse=1"},
-                                                          {"curve", "hlg"}}) {
+                                                          {"curve", "hlg"},
+                                                          {"curve", "hlg inverse=1"},
+                                                          {"curve", "acescct"},
+                                                          {"curve", "acescct inverse=1"},
+                                                          {"curve", "logc3"},
+                                                          {"curve", "logc3 inverse=1"},
+                                                          {"curve", "logc4"},
+                                                          {"curve", "logc4 inverse=1"},
+                                                          {"curve", "slog3"},
+                                                          {"curve", "vlog"},
+                                                          {"curve", "log3g10"},
+                                                          {"curve", "cineon"}}) {
       RegisterTask("curves", MakeTask(op + " " + arguments, {{op, arguments}}), options,
                    /*with_unfolded=*/false);
     }

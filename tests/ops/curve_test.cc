@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <any>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -15,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "reference/reference.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/color.h"
@@ -107,7 +109,7 @@ double WorstError(size_t function, uint32_t step) {
 TEST(CurveTest, ElementaryFunctionsAreWithinOneUlp) {
   for (size_t f = 0; f < std::size(kElementary); ++f) {
     SCOPED_TRACE(std::string(kElementary[f].name) + (kElementary[f].inverse ? " inverse" : ""));
-    OnEveryTarget([&] { EXPECT_LT(WorstError(f, 2039), 0.51); });
+    OnEveryTarget([&] { EXPECT_LT(WorstError(f, 2039), 0.54); });
   }
 }
 
@@ -117,7 +119,7 @@ TEST(CurveTest, ElementaryFunctionsAreWithinOneUlpOfAllFloats) {
   for (size_t f = 0; f < std::size(kElementary); ++f) {
     SCOPED_TRACE(std::string(kElementary[f].name) + (kElementary[f].inverse ? " inverse" : ""));
     const double worst = WorstError(f, 1);
-    EXPECT_LT(worst, 0.51);
+    EXPECT_LT(worst, 0.54);
     RecordProperty(std::string(kElementary[f].name) + (kElementary[f].inverse ? "_inverse" : ""),
                    std::to_string(worst));
   }
@@ -132,7 +134,7 @@ TEST(CurveTest, PowerIsWithinItsBoundAndFollowsTheRulesOfC) {
     OnEveryTarget([&] {
       const Samples got = Values(PowerConstant(Row(x), {e}));
       for (size_t i = 0; i < x.size(); ++i)
-        ASSERT_LT(Ulps(got[i], std::pow(double{x[i]}, e)), 0.51) << x[i] << "^" << e;
+        ASSERT_LT(Ulps(got[i], std::pow(double{x[i]}, e)), 0.54) << x[i] << "^" << e;
     });
   }
   const Samples special = {0, -0.0f, 1,     -1,   2,     -2,     0.5f,   -0.5f,
@@ -162,8 +164,68 @@ TEST(CurveTest, PowersOfUseAreWithinTheirBoundForEveryMantissa) {
     };
     ForFloats(1, compare, std::bit_cast<uint32_t>(0x1p-8f), std::bit_cast<uint32_t>(0x1p8f));
     ForFloats(61, compare, 0, std::bit_cast<uint32_t>(kInf));
-    EXPECT_LT(worst, 0.51) << "exponent " << e;
+    EXPECT_LT(worst, 0.54) << "exponent " << e;
     RecordProperty("exponent_" + std::to_string(e), std::to_string(worst));
+  }
+}
+
+// The largest error of a curve over floats `step` apart: in ULP of the result, where the result is not a sum
+// that cancelled; and as a part of its bound.
+struct CurveErrors {
+  double ulps = 0, of_bound = 0;
+  float at = 0;
+};
+CurveErrors ErrorsOf(const CurveFormula& formula, uint32_t step, float low, float high) {
+  CurveErrors errors;
+  const std::any params = CurveParams{{formula}};
+  const auto compare = [&](const Samples& x) {
+    const Node node = ApplyCurve(Row(x), {{formula}});
+    const Samples got = Values(node);
+    const Roi roi{0, 0, static_cast<int>(x.size()), 1};
+    const ImageSpec spec(roi.width(), 1, 1);
+    reference::ImageD in(roi, 1), want(roi, 1), scale(roi, 1);
+    for (size_t i = 0; i < x.size(); ++i) in.samples[i] = x[i];
+    reference::Find("curve")->evaluate({params, {&in, 1}, {&spec, 1}, spec, {}, want, &scale});
+    for (size_t i = 0; i < x.size(); ++i) {
+      const double exact = want.samples[i];
+      if (std::fabs(exact) > std::numeric_limits<float>::max()) continue;
+      const double error = std::fabs(got[i] - exact);
+      // Half a subnormal step is allowed to every result.
+      errors.of_bound = std::max(errors.of_bound, error / (0x1p-23 * scale.samples[i] + 0x1p-149));
+      if (scale.samples[i] > 1.0001 * std::fabs(exact)) continue;
+      const double ulps = Ulps(got[i], exact);
+      if (ulps > errors.ulps) errors.ulps = ulps, errors.at = x[i];
+    }
+  };
+  ForFloats(step, compare, std::bit_cast<uint32_t>(low), std::bit_cast<uint32_t>(high));
+  return errors;
+}
+
+TEST(CurveTest, EveryNamedCurveIsWithinItsBound) {
+  const bool every = std::getenv("TESSERA_LONG_TESTS") != nullptr;
+  for (const std::string& name : TransferFunctionNames()) {
+    for (const bool inverse : {false, true}) {
+      SCOPED_TRACE(name + (inverse ? " inverse" : ""));
+      const CurveFormula formula = inverse ? Decoding(Named(name)) : Encoding(Named(name));
+      const auto expect = [&] {
+        // Every binade sparsely; what pictures hold densely.
+        const CurveErrors wide = ErrorsOf(formula, every ? 61 : 40009, 0, kInf);
+        const CurveErrors dense = ErrorsOf(formula, every ? 1 : 4001, 0x1p-10f, 4);
+        EXPECT_LT(std::max(wide.ulps, dense.ulps), 0.7)
+            << "at " << (wide.ulps > dense.ulps ? wide : dense).at;
+        EXPECT_LE(std::max(wide.of_bound, dense.of_bound), 1);
+        RecordProperty(name + (inverse ? "_inverse" : ""), std::to_string(std::max(wide.ulps, dense.ulps)));
+        if (std::getenv("TESSERA_LONG_TESTS")) {
+          std::printf("%-10s %-8s %.4f ULP\n", name.c_str(), inverse ? "inverse" : "",
+                      std::max(wide.ulps, dense.ulps));
+        }
+      };
+      if (every) {
+        expect();
+      } else {
+        OnEveryTarget(expect);
+      }
+    }
   }
 }
 

@@ -1,4 +1,4 @@
-// The kernel of curves by formula: each plane of a block by a loop made for its formula, in double.
+// The kernel of curves by formula: each plane of a block by a loop made for its formula.
 #include "ops/curve/curve_kernel.h"
 
 #include <algorithm>
@@ -8,12 +8,14 @@
 #include <limits>
 
 #include "base/block.h"
+#include "ops/curve/curve_constants.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/curve/curve_kernel.cc"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/curve/fast_curve-inl.h"
 #include "simd/fused-inl.h"
 #include "simd/math-inl.h"
 #include "simd/point-inl.h"
@@ -36,28 +38,21 @@ HWY_INLINE VD PowerOf(VD v, double e) {
   return hn::IfThenElseZero(hn::Gt(v, Set(0.0)), s::Exp2OfDouble<kPrecision>(s::ClampExponent(t)));
 }
 
-// SMPTE ST 2084.
-constexpr double kM1 = 2610.0 / 16384, kM2 = 2523.0 / 4096 * 128, kC1 = 3424.0 / 4096,
-                 kC2 = 2413.0 / 4096 * 32, kC3 = 2392.0 / 4096 * 32;
 HWY_INLINE VD PqOfLight(VD x) {
   // Errors of u grow 30 times at most: 2^-29 of the result. Light of 0 counts as 2^-1000.
-  const VD u = s::Exp2OfDouble(hn::Mul(s::Log2OfDouble(hn::Max(x, Set(0x1p-1000))), Set(kM1)));
-  const VD ratio = hn::Div(hn::MulAdd(u, Set(kC2), Set(kC1)), hn::MulAdd(u, Set(kC3), Set(1.0)));
-  return s::Exp2OfDouble(hn::Mul(s::Log2OfDouble(ratio), Set(kM2)));
+  const VD u = s::Exp2OfDouble(hn::Mul(s::Log2OfDouble(hn::Max(x, Set(0x1p-1000))), Set(kPqM1)));
+  const VD ratio = hn::Div(hn::MulAdd(u, Set(kPqC2), Set(kPqC1)), hn::MulAdd(u, Set(kPqC3), Set(1.0)));
+  return s::Exp2OfDouble(hn::Mul(s::Log2OfDouble(ratio), Set(kPqM2)));
 }
 HWY_INLINE VD LightOfPq(VD x) {
-  const VD u = PowerOf<Precision::kDouble>(hn::Max(x, Set(0.0)), 1 / kM2);
-  const VD above = hn::Max(hn::Sub(u, Set(kC1)), Set(0.0));
-  const VD below = hn::NegMulAdd(u, Set(kC3), Set(kC2));
+  const VD u = PowerOf<Precision::kDouble>(hn::Max(x, Set(0.0)), 1 / kPqM2);
+  const VD above = hn::Max(hn::Sub(u, Set(kPqC1)), Set(0.0));
+  const VD below = hn::NegMulAdd(u, Set(kPqC3), Set(kPqC2));
   // Beyond the formula's pole, at a signal near 2, light is infinite.
-  return hn::IfThenElse(hn::Gt(below, Set(0.0)), PowerOf(hn::Div(above, below), 1 / kM1),
+  return hn::IfThenElse(hn::Gt(below, Set(0.0)), PowerOf(hn::Div(above, below), 1 / kPqM1),
                         Set(std::numeric_limits<double>::infinity()));
 }
 
-// ARIB STD-B67.
-constexpr double kHlgA = 0.17883277, kHlgB = 1 - 4 * kHlgA,
-                 kHlgC = 0.55991072952956202016;  // 1/2 - a ln(4 a)
-constexpr double kLn2 = 0.69314718055994530942;
 HWY_INLINE VD HlgOfLight(VD x) {
   const VD root = hn::Sqrt(hn::Mul(hn::Max(x, Set(0.0)), Set(3.0)));
   const VD inside = hn::Max(hn::MulAdd(x, Set(12.0), Set(-kHlgB)), Set(0.1));
@@ -71,54 +66,28 @@ HWY_INLINE VD LightOfHlg(VD x) {
   return hn::IfThenElse(hn::Lt(x, Set(0.5)), square, above);
 }
 
-// How much of a formula a loop computes.
-enum class Form : uint8_t {
-  kGeneral,
-  kSafePower,   // kPower whose argument is never negative where it counts, and whose exponent is moderate
-  kPlainPower,  // the same without scales and offsets
-};
-
-// What a power's argument is raised to where it is 0: its power rounds to 0 in float, and no exponent leaves
-// a double's.
-constexpr double kLeastExponent = 0.17, kMostExponent = 6.6;
-double LeastArgument(double exponent) { return exponent > 1 ? 0x1p-150 : 0x1p-1000; }
-
-Form FormOf(const CurveFormula& f) {
-  const bool moderate = f.exponent >= kLeastExponent && f.exponent <= kMostExponent;
-  if (f.kind != Kind::kPower || !moderate || !(f.in_scale > 0)) return Form::kGeneral;
-  const bool above_zero =
-      f.in_offset >= 0 && (f.negatives == Negatives::kMirror || f.negatives == Negatives::kClamp);
-  const bool above_join = std::isfinite(f.join) && f.in_scale * f.join + f.in_offset > 0;
-  if (!above_zero && !above_join) return Form::kGeneral;
-  const bool plain = f.in_scale == 1 && f.in_offset == 0 && f.out_scale == 1 && f.out_offset == 0;
-  return plain ? Form::kPlainPower : Form::kSafePower;
-}
-
 // The formula from its join on, of doubles that stand for finite floats.
-template <Kind kKind, Form kForm>
+template <Kind kKind>
 HWY_INLINE VD Evaluate(VD x, const CurveFormula& f) {
   if constexpr (kKind == Kind::kPq) return PqOfLight(x);
   if constexpr (kKind == Kind::kPqInverse) return LightOfPq(x);
   if constexpr (kKind == Kind::kHlg) return HlgOfLight(x);
   if constexpr (kKind == Kind::kHlgInverse) return LightOfHlg(x);
   if constexpr (kKind == Kind::kLinear) return hn::MulAdd(x, Set(f.slope), Set(f.offset));
-  VD v = x;
-  if constexpr (kForm != Form::kPlainPower) v = hn::MulAdd(x, Set(f.in_scale), Set(f.in_offset));
+  const VD v = hn::MulAdd(x, Set(f.in_scale), Set(f.in_offset));
   VD w = v;
-  if constexpr (kForm != Form::kGeneral) {
-    w = s::Exp2OfDouble(hn::Mul(
-        s::Log2OfDouble<Precision::kPower>(hn::Max(v, Set(LeastArgument(f.exponent)))), Set(f.exponent)));
-  } else if constexpr (kKind == Kind::kPower) {
-    w = PowerOf(v, f.exponent);
+  const bool sum = f.out_offset != 0;  // it may cancel
+  if constexpr (kKind == Kind::kPower) {
+    w = sum ? PowerOf<Precision::kDouble>(v, f.exponent) : PowerOf(v, f.exponent);
   } else if constexpr (kKind == Kind::kLog) {
     const VD positive = hn::Max(v, Set(std::max(f.floor, DBL_MIN)));
-    w = s::Log2OfDouble(positive);
+    w = sum ? s::Log2OfDouble<Precision::kDouble>(positive) : s::Log2OfDouble(positive);
     if (f.floor <= 0)
       w = hn::IfThenElse(hn::Gt(v, Set(0.0)), w, Set(-std::numeric_limits<double>::infinity()));
   } else if constexpr (kKind == Kind::kExp) {
-    w = s::Exp2OfDouble(s::ClampExponent(v));
+    const VD t = s::ClampExponent(v);
+    w = sum ? s::Exp2OfDouble<Precision::kDouble>(t) : s::Exp2OfDouble(t);
   }
-  if constexpr (kForm == Form::kPlainPower) return w;
   return hn::MulAdd(w, Set(f.out_scale), Set(f.out_offset));
 }
 
@@ -128,117 +97,241 @@ float JoinOf(const CurveFormula& f) {
   return nearest < f.join ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
 }
 
-// One plane; `in` and `out` may be the same.
-template <Kind kKind, Form kForm>
-void RunPlane(const PlaneCurve& curve, const float* in, float* out, int count) {
+// How a loop evaluates its formula: all in double, or most in double-float, with and without inner and outer
+// scales.
+enum class Way : uint8_t { kDouble, kFast, kFastInner, kFastOuter, kFastBoth };
+
+// A plane's curve and the loop that was made for it.
+struct CurveWork {
+  using Loop = void (*)(const CurveWork&, const float*, float*, int);
+  PlaneCurve curve;
+  Loop loop = nullptr;
+#if TESSERA_DOUBLE_FLOAT
+  FastCurve fast;
+#endif
+  bool active() const { return curve.active; }
+  void operator()(const float* in, float* out, int count) const { loop(*this, in, out, count); }
+};
+
+// A vector in which some samples may be anything: below the join, negative, 0, infinite, NaN. `able` marks
+// the samples whose formula has been computed: their results are in `y`.
+template <Kind kKind>
+HWY_NOINLINE V AnyValue(V x, V v, V y, hn::Mask<s::D> able, const PlaneCurve& curve) {
   const s::D d;
-  const CurveFormula f = curve.formula;
-  const V zero = hn::Zero(d), sign = hn::Set(d, -0.0f);
-  const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-  const V top = hn::Set(d, curve.at_infinity), bottom = hn::Set(d, curve.at_minus_infinity);
-  const V join = hn::Set(d, JoinOf(f));
-  const bool mirror = f.negatives == Negatives::kMirror, keep = f.negatives == Negatives::kKeep;
-  const auto formula = [&f](VD v) HWY_ATTR { return Evaluate<kKind, kForm>(v, f); };
-  const auto line = [&f](VD v) HWY_ATTR { return hn::MulAdd(v, Set(f.slope), Set(f.offset)); };
+  const CurveFormula& f = curve.formula;
+  const V zero = hn::Zero(d), infinity = hn::Set(d, std::numeric_limits<float>::infinity());
+  const auto below = hn::Lt(v, hn::Set(d, JoinOf(f))), finite = hn::Lt(hn::Abs(x), infinity);
+  const auto at_zero = hn::Eq(v, zero);
+  y = hn::IfThenElse(at_zero, hn::Set(d, curve.at_zero), y);
+  const auto done = hn::Or(hn::Or(able, at_zero), hn::Or(below, hn::Not(finite)));
+  if (!hn::AllTrue(d, done)) {
+    const auto formula = [&f](VD w) HWY_ATTR { return Evaluate<kKind>(w, f); };
+    y = hn::IfThenElse(done, y, s::InDouble(formula, v));
+  }
+  if (!hn::AllFalse(d, below)) {
+    const auto line = [&f](VD w) HWY_ATTR { return hn::MulAdd(w, Set(f.slope), Set(f.offset)); };
+    y = hn::IfThenElse(below, s::InDouble(line, v), y);
+  }
+  if (f.negatives == Negatives::kMirror) y = hn::Xor(y, hn::And(x, hn::Set(d, -0.0f)));
+  if (f.negatives == Negatives::kKeep) y = hn::IfThenElse(hn::Lt(x, zero), x, y);
+  if (!hn::AllTrue(d, finite)) {
+    const V top = hn::Set(d, curve.at_infinity), bottom = hn::Set(d, curve.at_minus_infinity);
+    y = hn::IfThenElse(finite, y, hn::IfThenElse(hn::Eq(x, infinity), top, bottom));
+    y = hn::IfThenElse(hn::IsNaN(x), x, y);
+  }
+  return y;
+}
+
+// The formula of nearly all samples; `able` marks them.
+template <Kind kKind, Way kWay>
+HWY_INLINE V ValueOf(V v, const CurveWork& work, hn::Mask<s::D>& able) {
+#if TESSERA_DOUBLE_FLOAT
+  if constexpr (kWay != Way::kDouble) {
+    constexpr bool kInner = kWay == Way::kFastInner || kWay == Way::kFastBoth;
+    constexpr bool kOuter = kWay == Way::kFastOuter || kWay == Way::kFastBoth;
+    return FastValue<kKind, kInner, kOuter>(v, work.fast, able);
+  }
+#endif
+  const s::D d;
+  able =
+      hn::And(hn::Ne(v, hn::Zero(d)), hn::Lt(hn::Abs(v), hn::Set(d, std::numeric_limits<float>::infinity())));
+  return s::InDouble([&work](VD x) HWY_ATTR { return Evaluate<kKind>(x, work.curve.formula); }, v);
+}
+
+// One plane; `in` and `out` may be the same.
+template <Kind kKind, Way kWay>
+void RunPlane(const CurveWork& work, const float* in, float* out, int count) {
+  const s::D d;
+  const CurveFormula& f = work.curve.formula;
+  const bool keep = f.negatives == Negatives::kKeep;
+  const bool limit = f.negatives == Negatives::kClamp || kKind == Kind::kPq || kKind == Kind::kPqInverse ||
+                     kKind == Kind::kHlg;
+  const V zero = hn::Zero(d), sign = hn::Set(d, f.negatives == Negatives::kMirror ? -0.0f : 0.0f);
+  const V join = hn::Set(d, keep ? std::max(JoinOf(f), 0.0f) : JoinOf(f));
+  const V lowest = hn::Set(d, keep ? 0.0f : -std::numeric_limits<float>::max());
+  const auto line = [&f](VD w) HWY_ATTR { return hn::MulAdd(w, Set(f.slope), Set(f.offset)); };
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
     const V x = hn::LoadU(d, in + i);
-    V v = x;
-    if (mirror) v = hn::Abs(v);
-    if (f.negatives == Negatives::kClamp) v = hn::IfThenElse(hn::Lt(v, zero), zero, v);
-    V y = s::InDouble(formula, v);
-    const auto below = hn::Lt(v, join);
-    if (!hn::AllFalse(d, below)) y = hn::IfThenElse(below, s::InDouble(line, v), y);
-    if (mirror) y = hn::Xor(y, hn::And(x, sign));
-    if (keep) y = hn::IfThenElse(hn::Lt(x, zero), x, y);
-    const auto finite = hn::Lt(hn::Abs(x), infinity);
-    if (HWY_UNLIKELY(!hn::AllTrue(d, finite))) {
-      y = hn::IfThenElse(finite, y, hn::IfThenElse(hn::Eq(x, infinity), top, bottom));
-      y = hn::IfThenElse(hn::IsNaN(x), x, y);
+    V v = hn::AndNot(sign, x);
+    if (limit) v = hn::IfThenElse(hn::Lt(v, zero), zero, v);
+    hn::Mask<s::D> able;
+    V y = ValueOf<kKind, kWay>(v, work, able);
+    const auto below = hn::And(hn::Lt(v, join), hn::Ge(v, lowest));
+    able = hn::And(able, hn::Ge(v, join));
+    if (HWY_LIKELY(hn::AllTrue(d, hn::Or(able, below)))) {
+      if (!hn::AllFalse(d, below)) y = hn::IfThenElse(below, s::InDouble(line, v), y);
+      y = hn::Xor(y, hn::And(x, sign));
+    } else {
+      y = AnyValue<kKind>(x, v, y, able, work.curve);
     }
     hn::StoreU(y, d, out + i);
   }
 }
 
-using PlaneLoop = void (*)(const PlaneCurve&, const float*, float*, int);
-PlaneLoop LoopOf(const CurveFormula& f) {
-  switch (f.kind) {
+#if TESSERA_DOUBLE_FLOAT
+template <Kind kKind>
+CurveWork::Loop LoopOfKind(const CurveWork& work) {
+  const FastCurve& fast = work.fast;
+  if (!fast.able) return RunPlane<kKind, Way::kDouble>;
+  if constexpr (kKind == Kind::kPower || kKind == Kind::kLog || kKind == Kind::kExp) {
+    if (fast.inner && fast.outer) return RunPlane<kKind, Way::kFastBoth>;
+    if (fast.inner) return RunPlane<kKind, Way::kFastInner>;
+    if (fast.outer) return RunPlane<kKind, Way::kFastOuter>;
+  }
+  return RunPlane<kKind, Way::kFast>;
+}
+#else
+template <Kind kKind>
+CurveWork::Loop LoopOfKind(const CurveWork&) {
+  return RunPlane<kKind, Way::kDouble>;
+}
+#endif
+
+CurveWork WorkOf(const PlaneCurve& curve) {
+  CurveWork work;
+  work.curve = curve;
+#if TESSERA_DOUBLE_FLOAT
+  work.fast = FastCurveOf(curve.formula);
+#endif
+  switch (curve.formula.kind) {
     case Kind::kPower:
-      switch (FormOf(f)) {
-        case Form::kPlainPower:
-          return RunPlane<Kind::kPower, Form::kPlainPower>;
-        case Form::kSafePower:
-          return RunPlane<Kind::kPower, Form::kSafePower>;
-        case Form::kGeneral:
-          break;
-      }
-      return RunPlane<Kind::kPower, Form::kGeneral>;
+      work.loop = LoopOfKind<Kind::kPower>(work);
+      break;
     case Kind::kLog:
-      return RunPlane<Kind::kLog, Form::kGeneral>;
+      work.loop = LoopOfKind<Kind::kLog>(work);
+      break;
     case Kind::kExp:
-      return RunPlane<Kind::kExp, Form::kGeneral>;
+      work.loop = LoopOfKind<Kind::kExp>(work);
+      break;
     case Kind::kPq:
-      return RunPlane<Kind::kPq, Form::kGeneral>;
+      work.loop = LoopOfKind<Kind::kPq>(work);
+      break;
     case Kind::kPqInverse:
-      return RunPlane<Kind::kPqInverse, Form::kGeneral>;
+      work.loop = LoopOfKind<Kind::kPqInverse>(work);
+      break;
     case Kind::kHlg:
-      return RunPlane<Kind::kHlg, Form::kGeneral>;
+      work.loop = LoopOfKind<Kind::kHlg>(work);
+      break;
     case Kind::kHlgInverse:
-      return RunPlane<Kind::kHlgInverse, Form::kGeneral>;
+      work.loop = LoopOfKind<Kind::kHlgInverse>(work);
+      break;
     case Kind::kLinear:
+      work.loop = RunPlane<Kind::kLinear, Way::kDouble>;
       break;
   }
-  return RunPlane<Kind::kLinear, Form::kGeneral>;
+  return work;
 }
 
-void RunPowerPlane(const PlanePower& power, const float* in, float* out, int count) {
-  const s::D d;
-  const double e = power.exponent;
-  // What the rules of C ask of the exponent, as a float: its sign, and whether it is whole, even or odd.
-  const bool whole = std::trunc(e) == e, even = std::trunc(e / 2) == e / 2;
-  const double kind = e == 0 ? 0 : !whole ? 0.5 : even ? 2 : 1;
-  const V y = hn::Set(d, static_cast<float>(std::copysign(kind, e)));
-  const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-  // |e| of a moderate size cannot leave a double's exponents.
-  const bool moderate = std::fabs(e) <= kMostExponent;
-  const auto magnitude = [e, moderate](VD v) HWY_ATTR {
-    const VD t = hn::Mul(s::Log2OfDouble<Precision::kPower>(v), Set(e));
-    return s::Exp2OfDouble(moderate ? t : s::ClampExponent(t));
+// |x|^e in double.
+V MagnitudeInDouble(V x, double e) {
+  const auto magnitude = [e](VD v) HWY_ATTR {
+    return s::Exp2OfDouble(s::ClampExponent(hn::Mul(s::Log2OfDouble<Precision::kPower>(v), Set(e))));
   };
-  if (e == 2) {
+  return s::InDouble(magnitude, hn::Abs(x));
+}
+
+// A plane's power by C's rules.
+struct PowerWork {
+  PlanePower power;
+#if TESSERA_DOUBLE_FLOAT
+  FastCurve fast;
+#endif
+  bool active() const { return power.active; }
+
+  // |x|^e where x is neither 0 nor infinite nor NaN.
+  HWY_INLINE V Magnitude(V x) const {
+#if TESSERA_DOUBLE_FLOAT
+    if (fast.able) {
+      const s::D d;
+      const V size = hn::Abs(x);
+      hn::Mask<s::D> able;
+      const V y = FastValue<Kind::kPower, false, false>(size, fast, able);
+      const auto special = hn::Not(
+          hn::And(hn::Gt(size, hn::Zero(d)), hn::Lt(size, s::SetF(std::numeric_limits<float>::infinity()))));
+      const auto done = hn::Or(able, special);
+      if (HWY_LIKELY(hn::AllTrue(d, done))) return y;
+      return hn::IfThenElse(done, y, MagnitudeInDouble(x, power.exponent));
+    }
+#endif
+    return MagnitudeInDouble(x, power.exponent);
+  }
+
+  void operator()(const float* in, float* out, int count) const {
+    const s::D d;
+    const double e = power.exponent;
+    if (e == 2) {
+      for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
+        const V x = hn::LoadU(d, in + i);
+        hn::StoreU(hn::Mul(x, x), d, out + i);
+      }
+      return;
+    }
+    // What the rules of C ask of the exponent, as a float: its sign, and whether it is whole, even or odd.
+    const bool whole = std::trunc(e) == e, even = std::trunc(e / 2) == e / 2;
+    const double kind = e == 0 ? 0 : !whole ? 0.5 : even ? 2 : 1;
+    const V y = hn::Set(d, static_cast<float>(std::copysign(kind, e)));
+    const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
     for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
       const V x = hn::LoadU(d, in + i);
-      hn::StoreU(hn::Mul(x, x), d, out + i);
+      V r = Magnitude(x);
+      const auto ordinary = hn::And(hn::Gt(x, hn::Zero(d)), hn::Lt(x, infinity));
+      if (HWY_UNLIKELY(!hn::AllTrue(d, ordinary)) || kind == 0) r = s::PowSpecial(x, y, r);
+      hn::StoreU(r, d, out + i);
     }
-    return;
   }
-  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
-    const V x = hn::LoadU(d, in + i);
-    V r = s::InDouble(magnitude, hn::Abs(x));
-    const auto ordinary = hn::And(hn::Gt(x, hn::Zero(d)), hn::Lt(x, infinity));
-    if (HWY_UNLIKELY(!hn::AllTrue(d, ordinary)) || kind == 0) r = s::PowSpecial(x, y, r);
-    hn::StoreU(r, d, out + i);
-  }
+};
+
+PowerWork WorkOf(const PlanePower& power) {
+  PowerWork work;
+  work.power = power;
+#if TESSERA_DOUBLE_FLOAT
+  work.fast.able = IsModerateExponent(power.exponent);
+  work.fast.exponent = s::SplitDouble(power.exponent);
+#endif
+  return work;
 }
 
-// Runs loop(plane's curve)(curve, in, out, count) on the active planes, from and to planes or interleaved
-// pixels.
-template <class Plane, class LoopOfPlane>
+// Runs each active plane's work(in, out, count), from and to planes or interleaved pixels.
+template <class Work>
 class PlaneStage final : public graph::PointStage {
  public:
-  PlaneStage(const Plane (&planes)[4], LoopOfPlane loop) : loop_(loop) {
-    std::copy(std::begin(planes), std::end(planes), std::begin(planes_));
-  }
+  template <class Plane>
+  explicit PlaneStage(const Plane (&planes)[4])
+      : work_{WorkOf(planes[0]), WorkOf(planes[1]), WorkOf(planes[2]), WorkOf(planes[3])} {}
   bool CanFuse(bool, PixelType) const override { return true; }
   void Run(const graph::PointArgs& args) const override {
     // Results may lie where other planes' samples do, so that all are read before any is written.
-    alignas(64) float samples[4][kBlockPixels];
+    // Short chunks: reading and writing memory goes on beside the arithmetic.
+    constexpr int kChunk = 64;
+    static_assert(kBlockPixels % kChunk == 0);
+    alignas(64) float samples[4][kChunk];
     float* const planes[4] = {samples[0], samples[1], samples[2], samples[3]};
     const s::D d;
-    for (int first = 0; first < args.count; first += kBlockPixels) {
-      const int count = std::min(kBlockPixels, args.count - first);
+    for (int first = 0; first < args.count; first += kChunk) {
+      const int count = std::min(kChunk, args.count - first);
       s::LoadChunk(args, first, count, planes);
       for (int p = 0; p < 4; ++p) {
-        if (planes_[p].active) loop_(planes_[p])(planes_[p], samples[p], samples[p], count);
+        if (work_[p].active()) work_[p](samples[p], samples[p], count);
       }
       s::StoreChunk(args, first, count, [&](int i) HWY_ATTR {
         return s::Pixels{hn::Load(d, samples[0] + i), hn::Load(d, samples[1] + i),
@@ -248,17 +341,14 @@ class PlaneStage final : public graph::PointStage {
   }
 
  private:
-  Plane planes_[4];
-  LoopOfPlane loop_;
+  Work work_[4];
 };
 
 std::unique_ptr<graph::PointStage> NewCurveStage(const PlaneCurve (&planes)[4]) {
-  const auto loop = [](const PlaneCurve& p) { return LoopOf(p.formula); };
-  return std::make_unique<PlaneStage<PlaneCurve, decltype(loop)>>(planes, loop);
+  return std::make_unique<PlaneStage<CurveWork>>(planes);
 }
 std::unique_ptr<graph::PointStage> NewPowerStage(const PlanePower (&planes)[4]) {
-  const auto loop = [](const PlanePower&) { return &RunPowerPlane; };
-  return std::make_unique<PlaneStage<PlanePower, decltype(loop)>>(planes, loop);
+  return std::make_unique<PlaneStage<PowerWork>>(planes);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

@@ -13,7 +13,7 @@ namespace tessera::ops {
 struct PlaneCurve {
   bool active = false;
   CurveFormula formula;
-  float at_infinity = 0, at_minus_infinity = 0;
+  float at_infinity = 0, at_minus_infinity = 0, at_zero = 0;
 };
 std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4]);
 
