@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "tessera/node.h"
 #include "tessera/render.h"
@@ -27,6 +28,9 @@ struct VerifyReport {
   int64_t out_of_bound = 0;                         // values whose error is larger than their own bound
   int worst_x = 0, worst_y = 0, worst_channel = 0;  // of those, the one farthest beyond it
   bool within_bound = true;
+  // What the reference cannot say by itself: where another library computes, it is that library's own float
+  // evaluation, step by step, and its error is part of the bound.
+  std::vector<std::string> remarks;
   std::string Summary() const;  // one line
 };
 

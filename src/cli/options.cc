@@ -81,7 +81,8 @@ std::vector<Command> OptionCommands() {
   rows.back().info.help =
       "Prints one line per output with the maximum and the root-mean-square error against the reference, and "
       "the bound that the operations promise together. An output that is not within its bound is not "
-      "written: exit code 1.";
+      "written: exit code 1. What OpenColorIO computes itself is compared with its own unoptimised float "
+      "evaluation, and the line says so.";
   rows.push_back(Option("explain",
                         "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
                         [](const Arguments&, Options& o) { o.explain = true; }));

@@ -2,41 +2,45 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "base/block.h"
+#include "base/foreign_pixels.h"
 #include "graph/op.h"
 #include "ocio/config.h"
 
 namespace tessera::ocio {
 namespace {
 
-struct CpuParams {
-  lib::ConstCPUProcessorRcPtr processor;
-  bool alpha = false;  // the image has one
-};
+// A processor on rows of RGBA floats.
+base::ForeignPixels::Function OnRows(lib::ConstCPUProcessorRcPtr processor) {
+  return [processor = std::move(processor)](float* rgba, int count) {
+    lib::PackedImageDesc row(rgba, count, 1, lib::CHANNEL_ORDERING_RGBA);
+    processor->apply(row);
+  };
+}
 
 class CpuStage final : public graph::PointStage {
  public:
-  explicit CpuStage(lib::ConstCPUProcessorRcPtr processor) : processor_(std::move(processor)) {}
+  explicit CpuStage(base::ForeignPixels::Function run) : run_(std::move(run)) {}
   void Run(const graph::PointArgs& args) const override {
     alignas(64) float pixels[kBlockPixels * 4];
     for (int i = 0; i < args.count; ++i) {
       for (int p = 0; p < 4; ++p) pixels[4 * i + p] = args.in[0][p][i];
     }
-    lib::PackedImageDesc row(pixels, args.count, 1, lib::CHANNEL_ORDERING_RGBA);
-    processor_->apply(row);
+    run_(pixels, args.count);
     for (int i = 0; i < args.count; ++i) {
       for (int p = 0; p < 4; ++p) args.out[p][i] = pixels[4 * i + p];
     }
   }
 
  private:
-  lib::ConstCPUProcessorRcPtr processor_;
+  base::ForeignPixels::Function run_;
 };
 
-class CpuOp final : public graph::OpWith<CpuParams> {
+class CpuOp final : public graph::OpWith<base::ForeignPixels> {
  public:
-  explicit CpuOp(CpuParams params) : OpWith(std::move(params)) {}
+  explicit CpuOp(base::ForeignPixels params) : OpWith(std::move(params)) {}
   std::string Name() const override { return "ociocpu"; }
   std::string Describe() const override { return "OpenColorIO"; }
   graph::OpKind Kind() const override { return graph::OpKind::kColor; }
@@ -47,15 +51,16 @@ class CpuOp final : public graph::OpWith<CpuParams> {
   bool ReadsAlpha() const override { return params().alpha; }
   bool WritesAlpha() const override { return params().alpha; }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
-    return std::make_unique<CpuStage>(params().processor);
+    return std::make_unique<CpuStage>(params().run);
   }
 };
 
 }  // namespace
 
 Node ApplyCpuProcessor(const Node& image, const lib::ConstProcessorRcPtr& processor) {
-  CpuParams params;
-  params.processor = processor->getOptimizedCPUProcessor(lib::OPTIMIZATION_LOSSLESS);
+  base::ForeignPixels params;
+  params.run = OnRows(processor->getOptimizedCPUProcessor(lib::OPTIMIZATION_LOSSLESS));
+  params.check = OnRows(processor->getOptimizedCPUProcessor(lib::OPTIMIZATION_NONE));
   params.alpha = image.spec().alpha >= 3;
   return graph::MakeNode(std::make_shared<const CpuOp>(std::move(params)), {image});
 }

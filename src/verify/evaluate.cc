@@ -184,6 +184,7 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   if (entry == nullptr && d.op->Kind() != OpKind::kShuffle) {
     throw Error(d.op->Name(), "has no reference function, so it cannot be verified");
   }
+  if (entry != nullptr && !entry->remark.empty()) remarks_.insert(entry->remark);
   std::vector<Evaluated> in;
   std::vector<ImageSpec> specs;
   for (size_t k = 0; k < d.inputs.size(); ++k) {

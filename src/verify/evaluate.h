@@ -3,6 +3,8 @@
 #define TESSERA_VERIFY_EVALUATE_H_
 
 #include <map>
+#include <set>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -25,6 +27,9 @@ class ReferenceEngine {
   // Evaluates a region inside the node's data window. Throws Error for an operation without a reference.
   Evaluated Evaluate(const Node& node, const Roi& roi);
 
+  // What is to be known about the references that were used.
+  const std::set<std::string>& remarks() const { return remarks_; }
+
  private:
   Evaluated Shared(const Node& node, const Roi& roi);
   Evaluated EvaluateNode(const Node& node, const Roi& roi);
@@ -37,6 +42,7 @@ class ReferenceEngine {
   // often.
   using Key = std::tuple<const graph::NodeData*, int, int, int, int>;
   std::map<Key, Evaluated> shared_;
+  std::set<std::string> remarks_;
 };
 
 }  // namespace tessera::verify

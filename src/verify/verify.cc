@@ -197,6 +197,7 @@ std::string VerifyReport::Summary() const {
            ? ": within bound"
            : ": " + std::to_string(out_of_bound) + " OUT OF BOUND, worst at x=" + std::to_string(worst_x) +
                  " y=" + std::to_string(worst_y) + " channel " + std::to_string(worst_channel);
+  for (const std::string& remark : remarks) s += "; " + remark;
   return s;
 }
 
@@ -234,6 +235,7 @@ VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& optio
     }
   }
   comparison.Finish();
+  report.remarks.assign(engine.remarks().begin(), engine.remarks().end());
   return report;
 }
 
