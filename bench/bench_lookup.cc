@@ -2,6 +2,7 @@
 // storage, so that a user sees which table to take for which error.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -62,7 +63,7 @@ struct Group {
   Options options;
   bool done = false;
   std::vector<Measured> results;
-  double pixels = 0, copy_ns = 0;
+  double pixels = 0, copy_ns = 0, peer_ns = 0;  // of the fastest peer; 0: there is none
 
   void MeasureOnce() {
     if (done) return;
@@ -100,6 +101,9 @@ struct Group {
     for (Measured& m : results) {
       if (c.exact) m.errors = errors[m.name];
       if (m.is_copy) copy_ns = Nanoseconds(m);
+      const bool peer =
+          std::any_of(c.peers.begin(), c.peers.end(), [&m](const auto& p) { return p.first == m.name; });
+      if (peer && (peer_ns == 0 || Nanoseconds(m) < peer_ns)) peer_ns = Nanoseconds(m);
     }
     SetSimdTarget("auto");
   }
@@ -122,6 +126,7 @@ void Report(benchmark::State& state, Group& group, const std::string& method) {
     state.counters["repetitions"] = static_cast<double>(m.seconds.size());
     if (m.is_copy) return;
     state.counters["copy_share"] = group.copy_ns / ns;
+    if (group.peer_ns > 0) state.counters["times_peer"] = group.peer_ns / ns;
     state.counters["max_error"] = m.errors.max;
     state.counters["rms_error"] = m.errors.rms;
     state.counters["values_checked"] = static_cast<double>(m.errors.values);

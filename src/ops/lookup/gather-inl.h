@@ -82,19 +82,20 @@ HWY_INLINE V LerpPlanes(const float* data, const int32_t* base, const ptrdiff_t*
     return s::Lerp(a, LerpPlanes<axis - 1>(data + stride[axis], base, stride, f), f[axis]);
   }
 }
-// The same for two axes: the four entries of a pixel in a quad, four of which become planes by one transpose.
-HWY_INLINE V LerpSquares(const float* data, const int32_t* base, ptrdiff_t up, const V* f) {
+// The same for two axes, rows of entries below `high` and `low` of them: along y first, two pixels in 128
+// bits.
+HWY_INLINE V LerpSquares(const float* low, const float* high, const int32_t* base, V x, V y) {
 #if HWY_TARGET == HWY_SCALAR
-  (void)data, (void)base, (void)up;
-  return f[0];
+  (void)low, (void)high, (void)base, (void)y;
+  return x;
 #else
-  const auto quads = [&](int first) HWY_ATTR {
-    return s::VectorOfQuads([&](int k) HWY_ATTR { return s::JoinPairs(data + base[k], data + up + base[k]); },
+  const auto pairs = [&](const float* row, int first) HWY_ATTR {
+    return s::VectorOfQuads([&](int k) HWY_ATTR { return s::JoinPairs(row + base[k], row + base[k + 2]); },
                             first);
   };
-  V a = quads(0), b = quads(1), c = quads(2), d = quads(3);
-  s::Transpose4(a, b, c, d);
-  return s::Lerp(s::Lerp(a, b, f[0]), s::Lerp(c, d, f[0]), f[1]);
+  const V even = s::Lerp(pairs(low, 0), pairs(high, 0), hn::DupEven(y));
+  const V odd = s::Lerp(pairs(low, 1), pairs(high, 1), hn::DupOdd(y));
+  return s::Lerp(hn::OddEven(hn::DupEven(odd), even), hn::OddEven(odd, hn::DupOdd(even)), x);
 #endif
 }
 template <int kDims>
@@ -106,7 +107,8 @@ HWY_INLINE void GatherLinear1(const Grid& grid, Chunk& chunk, int count) {
     V f[4];
     for (int a = 0; a < kDims; ++a) f[a] = hn::Load(d, chunk.weight[a] + i);
     if constexpr (kDims == 2 && s::kLanes >= 4) {
-      hn::Store(LerpSquares(grid.data(), chunk.base + i, stride[1], f), d, chunk.result + i);
+      const V v = LerpSquares(grid.data(), grid.data() + stride[1], chunk.base + i, f[0], f[1]);
+      hn::Store(v, d, chunk.result + i);
       continue;
     }
     hn::Store(LerpPlanes<kDims - 1>(grid.data(), chunk.base + i, stride, f), d, chunk.result + i);
@@ -194,7 +196,7 @@ HWY_INLINE void GatherSimplex1(const Grid& grid, Chunk& chunk, int count) {
 // they take the fractions' places. k0..k3: polynomials in f, lowest power first, so that 0 and 1 have exact
 // weights.
 struct CubicPolynomials {
-  float c[4][4];
+  float c[2][4];
   explicit CubicPolynomials(CubicKernel kernel) {
     const double b = kernel == CubicKernel::kBSpline ? 1 : kernel == CubicKernel::kMitchell ? 1.0 / 3 : 0;
     const double k = kernel == CubicKernel::kBSpline ? 0 : kernel == CubicKernel::kMitchell ? 1.0 / 3 : 0.5;
@@ -204,27 +206,28 @@ struct CubicPolynomials {
     for (int p = 0; p < 4; ++p)
       c[0][p] = static_cast<float>(outer[p]), c[1][p] = static_cast<float>(inner[p]);
   }
+
+  HWY_INLINE void Weights(V f, V* w) const {
+    const s::D d;
+    const V one = hn::Set(d, 1.0f), g = hn::Sub(one, f);
+    const auto value = [&](const float* p, V at) HWY_ATTR {
+      V sum = hn::MulAdd(hn::Set(d, p[3]), at, hn::Set(d, p[2]));
+      sum = hn::MulAdd(sum, at, hn::Set(d, p[1]));
+      return hn::MulAdd(sum, at, hn::Set(d, p[0]));
+    };
+    const auto zero_at_end = [&](V v, V distance)
+                                 HWY_ATTR { return hn::IfThenZeroElse(hn::Eq(distance, one), v); };
+    w[0] = zero_at_end(value(c[0], f), f), w[1] = value(c[1], f);
+    w[2] = value(c[1], g), w[3] = zero_at_end(value(c[0], g), g);
+  }
 };
 HWY_NOINLINE inline void CubicWeights(const CubicPolynomials& kernel, int dims, Chunk& chunk, int count) {
   const s::D d;
-  const auto value = [&](const float* c, V f) HWY_ATTR {
-    V sum = hn::MulAdd(hn::Set(d, c[3]), f, hn::Set(d, c[2]));
-    sum = hn::MulAdd(sum, f, hn::Set(d, c[1]));
-    return hn::MulAdd(sum, f, hn::Set(d, c[0]));
-  };
-  const V one = hn::Set(d, 1.0f);
   for (int a = dims - 1; a >= 0; --a) {
     for (int i = 0; i < count; i += s::kLanes) {
-      const V f = hn::Load(d, chunk.weight[a] + i), g = hn::Sub(one, f);
-      const auto zero_at_end = [&](V w, V distance)
-                                   HWY_ATTR { return hn::IfThenZeroElse(hn::Eq(distance, one), w); };
-      const V w0 = zero_at_end(value(kernel.c[0], f), f), w3 = zero_at_end(value(kernel.c[0], g), g);
-      const V w1 = value(kernel.c[1], f);
-      const V w2 = value(kernel.c[1], g);
-      hn::Store(w0, d, chunk.weight[4 * a] + i);
-      hn::Store(w1, d, chunk.weight[4 * a + 1] + i);
-      hn::Store(w2, d, chunk.weight[4 * a + 2] + i);
-      hn::Store(w3, d, chunk.weight[4 * a + 3] + i);
+      V w[4];
+      kernel.Weights(hn::Load(d, chunk.weight[a] + i), w);
+      for (int k = 0; k < 4; ++k) hn::Store(w[k], d, chunk.weight[4 * a + k] + i);
     }
   }
 }
@@ -295,7 +298,7 @@ bool LookupNearest(const Grid& grid, Chunk& chunk, int count) {
 // Asks for the rows of a chunk's cells in a picture that no near cache holds: more misses are under way than
 // the second pass alone could have.
 template <int kDims>
-HWY_INLINE void AskForRows(const Grid& grid, const Chunk& chunk, int count) {
+HWY_INLINE void AskForCells(const Grid& grid, const Chunk& chunk, int count) {
   constexpr int64_t kNear = int64_t{1} << 22;
   if (kDims != 2 || grid.bytes() < kNear) return;
   const ptrdiff_t up = static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
@@ -309,7 +312,7 @@ template <int kTexel, int kDims, bool kUnit>
 bool LookupLinear(const Grid& grid, Chunk& chunk, int count) {
   const bool flagged = Locate<kDims, false, kUnit>(grid, chunk, count, 0, 1);
   if constexpr (kTexel == 4) {
-    if constexpr (!kUnit) AskForRows<kDims>(grid, chunk, count);
+    if constexpr (!kUnit) AskForCells<kDims>(grid, chunk, count);
     GatherLinear4<kDims, kUnit>(grid, chunk, count);
   } else {
     GatherLinear1<kDims>(grid, chunk, count);

@@ -123,11 +123,10 @@ HWY_INLINE V CellInside(V x, V scale, V last, V& fraction) {
     fraction = hn::Sub(product, cell);
     return cell;
   } else {
-    const V nearest = hn::Round(product), one = hn::Set(d, 1.0f);
+    const V nearest = hn::Round(product), cell = hn::Min(hn::Floor(product), last);
     V g = FusedSub(x, scale, nearest);
     g = hn::IfThenZeroElse(hn::Le(hn::Abs(g), hn::Mul(product, hn::Set(d, 0x1p-24f))), g);
-    const V floor = hn::Sub(nearest, hn::IfThenElseZero(hn::Lt(g, hn::Zero(d)), one));
-    const V cell = hn::Min(floor, last);
+    // Just below an entry that it stands for, the coordinate is at the end of the cell before.
     fraction = hn::Add(g, hn::Sub(nearest, cell));
     return cell;
   }
@@ -253,6 +252,24 @@ HWY_NOINLINE bool LocateAnywhere(const Grid& grid, Chunk& chunk, int count, int 
   return all_axes(false) && all_axes(true);
 }
 
+// Where a coordinate lies on an axis that is clamped to its edge, both of its cells' entries in memory.
+// kExact: as in CellInside.
+template <bool kExact>
+HWY_INLINE V EdgeCell(const GridAxis& axis, V x, V& fraction) {
+  if constexpr (!kExact) {
+    return Cell<false>(axis, Reduce<TableWrap::kClampEdge>(x), fraction);
+  } else {
+    const s::D d;
+    const V last = hn::Set(d, static_cast<float>(axis.last)),
+            end = hn::Set(d, static_cast<float>(axis.last + 1));
+    const V position = hn::Add(hn::Mul(x, hn::Set(d, axis.scale)), hn::Set(d, axis.offset));
+    const V inside = s::ClampHigh(s::ClampLow(position, hn::Zero(d)), end);
+    const V cell = hn::Min(hn::Floor(inside), last);
+    fraction = hn::Sub(inside, cell);
+    return cell;
+  }
+}
+
 // The same where every axis is clamped to its edge, all taps of two neighbours are in memory, and the
 // coordinates are numbers: the commonest lookup of a picture. False when some are not; then nothing is said
 // about the others.
@@ -267,17 +284,8 @@ HWY_NOINLINE bool LocateEdges(const Grid& grid, Chunk& chunk, int count) {
       const GridAxis& axis = grid.axis(a);
       const V x = hn::Load(d, chunk.coord[a] + i);
       lost = hn::Or(lost, hn::IsNaN(x));
-      V cell, fraction;
-      if (axis.exact) {
-        const V last = hn::Set(d, static_cast<float>(axis.last)),
-                end = hn::Set(d, static_cast<float>(axis.last + 1));
-        const V position = hn::Add(hn::Mul(x, hn::Set(d, axis.scale)), hn::Set(d, axis.offset));
-        const V inside = s::ClampHigh(s::ClampLow(position, hn::Zero(d)), end);
-        cell = hn::Min(hn::Floor(inside), last);
-        fraction = hn::Sub(inside, cell);
-      } else {
-        cell = Cell<false>(axis, Reduce<TableWrap::kClampEdge>(x), fraction);
-      }
+      V fraction;
+      const V cell = axis.exact ? EdgeCell<true>(axis, x, fraction) : EdgeCell<false>(axis, x, fraction);
       hn::Store(fraction, d, chunk.weight[a] + i);
       const VI index = SmallInteger(cell);
       base = a == 0 ? index : hn::Add(base, hn::Mul(index, hn::Set(di, axis.stride)));

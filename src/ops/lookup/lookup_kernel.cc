@@ -15,6 +15,7 @@
 #include <hwy/highway.h>
 
 #include "ops/lookup/gather-inl.h"
+#include "ops/lookup/pictures-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -41,6 +42,10 @@ class LookupStage final : public graph::TileStage {
       methods_.push_back(grid.texel() == 1 ? MethodOfTable<1>(grid.dims(), plan_.params.filter)
                                            : MethodOfTable<4>(grid.dims(), plan_.params.filter));
     }
+    const bool plain = plan_.groups.size() == 1 && plan_.groups[0].size() == 1 && plan_.params.mask < 0 &&
+                       !plan_.params.projective && plan_.coordinate_channels >= 2 &&
+                       plan_.coordinate_channels <= 4;
+    if (plain) picture_ = PictureMethodOf(*plan_.groups[0][0]);
   }
 
   Roi InputRoi(int, const Roi& out) const override { return mipmap() ? Inflate(out, 1, 1) : out; }
@@ -55,6 +60,7 @@ class LookupStage final : public graph::TileStage {
 
   void Run(const graph::TileArgs& args) const override {
     const Roi& r = args.out.roi;
+    if (picture_.gather != nullptr) return RunPicture(args);
     Chunk* const chunk = args.scratch.Allocate<Chunk>(1);
     for (int y = r.y0; y < r.y1; ++y) {
       for (int x = r.x0; x < r.x1; x += kChunk) RunChunk(args, x, y, std::min(kChunk, r.x1 - x), *chunk);
@@ -62,11 +68,101 @@ class LookupStage final : public graph::TileStage {
   }
 
  private:
+  static constexpr int kAhead = 4;  // blocks
+
   bool mipmap() const { return plan_.params.filter == TableFilter::kMipmap; }
+
+  // What is between the passes over a block of pixels: `count` of a row, or all of several rows.
+  struct Block {
+    Taps taps;
+    int x = 0, y = 0, count = 0;
+    bool lost = false;  // some coordinate may be no number
+  };
+
+  // Blocks from coordinates to results. In a picture that no cache holds they are squarish, so that texels
+  // lie close together, and located well ahead of the second pass, while texels are on their way.
+  void RunPicture(const graph::TileArgs& args) const {
+    const Roi& r = args.out.roi;
+    const bool large = plan_.groups[0][0]->bytes() >= kCacheBytes;
+    const int log_width = large && r.width() % 16 == 0 && r.height() % 4 == 0 ? 4 : 6, width = 1 << log_width;
+    const int across = (r.width() + width - 1) / width, height = kChunk >> log_width;
+    const int blocks = across * (r.height() / height), ahead = large ? kAhead : 0;
+    auto* const ring = args.scratch.Allocate<Block>(static_cast<size_t>(ahead) + 1);
+    for (int k = 0; k < blocks + ahead; ++k) {
+      if (k < blocks) {
+        Block& block = ring[k % (ahead + 1)];
+        block.x = r.x0 + k % across * width, block.y = r.y0 + k / across * height;
+        block.count = std::min(width, r.x1 - block.x);
+        LocateBlock(args, log_width, block);
+      }
+      if (k >= ahead) GatherBlock(args, log_width, ring[(k - ahead) % (ahead + 1)]);
+    }
+  }
+  static const float* CoordinatesAt(const graph::TileArgs& args, int x, int y) {
+    return reinterpret_cast<const float*>(args.in[0].At(x, y));
+  }
+  void LocateBlock(const graph::TileArgs& args, int log_width, Block& block) const {
+    const ConstImageView& in = args.in[0];
+    BlockCoordinates coords{CoordinatesAt(args, block.x, block.y),
+                            {log_width, in.row_stride / 4},
+                            in.channels,
+                            {plan_.axes[0], plan_.axes[1]}};
+    const int rows = kChunk >> log_width, rounded = rows > 1 ? kChunk : Rounded(block.count);
+    alignas(64) float padded[4 * kChunk];
+    if (rows == 1 && block.count != rounded) {
+      std::fill(std::copy_n(coords.from, block.count * in.channels, padded), padded + rounded * in.channels,
+                0.0f);
+      coords.from = padded;
+    }
+    AskForCoordinates(in, block.x, block.y, block.count, rows);
+    block.lost = picture_.locate(*plan_.groups[0][0], coords, rounded, block.taps);
+  }
+  void GatherBlock(const graph::TileArgs& args, int log_width, const Block& block) const {
+    const Grid& grid = *plan_.groups[0][0];
+    const int rows = kChunk >> log_width, rounded = rows > 1 ? kChunk : Rounded(block.count);
+    auto* const to = reinterpret_cast<float*>(args.out.At(block.x, block.y));
+    alignas(64) float copy[4 * kChunk];
+    BlockResults results{copy, {log_width, grid.texel() << log_width}, false};
+    const bool direct =
+        (rows > 1 || block.count == rounded) && args.out.channels == grid.texel() && InOrder(args.channels);
+    if (direct) results = {to, {log_width, args.out.row_stride / 4}, args.stream && s::CanStream(to)};
+    const bool careful = picture_.gather(grid, block.taps, rounded, results) || block.lost;
+    for (int row = 0; row < rows && (careful || !direct); ++row) {
+      float* const here = results.to + row * results.rows.stride;
+      const int y = block.y + row;
+      if (careful) MendRow(grid, CoordinatesAt(args, block.x, y), args.in[0].channels, block.count, here);
+      if (!direct) Write(args, 0, block.x, y, block.count, here);
+    }
+  }
+  // The processor does not foresee the rows of a narrow tile.
+  static void AskForCoordinates(const ConstImageView& in, int x, int y, int count, int rows) {
+    const int ahead = std::max(4, rows);
+    for (int row = y + ahead; row < std::min(y + ahead + rows, in.roi.y1); ++row) {
+      const auto* const p = reinterpret_cast<const float*>(in.At(x, row));
+      for (int i = 0; i < count * in.channels; i += 16) hwy::Prefetch(p + i);
+    }
+  }
+  static int Rounded(int count) { return (count + s::kLanes - 1) / s::kLanes * s::kLanes; }
+
+  void MendRow(const Grid& grid, const float* from, int channels, int count, float* results) const {
+    for (int i = 0; i < count; ++i, from += channels, results += grid.texel()) {
+      const float at[2] = {from[plan_.axes[0]], from[plan_.axes[1]]};
+      if (std::isnan(at[0]) || std::isnan(at[1])) {
+        SetLost(grid, plan_.params.propagate_nan, results);
+      } else if (!std::all_of(results, results + grid.channels(), [](float v) { return std::isfinite(v); })) {
+        grid.SampleOne(at, results);
+      }
+    }
+  }
+  static void SetLost(const Grid& grid, bool propagate, float* result) {
+    for (int c = 0; c < grid.channels(); ++c) {
+      result[c] = propagate ? std::numeric_limits<float>::quiet_NaN() : grid.border(c);
+    }
+  }
 
   void RunChunk(const graph::TileArgs& args, int x, int y, int count, Chunk& chunk) const {
     const ConstImageView& coords = args.in[0];
-    const int rounded = (count + s::kLanes - 1) / s::kLanes * s::kLanes;
+    const int rounded = Rounded(count);
     LoadCoordinates(reinterpret_cast<const float*>(coords.At(x, y)), coords.channels, count, chunk);
     if (plan_.params.projective) Divide(rounded, chunk);
     float level[kChunk];
@@ -83,7 +179,7 @@ class LookupStage final : public graph::TileStage {
         flagged = methods_[g](grid, chunk, rounded);
       }
       if (flagged || !grid.finite()) Mend(grid, count, flagged, chunk);
-      Write(args, g, x, y, count, chunk);
+      Write(args, g, x, y, count, chunk.result);
     }
     if (plan_.params.mask >= 0) KeepBackground(args, x, y, count);
   }
@@ -141,10 +237,7 @@ class LookupStage final : public graph::TileStage {
       float* const result = chunk.result + i * texel;
       const int32_t flag = flagged ? chunk.flag[i] : 0;
       if (flag & kNotANumber) {
-        const bool behind = plan_.params.projective || !plan_.params.propagate_nan;
-        for (int c = 0; c < grid.channels(); ++c) {
-          result[c] = behind ? grid.border(c) : std::numeric_limits<float>::quiet_NaN();
-        }
+        SetLost(grid, plan_.params.propagate_nan && !plan_.params.projective, result);
         continue;
       }
       bool careful = flag != 0;
@@ -214,7 +307,7 @@ class LookupStage final : public graph::TileStage {
     return flagged;
   }
 
-  void Write(const graph::TileArgs& args, size_t group, int x, int y, int count, const Chunk& chunk) const {
+  void Write(const graph::TileArgs& args, size_t group, int x, int y, int count, const float* result) const {
     const int texel = plan_.groups[group].front()->texel(), channels = args.out.channels;
     auto* const to = reinterpret_cast<float*>(args.out.At(x, y));
     const bool all = plan_.groups.size() == 1 && channels == texel && InOrder(args.channels);
@@ -224,15 +317,15 @@ class LookupStage final : public graph::TileStage {
       const int floats = count * texel;
       int i = 0;
       for (; i + s::kLanes <= floats; i += s::kLanes) {
-        s::StoreOrStream(hn::Load(d, chunk.result + i), d, to + i, stream);
+        s::StoreOrStream(hn::Load(d, result + i), d, to + i, stream);
       }
-      for (; i < floats; ++i) to[i] = chunk.result[i];
+      for (; i < floats; ++i) to[i] = result[i];
       return;
     }
     for (int c = 0; c < channels; ++c) {
       const int channel = args.channels.empty() ? c : args.channels[static_cast<size_t>(c)];
       if (channel / 4 != static_cast<int>(group)) continue;
-      const float* const from = chunk.result + channel % 4;
+      const float* const from = result + channel % 4;
       for (int i = 0; i < count; ++i) to[i * channels + c] = from[i * texel];
     }
   }
@@ -259,6 +352,7 @@ class LookupStage final : public graph::TileStage {
 
   LookupPlan plan_;
   std::vector<LookupFunction> methods_;
+  PictureMethod picture_;
 };
 
 std::unique_ptr<graph::TileStage> NewLookupStage(const LookupPlan& plan) {
