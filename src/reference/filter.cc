@@ -242,10 +242,15 @@ void EvaluateSobel(const Call& call) {
       return in.at(x + dx, y + dy, c, &inside);
     };
     double gx = 0, gy = 0, sx = 0, sy = 0;
-    for (int k = -1; k <= 1; ++k) {
+    for (int k = -1; k <= 1 && p.bits == 0; ++k) {
       const double w = k == 0 ? 2 : 1;
       gx += w * (at(1, k) - at(-1, k)), sx += w * std::fabs(at(1, k) - at(-1, k));
       gy += w * (at(k, 1) - at(k, -1)), sy += w * std::fabs(at(k, 1) - at(k, -1));
+    }
+    if (p.bits != 0) {
+      // The inputs are the components.
+      gx = call.in[0].at(x, y, c), gy = call.in[1].at(x, y, c);
+      sx = std::fabs(gx), sy = std::fabs(gy);
     }
     const double magnitude = std::hypot(gx, gy);
     switch (p.output) {
@@ -259,7 +264,8 @@ void EvaluateSobel(const Call& call) {
   });
 }
 Roi SobelInput(const std::any& parameters, int, const Roi& out) {
-  return Around(out, 1, 1, 1, 1, std::any_cast<const SobelParams&>(parameters).border);
+  const auto& p = std::any_cast<const SobelParams&>(parameters);
+  return p.bits != 0 ? out : Around(out, 1, 1, 1, 1, p.border);
 }
 
 void EvaluateUnsharp(const Call& call) {

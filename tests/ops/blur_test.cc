@@ -2,6 +2,7 @@
 // lines.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -135,6 +136,64 @@ TEST(BoxTest, IsExactOverALongRow) {
     for (int d = -20; d <= 20; ++d)
       sum += image.at<float>(x + d, 0), scale += std::fabs(image.at<float>(x + d, 0));
     ASSERT_NEAR(result.at<float>(x, 0), sum / 41, 0x1p-23 * scale / 41) << x;
+  }
+}
+
+// The sample shown at v on [0, n), or none.
+bool Shown(int& v, int n, BorderMode border) {
+  if (v >= 0 && v < n) return true;
+  switch (border) {
+    case BorderMode::kClamp:
+      v = std::clamp(v, 0, n - 1);
+      return true;
+    case BorderMode::kRepeat:
+      v = (v % n + n) % n;
+      return true;
+    case BorderMode::kMirror:
+    case BorderMode::kMirror101: {
+      const int period = border == BorderMode::kMirror ? 2 * n : std::max(1, 2 * n - 2);
+      v = (v % period + period) % period;
+      if (v >= n) v = border == BorderMode::kMirror ? period - 1 - v : period - v;
+      return true;
+    }
+    default:
+      return false;
+  }
+}
+
+TEST(BoxTest, IsTheMeanRoundedOnceWithEveryBorderAndNumberOfChannels) {
+  struct Case {
+    int width, height, channels, box_width, box_height;
+  };
+  for (const Case& k : {Case{83, 61, 4, 41, 41}, Case{37, 29, 1, 11, 10}, Case{40, 9, 3, 1, 33},
+                        Case{300, 7, 5, 255, 2}, Case{1, 1, 4, 12, 13}, Case{2100, 3, 4, 13, 1}}) {
+    const Image image = Random(k.width, k.height, k.channels);
+    for (const BorderMode border : kBorders) {
+      const Node node = BoxBlur(FromImage(image), {.width = k.box_width,
+                                                   .height = k.box_height,
+                                                   .border = border,
+                                                   .method = FilterMethod::kRecursive});
+      const Image result = Render(node);
+      EXPECT_TRUE(SameBits(result, Render(node, PixelType::kFloat, {.threads = 2})));
+      OnEveryTarget([&] { EXPECT_TRUE(SameBits(result, Render(node))); });
+      for (int y = 0; y < k.height; y += 3) {
+        for (int x = 0; x<k.width; x += k.width> 200 ? 41 : 3) {
+          const int c = (x + y) % k.channels;
+          double sum = 0, scale = 0;
+          int inside = 0;
+          for (int j = 0; j < k.box_height; ++j) {
+            for (int i = 0; i < k.box_width; ++i) {
+              int sx = x + i - (k.box_width - 1) / 2, sy = y + j - (k.box_height - 1) / 2;
+              if (!Shown(sx, k.width, border) || !Shown(sy, k.height, border)) continue;
+              sum += image.at<float>(sx, sy, c), scale += std::fabs(image.at<float>(sx, sy, c)), ++inside;
+            }
+          }
+          const double taps = border == BorderMode::kRenormalize ? inside : k.box_width * k.box_height;
+          ASSERT_NEAR(result.at<float>(x, y, c), sum / taps, 0x1.01p-24 * scale / taps)
+              << "border " << static_cast<int>(border) << " at " << x << "," << y;
+        }
+      }
+    }
   }
 }
 

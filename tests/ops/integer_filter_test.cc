@@ -161,6 +161,19 @@ TEST(IntegerFilterTest, FloatsOfEarlierOperationsAreLeftAlone) {
   }
 }
 
+// Windows that see codes only get exact sums, others the floats' own, whatever shares a tile with them.
+TEST(IntegerFilterTest, CodesAndFloatsMixWithoutSeams) {
+  const Node halved = MulConstant(FromImage(Codes<uint8_t>(61, 23, PixelType::kUint8)), {0.5});
+  for (const char* name : {"smooth3", "gaussian", "disk"}) {
+    const Node node = Convolve(halved, NamedKernel(name, 7, 5));
+    const Image whole = Render(node);
+    for (const int tile : {1, 8, 17}) {
+      EXPECT_TRUE(SameBits(whole, Render(node, PixelType::kFloat, {.tile_width = tile, .tile_height = tile})))
+          << name << ", tiles of " << tile;
+    }
+  }
+}
+
 // Fixed point of few bits: within the range analysis' bound of the exact sum, worse with fewer bits, every
 // border.
 TEST(BufferBitsTest, ErrorsAreThoseOfTheRangeAnalysis) {
@@ -193,8 +206,45 @@ TEST(BufferBitsTest, ErrorsAreThoseOfTheRangeAnalysis) {
   EXPECT_EQ(valid.spec().data_window, (Roi{2, 2, 35, 19}));
 }
 
+// Gradients, blurs of a sigma and sharpening through a buffer: nearer to the exact result with every bit.
+TEST(BufferBitsTest, EveryFilterTakesThem) {
+  const Image image = Random(37, 21, 4);
+  auto* const samples = reinterpret_cast<float*>(image.view().data);
+  for (int i = 0; i < 37 * 21 * 4; ++i) samples[i] = std::clamp(samples[i], 0.0f, 1.0f);
+  const Node node = FromImage(image);
+  const auto gaussian = [&](int bits) {
+    return Render(GaussianBlur(node, {.sigma_x = 2, .sigma_y = 1, .bits = bits}));
+  };
+  const auto sobel = [&](int bits) { return Render(Sobel(node, {.bits = bits})); };
+  const auto components = [&](int bits) {
+    return Render(Sobel(node, {.output = SobelOutput::kXY, .border = BorderMode::kMirror, .bits = bits}));
+  };
+  const auto unsharp = [&](int bits) { return Render(UnsharpMask(node, {.width = 5, .bits = bits})); };
+  const auto expect = [&](const auto& filter, double taps, double scale) {
+    const Image exact = filter(0);
+    double last = 10;
+    for (const int bits : {8, 12, 16, 24}) {
+      const double error = LargestDifference(filter(bits), exact);
+      EXPECT_LE(error, taps * std::ldexp(1, -(bits + 1)) / scale + 4e-6) << bits;
+      EXPECT_LT(error, last) << bits;
+      if (bits < 16) {
+        EXPECT_GT(error, std::ldexp(1, -(bits + 3))) << bits;
+      }
+      last = error;
+    }
+  };
+  expect(gaussian, 21 + 13, 1);
+  expect(components, 6, 0.25);
+  expect(sobel, 6 * 1.5, 0.25);
+  expect(unsharp, 25, 1);
+}
+
 TEST(BufferBitsTest, RefusesWhatABufferCannotHold) {
   const Node image = FromImage(Random(9, 9, 4));
+  EXPECT_THAT(Refusal([&] { UnsharpMask(image, {.kernel = "median", .bits = 12}); }), HasSubstr("median"));
+  EXPECT_THAT(Refusal([&] { GaussianBlur(image, {.sigma_x = 30, .sigma_y = 1, .bits = 12}); }),
+              HasSubstr("at most 255"));
+  EXPECT_THAT(Refusal([&] { Sobel(image, {.bits = 7}); }), HasSubstr("expected 8 to 32"));
   const Kernel kernel = NamedKernel("smooth3");
   EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.bias = 0.5, .bits = 12}); }),
               HasSubstr("bits=12 with a bias"));

@@ -113,6 +113,9 @@ struct GaussianParams {
   BorderMode border = BorderMode::kClamp;
   double border_value = 0;
   FilterMethod method = FilterMethod::kAuto;
+  // 8 to 32: rows, then columns through an accumulation buffer of that many binary places (ShiftAccumulate),
+  // scaled apart; for sigma up to 24.9, kAuto or kDirect, and borders as with Convolve's bits, else Error.
+  int bits = 0;
 };
 Node GaussianBlur(const Node& image, const GaussianParams& params);
 Node GaussianBlur(const Node& image, double sigma);
@@ -136,6 +139,7 @@ enum class SobelOutput { kMagnitude, kDirection, kXY };
 struct SobelParams {
   SobelOutput output = SobelOutput::kMagnitude;
   BorderMode border = BorderMode::kClamp;
+  int bits = 0;  // 8 to 32: X and Y are summed in an accumulation buffer, see ShiftAccumulate; else Error
 };
 Node Sobel(const Node& image, const SobelParams& params = {});
 
@@ -145,6 +149,7 @@ struct UnsharpParams {
   std::string kernel = "gaussian";
   double width = 3, contrast = 1, threshold = 0;
   BorderMode border = BorderMode::kClamp;
+  int bits = 0;  // 8 to 32: blurred through an accumulation buffer, see Convolve; not with "median"
 };
 Node UnsharpMask(const Node& image, const UnsharpParams& params = {});
 

@@ -1,5 +1,6 @@
 // Gaussian and box blurs of any size: the operation, its choice of method, and --blur.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -9,14 +10,17 @@
 #include <string>
 
 #include "graph/op.h"
+#include "ops/filter/box_strips.h"
 #include "ops/filter/decimated.h"
 #include "ops/filter/filter_ops.h"
+#include "ops/filter/fir_codes.h"
 #include "ops/filter/integer_sums.h"
 #include "ops/filter/recursive.h"
 #include "ops/filter/running_sum.h"
 #include "ops/filter/window.h"
 #include "ops/filter/window_stage.h"
 #include "tessera/error.h"
+#include "tessera/ops/accumulate.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/filter.h"
 
@@ -104,7 +108,7 @@ class GaussianStage final : public graph::WholeStage {
 
 class BoxStage final : public graph::WholeStage {
  public:
-  BoxStage(const BoxParams& p, PixelType type) : params_(p) {
+  BoxStage(const BoxParams& p, PixelType type) : params_(p), type_(type) {
     if (!IntegerSums::Applies(type) || p.width > kLargestExactBox || p.height > kLargestExactBox) return;
     const Kernel kernel{p.width,
                         p.height,
@@ -119,8 +123,14 @@ class BoxStage final : public graph::WholeStage {
   }
   void Run(std::span<const ConstImageView> in, const ImageView& out,
            const graph::Workers& workers) const override {
-    RunBox(params_.width, params_.height, in[0], out, params_.border, params_.border_value, workers);
-    if (!integers_) return;
+    const BoxParams& p = params_;
+    const int largest = integers_ && SeesCodes(in[0], workers) ? IntegerSums::Largest(type_) : 0;
+    if (std::max(p.width, p.height) <= kLargestStripBox) {
+      RunBoxStrips(p.width, p.height, in[0], out, p.border, p.border_value, largest, workers);
+    } else {
+      RunBox(p.width, p.height, in[0], out, p.border, p.border_value, workers);
+    }
+    if (!integers_ || largest != 0) return;
     std::vector<int> channels(static_cast<size_t>(out.channels));
     std::iota(channels.begin(), channels.end(), 0);
     const Roi& r = out.roi;
@@ -131,7 +141,21 @@ class BoxStage final : public graph::WholeStage {
   }
 
  private:
+  // Whether all that boxes see are codes: what an operation before has made of them need not be.
+  bool SeesCodes(const ConstImageView& in, const graph::Workers& workers) const {
+    const int largest = IntegerSums::Largest(type_);
+    const auto value = static_cast<float>(params_.border_value);
+    std::atomic<bool> all = params_.border != BorderMode::kBlack || AreCodes(&value, 1, largest);
+    workers.For(in.roi.height(), [&](int64_t i, int) {
+      const auto* const row =
+          reinterpret_cast<const float*>(in.At(in.roi.x0, in.roi.y0 + static_cast<int>(i)));
+      if (!AreCodes(row, in.roi.width() * in.channels, largest)) all = false;
+    });
+    return all;
+  }
+
   BoxParams params_;
+  PixelType type_;
   std::optional<IntegerSums> integers_;  // of integer pixels
 };
 
@@ -227,6 +251,30 @@ class BoxOp final : public graph::OpWith<BoxParams> {
   std::shared_ptr<const Window> window_;
 };
 
+// Rows, then columns, through an accumulation buffer of fixed point.
+Node Buffered(const Node& image, const GaussianParams& p) {
+  const auto refuse = [&](const std::string& what) {
+    throw Error("blur", "found bits=" + std::to_string(p.bits) + " with " + what);
+  };
+  if (p.method != FilterMethod::kAuto && p.method != FilterMethod::kDirect)
+    refuse("another method than direct, expected method=auto or direct");
+  if (p.border == BorderMode::kRenormalize || (p.border == BorderMode::kBlack && p.border_value != 0)) {
+    refuse("border=renormalize or a border value, expected black, clamp, repeat, mirror or mirror101");
+  }
+  Node result = image;
+  for (const bool along_row : {true, false}) {
+    const std::vector<double> row = GaussianRow(along_row ? p.sigma_x : p.sigma_y);
+    const int taps = static_cast<int>(row.size());
+    if (taps > kLargestExactBox)
+      refuse("a Gaussian of " + std::to_string(taps) + " weights, expected at most 255 (sigma 24.9)");
+    if (taps == 1) continue;
+    ShiftAccumulateParams s{.taps = row, .width = along_row ? taps : 1, .height = along_row ? 1 : taps};
+    s.bits = p.bits, s.border = p.border;
+    result = ShiftAccumulate(result, s);
+  }
+  return result;
+}
+
 // The whole result, or with kValid the part of it that needed nothing beyond the image.
 Node Cropped(const Node& node, const Kernel& shape, BorderMode border) {
   if (border != BorderMode::kValid) return node;
@@ -248,7 +296,8 @@ OpInfo BlurInfo() {
       "sigma from 2 on (2e-5), decimated a third of that from sigma 16 on (1e-4); auto takes the cheapest. A "
       "box larger than 9 pixels is computed by running sums at a cost that does not depend on its size "
       "(method=recursive). Recursive forms need the whole image in memory. Borders are as exact as the "
-      "middle.";
+      "middle. bits= models an accumulation buffer, as --convolve:bits=; with sigma= rows and columns go "
+      "through it one after the other.";
   info.bound =
       "the named error times the largest sample nearby; box and kernels: (2 + log2 k) u * sum of |weight * "
       "sample|";
@@ -280,10 +329,8 @@ OpInfo BlurInfo() {
       if (a.Given("SIZE")) throw Error("blur", "found a size and sigma=, expected one of them");
       if (a.Text("kernel") != "gaussian")
         throw Error("blur", "found sigma= with kernel=" + a.Text("kernel") + ", expected a size");
-      if (a.Integer("bits") != 0)
-        throw Error("blur", "found bits= with sigma=, expected a size: --blur:bits=12 9x9");
       const std::vector<double>& s = a.Numbers("sigma");
-      return GaussianBlur(in[0], {s.front(), s.back(), border, value, method});
+      return GaussianBlur(in[0], {s.front(), s.back(), border, value, method, a.Integer("bits")});
     }
     const auto [width, height] = ParseSize("blur", a.Text("SIZE"));
     if (a.Text("kernel") == "box" && a.Integer("bits") == 0) {
@@ -309,7 +356,8 @@ OpInfo BlurInfo() {
                    "sigma=2 border=renormalize",
                    "sigma=16 border=mirror",
                    "sigma=17,30 border=black bordervalue=0.5",
-                   "sigma=20 method=recursive"};
+                   "sigma=20 method=recursive",
+                   "sigma=1.5 bits=16"};
   info.identity = "sigma=0";
   return info;
 }
@@ -328,7 +376,9 @@ Node GaussianBlur(const Node& image, const GaussianParams& p) {
     throw Error("blur",
                 "found method=lowrank or fft with a Gaussian, expected auto, direct, separable or recursive");
   }
-  const Node node = graph::MakeNode(std::make_shared<const ops::GaussianOp>(ops::WithoutValid(p)), {image});
+  const GaussianParams whole = ops::WithoutValid(p);
+  const Node node = p.bits != 0 ? ops::Buffered(image, whole)
+                                : graph::MakeNode(std::make_shared<const ops::GaussianOp>(whole), {image});
   const auto radius = [](double sigma) { return static_cast<int>(std::ceil(5.1 * sigma)); };
   return ops::Cropped(
       node,

@@ -8,6 +8,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/filter/fir_direct.cc"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -77,54 +78,55 @@ void DirectColumns(const DirectWindow& window, const FirTile& t, int x_begin) {
 // ---- Small dense kernels on RGBA with 16 lanes: one aligned load per register ----
 #if TESSERA_FIR_RGBA
 
-// Adds the taps of window column `4 * m + g` to group g, row by row as DirectBlock does; kR rows share the
-// loads.
-template <int kW, int kH, int kR, int kGroups>
-HWY_INLINE void DenseSums(const float* HWY_RESTRICT w, const float* p, ptrdiff_t stride,
-                          V (&a)[kR][kGroups]) {
-  HWY_UNROLL(8)
-  for (int r = 0; r < kR; ++r) {
-    HWY_UNROLL(8)
-    for (int g = 0; g < kGroups; ++g) a[r][g] = Nothing();
-  }
-  HWY_UNROLL(3)
-  for (int m = 0; 4 * m < kW; ++m) {
-    HWY_UNROLL(16)
-    for (int yi = 0; yi < kH + kR - 1; ++yi) {
-      const V v = Load(p + yi * stride + m * kLanes);
-      HWY_UNROLL(4)
-      for (int g = 0; g < kGroups; ++g) {
-        HWY_UNROLL(8)
-        for (int r = 0; r < kR; ++r) {
-          if (4 * m + g >= kW || yi < r || yi - r >= kH) continue;
-          a[r][g] = hn::MulAdd(v, hn::Set(D(), w[(yi - r) * kW + 4 * m + g]), a[r][g]);
-        }
-      }
-    }
-  }
-}
-
+// kR rows share the loads of an input row and its shifts by one to three pixels. Group g takes the columns
+// 4 * m + g of the window, row by row as in DirectBlock; the sums of all groups of kR rows fit the registers.
 template <int kW, int kH, int kR>
 void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int x_end) {
   constexpr int kGroups = kW < 4 ? kW : 4;
-  const float* w = window.weights.data();
+  // Rows that the next block of results reads first: the hardware follows fewer streams than there are rows.
+  constexpr ptrdiff_t kAhead = 4 * kLanes;
+  const float* HWY_RESTRICT w = window.weights.data();
+  const ptrdiff_t stride = t.in_stride;
   for (int y = 0; y + kR <= t.rows; y += kR) {
-    const float* in = t.in + y * t.in_stride;
-    float* out = t.out + y * t.out_stride;
-    V now[kR][kGroups];
-    DenseSums<kW, kH>(w, in, t.in_stride, now);
+    const float* const in = t.in + y * stride;
+    float* const out = t.out + y * t.out_stride;
     for (int x = 0; x < x_end; x += kLanes) {
-      V next[kR][kGroups];
-      DenseSums<kW, kH>(w, in + x + kLanes, t.in_stride, next);
+      V a[kR][kGroups];
       HWY_UNROLL(8)
       for (int r = 0; r < kR; ++r) {
-        V v = now[r][0];
-        if constexpr (kGroups > 1) v = hn::Add(v, ShiftPixels<1>(now[r][1], next[r][1]));
-        if constexpr (kGroups > 2) v = hn::Add(v, ShiftPixels<2>(now[r][2], next[r][2]));
-        if constexpr (kGroups > 3) v = hn::Add(v, ShiftPixels<3>(now[r][3], next[r][3]));
+        HWY_UNROLL(4)
+        for (int g = 0; g < kGroups; ++g) a[r][g] = Nothing();
+      }
+      HWY_UNROLL(3)
+      for (int m = 0; 4 * m < kW; ++m) {
+        HWY_UNROLL(16)
+        for (int yi = 0; yi < kH + kR - 1; ++yi) {
+          const float* const p = in + yi * stride + x + m * kLanes;
+          V v[4];
+          v[0] = Load(p);
+          if (4 * m + 1 < kW) {
+            const V next = Load(p + kLanes);
+            v[1] = ShiftPixels<1>(v[0], next);
+            if (4 * m + 2 < kW) v[2] = ShiftPixels<2>(v[0], next);
+            if (4 * m + 3 < kW) v[3] = ShiftPixels<3>(v[0], next);
+          }
+          if (m == 0 && yi >= kH - 1) hwy::Prefetch(p + kR * stride + kAhead);
+          HWY_UNROLL(4)
+          for (int g = 0; g < kGroups; ++g) {
+            HWY_UNROLL(8)
+            for (int r = 0; r < kR; ++r) {
+              if (4 * m + g >= kW || yi < r || yi - r >= kH) continue;
+              a[r][g] = hn::MulAdd(v[g], hn::Set(D(), w[(yi - r) * kW + 4 * m + g]), a[r][g]);
+            }
+          }
+        }
+      }
+      HWY_UNROLL(8)
+      for (int r = 0; r < kR; ++r) {
+        V v = a[r][0];
+        HWY_UNROLL(4)
+        for (int g = 1; g < kGroups; ++g) v = hn::Add(v, a[r][g]);
         Store(v, out + r * t.out_stride + x, t.stream);
-        HWY_UNROLL(8)
-        for (int g = 0; g < kGroups; ++g) now[r][g] = next[r][g];
       }
     }
   }

@@ -69,7 +69,7 @@ std::vector<int> ShownSamples(const AxisBorder& border, int first, int count, in
 
 IntegerSums::IntegerSums(PixelType type, const Kernel& correlation, const WindowOptions& options,
                          double error)
-    : kernel_(correlation), options_(options), largest_(type == PixelType::kUint8 ? 255 : 65535) {
+    : kernel_(correlation), options_(options), largest_(Largest(type)) {
   const auto area = static_cast<ptrdiff_t>(kernel_.width) * kernel_.height;
   for (int p = 0; p < kernel_.planes; ++p) {
     double total = 0;

@@ -22,6 +22,8 @@ class IntegerSums {
   IntegerSums(PixelType type, const Kernel& correlation, const WindowOptions& options, double error);
 
   static bool Applies(PixelType type) { return type == PixelType::kUint8 || type == PixelType::kUint16; }
+  // The largest code.
+  static int Largest(PixelType type) { return type == PixelType::kUint8 ? 255 : 65535; }
 
   // `in` holds every pixel that the results `out` need; channels as in TileArgs.
   void Settle(const ConstImageView& in, std::span<const int> in_channels, const ImageView& out,

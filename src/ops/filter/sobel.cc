@@ -3,12 +3,14 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "graph/border.h"
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/window.h"
 #include "tessera/error.h"
+#include "tessera/ops/accumulate.h"
 #include "tessera/ops/filter.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -66,6 +68,20 @@ void SobelRow(const float* in, ptrdiff_t stride, int channels, int count, float*
   }
 }
 
+// The magnitude of `count` samples of both components.
+void LengthRow(const float* x, const float* y, int count, float* out) {
+  ptrdiff_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    const V v = Length(Load(x + i), Load(y + i));
+    hn::StoreU(hn::IfThenElse(hn::IsNaN(v), hn::NaN(D()), v), D(), out + i);
+  }
+  for (; i < count; ++i) {
+    // The rest of a row, repeated over a vector: there may be nothing behind it.
+    const V v = Length(hn::Set(D(), x[i]), hn::Set(D(), y[i]));
+    out[i] = hn::GetLane(hn::IfThenElse(hn::IsNaN(v), hn::NaN(D()), v));
+  }
+}
+
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -74,11 +90,13 @@ namespace tessera::ops {
 namespace {
 
 HWY_EXPORT(SobelRow);
+HWY_EXPORT(LengthRow);
 
 class SobelStage final : public graph::TileStage {
  public:
-  explicit SobelStage(const SobelParams& p) : run_(&HWY_DYNAMIC_DISPATCH(SobelRow)), params_(p) {}
-  Roi InputRoi(int, const Roi& out) const override { return Inflate(out, 1, 1); }
+  explicit SobelStage(const SobelParams& p)
+      : run_(&HWY_DYNAMIC_DISPATCH(SobelRow)), length_(&HWY_DYNAMIC_DISPATCH(LengthRow)), params_(p) {}
+  Roi InputRoi(int, const Roi& out) const override { return params_.bits != 0 ? out : Inflate(out, 1, 1); }
   graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
   void Run(const graph::TileArgs& args) const override {
     const Roi& o = args.out.roi;
@@ -89,8 +107,18 @@ class SobelStage final : public graph::TileStage {
                    ? nullptr
                    : args.scratch.Allocate<float>(static_cast<size_t>(samples) + 16);
     for (int row = o.y0; row < o.y1; ++row) {
-      run_(reinterpret_cast<const float*>(in.At(o.x0 - 1, row - 1)), in.row_stride / 4, in.channels, samples,
-           x, y);
+      if (params_.bits != 0) {
+        const auto* const first = reinterpret_cast<const float*>(in.At(o.x0, row));
+        const auto* const second = reinterpret_cast<const float*>(args.in[1].At(o.x0, row));
+        if (y == nullptr) {
+          length_(first, second, samples, x);
+        } else {
+          std::copy_n(first, samples, x), std::copy_n(second, samples, y);
+        }
+      } else {
+        run_(reinterpret_cast<const float*>(in.At(o.x0 - 1, row - 1)), in.row_stride / 4, in.channels,
+             samples, x, y);
+      }
       float* out = reinterpret_cast<float*>(args.out.At(o.x0, row));
       switch (params_.output) {
         case SobelOutput::kMagnitude:
@@ -116,9 +144,11 @@ class SobelStage final : public graph::TileStage {
 
  private:
   void (*run_)(const float*, ptrdiff_t, int, int, float*, float*);
+  void (*length_)(const float*, const float*, int, float*);
   SobelParams params_;
 };
 
+// With bits: the inputs are X and Y, else the image.
 class SobelOp final : public graph::OpWith<SobelParams> {
  public:
   explicit SobelOp(const SobelParams& p) : OpWith(p) {
@@ -160,7 +190,8 @@ OpInfo SobelInfo() {
       "Differences of the neighbours left and right (X) and below and above (Y), weighted 1 2 1: a ramp of "
       "slope g per pixel gives 8 g, a flat image exactly 0, whatever its value. output=magnitude is sqrt(X^2 "
       "+ Y^2), direction is atan2(Y, X) in radians (y down: the direction in which the image grows "
-      "brighter), xy makes two channels c.x and c.y of each channel c. Every channel is treated, alpha too.";
+      "brighter), xy makes two channels c.x and c.y of each channel c. Every channel is treated, alpha "
+      "too. bits= sums X and Y in an accumulation buffer, as --shiftaccum:bits=.";
   info.bound = "4 u * sum of |weight * difference| (X, Y, magnitude); direction: that over the magnitude";
   info.bound_u = 4;
   ParamInfo border = BorderModifier();
@@ -170,15 +201,16 @@ OpInfo SobelInfo() {
                      .default_value = "magnitude",
                      .help = "what is written",
                      .choices = {"magnitude", "direction", "xy"}},
-                    border};
+                    border,
+                    BufferBitsModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::string& output = a.Text("output");
     return Sobel(in[0], {output == "xy"          ? SobelOutput::kXY
                          : output == "direction" ? SobelOutput::kDirection
                                                  : SobelOutput::kMagnitude,
-                         BorderNamed(a.Text("border"))});
+                         BorderNamed(a.Text("border")), a.Integer("bits")});
   };
-  info.examples = {"", "output=xy border=mirror101", "output=direction"};
+  info.examples = {"", "output=xy border=mirror101", "output=direction", "output=xy bits=12"};
   return info;
 }
 
@@ -187,7 +219,13 @@ OpInfo SobelInfo() {
 namespace tessera {
 
 Node Sobel(const Node& image, const SobelParams& params) {
-  return graph::MakeNode(std::make_shared<const ops::SobelOp>(params), {image});
+  auto op = std::make_shared<const ops::SobelOp>(params);
+  if (params.bits == 0) return graph::MakeNode(std::move(op), {image});
+  ShiftAccumulateParams x{
+      .taps = {-1, 0, 1, -2, 0, 2, -1, 0, 1}, .bits = params.bits, .border = params.border};
+  ShiftAccumulateParams y = x;
+  y.taps = {-1, -2, -1, 0, 0, 0, 1, 2, 1};
+  return graph::MakeNode(std::move(op), {ShiftAccumulate(image, x), ShiftAccumulate(image, y)});
 }
 
 }  // namespace tessera

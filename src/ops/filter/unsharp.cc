@@ -73,7 +73,7 @@ OpInfo UnsharpInfo() {
   info.help =
       "image + contrast * (image - blurred), as oiiotool: blurred is the image convolved with kernel= of "
       "width= pixels both ways (or kernel=median); a difference below threshold= counts as 0. Every channel, "
-      "alpha included.";
+      "alpha included. bits= blurs through an accumulation buffer, as --convolve:bits=.";
   info.bound = "4 u * (|image| + contrast * |image - blurred|)";
   info.bound_u = 4;
   info.modifiers = {{.name = "kernel",
@@ -95,10 +95,11 @@ OpInfo UnsharpInfo() {
                      .default_value = "0",
                      .help = "smaller differences are dropped",
                      .min = 0},
-                    BorderModifier()};
+                    BorderModifier(),
+                    BufferBitsModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return UnsharpMask(in[0], {a.Text("kernel"), a.Number("width"), a.Number("contrast"),
-                               a.Number("threshold"), BorderNamed(a.Text("border"))});
+                               a.Number("threshold"), BorderNamed(a.Text("border")), a.Integer("bits")});
   };
   info.examples = {"", "kernel=box width=7 contrast=0.6 border=mirror", "kernel=median width=3"};
   return info;
@@ -118,11 +119,15 @@ Node UnsharpMask(const Node& image, const UnsharpParams& p) {
   }
   Node blurred;
   if (p.kernel == "median") {
+    if (p.bits != 0) {
+      throw Error("unsharp", "found bits=" + std::to_string(p.bits) +
+                                 " with the kernel median, which sums nothing, expected another kernel");
+    }
     const int size = static_cast<int>(p.width + 0.999999);
     blurred = Median(image, {size, size});
   } else {
     ConvolveParams c;
-    c.border = p.border;
+    c.border = p.border, c.bits = p.bits;
     blurred = Convolve(image, NamedKernel(p.kernel, p.width, p.width), c);
   }
   return graph::MakeNode(std::make_shared<const ops::UnsharpOp>(p), {image, blurred});

@@ -105,6 +105,7 @@ Window::Window(const std::vector<double>& row, int left, const std::vector<doubl
       terms_(1) {
   Plane plane;
   plane.separable = {width_, height_, {{RoundWeights(column), RoundWeights(row)}}};
+  plane.codes = MakeCodesWindow(column, row);
   const auto summed = [](const std::vector<double>& weights) {
     std::vector<double> sums(1, 0);
     for (const double w : weights) sums.push_back(sums.back() + w);
@@ -207,6 +208,12 @@ void Window::Choose(const std::string& op, const Kernel& kernel) {
       for (const Product& t : factors[static_cast<size_t>(p)].terms) {
         plane.separable.terms.push_back({RoundWeights(t.column), RoundWeights(t.row)});
       }
+    }
+    if (method_ == FilterMethod::kSeparable) {
+      const Product& t = factors[static_cast<size_t>(p)].terms[0];
+      plane.codes = MakeCodesWindow(t.column, t.row);
+    } else {
+      plane.codes = MakeCodesWindow(width_, height_, weights);
     }
     if (edges) {
       const auto w = static_cast<size_t>(width_) + 1;

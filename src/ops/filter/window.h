@@ -9,6 +9,7 @@
 #include "graph/stage.h"
 #include "ops/filter/fft_convolve.h"
 #include "ops/filter/fir.h"
+#include "ops/filter/fir_codes.h"
 #include "tessera/ops/filter.h"
 
 namespace tessera::ops {
@@ -42,7 +43,11 @@ class Window {
   Roi Footprint(const Roi& out) const;
   Roi InputRoi(const Roi& out, const Roi& data_window) const;
   // Computes args.out from args.in[0], which covers InputRoi; edges are extended here, where they are needed.
-  void Run(const graph::TileArgs& args, const Roi& data_window) const;
+  // `largest`: 0, or the largest code of integer pixels, whose sums are then exact and rounded once.
+  void Run(const graph::TileArgs& args, const Roi& data_window, int largest = 0) const;
+  // Whether Run takes codes of such pixels: where that costs more than it is worth, or what borders and bias
+  // add is no whole code, IntegerSums mends sums of floats.
+  bool SumsCodes(PixelType type) const;
   // The same for a whole image, tile by tile.
   void RunWhole(const ConstImageView& in, const ImageView& out, const graph::Workers& workers) const;
   // Method, size and error bound in a few words.
@@ -61,6 +66,7 @@ class Window {
     DirectWindow direct;
     SeparableWindow separable;
     FftKernel fft;
+    CodesWindow codes;
     // For edges: sums of weights over the rectangles [0, x) x [0, y), or of a row's and a column's first
     // weights.
     std::vector<double> sums, row_sums, column_sums;
@@ -69,9 +75,10 @@ class Window {
   // The blocks of the transform lie on a grid from the data window's corner, whatever the tile.
   Roi WholeBlocks(const Roi& out, const Roi& data_window) const;
   void RunBlocks(const graph::TileArgs& args, const Roi& data_window) const;
-  void RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch) const;
-  void RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const;
-  void RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out) const;
+  void RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const;
+  void RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part, int largest) const;
+  void RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out,
+                 int largest) const;
   void Finish(const graph::TileArgs& args, const Roi& data_window) const;
   // Whether pixels near the edge need the weights that lie inside.
   bool TreatsEdges() const {

@@ -19,12 +19,24 @@ float* FloatAt(const ImageView& v, int x, int y) { return reinterpret_cast<float
 
 }  // namespace
 
-void Window::RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch) const {
-  if (plane.separable.terms.empty()) {
-    RunDirect(plane.direct, tile);
-  } else {
-    RunSeparable(plane.separable, tile, scratch);
-  }
+bool Window::SumsCodes(PixelType type) const {
+  if (options_.bias != 0 || TreatsEdges()) return false;
+  // Of bytes few float results are near a tie.
+  constexpr double kMostTapsOfBytes = 81;
+  return type == PixelType::kUint16 || (type == PixelType::kUint8 && (method_ == FilterMethod::kSeparable ||
+                                                                      width_ * height_ <= kMostTapsOfBytes));
+}
+
+void Window::RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const {
+  const auto as_floats = [&] {
+    if (plane.separable.terms.empty()) {
+      RunDirect(plane.direct, tile);
+    } else {
+      RunSeparable(plane.separable, tile, scratch);
+    }
+  };
+  if (largest == 0) return as_floats();
+  RunCodes(plane.codes, largest, tile, scratch, as_floats);
 }
 
 void Window::RunBlocks(const graph::TileArgs& args, const Roi& window) const {
@@ -62,7 +74,8 @@ void Window::RunBlocks(const graph::TileArgs& args, const Roi& window) const {
 
 // One kernel per channel, or channels that the result does not have: each channel is taken out, filtered, put
 // back.
-void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out) const {
+void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out,
+                       int largest) const {
   const Roi needed = Footprint(out.roi);
   const ptrdiff_t stride = (needed.width() + 31) / 16 * 16;
   float* plane_in =
@@ -79,7 +92,7 @@ void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, co
       for (int x = 0; x < needed.width(); ++x) to[x] = p[static_cast<ptrdiff_t>(x) * in.channels];
     }
     const FirTile tile{plane_in, stride, plane_out, stride, out.roi.width(), out.roi.height(), 1, false};
-    RunPlane(planes_[planes_.size() == 1 ? 0 : static_cast<size_t>(channel)], tile, args.scratch);
+    RunPlane(planes_[planes_.size() == 1 ? 0 : static_cast<size_t>(channel)], tile, args.scratch, largest);
     for (int y = out.roi.y0; y < out.roi.y1; ++y) {
       float* p = FloatAt(out, out.roi.x0, y) + i;
       const float* result = plane_out + (y - out.roi.y0) * stride;
@@ -89,9 +102,10 @@ void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, co
 }
 
 // `in` covers the part's whole footprint.
-void Window::RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const {
+void Window::RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part,
+                     int largest) const {
   const ImageView out = args.out.Sub(part);
-  if (planes_.size() != 1 || in.channels != out.channels) return RunPlanes(args, in, out);
+  if (planes_.size() != 1 || in.channels != out.channels) return RunPlanes(args, in, out, largest);
   const Roi needed = Footprint(part);
   const FirTile tile{FloatAt(in, needed.x0, needed.y0),
                      in.row_stride / 4,
@@ -101,14 +115,15 @@ void Window::RunPart(const graph::TileArgs& args, const ConstImageView& in, cons
                      part.height(),
                      out.channels,
                      args.stream && options_.bias == 0};
-  RunPlane(planes_[0], tile, args.scratch);
+  RunPlane(planes_[0], tile, args.scratch, largest);
 }
 
-void Window::Run(const graph::TileArgs& args, const Roi& window) const {
+void Window::Run(const graph::TileArgs& args, const Roi& window, int largest) const {
   const Roi& o = args.out.roi;
   if (o.empty()) return;
   const ConstImageView& in = args.in[0];
-  if (method_ == FilterMethod::kFft && planes_.size() == 1 && in.channels == args.out.channels) {
+  if (method_ == FilterMethod::kFft && largest == 0 && planes_.size() == 1 &&
+      in.channels == args.out.channels) {
     RunBlocks(args, window);
     return Finish(args, window);
   }
@@ -117,7 +132,7 @@ void Window::Run(const graph::TileArgs& args, const Roi& window) const {
   if (inner.empty()) {
     inner = {o.x0, o.y1, o.x0, o.y1};
   } else {
-    RunPart(args, in, inner);
+    RunPart(args, in, inner, largest);
   }
   // Above, below, left, right of what needs no border.
   for (const Roi& part : {Roi{o.x0, o.y0, o.x1, inner.y0}, Roi{o.x0, inner.y1, o.x1, o.y1},
@@ -125,7 +140,7 @@ void Window::Run(const graph::TileArgs& args, const Roi& window) const {
     if (part.empty()) continue;
     const ImageView extended = base::NewTile(args.scratch, Footprint(part), in.channels);
     graph::FillWithBorder(in, window, EngineBorder(options_.border), extended);
-    RunPart(args, extended, part);
+    RunPart(args, extended, part, largest);
   }
   Finish(args, window);
 }

@@ -16,21 +16,26 @@ class WindowStage final : public graph::TileStage {
  public:
   WindowStage(std::shared_ptr<const Window> window, const ImageSpec& in)
       : window_(std::move(window)), data_window_(in.data_window) {
-    if (IntegerSums::Applies(in.type) && !window_->kernel().weights.empty()) {
+    if (!IntegerSums::Applies(in.type)) return;
+    if (window_->SumsCodes(in.type)) {
+      largest_ = IntegerSums::Largest(in.type);
+    } else if (!window_->kernel().weights.empty()) {
       integers_.emplace(in.type, window_->kernel(), window_->options(), window_->ErrorBound());
     }
   }
   Roi InputRoi(int, const Roi& out) const override { return window_->InputRoi(out, data_window_); }
   graph::TileSize Preferred() const override { return window_->PreferredTile(); }
   void Run(const graph::TileArgs& args) const override {
-    window_->Run(args, data_window_);
+    window_->Run(args, data_window_, largest_);
     if (integers_) integers_->Settle(args.in[0], args.in_channels[0], args.out, args.channels, data_window_);
   }
 
  private:
   std::shared_ptr<const Window> window_;
   Roi data_window_;
-  std::optional<IntegerSums> integers_;  // of integer pixels
+  // Of integer pixels: their sums as codes, or what mends sums of floats.
+  int largest_ = 0;
+  std::optional<IntegerSums> integers_;
 };
 
 }  // namespace tessera::ops

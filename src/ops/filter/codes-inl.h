@@ -1,0 +1,51 @@
+// Samples of integer images as codes in double, and exact results as floats that round to the right code.
+#if defined(TESSERA_OPS_FILTER_CODES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_FILTER_CODES_INL_H_
+#undef TESSERA_OPS_FILTER_CODES_INL_H_
+#else
+#define TESSERA_OPS_FILTER_CODES_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DD = hn::CappedTag<double, 8>;
+using DF = hn::Rebind<float, DD>;
+using VD = hn::Vec<DD>;
+constexpr int kDoubles = static_cast<int>(hn::MaxLanes(DD()));
+
+// An exact result in codes, moved from a tie to the side of the code that it rounds to, half to even, by more
+// than a float's rounding: no more than its last two bits.
+template <class D>
+HWY_INLINE hn::Vec<D> Settled(D d, hn::Vec<D> exact) {
+  // Weights that are not whole numbers leave ties by their own roundings.
+  constexpr double kTie = 1e-8;
+  const auto half = hn::Set(d, 0.5);
+  const auto up = hn::Add(exact, half);
+  const auto even = hn::Mul(hn::Floor(hn::Mul(hn::Add(up, hn::Set(d, kTie)), half)), hn::Set(d, 2.0));
+  const auto tie = hn::Lt(hn::Abs(hn::Sub(up, hn::Round(up))), hn::Set(d, kTie));
+  const auto code = hn::IfThenElse(tie, even, hn::Floor(up));
+  const auto reach = hn::Sub(half, hn::Mul(hn::Add(hn::Abs(code), half), hn::Set(d, 0x1.2p-24)));
+  return hn::Min(hn::Max(exact, hn::Sub(code, reach)), hn::Add(code, reach));
+}
+
+// As floats; every NaN as the same one.
+template <class D>
+HWY_INLINE hn::Vec<hn::Rebind<float, D>> ToFloats([[maybe_unused]] D d, hn::Vec<D> v) {
+  const hn::Rebind<float, D> f;
+#if HWY_TARGET == HWY_SCALAR
+  // Highway's scalar conversion would turn infinities into the largest float.
+  const auto narrow = hn::Set(f, static_cast<float>(hn::GetLane(v)));
+#else
+  const auto narrow = hn::DemoteTo(f, v);
+#endif
+  return hn::IfThenElse(hn::IsNaN(narrow), hn::NaN(f), narrow);
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard

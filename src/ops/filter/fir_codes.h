@@ -1,0 +1,34 @@
+// Window sums over integer pixels: codes times weights in double, rounded once.
+#ifndef TESSERA_OPS_FILTER_FIR_CODES_H_
+#define TESSERA_OPS_FILTER_FIR_CODES_H_
+
+#include <functional>
+#include <vector>
+
+#include "base/arena.h"
+#include "ops/filter/fir.h"
+
+namespace tessera::ops {
+
+// A correlation's weights as they are, made ready for blocks of output rows: every column of weights lies
+// between zeros, so that each row of samples serves every row of a block.
+struct CodesWindow {
+  int width = 0, height = 0;
+  std::vector<double> columns;  // one padded column per column of the window; separable: the one column
+  std::vector<double> row;      // of a separable window
+};
+CodesWindow MakeCodesWindow(int width, int height, const std::vector<double>& weights);
+CodesWindow MakeCodesWindow(const std::vector<double>& column, const std::vector<double>& row);
+
+// Whether every sample is a code / largest, as far as a float can tell.
+bool AreCodes(const float* samples, int count, int largest);
+
+// Sums of a tile as floats that the sink rounds as it would round the exact sums. Samples that are no code /
+// largest are the work of operations before: `as_floats` then computes the tile, and results that see such a
+// sample stay as it leaves them.
+void RunCodes(const CodesWindow& window, int largest, const FirTile& tile, base::Arena& scratch,
+              const std::function<void()>& as_floats);
+
+}  // namespace tessera::ops
+
+#endif  // TESSERA_OPS_FILTER_FIR_CODES_H_
