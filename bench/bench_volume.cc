@@ -173,7 +173,8 @@ void RegisterTurbulence(const Options& options) {
       {" 8 lookups", TurbulenceLookup::kEight, NoiseContent::kNoise, 1, {2.45, 0.49}},
       {" 4 lookups", TurbulenceLookup::kFour, NoiseContent::kNoise, 1, {7.14, 2.40}},
       {" 4 channels", TurbulenceLookup::kFourChannels, NoiseContent::kFourOctaves, 1, {23.02, 3.82}},
-      {" precomputed block", TurbulenceLookup::kBlock, NoiseContent::kTurbulence, 4, {23.24, 4.18}}};
+      {" precomputed block", TurbulenceLookup::kBlock, NoiseContent::kTurbulence, 4, {23.24, 4.18}},
+      {" exact noise", TurbulenceLookup::kExact, NoiseContent::kTurbulence, 4, {0, 0}}};
   std::vector<std::string> names;
   for (const Lookup& l : kLookups) names.push_back(OnBestTarget(l.name));
   for (int k = 0; k < 2; ++k) {
@@ -237,6 +238,10 @@ void RegisterMethods(const Options& options) {
 int main(int argc, char** argv) {
   using namespace tessera::bench;
   try {
+    if (const std::string flag = "--field="; argc == 2 && std::string(argv[1]).starts_with(flag)) {
+      tessera::WriteRawVolume(Body(), argv[1] + flag.size());  // for bench/vtk_volume.py
+      return 0;
+    }
     const Options options = ParseOptions(&argc, argv);
     RegisterEffects(options);
     RegisterMethods(options);

@@ -17,7 +17,8 @@ for argument; do
   esac
 done
 
-samples/setup.sh libnoise-dev libopencv-dev libvips-dev liblcms2-dev libpixman-1-dev librsvg2-bin python3
+samples/setup.sh libnoise-dev libopencv-dev libvips-dev liblcms2-dev libpixman-1-dev librsvg2-bin python3 \
+  python3-vtk9 xvfb xauth
 build=build/release
 cmake --preset release >/dev/null
 cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_lic \
@@ -44,6 +45,7 @@ if [ -n "$quick" ]; then
   measure shade bench_shade --sizes=3840x2160 --targets=best --threads=2 --seconds=1
   measure composite bench_composite --sizes=3840x2160 --types=float,uint8 --targets=best --threads=1,2 --seconds=1
   measure environment bench_environment --types=half --targets=best --threads=2 --repetitions=7
+  measure lic bench_lic --quick
   measure ops bench_ops --sizes=1920x1080 --targets=best --threads=1 --seconds=1
   measure resample bench_resample --sizes=1920x1080 --targets=best --threads=1 --seconds=1
   measure volume bench_volume --threads=2 --seconds=1
@@ -63,4 +65,8 @@ else
   measure resample bench_resample --sizes=3840x2160 --targets=all --threads=1,2 --seconds=5
   measure pipelines-large bench_pipelines --sizes=large --targets=best --threads=1,2
 fi
+# VTK's ray caster on the same field; its window needs a display.
+"$build/bin/bench_volume" --field="$out/field.raw"
+xvfb-run -a bench/vtk_volume.py "$out/field.raw" "$out/volume-vtk.json" >"$out/vtk.log"
+rm "$out/field.raw"
 bench/report "$out"/*.json --out "$out" $readme

@@ -54,6 +54,8 @@ struct Entry {
   // so that the errors of the samples pass through as that sum. Of other operations the response is tried
   // out.
   uint32_t weighted_sum_of = 0;
+  // What a reader of a comparison has to know about this entry, or nothing.
+  std::string remark = {};
 };
 
 // The entry of an operation, or null. Shuffles, crops and sources need none.

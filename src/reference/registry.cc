@@ -15,6 +15,7 @@ std::vector<Entry> CurveEntries();
 std::vector<Entry> AccumulateEntries();
 std::vector<Entry> ArithmeticEntries();
 std::vector<Entry> FlowEntries();
+std::vector<Entry> ForeignEntries();
 std::vector<Entry> GenerateEntries();
 std::vector<Entry> FilterEntries();
 std::vector<Entry> OutlineEntries();
@@ -44,7 +45,7 @@ struct Table {
                          &FilterEntries,        &OutlineEntries,    &NoiseEntries,       &ShapedSpotsEntries,
                          &SvgTurbulenceEntries, &TextureEntries,    &GeometryEntries,    &LookupEntries,
                          &ShadeEntries,         &ShadeLightEntries, &EnvironmentEntries, &LightingEntries,
-                         &BumpEntries,          &VolumeEntries}) {
+                         &BumpEntries,          &VolumeEntries,     &ForeignEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

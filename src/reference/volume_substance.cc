@@ -1,6 +1,7 @@
 // What the reference of volume pictures finds at a point.
 #include "reference/volume_substance.h"
 
+#include "reference/noise_lattice.h"
 #include "tessera/ops/noise_block.h"
 
 namespace tessera::reference {
@@ -97,6 +98,26 @@ double Substance::Turbulence(const Dmf& step, const Vector3& at) const {
     case TurbulenceLookup::kFourChannels:
       Noise(step.block, p, step.frequency, offset, n);
       return std::fabs(n[0]) + std::fabs(n[1]) / 2 + std::fabs(n[2]) / 4 + std::fabs(n[3]) / 8;
+    case TurbulenceLookup::kExact: {
+      NoiseParams noise;
+      noise.dims = 3;
+      double sum = 0;
+      for (int k = 0; k < kTurbulenceOctaves; ++k) {
+        const double scale = 1 << k;
+        const auto period = static_cast<uint32_t>(kTurbulenceCells << k);
+        const uint32_t seed = OctaveSeed(0, k, 0);
+        NoisePlace place;
+        for (size_t a = 0; a < 3; ++a) {
+          const double u = p[a] * step.frequency + offset[a];
+          const double shift = k == 0 ? 0 : OctaveSeed(seed, static_cast<int>(a), 1) * 0x1p-32;
+          const double cell = (u - std::floor(u)) * period + shift, whole = std::floor(cell);
+          place.cell[a] = static_cast<uint32_t>(whole) % period;
+          place.fraction[a] = cell - whole;
+        }
+        sum += std::fabs(EvaluateNoise(noise, seed, {period, period, period, 0}, 0, place).value) / scale;
+      }
+      return sum;
+    }
     default: {
       double sum = 0;
       for (int k = 0; k < (step.lookup == TurbulenceLookup::kFour ? 4 : 8); ++k) {

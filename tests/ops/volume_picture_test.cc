@@ -408,8 +408,9 @@ TEST(VolumePicture, TurbulenceLookupsDiffer) {
   const Volume ball = DistanceField(Solid::Sphere({0, 0, 0}, 0.5), VolumeSpec::Centred({32, 32, 32}));
   VolumeParams p = Ahead(VolumeMode::kFire);
   std::vector<Image> images;
-  for (const TurbulenceLookup lookup : {TurbulenceLookup::kBlock, TurbulenceLookup::kFourChannels,
-                                        TurbulenceLookup::kFour, TurbulenceLookup::kEight}) {
+  for (const TurbulenceLookup lookup :
+       {TurbulenceLookup::kBlock, TurbulenceLookup::kFourChannels, TurbulenceLookup::kFour,
+        TurbulenceLookup::kEight, TurbulenceLookup::kExact}) {
     p.lookup = lookup;
     const Node node = RenderVolume(Size(16, 16), ball, p);
     images.push_back(Render(node));
@@ -417,6 +418,21 @@ TEST(VolumePicture, TurbulenceLookupsDiffer) {
   }
   EXPECT_GT(MaxDifference(images[0], images[2]), 1e-3);
   EXPECT_LT(MaxDifference(images[2], images[3]), 0.8);
+  // The block is made of the same noise: finer samples come closer to it.
+  const auto block = [&](int size) {
+    p.lookup = TurbulenceLookup::kBlock;
+    p.block = NoiseBlock();
+    p.dmf = ParseDmf("lift(.17,1.15),turbulence(1.35,1.15)");
+    for (Dmf& step : p.dmf) {
+      step.block = NoiseBlock(NoiseContent::kTurbulence, kTurbulenceCells, kTurbulenceOctaves, 0, size);
+    }
+    return Render(RenderVolume(Size(24, 24), ball, p));
+  };
+  const Image coarse = block(32), fine = block(128);
+  for (Dmf& step : p.dmf) step.lookup = TurbulenceLookup::kExact, step.block = NoiseBlock();
+  const Image exact = Render(RenderVolume(Size(24, 24), ball, p));
+  EXPECT_GT(MaxDifference(coarse, exact), 0.01);
+  EXPECT_LT(MaxDifference(fine, exact), 0.5 * MaxDifference(coarse, exact));
 }
 
 // Bytes beyond the samples: bounds of blocks and leaps are small.

@@ -58,7 +58,10 @@ enum class TurbulenceLookup : uint8_t {
   kFourChannels,  // one lookup of four octaves in four channels
   kFour,          // four lookups of one noise at 1, 2, 4, 8 times the frequency
   kEight,         // eight lookups
+  kExact,  // the noise itself at every sample: kTurbulenceOctaves of gradient noise, kTurbulenceCells a
+           // block, seed 0; what the ready-made block of kBlock holds samples of
 };
+inline constexpr int kTurbulenceCells = 4, kTurbulenceOctaves = 4;
 
 // What a C++ density modulation function is given: up to 16 samples, and changes `density` in place. Arrays
 // hold `count` values; positions are in world units; distance is the field's at the (warped) position.

@@ -57,6 +57,12 @@ struct NoiseView {
   float times[3] = {1, 1, 1}, plus[3] = {0, 0, 0};  // from voxels to blocks
 };
 
+// Turbulence by the noise itself: octaves of gradient noise at positions in blocks.
+struct ExactOctave {
+  float cells = 1, shift[3] = {0, 0, 0}, weight = 1;  // weight: with the noise's scale
+  uint32_t seed = 0;
+};
+
 struct Light {
   float color[3], ambient, diffuse, specular, exponent;
   float direction[3];  // unit, world
@@ -76,6 +82,7 @@ struct DmfStep {
   TurbulenceLookup lookup;
   float amount, second, third;
   NoiseView noise;
+  ExactOctave exact[kTurbulenceOctaves];
   const DmfFunction* function;
   bool again;  // the turbulence of the step that moved the point
 };

@@ -21,6 +21,8 @@ HWY_INLINE V Turbulence(const DmfStep& step, const Vec3& p) {
   switch (step.lookup) {
     case TurbulenceLookup::kBlock:
       return NoiseValue(step.noise, p);
+    case TurbulenceLookup::kExact:
+      return ExactTurbulence(step.noise, step.exact, p);
     case TurbulenceLookup::kFourChannels: {
       V c[4];
       NoiseChannels(step.noise, p, c);
@@ -257,7 +259,7 @@ class Medium {
     VI i, j;
     const V fx = place(front, i), fy = place(back, j);
     constexpr int kRow = kPairSize + 1;
-    const VI entry = hn::Add(hn::Mul(j, hn::Set(di, kRow)), i);
+    const Places entry(hn::Add(hn::Mul(j, hn::Set(di, kRow)), i));
     const auto line = [&](ptrdiff_t further) HWY_ATTR {
       return Mixed(EntryAt(args_.pairs, entry, further), EntryAt(args_.pairs, entry, further + 1), fx);
     };

@@ -326,6 +326,7 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
       if (!step.block.empty()) {
         const Vector3 offset = {step.drift[0] * p.time, step.drift[1] * p.time, step.drift[2] * p.time};
         k.noise = ViewOf(step.block, v, step.frequency, offset, step.upright);
+        if (step.lookup == TurbulenceLookup::kExact) ExactOctaves(k.exact);
       }
       const double largest = TurbulenceRange(step);
       static const NoiseBlock::Data kNone;

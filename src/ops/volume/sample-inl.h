@@ -15,6 +15,7 @@
 #include <cstdint>
 
 #include "ops/volume/march.h"
+#include "simd/lattice-inl.h"
 #include "simd/point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -97,16 +98,19 @@ struct Words {
 struct WordPair {
   V a, b;
 };
+// Indices in memory, as addresses need them.
+struct Places {
+  HWY_ALIGN int32_t at[kLanes];
+  HWY_INLINE explicit Places(VI index) { hn::Store(index, DI(), at); }
+};
 // At base + stride * index bytes.
 #if HWY_TARGET == HWY_SCALAR
-HWY_INLINE Words WordsAt(const void* base, VI index, ptrdiff_t stride = 16) {
-  const auto* p =
-      reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * hn::GetLane(index));
+HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t stride = 16) {
+  const auto* p = reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * places.at[0]);
   return {Set(p[0]), Set(p[1]), Set(p[2]), Set(p[3])};
 }
-HWY_INLINE WordPair WordPairAt(const void* base, VI index, ptrdiff_t stride) {
-  const auto* p =
-      reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * hn::GetLane(index));
+HWY_INLINE WordPair WordPairAt(const void* base, const Places& places, ptrdiff_t stride) {
+  const auto* p = reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * places.at[0]);
   return {Set(p[0]), Set(p[1])};
 }
 #else
@@ -142,18 +146,16 @@ HWY_INLINE V RowOfWordPairs(const char* base, ptrdiff_t stride, const int32_t* a
   return two(0);
 #endif
 }
-HWY_INLINE WordPair WordPairAt(const void* base, VI index, ptrdiff_t stride) {
+HWY_INLINE WordPair WordPairAt(const void* base, const Places& places, ptrdiff_t stride) {
   const D d;
-  HWY_ALIGN int32_t at[kLanes];
-  hn::Store(index, DI(), at);
+  const int32_t* const at = places.at;
   const auto* const p = static_cast<const char*>(base);
   const V r0 = RowOfWordPairs(p, stride, at), r1 = RowOfWordPairs(p, stride, at + kLanes / 2);
   return {hn::ConcatEven(d, r1, r0), hn::ConcatOdd(d, r1, r0)};
 }
-HWY_INLINE Words WordsAt(const void* base, VI index, ptrdiff_t stride = 16) {
+HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t stride = 16) {
   const D d;
-  HWY_ALIGN int32_t at[kLanes];
-  hn::Store(index, DI(), at);
+  const int32_t* const at = places.at;
   const auto* const p = static_cast<const char*>(base);
   constexpr int kPart = kLanes / 4;
   const V r0 = RowOfWords(p, stride, at), r1 = RowOfWords(p, stride, at + kPart);
@@ -172,7 +174,7 @@ HWY_INLINE void PairAt(const float* base, ptrdiff_t offset, VI index, V& a, V& b
 }
 // Two codes as a word: plain loads of 8 bytes cost a third of a gather.
 HWY_INLINE VI BothAt(const uint16_t* base, ptrdiff_t offset, VI index) {
-  return hn::BitCast(DI(), WordPairAt(base + offset, index, sizeof(uint16_t)).a);
+  return hn::BitCast(DI(), WordPairAt(base + offset, Places(index), sizeof(uint16_t)).a);
 }
 HWY_INLINE V LowCode(VI v) { return hn::ConvertTo(D(), hn::And(v, hn::Set(DI(), 0xFFFF))); }
 HWY_INLINE V HighCode(VI v) {
@@ -205,7 +207,7 @@ struct FourCodes {
   V v[4];
 };
 HWY_INLINE FourCodes FourAt(const float* base, ptrdiff_t offset, VI index) {
-  const Words w = WordsAt(base + offset, index, sizeof(float));
+  const Words w = WordsAt(base + offset, Places(index), sizeof(float));
   return {{w.a, w.b, w.c, w.e}};
 }
 HWY_INLINE FourCodes FourAt(const uint8_t* base, ptrdiff_t offset, VI index) {
@@ -219,7 +221,7 @@ HWY_INLINE FourCodes FourAt(const uint8_t* base, ptrdiff_t offset, VI index) {
 }
 HWY_INLINE FourCodes FourAt(const uint16_t* base, ptrdiff_t offset, VI index) {
   const DI di;
-  const WordPair w = WordPairAt(base + offset, index, sizeof(uint16_t));
+  const WordPair w = WordPairAt(base + offset, Places(index), sizeof(uint16_t));
   const VI a = hn::BitCast(di, w.a), b = hn::BitCast(di, w.b);
   return {{LowCode(a), HighCode(a), LowCode(b), HighCode(b)}};
 }
@@ -311,7 +313,7 @@ HWY_INLINE NoisePlace LocateNoise(const NoiseView& n, const Vec3& p, float octav
 HWY_INLINE V NoiseValue(const NoiseView& n, const Vec3& p, float octave = 1) {
   const DI di;
   const NoisePlace at = LocateNoise(n, p, octave);
-  const Words w = WordsAt(n.cells, at.index, 8);
+  const Words w = WordsAt(n.cells, Places(at.index), 8);
   const auto line = [&](V word) __attribute__((always_inline)) {
     const VI v = hn::BitCast(di, word);
     return Lerp(LowCode(v), HighCode(v), at.f.y);
@@ -334,8 +336,9 @@ HWY_INLINE ValueAndGradient NoiseGradient(const NoiseView& n, const Vec3& p) {
 HWY_INLINE void NoiseChannels(const NoiseView& n, const Vec3& p, V* channels) {
   const DI di;
   const NoisePlace at = LocateNoise(n, p);
+  const Places places(at.index);
   const auto line = [&](ptrdiff_t texels, V * c) __attribute__((always_inline)) {
-    const Words w = WordsAt(n.samples + 4 * texels, at.index, 8);
+    const Words w = WordsAt(n.samples + 4 * texels, places, 8);
     const VI a = hn::BitCast(di, w.a), b = hn::BitCast(di, w.b), x1a = hn::BitCast(di, w.c),
              x1b = hn::BitCast(di, w.e);
     c[0] = Lerp(LowCode(a), LowCode(x1a), at.f.x);
@@ -354,12 +357,65 @@ HWY_INLINE void NoiseChannels(const NoiseView& n, const Vec3& p, V* channels) {
   }
 }
 
+// --- Noise itself. ---
+// Gradient noise at position p of the block, each coordinate in [0, 1]; repeats after a block.
+HWY_INLINE V ExactNoise(const ExactOctave& octave, const Vec3& p) {
+  const DI di;
+  const s::DU du;
+  const V one = Set(1);
+  const VI period = hn::Set(di, static_cast<int32_t>(octave.cells));
+  s::VU side[3][2];
+  V offset[3][2], fade[3];
+  const V coordinates[3] = {p.x, p.y, p.z};
+#pragma GCC unroll 3
+  for (int a = 0; a < 3; ++a) {
+    const V u = hn::MulAdd(coordinates[a], Set(octave.cells), Set(octave.shift[a]));
+    const V floor = hn::Floor(u);
+    offset[a][0] = hn::Sub(u, floor);
+    offset[a][1] = hn::Sub(offset[a][0], one);
+    fade[a] = s::FadeWeight(offset[a][0], 0);
+    VI cell = hn::ConvertTo(di, floor);
+    for (int c = 0; c < 2; ++c) {
+      cell = hn::Sub(cell, hn::IfThenElseZero(hn::Not(hn::Gt(period, cell)), period));
+      side[a][c] = hn::Mul(hn::BitCast(du, cell), hn::Set(du, s::kAxis[a]));
+      cell = hn::Add(cell, hn::Set(di, 1));
+    }
+  }
+  for (s::VU& x : side[0]) x = hn::Xor(x, hn::Set(du, octave.seed));
+  V corner[8];
+#pragma GCC unroll 8
+  for (int c = 0; c < 8; ++c) {
+    const s::VU h = hn::Xor(hn::Xor(side[0][c & 1], side[1][c >> 1 & 1]), side[2][c >> 2]);
+    V g[3];
+    s::LatticeGradient<3>(s::LatticeMix(h), g);
+    corner[c] = Dot({g[0], g[1], g[2]}, {offset[0][c & 1], offset[1][c >> 1 & 1], offset[2][c >> 2]});
+  }
+  const V near = Lerp(Lerp(corner[0], corner[1], fade[0]), Lerp(corner[2], corner[3], fade[0]), fade[1]);
+  const V far = Lerp(Lerp(corner[4], corner[5], fade[0]), Lerp(corner[6], corner[7], fade[0]), fade[1]);
+  return Lerp(near, far, fade[2]);
+}
+// The sum of the octaves' absolute values at position p (voxels).
+template <size_t kOctaves>
+HWY_INLINE V ExactTurbulence(const NoiseView& n, const ExactOctave (&octaves)[kOctaves], const Vec3& p) {
+  const auto axis = [&](int a, V v) HWY_ATTR {
+    const V u = hn::MulAdd(v, Set(n.times[a]), Set(n.plus[a]));
+    const V inside = hn::Sub(u, hn::Floor(u));
+    return hn::IfThenElseZero(hn::Lt(inside, Set(2)), inside);  // lanes that are nowhere
+  };
+  const Vec3 place = {axis(0, p.x), axis(1, p.y), axis(2, p.z)};
+  V sum = hn::Zero(D());
+  for (const ExactOctave& o : octaves) {
+    sum = hn::MulAdd(hn::Abs(ExactNoise(o, place)), Set(o.weight), sum);
+  }
+  return sum;
+}
+
 // --- Tables of four floats. ---
 HWY_INLINE s::Pixels Mixed(const s::Pixels& a, const s::Pixels& b, V f) {
   return {Lerp(a.r, b.r, f), Lerp(a.g, b.g, f), Lerp(a.b, b.b, f), Lerp(a.a, b.a, f)};
 }
 // Entry `index` + `further`.
-HWY_INLINE s::Pixels EntryAt(const float* entries, VI index, ptrdiff_t further = 0) {
+HWY_INLINE s::Pixels EntryAt(const float* entries, const Places& index, ptrdiff_t further = 0) {
   const Words w = WordsAt(entries + 4 * further, index);
   return {w.a, w.b, w.c, w.e};
 }
@@ -368,7 +424,8 @@ HWY_INLINE s::Pixels ColorOf(const ColorTable& table, V value) {
   V u = hn::MulAdd(value, Set(table.times), Set(table.plus));
   u = hn::Min(hn::Max(u, hn::Zero(d)), Set(static_cast<float>(table.size - 1)));
   const VI whole = hn::ConvertTo(DI(), u);
-  return Mixed(EntryAt(table.entries, whole), EntryAt(table.entries, whole, 1),
+  const Places places(whole);
+  return Mixed(EntryAt(table.entries, places), EntryAt(table.entries, places, 1),
                hn::Sub(u, hn::ConvertTo(d, whole)));
 }
 

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <string>
 
+#include "ops/noise/plan.h"
 #include "tessera/error.h"
 #include "tessera/ops/noise_block.h"
 
@@ -205,8 +206,9 @@ void CompleteDmf(Dmf& step) {
   } else if (step.kind != Kind::kNoise) {
     switch (step.lookup) {
       case TurbulenceLookup::kBlock:
+      case TurbulenceLookup::kExact:  // its mean
         content = NoiseContent::kTurbulence;
-        cells = 4, octaves = 4;
+        cells = kTurbulenceCells, octaves = kTurbulenceOctaves;
         break;
       case TurbulenceLookup::kFourChannels:
         content = NoiseContent::kFourOctaves;
@@ -232,8 +234,26 @@ double TurbulenceRange(const Dmf& step) {
       const NoiseBlock::Data& d = step.block.data();
       return 1.875 * std::max(std::fabs(d.bias), std::fabs(d.bias + 65535 * d.scale));
     }
+    case TurbulenceLookup::kExact:
+      return 2;  // of noise in [-1, 1]
     default:
       return 2 * one;
+  }
+}
+
+void ExactOctaves(ExactOctave (&octaves)[kTurbulenceOctaves]) {
+  NoiseParams params;
+  params.dims = 3;
+  params.octaves = kTurbulenceOctaves;
+  params.sum = NoiseSum::kTurbulence;
+  const NoisePlan plan = MakeNoisePlan(params, false, 0);
+  for (size_t k = 0; k < kTurbulenceOctaves; ++k) {
+    const NoiseOctave& from = plan.octaves[k];
+    ExactOctave& to = octaves[k];
+    to.cells = static_cast<float>(kTurbulenceCells * from.scale);
+    for (size_t a = 0; a < 3; ++a) to.shift[a] = static_cast<float>(from.shift[a]);
+    to.weight = from.weight * plan.shape.scale;
+    to.seed = from.seed;
   }
 }
 

@@ -21,6 +21,8 @@ std::vector<Dmf> FireChain(const VolumeParams& params, double side);
 void CompleteDmf(Dmf& step);
 // Largest |turbulence| that a step can read.
 double TurbulenceRange(const Dmf& step);
+// The octaves of turbulence that is read exactly.
+void ExactOctaves(ExactOctave (&octaves)[kTurbulenceOctaves]);
 
 }  // namespace tessera::ops::volume
 

@@ -28,7 +28,7 @@ const std::vector<std::string> kModes = {"iso",   "solid", "bump",  "melt",     
                                          "hyper", "over",  "under", "attenuate", "xray", "mip"};
 const std::vector<std::string> kMethods = {"rays", "slices", "shells", "stacks", "shearwarp"};
 const std::vector<std::string> kClassify = {"post", "pre", "preintegrated"};
-const std::vector<std::string> kLookups = {"block", "channels", "4", "8"};
+const std::vector<std::string> kLookups = {"block", "channels", "4", "8", "exact"};
 const std::vector<std::string> kTypes = {"uint8", "uint16", "half", "float"};
 
 template <typename E>
@@ -225,7 +225,7 @@ OpInfo VolumeInfo() {
       "image "
       "below (its size is the picture's) and ends rays there. lookup: how turbulence is read (one "
       "precomputed block, "
-      "four channels, 4 or 8 lookups).\nRays leap over what is provably empty; the pictures are the same "
+      "four channels, 4 or 8 lookups, or the noise itself at every sample).\nRays leap over what is provably empty; the pictures are the same "
       "bits with "
       "leap=0. method: where samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own "
       "slices), "
