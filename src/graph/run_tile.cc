@@ -123,7 +123,7 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
     const bool pair = planned.in.size() == 2 && sink && fusable(first) && fusable(second) &&
                       type_of(first) == out.type && type_of(second) == out.type &&
                       step.stage->CanFusePair(out.type);
-    if (pair || (planned.in.size() == 1 && fusable(first) && step.stage->CanFuse(true, type_of(first)))) {
+    if (pair || (fusable(first) && step.stage->CanFuse(true, type_of(first)))) {
       step.source = take(first, step.args.source);
     }
     if (pair) step.second = take(second, step.args.second);

@@ -49,6 +49,15 @@ HWY_INLINE VI JoinIntegers(const VD (&parts)[kParts]) {
   return hn::Combine(DI(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
 #endif
 }
+// The lowest 32 bits of both parts' doubles, as integers.
+HWY_INLINE VI JoinLowBits(const VD (&parts)[kParts]) {
+#if HWY_TARGET == HWY_SCALAR
+  const hn::RebindToUnsigned<DD> du;
+  return hn::Set(DI(), static_cast<int32_t>(static_cast<uint32_t>(hn::GetLane(hn::BitCast(du, parts[0])))));
+#else
+  return hn::ConcatEven(DI(), hn::BitCast(DI(), parts[1]), hn::BitCast(DI(), parts[0]));
+#endif
+}
 // f.template operator()<part>() for every part.
 template <class F>
 HWY_INLINE void EachPart(const F& f) {

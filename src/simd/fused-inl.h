@@ -30,6 +30,12 @@ HWY_INLINE void WithType(PixelType type, const F& f) {
   }
 }
 
+// Asks for the cache line of samples that a loop over blocks will need.
+template <class T>
+HWY_INLINE void PrefetchVectors(const T* p, int samples) {
+  for (int k = 0; k < samples; k += static_cast<int>(64 / sizeof(T))) hwy::Prefetch(p + k);
+}
+
 // Pixels [first, first + count) of input 0 as values into planes (64-byte aligned, at index 0), in plane
 // order; count is a multiple of kLanes.
 HWY_INLINE void LoadChunk(const graph::PointArgs& args, int first, int count, float* const plane[4]) {

@@ -1,4 +1,4 @@
-// Environment lookups: what is validated, prepared once, and done for every row.
+// Environment lookups: what is validated and prepared once.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -7,9 +7,7 @@
 
 #include "graph/op.h"
 #include "ops/environment/environment_ops.h"
-#include "ops/environment/lobe.h"
-#include "ops/environment/lookup.h"
-#include "ops/environment/prepared.h"
+#include "ops/environment/environment_stages.h"
 #include "ops/environment/settings.h"
 #include "ops/modifiers.h"
 #include "tessera/error.h"
@@ -17,203 +15,23 @@
 namespace tessera::ops {
 namespace {
 
-ReflectionSetup SetupOf(const EnvironmentParams& p, const Roi& display, bool positions) {
-  ReflectionSetup s;
-  s.direction = p.direction;
-  s.fresnel = p.fresnel.has_value();
-  s.reflectance = p.fresnel.value_or(1);
-  s.codes = p.bits > 0 ? std::ldexp(1.0, p.bits) - 1 : 0;
-  double largest = 0;
-  for (size_t i = 0; i < 9; ++i) {
-    s.matrix[i] = p.matrix[i / 3 * 4 + i % 3];
-    largest = std::max(largest, std::fabs(s.matrix[i]));
-  }
-  // Directions have any length: keeping them in range costs nothing, and leaves rotations alone.
-  if (largest > 0x1p20 || largest < 0x1p-20) {
-    for (double& m : s.matrix) m /= largest;
-  }
-  for (size_t i = 0; i < 9; ++i) {
-    const double* const a = s.matrix + i / 3 * 3;
-    const double* const b = s.matrix + i % 3 * 3;
-    s.rigid = s.rigid && std::fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - (i % 4 == 0 ? 1 : 0)) < 1e-3;
-  }
-  const auto set = [&s](const Vector3& base) { std::copy_n(base.begin(), 3, s.base); };
-  const bool ray = p.camera && !p.camera->perspective();
-  if (positions && !ray) {
-    s.use_position = 1;
-    const Vector3& eye = p.eye ? *p.eye : p.camera->eye();
-    set({-eye[0], -eye[1], -eye[2]});
-  } else if (p.camera) {
-    // A ray's direction is affine in the pixel's place.
-    const Vector3 at = p.camera->PixelRay(display, -0.5, -0.5).direction;
-    const Vector3 right = p.camera->PixelRay(display, 0.5, -0.5).direction;
-    const Vector3 down = p.camera->PixelRay(display, -0.5, 0.5).direction;
-    set(at);
-    for (size_t k = 0; k < 3; ++k) s.column[k] = right[k] - at[k], s.row[k] = down[k] - at[k];
-  } else {
-    set({-p.view[0], -p.view[1], -p.view[2]});
-  }
-  return s;
-}
-
-class EnvironmentStage final : public graph::TileStage {
- public:
-  EnvironmentStage(const EnvironmentParams& p, bool positions, std::shared_ptr<const PreparedEnvironment> map,
-                   const graph::StageContext& context)
-      : positions_(positions),
-        map_(std::move(map)),
-        exponent_(p.lobe),
-        alpha_(context.output.alpha),
-        map_channels_(context.output.channel_count()),
-        setup_(SetupOf(p, context.output.display_window, positions_)),
-        reflect_kernels_(ChooseReflectKernels()),
-        kernels_(ChooseEnvironmentKernels()),
-        mip_kernels_(ChooseMipKernels()),
-        lobe_(ChooseLobe()) {}
-  Roi InputRoi(int, const Roi& out) const override { return Inflate(out, reach(), reach()); }
-  // Normals of 0: no neighbours.
-  graph::Border InputBorder(int) const override { return graph::Border::kBlack; }
-  graph::TileSize Preferred() const override { return {512, 8}; }
-
-  void Run(const graph::TileArgs& args) const override {
-    const Roi& roi = args.out.roi;
-    if (map_->empty) {
-      for (int y = roi.y0; y < roi.y1; ++y) {
-        std::fill_n(reinterpret_cast<float*>(args.out.At(roi.x0, y)),
-                    ptrdiff_t{roi.width()} * args.out.channels, 0.0f);
-      }
-      return;
-    }
-    const Inputs inputs(args, positions_ ? 2 : 1);
-    if (!map_->mips.empty()) return RunFiltered(args, inputs);
-    ReflectionRun run;
-    for (int y = roi.y0; y < roi.y1; ++y) {
-      for (int x = roi.x0; x < roi.x1; x += kDirectionRun) {
-        const int count = std::min(kDirectionRun, roi.x1 - x);
-        Reflect(args, inputs, x, y, count, run);
-        Shade(args, x, y, count, run, nullptr, nullptr);
-      }
-    }
-  }
-
- private:
-  // Where the vectors' three channels are.
-  struct Inputs {
-    Inputs(const graph::TileArgs& args, size_t count) {
-      for (size_t k = 0; k < count; ++k) {
-        const std::span<const int> held = args.in_channels[k];
-        for (int c = 0; c < 3; ++c) {
-          at[k][c] = static_cast<int>(std::find(held.begin(), held.end(), c) - held.begin());
-        }
-      }
-    }
-    int at[2][3] = {};
-  };
-
-  int reach() const { return map_->mips.empty() ? 0 : 1; }
-  void Reflect(const graph::TileArgs& args, const Inputs& inputs, int x, int y, int count,
-               ReflectionRun& run) const {
-    const auto planes = [&](size_t k, float(*plane)[kDirectionRun]) {
-      reflect_kernels_.planes(reinterpret_cast<const float*>(args.in[k].At(x, y)), args.in[k].channels,
-                              inputs.at[k], count, plane);
-    };
-    planes(0, run.normal);
-    if (positions_) planes(1, run.position);
-    reflect_kernels_.reflect(setup_, x, y, count, run);
-  }
-  // Columns of as many pixels as a run has with its neighbours, three rows at a time.
-  void RunFiltered(const graph::TileArgs& args, const Inputs& inputs) const {
-    const Roi& roi = args.out.roi;
-    ReflectionRun runs[3];
-    MirrorRow rows[3];
-    alignas(64) double level[kDirectionRun];
-    for (int x = roi.x0; x < roi.x1; x += kMirrorPixels) {
-      const int count = std::min(kMirrorPixels, roi.x1 - x);
-      for (int y = roi.y0 - 1; y <= roi.y1; ++y) {
-        const auto of = [](int row) { return ((row % 3) + 3) % 3; };
-        ReflectionRun& run = runs[of(y)];
-        std::fill_n(run.valid, kDirectionRun, 0.0f);
-        Reflect(args, inputs, x - 1, y, count + 2, run);
-        for (int i = count + 2; i < kDirectionRun; ++i) {
-          run.directions.x[i] = run.directions.y[i] = 0, run.directions.z[i] = 1, run.valid[i] = 0;
-        }
-        mip_kernels_.normalize(run, rows[of(y)]);
-        if (y <= roi.y0) continue;
-        // The row before, whose neighbours are known by now, without the pixel on its left.
-        ReflectionRun& middle = runs[of(y - 1)];
-        const MirrorRow& row = rows[of(y - 1)];
-        mip_kernels_.levels(*map_->mips[0], rows[of(y - 2)], row, rows[of(y)], count, level);
-        std::copy_n(row.x + 1, kDirectionRun - 1, middle.directions.x);
-        std::copy_n(row.y + 1, kDirectionRun - 1, middle.directions.y);
-        std::copy_n(row.z + 1, kDirectionRun - 1, middle.directions.z);
-        std::copy_n(middle.valid + 1, kDirectionRun - 1, middle.valid);
-        std::copy_n(middle.fresnel + 1, kDirectionRun - 1, middle.fresnel);
-        middle.directions.moderate = true;
-        Shade(args, x, y - 1, count, middle, &row, level);
-      }
-    }
-  }
-  // All channels of a run.
-  void Shade(const graph::TileArgs& args, int x, int y, int count, const ReflectionRun& run,
-             const MirrorRow* row, const double* level) const {
-    const int channels = args.out.channels;
-    auto* const out = reinterpret_cast<float*>(args.out.At(x, y));
-    bool direct = channels == 4 && map_channels_ == 4;
-    for (int c = 0; c < channels; ++c) direct = direct && args.channels[static_cast<size_t>(c)] == c;
-    alignas(64) float buffer[4 * kDirectionRun];
-    for (int g = 0; g < (map_channels_ + 3) / 4; ++g) {
-      float* const rgba = direct ? out : buffer;
-      LookUp(g, run, count, row, level, rgba);
-      for (int c = 0; c < channels && !direct; ++c) {
-        const int channel = args.channels[static_cast<size_t>(c)];
-        if (channel / 4 != g) continue;
-        for (int i = 0; i < count; ++i) out[ptrdiff_t{i} * channels + c] = buffer[4 * i + channel % 4];
-      }
-    }
-  }
-  // Four channels of a run.
-  void LookUp(int group, const ReflectionRun& run, int count, const MirrorRow* row, const double* level,
-              float* rgba) const {
-    const Directions& d = run.directions;
-    if (!map_->samples.empty()) {
-      lobe_(*map_->samples[static_cast<size_t>(group)], exponent_, false, d.x, d.y, d.z, count, rgba);
-    } else {
-      // Where all is seen from afar, the map itself is not.
-      if (row == nullptr || *std::min_element(level, level + count) < 1) {
-        kernels_.lookup(*map_->atlases[static_cast<size_t>(group)], d, count, rgba);
-      }
-      if (row != nullptr) mip_kernels_.mix(*map_->mips[static_cast<size_t>(group)], *row, level, count, rgba);
-    }
-    if (setup_.fresnel) {
-      for (int i = 0; i < count; ++i) {
-        for (int c = 0; c < 4; ++c) rgba[4 * i + c] *= 4 * group + c == alpha_ ? 1 : run.fresnel[i];
-      }
-    }
-    if (run.all_valid) return;
-    for (int i = 0; i < count; ++i) {
-      if (run.valid[i] == 0) std::fill_n(rgba + 4 * i, 4, 0.0f);
-    }
-  }
-
-  bool positions_;
-  std::shared_ptr<const PreparedEnvironment> map_;
-  double exponent_;
-  int alpha_, map_channels_;
-  ReflectionSetup setup_;
-  ReflectKernels reflect_kernels_;
-  EnvironmentKernels kernels_;
-  MipKernels mip_kernels_;
-  LobeFunction lobe_;
-};
-
 class EnvironmentOp final : public graph::OpWith<ops::EnvironmentSettings> {
  public:
-  EnvironmentOp(ops::EnvironmentSettings settings, bool positions, EnvironmentTexture texture)
-      : OpWith(std::move(settings)), positions_(positions), texture_(std::move(texture)) {}
-  EnvironmentOp(ops::EnvironmentSettings settings, bool positions)
-      : OpWith(std::move(settings)), positions_(positions) {}
+  // `map`: of the map, wherever it is.
+  EnvironmentOp(ops::EnvironmentSettings settings, bool positions, const ImageSpec& map,
+                std::optional<EnvironmentTexture> texture = {})
+      : OpWith(std::move(settings)),
+        positions_(positions),
+        alpha_(map.channel_count() == 4 && map.alpha == 3),
+        colors_(alpha_ || (map.channel_count() == 3 && map.alpha < 0)),
+        texture_(std::move(texture)) {}
   std::string Name() const override { return "envmap"; }
-  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
+  // Filtered mirrors look at the neighbours.
+  graph::OpKind Kind() const override {
+    const bool point = colors_ && params().params.filter != EnvironmentFilter::kMip;
+    return point ? graph::OpKind::kColor : graph::OpKind::kTile;
+  }
+  bool WritesAlpha() const override { return alpha_; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const ImageSpec& map = params().FromInput() ? inputs.back() : params().picture.spec();
     const size_t pixels = positions_ ? 2 : 1;
@@ -232,16 +50,23 @@ class EnvironmentOp final : public graph::OpWith<ops::EnvironmentSettings> {
     if (!NeedsWhole(k)) std::fill_n(needed.begin(), 3, true);
     return needed;
   }
+  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext& context) const override {
+    return MakeEnvironmentPointStage(PlanOf(context), context);
+  }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
+    return MakeEnvironmentTileStage(PlanOf(context), context);
+  }
+
+ private:
+  EnvironmentStagePlan PlanOf(const graph::StageContext& context) const {
     const EnvironmentParams& p = params().params;
     auto map = texture_ ? texture_->data()->Prepared(context.workers)
                         : std::make_shared<const PreparedEnvironment>(context.whole.back(), p, false,
                                                                       context.workers);
-    return std::make_unique<EnvironmentStage>(p, positions_, std::move(map), context);
+    return {p, positions_, std::move(map)};
   }
 
- private:
-  bool positions_;
+  bool positions_, alpha_, colors_;  // colors_: RGB or RGBA, as colour operations want them
   std::optional<EnvironmentTexture> texture_;
 };
 
@@ -393,7 +218,7 @@ namespace tessera {
 Node Environment(const Node& normals, const Node& map, const EnvironmentParams& params) {
   ops::Check(params, false);
   return graph::MakeNode(
-      std::make_shared<const ops::EnvironmentOp>(ops::EnvironmentSettings{params, {}}, false),
+      std::make_shared<const ops::EnvironmentOp>(ops::EnvironmentSettings{params, {}}, false, map.spec()),
       {normals, map});
 }
 
@@ -401,20 +226,23 @@ Node Environment(const Node& normals, const Node& positions, const Node& map,
                  const EnvironmentParams& params) {
   ops::Check(params, true);
   return graph::MakeNode(
-      std::make_shared<const ops::EnvironmentOp>(ops::EnvironmentSettings{params, {}}, true),
+      std::make_shared<const ops::EnvironmentOp>(ops::EnvironmentSettings{params, {}}, true, map.spec()),
       {normals, positions, map});
 }
 
 Node Environment(const Node& normals, const EnvironmentTexture& texture, const EnvironmentParams& params) {
   const ops::EnvironmentSettings settings = ops::SettingsOf(texture, params, false);
-  return graph::MakeNode(std::make_shared<const ops::EnvironmentOp>(settings, false, texture), {normals});
+  return graph::MakeNode(
+      std::make_shared<const ops::EnvironmentOp>(settings, false, settings.picture.spec(), texture),
+      {normals});
 }
 
 Node Environment(const Node& normals, const Node& positions, const EnvironmentTexture& texture,
                  const EnvironmentParams& params) {
   const ops::EnvironmentSettings settings = ops::SettingsOf(texture, params, true);
-  return graph::MakeNode(std::make_shared<const ops::EnvironmentOp>(settings, true, texture),
-                         {normals, positions});
+  return graph::MakeNode(
+      std::make_shared<const ops::EnvironmentOp>(settings, true, settings.picture.spec(), texture),
+      {normals, positions});
 }
 
 }  // namespace tessera

@@ -45,9 +45,26 @@ struct ReflectKernels {
   void (*planes)(const float* pixels, int channels, const int* at, int count, float (*plane)[kDirectionRun]);
   void (*reflect)(const ReflectionSetup&, int x, int y, int count, ReflectionRun&);
 };
+// Where a run's directions lie on a map: first texels and fractions of two by two, and how much of something
+// else is to be mixed in.
+struct Places {
+  alignas(64) int32_t first[kDirectionRun], other[kDirectionRun];
+  alignas(64) float fx[kDirectionRun], fy[kDirectionRun], other_fx[kDirectionRun], other_fy[kDirectionRun];
+  alignas(64) float mix[kDirectionRun];
+  bool polar = false;  // some may lie next to a lat-long map's pole
+  bool mixed = false;  // some of `mix` are not 0
+};
+
 struct EnvironmentKernels {
-  // RGBA per direction.
-  void (*lookup)(const EnvironmentAtlas&, const Directions&, int count, float* rgba);
+  // Three planes' pixels [first, first + count), whole vectors, in the order of the pixels.
+  void (*natural)(const float* const (&planes)[4], int first, int count, float (*plane)[kDirectionRun]);
+  // RGBA in the order of the pixels to the result's planes or sink.
+  void (*store)(const graph::PointArgs& args, int first, int count, const float* rgba);
+  // RGBA per direction. Two passes, so that others may come between: the texels of large maps are asked for
+  // in the first.
+  void (*locate)(const EnvironmentAtlas&, const Directions&, int count, Places& places);
+  void (*gather)(const EnvironmentAtlas&, const Places&, int count, float* rgba);
+  void (*lookup)(const EnvironmentAtlas&, const Directions&, int count, float* rgba);  // both
   EnvironmentAtlas::ToHalf to_half;
 };
 // For the SIMD target of this moment.

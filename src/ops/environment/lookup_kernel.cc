@@ -12,17 +12,18 @@
 #include <hwy/highway.h>
 
 #include "ops/environment/bilinear-inl.h"
-#include "simd/convert-inl.h"
+#include "simd/doubles-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace {
 namespace s = simd::HWY_NAMESPACE;
 namespace hn = hwy::HWY_NAMESPACE;
-using DD = hn::CappedTag<double, 8>;
+using s::DD;
+using s::VD;
 using DF = hn::Rebind<float, DD>;
 using DI = hn::Rebind<int32_t, DD>;
-using VD = hn::Vec<DD>;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -32,16 +33,18 @@ using s::V;
 using s::VI;
 
 // The four quadrants' arctangent as eighths of a turn and the rest: octant pi/4 + angle, |angle| <= pi/8
-// within 6e-8. 0 where both are 0. Floats suffice because what is large is counted.
+// within 6e-8. 0 where both are 0. Floats suffice because what is large is counted. kRight: x is not
+// negative.
+template <bool kRight>
 HWY_INLINE void Octants(V y, V x, V& octant, V& angle) {
   const s::D d;
-  const V ax = hn::Abs(x), ay = hn::Abs(y), high = hn::Max(ax, ay), low = hn::Min(ax, ay);
+  const V ax = kRight ? x : hn::Abs(x), ay = hn::Abs(y), high = hn::Max(ax, ay), low = hn::Min(ax, ay);
   // Above tan(pi/8) the quotient is turned back by pi/4.
   const auto turn = hn::Gt(low, hn::Mul(high, hn::Set(d, 0.41421356f)));
   const V numerator = hn::IfThenElse(turn, hn::Sub(low, high), low);
   const V denominator = hn::IfThenElse(turn, hn::Add(low, high), high);
-  const V one = hn::Set(d, 1.0f);
-  const V q = hn::Div(numerator, hn::IfThenElse(hn::Eq(denominator, hn::Zero(d)), one, denominator));
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), sign = hn::Set(d, -0.0f);
+  const V q = hn::Div(numerator, hn::IfThenElse(hn::Eq(denominator, zero), one, denominator));
   const V z = hn::Mul(q, q);
   constexpr float kC[] = {0.9999999999783987f,   -0.33333332097608703f, 0.19999883856498613f,
                           -0.14281588771188738f, 0.1104048920900191f,   -0.08456192783522785f,
@@ -49,24 +52,20 @@ HWY_INLINE void Octants(V y, V x, V& octant, V& angle) {
   V p = hn::Set(d, kC[6]);
   for (int i = 5; i >= 1; --i) p = hn::MulAdd(p, z, hn::Set(d, kC[i]));
   const V a = hn::MulAdd(hn::Mul(p, z), q, q);
-  // Reflections at the diagonal and at both axes.
-  const auto steep = hn::Gt(ay, ax), left = hn::Lt(x, hn::Zero(d)), down = hn::Lt(y, hn::Zero(d));
+  // Reflections at the diagonal and at both axes; on an axis the angle is 0, whatever the sign of that.
+  const auto steep = hn::Gt(ay, ax);
   V b = hn::IfThenElseZero(turn, one);
   b = hn::IfThenElse(steep, hn::Sub(hn::Set(d, 2.0f), b), b);
-  b = hn::IfThenElse(left, hn::Sub(hn::Set(d, 4.0f), b), b);
-  const auto flipped =
-      hn::Xor(hn::Xor(hn::VecFromMask(d, steep), hn::VecFromMask(d, left)), hn::VecFromMask(d, down));
-  angle = hn::IfThenElse(hn::MaskFromVec(flipped), hn::Neg(a), a);
-  octant = hn::IfThenElse(down, hn::Neg(b), b);
+  if constexpr (kRight) {
+    octant = hn::Or(b, hn::And(y, sign));
+    angle = hn::Xor(a, hn::And(y, sign));
+  } else {
+    b = hn::IfThenElse(hn::Lt(x, zero), hn::Sub(hn::Set(d, 4.0f), b), b);
+    octant = hn::IfThenElse(hn::Lt(y, zero), hn::Neg(b), b);
+    angle = hn::Xor(a, hn::And(hn::Xor(x, y), sign));
+  }
+  angle = hn::IfThenElse(steep, hn::Xor(angle, sign), angle);
 }
-
-// First texels and fractions of a run, and how much of something else is to be mixed in.
-struct Places {
-  alignas(64) int32_t first[kDirectionRun], other[kDirectionRun];
-  alignas(64) float fx[kDirectionRun], fy[kDirectionRun], other_fx[kDirectionRun], other_fy[kDirectionRun];
-  alignas(64) float mix[kDirectionRun];
-  bool polar = false;  // some may lie next to a lat-long map's pole
-};
 
 // Padded coordinates (texel i's centre is i) to a texel and fractions.
 HWY_INLINE void StorePlace(const EnvironmentAtlas& atlas, VD face, VD u, VD v, int32_t* first, float* fx,
@@ -170,26 +169,23 @@ HWY_INLINE V WholeTexel(V whole, V rest, V size, V& fraction) {
 // Sixteen directions, or as many as a vector has floats, rounded to floats; those of any length by the power
 // of two below their largest component, so that floats hold them.
 HWY_INLINE void RoundDirections(const Directions& at, int i, V& x, V& y, V& z) {
-  const s::D d;
-  const DD dd;
-  const DF df;
-  alignas(64) float plane[3][s::kLanes];
-  for (int k = 0; k < s::kLanes; k += static_cast<int>(hn::Lanes(dd))) {
-    const VD a = hn::Load(dd, at.x + i + k), b = hn::Load(dd, at.y + i + k), c = hn::Load(dd, at.z + i + k);
-    VD scale = hn::Set(dd, 1.0);
+  const DD d;
+  VD a[s::kParts], b[s::kParts], c[s::kParts];
+  for (int k = 0; k < s::kParts; ++k) {
+    const int from = i + k * static_cast<int>(hn::Lanes(d));
+    a[k] = hn::Load(d, at.x + from), b[k] = hn::Load(d, at.y + from), c[k] = hn::Load(d, at.z + from);
     if (!at.moderate) {
       const hn::RebindToUnsigned<DD> du;
-      const VD largest = hn::Max(hn::Abs(a), hn::Max(hn::Abs(b), hn::Abs(c)));
+      const VD largest = hn::Max(hn::Abs(a[k]), hn::Max(hn::Abs(b[k]), hn::Abs(c[k])));
       const auto exponent = hn::And(hn::BitCast(du, largest), hn::Set(du, uint64_t{0x7ff0000000000000}));
-      scale = hn::BitCast(dd, hn::Sub(hn::Set(du, uint64_t{0x7fe0000000000000}), exponent));
+      const VD scale = hn::BitCast(d, hn::Sub(hn::Set(du, uint64_t{0x7fe0000000000000}), exponent));
+      a[k] = hn::Mul(a[k], scale), b[k] = hn::Mul(b[k], scale), c[k] = hn::Mul(c[k], scale);
     }
-    hn::Store(hn::DemoteTo(df, hn::Mul(a, scale)), df, plane[0] + k);
-    hn::Store(hn::DemoteTo(df, hn::Mul(b, scale)), df, plane[1] + k);
-    hn::Store(hn::DemoteTo(df, hn::Mul(c, scale)), df, plane[2] + k);
   }
-  x = hn::Load(d, plane[0]), y = hn::Load(d, plane[1]), z = hn::Load(d, plane[2]);
+  x = s::Join(a), y = s::Join(b), z = s::Join(c);
 }
 
+// In two loops: the chain of one angle is as long as processors look ahead.
 void LocateLatLong(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {
   const s::D d;
   const s::DI di;
@@ -198,18 +194,24 @@ void LocateLatLong(const EnvironmentAtlas& atlas, const Directions& at, int coun
   const V eighth = hn::Set(d, w / 8), quarter = hn::Set(d, h / 4);
   const V across = hn::Set(d, static_cast<float>(w / (2 * kPi))),
           down = hn::Set(d, static_cast<float>(h / kPi));
+  alignas(64) float up[kDirectionRun], planar[kDirectionRun], column[kDirectionRun];
   for (int i = 0; i < count; i += s::kLanes) {
     V x, y, z, octant, angle, fraction;
     RoundDirections(at, i, x, y, z);
-    Octants(x, z, octant, angle);
+    hn::Store(y, d, up + i);
+    hn::Store(hn::MulAdd(x, x, hn::Mul(z, z)), d, planar + i);
+    Octants<false>(x, z, octant, angle);
     // u = w/2 - octant w/8 - angle w/(2 pi): the first two exactly, as a whole number and eighths.
-    V place = hn::Mul(hn::Sub(hn::Set(d, 4.0f), octant), eighth), whole = hn::Floor(place);
-    V rest = hn::NegMulAdd(angle, across, hn::Add(hn::Sub(place, whole), half));
-    const V column = WholeTexel(whole, rest, width, fraction);
+    const V place = hn::Mul(hn::Sub(hn::Set(d, 4.0f), octant), eighth), whole = hn::Floor(place);
+    const V rest = hn::NegMulAdd(angle, across, hn::Add(hn::Sub(place, whole), half));
+    hn::Store(WholeTexel(whole, rest, width, fraction), d, column + i);
     hn::Store(fraction, d, p.fx + i);
-    Octants(y, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(z, z))), octant, angle);
-    place = hn::Mul(hn::Sub(hn::Set(d, 2.0f), octant), quarter), whole = hn::Floor(place);
-    rest = hn::NegMulAdd(angle, down, hn::Sub(place, whole));
+  }
+  for (int i = 0; i < count; i += s::kLanes) {
+    V octant, angle, fraction;
+    Octants<true>(hn::Load(d, up + i), hn::Sqrt(hn::Load(d, planar + i)), octant, angle);
+    const V place = hn::Mul(hn::Sub(hn::Set(d, 2.0f), octant), quarter), whole = hn::Floor(place);
+    V rest = hn::NegMulAdd(angle, down, hn::Sub(place, whole));
     const V above = hn::Add(whole, rest);
     if (HWY_LIKELY(hn::AllTrue(d, hn::And(hn::Gt(above, half), hn::Lt(above, hn::Set(d, h - 1)))))) {
       rest = hn::Add(rest, half);
@@ -228,7 +230,8 @@ void LocateLatLong(const EnvironmentAtlas& atlas, const Directions& at, int coun
       const VI bits = hn::BitCast(di, hn::Add(v, hn::Set(d, 0x1p23f)));
       return hn::And(bits, hn::Set(di, 0x7FFFFF));
     };
-    hn::Store(hn::Add(hn::Mul(integer(row), hn::Set(di, atlas.stride())), integer(column)), di, p.first + i);
+    hn::Store(hn::Add(hn::Mul(integer(row), hn::Set(di, atlas.stride())), integer(hn::Load(d, column + i))),
+              di, p.first + i);
   }
 }
 
@@ -277,22 +280,43 @@ bool ToHalf(const float* from, int count, uint16_t* to) {
   return same;
 }
 
+// Of maps that second-level caches do not hold, the lines that will be read.
+void PrefetchTexels(const EnvironmentAtlas& atlas, const Places& p, int count) {
+  constexpr size_t kCached = size_t{1} << 19;
+  const bool halves = atlas.halves() != nullptr;
+  const size_t texel = halves ? 8 : 16;
+  const size_t row = texel * static_cast<size_t>(atlas.stride());
+  if (row * static_cast<size_t>(atlas.rows()) * atlas.layout().faces.size() <= kCached) return;
+  const char* const base =
+      halves ? reinterpret_cast<const char*>(atlas.halves()) : reinterpret_cast<const char*>(atlas.pixels());
+  for (int i = 0; i < count; ++i) {
+    const char* const at = base + texel * static_cast<size_t>(p.first[i]);
+    hwy::Prefetch(at);
+    hwy::Prefetch(at + row);
+  }
+}
+
 template <EnvironmentMap map>
-void LookupOn(const EnvironmentAtlas& atlas, const Directions& at, int count, float* rgba) {
+HWY_INLINE void LocateOn(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {
   const DD d;
-  Places p;
-  const float* const pixels = atlas.pixels();
-  const ptrdiff_t stride = ptrdiff_t{4} * atlas.stride();
-  const int step = static_cast<int>(hn::Lanes(d));
+  p.polar = false;
   VD mixed = hn::Zero(d);
   if constexpr (map == EnvironmentMap::kLatLong) {
     LocateLatLong(atlas, at, count, p);
   } else {
-    for (int i = 0; i < count; i += step) {
+    for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
       mixed = hn::Max(mixed, Locate<map>(atlas, hn::Load(d, at.x + i), hn::Load(d, at.y + i),
                                          hn::Load(d, at.z + i), p, i));
     }
   }
+  p.mixed = !hn::AllTrue(d, hn::Eq(mixed, hn::Zero(d)));
+  PrefetchTexels(atlas, p, count);
+}
+
+template <EnvironmentMap map>
+HWY_INLINE void GatherOn(const EnvironmentAtlas& atlas, const Places& p, int count, float* rgba) {
+  const float* const pixels = atlas.pixels();
+  const ptrdiff_t stride = ptrdiff_t{4} * atlas.stride();
   if (map == EnvironmentMap::kLatLong && atlas.halves() != nullptr) {
     LookUpHalves(atlas, p, count, rgba);
   } else if (HWY_UNLIKELY(!atlas.finite())) {
@@ -304,8 +328,7 @@ void LookupOn(const EnvironmentAtlas& atlas, const Directions& at, int count, fl
       Bilinear(pixels + ptrdiff_t{4} * p.first[i], stride, p.fx[i], p.fy[i]).Store(rgba + 4 * i);
     }
   }
-  if constexpr (map == EnvironmentMap::kLatLong || map == EnvironmentMap::kCube) return;
-  if (hn::AllTrue(d, hn::Eq(mixed, hn::Zero(d)))) return;
+  if (!p.mixed) return;
   for (int i = 0; i < count; ++i) {
     const float mix = p.mix[i];
     if (mix == 0) continue;
@@ -322,24 +345,62 @@ void LookupOn(const EnvironmentAtlas& atlas, const Directions& at, int count, fl
   }
 }
 
-void Lookup(const EnvironmentAtlas& atlas, const Directions& at, int count, float* rgba) {
-  switch (atlas.layout().map) {
+// f.template operator()<map>() of a map that is known when it runs.
+template <class F>
+HWY_INLINE void WithMap(EnvironmentMap map, const F& f) {
+  switch (map) {
     case EnvironmentMap::kSphere:
-      return LookupOn<EnvironmentMap::kSphere>(atlas, at, count, rgba);
+      return f.template operator()<EnvironmentMap::kSphere>();
     case EnvironmentMap::kParabolic:
-      return LookupOn<EnvironmentMap::kParabolic>(atlas, at, count, rgba);
+      return f.template operator()<EnvironmentMap::kParabolic>();
     case EnvironmentMap::kDualParabolic:
-      return LookupOn<EnvironmentMap::kDualParabolic>(atlas, at, count, rgba);
+      return f.template operator()<EnvironmentMap::kDualParabolic>();
     case EnvironmentMap::kLatLong:
-      return LookupOn<EnvironmentMap::kLatLong>(atlas, at, count, rgba);
+      return f.template operator()<EnvironmentMap::kLatLong>();
     case EnvironmentMap::kCube:
-      return LookupOn<EnvironmentMap::kCube>(atlas, at, count, rgba);
+      return f.template operator()<EnvironmentMap::kCube>();
   }
+}
+void LocateRun(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {
+  WithMap(atlas.layout().map, [&]<EnvironmentMap map>() HWY_ATTR { LocateOn<map>(atlas, at, count, p); });
+}
+void GatherRun(const EnvironmentAtlas& atlas, const Places& p, int count, float* rgba) {
+  WithMap(atlas.layout().map, [&]<EnvironmentMap map>() HWY_ATTR { GatherOn<map>(atlas, p, count, rgba); });
+}
+void Lookup(const EnvironmentAtlas& atlas, const Directions& at, int count, float* rgba) {
+  Places p;
+  LocateRun(atlas, at, count, p);
+  GatherRun(atlas, p, count, rgba);
+}
+
+void Natural(const float* const (&planes)[4], int first, int count, float (*plane)[kDirectionRun]) {
+  const s::D d;
+  for (int c = 0; c < 3; ++c) {
+    for (int i = 0; i < count; i += s::kLanes) {
+      hn::Store(s::ToPixelOrder(hn::LoadU(d, planes[c] + first + i)), d, plane[c] + i);
+    }
+  }
+}
+void Store(const graph::PointArgs& args, int first, int count, const float* rgba) {
+  if (args.sink.write == nullptr) {
+    for (int i = 0; i < count; i += s::kLanes) {
+      s::StorePlanes(s::LoadRgbaCodes<PixelType::kFloat>(rgba + 4 * i), args.out, first + i);
+    }
+    return;
+  }
+  s::WithType(args.sink.type, [&](auto tag) HWY_ATTR {
+    using Samples = s::Samples<decltype(tag)::value>;
+    auto* const to = reinterpret_cast<typename Samples::T*>(args.sink.write) + 4 * first;
+    const bool stream = args.sink.stream && s::CanStream(to);
+    for (int i = 0; i < 4 * count; i += s::kLanes) {
+      Samples::StoreValues(hn::Load(s::D(), rgba + i), to + i, stream);
+    }
+  });
 }
 
 }  // namespace
 
-EnvironmentKernels KernelsOfTarget() { return {&Lookup, &ToHalf}; }
+EnvironmentKernels KernelsOfTarget() { return {&Natural, &Store, &LocateRun, &GatherRun, &Lookup, &ToHalf}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

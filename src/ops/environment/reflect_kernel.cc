@@ -52,8 +52,8 @@ HWY_INLINE V3 Load(const float (*plane)[kDirectionRun], int i) {
   return {at(0), at(1), at(2)};
 }
 
-// kFixed: the same viewer for all pixels, at a usual distance.
-template <bool kFixed>
+// kFixed: the same viewer for all pixels, at a usual distance; kAhead: along +z, one unit away.
+template <bool kFixed, bool kAhead = false>
 void ReflectRun(const ReflectionSetup& setup, int x, int y, int count, ReflectionRun& run) {
   const DD d;
   const int step = static_cast<int>(hn::Lanes(d));
@@ -93,15 +93,20 @@ void ReflectRun(const ReflectionSetup& setup, int x, int y, int count, Reflectio
           u = {hn::Add(u.x, p.x), hn::Add(u.y, p.y), hn::Add(u.z, p.z)};
         }
       }
-      const VD uu = Dot(u, u), un = Dot(u, n);
+      const VD uu = kAhead ? one : Dot(u, u), un = kAhead ? hn::Neg(n.z) : Dot(u, n);
       if constexpr (!kFixed) {
         valid = hn::And(valid, hn::And(hn::Gt(uu, zero), hn::Lt(uu, infinity)));
         usual = hn::And(usual, hn::And(hn::Gt(uu, Set(0x1p-20)), hn::Lt(uu, Set(0x1p20))));
       }
       if (setup.direction == EnvironmentDirection::kReflection) {
         const VD twice = hn::Add(un, un);
-        r = {hn::NegMulAdd(twice, n.x, hn::Mul(u.x, nn)), hn::NegMulAdd(twice, n.y, hn::Mul(u.y, nn)),
-             hn::NegMulAdd(twice, n.z, hn::Mul(u.z, nn))};
+        if constexpr (kAhead) {
+          const VD minus = hn::Neg(twice);
+          r = {hn::Mul(minus, n.x), hn::Mul(minus, n.y), hn::MulSub(minus, n.z, nn)};
+        } else {
+          r = {hn::NegMulAdd(twice, n.x, hn::Mul(u.x, nn)), hn::NegMulAdd(twice, n.y, hn::Mul(u.y, nn)),
+               hn::NegMulAdd(twice, n.z, hn::Mul(u.z, nn))};
+        }
       }
       if (setup.fresnel) {
         const VD safe = hn::IfThenElse(valid, hn::Sqrt(hn::Mul(uu, nn)), one);
@@ -132,6 +137,8 @@ void Reflect(const ReflectionSetup& setup, int x, int y, int count, ReflectionRu
   const auto square = [](const double* v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; };
   const bool still = setup.use_position == 0 && square(setup.column) == 0 && square(setup.row) == 0;
   const bool fixed = still && square(setup.base) > 0x1p-20 && square(setup.base) < 0x1p20;
+  const bool ahead = fixed && setup.base[0] == 0 && setup.base[1] == 0 && setup.base[2] == -1;
+  if (ahead) return ReflectRun<true, true>(setup, x, y, count, run);
   return fixed ? ReflectRun<true>(setup, x, y, count, run) : ReflectRun<false>(setup, x, y, count, run);
 }
 

@@ -2,6 +2,7 @@
 #include "ops/shade/fog_kernel.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include <hwy/highway.h>
 
 #include "simd/doubles-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -19,7 +21,6 @@ namespace s = simd::HWY_NAMESPACE;
 using s::DD;
 using s::EachPart;
 using s::Join;
-using s::JoinIntegers;
 using s::kParts;
 using s::Part;
 using s::SetD;
@@ -34,42 +35,59 @@ struct Attenuation {
   V through, rest;
 };
 
-// e^-x of optical depths x >= 0, given in double: 2^k (1 + p) with k whole and p = 2^f - 1. The double
-// carries the depth's digits to f; from there floats do. |relative error| of either result is below 1.5 ULP.
-// NaN stays.
-HWY_INLINE Attenuation Attenuate(const VD (&x)[kParts]) {
+// A block between the two passes over it: first distances and what the law makes of them, then powers and
+// the mix. In one loop the chain of dependent operations is longer than processors look ahead. `first` and
+// `second` are through and rest, or, where the law gives optical depths, -depth / ln 2 as a fraction in
+// [-1/2, 1/2] and, in `whole`, an integer.
+struct FogBlock {
+  alignas(64) float first[kBlockPixels];
+  union {
+    alignas(64) float second[kBlockPixels];
+    alignas(64) int32_t whole[kBlockPixels];
+  };
+};
+
+// Splits t = -depth / ln 2 of optical depths >= 0, given in double. The double carries the depth's digits to
+// the fraction; from there floats do. NaN stays.
+HWY_INLINE void StoreExponent(const VD (&t)[kParts], int i, FogBlock& block) {
+  VD shifted[kParts], fraction[kParts];
+  EachPart([&]<int kPart>() HWY_ATTR {
+    const VD least = SetD(-160), magic = SetD(0x1.8p52);  // adding it rounds to an integer in the lowest bits
+    const VD v = hn::IfThenElse(hn::Lt(t[kPart], least), least, t[kPart]);
+    shifted[kPart] = hn::Add(v, magic);
+    fraction[kPart] = hn::Sub(v, hn::Sub(shifted[kPart], magic));
+  });
+  hn::Store(Join(fraction), s::D(), block.first + i);
+  hn::Store(s::JoinLowBits(shifted), s::DI(), block.whole + i);
+}
+
+// 2^(whole + fraction) and 1 minus that: 2^whole (1 + p), p = 2^fraction - 1. |relative error| of either
+// result is below 1.5 ULP.
+HWY_INLINE Attenuation Attenuate(const FogBlock& block, int i) {
   const s::D d;
   const s::DI di;
-  VD whole[kParts], fraction[kParts];
-  EachPart([&]<int kPart>() HWY_ATTR {
-    const VD given = hn::Mul(x[kPart], SetD(-kLog2E)), least = SetD(-160);
-    const VD t = hn::IfThenElse(hn::Lt(given, least), least, given);  // NaN stays
-    whole[kPart] = hn::Round(t);
-    fraction[kPart] = hn::Sub(t, whole[kPart]);
-  });
-  const V f = Join(fraction), one = hn::Set(d, 1.0f);
+  const V f = hn::Load(d, block.first + i), one = hn::Set(d, 1.0f);
   V q = hn::Set(d, 1.5252734e-5f);
   for (const float c :
        {1.5403530e-4f, 1.3333558e-3f, 9.6181291e-3f, 5.5504109e-2f, 2.4022651e-1f, 6.9314718e-1f}) {
     q = hn::MulAdd(q, f, hn::Set(d, c));
   }
   const V p = hn::Mul(f, q);
-  // 2^k as a product, so that subnormal powers are right.
-  const s::VI k = JoinIntegers(whole), half = hn::ShiftRight<1>(k), bias = hn::Set(di, 127);
-  const V scale = hn::Mul(hn::BitCast(d, hn::ShiftLeft<23>(hn::Add(half, bias))),
-                          hn::BitCast(d, hn::ShiftLeft<23>(hn::Add(hn::Sub(k, half), bias))));
+  // 2^whole as a product, so that subnormal powers are right.
+  const s::VI biased = hn::Add(hn::Load(di, block.whole + i), hn::Set(di, 127 + 64));
+  const V scale = hn::Mul(hn::BitCast(d, hn::ShiftLeft<23>(biased)), hn::Set(d, 0x1p-64f));
   return {hn::MulAdd(scale, p, scale), hn::NegMulAdd(scale, p, hn::Sub(one, scale))};
 }
 
 // Laws of fog: of a distance d >= 0 or NaN, a height y and a density factor f > 0, in double, the optical
-// depth; or, where kDirect, what does not pass.
+// depth over -ln 2; or, where kDirect, what does not pass.
 struct ExpLaw {
   static constexpr bool kDirect = false;
-  double density;
+  double slope;  // density times 1 / ln 2, or its root where squared
   bool squared;
   HWY_INLINE VD operator()(VD d, VD, VD f) const {
-    const VD x = hn::Mul(hn::Mul(d, SetD(density)), f);
-    return squared ? hn::Mul(x, x) : x;
+    const VD x = hn::Mul(hn::Mul(d, SetD(-slope)), f);
+    return squared ? hn::NegMulAdd(x, x, hn::Zero(DD())) : x;
   }
 };
 struct LinearLaw {
@@ -96,10 +114,11 @@ struct GivenLaw {  // the "distance" is the transmittance
   }
 };
 
-// Mean density between the eye's height and y, times the distance. A mean of 0 leaves an infinite ray clear.
-HWY_INLINE VD DepthOf(VD d, VD mean, VD f) {
+// Mean density between the eye's height and y, times the distance, over -ln 2. A mean of 0 leaves an infinite
+// ray clear.
+HWY_INLINE VD ExponentOf(VD d, VD mean, VD f) {
   const VD zero = hn::Zero(DD());
-  const VD x = hn::Mul(hn::Mul(d, mean), f);
+  const VD x = hn::Mul(hn::Mul(hn::Mul(d, mean), SetD(-kLog2E)), f);
   return hn::IfThenElse(hn::And(hn::Eq(mean, zero), hn::Eq(d, d)), zero, x);
 }
 constexpr double kFarHeight = 1e60;  // stands for infinite heights
@@ -126,7 +145,7 @@ struct LayerLaw {
       }
     }
     const VD mean = hn::IfThenElse(hn::Eq(low, high), SetD(density_at_eye), hn::Div(sum, hn::Sub(high, low)));
-    return DepthOf(d, mean, f);
+    return ExponentOf(d, mean, f);
   }
 };
 
@@ -155,9 +174,97 @@ struct ExponentialLaw {
       const VD far = hn::Div(hn::Sub(one, s::Exp2OfDouble(s::ClampExponent(hn::Mul(x, SetD(-kLog2E))))), x);
       mean = hn::MulAdd(sigma, hn::IfThenElse(hn::Lt(x, SetD(0x1p-6)), series, far), mean);
     }
-    return DepthOf(d, mean, f);
+    return ExponentOf(d, mean, f);
   }
 };
+
+// The second pass: colours to colours by load(i) -> Pixels and store(pixels, i). kOptions: there may be a fog
+// colour for every pixel, or a mask.
+template <bool kDirect, bool kOptions, class Load, class Store>
+HWY_INLINE void Mix(const FogPlan& plan, const graph::PointArgs& args, const FogBlock& block,
+                    const Load& load, const Store& store) {
+  const s::D d;
+  const V zero = hn::Zero(d);
+  const V constant[3] = {hn::Set(d, plan.color[0]), hn::Set(d, plan.color[1]), hn::Set(d, plan.color[2])};
+  const int count = args.count, step = static_cast<int>(hn::Lanes(d));
+  for (int i = 0; i < count; i += step) {
+    const s::Pixels c = load(i);
+    Attenuation fog;
+    if constexpr (kDirect) {
+      fog = {hn::Load(d, block.first + i), hn::Load(d, block.second + i)};
+    } else {
+      fog = Attenuate(block, i);
+    }
+    // Nothing changes where the position is NaN, the mask is not positive, or the fog adds nothing.
+    auto keep = hn::Or(hn::IsNaN(fog.through), hn::Eq(fog.rest, zero));
+    if constexpr (kOptions) {
+      if (plan.mask_input >= 0) {
+        keep = hn::Or(keep, hn::Not(hn::Gt(hn::LoadU(d, args.in[plan.mask_input][0] + i), zero)));
+      }
+    }
+    const auto hidden = hn::Eq(fog.through, zero);
+    const V from[3] = {c.r, c.g, c.b};
+    V target[3], fogged[3];
+    for (int k = 0; k < 3; ++k) {
+      V color = constant[k];
+      if constexpr (kOptions) {
+        if (plan.color_input >= 0) color = hn::LoadU(d, args.in[plan.color_input][k] + i);
+      }
+      target[k] = hn::Mul(c.a, color);
+      V mixed = hn::MulAdd(fog.through, from[k], hn::Mul(fog.rest, target[k]));
+      // Roundings do not leave the interval between both colours; NaN stays.
+      const V low = hn::Min(from[k], target[k]), high = hn::Max(from[k], target[k]);
+      mixed = hn::IfThenElse(hn::Lt(mixed, low), low, mixed);
+      fogged[k] = hn::IfThenElse(hn::Gt(mixed, high), high, mixed);
+    }
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(keep, hidden)))) {
+      for (int k = 0; k < 3; ++k) {
+        fogged[k] = hn::IfThenElse(keep, from[k], hn::IfThenElse(hidden, target[k], fogged[k]));
+      }
+    }
+    store({fogged[0], fogged[1], fogged[2], c.a}, i);
+  }
+}
+template <bool kDirect>
+HWY_NOINLINE void MixBlock(const FogPlan& plan, const graph::PointArgs& args, const FogBlock& block) {
+  const bool options = plan.color_input >= 0 || plan.mask_input >= 0;
+  const auto mix = [&](const auto& load, const auto& store) HWY_ATTR {
+    if (options) return Mix<kDirect, true>(plan, args, block, load, store);
+    Mix<kDirect, false>(plan, args, block, load, store);
+  };
+  const auto direct = [&](auto tag) HWY_ATTR {
+    constexpr PixelType type = decltype(tag)::value;
+    using T = typename s::Samples<type>::T;
+    const T* const from = reinterpret_cast<const T*>(args.source.read);
+    T* const to = reinterpret_cast<T*>(args.sink.write);
+    const bool stream = args.sink.stream && s::CanStream(to) && to != from;
+    Mix<kDirect, false>(
+        plan, args, block,
+        [&](int i) HWY_ATTR {
+          s::PrefetchVectors(from + 4 * (i + kBlockPixels), 4 * s::kLanes);
+          return s::ValuesOf<type>(s::LoadRgbaCodes<type>(from + 4 * i));
+        },
+        [&](const s::Pixels& p, int i) HWY_ATTR { s::StoreRgba<type, true>(p, to + 4 * i, stream); });
+  };
+  const graph::DirectPixels &source = args.source, &sink = args.sink;
+  if (source.read == nullptr && sink.write == nullptr) {
+    mix([&](int i) HWY_ATTR { return s::LoadPlanes(args.in[0], i); },
+        [&](const s::Pixels& p, int i) HWY_ATTR { s::StorePlanes(p, args.out, i); });
+  } else if (source.read != nullptr && sink.write != nullptr && !options && source.type == sink.type &&
+             sink.type == PixelType::kHalf) {
+    direct(std::integral_constant<PixelType, PixelType::kHalf>());
+  } else if (source.read != nullptr && sink.write != nullptr && !options && source.type == sink.type &&
+             sink.type == PixelType::kFloat) {
+    direct(std::integral_constant<PixelType, PixelType::kFloat>());
+  } else {  // the rarer types by way of planes
+    alignas(64) float planes[4][kBlockPixels];
+    float* const plane[4] = {planes[0], planes[1], planes[2], planes[3]};
+    s::LoadChunk(args, 0, args.count, plane);
+    mix([&](int i) HWY_ATTR { return s::LoadPlanes(plane, i); },
+        [&](const s::Pixels& p, int i) HWY_ATTR { s::StorePlanes(p, plane, i); });
+    s::StoreChunk(args, 0, args.count, [&](int i) HWY_ATTR { return s::LoadPlanes(plane, i); });
+  }
+}
 
 template <class Law>
 class FogStage final : public graph::PointStage {
@@ -167,66 +274,62 @@ class FogStage final : public graph::PointStage {
     if constexpr (std::is_same_v<Law, LayerLaw>) law_.segments = plan_.segments.data();
     if constexpr (std::is_same_v<Law, ExponentialLaw>) law_.layers = plan_.exponential.data();
   }
+  bool CanFuse(bool, PixelType) const override { return true; }
 
   void Run(const graph::PointArgs& args) const override {
-    const int step = static_cast<int>(hn::Lanes(s::D()));
-    const s::D d;
-    const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-    const V constant[3] = {hn::Set(d, plan_.color[0]), hn::Set(d, plan_.color[1]),
-                           hn::Set(d, plan_.color[2])};
-    float* const out[4] = {args.out[0], args.out[1], args.out[2], args.out[3]};
-    for (int i = 0; i < args.count; i += step) {
-      const s::Pixels c = s::LoadPlanes(args.in[0], i), p = s::LoadPlanes(args.in[1], i);
-      V factor = one;
-      if (plan_.mask_input >= 0) factor = hn::LoadU(d, args.in[plan_.mask_input][0] + i);
-      const auto [through, rest] = Evaluate(p, factor);
-      // Nothing changes where the position is NaN, the mask is not positive, or the fog adds nothing.
-      auto keep = hn::Or(hn::IsNaN(through), hn::Eq(rest, zero));
-      if (plan_.mask_input >= 0) keep = hn::Or(keep, hn::Not(hn::Gt(factor, zero)));
-      const auto hidden = hn::Eq(through, zero);
-      const V from[3] = {c.r, c.g, c.b};
-      V fogged[3];
-      for (int k = 0; k < 3; ++k) {
-        const V fog = plan_.color_input >= 0 ? hn::LoadU(d, args.in[plan_.color_input][k] + i) : constant[k];
-        const V target = hn::Mul(c.a, fog);
-        V mixed = hn::MulAdd(through, from[k], hn::Mul(rest, target));
-        // Roundings do not leave the interval between both colours; NaN stays.
-        const V low = hn::Min(from[k], target), high = hn::Max(from[k], target);
-        mixed = hn::IfThenElse(hn::Lt(mixed, low), low, mixed);
-        mixed = hn::IfThenElse(hn::Gt(mixed, high), high, mixed);
-        fogged[k] = hn::IfThenElse(keep, from[k], hn::IfThenElse(hidden, target, mixed));
-      }
-      s::StorePlanes({fogged[0], fogged[1], fogged[2], c.a}, out, i);
+    FogBlock block;
+    if (plan_.mask_input >= 0) {
+      const float* const mask = args.in[plan_.mask_input][0];
+      Depths(
+          args, [mask](int i) HWY_ATTR { return hn::LoadU(s::D(), mask + i); }, block);
+    } else {
+      Depths(
+          args, [](int) HWY_ATTR { return hn::Set(s::D(), 1.0f); }, block);
     }
+    MixBlock<Law::kDirect>(plan_, args, block);
   }
 
  private:
-  HWY_INLINE Attenuation Evaluate(const s::Pixels& p, V factor) const {
-    VD distance[kParts], x[kParts];
-    if (plan_.distance) {
-      EachPart([&]<int kPart>() HWY_ATTR {
-        const VD given = Part<kPart>(p.r);
-        distance[kPart] = hn::IfThenElse(hn::Lt(given, hn::Zero(DD())), hn::Zero(DD()), given);
-      });
-    } else {
-      Distances(p, distance);
+  // The first pass; factor(i) is the density's.
+  template <class Factor>
+  HWY_INLINE void Depths(const graph::PointArgs& args, const Factor& factor, FogBlock& block) const {
+    const s::D d;
+    const Law law(law_);
+    const float* const* const plane = args.in[1];
+    const double eye[3] = {plan_.eye[0], plan_.eye[1], plan_.eye[2]};
+    const bool given = plan_.distance;
+    const int count = args.count, step = static_cast<int>(hn::Lanes(d));
+    for (int i = 0; i < count; i += step) {
+      const V x = hn::LoadU(d, plane[0] + i), y = hn::LoadU(d, plane[1] + i), f = factor(i);
+      VD distance[kParts], t[kParts];
+      if (given) {
+        EachPart([&]<int kPart>() HWY_ATTR {
+          const VD far = Part<kPart>(x), zero = hn::Zero(DD());
+          distance[kPart] = hn::IfThenElse(hn::Lt(far, zero), zero, far);
+        });
+      } else {
+        Distances(eye, x, y, hn::LoadU(d, plane[2] + i), distance);
+      }
+      EachPart([&]<int kPart>()
+                   HWY_ATTR { t[kPart] = law(distance[kPart], Part<kPart>(y), Part<kPart>(f)); });
+      if constexpr (Law::kDirect) {
+        VD through[kParts];
+        for (int k = 0; k < kParts; ++k) through[k] = hn::Sub(SetD(1), t[k]);
+        hn::Store(Join(through), d, block.first + i);
+        hn::Store(Join(t), d, block.second + i);
+      } else {
+        StoreExponent(t, i, block);
+      }
     }
-    EachPart([&]<int kPart>()
-                 HWY_ATTR { x[kPart] = law_(distance[kPart], Part<kPart>(p.g), Part<kPart>(factor)); });
-    if constexpr (!Law::kDirect) return Attenuate(x);
-    VD through[kParts];
-    for (int k = 0; k < kParts; ++k) through[k] = hn::Sub(SetD(1), x[k]);
-    return {Join(through), Join(x)};
   }
 
   // |p - eye|: the root of floats, improved once, where floats hold the square; else the root of doubles.
-  HWY_INLINE void Distances(const s::Pixels& p, VD (&distance)[kParts]) const {
+  static HWY_INLINE void Distances(const double (&eye)[3], V px, V py, V pz, VD (&distance)[kParts]) {
     const s::D d;
     VD square[kParts];
     EachPart([&]<int kPart>() HWY_ATTR {
-      const VD x = hn::Sub(Part<kPart>(p.r), SetD(plan_.eye[0])),
-               y = hn::Sub(Part<kPart>(p.g), SetD(plan_.eye[1])),
-               z = hn::Sub(Part<kPart>(p.b), SetD(plan_.eye[2]));
+      const VD x = hn::Sub(Part<kPart>(px), SetD(eye[0])), y = hn::Sub(Part<kPart>(py), SetD(eye[1])),
+               z = hn::Sub(Part<kPart>(pz), SetD(eye[2]));
       square[kPart] = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
     });
     const V s = Join(square), root = hn::Sqrt(s), half = hn::Div(hn::Set(d, 0.5f), root);
@@ -261,8 +364,11 @@ std::unique_ptr<graph::PointStage> MakeFog(const FogPlan& plan) {
       return std::make_unique<FogStage<LinearLaw>>(plan, LinearLaw{plan.start, plan.end});
     case FogMode::kTransmittance:
       return std::make_unique<FogStage<GivenLaw>>(plan, GivenLaw{});
-    default:
-      return std::make_unique<FogStage<ExpLaw>>(plan, ExpLaw{plan.density, plan.mode == FogMode::kExp2});
+    default: {
+      const bool squared = plan.mode == FogMode::kExp2;
+      return std::make_unique<FogStage<ExpLaw>>(
+          plan, ExpLaw{plan.density * (squared ? std::sqrt(kLog2E) : kLog2E), squared});
+    }
   }
 }
 
