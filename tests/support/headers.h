@@ -1,0 +1,19 @@
+// The headers that tests have in common, compiled once. Tests include what they use all the same.
+#ifndef TESSERA_TESTS_SUPPORT_HEADERS_H_
+#define TESSERA_TESTS_SUPPORT_HEADERS_H_
+
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tessera/tessera.h"
+
+#endif  // TESSERA_TESTS_SUPPORT_HEADERS_H_
