@@ -120,8 +120,9 @@ struct GaussianParams {
 Node GaussianBlur(const Node& image, const GaussianParams& params);
 Node GaussianBlur(const Node& image, double sigma);
 
-// The mean of width x height pixels, at a cost that does not depend on the size: sums run in double and start
-// afresh where a NaN, an infinity or a much larger value has left the window. |error| <= 2 u S. Sizes 1 to
+// The mean of width x height pixels, at a cost that does not depend on the size. Sums are taken in double; a
+// NaN, an infinity or a much larger value leaves with the window: up to 255 pixels nothing is ever subtracted
+// (sums of blocks' ends and begins), beyond that running sums start afresh. |error| <= 2 u S. Sizes 1 to
 // 65,535; an even size has its anchor at (size - 1) / 2.
 struct BoxParams {
   int width = 3, height = 3;
