@@ -7,31 +7,16 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <deque>
 #include <memory>
 #include <numeric>
 #include <random>
 #include <vector>
 
+#include "sched/handover.h"
 #include "sched/scheduler.h"
 
 namespace tessera::sched {
-namespace {
-
-// What one thread leaves, another finds. oneTBB orders the same events, but is not built with
-// ThreadSanitizer, which would not know; the price is an atomic operation per tile.
-class Handover {
- public:
-  void Leave() { passed_.fetch_add(1, std::memory_order_release); }
-  void Find() const { (void)passed_.load(std::memory_order_acquire); }
-
- private:
-  std::atomic<int64_t> passed_ = 0;
-};
-
-}  // namespace
-
 int ThreadCount(int requested) {
   return requested > 0 ? requested : std::max(1, tbb::info::default_concurrency());
 }
@@ -45,16 +30,16 @@ void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, i
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::task_arena arena(threads);
   Handover begun, ended;
+  const Found all_ended(ended);
   begun.Leave();
   arena.execute([&] {
     tbb::parallel_for(tbb::blocked_range<int64_t>(0, count, 1), [&](const tbb::blocked_range<int64_t>& r) {
       begun.Find();
+      const Left left(ended);
       const int worker = tbb::this_task_arena::current_thread_index();
       for (int64_t i = r.begin(); i != r.end(); ++i) task(i, worker);
-      ended.Leave();
     });
   });
-  ended.Find();
 }
 
 void ShuffledFor(int64_t count, uint32_t seed, const std::function<void(int64_t, int)>& task) {
@@ -83,6 +68,7 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
   std::deque<Carried> items;
   using Item = Carried*;
   Handover begun, reading, writing, ended;
+  const Found all_ended(ended);
   begun.Leave();
   arena.execute([&] {
     tbb::parallel_pipeline(
@@ -91,6 +77,7 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
                          Item>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) -> Item {
           begun.Find();
           reading.Find();
+          const Left left(ended);
           Carried& item = items.emplace_back();
           item.band = steps.read();
           if (!item.band) control.stop();
@@ -99,20 +86,19 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
           return &item;
         }) & tbb::make_filter<Item, Item>(tbb::filter_mode::parallel, [&](Item item) {
           item->read.Find();
+          const Left left(ended);
           steps.work(item->band.get(), tbb::this_task_arena::current_thread_index());
           item->worked.Leave();
           return item;
         }) & tbb::make_filter<Item, void>(tbb::filter_mode::serial_in_order, [&](Item item) {
           item->worked.Find();
           writing.Find();
+          const Left left(ended);
           steps.write(item->band.get());
           item->band.reset();
           writing.Leave();
-          ended.Leave();
         }));
   });
-  ended.Find();
-  reading.Find();
 }
 
 }  // namespace tessera::sched
