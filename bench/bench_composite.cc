@@ -1,7 +1,5 @@
 // Compositing of two premultiplied pictures beside OpenImageIO, pixman and OpenCV, and beside what memory
 // allows: two images read, one written.
-#include <cstdio>
-#include <exception>
 #include <string>
 
 #include "harness.h"
@@ -20,8 +18,7 @@ tessera::Image Premultiplied(int width, int height, tessera::PixelType type, siz
 
 int main(int argc, char** argv) {
   using namespace tessera::bench;
-  try {
-    const Options options = ParseOptions(&argc, argv);
+  return RunSuite(argc, argv, [](const Options& options) {
     const auto add = [&](const std::string& name, const std::string& op, const std::string& example) {
       Task task = MakeTask(name, {{op, example}});
       task.make_input = Premultiplied;
@@ -35,9 +32,5 @@ int main(int argc, char** argv) {
     add("dissolve", "dissolve", "0.4");
     add("add", "add", "");
     add("mul", "mul", "");
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_composite: error: %s\n", error.what());
-    return 1;
-  }
+  });
 }

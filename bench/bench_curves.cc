@@ -2,8 +2,6 @@
 // functions. Nanoseconds per element are a third of those per pixel (a quarter for powc): curves leave alpha
 // alone.
 #include <cmath>
-#include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -61,9 +59,8 @@ void WriteCube(const std::string& file, int size) {
 
 int main(int argc, char** argv) {
   using namespace tessera::bench;
-  try {
-    const Options options = ParseOptions(&argc, argv);
-    const Folder folder;
+  return RunSuite(argc, argv, [](const Options& options) {
+    static const Folder folder;  // till the last table was read
     const std::string decode = folder.File("decode.spi1d"), encode = folder.File("encode.spi1d");
     const std::string cube = folder.File("film.cube");
     WriteTable(decode, [](double v) { return (std::exp2(6 * v) - 1) / 63; });
@@ -104,9 +101,5 @@ int main(int argc, char** argv) {
       RegisterTask("curves", MakeTask(op + " " + arguments, {{op, arguments}}), options,
                    /*with_unfolded=*/false);
     }
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_curves: error: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -5,12 +5,8 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/texture.h>
-#include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <exception>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -20,8 +16,7 @@
 #include <opencv2/imgproc.hpp>
 #endif
 
-#include "call.h"
-#include "harness.h"
+#include "contest.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/bump.h"
@@ -30,100 +25,16 @@
 #include "tessera/ops/environment.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 
 namespace tessera::bench {
 namespace {
 
-// Ways to one result; the first is measured on every target and is the oracle.
-struct Case {
-  Image output;
-  std::vector<std::pair<std::string, Node>> nodes;
-  std::vector<std::pair<std::string, std::function<void()>>> peers;
-};
-
-struct Group {
-  std::function<Case()> make;
-  Options options;
-  int threads = 1;
-  bool done = false;
-  std::vector<Measured> results;
-  double pixels = 0, copy = 0;
-
-  void MeasureOnce() {
-    if (done) return;
-    done = true;
-    const Case c = make();
-    const ImageView out = c.output.view();
-    pixels = static_cast<double>(out.roi.pixels());
-    const size_t bytes = static_cast<size_t>(out.row_stride) * static_cast<size_t>(out.roi.height());
-    const std::vector<std::byte> from(bytes);
-    std::vector<std::unique_ptr<Contestant>> contestants;
-    contestants.push_back(std::make_unique<Call>(
-        "copy memcpy", [&] { std::memcpy(out.data, from.data(), bytes); }, "", true));
-    for (const std::string& target : options.targets) {
-      const RenderOptions render{.threads = threads};
-      for (const auto& [name, node] : c.nodes) {
-        contestants.push_back(std::make_unique<Call>(
-            "tessera " + target + name, [&node = node, out, render] { RenderInto(node, out, render); },
-            target));
-      }
-    }
-    for (const auto& [name, run] : c.peers) contestants.push_back(std::make_unique<Call>(name, run));
-    Frame frame;
-    frame.width = out.roi.width(), frame.height = out.roi.height(), frame.type = out.type,
-    frame.output = c.output;
-    results = Measure(std::move(contestants), frame, Oracle(c.nodes[0].second, 2, 2), options.repetitions,
-                      options.seconds);
-    for (const Measured& m : results) {
-      if (m.is_copy) copy = Median(m.seconds);
-    }
-    SetSimdTarget("auto");
-  }
-};
-
-void Report(benchmark::State& state, Group& group, const std::string& method) {
-  std::string failure = "has no call for this task";
-  try {
-    group.MeasureOnce();
-  } catch (const std::exception& error) {
-    failure = error.what();
-  }
-  for (const Measured& m : group.results) {
-    if (m.name != method) continue;
-    const double seconds = Median(m.seconds);
-    for (auto _ : state) state.SetIterationTime(seconds);
-    state.counters["ns_per_pixel"] = seconds * 1e9 / group.pixels;
-    state.counters["frames_per_s"] = 1 / seconds;
-    if (m.is_copy) return;
-    state.counters["copy_share"] = group.copy / seconds;
-    state.counters["max_error"] = m.errors.max;
-    state.counters["rms_error"] = m.errors.rms;
-    return;
-  }
-  state.SkipWithError(failure.c_str());
-}
-
+// The first way is the truth.
 void Register(const std::string& task, PixelType type, const Options& options, int threads, int width,
-              int height, const std::vector<std::string>& nodes, const std::vector<std::string>& peers,
-              std::function<Case()> make) {
-  auto group = std::make_shared<Group>();
-  group->make = std::move(make), group->options = options, group->threads = threads;
-  std::vector<std::string> names = {"copy memcpy"};
-  for (const std::string& target : options.targets) {
-    for (const std::string& node : nodes) names.push_back("tessera " + target + node);
-  }
-  names.insert(names.end(), peers.begin(), peers.end());
-  for (const std::string& name : names) {
-    const std::string full = "environment/" + task + "/" + PixelTypeName(type) + "/" + std::to_string(width) +
-                             "x" + std::to_string(height) + "/threads:" + std::to_string(threads) + "/" +
-                             name;
-    benchmark::RegisterBenchmark(full.c_str(),
-                                 [group, name](benchmark::State& s) { Report(s, *group, name); })
-        ->Iterations(1)
-        ->UseManualTime()
-        ->Unit(benchmark::kMillisecond);
-  }
+              int height, const std::vector<std::string>& ways, const std::vector<std::string>& peers,
+              std::function<Contest()> make) {
+  RegisterContest({"environment", task, PixelTypeName(type), width, height, threads, ways, peers}, options,
+                  std::move(make));
 }
 
 // Unit normals of spheres on a wavy floor, facing the viewer.
@@ -239,33 +150,33 @@ void RegisterMirrors(const Options& options, int width, int height) {
       for (const int threads : options.threads) {
         const bool sphere = k.map == EnvironmentMap::kSphere,
                    peers = k.map == EnvironmentMap::kLatLong && type == PixelType::kFloat;
-        std::vector<std::string> ways = {"", " 8 bits", " 12 bits", " filtered"}, others;
-        if (sphere) ways.push_back(" composed");
+        std::vector<std::string> ways = {"", "8 bits", "12 bits", "filtered"}, others;
+        if (sphere) ways.push_back("composed");
         if (peers) others.push_back("OpenCV remap");
         if (peers && threads == 1) others.push_back("OpenImageIO environment");
         Register(k.name, type, options, threads, width, height, ways, others, [=] {
-          Case c{Image(ImageSpec(width, height, 4, type)), {}, {}};
+          Contest c{Image(ImageSpec(width, height, 4, type))};
           const Image normals = Normals(width, height, type), map = Sky(k.map, k.width, k.height, type);
           const EnvironmentTexture texture(map, k.map);
           for (const int bits : {0, 8, 12}) {
             EnvironmentParams p = With(k.map);
             p.bits = bits;
-            c.nodes.emplace_back(bits == 0 ? "" : " " + std::to_string(bits) + " bits",
-                                 Environment(FromImage(normals), texture, p));
+            c.ways.push_back({bits == 0 ? "" : std::to_string(bits) + " bits",
+                              Environment(FromImage(normals), texture, p)});
           }
           const EnvironmentTexture filtered(map, k.map, 0, 0, EnvironmentFilter::kMip);
-          c.nodes.emplace_back(" filtered", Environment(FromImage(normals), filtered));
+          c.ways.push_back({"filtered", Environment(FromImage(normals), filtered)});
           if (sphere) {
             // Unit normals and an orthographic viewer: s = n_x/2 + 1/2, t = 1/2 - n_y/2 by existing blocks.
             const Node st =
                 ColorMatrix(FromImage(normals), {.values = {0.5, 0, 0, 0, -0.5, 0, 0, 0, 1, 0.5, 0.5, 0}});
-            c.nodes.emplace_back(" composed", Lookup(st, FromImage(map), {.dims = 2}));
+            c.ways.push_back({"composed", Lookup(st, FromImage(map), {.dims = 2})});
           }
 #if defined(TESSERA_BENCH_OPENCV_IMGPROC)
-          if (peers) c.peers.emplace_back("OpenCV remap", OpenCvRemap(normals, map, c.output, threads));
+          if (peers) c.peers.push_back({"OpenCV remap", OpenCvRemap(normals, map, c.output, threads)});
 #endif
           if (peers && threads == 1)
-            c.peers.emplace_back("OpenImageIO environment", OiioEnvironment(normals, map, c.output));
+            c.peers.push_back({"OpenImageIO environment", OiioEnvironment(normals, map, c.output)});
           return c;
         });
       }
@@ -279,61 +190,61 @@ void RegisterTables(const Options& options) {
   Options best = options;
   best.targets.resize(1);
   for (const double exponent : {1.0, 10.0, 100.0}) {
-    std::vector<std::string> ways = {" exact"};
-    for (const int n : {8, 16, 32, 64, 128}) ways.push_back(" table " + std::to_string(n));
+    std::vector<std::string> ways = {"exact"};
+    for (const int n : {8, 16, 32, 64, 128}) ways.push_back("table " + std::to_string(n));
     Register("gloss " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, kWidth,
              kHeight, ways, {}, [=] {
-               Case c{Image(ImageSpec(kWidth, kHeight, 4)), {}, {}};
+               Contest c{Image(ImageSpec(kWidth, kHeight, 4))};
                const Image normals = Normals(kWidth, kHeight, PixelType::kFloat);
                const Image map = Sky(EnvironmentMap::kLatLong, 128, 64, PixelType::kFloat);
                for (const std::string& way : ways) {
-                 const int table = way == " exact" ? -1 : std::stoi(way.substr(7));
+                 const int table = way == "exact" ? -1 : std::stoi(way.substr(6));
                  const EnvironmentTexture texture(map, EnvironmentMap::kLatLong, exponent, table);
-                 c.nodes.emplace_back(way, Environment(FromImage(normals), texture));
+                 c.ways.push_back({way, Environment(FromImage(normals), texture)});
                }
                return c;
              });
   }
   for (const double exponent : {10.0, 50.0, 200.0}) {
-    std::vector<std::string> ways = {" formula"};
+    std::vector<std::string> ways = {"formula"};
     for (const char* bits : {"", " 8 bits", " 12 bits"}) {
-      for (const int n : {256, 1024, 4096}) ways.push_back(" table " + std::to_string(n) + bits);
+      for (const int n : {256, 1024, 4096}) ways.push_back("table " + std::to_string(n) + bits);
     }
-    for (const int n : {64, 256, 1024}) ways.push_back(" sphere map " + std::to_string(n));
-    for (const int n : {32, 64, 128}) ways.push_back(" 3-D table " + std::to_string(n));
+    for (const int n : {64, 256, 1024}) ways.push_back("sphere map " + std::to_string(n));
+    for (const int n : {32, 64, 128}) ways.push_back("3-D table " + std::to_string(n));
     Register("phong " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, 1920, 1080,
              ways, {}, [=] {
-               Case c{Image(ImageSpec(1920, 1080, 3)), {}, {}};
+               Contest c{Image(ImageSpec(1920, 1080, 3))};
                const Image normals = Normals(1920, 1080, PixelType::kFloat);
                PhongParams p;
                p.light = {1, 1, 2}, p.exponent = exponent, p.diffuse = {0, 0, 0}, p.specular = {1, 1, 1};
                p.highlight = Highlight::kReflection;
                for (const std::string& way : ways) {
-                 if (way.rfind(" sphere", 0) == 0) {
-                   const int n = std::stoi(way.substr(12));
+                 if (way.rfind("sphere", 0) == 0) {
+                   const int n = std::stoi(way.substr(11));
                    const Image one = PhongMap(EnvironmentMap::kSphere, n, n, p.light, exponent);
                    Image three(ImageSpec(n, n, 3));
                    for (int64_t i = 0; i < int64_t{n} * n * 3; ++i) {
                      reinterpret_cast<float*>(three.view().data)[i] =
                          reinterpret_cast<const float*>(one.view().data)[i / 3];
                    }
-                   c.nodes.emplace_back(way, Environment(FromImage(normals),
-                                                         EnvironmentTexture(three, EnvironmentMap::kSphere)));
+                   c.ways.push_back({way, Environment(FromImage(normals),
+                                                      EnvironmentTexture(three, EnvironmentMap::kSphere))});
                    continue;
                  }
-                 if (way.rfind(" 3-D", 0) == 0) {
-                   const FunctionTable table = PhongTable(std::stoi(way.substr(11)), p.light, exponent);
+                 if (way.rfind("3-D", 0) == 0) {
+                   const FunctionTable table = PhongTable(std::stoi(way.substr(10)), p.light, exponent);
                    const Node vectors = TransformNormals(
                        FromImage(normals), {.reflect = Vector3{0, 0, 1}, .normalize = false, .pack = true});
-                   c.nodes.emplace_back(way, SelectChannels(Lookup(vectors, table.table),
-                                                            {{0, 0, "R"}, {0, 0, "G"}, {0, 0, "B"}}));
+                   c.ways.push_back({way, SelectChannels(Lookup(vectors, table.table),
+                                                         {{0, 0, "R"}, {0, 0, "G"}, {0, 0, "B"}})});
                    continue;
                  }
-                 p.table = way == " formula" ? 0 : std::stoi(way.substr(7));
+                 p.table = way == "formula" ? 0 : std::stoi(way.substr(6));
                  p.bits = way.find(" 8 bits") != std::string::npos    ? 8
                           : way.find(" 12 bits") != std::string::npos ? 12
                                                                       : 0;
-                 c.nodes.emplace_back(way, Phong(FromImage(normals), p));
+                 c.ways.push_back({way, Phong(FromImage(normals), p)});
                }
                return c;
              });
@@ -342,10 +253,10 @@ void RegisterTables(const Options& options) {
 
 void RegisterRelief(const Options& options, int width, int height) {
   for (const int threads : options.threads) {
-    const std::vector<std::string> ways = {" slopes",       " shift",         " forward",
-                                           " shift 8 bits", " shift 12 bits", " normal map + light"};
+    const std::vector<std::string> ways = {"slopes",       "shift",         "forward",
+                                           "shift 8 bits", "shift 12 bits", "normal map + light"};
     Register("bump", PixelType::kHalf, options, threads, width, height, ways, {}, [=] {
-      Case c{Image(ImageSpec(width, height, 1, PixelType::kHalf)), {}, {}};
+      Contest c{Image(ImageSpec(width, height, 1, PixelType::kHalf))};
       const Image heights(ImageSpec(width, height, 1));
       for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
@@ -355,21 +266,21 @@ void RegisterRelief(const Options& options, int width, int height) {
       const Node h = FromImage(Render(FromImage(heights), PixelType::kHalf));
       BumpParams p;
       p.scale = 10;
-      c.nodes.emplace_back(" slopes", Bump(h, p));
+      c.ways.push_back({"slopes", Bump(h, p)});
       p.method = BumpMethod::kForward;
       const Node forward = Bump(h, p);
       p.method = BumpMethod::kShift;
-      c.nodes.emplace_back(" shift", Bump(h, p));
-      c.nodes.emplace_back(" forward", forward);
+      c.ways.push_back({"shift", Bump(h, p)});
+      c.ways.push_back({"forward", forward});
       for (const int bits : {8, 12}) {
         p.bits = bits;
-        c.nodes.emplace_back(" shift " + std::to_string(bits) + " bits", Bump(h, p));
+        c.ways.push_back({"shift " + std::to_string(bits) + " bits", Bump(h, p)});
       }
       // Composed: normals, then Phong's diffuse term; its red channel.
       PhongParams light;
       light.light = p.light;
-      c.nodes.emplace_back(" normal map + light",
-                           SelectChannels(Phong(HeightToNormals(h, {.scale = 10}), light), "R"));
+      c.ways.push_back(
+          {"normal map + light", SelectChannels(Phong(HeightToNormals(h, {.scale = 10}), light), "R")});
       return c;
     });
   }
@@ -380,17 +291,12 @@ void RegisterRelief(const Options& options, int width, int height) {
 
 int main(int argc, char** argv) {
   using namespace tessera::bench;
-  try {
-    const Options options = ParseOptions(&argc, argv);
+  return RunSuite(argc, argv, [](const Options& options) {
     for (const Options::Size& size : options.sizes) {
       const int width = size.width > 0 ? size.width : 3840, height = size.height > 0 ? size.height : 2160;
       RegisterMirrors(options, width, height);
       RegisterRelief(options, width, height);
     }
     RegisterTables(options);
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_environment: error: %s\n", error.what());
-    return 2;
-  }
+  });
 }

@@ -1,7 +1,5 @@
 // Chains as users write them: one that folds into two matrices and a clamp, one that cannot be folded, and
 // the single matrix that every library has.
-#include <cstdio>
-#include <exception>
 
 #include "harness.h"
 
@@ -24,8 +22,7 @@ std::string NoBlanks(std::string text) {
 
 int main(int argc, char** argv) {
   using namespace tessera::bench;
-  try {
-    const Options options = ParseOptions(&argc, argv);
+  return RunSuite(argc, argv, [](const Options& options) {
     const std::string warm = NoBlanks(kWarm), cool = NoBlanks(kCool), clamp = "min=0 max=1";
     RegisterTask("pipelines",
                  MakeTask("eight folded", {{"mulc", kGain},
@@ -45,9 +42,5 @@ int main(int argc, char** argv) {
     RegisterTask("pipelines", MakeTask("eight unfoldable", stages), options, /*with_unfolded=*/false);
     RegisterTask("pipelines", MakeTask("matrix 4x4", {{"ccmatrix", NoBlanks(kFull)}}), options,
                  /*with_unfolded=*/false);
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_pipelines: error: %s\n", error.what());
-    return 1;
-  }
+  });
 }

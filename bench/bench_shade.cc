@@ -1,27 +1,18 @@
 // Fog, shadows and solid textures on AOVs of a cast scene: half floats in memory to half floats in memory, as
 // direct kernels and as compositions of blocks; the papers' fog tables by form, size and depth against the
 // exact form.
-#include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <cstdio>
-#include <exception>
 #include <functional>
-#include <memory>
-#include <utility>
 
 #include "../samples/ray_caster.h"
-#include "call.h"
-#include "copy.h"
-#include "harness.h"
+#include "contest.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/ops/shade.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
-#include "workers.h"
 
 namespace tessera::bench {
 namespace {
@@ -78,103 +69,22 @@ struct Scene {
   }
 };
 
-struct ShadeCase {
-  Scene scene;
-  PixelType type;                                   // of the result
-  std::vector<std::pair<std::string, Node>> nodes;  // the first is the truth
-};
-
-struct Group {
-  std::function<ShadeCase()> make;
-  Options options;
-  int threads = 1;
-  bool done = false;
-  double pixels = 0, copy_seconds = 0;
-  std::vector<Measured> results;
-
-  void MeasureOnce() {
-    if (done) return;
-    done = true;
-    const ShadeCase c = make();
-    ImageSpec spec = c.nodes[0].second.spec();
-    spec.type = c.type;
-    const Image output(spec);
-    const ImageView out = output.view();
-    pixels = static_cast<double>(spec.data_window.pixels());
-    // As many bytes as colour and position in, colour out.
-    const size_t sample = PixelBytes(c.type), count = static_cast<size_t>(pixels);
-    const size_t bytes = count * sample * (4 + 3 + 4) / 2;
-    std::vector<std::byte> from(bytes, std::byte{1}), to(bytes, std::byte{2});
-    Workers workers(threads);
-    const auto copy = [&] {
-      workers.Run([&](int k) {
-        const size_t part = bytes / static_cast<size_t>(threads) / 64 * 64,
-                     begin = part * static_cast<size_t>(k);
-        CopyStreaming(from.data() + begin, to.data() + begin, k + 1 == threads ? bytes - begin : part);
-      });
-    };
-    std::vector<std::unique_ptr<Contestant>> contestants;
-    contestants.push_back(std::make_unique<Call>("copy streaming", copy, "", true));
-    for (const std::string& target : options.targets) {
-      for (const auto& [suffix, node] : c.nodes) {
-        contestants.push_back(std::make_unique<Call>(
-            "tessera " + target + " " + suffix,
-            [this, &node = node, out] { RenderInto(node, out, {.threads = threads}); }, target));
-      }
-    }
-    Frame frame;
-    frame.width = out.roi.width(), frame.height = out.roi.height(), frame.type = c.type;
-    frame.output = output;
-    results = Measure(std::move(contestants), frame, Oracle(c.nodes[0].second, 4, 2), options.repetitions,
-                      options.seconds);
-    copy_seconds = Median(results[0].seconds);
-    SetSimdTarget("auto");
-  }
-};
-
-void Report(benchmark::State& state, Group& group, const std::string& name) {
-  group.MeasureOnce();
-  for (const Measured& m : group.results) {
-    if (m.name != name) continue;
-    const double seconds = Median(m.seconds);
-    for (auto _ : state) state.SetIterationTime(seconds);
-    state.counters["ns_per_pixel"] = seconds * 1e9 / group.pixels;
-    state.counters["frames_per_second"] = 1 / seconds;
-    state.counters["repetitions"] = static_cast<double>(m.seconds.size());
-    if (m.is_copy) return;
-    state.counters["copy_share"] = group.copy_seconds / seconds;
-    state.counters["max_error"] = m.errors.max;
-    state.counters["rms_error"] = m.errors.rms;
-    return;
-  }
-  state.SkipWithError("has no call for this task");
-}
-
+// The first of the nodes is the truth.
 void Register(const std::string& task, int width, int height, const Options& options, PixelType type,
-              const std::vector<std::string>& suffixes,
-              std::function<std::vector<std::pair<std::string, Node>>(const Scene&)> nodes) {
+              const std::vector<std::string>& names,
+              const std::function<std::vector<Contest::Way>(const Scene&)>& nodes) {
   for (const int threads : options.threads) {
-    auto group = std::make_shared<Group>();
-    group->options = options;
-    group->threads = threads;
-    group->make = [=] {
-      ShadeCase c{Scene(width, height, type), type, {}};
-      c.nodes = nodes(c.scene);
+    RegisterContest({"shade", task, PixelTypeName(type), width, height, threads, names, {}}, options, [=] {
+      Contest c;
+      c.ways = nodes(Scene(width, height, type));
+      ImageSpec spec = c.ways[0].node.spec();
+      spec.type = type;
+      c.output = Image(spec);
+      // Colour and position are read, a colour is written.
+      c.bytes_moved = static_cast<double>(spec.data_window.pixels()) * static_cast<double>(PixelBytes(type)) *
+                      (4 + 3 + 4);
       return c;
-    };
-    std::vector<std::string> names = {"copy streaming"};
-    for (const std::string& target : options.targets) {
-      for (const std::string& suffix : suffixes) names.push_back("tessera " + target + " " + suffix);
-    }
-    const std::string prefix = "shade/" + task + "/" + PixelTypeName(type) + "/" + std::to_string(width) +
-                               "x" + std::to_string(height) + "/threads:" + std::to_string(threads) + "/";
-    for (const std::string& name : names) {
-      benchmark::RegisterBenchmark((prefix + name).c_str(),
-                                   [group, name](benchmark::State& state) { Report(state, *group, name); })
-          ->Iterations(1)
-          ->UseManualTime()
-          ->Unit(benchmark::kMillisecond);
-    }
+    });
   }
 }
 
@@ -266,9 +176,8 @@ Node BlockOfMarble(int n) {
 int main(int argc, char** argv) {
   using namespace tessera;
   using namespace tessera::bench;
-  using Nodes = std::vector<std::pair<std::string, Node>>;
-  try {
-    Options options = ParseOptions(&argc, argv);
+  using Nodes = std::vector<Contest::Way>;
+  return RunSuite(argc, argv, [](Options options) {
     const PixelType half = PixelType::kHalf;
     for (const auto& size : options.sizes) {
       const int w = size.width > 0 ? size.width : 7680, h = size.height > 0 ? size.height : 4320;
@@ -341,9 +250,5 @@ int main(int argc, char** argv) {
       }
       return nodes;
     });
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_shade: error: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <numeric>
 #include <random>
@@ -324,6 +326,17 @@ int RunRegistered(int* argc, char** argv) {
   const size_t count = benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return count > 0 ? 0 : 1;
+}
+
+int RunSuite(int argc, char** argv, const std::function<void(Options)>& register_all) {
+  try {
+    register_all(ParseOptions(&argc, argv));
+    return RunRegistered(&argc, argv);
+  } catch (const std::exception& error) {
+    const std::string program = std::filesystem::path(argv[0]).filename();
+    std::fprintf(stderr, "%s: error: %s\n", program.c_str(), error.what());
+    return 2;
+  }
 }
 
 }  // namespace tessera::bench

@@ -2,6 +2,7 @@
 #ifndef TESSERA_BENCH_HARNESS_H_
 #define TESSERA_BENCH_HARNESS_H_
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,6 +50,10 @@ void RegisterTask(const std::string& suite, const Task& task, const Options& opt
 
 // Runs what was registered; the process's exit code.
 int RunRegistered(int* argc, char** argv);
+
+// A benchmark's main: takes the flags, lets `register_all` register, runs. An error is printed behind the
+// program's name and gives exit code 2.
+int RunSuite(int argc, char** argv, const std::function<void(Options)>& register_all);
 
 }  // namespace tessera::bench
 

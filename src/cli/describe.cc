@@ -27,6 +27,16 @@ std::string Count(const ops::ParamInfo& p) {
   if (!p.counts.empty()) {
     std::vector<std::string> words;
     for (int n : p.counts) words.push_back(std::to_string(n));
+    // 8, 12, 16, …, 256
+    constexpr size_t kShown = 3;
+    bool steady = words.size() > 2 * kShown;
+    for (size_t i = 2; i < words.size(); ++i) {
+      steady = steady && p.counts[i] - p.counts[i - 1] == p.counts[1] - p.counts[0];
+    }
+    if (steady) {
+      words.erase(words.begin() + kShown, words.end() - 1);
+      words.insert(words.begin() + kShown, "…");
+    }
     return Joined(words);
   }
   if (p.min_count == p.max_count) return std::to_string(p.min_count);
