@@ -95,9 +95,12 @@ int main(int argc, char** argv) {
                                                           {"curve", "logc4"},
                                                           {"curve", "logc4 inverse=1"},
                                                           {"curve", "slog3"},
+                                                          {"curve", "slog3 inverse=1"},
                                                           {"curve", "vlog"},
                                                           {"curve", "log3g10"},
-                                                          {"curve", "cineon"}}) {
+                                                          {"curve", "log3g10 inverse=1"},
+                                                          {"curve", "cineon"},
+                                                          {"curve", "cineon inverse=1"}}) {
       RegisterTask("curves", MakeTask(op + " " + arguments, {{op, arguments}}), options,
                    /*with_unfolded=*/false);
     }

@@ -155,7 +155,8 @@ void RegisterMirrors(const Options& options, int width, int height) {
         if (peers) others.push_back("OpenCV remap");
         if (peers && threads == 1) others.push_back("OpenImageIO environment");
         Register(k.name, type, options, threads, width, height, ways, others, [=] {
-          Contest c{Image(ImageSpec(width, height, 4, type))};
+          Contest c;
+          c.output = Image(ImageSpec(width, height, 4, type));
           const Image normals = Normals(width, height, type), map = Sky(k.map, k.width, k.height, type);
           const EnvironmentTexture texture(map, k.map);
           for (const int bits : {0, 8, 12}) {
@@ -194,7 +195,8 @@ void RegisterTables(const Options& options) {
     for (const int n : {8, 16, 32, 64, 128}) ways.push_back("table " + std::to_string(n));
     Register("gloss " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, kWidth,
              kHeight, ways, {}, [=] {
-               Contest c{Image(ImageSpec(kWidth, kHeight, 4))};
+               Contest c;
+               c.output = Image(ImageSpec(kWidth, kHeight, 4));
                const Image normals = Normals(kWidth, kHeight, PixelType::kFloat);
                const Image map = Sky(EnvironmentMap::kLatLong, 128, 64, PixelType::kFloat);
                for (const std::string& way : ways) {
@@ -214,7 +216,8 @@ void RegisterTables(const Options& options) {
     for (const int n : {32, 64, 128}) ways.push_back("3-D table " + std::to_string(n));
     Register("phong " + std::to_string(static_cast<int>(exponent)), PixelType::kFloat, best, 1, 1920, 1080,
              ways, {}, [=] {
-               Contest c{Image(ImageSpec(1920, 1080, 3))};
+               Contest c;
+               c.output = Image(ImageSpec(1920, 1080, 3));
                const Image normals = Normals(1920, 1080, PixelType::kFloat);
                PhongParams p;
                p.light = {1, 1, 2}, p.exponent = exponent, p.diffuse = {0, 0, 0}, p.specular = {1, 1, 1};
@@ -256,7 +259,8 @@ void RegisterRelief(const Options& options, int width, int height) {
     const std::vector<std::string> ways = {"slopes",       "shift",         "forward",
                                            "shift 8 bits", "shift 12 bits", "normal map + light"};
     Register("bump", PixelType::kHalf, options, threads, width, height, ways, {}, [=] {
-      Contest c{Image(ImageSpec(width, height, 1, PixelType::kHalf))};
+      Contest c;
+      c.output = Image(ImageSpec(width, height, 1, PixelType::kHalf));
       const Image heights(ImageSpec(width, height, 1));
       for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {

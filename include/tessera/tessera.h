@@ -28,6 +28,7 @@
 #include "tessera/ops/outline.h"
 #include "tessera/ops/shade.h"
 #include "tessera/ops/shaped_spots.h"
+#include "tessera/ops/stored_noise.h"
 #include "tessera/ops/texture.h"
 #include "tessera/ops/transfer.h"
 #include "tessera/ops/volume.h"

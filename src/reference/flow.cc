@@ -73,14 +73,15 @@ std::vector<Point> FollowCells(const Scene& scene, const LicParams& p, int x, in
   std::vector<Point> line;
   for (int i = 0; i < Taps(p); ++i) {
     const Point v = sign * scene.Code(x, y);
-    const double infinity = std::numeric_limits<double>::infinity();
-    const double to_x = v.x == 0 ? infinity : (v.x > 0 ? 1 - fx : fx) / std::fabs(v.x);
-    const double to_y = v.y == 0 ? infinity : (v.y > 0 ? 1 - fy : fy) / std::fabs(v.y);
-    if (to_x != infinity || to_y != infinity) {
-      if (to_x < to_y || v.y == 0) {
-        x += v.x > 0 ? 1 : -1, fx = v.x > 0 ? 0 : 1, fy += to_x * v.y;
+    if (v.x != 0 || v.y != 0) {
+      const double left_x = v.x > 0 ? 1 - fx : fx, left_y = v.y > 0 ? 1 - fy : fy;
+      const double size_x = std::fabs(v.x), size_y = std::fabs(v.y);
+      // Into a corner: first along the larger component.
+      const double to_x = left_x * size_y, to_y = left_y * size_x;
+      if (to_x < to_y || (to_x == to_y && size_x > size_y)) {
+        x += v.x > 0 ? 1 : -1, fx = v.x > 0 ? 0 : 1, fy += left_x / size_x * v.y;
       } else {
-        y += v.y > 0 ? 1 : -1, fy = v.y > 0 ? 0 : 1, fx += to_y * v.x;
+        y += v.y > 0 ? 1 : -1, fy = v.y > 0 ? 0 : 1, fx += left_y / size_y * v.x;
       }
     }
     line.push_back({static_cast<double>(x), static_cast<double>(y)});

@@ -97,13 +97,14 @@ class Scene {
     const double size = std::hypot(v.x, v.y);
     return size > 0 && size >= p_.smallest * longest_ ? (1 / size) * v : Point{};
   }
-  // Direction of a pixel: the larger component 2^20 - 1, the smaller one a whole number.
+  // Direction of a pixel: the larger component 2^20, the smaller one a whole number below.
   Point Code(int x, int y) const {
     const Point v = Stored(x, y);
-    const double size = std::hypot(v.x, v.y), one = (1 << 20) - 1;
+    const double size = std::hypot(v.x, v.y), one = 1 << 20;
     if (!(size > 0) || size < p_.smallest * longest_) return {};
     const double across = std::fabs(v.x), down = std::fabs(v.y);
-    const double share = std::nearbyint(std::min(across, down) / std::max(across, down) * one);
+    const double share =
+        std::min(std::nearbyint(std::min(across, down) / std::max(across, down) * one), one - 1);
     return {std::copysign(across >= down ? one : share, v.x),
             std::copysign(across >= down ? share : one, v.y)};
   }

@@ -116,14 +116,25 @@ std::vector<Tap> AxisTaps(double s, int n, bool ends, TableWrap wrap, const Look
 
 struct Found {
   std::vector<double> value;
-  std::vector<double> largest;  // magnitude among the entries read
+  std::vector<double> largest;     // magnitude among the entries read
+  std::vector<double> difference;  // of the largest and the smallest of them
+  double units = 4;                // of 2^-24 times `largest` that the interpolation may be off
+  double position_units = 0;       // of 2^-24 times `difference` that the rounding of positions adds
+
+  // What the bound, stated for four dimensions, is a multiple of.
+  double Scale(size_t c) const {
+    constexpr double kBound = 4;
+    return std::max((units * largest[c] + position_units * difference[c]) / kBound, kSmallestScale);
+  }
 };
 
 class Gather {
  public:
   Gather(const Source& table, const LookupParams& p) : table_(table), p_(p) {
     found_.value.assign(static_cast<size_t>(table.channels), 0);
-    found_.largest = found_.value;
+    found_.largest = found_.difference = found_.value;
+    low_.assign(found_.value.size(), std::numeric_limits<double>::infinity());
+    high_.assign(found_.value.size(), -std::numeric_limits<double>::infinity());
   }
   double Border(int c) const {
     return static_cast<size_t>(c) < p_.border.size() ? static_cast<float>(p_.border[static_cast<size_t>(c)])
@@ -137,9 +148,12 @@ class Gather {
       entry = entry < 0 || index[a] < 0 ? -1 : entry * table_.sizes[a] + index[a];
     }
     for (int c = 0; c < table_.channels; ++c) {
+      const auto k = static_cast<size_t>(c);
       const double v = entry < 0 ? Border(c) : table_.read(entry, c);
-      found_.value[static_cast<size_t>(c)] += weight * v;
-      found_.largest[static_cast<size_t>(c)] = std::max(found_.largest[static_cast<size_t>(c)], std::fabs(v));
+      found_.value[k] += weight * v;
+      found_.largest[k] = std::max(found_.largest[k], std::fabs(v));
+      low_[k] = std::min(low_[k], v), high_[k] = std::max(high_[k], v);
+      found_.difference[k] = high_[k] - low_[k];
     }
   }
   // The product of every axis' taps.
@@ -158,10 +172,33 @@ class Gather {
   const Source& table_;
   const LookupParams& p_;
   Found found_;
+  std::vector<double> low_, high_;
 };
+
+// Whether positions are exact: products with a power of two, from which half an entry is taken where that is
+// exact too.
+bool ExactPositions(int n, bool ends, TableWrap wrap) {
+  const int cells = ends ? n - 1 : n;
+  return (cells & (cells - 1)) == 0 && (ends || wrap == TableWrap::kClampEdge);
+}
 
 Found LookUp(const Source& table, const LookupParams& p, const std::vector<double>& coords) {
   Gather gather(table, p);
+  const auto judged = [&] {
+    Found found = gather.found();
+    const auto dims = static_cast<int>(table.sizes.size());
+    if (p.filter == TableFilter::kCubic) {
+      found.units = 8 * dims;  // the rounding of positions included
+      return found;
+    }
+    found.units = dims < 4 ? 3 : 4;
+    for (int a = 0; a < dims; ++a) {
+      const auto k = static_cast<size_t>(a);
+      if (ExactPositions(table.sizes[k], table.ends, WrapOf(p, k))) continue;
+      found.position_units += 0.5;
+    }
+    return found;
+  };
   std::vector<double> reduced;
   for (size_t a = 0; a < table.sizes.size(); ++a) {
     const std::optional<double> s = Reduced(coords[a], WrapOf(p, a));
@@ -170,6 +207,7 @@ Found LookUp(const Source& table, const LookupParams& p, const std::vector<doubl
       for (int c = 0; c < table.channels; ++c) {
         none.value.push_back(p.propagate_nan && !p.projective ? kNaN : gather.Border(c));
         none.largest.push_back(std::fabs(gather.Border(c)));
+        none.difference.push_back(0);
       }
       return none;
     }
@@ -195,14 +233,14 @@ Found LookUp(const Source& table, const LookupParams& p, const std::vector<doubl
       }
       gather.Add(index, levels[k] - levels[k + 1]);
     }
-    return gather.found();
+    return judged();
   }
   std::vector<std::vector<Tap>> taps;
   for (size_t a = 0; a < dims; ++a)
     taps.push_back(AxisTaps(reduced[a], table.sizes[a], table.ends, WrapOf(p, a), p));
   std::vector<int64_t> index;
   gather.AddAll(taps, index, 1);
-  return gather.found();
+  return judged();
 }
 
 Source SourceOf(const Table& table) {
@@ -228,11 +266,6 @@ Source SourceOf(const ImageD& image, const TableLayout& layout) {
   };
   return source;
 }
-
-// Errors of a cubic sum are three times as large: the operation's bound is stated for the others. With fused
-// multiply-adds up to three dimensions stay within 3 u; products rounded on their own take trilinear to 3.4
-// u.
-double ScaleOf(const LookupParams& p) { return p.filter == TableFilter::kCubic ? 3 : 1; }
 
 class LookupEvaluation {
  public:
@@ -314,6 +347,7 @@ class LookupEvaluation {
       for (int c = 0; c < out.channels; ++c) {
         found.value.push_back(c < call_.in[0].channels ? Raw(x, y, c) : 0);
         found.largest.push_back(0);
+        found.difference.push_back(0);
       }
     } else if (p_.filter == TableFilter::kMipmap) {
       const double level = Level(x, y), lower = std::floor(level), t = level - lower;
@@ -332,10 +366,7 @@ class LookupEvaluation {
     }
     for (int c = 0; c < out.channels; ++c) {
       out.at(x, y, c) = found.value[static_cast<size_t>(c)];
-      if (call_.scale != nullptr) {
-        call_.scale->at(x, y, c) =
-            std::max(ScaleOf(p_) * found.largest[static_cast<size_t>(c)], kSmallestScale);
-      }
+      if (call_.scale != nullptr) call_.scale->at(x, y, c) = found.Scale(static_cast<size_t>(c));
     }
   }
 
@@ -370,9 +401,7 @@ void EvaluateTable3D(const Call& call) {
       for (int c = 0; c < call.out.channels; ++c) {
         const auto k = static_cast<size_t>(c);
         call.out.at(x, y, c) = c < 3 ? found.value[k] : in.at(x, y, c);
-        if (call.scale == nullptr) continue;
-        call.scale->at(x, y, c) =
-            c < 3 ? std::max(ScaleOf(settings.lookup) * found.largest[k], kSmallestScale) : 0;
+        if (call.scale != nullptr) call.scale->at(x, y, c) = c < 3 ? found.Scale(k) : 0;
       }
     }
   }

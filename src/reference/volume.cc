@@ -21,6 +21,7 @@ constexpr double kEndless = std::numeric_limits<double>::infinity();
 struct Ray {
   Vector3 origin, direction;
   double enter = 0, begin = 0, end = 0;
+  bool misses = false;
 };
 
 class Picture {
@@ -28,16 +29,16 @@ class Picture {
   explicit Picture(const VolumeDraw& draw)
       : draw_(draw), p_(draw.params), v_(draw.volume.spec()), substance_(draw) {}
 
-  Result Draw(double x, double y, double scene, const Vector3& moved) const {
+  // The ray of a pixel, moved; clipped to the volume, the planes and the scene.
+  Ray RayOf(double x, double y, double scene, const Vector3& moved) const {
     const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
     Ray ray{Add(r.origin, moved), r.direction};
     ray.enter = p_.camera.perspective() ? 0 : -kEndless;
     ray.end = std::isnan(scene) ? -kEndless : scene;
     const Vector3 low = v_.Low(), high = v_.High();
-    bool misses = false;
     for (size_t a = 0; a < 3; ++a) {
       if (ray.direction[a] == 0) {
-        misses |= ray.origin[a] < low[a] || ray.origin[a] > high[a];
+        ray.misses |= ray.origin[a] < low[a] || ray.origin[a] > high[a];
         continue;
       }
       const double u = (low[a] - ray.origin[a]) / ray.direction[a],
@@ -51,11 +52,29 @@ class Picture {
                    rise = Dot(plane.normal, ray.direction);
       if (rise > 0) ray.begin = std::max(ray.begin, -above / rise);
       if (rise < 0) ray.end = std::min(ray.end, -above / rise);
-      misses |= rise == 0 && above < 0;
+      ray.misses |= rise == 0 && above < 0;
     }
-    misses |= !(ray.begin < ray.end);
-    return p_.mode <= VolumeMode::kMelt ? Surface(ray, misses) : Medium(ray, misses);
+    ray.misses |= !(ray.begin < ray.end);
+    return ray;
   }
+  bool IsSurface() const { return p_.mode <= VolumeMode::kMelt; }
+  Result Draw(double x, double y, double scene, const Vector3& moved) const {
+    const Ray ray = RayOf(x, y, scene, moved);
+    return IsSurface() ? Surface(ray, ray.misses) : Medium(ray, ray.misses);
+  }
+  // Lit colour and extinction at planar depth t, of the segment of `half` before and behind.
+  std::array<double, 4> Light(const Ray& ray, double t, double half) const {
+    const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
+    const Vector3 p = Add(ray.origin, ray.direction, t);
+    const Substance::Matter m = hyper ? substance_.Hyper(p)
+                                      : substance_.Density(p, Add(ray.origin, ray.direction, t - half),
+                                                           Add(ray.origin, ray.direction, t + half));
+    std::array<double, 4> c = {m.material.color[0], m.material.color[1], m.material.color[2],
+                               m.material.extinction};
+    Paint(m, ToEye(ray), hyper, c);
+    return c;
+  }
+  double step() const { return p_.step; }
 
   // Moves that the float kernel's positions are uncertain by, across the view, world units.
   std::vector<Vector3> Moves() const {
@@ -207,22 +226,16 @@ class Picture {
       if (t - 0.5 * step >= ray.end) break;
       const double share = (std::min(t + 0.5 * step, ray.end) - std::max(t - 0.5 * step, ray.begin)) / step;
       if (share <= 0) continue;
-      const Vector3 p = Add(ray.origin, ray.direction, t);
       if (p_.mode == VolumeMode::kMip) {
-        largest = std::max(largest, Clamped((substance_.Field(p) - draw_.transfer_low) /
-                                            (draw_.transfer_high - draw_.transfer_low)));
+        const double v = substance_.Field(Add(ray.origin, ray.direction, t));
+        largest =
+            std::max(largest, Clamped((v - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low)));
         continue;
       }
-      const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
-      const Substance::Matter m = hyper
-                                      ? substance_.Hyper(p)
-                                      : substance_.Density(p, Add(ray.origin, ray.direction, t - 0.5 * step),
-                                                           Add(ray.origin, ray.direction, t + 0.5 * step));
+      std::array<double, 4> c = Light(ray, t, 0.5 * step);
       const double length = share * step * world;
-      optical += m.material.extinction * length;
-      std::array<double, 4> c = {m.material.color[0], m.material.color[1], m.material.color[2],
-                                 -std::expm1(-m.material.extinction * length)};
-      Paint(m, ToEye(ray), hyper, c);
+      optical += c[3] * length;
+      c[3] = -std::expm1(-c[3] * length);
       samples.push_back(c);
       depths.push_back(t);
     }
@@ -275,35 +288,104 @@ class Picture {
   const Substance substance_;
 };
 
+// The pictures of one scene: the nearest surface, and all media on one lattice before it.
+class Scene {
+ public:
+  explicit Scene(const VolumeDraw& draw) {
+    Add(draw);
+    for (const auto& other : draw.others) Add(*other);
+  }
+  double brightest() const { return brightest_; }
+  double termination() const { return termination_; }
+  size_t moves() const { return moves_[0].size(); }
+
+  // Moved by the m-th of the moves; -1: not moved.
+  Result Draw(double x, double y, double scene, int m) const {
+    const auto moved = [&](size_t k) { return m < 0 ? Vector3{0, 0, 0} : moves_[k][static_cast<size_t>(m)]; };
+    if (pictures_.size() == 1) return pictures_[0].Draw(x, y, scene, moved(0));
+    Result surface = {0, 0, 0, 0, kEndless};
+    for (size_t k = 0; k < pictures_.size(); ++k) {
+      if (!pictures_[k].IsSurface()) continue;
+      const Result r = pictures_[k].Draw(x, y, scene, moved(k));
+      if (r[4] < surface[4]) surface = r;
+    }
+    std::vector<size_t> media;
+    std::vector<Ray> rays;
+    double enter = kEndless, begin = kEndless, end = -kEndless, spacing = kEndless;
+    for (size_t k = 0; k < pictures_.size(); ++k) {
+      if (pictures_[k].IsSurface()) continue;
+      spacing = std::min(spacing, pictures_[k].step());
+      const Ray ray = pictures_[k].RayOf(x, y, surface[4] < scene ? surface[4] : scene, moved(k));
+      if (ray.misses) continue;
+      enter = std::min(enter, ray.enter), begin = std::min(begin, ray.begin), end = std::max(end, ray.end);
+      media.push_back(k);
+      rays.push_back(ray);
+    }
+    if (media.empty()) return surface;
+    const double world = Length(rays[0].direction), step = spacing / world, base = enter + 0.5 * step;
+    Result sum = {0, 0, 0, 0, kEndless};
+    const auto first = static_cast<int64_t>(std::max(0.0, std::floor((begin - base) / step + 0.5)));
+    for (int64_t i = first;; ++i) {
+      const double t = base + static_cast<double>(i) * step;
+      if (t - 0.5 * step >= end) break;
+      std::array<double, 4> all = {0, 0, 0, 0};
+      for (size_t k = 0; k < media.size(); ++k) {
+        const Ray& ray = rays[k];
+        const double share = (std::min(t + 0.5 * step, ray.end) - std::max(t - 0.5 * step, ray.begin)) / step;
+        if (share <= 0) continue;
+        const std::array<double, 4> c = pictures_[media[k]].Light(ray, t, 0.5 * step);
+        for (size_t n = 0; n < 3; ++n) all[n] += share * c[3] * c[n];
+        all[3] += share * c[3];
+      }
+      if (all[3] <= 0) continue;
+      const double weight = (1 - sum[3]) * -std::expm1(-all[3] * step * world);
+      for (size_t n = 0; n < 3; ++n) sum[n] += weight * all[n] / all[3];
+      sum[3] += weight;
+      if (sum[3] >= 0.5 && sum[4] == kEndless) sum[4] = t;
+    }
+    const double through = 1 - sum[3];
+    for (size_t n = 0; n < 4; ++n) sum[n] += through * surface[n];
+    sum[4] = std::min(sum[4], surface[4]);
+    return sum;
+  }
+
+ private:
+  void Add(const VolumeDraw& draw) {
+    pictures_.emplace_back(draw);
+    moves_.push_back(pictures_.back().Moves());
+    for (size_t i = 0; i < draw.transfer.size(); ++i) {
+      if (i % 4 != 3) brightest_ = std::max(brightest_, static_cast<double>(draw.transfer[i]));
+    }
+    if (!pictures_.back().IsSurface()) termination_ = std::max(termination_, draw.params.termination);
+  }
+
+  std::vector<Picture> pictures_;
+  std::vector<std::vector<Vector3>> moves_;
+  double brightest_ = 1, termination_ = 0;
+};
+
 void Evaluate(const Call& call) {
   const VolumeDraw& draw = *std::any_cast<const base::VolumeDrawPointer&>(call.parameters);
-  const Picture picture(draw);
-  const std::vector<Vector3> moves = picture.Moves();
+  const Scene scene(draw);
   const Roi& roi = call.out.roi;
-  double brightest = 1;
-  for (size_t i = 0; i < draw.transfer.size(); ++i) {
-    if (i % 4 != 3) brightest = std::max(brightest, static_cast<double>(draw.transfer[i]));
-  }
   constexpr double kBound = 168 * 0x1p-24;  // the row's
   for (int y = roi.y0; y < roi.y1; ++y) {
     for (int x = roi.x0; x < roi.x1; ++x) {
-      const double scene = draw.with_scene ? call.in[0].at(x, y, 0) : kEndless;
-      const Result r = picture.Draw(x, y, scene, {0, 0, 0});
+      const double depth = draw.with_scene ? call.in[0].at(x, y, 0) : kEndless;
+      const Result r = scene.Draw(x, y, depth, -1);
       Result response = {0, 0, 0, 0, 0};
-      if (call.scale != nullptr) {
-        for (const Vector3& move : moves) {
-          const Result m = picture.Draw(x, y, scene, move);
-          for (size_t c = 0; c < 5; ++c) {
-            const double change = std::fabs(m[c] - r[c]);
-            if (m[c] != r[c]) response[c] = std::max(response[c], std::isfinite(change) ? change : 1e30);
-          }
+      for (size_t m = 0; call.scale != nullptr && m < scene.moves(); ++m) {
+        const Result moved = scene.Draw(x, y, depth, static_cast<int>(m));
+        for (size_t c = 0; c < 5; ++c) {
+          const double change = std::fabs(moved[c] - r[c]);
+          if (moved[c] != r[c]) response[c] = std::max(response[c], std::isfinite(change) ? change : 1e30);
         }
       }
       for (int c = 0; c < call.out.channels; ++c) {
         const auto k = static_cast<size_t>(c);
         call.out.at(x, y, c) = r[k];
         if (call.scale == nullptr) continue;
-        const double ends = draw.params.mode > VolumeMode::kMelt ? draw.params.termination * brightest : 0;
+        const double ends = scene.termination() * scene.brightest();
         call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (response[k] + ends) / kBound;
       }
     }

@@ -64,13 +64,6 @@ HWY_INLINE DoubleFloat Plus(const DoubleFloat& x, const SplitDouble& c) {
   const DoubleFloat s = TwoSum(x.hi, SetF(c.hi));
   return {s.hi, hn::Add(s.lo, hn::Add(x.lo, SetF(c.lo)))};
 }
-// a / b, relative error 2^-45.
-HWY_INLINE DoubleFloat Quotient(const DoubleFloat& a, const DoubleFloat& b) {
-  const V r = hn::Div(SetF(1), b.hi), q = hn::Mul(a.hi, r);
-  V rest = hn::NegMulAdd(q, b.hi, a.hi);
-  rest = hn::NegMulAdd(q, b.lo, hn::Add(rest, a.lo));
-  return {q, hn::Mul(rest, r)};
-}
 HWY_INLINE V ToFloat(const DoubleFloat& x) { return hn::Add(x.hi, x.lo); }
 
 // Entry `index` (0 to 15) of a table of sixteen.
@@ -105,26 +98,20 @@ alignas(64) inline constexpr float kLogLow[16] = {
     1.30806911e-05f, 9.02979991e-06f, -1.47741014e-06f, 4.57101441e-06f};
 // clang-format on
 
-// log2 of x; x.hi is normal, positive, finite. Absolute error 2^-35, relative 2^-29. With kLow x.lo is looked
-// at.
-template <bool kLow>
-HWY_INLINE DoubleFloat Log2Of(const DoubleFloat& x) {
+// log2 of x; x is normal, positive, finite. Absolute error 2^-35, relative 2^-29.
+HWY_INLINE DoubleFloat Log2Of(V x) {
   const D d;
   const DI di;
-  const VI t = hn::Sub(hn::BitCast(di, x.hi), hn::Set(di, 0x3f800000 - (1 << 18)));
+  const VI t = hn::Sub(hn::BitCast(di, x), hn::Set(di, 0x3f800000 - (1 << 18)));
   const VI k = hn::ShiftRight<23>(t);
   const VI exponent = hn::ShiftLeft<23>(k);
   const VI j = hn::And(hn::ShiftRight<19>(t), hn::Set(di, 15));
-  const V m = hn::BitCast(d, hn::Sub(hn::BitCast(di, x.hi), exponent));
+  const V m = hn::BitCast(d, hn::Sub(hn::BitCast(di, x), exponent));
   const V c = Of16(kNearInverse, j);
   // m c - 1 = r + rest, r exactly.
   const V p = hn::Mul(m, c);
   const V r = hn::Sub(p, SetF(1));
-  V rest = hn::MulSub(m, c, p);
-  if constexpr (kLow) {
-    const V scale = hn::BitCast(d, hn::Sub(hn::Set(di, 0x3f800000), exponent));
-    rest = hn::MulAdd(hn::Mul(x.lo, scale), c, rest);
-  }
+  const V rest = hn::MulSub(m, c, p);
   const V base = hn::Add(hn::ConvertTo(d, k), Of16(kLogHigh, j));  // exact
   V q = hn::MulAdd(r, SetF(-0.239710685f), SetF(0.288774065f));
   q = hn::MulAdd(r, q, SetF(-0.360674363f));

@@ -13,13 +13,13 @@
 
 #include <cstdint>
 
+#include "simd/lattice.h"
 #include "simd/point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 
-inline constexpr uint32_t kAxis[4] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du, 0x27d4eb2fu};
-inline constexpr uint32_t kMix1 = 0x2c1b3c6du, kMix2 = 0x297a2d39u;
+using simd::kAxis;
 
 HWY_INLINE VU LatticeMix(VU h) {
   const DU du;
@@ -30,7 +30,7 @@ HWY_INLINE VU LatticeMix(VU h) {
 // The k-th further number of a lattice point (k from 1).
 HWY_INLINE VU LatticeNext(VU h, int k) {
   const DU du;
-  h = hn::Add(hn::Xor(h, hn::ShiftRight<16>(h)), hn::Set(du, static_cast<uint32_t>(k) * 0x9e3779b9u));
+  h = hn::Add(hn::Xor(h, hn::ShiftRight<16>(h)), hn::Set(du, static_cast<uint32_t>(k) * kNext));
   return LatticeMix(h);
 }
 // Uniform in [-1, 1] from all bits, and in [0, 1) from the upper 24.
@@ -49,6 +49,18 @@ HWY_INLINE V SignOfBit(VU h) {
   const DU du;
   const VU sign = hn::And(hn::ShiftLeft<31 - kBit>(h), hn::Set(du, 0x80000000u));
   return hn::BitCast(d, hn::Or(sign, hn::BitCast(du, hn::Set(d, 1.0f))));
+}
+
+// One of 12 by the upper 16 bits of a lattice point's number.
+HWY_INLINE VU LatticeEdge(VU h) {
+  const DU du;
+#if HWY_TARGET == HWY_SCALAR
+  return hn::ShiftRight<16>(hn::Mul(hn::ShiftRight<16>(h), hn::Set(du, 12u)));
+#else
+  const hn::Repartition<uint16_t, DU> du16;
+  return hn::BitCast(
+      du, hn::MulHigh(hn::BitCast(du16, hn::ShiftRight<16>(h)), hn::BitCast(du16, hn::Set(du, 12u))));
+#endif
 }
 
 // Gradient of a lattice point. 1-D: slope in [-1,1]. 2-D: unit vector of any direction. 3-D: one of the 12
@@ -87,15 +99,12 @@ HWY_INLINE void LatticeGradient(VU h, V* g) {
     alignas(64) static constexpr float kX[16] = {0, 0, 0, 0, 1, -1, 1, -1, 1, -1, 1, -1};
     alignas(64) static constexpr float kY[16] = {1, -1, 1, -1, 0, 0, 0, 0, 1, 1, -1, -1};
     alignas(64) static constexpr float kZ[16] = {1, 1, -1, -1, 1, 1, -1, -1, 0, 0, 0, 0};
-    const hn::Repartition<uint16_t, DU> du16;
-    const VU edge = hn::BitCast(
-        du, hn::MulHigh(hn::BitCast(du16, hn::ShiftRight<16>(h)), hn::BitCast(du16, hn::Set(du, 12u))));
-    const auto index = hn::IndicesFromVec(d, edge);
+    const auto index = hn::IndicesFromVec(d, LatticeEdge(h));
     g[0] = hn::TableLookupLanes(hn::Load(d, kX), index);
     g[1] = hn::TableLookupLanes(hn::Load(d, kY), index);
     g[2] = hn::TableLookupLanes(hn::Load(d, kZ), index);
 #else
-    const VU edge = hn::ShiftRight<16>(hn::Mul(hn::ShiftRight<16>(h), hn::Set(du, 12u)));
+    const VU edge = LatticeEdge(h);
     const V s1 = SignOfBit<0>(edge), s2 = SignOfBit<1>(edge);
     const DI di;
     const VI e = hn::BitCast(di, edge);

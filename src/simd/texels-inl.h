@@ -17,6 +17,34 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 
+// a b + c with one rounding, also where the processor has no such instruction.
+template <class D, class Vec>
+HWY_INLINE Vec Fused(D d, Vec a, Vec b, Vec c) {
+#if HWY_TARGET <= HWY_AVX2
+  (void)d;
+  return hn::MulAdd(a, b, c);
+#else
+  constexpr size_t n = hn::MaxLanes(D());
+  alignas(64) float x[n], y[n], z[n];
+  hn::Store(a, d, x), hn::Store(b, d, y), hn::Store(c, d, z);
+  for (size_t i = 0; i < n; ++i) x[i] = static_cast<float>(double{x[i]} * y[i] + z[i]);
+  return hn::Load(d, x);
+#endif
+}
+HWY_INLINE V Fused(V a, V b, V c) { return Fused(D(), a, b, c); }
+
+// yes where the sign bit is set, of -0 too, else no.
+template <class D, class Vec>
+HWY_INLINE Vec IfSignThenElse(D d, Vec sign, Vec yes, Vec no) {
+#if HWY_TARGET == HWY_SCALAR
+  const hn::RebindToSigned<D> di;
+  return hn::IfThenElse(hn::RebindMask(d, hn::Lt(hn::BitCast(di, sign), hn::Zero(di))), yes, no);
+#else
+  (void)d;
+  return hn::IfNegativeThenElse(sign, yes, no);
+#endif
+}
+
 // n adjacent floats in as few registers as the target allows.
 template <int n>
 struct Floats {
@@ -44,7 +72,12 @@ using Quad = Floats<4>;
 using Pair = Floats<8>;  // two adjacent texels
 using Row = Floats<16>;  // four adjacent texels
 
-// a b, a b + c, c - a b.
+// a + b, a b, a b + c, c - a b.
+template <int n>
+HWY_INLINE Floats<n> Add(Floats<n> a, const Floats<n>& b) {
+  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::Add(a.reg[k], b.reg[k]);
+  return a;
+}
 template <int n>
 HWY_INLINE Floats<n> Mul(Floats<n> a, const Floats<n>& b) {
   for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::Mul(a.reg[k], b.reg[k]);
@@ -66,6 +99,34 @@ HWY_INLINE Floats<n> Lerp(const Floats<n>& a, const Floats<n>& b, const Floats<n
   return MulAdd(f, b, NegMulAdd(f, a, a));
 }
 HWY_INLINE V Lerp(V a, V b, V f) { return hn::MulAdd(f, b, hn::NegMulAdd(f, a, a)); }
+
+// a b + c with one rounding on every target.
+template <int n>
+HWY_INLINE Floats<n> Fused(Floats<n> a, const Floats<n>& b, const Floats<n>& c) {
+  for (int k = 0; k < Floats<n>::kRegs; ++k)
+    a.reg[k] = Fused(typename Floats<n>::Tag(), a.reg[k], b.reg[k], c.reg[k]);
+  return a;
+}
+// near + h (far - near), h in [0, 1/2]: within one unit roundoff of the larger end, which the other forms are
+// not. Differences must be finite.
+template <int n>
+HWY_INLINE Floats<n> LerpFrom(const Floats<n>& near, const Floats<n>& far, const Floats<n>& h) {
+  Floats<n> difference;
+  for (int k = 0; k < Floats<n>::kRegs; ++k) difference.reg[k] = hn::Sub(far.reg[k], near.reg[k]);
+  return Fused(h, difference, near);
+}
+// The same between a and b: g is the distance from the nearer one, in [-1/2, 1/2], its sign bit set where
+// that is b.
+HWY_INLINE V LerpFromNearer(V a, V b, V g) { return Fused(g, hn::Sub(b, a), IfSignThenElse(D(), g, b, a)); }
+template <int n>
+HWY_INLINE Floats<n> LerpFromNearer(const Floats<n>& a, const Floats<n>& b, const Floats<n>& g) {
+  Floats<n> difference, near;
+  for (int k = 0; k < Floats<n>::kRegs; ++k) {
+    difference.reg[k] = hn::Sub(b.reg[k], a.reg[k]);
+    near.reg[k] = IfSignThenElse(typename Floats<n>::Tag(), g.reg[k], b.reg[k], a.reg[k]);
+  }
+  return Fused(g, difference, near);
+}
 
 // Lower and upper half.
 template <int n>
@@ -120,6 +181,27 @@ HWY_INLINE V LoadQuads(const P& p, int first) {
 #else
   return VectorOfQuads([&](int k) HWY_ATTR { return hn::LoadU(hn::CappedTag<float, 4>(), p(k)); }, first);
 #endif
+}
+
+// Pairs of kQuarter pixels: their first texels side by side, and their second ones.
+template <class P>
+HWY_INLINE void SplitPairs(const P* pairs, V& first, V& second) {
+  const D d;
+  (void)d;
+#if HWY_TARGET != HWY_SCALAR
+  if constexpr (kLanes == 16) {
+    const V even = hn::Combine(d, pairs[2].reg[0], pairs[0].reg[0]),
+            odd = hn::Combine(d, pairs[3].reg[0], pairs[1].reg[0]);
+    first = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(odd), even);
+    second = hn::OddEvenBlocks(odd, hn::SwapAdjacentBlocks(even));
+    return;
+  } else if constexpr (kLanes == 8) {
+    first = hn::ConcatLowerLower(d, pairs[1].reg[0], pairs[0].reg[0]);
+    second = hn::ConcatUpperUpper(d, pairs[1].reg[0], pairs[0].reg[0]);
+    return;
+  }
+#endif
+  if constexpr (kLanes <= 4) first = Lower(pairs[0]).reg[0], second = Upper(pairs[0]).reg[0];
 }
 
 #if HWY_TARGET != HWY_SCALAR

@@ -16,9 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/lookup_params.h"
-#include "graph/op.h"
-#include "reference/reference.h"
+#include "ops/registry.h"
+#include "support/lookups.h"
 #include "support/refusal.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
@@ -29,7 +28,8 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using Samples = std::vector<float>;
+using testing::Pixels, testing::Random, testing::RandomTable, testing::Samples, testing::Values;
+using testing::WorstError;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -38,32 +38,6 @@ constexpr TableFilter kFilters[] = {TableFilter::kNearest, TableFilter::kLinear,
 constexpr TableWrap kWraps[] = {TableWrap::kClampEdge, TableWrap::kClamp, TableWrap::kBorder,
                                 TableWrap::kRepeat, TableWrap::kMirror};
 
-Image Row(const Samples& values, int channels, PixelType type = PixelType::kFloat) {
-  Image image(ImageSpec(static_cast<int>(values.size()) / channels, 1, channels, type));
-  std::memcpy(image.view().data, values.data(), values.size() * sizeof(float));
-  return image;
-}
-Node Pixels(const Samples& values, int channels) { return FromImage(Row(values, channels)); }
-Samples Values(const Node& node) {
-  const Image image = Render(node);
-  Samples out(static_cast<size_t>(image.spec().data_window.pixels()) * image.spec().channels.size());
-  std::memcpy(out.data(), image.view().data, out.size() * sizeof(float));
-  return out;
-}
-Samples Random(size_t n, float low, float high, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> d(low, high);
-  Samples s(n);
-  for (float& v : s) v = d(random);
-  return s;
-}
-Table RandomTable(std::vector<int> sizes, int channels, TableAlign align = TableAlign::kCentres,
-                  unsigned seed = 1) {
-  size_t n = static_cast<size_t>(channels);
-  for (const int size : sizes) n *= static_cast<size_t>(size);
-  const Samples s = Random(n, -1, 2, seed);
-  return Table(std::move(sizes), channels, s, align);
-}
 class LookupTest : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { SetSimdTarget(GetParam()); }
@@ -71,28 +45,6 @@ class LookupTest : public ::testing::TestWithParam<std::string> {
 };
 INSTANTIATE_TEST_SUITE_P(EveryTarget, LookupTest, ::testing::ValuesIn(SimdTargets()),
                          [](const auto& info) { return info.param; });
-
-// The largest error of a node of one input, in units of 2^-24 times the reference's scale.
-double WorstError(const Node& node, const Node& input) {
-  const Image in = Render(input), got = Render(node);
-  const Roi window = node.spec().data_window;
-  std::vector<reference::ImageD> inputs = {reference::ImageD(window, in.spec().channel_count())};
-  const auto* const samples = reinterpret_cast<const float*>(in.view().data);
-  std::copy_n(samples, inputs[0].samples.size(), inputs[0].samples.begin());
-  reference::ImageD want(window, node.spec().channel_count()), scale = want;
-  const std::vector<ImageSpec> specs = {input.spec()};
-  const graph::Op& op = *node.data()->op;
-  reference::Find(op.Name())->evaluate({op.Parameters(), inputs, specs, node.spec(), {}, want, &scale});
-  double worst = 0;
-  const auto* const out = reinterpret_cast<const float*>(got.view().data);
-  for (size_t i = 0; i < want.samples.size(); ++i) {
-    const double error = std::fabs(out[i] - want.samples[i]);
-    if (std::isnan(error) && std::isnan(out[i]) == std::isnan(want.samples[i])) continue;
-    const double units = error == 0 ? 0 : error / scale.samples[i] * 0x1p24;
-    if (!(units <= worst)) worst = std::isnan(units) ? kInf : units;
-  }
-  return worst;
-}
 
 TEST_P(LookupTest, StaysWithinItsBoundInEveryDimension) {
   const std::vector<std::vector<int>> shapes = {
@@ -468,6 +420,49 @@ TEST_P(LookupTest, MipLevelsFollowTheDerivatives) {
   EXPECT_LE(WorstError(Lookup(coords, RandomTable({64, 64}, 3), p), coords), 4.0);
   EXPECT_EQ(Values(Lookup(coords, FromImage(ramp(1)), {}, p)),
             Values(Lookup(coords, TableFromImage(ramp(1).view()), p)));
+}
+
+TEST(LostCoordinatesTest, AreCountedByTheRuleOfTheLookup) {
+  const Samples at = {0.5f, kNaN, 1, kInf, 0, 1, 9, -kInf, 0, kNaN, kNaN, kNaN, 0.5f, 0.5f, -1, 1, 1, 1e-40f};
+  const Node coords = Pixels(at, 3);
+  const auto count = [&](const LookupParams& p, int threads = 1) {
+    const LostCoordinates lost = CountLostCoordinates(coords, 2, p, {.threads = threads});
+    // As many results are NaN as are counted.
+    LookupParams nan = p;
+    nan.propagate_nan = true;
+    const Samples v = Values(Lookup(coords, RandomTable({4, 4}, 1), nan));
+    if (!p.projective && p.mask < 0) {
+      EXPECT_EQ(std::count_if(v.begin(), v.end(), [](float x) { return std::isnan(x); }), lost.not_a_number);
+    }
+    return std::vector<int64_t>{lost.pixels, lost.not_a_number, lost.behind, lost.first_x, lost.first_y};
+  };
+  EXPECT_THAT(count({}), ElementsAre(6, 2, 0, 0, 0));
+  EXPECT_THAT(count({.wrap = {TableWrap::kRepeat}}), ElementsAre(6, 4, 0, 0, 0));
+  EXPECT_THAT(count({.wrap = {TableWrap::kClampEdge, TableWrap::kMirror}}, 3), ElementsAre(6, 3, 0, 0, 0));
+  EXPECT_THAT(count({.projective = true}), ElementsAre(6, 1, 4, 0, 0));
+  EXPECT_THAT(count({.axes = {0, 0}, .mask = 2}), ElementsAre(4, 0, 0, 0, 0));
+  EXPECT_THAT(count({.axes = {1, 1}}), ElementsAre(6, 2, 0, 0, 0));
+  EXPECT_EQ(CountLostCoordinates(coords, 1, {.axes = {2}, .projective = false}).Summary(),
+            "1 of 6 pixels have coordinates that are no numbers; the first at 3,0");
+  EXPECT_THAT(Refusal([&] { CountLostCoordinates(coords, 4); }), HasSubstr("expected channel 3"));
+  EXPECT_THAT(Refusal([&] { CountLostCoordinates(coords, 5); }), HasSubstr("found 5 dimensions"));
+  // The commands tell it.
+  const auto notes = [&](const char* op, const std::string& words, std::vector<Node> inputs) {
+    std::vector<std::string> told;
+    const ops::OpInfo& info = *ops::FindOp(op);
+    ops::Arguments arguments = ops::ParseExample(info, words);
+    arguments.notes = &told;
+    info.make(inputs, arguments, nullptr);
+    return told;
+  };
+  const Node table = FromImage(Image(ImageSpec(4, 4, 1)));
+  EXPECT_THAT(
+      notes("lookup", "count=1 projective=1", {coords, table}),
+      ElementsAre("1 of 6 pixels have coordinates that are no numbers, 4 lie behind the projector; the "
+                  "first at 0,0"));
+  EXPECT_THAT(notes("table", "0,1 count=1 channels=all", {coords}),
+              ElementsAre("R,G,B: 2 of 6 pixels have coordinates that are no numbers; the first at 0,0"));
+  EXPECT_THAT(notes("lookup", "", {coords, table}), ::testing::IsEmpty());
 }
 
 TEST(LookupRefusalTest, NamesWhatIsWrong) {

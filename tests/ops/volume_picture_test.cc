@@ -173,6 +173,17 @@ TEST(VolumePicture, UserChainsLeapOverNothing) {
     p.leap = false;
     ExpectSameBits(leaping, Render(RenderVolume(Size(30, 30), v, p)));
   }
+  // Where nothing is seen too, nothing is leapt over.
+  p.dmf = ParseDmf("bias(.4)");
+  p.transfer = {{{0, {1, 1, 1}, 0.02}, {1, {1, 0.5, 0}, 0.3}}, 0.05};
+  p.leap = true;
+  const Image foggy = Render(RenderVolume(Size(30, 30), v, p));
+  int covered = 0;
+  for (int i = 0; i < 900; ++i) covered += foggy.at<float>(i % 30, i / 30, 3) > 0;
+  EXPECT_GT(covered, 600);
+  p.leap = false;
+  ExpectSameBits(foggy, Render(RenderVolume(Size(30, 30), v, p)));
+  p.transfer = {};
   // A function of C++, against the built-in that it repeats.
   Dmf mine;
   mine.kind = Dmf::Kind::kFunction;

@@ -27,14 +27,15 @@ enum class Negatives : uint8_t {
 //   [0,1],
 //           PQ light in units of 10,000 cd/m^2, HLG scene light; the other numbers are not used
 //   kLinear slope x + offset
-// and slope x + offset for x < join. Evaluated in more than float's precision (double, or two floats) and
-// rounded once.
+// and slope x + offset for x < join. Evaluated in more than float's precision (double, two floats, or
+// polynomials that are fitted to the formula) and rounded once.
 struct CurveFormula {
   enum class Kind : uint8_t { kLinear, kPower, kLog, kExp, kPq, kPqInverse, kHlg, kHlgInverse };
   Kind kind = Kind::kLinear;
   double in_scale = 1, in_offset = 0, exponent = 1, out_scale = 1, out_offset = 0, floor = 0;
   double join = -std::numeric_limits<double>::infinity(), slope = 1, offset = 0;
   Negatives negatives = Negatives::kExtend;
+  bool operator==(const CurveFormula&) const = default;
 };
 
 // Formulas on channels: one for all three colours, or one each for R, G, B (and a fourth for alpha, where the

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -127,6 +128,27 @@ struct VolumeParams {
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
                   const Node& scene_depth);
+
+// A volume of a scene, and where it stands: `to_world`, a rigid motion, leads from its own coordinates to the
+// world's, in which the camera, cutting planes and the light are given.
+struct PlacedVolume {
+  Volume volume;
+  VolumeParams params;
+  Matrix4 to_world = kIdentity4;
+};
+// One picture of up to 8 volumes. The camera of the first serves all. All media are marched together, on
+// samples as close as the closest of their steps: where they overlap, their extinctions add up and their
+// colours mix by them, so that the order of the list changes nothing but rounding (1e-6), and media apart
+// from each other hide one another by their depth. The nearest of the surfaces ends the rays and shows
+// through what lies before it. Alpha, Z, leaping and the error bound are those of RenderVolume. Modes:
+// surfaces, hypertexture, over and under (both front to back), by the method kRays. `samples` above 1: the
+// mean of so many jittered pictures, as RenderVolumeSupersampled's. Throws Error: other modes and methods,
+// more volumes, a matrix that is no rigid motion.
+Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, int samples = 1);
+Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth);
+// The picture that RenderVolume or RenderVolumes made (scene depth included) with one more volume in it, seen
+// by its camera. Throws Error when `picture` is anything else.
+Node AddVolume(const Node& picture, const PlacedVolume& volume, int samples = 1);
 // The mean of `samples` pictures whose rays pass at jittered places in the pixel (JitterSet): antialiasing by
 // the accumulation operations. Depth, where asked for, is averaged too.
 Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,

@@ -10,6 +10,7 @@
 
 namespace tessera::base {
 
+inline constexpr int kMostVolumes = 8;        // of one scene
 inline constexpr int kTransferSize = 1024;    // entries of a transfer function
 inline constexpr int kPairSize = 256;         // entries a side of a pre-integrated table
 inline constexpr double kSurfaceStep = 0.25;  // voxels between the places where a surface is looked for
@@ -19,6 +20,9 @@ struct VolumeDraw {
   VolumeParams params;
   Roi window;               // the camera looks through it
   bool with_scene = false;  // input 0 is the depth of opaque objects
+  PlacedVolume placed;      // as it was given, its camera that of the world; `params` are in the volume's own
+  // The further volumes of a scene, all seen by the first one's camera.
+  std::vector<std::shared_ptr<const VolumeDraw>> others;
   // Tables of four floats an entry (colour and extinction per world unit), the last entry twice.
   std::vector<float> colors, transfer;
   std::vector<float> pairs;                    // [back][front], kPairSize + 1 a side

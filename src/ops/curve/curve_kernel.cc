@@ -15,6 +15,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/curve/curve_pieces-inl.h"
 #include "ops/curve/fast_curve-inl.h"
 #include "simd/fused-inl.h"
 #include "simd/math-inl.h"
@@ -97,8 +98,8 @@ float JoinOf(const CurveFormula& f) {
   return nearest < f.join ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
 }
 
-// How a loop evaluates its formula: all in double, or most in double-float, with and without inner and outer
-// scales.
+// How a loop that has no tables of pieces evaluates its formula: all in double, or most in double-float, with
+// and without inner and outer scales.
 enum class Way : uint8_t { kDouble, kFast, kFastInner, kFastOuter, kFastBoth };
 
 // A plane's curve and the loop that was made for it.
@@ -108,6 +109,7 @@ struct CurveWork {
   Loop loop = nullptr;
 #if TESSERA_DOUBLE_FLOAT
   FastCurve fast;
+  CurvePieces pieces;
 #endif
   bool active() const { return curve.active; }
   void operator()(const float* in, float* out, int count) const { loop(*this, in, out, count); }
@@ -120,8 +122,8 @@ HWY_NOINLINE V AnyValue(V x, V v, V y, hn::Mask<s::D> able, const PlaneCurve& cu
   const s::D d;
   const CurveFormula& f = curve.formula;
   const V zero = hn::Zero(d), infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-  const auto below = hn::Lt(v, hn::Set(d, JoinOf(f))), finite = hn::Lt(hn::Abs(x), infinity);
-  const auto at_zero = hn::Eq(v, zero);
+  const auto below = hn::AndNot(able, hn::Lt(v, hn::Set(d, JoinOf(f))));
+  const auto finite = hn::Lt(hn::Abs(x), infinity), at_zero = hn::AndNot(able, hn::Eq(v, zero));
   y = hn::IfThenElse(at_zero, hn::Set(d, curve.at_zero), y);
   const auto done = hn::Or(hn::Or(able, at_zero), hn::Or(below, hn::Not(finite)));
   if (!hn::AllTrue(d, done)) {
@@ -158,14 +160,18 @@ HWY_INLINE V ValueOf(V v, const CurveWork& work, hn::Mask<s::D>& able) {
   return s::InDouble([&work](VD x) HWY_ATTR { return Evaluate<kKind>(x, work.curve.formula); }, v);
 }
 
+// Whether a formula takes negative samples, of the sign that is left to it, as 0.
+bool TakesNegativesAsZero(const CurveFormula& f) {
+  return f.negatives == Negatives::kClamp || f.kind == Kind::kPq || f.kind == Kind::kPqInverse ||
+         f.kind == Kind::kHlg;
+}
+
 // One plane; `in` and `out` may be the same.
 template <Kind kKind, Way kWay>
 void RunPlane(const CurveWork& work, const float* in, float* out, int count) {
   const s::D d;
   const CurveFormula& f = work.curve.formula;
-  const bool keep = f.negatives == Negatives::kKeep;
-  const bool limit = f.negatives == Negatives::kClamp || kKind == Kind::kPq || kKind == Kind::kPqInverse ||
-                     kKind == Kind::kHlg;
+  const bool keep = f.negatives == Negatives::kKeep, limit = TakesNegativesAsZero(f);
   const V zero = hn::Zero(d), sign = hn::Set(d, f.negatives == Negatives::kMirror ? -0.0f : 0.0f);
   const V join = hn::Set(d, keep ? std::max(JoinOf(f), 0.0f) : JoinOf(f));
   const V lowest = hn::Set(d, keep ? 0.0f : -std::numeric_limits<float>::max());
@@ -189,16 +195,47 @@ void RunPlane(const CurveWork& work, const float* in, float* out, int count) {
 }
 
 #if TESSERA_DOUBLE_FLOAT
+// One plane by tables of pieces, which have the join and the linear part in them.
+template <Kind kKind>
+void RunPieces(const CurveWork& work, const float* in, float* out, int count) {
+  const s::D d;
+  const CurveFormula& f = work.curve.formula;
+  const bool keep = f.negatives == Negatives::kKeep, limit = TakesNegativesAsZero(f);
+  const V zero = hn::Zero(d), sign = hn::Set(d, f.negatives == Negatives::kMirror ? -0.0f : 0.0f);
+  const Pieces pieces(work.pieces);
+  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
+    const V x = hn::LoadU(d, in + i);
+    V v = hn::AndNot(sign, x);
+    if (limit) v = hn::IfThenElse(hn::Lt(v, zero), zero, v);
+    hn::Mask<s::D> able;
+    V y = pieces.At<kKind == Kind::kPqInverse>(v, able);
+    if (keep) able = hn::And(able, hn::Ge(v, zero));
+    if (HWY_LIKELY(hn::AllTrue(d, able))) {
+      y = hn::Xor(y, hn::And(x, sign));
+    } else {
+      y = AnyValue<kKind>(x, v, y, able, work.curve);
+    }
+    hn::StoreU(y, d, out + i);
+  }
+}
+
 template <Kind kKind>
 CurveWork::Loop LoopOfKind(const CurveWork& work) {
   const FastCurve& fast = work.fast;
-  if (!fast.able) return RunPlane<kKind, Way::kDouble>;
-  if constexpr (kKind == Kind::kPower || kKind == Kind::kLog || kKind == Kind::kExp) {
-    if (fast.inner && fast.outer) return RunPlane<kKind, Way::kFastBoth>;
-    if (fast.inner) return RunPlane<kKind, Way::kFastInner>;
-    if (fast.outer) return RunPlane<kKind, Way::kFastOuter>;
+  if constexpr (kKind != Kind::kHlgInverse) {
+    if (work.pieces.able) return RunPieces<kKind>;
   }
-  return RunPlane<kKind, Way::kFast>;
+  if constexpr (kKind == Kind::kExp) {
+    if (fast.able && fast.inner && fast.outer) return RunPlane<kKind, Way::kFastBoth>;
+    if (fast.able && fast.inner) return RunPlane<kKind, Way::kFastInner>;
+  }
+  if constexpr (kKind == Kind::kLog || kKind == Kind::kExp) {
+    if (fast.able && fast.outer) return RunPlane<kKind, Way::kFastOuter>;
+  }
+  if constexpr (kKind != Kind::kPq && kKind != Kind::kPqInverse && kKind != Kind::kHlg) {
+    if (fast.able) return RunPlane<kKind, Way::kFast>;
+  }
+  return RunPlane<kKind, Way::kDouble>;
 }
 #else
 template <Kind kKind>
@@ -211,6 +248,7 @@ CurveWork WorkOf(const PlaneCurve& curve) {
   CurveWork work;
   work.curve = curve;
 #if TESSERA_DOUBLE_FLOAT
+  work.pieces = PiecesOf(curve.formula);
   work.fast = FastCurveOf(curve.formula);
 #endif
   switch (curve.formula.kind) {
@@ -316,32 +354,39 @@ template <class Work>
 class PlaneStage final : public graph::PointStage {
  public:
   template <class Plane>
-  explicit PlaneStage(const Plane (&planes)[4])
-      : work_{WorkOf(planes[0]), WorkOf(planes[1]), WorkOf(planes[2]), WorkOf(planes[3])} {}
+  explicit PlaneStage(const Plane (&planes)[4]) {
+    for (int p = 0; p < 4; ++p) {
+      alike_[p] = p > 0 && planes[p] == planes[p - 1];
+      work_[p] = alike_[p] ? work_[p - 1] : WorkOf(planes[p]);
+    }
+  }
   bool CanFuse(bool, PixelType) const override { return true; }
   void Run(const graph::PointArgs& args) const override {
     // Results may lie where other planes' samples do, so that all are read before any is written.
     // Short chunks: reading and writing memory goes on beside the arithmetic.
     constexpr int kChunk = 64;
     static_assert(kBlockPixels % kChunk == 0);
-    alignas(64) float samples[4][kChunk];
-    float* const planes[4] = {samples[0], samples[1], samples[2], samples[3]};
+    alignas(64) float samples[4 * kChunk];
     const s::D d;
     for (int first = 0; first < args.count; first += kChunk) {
       const int count = std::min(kChunk, args.count - first);
+      float* const planes[4] = {samples, samples + count, samples + 2 * count, samples + 3 * count};
       s::LoadChunk(args, first, count, planes);
-      for (int p = 0; p < 4; ++p) {
-        if (work_[p].active()) work_[p](samples[p], samples[p], count);
+      // Planes with the same curve are one run: its tables are loaded once.
+      for (int p = 0, next = 1; p < 4; p = next) {
+        for (next = p + 1; next < 4 && alike_[next]; ++next) continue;
+        if (work_[p].active()) work_[p](planes[p], planes[p], (next - p) * count);
       }
       s::StoreChunk(args, first, count, [&](int i) HWY_ATTR {
-        return s::Pixels{hn::Load(d, samples[0] + i), hn::Load(d, samples[1] + i),
-                         hn::Load(d, samples[2] + i), hn::Load(d, samples[3] + i)};
+        return s::Pixels{hn::Load(d, planes[0] + i), hn::Load(d, planes[1] + i), hn::Load(d, planes[2] + i),
+                         hn::Load(d, planes[3] + i)};
       });
     }
   }
 
  private:
   Work work_[4];
+  bool alike_[4];  // the plane before has the same
 };
 
 std::unique_ptr<graph::PointStage> NewCurveStage(const PlaneCurve (&planes)[4]) {

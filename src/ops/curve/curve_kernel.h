@@ -14,6 +14,7 @@ struct PlaneCurve {
   bool active = false;
   CurveFormula formula;
   float at_infinity = 0, at_minus_infinity = 0, at_zero = 0;
+  bool operator==(const PlaneCurve&) const = default;
 };
 std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4]);
 
@@ -21,6 +22,7 @@ std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4])
 struct PlanePower {
   bool active = false;
   double exponent = 1;
+  bool operator==(const PlanePower&) const = default;
 };
 std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4]);
 

@@ -14,8 +14,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
-// One end of the lines of a vector of pixels: which pixel, what that pixel holds, and where in it: the way
-// from its centre along its direction's own axes, -1/2 to 1/2, so that all lines go right and down.
+// One end of the lines of a vector of pixels: which pixel, what that pixel holds, and how far it is, along
+// each component of its direction, to the pixel's edge.
 struct Crossing {
   VI at;  // index in Lines::cells, relative to the vector's first pixel
   VI cell;
@@ -52,27 +52,29 @@ class Strides {
   VI x_, y_;
 };
 
-HWY_INLINE Crossing StartAt(VI at, VI cell) { return {at, cell, hn::Zero(D()), hn::Zero(D())}; }
+HWY_INLINE Crossing StartAt(VI at, VI cell) {
+  const V half = hn::Set(D(), 0.5f);
+  return {at, cell, half, half};
+}
 
-// To the edge of the pixel along its direction: whether that is the one ahead in x. The place is then that on
-// the far side of the edge, still along the axes of the pixel that is left.
+// To the edge of the pixel along its direction: whether that is the one ahead in x. What is left is then that
+// of a pixel with the same signs.
 HWY_INLINE hn::Mask<D> Cross(Crossing& c) {
   const D d;
   const DI di;
-  const V half = hn::Set(d, 0.5f), enter = hn::Set(d, -0.5f);
-  constexpr int kUnit = 1 << kCellShareShift;
-  const V one = hn::Set(d, static_cast<float>(kCellShareOne * kUnit));
-  const V share = hn::ConvertTo(d, hn::And(c.cell, hn::Set(di, static_cast<int>(kCellShareOne) * kUnit)));
+  const V one = hn::Set(d, 1.0f);
+  // The share is the fraction of a float from 1 to 2.
+  constexpr int kFraction = (kCellShareOne - 1) << kCellShareShift;
+  const VI bits = hn::Or(hn::And(c.cell, hn::Set(di, kFraction)), hn::BitCast(di, one));
+  const V minus_share = hn::Sub(one, hn::BitCast(d, bits));
   const auto wide = hn::RebindMask(d, hn::TestBit(c.cell, hn::Set(di, static_cast<int>(kCellWide))));
-  const V u = hn::IfThenElse(wide, one, share), v = hn::IfThenElse(wide, share, one);
-  // An edge is never quite reached: a speed of 0 has a way to go, and the other edge comes first.
-  const V edge = hn::Set(d, 0.5f + 0x1p-24f);
-  const V left_x = hn::Sub(edge, c.x), left_y = hn::Sub(edge, c.y);
-  // Below 0 where left_x / u < left_y / v; what is left of the other way then is that over the speed.
-  const V ahead = hn::MulSub(left_x, v, hn::Mul(left_y, u));
-  const auto first_x = hn::Lt(ahead, hn::Zero(d));
-  const V along = hn::Sub(half, hn::Div(hn::Abs(ahead), hn::IfThenElse(first_x, u, v)));
-  c.x = hn::IfThenElse(first_x, enter, along), c.y = hn::IfThenElse(first_x, along, enter);
+  const V major = hn::IfThenElse(wide, c.x, c.y), minor = hn::IfThenElse(wide, c.y, c.x);
+  // What is left along the smaller component where the edge ahead along the larger one is met.
+  const V left = hn::MulAdd(major, minus_share, minor);
+  const auto minor_first = hn::Lt(left, hn::Zero(d));
+  const V rest = hn::IfThenElse(minor_first, hn::Div(left, minus_share), left);
+  const auto first_x = hn::Xor(wide, minor_first);
+  c.x = hn::IfThenElse(first_x, one, rest), c.y = hn::IfThenElse(first_x, rest, one);
   return first_x;
 }
 
@@ -80,17 +82,19 @@ HWY_INLINE hn::Mask<D> Cross(Crossing& c) {
 HWY_INLINE void Enter(VI cell, Crossing& c) {
   const D d;
   const DI di;
+  // A little more than 1: nothing left falls below 0.
+  const V whole = hn::Set(d, 1.0f + 0x1p-22f);
   const VI turned = hn::Xor(c.cell, cell);
-  const VI sign_x = hn::ShiftLeft<31>(turned);
-  const VI sign_y = hn::And(hn::ShiftLeft<30>(turned), hn::Set(di, static_cast<int>(0x80000000u)));
-  c.x = hn::Xor(c.x, hn::BitCast(d, sign_x)), c.y = hn::Xor(c.y, hn::BitCast(d, sign_y));
+  const auto turned_x = hn::RebindMask(d, hn::TestBit(turned, hn::Set(di, static_cast<int>(kCellLeft))));
+  const auto turned_y = hn::RebindMask(d, hn::TestBit(turned, hn::Set(di, static_cast<int>(kCellUp))));
+  c.x = hn::IfThenElse(turned_x, hn::Sub(whole, c.x), c.x);
+  c.y = hn::IfThenElse(turned_y, hn::Sub(whole, c.y), c.y);
   c.cell = cell;
 }
 
 HWY_INLINE V NoiseOf(VI cell) {
   return hn::ConvertTo(D(), hn::BitCast(DI(), hn::ShiftRight<kCellNoiseShift>(hn::BitCast(DU(), cell))));
 }
-constexpr float kNoiseUnit = 1.0f / 255;
 
 // kLanes pixels from (x, y) on; `vectors` of them side by side, in flight together. kEnds: lines may end.
 template <int kVectors, bool kEnds>
@@ -103,12 +107,13 @@ HWY_INLINE void ConvolveCodes(const Lines& lines, int x, int y, float* result) {
   const VI end = hn::Set(di, static_cast<int>(kCellEnd));
   Crossing c[kBoth];
   V sum[kBoth], weight[kBoth], own[kVectors];
-  for (int i = 0; i < kBoth; ++i) {
-    VI at = hn::Iota(di, i % kVectors * kLanes);
+  for (int i = 0; i < kVectors; ++i) {
+    VI at = hn::Iota(di, i * kLanes);
     if constexpr (kEnds) at = hn::Min(at, hn::Set(di, lines.width - 1 - x));
-    c[i] = StartAt(at, hn::GatherIndex(di, cells, at));
-    sum[i] = weight[i] = hn::Zero(d);
+    c[i] = c[i + kVectors] =
+        StartAt(at, kEnds ? hn::GatherIndex(di, cells, at) : hn::LoadU(di, cells + i * kLanes));
   }
+  for (int i = 0; i < kBoth; ++i) sum[i] = weight[i] = hn::Zero(d);
   for (int i = 0; i < kVectors; ++i) own[i] = NoiseOf(c[i].cell);
   const auto masked = [&](int i) HWY_ATTR { return hn::RebindMask(d, hn::Eq(c[i].cell, end)); };
   hn::Mask<D> none[kVectors];
@@ -131,7 +136,7 @@ HWY_INLINE void ConvolveCodes(const Lines& lines, int x, int y, float* result) {
     const V all = hn::MulAdd(centre, own[i], hn::Add(sum[i], sum[i + kVectors]));
     V total = hn::Set(d, lines.sum);
     if constexpr (kEnds) total = hn::Add(hn::Add(weight[i], weight[i + kVectors]), centre);
-    V mean = hn::Div(hn::Mul(all, hn::Set(d, kNoiseUnit)), total);
+    V mean = hn::Div(hn::Mul(all, hn::Set(d, lines.unit)), total);
     if constexpr (kEnds) {
       mean = hn::IfThenElseZero(hn::Gt(total, hn::Zero(d)), hn::IfThenZeroElse(none[i], mean));
     }
@@ -152,7 +157,7 @@ void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result
   V reach = hn::Set(d, static_cast<float>(lines.taps));
   if (lines.reach != nullptr) reach = hn::GatherIndex(d, lines.reach + ptrdiff_t{y} * lines.width + x, lane);
   V sum[2][kMostChannels], weight[2];
-  const V unit = hn::Set(d, lines.texture_in_cells ? kNoiseUnit : 1.0f);
+  const V unit = hn::Set(d, lines.unit);
   const auto texel = [&](VI px, VI py, VI cell, int channel) HWY_ATTR {
     if (lines.texture_in_cells) return NoiseOf(cell);
     const VI at = hn::Add(hn::Mul(py, hn::Set(di, static_cast<int>(lines.texture_row))),
@@ -214,8 +219,12 @@ void FollowCells(const Lines& lines, const LineOutput& out) {
       } else {
         ConvolveCodes<kVectors, true>(lines, x, y, result);
       }
-      for (int i = 0; i < count; ++i) {
-        for (int c = 0; c < lines.channels; ++c) to[i * out.step + c] = result[c * most + i];
+      if (out.step == 1) {
+        std::copy_n(result, count, to);
+      } else {
+        for (int i = 0; i < count; ++i) {
+          for (int c = 0; c < lines.channels; ++c) to[i * out.step + c] = result[c * most + i];
+        }
       }
       x += count;
     }

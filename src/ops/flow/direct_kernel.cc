@@ -27,6 +27,10 @@ HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) 
     weight[c] = hn::Zero(d), alive[c] = hn::Set(d, 1.0f);
     for (int i = 0; i < kMost; ++i) sum[c][i] = hn::Zero(d);
   }
+  VU base_x[kParts], base_y[kParts];
+  for (int part = 0; part < kParts; ++part) {
+    base_x[part] = WholeBaseOf(starts[part].x), base_y[part] = WholeBaseOf(starts[part].y);
+  }
   V reach[kParts];
   if (kChecked && lines.reach != nullptr) {
     for (int part = 0; part < kParts; ++part) {
@@ -38,6 +42,13 @@ HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) 
     const auto i = static_cast<size_t>(number - 1);
     V w = hn::Set(d, c < kParts ? lines.forward[i] : lines.backward[i]);
     const Starts& start = starts[c % kParts];
+    if constexpr (!kChecked && !kLinear) {
+      if (place.codes != nullptr) {
+        const V value = NearestCodes(lines, place, base_x[c % kParts], base_y[c % kParts], p);
+        sum[c][0] = hn::MulAdd(w, value, sum[c][0]);
+        return;
+      }
+    }
     Texels<kLinear> texels = FindTexels<kChecked, kLinear>(lines, place, start, p);
     if constexpr (kChecked) {
       alive[c] = hn::And(alive[c], texels.inside);
@@ -49,7 +60,7 @@ HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) 
       weight[c] = hn::Add(weight[c], w);
     }
     for (int channel = 0; channel < channels; ++channel) {
-      const V value = texels.Value(place.texture + channel);
+      const V value = texels.Value(place, channel);
       if constexpr (kChecked) {
         // A line that has ended takes nothing, not even NaN.
         const V part = hn::IfThenElseZero(hn::Gt(w, hn::Zero(d)), hn::Mul(w, value));
@@ -70,10 +81,10 @@ HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) 
     for (int channel = 0; channel < channels; ++channel) {
       // Forward plus backward first: a field turned round gives the same bits.
       const V both = hn::Add(sum[part][channel], sum[part + kParts][channel]);
-      V v = own.Value(place.texture + channel);
+      V v = own.Value(place, channel);
       if (lines.centre == 0) v = hn::Zero(d);
       const V all = hn::MulAdd(centre, v, both);
-      V mean = hn::Div(all, total);
+      V mean = hn::Div(hn::Mul(all, hn::Set(d, lines.unit)), total);
       if constexpr (kChecked) {
         mean = hn::IfThenElseZero(hn::Gt(total, hn::Zero(d)), mean);
         mean = hn::IfThenElseZero(hn::Gt(own.inside, hn::Zero(d)), mean);

@@ -20,12 +20,15 @@ inline constexpr int kPacket = kSide * kSide;
 inline constexpr int kMostChannels = 4;
 
 // What a pixel holds for lines that go from pixel to pixel: signs of the direction, whether its x component
-// is the larger one, the smaller component as a share of the larger one, and, for the library's own noise,
-// the texture's code. A line that has come to a pixel without a vector stays there; so it does in kCellEnd,
-// which masked pixels hold too, and reads nothing.
-inline constexpr uint32_t kCellLeft = 1, kCellUp = 2, kCellStill = 4, kCellWide = 8, kCellEnd = kCellStill;
-inline constexpr int kCellShareShift = 4, kCellNoiseShift = 24;
-inline constexpr uint32_t kCellShareOne = (1u << (kCellNoiseShift - kCellShareShift)) - 1;
+// is the larger one, the smaller component as a share of the larger one (below 1), and, for the
+// library's own noise, the texture's code. A line that has come to a pixel without a vector stays there; so
+// it does in kCellEnd, which masked pixels hold too, and reads nothing.
+inline constexpr uint32_t kCellLeft = 1, kCellUp = 2, kCellStill = 4, kCellEnd = kCellStill;
+inline constexpr uint32_t kCellWide = 1u << 23;
+inline constexpr int kCellShareShift = 3, kCellNoiseShift = 24;
+inline constexpr uint32_t kCellShareOne = 1u << 20;
+
+inline constexpr int kCodeFrame = 8;
 
 // Everything about one picture, in pixels of the picture counted from its first one; shared by all threads.
 struct Lines {
@@ -39,6 +42,11 @@ struct Lines {
   // `channels` floats of each pixel, at most kMostChannels; pixels texture_step, rows texture_row floats
   // apart.
   const float* texture = nullptr;
+  // The library's own noise instead, where it is not in `cells`: codes of 8 bits, 255 for 1. With a
+  // texture_step of 2 each is followed by the one of the pixel below, so that four bytes hold four
+  // neighbours.
+  const uint8_t* codes = nullptr;  // within a frame of kCodeFrame pixels
+  float unit = 1;                  // what a texel of 1 stands for: 1/255 for codes
   ptrdiff_t texture_row = 0;
   int texture_step = 1, channels = 1;
 

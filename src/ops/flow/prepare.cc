@@ -15,7 +15,6 @@ namespace {
 
 constexpr int kRows = 16;              // of a task
 constexpr uint32_t kSparseShare = 24;  // one cell of so many is bright
-constexpr float kCode = 1.0f / 255;
 
 struct Vector {
   float u = 0, v = 0;
@@ -300,7 +299,7 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
   const int width = lines.width;
   const bool cells = lines.integrator == LicIntegrator::kCell, noise = lines.texture == nullptr;
   uint32_t* cell = nullptr;
-  float* texture = nullptr;
+  uint8_t* codes = nullptr;
   if (cells) {
     lines.cell_row = RowStride(ptrdiff_t{width} + 2 + kRowSlack);
     out.cells = Memory(lines.cell_row * (lines.height + 2), &cell);
@@ -308,30 +307,46 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
     std::fill_n(cell + lines.cell_row * (lines.height + 1), lines.cell_row, kCellEnd);
     cell += lines.cell_row + 1;
   }
-  const ptrdiff_t texture_row = RowStride(width);
-  if (noise && !cells) out.texture = Memory(texture_row * lines.height, &texture);
   lines.cells = cell;
   if (noise) {
-    lines.texture = texture, lines.texture_row = texture_row, lines.texture_in_cells = cells;
+    lines.texture_in_cells = cells, lines.unit = 1.0f / 255;
+    lines.texture_step = params.method == LicMethod::kShared ? 2 : 1;
+    lines.texture_row = (ptrdiff_t{width} * lines.texture_step + 2 * kCodeFrame + 127) / 128 * 128 + 64;
+    if (!cells) {
+      // The kernels read, but do not use, a few rows and columns beyond.
+      out.texture = Memory(lines.texture_row * (lines.height + 2 * kCodeFrame), &codes);
+      codes += lines.texture_row * kCodeFrame + kCodeFrame;
+    }
+    lines.codes = codes;
     if (params.noise == LicNoise::kSparse) out.mean = 1.0 / kSparseShare;
   }
   const NoiseRow row_of(params, out);
   const RowKernels kernels = RowKernelsOf();
   ForRows(lines.height, workers, [&](int y0, int y1) {
-    std::vector<uint32_t> codes(static_cast<size_t>(width) + kRowSlack);
+    std::vector<uint32_t> row(static_cast<size_t>(width) + kRowSlack), below(row.size());
+    const bool pairs = codes != nullptr && lines.texture_step == 2;
     std::vector<float> again(lines.uv == nullptr ? 2 * (static_cast<size_t>(width) + kRowSlack) : 0);
     for (int y = y0; y < y1; ++y) {
-      if (noise) row_of.Fill(y, codes.data());
-      if (texture != nullptr) {
-        float* const to = texture + y * texture_row;
-        for (int x = 0; x < width; ++x)
-          to[x] = static_cast<float>(static_cast<int>(codes[static_cast<size_t>(x)])) * kCode;
+      if (noise && (!pairs || y == y0)) row_of.Fill(y, row.data());
+      if (codes != nullptr) {
+        uint8_t* const to = codes + y * lines.texture_row;
+        if (pairs) {
+          if (y + 1 < lines.height) row_of.Fill(y + 1, below.data());
+          for (int x = 0; x < width; ++x) {
+            to[2 * x] = static_cast<uint8_t>(row[static_cast<size_t>(x)]);
+            to[2 * x + 1] = static_cast<uint8_t>(below[static_cast<size_t>(x)]);
+          }
+          row.swap(below);
+        } else {
+          std::transform(row.begin(), row.begin() + width, to,
+                         [](uint32_t c) { return static_cast<uint8_t>(c); });
+        }
       }
       if (!cells) continue;
       uint32_t* const to = cell + y * lines.cell_row;
       if (lines.uv == nullptr) kernels.copy_vectors(field.Row(y), width, again.data());
       const float* const vectors = lines.uv == nullptr ? again.data() : lines.uv + y * lines.uv_row;
-      kernels.cell_codes(vectors, codes.data(), width, lines.smallest, to);
+      kernels.cell_codes(vectors, row.data(), width, lines.smallest, to);
       to[-1] = to[width] = kCellEnd;
       for (int x = 0; lines.mask != nullptr && x < width; ++x) {
         if (lines.mask[ptrdiff_t{y} * width + x] != 0) to[x] = kCellEnd;

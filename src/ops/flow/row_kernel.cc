@@ -82,13 +82,15 @@ void CellCodes(const float* uv, const uint32_t* noise, int width, float smallest
     const V larger = hn::Max(size_u, size_v), smaller = hn::Min(size_u, size_v);
     const auto still = hn::Lt(hn::MulAdd(u, u, hn::Mul(v, v)), hn::Set(d, smallest * smallest));
     const V ratio = hn::Div(hn::IfThenZeroElse(still, smaller), hn::IfThenElse(still, one, larger));
-    const VI share = hn::NearestInt(hn::Mul(ratio, one));
+    const V most = hn::Set(d, static_cast<float>(kCellShareOne - 1));
+    const VI share = hn::NearestInt(hn::Min(hn::Mul(ratio, one), most));
     const auto flag = [&](hn::Mask<D> m, uint32_t bit) HWY_ATTR {
       return hn::BitCast(du, hn::IfThenElseZero(hn::RebindMask(di, m), hn::Set(di, static_cast<int>(bit))));
     };
     const VU sign_u = hn::ShiftRight<31>(hn::BitCast(du, u)), sign_v = hn::ShiftRight<31>(hn::BitCast(du, v));
     VU code = hn::Or(sign_u, hn::Add(sign_v, sign_v));
-    code = hn::Or(code, hn::Or(flag(still, kCellStill), flag(hn::Ge(size_u, size_v), kCellWide)));
+    code =
+        hn::Or(code, hn::Or(flag(still, kCellStill), flag(hn::Or(still, hn::Ge(size_u, size_v)), kCellWide)));
     code = hn::Or(code, hn::ShiftLeft<kCellShareShift>(hn::BitCast(du, share)));
     hn::StoreU(hn::Or(code, hn::ShiftLeft<kCellNoiseShift>(hn::LoadU(du, noise + x))), du, to + x);
   }

@@ -48,27 +48,41 @@ HWY_INLINE void LoadNeighbours(const float* from, VI at, V& left, V& right) {
 // The texture at positions that have all four pixels around them.
 template <bool kLinear>
 HWY_INLINE V TextureInside(const Lines& lines, const Place& place, const Starts& start, const V2& p) {
-#if HWY_TARGET != HWY_SCALAR
-  const D d;
-  const DI di;
   if constexpr (kLinear) {
+    const D d;
+    const DI di;
+    const DU du;
+    const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
+    const V tx = hn::Sub(p.x, floor_x), ty = hn::Sub(p.y, floor_y);
+    const VU x = hn::Add(WholeBits(floor_x), WholeBaseOf(start.x));
+    const VU y = hn::Add(WholeBits(floor_y), WholeBaseOf(start.y));
+    const VU row = hn::Mul(y, hn::Set(du, static_cast<uint32_t>(lines.texture_row)));
+    const auto between = [&](V a, V b, V low_a, V low_b) HWY_ATTR {
+      const V top = hn::MulAdd(tx, hn::Sub(b, a), a), low = hn::MulAdd(tx, hn::Sub(low_b, low_a), low_a);
+      return hn::MulAdd(ty, hn::Sub(low, top), top);
+    };
+    if (place.codes != nullptr) {
+      const VI at = hn::BitCast(di, hn::Add(row, hn::Add(x, x)));
+      const VU four =
+          hn::BitCast(du, hn::GatherOffset(di, reinterpret_cast<const int32_t*>(place.codes), at));
+      const auto value = [&](VU code) HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(di, code)); };
+      const VU byte = hn::Set(du, 255);
+      return between(value(hn::And(four, byte)), value(hn::And(hn::ShiftRight<16>(four), byte)),
+                     value(hn::And(hn::ShiftRight<8>(four), byte)), value(hn::ShiftRight<24>(four)));
+    }
+#if HWY_TARGET != HWY_SCALAR
     if (lines.texture_step == 1) {
-      const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
-      const V tx = hn::Sub(p.x, floor_x), ty = hn::Sub(p.y, floor_y);
-      const VI x = hn::Add(hn::ConvertTo(di, floor_x), start.x);
-      const VI y = hn::Add(hn::ConvertTo(di, floor_y), start.y);
-      const VI at = hn::Add(hn::Mul(y, hn::Set(di, static_cast<int>(lines.texture_row))), x);
+      const VI at = hn::BitCast(di, hn::Add(row, x));
       V a, b, low_a, low_b;
       LoadNeighbours(place.texture, at, a, b);
       LoadNeighbours(place.texture + lines.texture_row, at, low_a, low_b);
-      const V top = hn::MulAdd(tx, hn::Sub(b, a), a), low = hn::MulAdd(tx, hn::Sub(low_b, low_a), low_a);
-      const V between = hn::MulAdd(ty, hn::Sub(low, top), top);
       // Weight 0 takes nothing; what is not finite is left to the careful form.
-      if (hn::AllTrue(d, hn::IsFinite(between))) return between;
+      const V mean = between(a, b, low_a, low_b);
+      if (hn::AllTrue(d, hn::IsFinite(mean))) return mean;
     }
-  }
 #endif
-  return FindTexels<false, kLinear>(lines, place, start, p).Value(place.texture);
+  }
+  return FindTexels<false, kLinear>(lines, place, start, p).Value(place, 0);
 }
 
 // Samples, places and weights of the lines' taps; whether all samples are finite.
@@ -93,7 +107,7 @@ bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScra
     if (kChecked && (lines.mask != nullptr || !AllInside(lines, first[c % kParts], p))) {
       const Texels<kLinear> texels = FindTexels<true, kLinear>(lines, place, start, p);
       alive[c] = hn::And(alive[c], texels.inside);
-      value = texels.Value(place.texture);
+      value = texels.Value(place, 0);
     } else {
       value = TextureInside<kLinear>(lines, place, start, p);
     }
@@ -144,7 +158,7 @@ void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) 
   const auto there = [&](int at, int part) HWY_ATTR {
     return hn::LoadU(d, scratch.there.data() + at * kPacket + part * kLanes);
   };
-  const V whole = hn::Set(d, 1.0f / lines.sum);
+  const V unit = hn::Set(d, lines.unit), whole = hn::Set(d, lines.unit / lines.sum);
   alignas(64) float pairs[2 * kPacket];
   V sum[kParts], count[kParts];
   for (int part = 0; part < kParts; ++part) sum[part] = count[part] = zero;
@@ -178,7 +192,7 @@ void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) 
       const V weight = hn::LoadU(d, scratch.weights.data() + at * kPacket + part * kLanes);
       V mean;
       if constexpr (kChecked) {
-        mean = hn::IfThenElseZero(hn::Gt(count[part], zero), hn::Div(sum[part], count[part]));
+        mean = hn::IfThenElseZero(hn::Gt(count[part], zero), hn::Div(hn::Mul(sum[part], unit), count[part]));
       } else {
         mean = hn::Mul(sum[part], whole);
       }

@@ -13,22 +13,29 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
+// The texture at indices relative to the packet's first pixel, in multiples of Lines::unit.
+HWY_INLINE V TexelsAt(const Place& place, VI at, int channel) {
+  const D d;
+  if (place.codes == nullptr) return hn::GatherIndex(d, place.texture + channel, at);
+  return hn::ConvertTo(d, hn::BitCast(DI(), hn::And(LoadBytes(place.codes, at), hn::Set(DU(), 255))));
+}
+
 // Where a tap's samples are, relative to the packet's first pixel. `inside` is 1 where the line may go on,
 // else 0.
 template <bool kLinear>
 struct Texels {
   VI at;
   V inside;
-  HWY_INLINE V Value(const float* texture) const { return hn::GatherIndex(D(), texture, at); }
+  HWY_INLINE V Value(const Place& place, int channel) const { return TexelsAt(place, at, channel); }
 };
 template <>
 struct Texels<true> {
   VI at00, at10, at01, at11;
   V tx, ty, inside;
-  HWY_INLINE V Value(const float* texture) const {
+  HWY_INLINE V Value(const Place& place, int channel) const {
     const D d;
-    const V a = hn::GatherIndex(d, texture, at00), b = hn::GatherIndex(d, texture, at10);
-    const V low_a = hn::GatherIndex(d, texture, at01), low_b = hn::GatherIndex(d, texture, at11);
+    const V a = TexelsAt(place, at00, channel), b = TexelsAt(place, at10, channel);
+    const V low_a = TexelsAt(place, at01, channel), low_b = TexelsAt(place, at11, channel);
     // Weight 0 takes nothing: NaN spreads only where it has weight.
     const auto lerp = [&](V p, V q, V t) HWY_ATTR {
       const V between = hn::MulAdd(t, hn::Sub(q, p), p);
@@ -71,6 +78,43 @@ HWY_INLINE V Inside(const Lines& lines, const Place& place, VI x, VI y) {
     inside = hn::IfThenElseZero(hn::RebindMask(d, hn::Eq(masked, hn::Zero(di))), inside);
   }
   return inside;
+}
+
+// The codes at the pixels nearest to positions within the picture, Lines::texture_step 1. `base_x`, `base_y`:
+// WholeBaseOf the starts.
+HWY_INLINE V NearestCodes(const Lines& lines, const Place& place, VU base_x, VU base_y, const V2& p) {
+  const DU du;
+  const VU x = hn::Add(WholeBits(p.x), base_x), y = hn::Add(WholeBits(p.y), base_y);
+#if HWY_TARGET <= HWY_AVX3
+  // The lines of a packet stay together: mostly its taps lie within eight by eight pixels, a vector of bytes.
+  // Those around one of its middle lines are loaded, which costs half of a gather.
+  const hn::Full128<uint64_t> pair;
+  const hn::Half<DU> half;
+  const hn::Full128<uint32_t> quarter;
+  const uint64_t middle = hn::GetLane(
+      hn::BitCast(pair, hn::UpperHalf(quarter, hn::LowerHalf(half, hn::InterleaveUpper(du, x, y)))));
+  const int left = static_cast<int>(middle) - 4, top = static_cast<int>(middle >> 32) - 4;
+  const VU in_x = hn::Sub(x, hn::Set(du, static_cast<uint32_t>(left)));
+  const VU in_y = hn::Sub(y, hn::Set(du, static_cast<uint32_t>(top)));
+  if (HWY_LIKELY(hn::AllTrue(du, hn::Lt(hn::Or(in_x, in_y), hn::Set(du, 8))))) {
+    const hn::CappedTag<uint64_t, 1> one;
+    const uint8_t* const from = place.codes + top * lines.texture_row + left;
+    const auto row = [&](int i) HWY_ATTR {
+      return hn::LoadU(one, reinterpret_cast<const uint64_t*>(from + i * lines.texture_row));
+    };
+    const auto rows = [&](int i) HWY_ATTR { return hn::Combine(pair, row(i + 1), row(i)); };
+    const hn::Repartition<uint64_t, hn::Half<DU>> four;
+    const hn::Repartition<uint64_t, DU> eight;
+    const auto low = hn::Combine(four, rows(2), rows(0)), high = hn::Combine(four, rows(6), rows(4));
+    const VU window = hn::BitCast(du, hn::Combine(eight, high, low));
+    const VU bit = hn::Add(hn::ShiftLeft<6>(in_y), hn::ShiftLeft<3>(in_x));
+    const VU four_codes = hn::TableLookupLanes(window, hn::IndicesFromVec(du, hn::ShiftRight<5>(bit)));
+    const VU code = hn::Shr(four_codes, hn::And(bit, hn::Set(du, 24)));
+    return hn::ConvertTo(D(), hn::BitCast(DI(), hn::And(code, hn::Set(du, 255))));
+  }
+#endif
+  const VU at = hn::Add(hn::Mul(y, hn::Set(du, static_cast<uint32_t>(lines.texture_row))), x);
+  return TexelsAt(place, hn::BitCast(DI(), at), 0);
 }
 
 template <bool kChecked, bool kLinear>

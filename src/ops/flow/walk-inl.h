@@ -44,7 +44,9 @@ class Walker {
  public:
   HWY_INLINE Walker(const Lines& lines, const Place& place, const Starts* starts)
       : lines_(lines), place_(place), starts_(starts) {
-    for (int part = 0; part < kParts; ++part) first_[part] = PlacesOf(place, starts[part]);
+    for (int part = 0; part < kParts; ++part) {
+      first_[part] = PlacesOf(place, starts[part]), base_[part] = BaseOf(lines, starts[part]);
+    }
     for (int c = 0; c < kChains; ++c) {
       p_[c] = {hn::Zero(D()), hn::Zero(D())};
       v_[c] = c < kParts ? At(c, p_[c]) : v_[c - kParts];
@@ -93,11 +95,11 @@ class Walker {
 
  private:
   HWY_INLINE V2 At(int chain, const V2& p) const {
-    const Starts& starts = starts_[chain % kParts];
-    if (kChecked && !AllInside(lines_, first_[chain % kParts], p)) {
-      return VelocityAnywhere(lines_, place_, starts, p);
+    const int part = chain % kParts;
+    if (kChecked && !AllInside(lines_, first_[part], p)) {
+      return VelocityAnywhere(lines_, place_, starts_[part], p);
     }
-    return Velocity<false>(lines_, place_, starts, p);
+    return VelocityInside(lines_, place_, base_[part], p);
   }
   HWY_INLINE void Accept(const Stepped* to) {
     for (int c = 0; c < kChains; ++c) p_[c] = to[c].end, v_[c] = to[c].velocity;
@@ -151,6 +153,7 @@ class Walker {
   const Place& place_;
   const Starts* starts_;
   V2 first_[kParts];  // the starts as places in the picture
+  VU base_[kParts];
   V2 p_[kChains], v_[kChains];
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace tessera::ops {
 
@@ -44,6 +45,15 @@ GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kern
   for (int i = 0; i <= static_cast<int>(std::ceil(filter->width / 2)) * kPhases + 1; ++i) {
     fine.push_back(filter->value(static_cast<double>(i) / kPhases));
   }
+}
+
+int GatherSource::pixels_per_row() const {
+  constexpr ptrdiff_t kPixel = 4 * sizeof(float);
+  const ptrdiff_t stride = groups[0].row_stride;
+  const bool counts = stride > 0 && stride % kPixel == 0 && stride / kPixel * window.height() < INT32_MAX;
+  const bool same = std::all_of(groups.begin(), groups.end(),
+                                [&](const ConstImageView& g) { return g.row_stride == stride; });
+  return counts && same ? static_cast<int>(stride / kPixel) : 0;
 }
 
 double GatherSource::Value(double distance) const {

@@ -2,12 +2,14 @@
 // then pixels.
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 #include "ops/geometry/gather.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/geometry/gather_kernel.cc"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -161,33 +163,39 @@ HWY_INLINE F4 Bilinear(const float* p, ptrdiff_t stride, float fx, float fy) {
   return Blend(rows, fx);
 }
 
-#if HWY_TARGET != HWY_SCALAR
-// Bilinear of four pixels in one vector, the same sums.
+#undef TESSERA_GATHER_FOUR
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#define TESSERA_GATHER_FOUR 1
+// Bilinear of four pixels in one vector, the same sums. The loads of two neighbours fill half a vector.
 using F16 = s::Floats<16>;
-constexpr bool kFourPixels = F16::kVectors == 1;
-template <class F>
-HWY_INLINE F Bilinear4(const float* const (&p)[4], ptrdiff_t stride, const float* fx, const float* fy) {
-  const typename F::Tag d;
-  const hn::Half<typename F::Tag> half;
-  const auto each = [&](const float* f, int a, int b, int c, int e) HWY_ATTR {
-    const int32_t lanes[16] = {a, a, a, a, b, b, b, b, c, c, c, c, e, e, e, e};
+HWY_INLINE F16 Bilinear4(const float* const (&p)[4], ptrdiff_t stride, const float* fx, const float* fy) {
+  const F16::Tag d;
+  const hn::Half<F16::Tag> half;
+  const auto each = [&](const float* f, const int32_t(&lanes)[16]) HWY_ATTR {
     return hn::TableLookupLanes(hn::LoadDup128(d, f), hn::SetTableIndices(d, lanes));
   };
+  static constexpr int32_t kFirst[16] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+  static constexpr int32_t kSecond[16] = {2, 2, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3};
+  static constexpr int32_t kAll[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+  static constexpr int32_t kLeft[16] = {0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27};
+  static constexpr int32_t kRight[16] = {4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31};
   const auto one = hn::Set(d, 1.0f);
-  const auto rows = [&](int i, typename F::Vector f) HWY_ATTR {
+  const auto rows = [&](int i, F16::Vector f) HWY_ATTR {
     const auto top = hn::Combine(d, hn::LoadU(half, p[i + 1]), hn::LoadU(half, p[i]));
     const auto bottom = hn::Combine(d, hn::LoadU(half, p[i + 1] + stride), hn::LoadU(half, p[i] + stride));
     return hn::MulAdd(bottom, f, hn::Mul(top, hn::Sub(one, f)));
   };
-  F left, right;
-  left.v[0] = rows(0, each(fy, 0, 0, 1, 1));
-  right.v[0] = rows(2, each(fy, 2, 2, 3, 3));
-  s::PairPixels(left, right);
-  const auto f = each(fx, 0, 1, 2, 3);
-  F r;
-  r.v[0] = hn::MulAdd(right.v[0], f, hn::Mul(left.v[0], hn::Sub(one, f)));
+  const auto a = rows(0, each(fy, kFirst)), b = rows(2, each(fy, kSecond));
+  const auto pixels = [&](const int32_t(&lanes)[16]) HWY_ATTR {
+    return F16::Vector{_mm512_permutex2var_ps(a.raw, _mm512_loadu_si512(lanes), b.raw)};
+  };
+  const auto f = each(fx, kAll);
+  F16 r;
+  r.v[0] = hn::MulAdd(pixels(kRight), f, hn::Mul(pixels(kLeft), hn::Sub(one, f)));
   return r;
 }
+#else
+#define TESSERA_GATHER_FOUR 0
 #endif
 
 template <int kTaps>
@@ -219,37 +227,33 @@ class Gatherer {
   void Run() {
     const Roi& roi = job_.out.roi;
     if (source_.groups.empty() || source_.window.empty()) return Clear();
+    const bool even = source_.taps % 2 == 0 && source_.pixels_per_row() > 0;
+    above_.assign(static_cast<size_t>(roi.width() / kRun + 1), 0);
     for (int y = roi.y0; y < roi.y1; ++y) {
       for (int x = roi.x0; x < roi.x1; x += kRun) {
         const int count = std::min(kRun, roi.x1 - x);
         if (job_.map.from_image) {
-          ImagePositions(job_, x, y, count, at_);
-        } else {
-          MatrixPositions(job_.map, x, y, count, at_);
-        }
-        const Roi& w = source_.window;
-        FindTaps(w.x0, w.width(), source_.wrap_x, source_.taps, count, at_.x, index_.x, index_.fx);
-        FindTaps(w.y0, w.height(), source_.wrap_y, source_.taps, count, at_.y, index_.y, index_.fy);
-        for (size_t g = 0; g < source_.groups.size(); ++g) {
-          if (linear_) {
-            LookUp<2, true>(g, x, y, count);
-          } else if (source_.taps == 4) {
-            LookUp<4, false>(g, x, y, count);
-          } else if (source_.taps == 6) {
-            LookUp<6, false>(g, x, y, count);
-          } else if (source_.taps == 3) {
-            LookUp<3, false>(g, x, y, count);
-          } else if (source_.taps == 2) {
-            LookUp<2, false>(g, x, y, count);
-          } else {
-            LookUp<1, false>(g, x, y, count);
+          const Coordinates from(job_, x, y, count);
+          if (!even || !PlainImageTaps(job_, from, x, y, count, index_)) {
+            ImagePositions(job_, from, x, y, count, at_);
+            LookUpAny(x, y, count);
+            continue;
           }
+        } else if (!even || !PlainMatrixTaps(job_, x, y, count, index_)) {
+          MatrixPositions(job_.map, source_.window, x, y, count, at_);
+          LookUpAny(x, y, count);
+          continue;
         }
+        const ptrdiff_t ahead = Ahead(x, index_.offset[0]);
+        ForTaps([&](auto taps, auto linear, size_t g) { LookUpPlain<taps, linear>(g, x, y, count, ahead); });
       }
     }
   }
 
  private:
+  template <int kTaps>
+  using Taps = std::integral_constant<int, kTaps>;
+
   void Clear() {
     const Roi& roi = job_.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {
@@ -258,8 +262,97 @@ class Gatherer {
     }
   }
 
+  // look_up(taps, linear, group) for every group of channels.
+  template <class F>
+  HWY_INLINE void ForTaps(const F& look_up) {
+    using std::bool_constant;
+    for (size_t g = 0; g < source_.groups.size(); ++g) {
+      if (linear_) {
+        look_up(Taps<2>(), bool_constant<true>(), g);
+      } else if (source_.taps == 4) {
+        look_up(Taps<4>(), bool_constant<false>(), g);
+      } else if (source_.taps == 6) {
+        look_up(Taps<6>(), bool_constant<false>(), g);
+      } else if (source_.taps == 3) {
+        look_up(Taps<3>(), bool_constant<false>(), g);
+      } else if (source_.taps == 2) {
+        look_up(Taps<2>(), bool_constant<false>(), g);
+      } else {
+        look_up(Taps<1>(), bool_constant<false>(), g);
+      }
+    }
+  }
+
   template <int kTaps, bool kLinear>
-  HWY_INLINE void LookUp(size_t g, int x, int y, int count) {
+  HWY_INLINE F4 Look(const float* p, ptrdiff_t stride, float fx, float fy) const {
+    if constexpr (kTaps == 1) {
+      return F4::Load(p);
+    } else if constexpr (kLinear) {
+      return Bilinear(p, stride, fx, fy);
+    } else {
+      return Filtered<kTaps>(source_, p, stride, fx, fy);
+    }
+  }
+
+  HWY_INLINE void Write(F4 value, size_t g, float* out, bool stream) const {
+    value = value.OneNaN();
+    if (stream) {
+      value.Stream(out);
+    } else if (direct_) {
+      value.Store(out);
+    } else {
+      Scatter(value, g, out);
+    }
+  }
+
+  // How many floats behind a pixel of this run those lie that the rows below will look at, going by where the
+  // row above has looked. They are fetched: the processor does not foresee short pieces of many rows.
+  ptrdiff_t Ahead(int x, int64_t first) {
+    int64_t& above = above_[static_cast<size_t>((x - job_.out.roi.x0) / kRun)];
+    const int64_t step = first - above;
+    above = first;
+    constexpr int64_t kFarthestStep = int64_t{1} << 24;
+    return step > -kFarthestStep && step < kFarthestStep ? 4 * kRowsAhead * step : 0;
+  }
+
+  void LookUpAny(int x, int y, int count) {
+    const Roi& w = source_.window;
+    FindTaps(w.width(), source_.wrap_x, source_.taps, count, at_.x, index_.x, index_.fx);
+    FindTaps(w.height(), source_.wrap_y, source_.taps, count, at_.y, index_.y, index_.fy);
+    const ptrdiff_t ahead = Ahead(x, int64_t{index_.y[0]} * source_.pixels_per_row() + index_.x[0]);
+    ForTaps([&](auto taps, auto linear, size_t g) { LookUp<taps, linear>(g, x, y, count, ahead); });
+  }
+
+  // No pixel of the run needs a second look.
+  template <int kTaps, bool kLinear>
+  void LookUpPlain(size_t g, int x, int y, int count, ptrdiff_t ahead) {
+    const ConstImageView& group = source_.groups[g];
+    const auto* const pixels = reinterpret_cast<const float*>(group.data);
+    const ptrdiff_t stride = group.row_stride / 4;
+    auto* const out = reinterpret_cast<float*>(job_.out.At(x, y));
+    const auto at = [&](int i) { return pixels + ptrdiff_t{4} * index_.offset[i]; };
+    int i = 0;
+#if TESSERA_GATHER_FOUR
+    if (kLinear && direct_) {
+      const bool lines = job_.stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
+      for (; i + 4 <= count; i += 4) {
+        const float* const p[4] = {at(i), at(i + 1), at(i + 2), at(i + 3)};
+        hwy::Prefetch(p[0] + ahead);
+        const F16 value = Bilinear4(p, stride, index_.fx + i, index_.fy + i).OneNaN();
+        lines ? value.Stream(out + 4 * i) : value.Store(out + 4 * i);
+      }
+    }
+#endif
+    const bool stream = direct_ && job_.stream && reinterpret_cast<uintptr_t>(out) % 16 == 0;
+    for (; i < count; ++i) {
+      if (i % 4 == 0) hwy::Prefetch(at(i) + ahead);
+      Write(Look<kTaps, kLinear>(at(i), stride, index_.fx[i], index_.fy[i]), g,
+            out + ptrdiff_t{job_.out.channels} * i, stream);
+    }
+  }
+
+  template <int kTaps, bool kLinear>
+  void LookUp(size_t g, int x, int y, int count, ptrdiff_t ahead) {
     const ConstImageView& group = source_.groups[g];
     const auto* const pixels = reinterpret_cast<const float*>(group.data);
     const ptrdiff_t stride = group.row_stride / 4;
@@ -267,26 +360,6 @@ class Gatherer {
     auto* const out = reinterpret_cast<float*>(job_.out.At(x, y));
     const bool stream = direct_ && job_.stream && reinterpret_cast<uintptr_t>(out) % 16 == 0;
     for (int i = 0; i < count; ++i) {
-#if HWY_TARGET != HWY_SCALAR
-      if constexpr (kLinear && kFourPixels) {
-        // Four at a time while all of them are inside, between pixels.
-        if (direct_ && !at_.widened) {
-          const bool lines = job_.stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
-          for (; i + 4 <= count && AllPlain(i, last_x, last_y); i += 4) {
-            const float* p[4];
-            for (int k = 0; k < 4; ++k)
-              p[k] = pixels + stride * index_.y[i + k] + ptrdiff_t{4} * index_.x[i + k];
-            const F16 value = Bilinear4<F16>(p, stride, index_.fx + i, index_.fy + i).OneNaN();
-            if (lines) {
-              value.Stream(out + ptrdiff_t{4} * i);
-            } else {
-              value.Store(out + ptrdiff_t{4} * i);
-            }
-          }
-          if (i == count) break;
-        }
-      }
-#endif
       const int ix = index_.x[i], iy = index_.y[i];
       const float fx = index_.fx[i], fy = index_.fy[i];
       // Inside, between pixels, not reduced: no pixel needs a second look.
@@ -296,47 +369,20 @@ class Gatherer {
       F4 value;
       if (HWY_LIKELY(plain)) {
         const float* const p = pixels + stride * iy + ptrdiff_t{4} * ix;
-        if constexpr (kTaps == 1) {
-          value = F4::Load(p);
-        } else if constexpr (kLinear) {
-          value = Bilinear(p, stride, fx, fy);
-        } else {
-          value = Filtered<kTaps>(source_, p, stride, fx, fy);
-        }
+        if (i % 4 == 0) hwy::Prefetch(p + ahead);
+        value = Look<kTaps, kLinear>(p, stride, fx, fy);
       } else {
         value = Careful(group, i);
       }
-      value = value.OneNaN();
-      if (stream) {
-        value.Stream(out + ptrdiff_t{4} * i);
-      } else if (direct_) {
-        value.Store(out + ptrdiff_t{4} * i);
-      } else {
-        Scatter(value, g, out + ptrdiff_t{job_.out.channels} * i);
-      }
+      Write(value, g, out + ptrdiff_t{job_.out.channels} * i, stream);
     }
   }
 
-#if HWY_TARGET != HWY_SCALAR
-  // Whether four pixels from a multiple of four on have their taps inside and no fraction of 0.
-  HWY_INLINE bool AllPlain(int i, int last_x, int last_y) const {
-    if (i % 4 != 0) return false;
-    const hn::CappedTag<int32_t, 4> d;
-    const hn::CappedTag<float, 4> df;
-    const auto x = hn::Load(d, index_.x + i), y = hn::Load(d, index_.y + i);
-    const auto low = hn::Min(x, y);
-    const auto beyond = hn::Or(hn::Gt(x, hn::Set(d, last_x)), hn::Gt(y, hn::Set(d, last_y)));
-    const auto least = hn::Min(hn::Load(df, index_.fx + i), hn::Load(df, index_.fy + i));
-    const auto whole = hn::RebindMask(d, hn::Le(least, hn::Zero(df)));
-    return hn::AllFalse(d, hn::Or(hn::Or(beyond, hn::Lt(low, hn::Zero(d))), whole));
-  }
-#endif
-
   HWY_NOINLINE F4 Careful(const ConstImageView& group, int i) {
     const Roi& w = source_.window;
-    x_.Find(source_, at_.x[i] - w.x0, at_.wide_x[i], w.width(), source_.wrap_x);
+    x_.Find(source_, at_.x[i], at_.wide_x[i], w.width(), source_.wrap_x);
     if (x_.index.empty()) return F4::Zero();
-    y_.Find(source_, at_.y[i] - w.y0, at_.wide_y[i], w.height(), source_.wrap_y);
+    y_.Find(source_, at_.y[i], at_.wide_y[i], w.height(), source_.wrap_y);
     if (y_.index.empty()) return F4::Zero();
     return WeightedPixels(x_, y_, group);
   }
@@ -350,9 +396,12 @@ class Gatherer {
     }
   }
 
+  static constexpr int kRowsAhead = 3;
+
   const GatherJob& job_;
   const GatherSource& source_;
   bool linear_, direct_;
+  std::vector<int64_t> above_;  // the first pixel of every run of the row above
   Positions at_;
   Indices index_;
   AxisWeights x_, y_;

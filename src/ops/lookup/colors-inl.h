@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "ops/lookup/locate-inl.h"
-#include "simd/texels-inl.h"
+#include "ops/lookup/gather-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -25,9 +24,10 @@ using s::VI;
 // What the first pass leaves for the second. Places are offsets in units of two floats, which is what an
 // address can be scaled by; there are at most kMostPlaces, so that floats hold them exactly.
 struct Cells {
-  alignas(64)
-      int32_t place[3][kChunk];  // simplex: the first three of its entries; linear: the cell's first entry
-  alignas(64) float weight[4][kChunk];  // simplex: of its four entries; linear: fractions
+  // Simplex: the first three of its entries. Linear: along the axes 1 and 2 the nearest, the ones further
+  // along 1, along 2 and along both.
+  alignas(64) int32_t place[4][kChunk];
+  alignas(64) float weight[4][kChunk];  // simplex: of its four entries, the first's less 1; linear: distances
 };
 inline constexpr int kPlacesPerEntry = 2;
 inline constexpr int64_t kMostPlaces = int64_t{1} << 23;
@@ -48,15 +48,29 @@ HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells,
     const GridAxis& axis = grid.axis(a);
     const int32_t length = kPlacesPerEntry * axis.stride;
     step[a] = hn::Set(di, length);
-    const V cell = CellInside<kExact>(Unit(x[a]), hn::Set(d, axis.scale),
-                                      hn::Set(d, static_cast<float>(axis.last)), f[a]);
+    const V cell = CellInside < kExact,
+            kSimplex ? Want::kFraction
+                     : Want::kNearer > (Unit(x[a]), hn::Set(d, axis.scale),
+                                        hn::Set(d, static_cast<float>(axis.last)), f[a]);
     sum = hn::MulAdd(cell, hn::Set(d, static_cast<float>(length)), sum);
   }
   const VI place = SmallInteger(sum);
-  hn::Store(place, di, cells.place[0] + i);
   if constexpr (!kSimplex) {
-    for (int a = 0; a < 3; ++a) hn::Store(f[a], d, cells.weight[a] + i);
+    VI near = place, along[3];
+    for (int a = 1; a < 3; ++a) {
+      const VI sign = hn::BitCast(di, f[a]);
+      near = hn::Add(near, hn::IfNegativeThenElse(sign, step[a], hn::Zero(di)));
+      along[a] = hn::IfNegativeThenElse(sign, hn::Neg(step[a]), step[a]);
+    }
+    const VI further = hn::Add(near, along[1]);
+    hn::Store(near, di, cells.place[0] + i);
+    hn::Store(further, di, cells.place[1] + i);
+    hn::Store(hn::Add(near, along[2]), di, cells.place[2] + i);
+    hn::Store(hn::Add(further, along[2]), di, cells.place[3] + i);
+    hn::Store(f[0], d, cells.weight[0] + i);
+    for (int a = 1; a < 3; ++a) hn::Store(hn::Abs(f[a]), d, cells.weight[a] + i);
   } else {
+    hn::Store(place, di, cells.place[0] + i);
     // From the first corner to the last one along the axes in falling order of their fractions; the weights
     // are the differences of these.
     const auto ge01 = hn::Ge(f[0], f[1]), ge12 = hn::Ge(f[1], f[2]), ge02 = hn::Ge(f[0], f[2]);
@@ -70,7 +84,7 @@ HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells,
     const V high01 = hn::Max(f[0], f[1]), low01 = hn::Min(f[0], f[1]);
     const V high = hn::Max(high01, f[2]), low = hn::Min(low01, f[2]);
     const V middle = hn::Max(low01, hn::Min(high01, f[2]));
-    hn::Store(hn::Sub(hn::Set(d, 1.0f), high), d, cells.weight[0] + i);
+    hn::Store(hn::Neg(high), d, cells.weight[0] + i);
     hn::Store(hn::Sub(high, middle), d, cells.weight[1] + i);
     hn::Store(hn::Sub(middle, low), d, cells.weight[2] + i);
     hn::Store(low, d, cells.weight[3] + i);
@@ -85,10 +99,9 @@ HWY_INLINE void SimplexQuarter(const float* data, ptrdiff_t last, const Cells& c
   const auto at = [&](int k, const float* from) HWY_ATTR {
     return s::LoadQuads([&](int lane) HWY_ATTR { return Entry(from, cells.place[k][i + lane]); }, j);
   };
-  V sum = hn::Mul(at(0, data), hn::Broadcast<j>(w[0]));
-  sum = hn::MulAdd(at(1, data), hn::Broadcast<j>(w[1]), sum);
-  sum = hn::MulAdd(at(2, data), hn::Broadcast<j>(w[2]), sum);
-  store(std::integral_constant<int, j>(), hn::MulAdd(at(0, data + last), hn::Broadcast<j>(w[3]), sum));
+  const auto entry = [&](int k) HWY_ATTR { return k == 3 ? at(0, data + last) : at(k, data); };
+  store(std::integral_constant<int, j>(),
+        SimplexSum<3>(entry, [&](int k) HWY_ATTR { return hn::Broadcast<j>(w[k]); }));
 }
 template <class Store>
 HWY_INLINE void GatherSimplexColors(const Grid& grid, const Cells& cells, int i, const Store& store) {
@@ -102,20 +115,22 @@ HWY_INLINE void GatherSimplexColors(const Grid& grid, const Cells& cells, int i,
   SimplexQuarter<2>(grid.data(), last, cells, i, w, store);
   SimplexQuarter<3>(grid.data(), last, cells, i, w, store);
 }
+// Linear: along axes 1 and 2 from the nearer entries, pairs of neighbours along axis 0 as they lie; along
+// that all pixels of a vector.
 template <class Store>
-HWY_INLINE void GatherLinearColors(const Grid& grid, const Cells& cells, int i, const Store& store) {
-  const ptrdiff_t up1 = static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
-  const ptrdiff_t up2 = static_cast<ptrdiff_t>(grid.axis(2).stride) * 4;
-  const auto pixel = [&](int k) HWY_ATTR {
-    const float* const p = Entry(grid.data(), cells.place[0][k]);
-    const s::Pair f1 = s::Pair::Set(cells.weight[1][k]), f2 = s::Pair::Set(cells.weight[2][k]);
-    const s::Pair below = s::Lerp(s::Pair::Load(p), s::Pair::Load(p + up1), f1);
-    const s::Pair above = s::Lerp(s::Pair::Load(p + up2), s::Pair::Load(p + up1 + up2), f1);
-    const s::Pair pair = s::Lerp(below, above, f2);
-    return s::Lerp(s::Lower(pair), s::Upper(pair), s::Quad::Set(cells.weight[0][k]));
+HWY_INLINE void GatherLinearColors(const float* data, const Cells& cells, int i, const Store& store) {
+  const auto pair = [&](int k) HWY_ATTR {
+    const auto load = [&](int p) HWY_ATTR { return s::Pair::Load(Entry(data, cells.place[p][k])); };
+    const s::Pair h1 = s::Pair::Set(cells.weight[1][k]), h2 = s::Pair::Set(cells.weight[2][k]);
+    return s::LerpFrom(s::LerpFrom(load(0), load(1), h1), s::LerpFrom(load(2), load(3), h1), h2);
   };
   const auto quarter = [&](auto j) HWY_ATTR {
-    store(j, s::VectorOfQuads([&](int k) HWY_ATTR { return pixel(i + k).reg[0]; }, j));
+    constexpr int kLane = decltype(j)::value;
+    s::Pair pairs[s::kQuarter];
+    for (int k = 0; k < s::kQuarter; ++k) pairs[k] = pair(i + kLane + 4 * k);
+    V a, b;
+    s::SplitPairs(pairs, a, b);
+    store(j, s::LerpFromNearer(a, b, hn::Broadcast<kLane>(hn::Load(s::D(), cells.weight[0] + i))));
   };
   quarter(std::integral_constant<int, 0>()), quarter(std::integral_constant<int, 1>());
   quarter(std::integral_constant<int, 2>()), quarter(std::integral_constant<int, 3>());
@@ -133,7 +148,7 @@ HWY_INLINE void LookupColors(const Grid& grid, Cells& cells, int count, const Lo
     if constexpr (kSimplex) {
       GatherSimplexColors(grid, cells, i, store_here);
     } else {
-      GatherLinearColors(grid, cells, i, store_here);
+      GatherLinearColors(grid.data(), cells, i, store_here);
     }
   }
 }

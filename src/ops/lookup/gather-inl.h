@@ -52,7 +52,7 @@ HWY_INLINE s::Pair LerpAbove(const float* p, const ptrdiff_t* stride, const s::P
     return s::Pair::Load(p);
   } else {
     const s::Pair a = LerpAbove<axis - 1>(p, stride, f);
-    return s::Lerp(a, LerpAbove<axis - 1>(p + stride[axis], stride, f), f[axis]);
+    return s::LerpFromNearer(a, LerpAbove<axis - 1>(p + stride[axis], stride, f), f[axis]);
   }
 }
 template <int kDims, bool kPermuted>
@@ -65,7 +65,7 @@ HWY_INLINE void GatherLinear4(const Grid& grid, Chunk& chunk, int count) {
     s::Pair f[4];
     for (int a = 1; a < kDims; ++a) f[a] = s::Pair::Set(chunk.weight[a][i]);
     const s::Pair pair = LerpAbove<kDims - 1>(p, stride, f);
-    s::Lerp(s::Lower(pair), s::Upper(pair), s::Quad::Set(chunk.weight[0][i]))
+    s::LerpFromNearer(s::Lower(pair), s::Upper(pair), s::Quad::Set(chunk.weight[0][i]))
         .Store(ResultOf<kPermuted>(chunk, i));
   }
 }
@@ -76,10 +76,10 @@ HWY_INLINE V LerpPlanes(const float* data, const int32_t* base, const ptrdiff_t*
   if constexpr (axis == 0) {
     V a, b;
     s::LoadPairs([&](int k) HWY_ATTR { return data + base[k]; }, a, b);
-    return s::Lerp(a, b, f[0]);
+    return s::LerpFromNearer(a, b, f[0]);
   } else {
     const V a = LerpPlanes<axis - 1>(data, base, stride, f);
-    return s::Lerp(a, LerpPlanes<axis - 1>(data + stride[axis], base, stride, f), f[axis]);
+    return s::LerpFromNearer(a, LerpPlanes<axis - 1>(data + stride[axis], base, stride, f), f[axis]);
   }
 }
 // The same for two axes, rows of entries below `high` and `low` of them: along y first, two pixels in 128
@@ -93,9 +93,9 @@ HWY_INLINE V LerpSquares(const float* low, const float* high, const int32_t* bas
     return s::VectorOfQuads([&](int k) HWY_ATTR { return s::JoinPairs(row + base[k], row + base[k + 2]); },
                             first);
   };
-  const V even = s::Lerp(pairs(low, 0), pairs(high, 0), hn::DupEven(y));
-  const V odd = s::Lerp(pairs(low, 1), pairs(high, 1), hn::DupOdd(y));
-  return s::Lerp(hn::OddEven(hn::DupEven(odd), even), hn::OddEven(odd, hn::DupOdd(even)), x);
+  const V even = s::LerpFromNearer(pairs(low, 0), pairs(high, 0), hn::DupEven(y));
+  const V odd = s::LerpFromNearer(pairs(low, 1), pairs(high, 1), hn::DupOdd(y));
+  return s::LerpFromNearer(hn::OddEven(hn::DupEven(odd), even), hn::OddEven(odd, hn::DupOdd(even)), x);
 #endif
 }
 template <int kDims>
@@ -116,7 +116,7 @@ HWY_INLINE void GatherLinear1(const Grid& grid, Chunk& chunk, int count) {
 }
 
 // Simplex: the fractions in falling order are the axes along which the path from the first corner to the last
-// one goes; the weights are their differences.
+// one goes; the weights are their differences. weight[0] is the first corner's less 1, which would round.
 template <int kDims>
 HWY_INLINE void SortSimplex(const Grid& grid, Chunk& chunk, int count) {
   const s::D d;
@@ -143,7 +143,7 @@ HWY_INLINE void SortSimplex(const Grid& grid, Chunk& chunk, int count) {
     } else {
       order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
     }
-    hn::Store(hn::Sub(hn::Set(d, 1.0f), f[0]), d, chunk.weight[0] + i);
+    hn::Store(hn::Neg(f[0]), d, chunk.weight[0] + i);
     for (int a = 1; a < kDims; ++a) hn::Store(hn::Sub(f[a - 1], f[a]), d, chunk.weight[a] + i);
     hn::Store(f[kDims - 1], d, chunk.weight[kDims] + i);
     VI at = step[0];
@@ -154,19 +154,32 @@ HWY_INLINE void SortSimplex(const Grid& grid, Chunk& chunk, int count) {
     }
   }
 }
+// The sum of a simplex' entries in two halves, from both ends, so that fewer roundings are of large sums:
+// entry(k) for k in 0..kDims, weight(k) as SortSimplex leaves them.
+template <int kDims, class Entry, class Weight>
+HWY_INLINE auto SimplexSum(const Entry& entry, const Weight& weight) {
+  using hn::Add, hn::Mul, s::Add, s::Mul;
+  const auto first = entry(0);
+  const auto lower = s::Fused(weight(1), entry(1), s::Fused(weight(0), first, first));
+  auto upper = Mul(weight(kDims), entry(kDims));
+  for (int k = kDims - 1; k >= 2; --k) upper = s::Fused(weight(k), entry(k), upper);
+  return Add(lower, upper);
+}
 template <int kDims, bool kPermuted>
 HWY_INLINE void GatherSimplex4(const Grid& grid, Chunk& chunk, int count) {
   ptrdiff_t last = 0;
   for (int a = 0; a < kDims; ++a) last += static_cast<ptrdiff_t>(grid.axis(a).stride) * 4;
   for (int i = 0; i < count; ++i) {
     const float* const p = grid.data() + static_cast<ptrdiff_t>(chunk.base[i]) * 4;
-    s::Quad sum = s::Mul(s::Quad::Load(p), s::Quad::Set(chunk.weight[0][i]));
-    for (int a = 1; a < kDims; ++a) {
-      const s::Quad entry = s::Quad::Load(p + static_cast<ptrdiff_t>(chunk.step[a - 1][i]) * 4);
-      sum = s::MulAdd(entry, s::Quad::Set(chunk.weight[a][i]), sum);
-    }
-    s::MulAdd(s::Quad::Load(p + last), s::Quad::Set(chunk.weight[kDims][i]), sum)
-        .Store(ResultOf<kPermuted>(chunk, i));
+    const auto entry = [&](int k) HWY_ATTR {
+      const ptrdiff_t step = k == 0       ? 0
+                             : k == kDims ? last
+                                          : static_cast<ptrdiff_t>(chunk.step[k - 1][i]) * 4;
+      return s::Quad::Load(p + step);
+    };
+    SimplexSum<kDims>(entry, [&](int k) HWY_ATTR {
+      return s::Quad::Set(chunk.weight[k][i]);
+    }).Store(ResultOf<kPermuted>(chunk, i));
   }
 }
 template <int kDims>
@@ -174,21 +187,17 @@ HWY_INLINE void GatherSimplex1(const Grid& grid, Chunk& chunk, int count) {
   ptrdiff_t last = 0;
   for (int a = 0; a < kDims; ++a) last += grid.axis(a).stride;
   const s::D d;
-  alignas(64) float entry[s::kLanes];
   for (int i = 0; i < count; i += s::kLanes) {
-    const auto load = [&](const int32_t* step, ptrdiff_t more) HWY_ATTR {
-      for (int k = 0; k < s::kLanes; ++k) {
-        entry[k] =
-            grid.data()[chunk.base[i + k] + (step != nullptr ? ptrdiff_t{step[i + k]} : ptrdiff_t{0}) + more];
+    const auto entry = [&](int k) HWY_ATTR {
+      alignas(64) float entries[s::kLanes];
+      for (int lane = 0; lane < s::kLanes; ++lane) {
+        const ptrdiff_t step = k == 0 ? 0 : k == kDims ? last : ptrdiff_t{chunk.step[k - 1][i + lane]};
+        entries[lane] = grid.data()[chunk.base[i + lane] + step];
       }
-      return hn::Load(d, entry);
+      return hn::Load(d, entries);
     };
-    V sum = hn::Mul(load(nullptr, 0), hn::Load(d, chunk.weight[0] + i));
-    for (int a = 1; a < kDims; ++a) {
-      sum = hn::MulAdd(load(chunk.step[a - 1], 0), hn::Load(d, chunk.weight[a] + i), sum);
-    }
-    hn::Store(hn::MulAdd(load(nullptr, last), hn::Load(d, chunk.weight[kDims] + i), sum), d,
-              chunk.result + i);
+    const V sum = SimplexSum<kDims>(entry, [&](int k) HWY_ATTR { return hn::Load(d, chunk.weight[k] + i); });
+    hn::Store(sum, d, chunk.result + i);
   }
 }
 
@@ -291,7 +300,7 @@ using LookupFunction = bool (*)(const Grid&, Chunk&, int count);
 
 template <int kTexel, int kDims, bool kUnit>
 bool LookupNearest(const Grid& grid, Chunk& chunk, int count) {
-  const bool flagged = Locate<kDims, true, kUnit>(grid, chunk, count, 0, 0);
+  const bool flagged = Locate<kDims, Want::kEntry, kUnit>(grid, chunk, count, 0, 0);
   GatherNearest<kTexel, kUnit>(grid, chunk, count);
   return flagged;
 }
@@ -310,7 +319,7 @@ HWY_INLINE void AskForCells(const Grid& grid, const Chunk& chunk, int count) {
 }
 template <int kTexel, int kDims, bool kUnit>
 bool LookupLinear(const Grid& grid, Chunk& chunk, int count) {
-  const bool flagged = Locate<kDims, false, kUnit>(grid, chunk, count, 0, 1);
+  const bool flagged = Locate<kDims, Want::kNearer, kUnit>(grid, chunk, count, 0, 1);
   if constexpr (kTexel == 4) {
     if constexpr (!kUnit) AskForCells<kDims>(grid, chunk, count);
     GatherLinear4<kDims, kUnit>(grid, chunk, count);
@@ -324,7 +333,7 @@ bool LookupSimplex(const Grid& grid, Chunk& chunk, int count) {
   if constexpr (kDims == 1) {
     return LookupLinear<kTexel, kDims, kUnit>(grid, chunk, count);
   } else {
-    const bool flagged = Locate<kDims, false, kUnit>(grid, chunk, count, 0, 1);
+    const bool flagged = Locate<kDims, Want::kFraction, kUnit>(grid, chunk, count, 0, 1);
     SortSimplex<kDims>(grid, chunk, count);
     if constexpr (kTexel == 4) {
       GatherSimplex4<kDims, kUnit>(grid, chunk, count);
@@ -336,7 +345,7 @@ bool LookupSimplex(const Grid& grid, Chunk& chunk, int count) {
 }
 template <int kTexel, int kDims, bool kUnit>
 bool LookupCubic(const Grid& grid, Chunk& chunk, int count) {
-  const bool flagged = Locate<kDims, false, kUnit>(grid, chunk, count, -1, 2);
+  const bool flagged = Locate<kDims, Want::kFraction, kUnit>(grid, chunk, count, -1, 2);
   CubicWeights(CubicPolynomials(grid.params().cubic), kDims, chunk, count);
   if constexpr (kTexel == 4) {
     GatherCubic4<kDims, kUnit>(grid, chunk, count);

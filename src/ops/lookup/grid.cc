@@ -17,6 +17,8 @@ namespace {
 
 // Above this many entries an image is read where it is: copying it would cost more than seams do.
 constexpr int64_t kLargestCopy = int64_t{1} << 18;
+// Differences of entries up to this one are finite.
+constexpr float kLargest = 0x1p126f;
 // Positions are floats: beyond this many entries they would no longer tell neighbours apart.
 constexpr int kLongestAxis = 1 << 22;
 
@@ -147,7 +149,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
       const int entry = entry_of[0][static_cast<size_t>(k)];
       for (int c = 0; c < texel_; ++c) {
         out[c] = border || entry < 0 ? border_[c] : c < channels_ ? read(from + entry, c) : 0.0f;
-        all_finite &= std::isfinite(out[c]);
+        all_finite &= std::fabs(out[c]) <= kLargest;
       }
     }
     finite[static_cast<size_t>(row)] = all_finite;

@@ -50,7 +50,7 @@ class Grid {
   int64_t bytes() const { return bytes_; }
   const GridAxis& axis(int a) const { return axes_[a]; }
   const float* data() const { return data_; }  // entry 0 of every axis
-  // Whether some pixels need SampleOne: taps that are not in memory, or entries that are not finite.
+  // Whether no pixel needs SampleOne: every tap is in memory; all entries and their differences are finite.
   bool whole() const { return whole_; }
   bool finite() const { return finite_; }
   const LookupParams& params() const { return params_; }

@@ -196,7 +196,12 @@ Node MakeLookup(std::span<const Node> in, const Arguments& a, const ImageSpec*) 
   p.projective = a.Flag("projective");
   p.propagate_nan = a.Flag("nan");
   p.mask = a.Integer("mask");
-  return Lookup(in[0], in[1], layout, p);
+  const Node result = Lookup(in[0], in[1], layout, p);
+  if (a.Flag("count") && a.notes != nullptr) {
+    const auto dims = static_cast<int>(base::TableSizes(in[1].spec().data_window, 1, layout).size());
+    a.notes->push_back(CountLostCoordinates(in[0], dims, p).Summary());
+  }
+  return result;
 }
 
 }  // namespace
@@ -222,10 +227,14 @@ OpInfo LookupInfo() {
       "Wrap, one mode or one per axis: clamp (to the edge entry), glclamp (OpenGL 1.x: half border at 0 and "
       "1), border, repeat, mirror. projective=1 divides by the channel after the last coordinate; where it "
       "is not positive the result is the border colour. A coordinate that is NaN (infinite, with repeat or "
-      "mirror) gives the border colour, or NaN with nan=1. Where channel mask= is 0 the pixel keeps COORDS' "
+      "mirror) gives the border colour, or NaN with nan=1; count=1 prints how many there are and where the first is, for one more evaluation of "
+      "COORDS. Where channel mask= is 0 the pixel keeps COORDS' "
       "bits. NaN and infinite entries reach only results in which they have weight. Source: "
       "spec/lookup-tables.md.";
-  info.bound = "4 u (cubic 12 u) times the largest entry read, for the same interpolation; entries are exact";
+  info.bound =
+      "3 u (four dimensions 4 u; cubic 8 u per axis) times the largest entry read; an axis whose positions are "
+      "no exact products (its size, with align=ends less 1, is no power of two) adds u/2 of the largest "
+      "difference of entries read; entries are exact";
   info.bound_u = 4;
   ParamInfo wrap;
   wrap.name = "wrap";
@@ -245,7 +254,8 @@ OpInfo LookupInfo() {
       ListModifier("axes", "", 5, 0, 65535, "channels of COORDS that are s,t,... (and q); default 0,1,..."),
       IntegerModifier("mask", "-1", -1, 65535, "channel of COORDS that is 0 where nothing is looked up"),
       ChoiceModifier("cubic", {"catmullrom", "mitchell", "bspline"}, "kernel of filter=cubic"),
-      FlagModifier("nan", "NaN coordinates give NaN")};
+      FlagModifier("nan", "NaN coordinates give NaN"),
+      FlagModifier("count", "print how many pixels have coordinates that are no numbers")};
   info.make = MakeLookup;
   info.examples = {"dims=2",
                    "dims=2 filter=nearest wrap=repeat",

@@ -61,7 +61,7 @@ struct BlockResults {
 // What the first pass leaves for the second.
 struct Taps {
   alignas(64) int32_t base[kChunk];      // first entry
-  alignas(64) float weight[8][kChunk];   // linear: two fractions; cubic: four for each axis
+  alignas(64) float weight[8][kChunk];   // linear: two distances; cubic: four for each axis
   alignas(64) int32_t shift[2][kChunk];  // cubic: how far the taps would lie outside of what is stored
 };
 
@@ -94,9 +94,9 @@ HWY_INLINE bool LocateSquares(const Grid& grid, const BlockCoordinates& block, i
     for (int a = 0; a < 2; ++a) {
       const GridAxis& axis = grid.axis(a);
       sum = hn::MulAdd(at[a], hn::Zero(d), sum);
-      V fraction;
-      const VI index = SmallInteger(EdgeCell<kExact>(axis, at[a], fraction));
-      hn::Store(fraction, d, taps.weight[a] + i);
+      V place;
+      const VI index = SmallInteger(EdgeCell<kExact, Want::kNearer>(axis, at[a], place));
+      hn::Store(place, d, taps.weight[a] + i);
       base = a == 0 ? index : hn::Add(base, hn::Mul(index, hn::Set(di, axis.stride)));
     }
     hn::Store(base, di, taps.base + i);
@@ -125,9 +125,9 @@ inline bool LocateCubic(const Grid& grid, const BlockCoordinates& block, int cou
       const GridAxis& axis = grid.axis(a);
       sum = hn::MulAdd(at[a], hn::Zero(d), sum);
       V fraction, w[4];
-      const VI first =
-          hn::Sub(hn::ConvertTo(di, Cell<false>(axis, Reduce<TableWrap::kClampEdge>(at[a]), fraction)),
-                  hn::Set(di, 1));
+      const VI first = hn::Sub(
+          hn::ConvertTo(di, Cell<Want::kFraction>(axis, Reduce<TableWrap::kClampEdge>(at[a]), fraction)),
+          hn::Set(di, 1));
       kernel.Weights(fraction, w);
       for (int k = 0; k < 4; ++k) hn::Store(w[k], d, taps.weight[4 * a + k] + i);
       const VI stored =
@@ -201,11 +201,12 @@ inline bool GatherSquares4(const Grid& grid, const Taps& taps, int count, const 
     s::Pair rows[s::kQuarter];
     for (int k = 0; k < s::kQuarter; ++k) {
       const float* const p = grid.data() + static_cast<ptrdiff_t>(taps.base[i + k]) * 4;
-      rows[k] = s::Lerp(s::Pair::Load(p), s::Pair::Load(p + up), s::Pair::Set(taps.weight[1][i + k]));
+      rows[k] =
+          s::LerpFromNearer(s::Pair::Load(p), s::Pair::Load(p + up), s::Pair::Set(taps.weight[1][i + k]));
     }
-    const V low = s::VectorOfQuads([&](int k) HWY_ATTR { return s::Lower(rows[k / 4]).reg[0]; }, 0);
-    const V high = s::VectorOfQuads([&](int k) HWY_ATTR { return s::Upper(rows[k / 4]).reg[0]; }, 0);
-    sink.Store<4>(s::Lerp(low, high, EachFourTimes(taps.weight[0] + i)), i);
+    V low, high;
+    s::SplitPairs(rows, low, high);
+    sink.Store<4>(s::LerpFromNearer(low, high, EachFourTimes(taps.weight[0] + i)), i);
   }
   return sink.Suspicious();
 }

@@ -14,6 +14,7 @@
 #include "graph/op.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/lookup/point_stages.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 #include "tessera/ops/lookup.h"
 
@@ -204,6 +205,18 @@ Node MakeTable(std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     p.tables[static_cast<size_t>(channels[k])] =
         Table({static_cast<int>(column.size())}, 1, column, TableAlign::kEnds);
   }
+  if (a.Flag("count") && a.notes != nullptr) {
+    constexpr size_t kAtOnce = 4;
+    for (size_t k = 0; k < channels.size(); k += kAtOnce) {
+      const std::vector<int> some(
+          channels.begin() + static_cast<ptrdiff_t>(k),
+          channels.begin() + static_cast<ptrdiff_t>(std::min(k + kAtOnce, channels.size())));
+      std::string text;
+      for (const int c : some) text += (text.empty() ? "" : ",") + spec.channels[static_cast<size_t>(c)];
+      const auto dims = static_cast<int>(some.size());
+      a.notes->push_back(text + ": " + CountLostCoordinates(in[0], dims, {.axes = some}).Summary());
+    }
+  }
   return ApplyTables1D(in[0], p);
 }
 
@@ -227,8 +240,8 @@ OpInfo TableInfo() {
   info.help =
       "TABLE is a list of numbers (0,0.25,1) or a text file with one entry per line, one column for all "
       "channels or one for each. Entry j of N lies at j/(N-1); samples are clamped to [0,1] to find their "
-      "place, NaN reads entry 0, entries may have any value. channels=color (the first three but alpha), "
-      "all, or a list of names; the others keep their bits: channels=A is OpenGL's ALPHA table, channels=all "
+      "place, NaN reads entry 0 (count=1 prints how often), entries may have any value. channels=color (the "
+      "first three but alpha), all, or a list of names; the others keep their bits: channels=A is OpenGL's ALPHA table, channels=all "
       "its INTENSITY table. filter=nearest is OpenGL's own rule. stage= names the place in the "
       "pixel-transfer pipeline that the table stands for; on a command line the order of the commands is "
       "what counts. 8-bit pixels are mapped code by code. LUT files: --lut. Source: spec/pixel-transfer.md.";
@@ -256,7 +269,8 @@ OpInfo TableInfo() {
   stage.default_value = "color";
   stage.choices = {"color", "postconvolution", "postmatrix"};
   stage.help = "the colour table of OpenGL's pipeline that it stands for";
-  info.modifiers = {channels, filter, stage};
+  info.modifiers = {channels, filter, stage,
+                    FlagModifier("count", "print how many pixels have a NaN that looks up a table")};
   info.make = MakeTable;
   info.examples = {"0,0.1,0.3,1", "1,0 channels=all",    "0,1,0.5,0.25,0.125 filter=nearest",
                    "0.5",         "-1,3,2 channels=G,R", "0,0.2,0.1,1 filter=cubic"};

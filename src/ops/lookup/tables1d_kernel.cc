@@ -94,23 +94,23 @@ class Tables1DStage final : public graph::PointStage {
   }
 
  private:
-  // What the first pass over a chunk leaves for the second: first entries and fractions, or the values of a
+  // What the first pass over a chunk leaves for the second: first entries and distances, or the values of a
   // plane without a table.
   struct Cells {
     alignas(64) int32_t entry[4][kChunk];
-    alignas(64) float fraction[4][kChunk];
+    alignas(64) float distance[4][kChunk];
   };
-  static HWY_INLINE void Locate(const GridAxis& axis, V x, int32_t* entry, float* fraction) {
+  static HWY_INLINE void Locate(const GridAxis& axis, V x, int32_t* entry, float* distance) {
     const s::D d;
     V f;
     const V scale = hn::Set(d, axis.scale), last = hn::Set(d, static_cast<float>(axis.last));
-    hn::Store(SmallInteger(CellInside<false>(Unit(x), scale, last, f)), s::DI(), entry);
-    hn::Store(f, d, fraction);
+    hn::Store(SmallInteger(CellInside<false, Want::kNearer>(Unit(x), scale, last, f)), s::DI(), entry);
+    hn::Store(f, d, distance);
   }
-  static HWY_INLINE V Interpolate(const float* data, const int32_t* entry, const float* fraction) {
+  static HWY_INLINE V Interpolate(const float* data, const int32_t* entry, const float* distance) {
     V a, b;
     s::LoadPairs([&](int k) HWY_ATTR { return data + entry[k]; }, a, b);
-    return s::Lerp(a, b, hn::Load(s::D(), fraction));
+    return s::LerpFromNearer(a, b, hn::Load(s::D(), distance));
   }
   // Linear through finite tables whose last cell is chosen at its own end: load(i) -> Pixels, store(i,
   // Pixels).
@@ -122,9 +122,9 @@ class Tables1DStage final : public graph::PointStage {
       const V plane[4] = {q.r, q.g, q.b, q.a};
       for (int p = 0; p < 4; ++p) {
         if (grids_[p] != nullptr) {
-          Locate(grids_[p]->axis(0), plane[p], cells.entry[p] + i, cells.fraction[p] + i);
+          Locate(grids_[p]->axis(0), plane[p], cells.entry[p] + i, cells.distance[p] + i);
         } else {
-          hn::Store(plane[p], d, cells.fraction[p] + i);
+          hn::Store(plane[p], d, cells.distance[p] + i);
         }
       }
     }
@@ -134,8 +134,8 @@ class Tables1DStage final : public graph::PointStage {
     }
   }
   HWY_INLINE V Interpolated(int p, const Cells& cells, int i) const {
-    if (grids_[p] == nullptr) return hn::Load(s::D(), cells.fraction[p] + i);
-    return Interpolate(grids_[p]->data(), cells.entry[p] + i, cells.fraction[p] + i);
+    if (grids_[p] == nullptr) return hn::Load(s::D(), cells.distance[p] + i);
+    return Interpolate(grids_[p]->data(), cells.entry[p] + i, cells.distance[p] + i);
   }
   // Planes and float pixels are read and written where they are, others by way of a copy.
   void RunLinear(const graph::PointArgs& args) const {

@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
+
+#include "simd/lattice.h"
 
 namespace tessera::ops {
 namespace {
 
-constexpr uint32_t kAxis[4] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du, 0x27d4eb2fu};  // as simd/lattice-inl.h
+using simd::kAxis;
 
 // Hash noise is of the position's float: no cell, and all of it as fraction.
 LatticePlace Whole(const NoisePlan& plan, const LatticePlace& place) {
@@ -66,6 +69,21 @@ float BiasAndGain(double bias, double contrast, float t) {
   return static_cast<float>(v);
 }
 
+GridColumns TileColumns(const GridKernels& grid, const std::vector<int32_t>& left,
+                        const std::vector<float>& fraction, const std::vector<float>& fade, size_t from,
+                        size_t width, base::Arena& arena) {
+  GridColumns columns;
+  columns.first = left[from];
+  columns.count = left[from + width - 1 + kNoisePadding] + 2 - columns.first;
+  columns.fraction = fraction.data() + from;
+  columns.fade = fade.data() + from;
+  columns.layout.base = arena.Allocate<int32_t>(width + kNoisePadding);
+  columns.layout.index = arena.Allocate<int32_t>(width + kNoisePadding);
+  columns.layout.runs = arena.Allocate<GridRun>(width + kNoisePadding);
+  grid.arrange(left.data() + from, static_cast<int>(width), columns.layout);
+  return columns;
+}
+
 GridField::GridField(const NoiseParams& params, const Roi& data, int channel)
     : plan_(MakeNoisePlan(params, true, channel)),
       kernels_(FindNoiseKernels()),
@@ -105,6 +123,7 @@ void GridField::PrepareRows(const Roi& data) {
     fraction.resize(fraction.size() + kNoisePadding, 0);
     rows.fade.resize(fraction.size());
     kernels_.fade(fraction.data(), count, plan_.shape.fade, rows.fade.data());
+    rows.fade.resize(rows.place.size());
   }
 }
 
@@ -156,28 +175,7 @@ GridCursor::GridCursor(const GridField& field, int x0, int x1, base::Arena& aren
   const size_t octaves = plan.octaves.size();
   for (auto& place : place_) place.resize(octaves);
   if (field.collapses_) {
-    rows_.resize(octaves);
-    size_t most = 0;
-    const int from = x0 - field.x0_, last = x1 - field.x0_ - 1 + kNoisePadding;
-    for (size_t k = 0; k < octaves; ++k) {
-      const auto& left = field.columns_[k].left;
-      Rows& rows = rows_[k];
-      rows.first = left[static_cast<size_t>(from)];
-      rows.count = left[static_cast<size_t>(last)] + 2 - rows.first;
-      const size_t padded = static_cast<size_t>(rows.count) + 2 * kNoisePadding;
-      most = std::max(most, padded);
-      for (GridLatticeRow* row : {&rows.lower, &rows.upper}) {
-        row->gx = arena.Allocate<float>(padded);
-        row->gy = arena.Allocate<float>(padded);
-        row->rest = arena.Allocate<float>(padded);
-      }
-    }
-    scratch_ = arena.Allocate<float>(4 * most);
-    if (plan.params.method == NoiseMethod::kAccumulate) {
-      for (const auto& columns : field.columns_) margin_ = std::max(margin_, 2 * columns.stencil.pixels);
-      margin_ += kNoisePadding;
-      stamped_ = arena.Allocate<float>(static_cast<size_t>(x1 - x0 + 2 * margin_ + kNoiseBatch));
-    }
+    Collapse(arena);
     return;
   }
   value_ = arena.Allocate<float>(kNoiseBatch);
@@ -196,32 +194,89 @@ GridCursor::GridCursor(const GridField& field, int x0, int x1, base::Arena& aren
   }
 }
 
-void GridCursor::Place(int y) {
+// Prepares what all rows of the tile share.
+void GridCursor::Collapse(base::Arena& arena) {
   const NoisePlan& plan = field_.plan_;
-  const Roi& frame = plan.params.frame;
-  const int slices = plan.params.slices;
-  const int height = std::max(frame.height() / slices, 1);
-  int row = y - frame.y0;
-  const int slice = slices > 1 ? std::clamp(row / height - (row % height < 0 ? 1 : 0), 0, slices - 1) : 0;
-  row -= slice * height;
-  row_ = row - field_.first_row_;
-  const bool moved = slice != slice_;
-  slice_ = slice;
-  for (size_t k = 0; k < plan.octaves.size(); ++k) {
-    const std::vector<LatticePlace>& places = field_.rows_[k].place;
-    const bool known = row_ >= 0 && row_ < static_cast<int>(places.size());
-    place_[0][k] = known ? places[static_cast<size_t>(row_)] : PlaceOf(plan, plan.octaves[k], 1, row + 0.5);
-    if (!moved) continue;
-    place_[1][k] = PlaceOf(plan, plan.octaves[k], 2, slice);
-    place_[2][k] = PlaceOf(plan, plan.octaves[k], 3, 0);
-    if (field_.collapses_) rows_[k].valid = false;
+  rows_.resize(plan.octaves.size());
+  const auto from = static_cast<size_t>(x0_ - field_.x0_), width = static_cast<size_t>(x1_ - x0_);
+  size_t most = 0;
+  for (size_t k = 0; k < rows_.size(); ++k) {
+    const GridField::Columns& columns = field_.columns_[k];
+    GridRow& row = rows_[k].row;
+    row.columns = TileColumns(field_.grid_, columns.left, columns.fraction, columns.fade, from, width, arena);
+    const size_t padded = static_cast<size_t>(row.columns.count) + 2 * kNoisePadding;
+    most = std::max(most, padded);
+    for (GridLatticeRow* lattice : {&row.lower, &row.upper}) {
+      lattice->gx = arena.Allocate<float>(padded);
+      lattice->gy = arena.Allocate<float>(padded);
+      lattice->rest = arena.Allocate<float>(padded);
+    }
+    row.count = x1_ - x0_;
+    row.scale = plan.shape.scale;
+    row.sum = plan.params.sum;
+    row.weight = plan.octaves[k].weight;
+    row.bias = plan.bias;
+    row.add = k > 0;
+    GridFill& fill = rows_[k].fill;
+    fill.column_hash = columns.hash.data() + row.columns.first;
+    fill.count = row.columns.count;
+    fill.dims = plan.params.dims;
+    fill.gradient = plan.params.kind == NoiseKind::kGradient;
+  }
+  float* const scratch = arena.Allocate<float>(4 * most);
+  for (Rows& rows : rows_) rows.row.scratch = scratch;
+  if (plan.params.method == NoiseMethod::kAccumulate) {
+    for (const auto& columns : field_.columns_) margin_ = std::max(margin_, 2 * columns.stencil.pixels);
+    margin_ += kNoisePadding;
+    stamped_ = arena.Allocate<float>(width + static_cast<size_t>(2 * margin_ + kNoiseBatch));
   }
 }
 
-float GridCursor::RowFade(size_t k) const {
-  const GridField::Rows& rows = field_.rows_[k];
-  if (row_ >= 0 && row_ < static_cast<int>(rows.place.size())) return rows.fade[static_cast<size_t>(row_)];
-  float in[kNoisePadding] = {static_cast<float>(place_[0][k].fraction)}, out[kNoisePadding];
+void GridCursor::Place(int y) {
+  const NoisePlan& plan = field_.plan_;
+  const NoiseParams& p = plan.params;
+  const bool moved = y < slice_begin_ || y >= slice_end_;
+  if (moved) {
+    const int height = std::max(p.frame.height() / p.slices, 1), row = y - p.frame.y0;
+    const int slice = std::clamp(row / height - (row % height < 0 ? 1 : 0), 0, p.slices - 1);
+    slice_top_ = p.frame.y0 + slice * height;
+    slice_begin_ = slice > 0 ? slice_top_ : std::numeric_limits<int>::min();
+    slice_end_ = slice < p.slices - 1 ? slice_top_ + height : std::numeric_limits<int>::max();
+    for (size_t k = 0; k < plan.octaves.size(); ++k) PlaceSlice(k, slice);
+  }
+  row_ = y - slice_top_;
+  for (size_t k = 0; k < plan.octaves.size() && !field_.collapses_; ++k) place_[0][k] = RowPlaceOf(k);
+}
+
+LatticePlace GridCursor::RowPlaceOf(size_t k) const {
+  const std::vector<LatticePlace>& places = field_.rows_[k].place;
+  const auto known = static_cast<size_t>(row_ - field_.first_row_);
+  return known < places.size() ? places[known]
+                               : PlaceOf(field_.plan_, field_.plan_.octaves[k], 1, row_ + 0.5);
+}
+
+// The third and fourth coordinate of an octave.
+void GridCursor::PlaceSlice(size_t k, int slice) {
+  const NoiseOctave& octave = field_.plan_.octaves[k];
+  place_[1][k] = PlaceOf(field_.plan_, octave, 2, slice);
+  place_[2][k] = PlaceOf(field_.plan_, octave, 3, 0);
+  if (!field_.collapses_) return;
+  const auto place = [&](int axis) {
+    const LatticePlace& at = place_[axis - 1][k];
+    GridPlace g;
+    g.hash[0] = at.cell * kAxis[axis];
+    g.hash[1] = NextCell(at.cell, octave.period[axis]) * kAxis[axis];
+    g.fraction = static_cast<float>(at.fraction);
+    g.fade = FadeOf(g.fraction);
+    return g;
+  };
+  if (field_.plan_.params.dims > 2) rows_[k].fill.z = place(2);
+  if (field_.plan_.params.dims > 3) rows_[k].fill.w = place(3);
+  rows_[k].valid = false;
+}
+
+float GridCursor::FadeOf(float fraction) const {
+  float in[kNoisePadding] = {fraction}, out[kNoisePadding];
   field_.kernels_.fade(in, 1, field_.plan_.shape.fade, out);
   return out[0];
 }
@@ -245,72 +300,53 @@ void GridCursor::Row(int y, float* out, float* const* slopes, bool stream) {
 }
 
 void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
-  const NoisePlan& plan = field_.plan_;
-  const NoiseOctave& octave = plan.octaves[k];
-  const GridField::Columns& columns = field_.columns_[k];
-  const NoiseParams& p = plan.params;
-  const auto fade = [&](float fraction) {
-    float in[kNoisePadding] = {fraction}, out_of[kNoisePadding];
-    field_.kernels_.fade(in, 1, plan.shape.fade, out_of);
-    return out_of[0];
-  };
+  const NoiseOctave& octave = field_.plan_.octaves[k];
   Rows& rows = rows_[k];
-  const LatticePlace& y = place_[0][k];
+  GridRow& row = rows.row;
+  const LatticePlace y = RowPlaceOf(k);
   const uint32_t low = (y.cell * kAxis[1]) ^ octave.seed;
   const uint32_t high = (NextCell(y.cell, octave.period[1]) * kAxis[1]) ^ octave.seed;
   if (!rows.valid || low != rows.lower_hash || high != rows.upper_hash) {
-    const auto place = [&](const LatticePlace& at, int axis) {
-      GridPlace g;
-      g.hash[0] = at.cell * kAxis[axis];
-      g.hash[1] = NextCell(at.cell, octave.period[axis]) * kAxis[axis];
-      g.fraction = static_cast<float>(at.fraction);
-      g.fade = fade(g.fraction);
-      return g;
-    };
-    GridFill fill;
-    fill.column_hash = columns.hash.data() + rows.first;
-    fill.count = rows.count;
-    fill.dims = p.dims;
-    fill.gradient = p.kind == NoiseKind::kGradient;
-    if (p.dims > 2) fill.z = place(place_[1][k], 2);
-    if (p.dims > 3) fill.w = place(place_[2][k], 3);
-    const auto make = [&](uint32_t hash, const GridLatticeRow& row) {
-      fill.row_hash = hash;
-      fill.out = row;
-      field_.grid_.fill(fill);
+    const auto make = [&](uint32_t hash, const GridLatticeRow& lattice) {
+      rows.fill.row_hash = hash;
+      rows.fill.out = lattice;
+      field_.grid_.fill(rows.fill);
     };
     if (rows.valid && low == rows.upper_hash) {
-      std::swap(rows.lower, rows.upper);
+      std::swap(row.lower, row.upper);
     } else {
-      make(low, rows.lower);
+      make(low, row.lower);
     }
-    make(high, rows.upper);
+    make(high, row.upper);
     rows.lower_hash = low;
     rows.upper_hash = high;
     rows.valid = true;
   }
-  const size_t from = static_cast<size_t>(x0_ - field_.x0_);
-  GridRow row;
-  row.columns = {rows.first, rows.count, columns.left.data() + from, columns.fraction.data() + from,
-                 columns.fade.data() + from};
-  row.count = x1_ - x0_;
-  row.lower = rows.lower;
-  row.upper = rows.upper;
   row.fraction = static_cast<float>(y.fraction);
-  row.fade = RowFade(k);
-  row.scale = plan.shape.scale;
-  row.sum = p.sum;
-  row.weight = octave.weight;
-  row.bias = plan.bias;
-  row.add = k > 0;
+  const std::vector<float>& fades = field_.rows_[k].fade;
+  const auto known = static_cast<size_t>(row_ - field_.first_row_);
+  row.fade = known < fades.size() ? fades[known] : FadeOf(row.fraction);
   row.out = out;
-  row.scratch = scratch_;
   row.stream = stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
-  if (p.method == NoiseMethod::kAccumulate) {
-    if (k == 0) std::fill_n(out, row.count, plan.bias);
-    return AccumulatedRow(row, columns, out);
+  if (field_.plan_.params.method == NoiseMethod::kAccumulate) {
+    if (k == 0) std::fill_n(out, row.count, row.bias);
+    return AccumulatedRow(row, field_.columns_[k], out);
   }
   field_.grid_.row(row);
+}
+
+// Adds a batch of an octave, in value_ and slope_, to a row's pixels from `at`.
+void GridCursor::AddBatch(const NoiseOctave& octave, int at, int count, float* out, float* const* slopes) {
+  const NoiseParams& p = field_.plan_.params;
+  float padded[kNoiseBatch];
+  std::copy_n(out + at, count, padded);
+  field_.kernels_.accumulate({count, value_, p.sum, octave.weight, padded});
+  std::copy_n(padded, count, out + at);
+  const float weight = octave.weight * static_cast<float>(octave.scale);
+  for (int a = 0; a < p.dims && slopes != nullptr; ++a) {
+    float* const to = slopes[a] + at;
+    for (int i = 0; i < count; ++i) to[i] += weight * (ShapeSlope(p.sum, value_[i]) * slope_[a][i]);
+  }
 }
 
 void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
@@ -322,7 +358,6 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
   batch.value = value_;
   const bool with_slopes = slopes != nullptr && field_.slopes_;
   for (int a = 0; a < p.dims && with_slopes; ++a) batch.slope[a] = slope_[a];
-  float padded[kNoiseBatch];
   for (size_t k = 0; k < plan.octaves.size(); ++k) {
     const NoiseOctave& octave = plan.octaves[k];
     const GridField::Columns& columns = field_.columns_[k];
@@ -355,14 +390,7 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
         }
       }
       field_.evaluate_(batch);
-      std::copy_n(out + (x - x0_), count, padded);
-      field_.kernels_.accumulate({count, value_, p.sum, octave.weight, padded});
-      std::copy_n(padded, count, out + (x - x0_));
-      for (int a = 0; a < p.dims && with_slopes; ++a) {
-        const float weight = octave.weight * static_cast<float>(octave.scale);
-        float* const to = slopes[a] + (x - x0_);
-        for (int i = 0; i < count; ++i) to[i] += weight * (ShapeSlope(p.sum, value_[i]) * slope_[a][i]);
-      }
+      AddBatch(octave, x - x0_, count, out, with_slopes ? slopes : nullptr);
     }
   }
 }
@@ -384,15 +412,7 @@ void GridCursor::PerlinRow(float* out, float* const* slopes) {
       const int count = std::min(kNoiseBatch, x1_ - x);
       const double* const position = field_.columns_[k].position.data() + (x - field_.x0_);
       PerlinNoise(position, y, z, count, value_, with_slopes ? slope_ : nullptr);
-      float padded[kNoiseBatch];
-      std::copy_n(out + (x - x0_), count, padded);
-      field_.kernels_.accumulate({count, value_, p.sum, octave.weight, padded});
-      std::copy_n(padded, count, out + (x - x0_));
-      for (int a = 0; a < p.dims && with_slopes; ++a) {
-        const float weight = octave.weight * static_cast<float>(octave.scale);
-        float* const to = slopes[a] + (x - x0_);
-        for (int i = 0; i < count; ++i) to[i] += weight * (ShapeSlope(p.sum, value_[i]) * slope_[a][i]);
-      }
+      AddBatch(octave, x - x0_, count, out, with_slopes ? slopes : nullptr);
     }
   }
 }

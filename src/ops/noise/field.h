@@ -67,25 +67,29 @@ class GridCursor {
 
  private:
   struct Rows {  // of one octave
-    GridLatticeRow lower, upper;
-    uint32_t lower_hash = 0, upper_hash = 0;
+    GridFill fill;
+    GridRow row;
+    uint32_t lower_hash = 0, upper_hash = 0;  // of the lattice rows that row.lower and row.upper hold
     bool valid = false;
-    int first = 0, count = 0;  // columns of the tile
   };
+  void Collapse(base::Arena& arena);
   void Place(int y);
-  float RowFade(size_t octave) const;
+  void PlaceSlice(size_t octave, int slice);
+  float FadeOf(float fraction) const;
+  LatticePlace RowPlaceOf(size_t octave) const;
   void CollapsedRow(size_t k, float* out, bool stream);
   void AccumulatedRow(const GridRow& row, const GridField::Columns& columns, float* out);
+  void AddBatch(const NoiseOctave& octave, int at, int count, float* out, float* const* slopes);
   void BatchRow(int y, float* out, float* const* slopes);
   void PerlinRow(float* out, float* const* slopes);
   void Finish(float* out, float* const* slopes) const;
 
   const GridField& field_;
-  int x0_, x1_, slice_ = -1;
+  int x0_, x1_;
+  int slice_begin_ = 0, slice_end_ = 0, slice_top_ = 0;  // rows y of the slice; its first
   std::vector<Rows> rows_;
-  int row_ = 0;                         // of the slice
+  int row_ = 0;                         // of the slice, from its first
   std::vector<LatticePlace> place_[3];  // y, z, w of every octave for the current row
-  float* scratch_ = nullptr;            // of the collapse
   float* stamped_ = nullptr;            // of accumulation: a row with margins
   int margin_ = 0;
   float* value_ = nullptr;  // of batches
@@ -96,6 +100,11 @@ class GridCursor {
   std::vector<float*> warp_row_;
 };
 
+// The columns that pixels from .. from + width - 1 of a row use: `left` (padded by kNoisePadding), fractions
+// and fades are per pixel.
+GridColumns TileColumns(const GridKernels& grid, const std::vector<int32_t>& left,
+                        const std::vector<float>& fraction, const std::vector<float>& fade, size_t from,
+                        size_t width, base::Arena& arena);
 // Throws Error where accumulation is asked for and cannot be had; the frame is known.
 void CheckAccumulation(const std::string& op, const NoiseParams& params);
 // d shape(n) / dn of a sum's shape.

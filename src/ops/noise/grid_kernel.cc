@@ -24,6 +24,7 @@ namespace tessera::ops::noise::HWY_NAMESPACE {
 namespace s = simd::HWY_NAMESPACE;
 namespace hn = hwy::HWY_NAMESPACE;
 using s::V;
+using s::VI;
 using s::VU;
 
 HWY_INLINE V Lerp(V a, V b, V t) { return hn::MulAdd(t, hn::Sub(b, a), a); }
@@ -52,6 +53,61 @@ HWY_INLINE Corner At(VU hash, float fz, float fw) {
     return {g[0], g[1], rest};
   }
 }
+
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+// Gradients of two lattice planes blended by table: of each coordinate there are three a plane, so nine
+// pairs.
+class BlendedEdges {
+ public:
+  explicit BlendedEdges(const GridPlace& z) {
+    alignas(64) static constexpr float kLower[16] = {0, 1, -1, 0, 1, -1, 0, 1, -1};
+    alignas(64) static constexpr float kUpper[16] = {0, 0, 0, 1, 1, 1, -1, -1, -1};
+    const s::D d;
+    const V lower = hn::Load(d, kLower), upper = hn::Load(d, kUpper), zero = hn::Zero(d);
+    const Corner low = {lower, lower, hn::MulAdd(lower, hn::Set(d, z.fraction), zero)};
+    const Corner high = {upper, upper, hn::MulAdd(upper, hn::Set(d, z.fraction - 1), zero)};
+    const Corner pair = Blend(low, high, z.fade);
+    across_ = pair.gx;
+    along_ = pair.rest;
+  }
+  // Of mixed hashes of the same point in both planes.
+  HWY_INLINE Corner operator()(VU lower, VU upper) const {
+    const s::D d;
+    const s::DU du;
+    // Which of 0, 1, -1 (as 0, 1, 2) the coordinates of the 12 edges are, four bits each; thrice that.
+    alignas(64) static constexpr uint32_t kLower[16] = {0x110, 0x120, 0x210, 0x220, 0x101, 0x102,
+                                                        0x201, 0x202, 0x011, 0x012, 0x021, 0x022};
+    alignas(64) static constexpr uint32_t kUpper[16] = {0x330, 0x360, 0x630, 0x660, 0x303, 0x306,
+                                                        0x603, 0x606, 0x033, 0x036, 0x063, 0x066};
+    const auto code = [&](const uint32_t* table, VU h) HWY_ATTR {
+      return hn::TableLookupLanes(hn::Load(du, table), hn::IndicesFromVec(du, s::LatticeEdge(h)));
+    };
+    const VU pair = hn::Add(code(kLower, lower), code(kUpper, upper)), mask = hn::Set(du, 15u);
+    const auto pick = [&](V table, VU index)
+                          HWY_ATTR { return hn::TableLookupLanes(table, hn::IndicesFromVec(d, index)); };
+    return {pick(across_, hn::And(pair, mask)), pick(across_, hn::And(hn::ShiftRight<4>(pair), mask)),
+            pick(along_, hn::ShiftRight<8>(pair))};
+  }
+
+ private:
+  V across_, along_;
+};
+void FillSlice(const GridFill& a) {
+  const s::D d;
+  const s::DU du;
+  const BlendedEdges blended(a.z);
+  const VU lower = hn::Set(du, a.row_hash ^ a.z.hash[0]), upper = hn::Set(du, a.row_hash ^ a.z.hash[1]);
+  const GridLatticeRow out = a.out;
+  const int count = a.count;
+  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
+    const VU column = hn::LoadU(du, a.column_hash + i);
+    const Corner c = blended(s::LatticeMix(hn::Xor(column, lower)), s::LatticeMix(hn::Xor(column, upper)));
+    hn::StoreU(c.gx, d, out.gx + i);
+    hn::StoreU(c.gy, d, out.gy + i);
+    hn::StoreU(c.rest, d, out.rest + i);
+  }
+}
+#endif
 
 template <int kDims, bool kGradient>
 void FillRow(const GridFill& a) {
@@ -86,7 +142,11 @@ void Fill(const GridFill& a) {
     case 6:
       return FillRow<3, false>(a);
     case 7:
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+      return FillSlice(a);
+#else
       return FillRow<3, true>(a);
+#endif
     case 8:
       return FillRow<4, false>(a);
     default:
@@ -98,10 +158,10 @@ struct Coefficients {
   V c0, c1, c2, c3;
 };
 
-// Calls store(i, coefficients) for the row's columns, a vector at a time. What a column needs of its
-// neighbour is moved between registers: a load so soon after the stores would wait for them.
+// Calls store(i, coefficients) for the row's first `used` columns, a vector at a time. What a column needs of
+// its neighbour is moved between registers: a load so soon after the stores would wait for them.
 template <class Store>
-HWY_INLINE void Collapse(const GridRow& a, const Store& store) {
+HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store) {
   const s::D d;
   const s::DI di;
   const int lanes = static_cast<int>(hn::Lanes(d)), count = a.columns.count;
@@ -124,7 +184,7 @@ HWY_INLINE void Collapse(const GridRow& a, const Store& store) {
     return c;
   };
   Column here = column(0);
-  for (int i = 0; i < count; i += lanes) {  // the entry after the last column is never used
+  for (int i = 0; i < used; i += lanes) {  // the entry after the last column is never used
     const Column next = i + lanes < count ? column(i + lanes) : here;
     const V right = hn::IfThenElse(inner, here.turned_constant, next.turned_constant);
     const V right_slope = hn::IfThenElse(inner, here.turned_slope, next.turned_slope);
@@ -144,71 +204,152 @@ HWY_INLINE V LoadHalf(const float* p) {
 #endif
 }
 
+// So few vectors between the same two columns are permuted as their neighbours are.
+constexpr int kFew = 4;
+
+// Sorts the vectors of a tile's rows by what they need of the columns.
+void Arrange(const int32_t* left, int count, GridLayout& layout) {
+  const int lanes = static_cast<int>(hn::Lanes(s::D())), first = left[0];
+  layout.run_count = 0;
+  layout.consecutive = true;
+  for (int x = 0; x < count; x += lanes) {
+    const int base = left[x], span = left[x + lanes - 1] - base;
+    const GridReach reach = span == 0          ? GridReach::kOne
+                            : span >= lanes    ? GridReach::kScattered
+                            : 2 * span < lanes ? GridReach::kHalf
+                                               : GridReach::kWhole;
+    layout.base[x / lanes] = base - first;
+    for (int i = x; i < x + lanes; ++i) {
+      layout.index[i] = left[i] - (reach == GridReach::kScattered ? first : base);
+      layout.consecutive &= i >= count || left[i] - first == i;
+    }
+    GridRun* last = layout.run_count > 0 ? &layout.runs[layout.run_count - 1] : nullptr;
+    if (reach == GridReach::kHalf && last != nullptr && last->reach == GridReach::kOne &&
+        last->end - last->begin < kFew) {
+      last->reach = GridReach::kHalf;
+      if (layout.run_count > 1 && last[-1].reach == GridReach::kHalf) {
+        last[-1].end = last->end;
+        --last, --layout.run_count;
+      }
+    }
+    if (last != nullptr && last->reach == reach) {
+      ++last->end;
+    } else {
+      layout.runs[layout.run_count++] = {reach, x / lanes, x / lanes + 1};
+    }
+  }
+}
+
+// A row's coefficients where they fit a vector each.
+struct InRegisters {
+  Coefficients all;
+
+  HWY_INLINE Coefficients At(VI column) const {
+    const auto index = hn::IndicesFromVec(s::D(), column);
+    const auto pick = [&](V table) HWY_ATTR { return hn::TableLookupLanes(table, index); };
+    return {pick(all.c0), pick(all.c1), pick(all.c2), pick(all.c3)};
+  }
+  HWY_INLINE Coefficients One(int base) const { return At(hn::Set(s::DI(), base)); }
+  HWY_INLINE Coefficients Half(int base, VI index) const { return Whole(base, index); }
+  HWY_INLINE Coefficients Whole(int base, VI index) const {
+    return At(hn::Add(index, hn::Set(s::DI(), base)));
+  }
+  HWY_INLINE Coefficients Scattered(VI index) const { return At(index); }
+};
+// The same where they are stored.
+struct InMemory {
+  const float* c[4];
+
+  template <class Pick>
+  HWY_INLINE Coefficients Each(const Pick& pick) const {
+    return {pick(c[0]), pick(c[1]), pick(c[2]), pick(c[3])};
+  }
+  HWY_INLINE Coefficients One(int base) const {
+    return Each([&](const float* p) HWY_ATTR { return hn::Set(s::D(), p[base]); });
+  }
+  HWY_INLINE Coefficients Half(int base, VI index) const {
+    const auto lane = hn::IndicesFromVec(s::D(), index);
+    return Each([&](const float* p) HWY_ATTR { return hn::TableLookupLanes(LoadHalf(p + base), lane); });
+  }
+  HWY_INLINE Coefficients Whole(int base, VI index) const {
+    const auto lane = hn::IndicesFromVec(s::D(), index);
+    return Each([&](const float* p)
+                    HWY_ATTR { return hn::TableLookupLanes(hn::LoadU(s::D(), p + base), lane); });
+  }
+  HWY_INLINE Coefficients Scattered(VI index) const {
+    return Each([&](const float* p) HWY_ATTR { return hn::GatherIndex(s::D(), p, index); });
+  }
+};
+
+// Calls write(x, coefficients) for every vector of pixels.
+template <class Source, class Write>
+HWY_INLINE void ForPixels(const GridLayout& layout, const Source& source, const Write& write) {
+  const s::DI di;
+  const int lanes = static_cast<int>(hn::Lanes(di));
+  const int32_t *const base = layout.base, *const index = layout.index;
+  for (const GridRun *run = layout.runs, *end = run + layout.run_count; run != end; ++run) {
+    const int last = run->end;
+    int v = run->begin;
+    switch (run->reach) {
+      case GridReach::kOne:
+        while (v < last) {
+          const int column = base[v];
+          const Coefficients k = source.One(column);
+          for (; v < last && base[v] == column; ++v) write(v * lanes, k);
+        }
+        break;
+      case GridReach::kHalf:
+        for (; v < last; ++v) write(v * lanes, source.Half(base[v], hn::LoadU(di, index + v * lanes)));
+        break;
+      case GridReach::kWhole:
+        for (; v < last; ++v) write(v * lanes, source.Whole(base[v], hn::LoadU(di, index + v * lanes)));
+        break;
+      case GridReach::kScattered:
+        for (; v < last; ++v) write(v * lanes, source.Scattered(hn::LoadU(di, index + v * lanes)));
+        break;
+    }
+  }
+}
+
+// The last vector of a row: tables are padded, the output is not.
+HWY_NOINLINE void WriteTail(const GridRow& a, int x, V n) {
+  const s::D d;
+  HWY_ALIGN float tail[kNoisePadding];
+  for (int i = x; i < a.count; ++i) tail[i - x] = a.add ? a.out[i] : a.bias;
+  hn::StoreU(hn::MulAdd(n, hn::Set(d, a.weight), hn::LoadU(d, tail)), d, tail);
+  for (int i = x; i < a.count; ++i) a.out[i] = tail[i - x];
+}
+
 template <NoiseSum kSum>
 void RowOf(const GridRow& a) {
   const s::D d;
-  const s::DI di;
-  const int lanes = static_cast<int>(hn::Lanes(d));
+  const int lanes = static_cast<int>(hn::Lanes(d)), count = a.count;
+  // Copies, which no store can change.
+  const float *const fraction = a.columns.fraction, *const fade = a.columns.fade;
+  float* const out = a.out;
+  const bool add = a.add, stream = a.stream;
   const V weight = hn::Set(d, a.weight), bias = hn::Set(d, a.bias);
-  const int32_t* const left = a.columns.left;
-  const int first = a.columns.first;
-  const auto pixels = [&](const auto& coefficients) HWY_ATTR {
-    const auto value = [&](int x) HWY_ATTR {
-      const Coefficients k = coefficients(x);
-      const V f = hn::LoadU(d, a.columns.fraction + x), u = hn::LoadU(d, a.columns.fade + x);
-      return Shaped<kSum>(hn::MulAdd(u, hn::MulAdd(k.c3, f, k.c2), hn::MulAdd(k.c1, f, k.c0)));
-    };
-    int x = 0;
-    for (; x + lanes <= a.count; x += lanes) {
-      const V n = value(x);
-      const V sum = a.add ? hn::MulAdd(n, weight, hn::LoadU(d, a.out + x)) : hn::MulAdd(n, weight, bias);
-      s::StoreOrStream(sum, d, a.out + x, a.stream);
-    }
-    if (x < a.count) {  // tables are padded, the output is not
-      HWY_ALIGN float tail[kNoisePadding];
-      const V n = value(x);
-      for (int i = x; i < a.count; ++i) tail[i - x] = a.add ? a.out[i] : a.bias;
-      hn::StoreU(hn::MulAdd(n, weight, hn::LoadU(d, tail)), d, tail);
-      for (int i = x; i < a.count; ++i) a.out[i] = tail[i - x];
-    }
+  const auto write = [ =, &a ](int x, const Coefficients& k) __attribute__((always_inline)) HWY_ATTR {
+    const V f = hn::LoadU(d, fraction + x), u = hn::LoadU(d, fade + x);
+    const V n = Shaped<kSum>(hn::MulAdd(u, hn::MulAdd(k.c3, f, k.c2), hn::MulAdd(k.c1, f, k.c0)));
+    if (HWY_UNLIKELY(x + lanes > count)) return WriteTail(a, x, n);
+    s::StoreOrStream(hn::MulAdd(n, weight, add ? hn::LoadU(d, out + x) : bias), d, out + x, stream);
   };
-  if (a.columns.count <= lanes) {  // all columns in registers
-    Coefficients all{};
-    Collapse(a, [&](int, const Coefficients& k) HWY_ATTR { all = k; });
-    pixels([&](int x) HWY_ATTR {
-      const auto index = hn::IndicesFromVec(d, hn::Sub(hn::LoadU(di, left + x), hn::Set(di, first)));
-      const auto pick = [&](V table) HWY_ATTR { return hn::TableLookupLanes(table, index); };
-      return Coefficients{pick(all.c0), pick(all.c1), pick(all.c2), pick(all.c3)};
+  if (a.columns.layout.consecutive) {
+    Collapse(a, count, write);
+  } else if (a.columns.count <= lanes) {
+    InRegisters source{};
+    Collapse(a, a.columns.count, [&](int, const Coefficients& k) HWY_ATTR { source.all = k; });
+    ForPixels(a.columns.layout, source, write);
+  } else {
+    float* c[4];
+    for (int k = 0; k < 4; ++k) c[k] = a.scratch + k * (a.columns.count + 2 * kNoisePadding);
+    Collapse(a, a.columns.count, [&](int i, const Coefficients& k) HWY_ATTR {
+      hn::StoreU(k.c0, d, c[0] + i), hn::StoreU(k.c1, d, c[1] + i);
+      hn::StoreU(k.c2, d, c[2] + i), hn::StoreU(k.c3, d, c[3] + i);
     });
-    return;
+    ForPixels(a.columns.layout, InMemory{{c[0], c[1], c[2], c[3]}}, write);
   }
-  float* c[4];
-  for (int k = 0; k < 4; ++k) c[k] = a.scratch + k * (a.columns.count + 2 * kNoisePadding);
-  Collapse(a, [&](int i, const Coefficients& k) HWY_ATTR {
-    hn::StoreU(k.c0, d, c[0] + i), hn::StoreU(k.c1, d, c[1] + i);
-    hn::StoreU(k.c2, d, c[2] + i), hn::StoreU(k.c3, d, c[3] + i);
-  });
-  pixels([&](int x) HWY_ATTR {
-    const int base = left[x] - first, span = left[x + lanes - 1] - left[x];
-    if (span == 0) {
-      return Coefficients{hn::Set(d, c[0][base]), hn::Set(d, c[1][base]), hn::Set(d, c[2][base]),
-                          hn::Set(d, c[3][base])};
-    }
-    if (span >= lanes) {
-      const auto index = hn::Sub(hn::LoadU(di, left + x), hn::Set(di, first));
-      const auto pick = [&](const float* p) HWY_ATTR { return hn::GatherIndex(d, p, index); };
-      return Coefficients{pick(c[0]), pick(c[1]), pick(c[2]), pick(c[3])};
-    }
-    const auto index = hn::IndicesFromVec(d, hn::Sub(hn::LoadU(di, left + x), hn::Set(di, left[x])));
-    if (2 * span < lanes) {
-      const auto pick = [&](const float* p)
-                            HWY_ATTR { return hn::TableLookupLanes(LoadHalf(p + base), index); };
-      return Coefficients{pick(c[0]), pick(c[1]), pick(c[2]), pick(c[3])};
-    }
-    const auto pick = [&](const float* p)
-                          HWY_ATTR { return hn::TableLookupLanes(hn::LoadU(d, p + base), index); };
-    return Coefficients{pick(c[0]), pick(c[1]), pick(c[2]), pick(c[3])};
-  });
 }
 
 void Row(const GridRow& a) {
@@ -237,7 +378,7 @@ void Stamp(const GridStamp& a) {
   }
 }
 
-GridKernels MakeGridKernels() { return {Fill, Row, Stamp}; }
+GridKernels MakeGridKernels() { return {Arrange, Fill, Row, Stamp}; }
 
 }  // namespace tessera::ops::noise::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -102,13 +102,32 @@ struct AccumulateBatch {
   float* out = nullptr;  // += weight * shape(value)
 };
 
-// One octave's lattice points along a row: a table of the columns in use, and where pixels lie in it.
+// How the pixels of a vector find their columns.
+enum class GridReach : uint8_t {
+  kOne,        // all lie between the same two
+  kHalf,       // within half a vector of columns from the first pixel's
+  kWhole,      // within a vector of columns
+  kScattered,  // anywhere
+};
+struct GridRun {  // neighbouring vectors of a kind
+  GridReach reach = GridReach::kOne;
+  int begin = 0, end = 0;  // vectors
+};
+// Where the pixels of a tile's rows lie between lattice columns: worked out once for all rows.
+struct GridLayout {
+  int32_t* base = nullptr;  // per vector: the column at its first pixel's left, from the tile's first
+  int32_t* index =
+      nullptr;  // per pixel: its column from the vector's base; kScattered: from the tile's first
+  GridRun* runs = nullptr;
+  int run_count = 0;
+  bool consecutive = false;  // pixel x lies between columns x and x + 1
+};
+// One octave's lattice points along a tile's rows: a table of the columns in use, and where pixels lie in it.
 struct GridColumns {
-  int first = 0, count = 0;  // columns first .. first + count - 1 of the table
-  const int32_t* left =
-      nullptr;  // per pixel: table index of the column at its left; the next is at its right
+  int first = 0, count = 0;         // columns first .. first + count - 1 of the table
   const float* fraction = nullptr;  // per pixel
   const float* fade = nullptr;
+  GridLayout layout;
 };
 // Blended over the third and fourth dimension at one lattice row: n contribution is gx*fx + gy*fy + rest.
 struct GridLatticeRow {
@@ -180,6 +199,9 @@ struct GridStamp {  // one lattice column's block on a row of pixels
   float* out = nullptr;           // +=
 };
 struct GridKernels {
+  // `left`: per pixel, with kNoisePadding more, the column at its left; its neighbour is at its right. The
+  // layout's arrays have room for `count` + kNoisePadding entries.
+  void (*arrange)(const int32_t* left, int count, GridLayout& layout);
   void (*fill)(const GridFill&);
   void (*row)(const GridRow&);
   void (*stamp)(const GridStamp&);

@@ -12,18 +12,15 @@
 #include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/noise/plan.h"
+#include "simd/lattice.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
 namespace {
 
-// Cells are few against pixels: their numbers are made one by one, as simd/lattice-inl.h makes them.
-uint32_t Mix(uint32_t h) {
-  h *= 0x2c1b3c6du;
-  h ^= h >> 15;
-  return h * 0x297a2d39u;
-}
-uint32_t Next(uint32_t h, uint32_t k) { return Mix((h ^ (h >> 16)) + k * 0x9e3779b9u); }
+// Cells are few against pixels: their numbers are made one by one.
+using simd::LatticeMix;
+using simd::LatticeNext;
 double Unit(uint32_t h) { return std::ldexp(h >> 8, -24); }
 
 // A spot in pixels: height * (1 - (e x^2 + 2 f x y + g y^2))^2 around its centre.
@@ -74,16 +71,16 @@ class ShapedSpotsStage final : public graph::TileStage {
 
  private:
   void AddCell(int i, int j, const ConstImageView& position, const Roi& r, std::vector<double>& sum) const {
-    const uint32_t h =
-        Mix((static_cast<uint32_t>(i) * 0x9e3779b1u) ^ (static_cast<uint32_t>(j) * 0x85ebca77u) ^ seed_);
-    const uint32_t number = Next(h, 1);
+    const uint32_t h = LatticeMix((static_cast<uint32_t>(i) * simd::kAxis[0]) ^
+                                  (static_cast<uint32_t>(j) * simd::kAxis[1]) ^ seed_);
+    const uint32_t number = LatticeNext(h, 1);
     uint32_t state = h;
     for (int m = 0; m < kMaxImpulses && number >= shape_.poisson[m]; ++m) {
-      state = Next(state, 2);
+      state = LatticeNext(state, 2);
       const double x = params_.frame.x0 + (i + Unit(state)) * cell_;
-      state = Next(state, 3);
+      state = LatticeNext(state, 3);
       const double y = params_.frame.y0 + (j + Unit(state)) * cell_;
-      state = Next(state, 4);
+      state = LatticeNext(state, 4);
       Spot spot = ShapeAt(position, x, y);
       spot.x = x, spot.y = y;
       if (state >> 31 != 0) spot.height = -spot.height;

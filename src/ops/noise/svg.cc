@@ -10,6 +10,7 @@
 
 #include "graph/op.h"
 #include "ops/modifiers.h"
+#include "ops/noise/field.h"
 #include "ops/noise/kernels.h"
 #include "ops/noise/noise_ops.h"
 #include "tessera/ops/noise.h"
@@ -138,6 +139,11 @@ class SvgStage final : public graph::TileStage {
       std::fill_n(row->rest, most, 0.0f);
     }
     float* const scratch = args.scratch.Allocate<float>(4 * most);
+    const auto from = static_cast<size_t>(r.x0 - spec_.data_window.x0);
+    std::vector<GridColumns> tile;
+    for (const Columns& c : octaves_) {
+      tile.push_back(TileColumns(grid_, c.left, c.fraction, c.fade, from, width, args.scratch));
+    }
     const bool sum = params_.fractal_noise;
     for (int y = r.y0; y < r.y1; ++y) {
       for (int i = 0; i < channels; ++i) {
@@ -147,13 +153,11 @@ class SvgStage final : public graph::TileStage {
         for (size_t k = 0; k < octaves_.size() && channel < 4; ++k) {
           const Columns& c = octaves_[k];
           const SvgAxis::Place place = y_.At(y, static_cast<int>(k));
-          const size_t from = static_cast<size_t>(r.x0 - spec_.data_window.x0);
-          const int first = c.left[from], last = c.left[from + width - 1 + kNoisePadding] + 2;
+          GridRow row;
+          row.columns = tile[k];
+          const int first = row.columns.first, last = first + row.columns.count;
           Fill(c, first, last, channel, place.low, low);
           Fill(c, first, last, channel, place.high, high);
-          GridRow row;
-          row.columns = {first, last - first, c.left.data() + from, c.fraction.data() + from,
-                         c.fade.data() + from};
           row.count = r.width();
           row.lower = low;
           row.upper = high;

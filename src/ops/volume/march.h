@@ -3,6 +3,7 @@
 #define TESSERA_OPS_VOLUME_MARCH_H_
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/volume_data.h"
@@ -14,6 +15,7 @@ namespace tessera::ops::volume {
 
 inline constexpr int kPacket = 16;  // rays that go together: 4x4 pixels
 inline constexpr int kTile = 16;    // pixels of a cone's side
+using base::kMostVolumes;
 using base::kPairSize;
 using base::kSurfaceStep;
 using base::kTransferSize;
@@ -138,8 +140,11 @@ struct MediumArgs {
 
 using DrawSurface = void (*)(const SurfaceArgs&, const Target&);
 using DrawMedium = void (*)(const MediumArgs&, const Target&);
+// Media whose rays count depth from the same place, at most kMostVolumes.
+using DrawMixture = void (*)(std::span<const MediumArgs* const>, const Target&);
 DrawSurface FindSurface(PixelType type);
 DrawMedium FindMedium(PixelType type);
+DrawMixture FindMixture();
 
 }  // namespace tessera::ops::volume
 

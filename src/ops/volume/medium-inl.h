@@ -16,8 +16,11 @@ namespace tessera::ops::volume::HWY_NAMESPACE {
 
 using Kind = Dmf::Kind;
 
+// Functions of their own, not inline: what they do takes far longer than a call, and every sample type,
+// method and instruction set would hold its own copies.
+
 // Turbulence at p by the lookups that a step asks for.
-HWY_INLINE V Turbulence(const DmfStep& step, const Vec3& p) {
+inline HWY_NOINLINE V Turbulence(const DmfStep& step, const Vec3& p) {
   switch (step.lookup) {
     case TurbulenceLookup::kBlock:
       return NoiseValue(step.noise, p);
@@ -50,11 +53,146 @@ struct Sample {
   Vec3 normal;  // world, outward; unit or zero
 };
 
+// Colour of a sample as it is lit.
+inline HWY_NOINLINE void Shade(const MediumArgs& args, const Sample& sample, const Vec3& to_eye,
+                               s::Pixels& c) {
+  const V zero = hn::Zero(D()), one = Set(1);
+  if (args.look == Look::kLit) {
+    const Shine shine = Lit(args.light, sample.normal, to_eye);
+    c.r = hn::MulAdd(c.r, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[0] : 1)), shine.gloss);
+    c.g = hn::MulAdd(c.g, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[1] : 1)), shine.gloss);
+    c.b = hn::MulAdd(c.b, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[2] : 1)), shine.gloss);
+  } else if (args.look == Look::kFur) {
+    // Kajiya and Kay: light across the strand, darker towards the roots.
+    const Vec3 l = {Set(args.light.direction[0]), Set(args.light.direction[1]), Set(args.light.direction[2])};
+    const V cosine = Dot(sample.normal, l), view = Dot(sample.normal, to_eye);
+    const V across = hn::Sqrt(hn::Max(hn::NegMulAdd(cosine, cosine, one), zero));
+    const V aside = hn::Sqrt(hn::Max(hn::NegMulAdd(view, view, one), zero));
+    const V facing = hn::MulAdd(cosine, Set(0.5f), Set(0.5f));
+    const V height =
+        Clamp01(hn::Sub(one, hn::Mul(hn::Sub(Set(args.outer), sample.distance), Set(args.per_width))));
+    const V occlusion = hn::MulAdd(height, Set(static_cast<float>(1 - base::kFurRoot)),
+                                   Set(static_cast<float>(base::kFurRoot)));
+    const V diffuse =
+        hn::Mul(hn::Mul(Set(args.light.diffuse), facing), hn::MulAdd(across, Set(0.6f), Set(0.4f)));
+    const V lit = hn::Mul(occlusion, hn::Add(diffuse, Set(args.light.ambient)));
+    const V gleam =
+        Power(hn::Max(hn::NegMulAdd(cosine, view, hn::Mul(across, aside)), zero), args.light.exponent);
+    const V gloss =
+        hn::Mul(hn::Mul(Set(args.light.specular), gleam), hn::Mul(hn::Mul(facing, facing), occlusion));
+    c.r = hn::MulAdd(hn::Mul(c.r, Set(args.light.color[0])), lit, gloss);
+    c.g = hn::MulAdd(hn::Mul(c.g, Set(args.light.color[1])), lit, gloss);
+    c.b = hn::MulAdd(hn::Mul(c.b, Set(args.light.color[2])), lit, gloss);
+  }
+}
+
+// Where the field is read for a sample at p.
+inline HWY_NOINLINE void Move(const MediumArgs& args, const DmfStep& step, const Vec3& p, Vec3& q,
+                              V& turbulence) {
+  switch (step.kind) {
+    case Kind::kWarp: {
+      V n[4];
+      NoiseChannels(step.noise, p, n);
+      q.x = hn::MulAdd(n[0], Set(step.amount / args.rays.spacing[0]), q.x);
+      q.y = hn::MulAdd(n[1], Set(step.amount / args.rays.spacing[1]), q.y);
+      q.z = hn::MulAdd(n[2], Set(step.amount / args.rays.spacing[2]), q.z);
+      return;
+    }
+    case Kind::kLift:
+      turbulence = Turbulence(step, p);
+      q.y = hn::NegMulAdd(turbulence, Set(step.amount), q.y);
+      return;
+    case Kind::kSwell: {
+      const V grow = hn::Mul(hn::Sub(Turbulence(step, p), Set(step.second)), Set(step.amount));
+      const auto axis = [&](V v, float last)
+                            HWY_ATTR { return hn::MulAdd(hn::Sub(v, Set(0.5f * last)), grow, v); };
+      q = {axis(q.x, args.field.last[0]), axis(q.y, args.field.last[1]), axis(q.z, args.field.last[2])};
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+// A density t after one more function.
+inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, const Vec3& p, V distance,
+                               V turbulence, V t) {
+  const D d;
+  const V one = Set(1);
+  switch (step.kind) {
+    case Kind::kBias:
+      return Power(t, step.amount);
+    case Kind::kGain: {
+      const M low = hn::Lt(t, Set(0.5f));
+      const V u = hn::IfThenElse(low, t, hn::Sub(one, t));
+      const V half = hn::Mul(Set(0.5f), Power(hn::Add(u, u), step.amount));
+      return hn::IfThenElse(low, half, hn::Sub(one, half));
+    }
+    case Kind::kNoise:
+      return Clamp01(hn::MulAdd(NoiseValue(step.noise, p), Set(step.amount), t));
+    case Kind::kTurbulence: {
+      const V found = step.again ? turbulence : Turbulence(step, p);
+      const V factor = hn::MulAdd(found, Set(step.amount), Set(1 - step.amount));
+      return Clamp01(hn::Mul(t, factor));
+    }
+    case Kind::kThreshold: {
+      const V u = Clamp01(hn::Mul(hn::Sub(t, Set(step.amount)), Set(step.second)));
+      return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(u, Set(2), Set(3)));
+    }
+    case Kind::kFunction: {
+      HWY_ALIGN float x[kLanes], y[kLanes], z[kLanes], dist[kLanes], density[kLanes];
+      const RaySet& r = args.rays;
+      hn::Store(hn::MulAdd(p.x, Set(r.spacing[0]), Set(r.to_world[0])), d, x);
+      hn::Store(hn::MulAdd(p.y, Set(r.spacing[1]), Set(r.to_world[1])), d, y);
+      hn::Store(hn::MulAdd(p.z, Set(r.spacing[2]), Set(r.to_world[2])), d, z);
+      hn::Store(distance, d, dist);
+      hn::Store(t, d, density);
+      (*step.function)({kLanes, x, y, z, dist, density});
+      return Clamp01(hn::Load(d, density));
+    }
+    default:
+      return t;
+  }
+}
+
+// Hair: where the noise at a strand's foot is strong. The foot lies along the gradient, and up where
+// strands droop.
+inline HWY_NOINLINE V Strands(const MediumArgs& args, const Vec3& p, Sample& r, V t) {
+  const D d;
+  const RaySet& set = args.rays;
+  const V height = hn::Sub(Set(1), t);
+  const Vec3 lean = {Set(args.fur_lean[0]), Set(args.fur_lean[1]), Set(args.fur_lean[2])};
+  const Vec3 across = AddScaled(lean, r.normal, hn::Neg(Dot(lean, r.normal)));
+  const V back = hn::Neg(hn::Max(hn::Sub(r.distance, Set(args.outer - 1 / args.per_width)), hn::Zero(d)));
+  const V bend = hn::Mul(Set(-args.droop), hn::Mul(height, height));
+  const auto axis = [&](V v, V n, V l, float spacing) HWY_ATTR {
+    const V along = hn::Mul(n, back);
+    return hn::MulAdd(hn::MulAdd(l, bend, along), Set(1 / spacing), v);
+  };
+  const Vec3 foot = {axis(p.x, r.normal.x, across.x, set.spacing[0]),
+                     axis(p.y, r.normal.y, across.y, set.spacing[1]),
+                     axis(p.z, r.normal.z, across.z, set.spacing[2])};
+  // The strand's direction: the surface's normal, bent.
+  const V tilt = hn::Mul(Set(2 * args.droop * args.per_width), height);
+  r.normal = Unit(AddScaled(r.normal, across, tilt));
+  const V n =
+      Clamp01(hn::MulAdd(NoiseValue(args.fur, foot), Set(static_cast<float>(base::kFurSpread)), Set(0.5f)));
+  const M low = hn::Lt(n, Set(0.5f));
+  const V u = hn::IfThenElse(low, n, hn::Sub(Set(1), n));
+  const V cube = hn::Mul(hn::Mul(Set(4), u), hn::Mul(u, u));  // gain of 0.875
+  const V shaped = hn::Mul(t, hn::IfThenElse(low, cube, hn::Sub(Set(1), cube)));
+  return hn::IfThenElse(hn::Ge(t, Set(1)), t, shaped);  // below the skin all is solid
+}
+
 template <typename T>
 class Medium {
  public:
   explicit Medium(const MediumArgs& args)
-      : args_(args), samples_(static_cast<const T*>(args.field.samples)) {}
+      : args_(args),
+        samples_(static_cast<const T*>(args.field.samples)),
+        moves_(std::any_of(args.steps.begin(), args.steps.end(), [](const DmfStep& step) {
+          return step.kind == Kind::kWarp || step.kind == Kind::kLift || step.kind == Kind::kSwell;
+        })) {}
 
   HWY_INLINE V Value(const Vec3& p) const {
     const Field& f = args_.field;
@@ -71,153 +209,91 @@ class Medium {
     return r;
   }
 
-  HWY_INLINE Sample Density(const Vec3& p) const {
-    Sample r;
-    if (args_.look == Look::kPlain) {
-      r.value = Value(p);
-      return r;
+  // Lit colour and extinction of a density volume where the ray has come `along`, for the segment of `half`
+  // before and behind.
+  HWY_INLINE s::Pixels Density(const Ray& ray, V along, V half, const Vec3& to_eye) const {
+    const Vec3 p = At(ray, along);
+    Sample sample;
+    s::Pixels c;
+    if (args_.look != Look::kPlain) {
+      const ValueAndGradient v = ValueGradient(p);
+      sample.value = v.value;
+      sample.normal = WorldNormal(args_.rays, v.gradient, -1);  // denser is inside
     }
-    const ValueAndGradient v = ValueGradient(p);
-    r.value = v.value;
-    r.normal = WorldNormal(args_.rays, v.gradient, -1);  // denser is inside
-    return r;
+    if (args_.classification == Classification::kPre) {
+      c = Classified(p);
+    } else if (args_.classification == Classification::kPreIntegrated) {
+      c = Integrated(Value(At(ray, hn::Sub(along, half))), Value(At(ray, hn::Add(along, half))));
+    } else {
+      if (args_.look == Look::kPlain) sample.value = Value(p);
+      c = ColorOf(args_.transfer, sample.value);
+    }
+    Shade(args_, sample, to_eye, c);
+    return c;
   }
 
-  // Lanes in which there is no density leave the set.
-  HWY_INLINE Sample Hyper(const Vec3& p, M& lanes) const {
+  // Samples of K sets of lanes: each stage is done for all of them before the next, so that one's reads go on
+  // while another waits. Lanes in which there is no density leave their set; false: none is left.
+  template <int K>
+  HWY_INLINE bool Hyper(const Vec3 (&p)[K], M (&lanes)[K], Sample (&r)[K]) const {
     const Field& f = args_.field;
     const DI di;
-    Vec3 q = p;
-    V turbulence = hn::Zero(D());
-    for (const DmfStep& step : args_.steps) Move(step, p, q, turbulence);
-    Sample r;
-    r.value = r.distance = hn::Zero(D());
-    const Cell c = Locate(f, q);
-    if (f.leaps) {
-      const VI own = hn::And(LeapOf(f, f.own, c), hn::Set(di, 255));
-      lanes = hn::And(lanes, hn::RebindMask(D(), hn::Eq(own, hn::Zero(di))));
-      if (hn::AllFalse(D(), lanes)) return r;
+    const D d;
+    Vec3 q[K];
+    V turbulence[K], t[K];
+    for (int k = 0; k < K; ++k) q[k] = p[k], turbulence[k] = hn::Zero(d);
+    for (const DmfStep& step : args_.steps) {
+      for (int k = 0; k < K; ++k) Move(args_, step, p[k], q[k], turbulence[k]);
     }
-    const VI index = IndexOf(c, f.row, f.slice);
-    r.distance = hn::MulAdd(Trilinear(samples_, f.row, f.slice, index, c.f), Set(f.scale), Set(f.bias));
-    const V inside = hn::Sub(Set(args_.outer), r.distance);
-    V t = args_.per_width > 0 ? Clamp01(hn::Mul(inside, Set(args_.per_width)))
-                              : hn::IfThenElseZero(hn::Ge(inside, hn::Zero(D())), Set(1));
-    if (args_.zero_stays) {
-      lanes = hn::And(lanes, hn::Gt(t, hn::Zero(D())));
-      if (hn::AllFalse(D(), lanes)) return r;
+    const auto none = [&]() HWY_ATTR {
+      M any = lanes[0];
+      for (int k = 1; k < K; ++k) any = hn::Or(any, lanes[k]);
+      return hn::AllFalse(d, any);
+    };
+    Cell c[K];
+    VI index[K];
+    for (int k = 0; k < K; ++k) c[k] = Locate(f, q[k]);
+    if (f.leaps && moves_) {
+      for (int k = 0; k < K; ++k) {
+        const VI own = hn::And(LeapOf(f, f.own, c[k]), hn::Set(di, 255));
+        lanes[k] = hn::And(lanes[k], hn::RebindMask(d, hn::Eq(own, hn::Zero(di))));
+      }
+      if (none()) return false;
     }
+    for (int k = 0; k < K; ++k) {
+      index[k] = IndexOf(c[k], f.row, f.slice);
+      r[k].distance =
+          hn::MulAdd(Trilinear(samples_, f.row, f.slice, index[k], c[k].f), Set(f.scale), Set(f.bias));
+      const V inside = hn::Sub(Set(args_.outer), r[k].distance);
+      t[k] = args_.per_width > 0 ? Clamp01(hn::Mul(inside, Set(args_.per_width)))
+                                 : hn::IfThenElseZero(hn::Ge(inside, hn::Zero(d)), Set(1));
+      if (args_.zero_stays) lanes[k] = hn::And(lanes[k], hn::Gt(t[k], hn::Zero(d)));
+    }
+    if (args_.zero_stays && none()) return false;
     if (args_.look != Look::kPlain) {
-      const ValueAndGradient v = TrilinearGradient(samples_, f.row, f.slice, index, c.f);
-      r.normal = WorldNormal(args_.rays, v.gradient, f.scale < 0 ? -1 : 1);
+      for (int k = 0; k < K; ++k) {
+        const ValueAndGradient v = TrilinearGradient(samples_, f.row, f.slice, index[k], c[k].f);
+        r[k].normal = WorldNormal(args_.rays, v.gradient, f.scale < 0 ? -1 : 1);
+      }
     }
-    if (args_.look == Look::kFur) t = Strands(p, r, t);
-    for (const DmfStep& step : args_.steps) t = Modulate(step, p, r.distance, turbulence, t);
-    r.value = t;
-    return r;
+    if (args_.look == Look::kFur) {
+      for (int k = 0; k < K; ++k) t[k] = Strands(args_, p[k], r[k], t[k]);
+    }
+    for (const DmfStep& step : args_.steps) {
+      for (int k = 0; k < K; ++k) t[k] = Modulate(args_, step, p[k], r[k].distance, turbulence[k], t[k]);
+    }
+    for (int k = 0; k < K; ++k) r[k].value = t[k];
+    return true;
   }
 
  private:
-  HWY_INLINE void Move(const DmfStep& step, const Vec3& p, Vec3& q, V& turbulence) const {
-    switch (step.kind) {
-      case Kind::kWarp: {
-        V n[4];
-        NoiseChannels(step.noise, p, n);
-        q.x = hn::MulAdd(n[0], Set(step.amount / args_.rays.spacing[0]), q.x);
-        q.y = hn::MulAdd(n[1], Set(step.amount / args_.rays.spacing[1]), q.y);
-        q.z = hn::MulAdd(n[2], Set(step.amount / args_.rays.spacing[2]), q.z);
-        return;
-      }
-      case Kind::kLift:
-        turbulence = Turbulence(step, p);
-        q.y = hn::NegMulAdd(turbulence, Set(step.amount), q.y);
-        return;
-      case Kind::kSwell: {
-        const V grow = hn::Mul(hn::Sub(Turbulence(step, p), Set(step.second)), Set(step.amount));
-        const auto axis = [&](V v, float last)
-                              HWY_ATTR { return hn::MulAdd(hn::Sub(v, Set(0.5f * last)), grow, v); };
-        q = {axis(q.x, args_.field.last[0]), axis(q.y, args_.field.last[1]), axis(q.z, args_.field.last[2])};
-        return;
-      }
-      default:
-        return;
-    }
-  }
-
-  HWY_INLINE V Modulate(const DmfStep& step, const Vec3& p, V distance, V turbulence, V t) const {
-    const D d;
-    const V one = Set(1);
-    switch (step.kind) {
-      case Kind::kBias:
-        return Power(t, step.amount);
-      case Kind::kGain: {
-        const M low = hn::Lt(t, Set(0.5f));
-        const V u = hn::IfThenElse(low, t, hn::Sub(one, t));
-        const V half = hn::Mul(Set(0.5f), Power(hn::Add(u, u), step.amount));
-        return hn::IfThenElse(low, half, hn::Sub(one, half));
-      }
-      case Kind::kNoise:
-        return Clamp01(hn::MulAdd(NoiseValue(step.noise, p), Set(step.amount), t));
-      case Kind::kTurbulence: {
-        const V found = step.again ? turbulence : Turbulence(step, p);
-        const V factor = hn::MulAdd(found, Set(step.amount), Set(1 - step.amount));
-        return Clamp01(hn::Mul(t, factor));
-      }
-      case Kind::kThreshold: {
-        const V u = Clamp01(hn::Mul(hn::Sub(t, Set(step.amount)), Set(step.second)));
-        return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(u, Set(2), Set(3)));
-      }
-      case Kind::kFunction: {
-        HWY_ALIGN float x[kLanes], y[kLanes], z[kLanes], dist[kLanes], density[kLanes];
-        const RaySet& r = args_.rays;
-        hn::Store(hn::MulAdd(p.x, Set(r.spacing[0]), Set(r.to_world[0])), d, x);
-        hn::Store(hn::MulAdd(p.y, Set(r.spacing[1]), Set(r.to_world[1])), d, y);
-        hn::Store(hn::MulAdd(p.z, Set(r.spacing[2]), Set(r.to_world[2])), d, z);
-        hn::Store(distance, d, dist);
-        hn::Store(t, d, density);
-        (*step.function)({kLanes, x, y, z, dist, density});
-        return Clamp01(hn::Load(d, density));
-      }
-      default:
-        return t;
-    }
-  }
-
-  // Hair: where the noise at a strand's foot is strong. The foot lies along the gradient, and up where
-  // strands droop.
-  HWY_INLINE V Strands(const Vec3& p, Sample& r, V t) const {
-    const D d;
-    const RaySet& set = args_.rays;
-    const V height = hn::Sub(Set(1), t);
-    const Vec3 lean = {Set(args_.fur_lean[0]), Set(args_.fur_lean[1]), Set(args_.fur_lean[2])};
-    const Vec3 across = AddScaled(lean, r.normal, hn::Neg(Dot(lean, r.normal)));
-    const V back = hn::Neg(hn::Max(hn::Sub(r.distance, Set(args_.outer - 1 / args_.per_width)), hn::Zero(d)));
-    const V bend = hn::Mul(Set(-args_.droop), hn::Mul(height, height));
-    const auto axis = [&](V v, V n, V l, float spacing) HWY_ATTR {
-      const V along = hn::Mul(n, back);
-      return hn::MulAdd(hn::MulAdd(l, bend, along), Set(1 / spacing), v);
-    };
-    const Vec3 foot = {axis(p.x, r.normal.x, across.x, set.spacing[0]),
-                       axis(p.y, r.normal.y, across.y, set.spacing[1]),
-                       axis(p.z, r.normal.z, across.z, set.spacing[2])};
-    // The strand's direction: the surface's normal, bent.
-    const V tilt = hn::Mul(Set(2 * args_.droop * args_.per_width), height);
-    r.normal = Unit(AddScaled(r.normal, across, tilt));
-    const V n = Clamp01(
-        hn::MulAdd(NoiseValue(args_.fur, foot), Set(static_cast<float>(base::kFurSpread)), Set(0.5f)));
-    const M low = hn::Lt(n, Set(0.5f));
-    const V u = hn::IfThenElse(low, n, hn::Sub(Set(1), n));
-    const V cube = hn::Mul(hn::Mul(Set(4), u), hn::Mul(u, u));  // gain of 0.875
-    const V shaped = hn::Mul(t, hn::IfThenElse(low, cube, hn::Sub(Set(1), cube)));
-    return hn::IfThenElse(hn::Ge(t, Set(1)), t, shaped);  // below the skin all is solid
-  }
-
   const MediumArgs& args_;
   const T* samples_;
+  const bool moves_;  // the field is read elsewhere
 
  public:
   // Colour and extinction interpolated from those of the eight voxels around p.
-  s::Pixels Classified(const Vec3& p) const {
+  HWY_NOINLINE s::Pixels Classified(const Vec3& p) const {
     const D d;
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
@@ -245,7 +321,7 @@ class Medium {
   }
 
   // Colour and mean extinction of a segment between two values.
-  s::Pixels Integrated(V front, V back) const {
+  HWY_NOINLINE s::Pixels Integrated(V front, V back) const {
     const D d;
     const DI di;
     const ColorTable& t = args_.transfer;

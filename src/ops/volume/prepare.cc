@@ -37,14 +37,13 @@ int StackAxis(const Camera& camera, const VolumeSpec& v) {
 }
 double Smallest(const Vector3& v) { return std::min({v[0], v[1], v[2]}); }
 
-RaySet RaysOf(const DrawParams& draw) {
+RaySet RaysOf(const DrawParams& draw, double middle) {
   const VolumeSpec& v = draw.volume.spec();
   const Camera& camera = draw.params.camera;
   const Roi& w = draw.window;
   RaySet r{};
   r.perspective = camera.perspective();
   const double mx = w.x0 + 0.5 * (w.width() - 1), my = w.y0 + 0.5 * (w.height() - 1);
-  const double middle = camera.PlanarDepth(Centre(v));
   r.middle_x = static_cast<float>(mx);
   r.middle_y = static_cast<float>(my);
   r.middle_depth = static_cast<float>(middle);
@@ -201,7 +200,41 @@ DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   return draw;
 }
 
-void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& out) {
+DrawParams CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, const Camera& camera) {
+  const Matrix4& m = placed.to_world;
+  VolumeParams p = placed.params;
+  p.camera = camera;
+  // Of the rotation's columns.
+  const auto turned = [&](const Vector3& v) {
+    Vector3 r;
+    for (size_t a = 0; a < 3; ++a) r[a] = m[a] * v[0] + m[4 + a] * v[1] + m[8 + a] * v[2];
+    return r;
+  };
+  for (size_t a = 0; a < 3; ++a) {
+    const Vector3 column = turned({m[a], m[4 + a], m[8 + a]});
+    bool rigid = m[12 + a] == 0 && m[15] == 1 && std::isfinite(m[4 * a + 3]);
+    for (size_t b = 0; b < 3; ++b) rigid &= std::fabs(column[b] - (a == b ? 1 : 0)) < 1e-6;
+    if (!rigid) throw Error(kName, "found a placement that scales or shears, expected a rigid motion");
+  }
+  if (m != kIdentity4) {
+    p.camera = Camera(Product(camera.world_to_camera(), m), Product(camera.world_to_clip(), m));
+    p.material.light = turned(p.material.light);
+    for (CuttingPlane& plane : p.planes) {
+      plane.offset -= Dot(plane.normal, {m[3], m[7], m[11]});
+      plane.normal = turned(plane.normal);
+    }
+  }
+  DrawParams draw = Complete(spec, placed.volume, p);
+  draw.placed = placed;
+  draw.placed.params.camera = camera;
+  return draw;
+}
+
+double MiddleDepth(const DrawParams& draw) {
+  return draw.params.camera.PlanarDepth(Centre(draw.volume.spec()));
+}
+
+void Prepare(const DrawParams& draw, double middle, const graph::Workers& workers, Prepared& out) {
   const VolumeParams& p = draw.params;
   const base::VolumeData& data = *draw.volume.data();
   const VolumeSpec& v = data.spec;
@@ -209,7 +242,7 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
   const base::ForEach for_each = [&](int64_t count, const std::function<void(int64_t)>& task) {
     workers.For(count, [&](int64_t i, int) { task(i); });
   };
-  const RaySet rays = RaysOf(draw);
+  const RaySet rays = RaysOf(draw, middle);
   Field field = FieldOf(draw);
   Light light{};
   for (size_t c = 0; c < 3; ++c) {
@@ -377,11 +410,10 @@ void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& ou
                 &lifts->block.data() == &step.block.data();
       m.steps.push_back(k);
     }
-    matter(-kEndless, anywhere ? kEndless : outer);
-    m.zero_stays = !anywhere && draw.transfer[3] == 0 && draw.transfer_low <= 0 &&
-                   std::none_of(p.dmf.begin(), p.dmf.end(), [](const Dmf& step) {
-                     return step.kind == Dmf::Kind::kThreshold && step.amount <= 0;
-                   });
+    double from = 0, to = 0;
+    const bool clear = !TransferSupport(draw, from, to) || from >= 0 || to <= 0;  // nothing is not seen
+    m.zero_stays = !anywhere && clear;
+    matter(-kEndless, m.zero_stays ? outer : kEndless);
     if (p.mode == VolumeMode::kFur) {
       m.fur = ViewOf(p.block, v, p.frequency);
       m.droop = static_cast<float>(p.amount);

@@ -18,13 +18,19 @@ bool IsHyper(VolumeMode mode);  // distance fields through density modulation
 // Checks, fills in. Throws Error.
 DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
 
+// The same for a volume of a scene, seen by the scene's camera.
+DrawParams CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, const Camera& camera);
+
 // What a stage holds; the arguments point into it.
 struct Prepared {
   SurfaceArgs surface;
   MediumArgs medium;
   std::shared_ptr<const base::LeapGrid> leaps, own;
 };
-void Prepare(const DrawParams& draw, const graph::Workers& workers, Prepared& out);
+// Depths are counted from `middle`.
+void Prepare(const DrawParams& draw, double middle, const graph::Workers& workers, Prepared& out);
+// The planar depth of a volume's centre.
+double MiddleDepth(const DrawParams& draw);
 
 }  // namespace tessera::ops::volume
 

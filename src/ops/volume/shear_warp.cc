@@ -19,7 +19,7 @@ namespace {
 class ShearWarpStage final : public graph::WholeStage {
  public:
   ShearWarpStage(base::VolumeDrawPointer draw, const graph::Workers& workers) : draw_(std::move(draw)) {
-    Prepare(*draw_, workers, prepared_);
+    Prepare(*draw_, MiddleDepth(*draw_), workers, prepared_);
     const RaySet& rays = prepared_.medium.rays;
     Sheared& s = sheared_;
     s.medium = &prepared_.medium;

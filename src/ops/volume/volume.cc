@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,16 +21,24 @@ namespace {
 
 constexpr char kName[] = "volume";
 
+// One volume, or several: surfaces by themselves, the nearest of which ends the rays of the media.
 class DrawStage final : public graph::TileStage {
  public:
-  DrawStage(base::VolumeDrawPointer draw, const graph::Workers& workers) : draw_(std::move(draw)) {
-    Prepare(*draw_, workers, prepared_);
-    const PixelType type = draw_->volume.spec().type;
-    if (IsSurface(draw_->params.mode)) {
-      surface_ = FindSurface(type);
-    } else {
-      medium_ = FindMedium(type);
+  DrawStage(base::VolumeDrawPointer draw, const graph::Workers& workers)
+      : draw_(std::move(draw)), prepared_(1 + draw_->others.size()) {
+    const double middle = MiddleDepth(*draw_);
+    for (size_t k = 0; k < prepared_.size(); ++k) {
+      const base::VolumeDraw& one = k == 0 ? *draw_ : *draw_->others[k - 1];
+      Prepare(one, middle, workers, prepared_[k]);
+      const PixelType type = one.volume.spec().type;
+      if (IsSurface(one.params.mode)) {
+        surfaces_.push_back({FindSurface(type), &prepared_[k].surface});
+      } else {
+        media_.push_back(&prepared_[k].medium);
+        medium_ = FindMedium(type);
+      }
     }
+    if (media_.size() > 1) mixture_ = FindMixture();
   }
   Roi InputRoi(int, const Roi& out) const override { return out; }
   graph::TileSize Preferred() const override { return {64, 64}; }
@@ -44,18 +54,86 @@ class DrawStage final : public graph::TileStage {
       target.scene_row = scene.row_stride / static_cast<ptrdiff_t>(sizeof(float));
       target.scene_pixel = scene.pixel_stride / static_cast<ptrdiff_t>(sizeof(float));
     }
-    if (surface_ != nullptr) {
-      surface_(prepared_.surface, target);
+    if (surfaces_.empty()) {
+      DrawMedia(target);
+    } else if (prepared_.size() == 1) {
+      surfaces_[0].draw(*surfaces_[0].args, target);
     } else {
-      medium_(prepared_.medium, target);
+      DrawScene(args, target);
     }
   }
 
  private:
+  static constexpr int kChannels = 5;  // R, G, B, A, Z
+  struct Surface {
+    DrawSurface draw;
+    const SurfaceArgs* args;
+  };
+
+  void DrawMedia(const Target& target) const {
+    if (mixture_ != nullptr) {
+      mixture_(media_, target);
+    } else {
+      medium_(*media_[0], target);
+    }
+  }
+  void DrawScene(const graph::TileArgs& args, const Target& target) const {
+    const Roi& roi = args.out.roi;
+    const auto pixels = static_cast<size_t>(roi.pixels());
+    float* const nearest = args.scratch.Allocate<float>(kChannels * pixels);
+    float* const one = args.scratch.Allocate<float>(kChannels * pixels);
+    float* const depth = args.scratch.Allocate<float>(pixels);
+    const auto all_channels = [&](float* to) {
+      Target t;
+      t.out = target.out;
+      t.out.data = reinterpret_cast<std::byte*>(to);
+      t.out.channels = kChannels;
+      t.out.pixel_stride = kChannels * sizeof(float);
+      t.out.row_stride = t.out.pixel_stride * roi.width();
+      t.scene = target.scene, t.scene_row = target.scene_row, t.scene_pixel = target.scene_pixel;
+      return t;
+    };
+    for (size_t k = 0; k < surfaces_.size(); ++k) {
+      surfaces_[k].draw(*surfaces_[k].args, all_channels(k == 0 ? nearest : one));
+      for (size_t i = 0; k > 0 && i < kChannels * pixels; i += kChannels) {
+        if (one[i + 4] < nearest[i + 4]) std::copy_n(one + i, kChannels, nearest + i);
+      }
+    }
+    size_t at = 0;
+    for (int y = 0; y < roi.height(); ++y) {
+      for (int x = 0; x < roi.width(); ++x, ++at) {
+        const float scene = target.scene == nullptr
+                                ? std::numeric_limits<float>::infinity()
+                                : target.scene[y * target.scene_row + x * target.scene_pixel];
+        const float z = nearest[kChannels * at + 4];
+        depth[at] = z < scene ? z : scene;
+      }
+    }
+    if (!media_.empty()) {
+      Target t = all_channels(one);
+      t.scene = depth, t.scene_row = roi.width(), t.scene_pixel = 1;
+      DrawMedia(t);
+      for (size_t i = 0; i < kChannels * pixels; i += kChannels) {
+        const float through = 1 - one[i + 3];
+        for (size_t c = 0; c < 4; ++c) nearest[i + c] = one[i + c] + through * nearest[i + c];
+        nearest[i + 4] = std::min(one[i + 4], nearest[i + 4]);
+      }
+    }
+    const float* from = nearest;
+    for (int y = roi.y0; y < roi.y1; ++y) {
+      for (int x = roi.x0; x < roi.x1; ++x, from += kChannels) {
+        auto* const to = reinterpret_cast<float*>(target.out.At(x, y));
+        for (int c = 0; c < target.out.channels; ++c) to[c] = from[target.channels ? target.channels[c] : c];
+      }
+    }
+  }
+
   base::VolumeDrawPointer draw_;
-  Prepared prepared_;
-  DrawSurface surface_ = nullptr;
+  std::vector<Prepared> prepared_;
+  std::vector<Surface> surfaces_;
+  std::vector<const MediumArgs*> media_;
   DrawMedium medium_ = nullptr;
+  DrawMixture mixture_ = nullptr;
 };
 
 class VolumeOp final : public graph::OpWith<base::VolumeDrawPointer> {
@@ -88,17 +166,65 @@ class VolumeOp final : public graph::OpWith<base::VolumeDrawPointer> {
   ImageSpec spec_;
 };
 
-Node Make(const ImageSpec& given, const Volume& volume, const VolumeParams& params,
-          std::vector<Node> inputs) {
-  base::VolumeDraw draw = Complete(given, volume, params);
+Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::vector<Node> inputs) {
+  if (volumes.empty() || volumes.size() > base::kMostVolumes) {
+    throw Error(kName, "found " + std::to_string(volumes.size()) + " volumes, expected 1 to " +
+                           std::to_string(base::kMostVolumes));
+  }
+  const Camera& camera = volumes[0].params.camera;
+  base::VolumeDraw draw = CompletePlaced(given, volumes[0], camera);
   draw.with_scene = !inputs.empty();
+  bool depth = false;
+  const auto front_to_back = [](base::VolumeDraw& d) {
+    if (d.params.mode == VolumeMode::kOver) d.params.mode = VolumeMode::kUnder;
+  };
+  if (volumes.size() > 1) front_to_back(draw);
+  for (const PlacedVolume& v : volumes) {
+    depth |= v.params.depth;
+    if (volumes.size() == 1) break;
+    if (v.params.mode > VolumeMode::kUnder || v.params.method != VolumeMethod::kRays) {
+      throw Error(kName,
+                  "found a mode or method for one volume alone, expected surfaces, hypertexture, over or "
+                  "under, and method rays, among several volumes");
+    }
+    if (&v != &volumes[0]) {
+      auto other = std::make_shared<base::VolumeDraw>(CompletePlaced(given, v, camera));
+      front_to_back(*other);
+      draw.others.push_back(std::move(other));
+    }
+  }
   ImageSpec spec = given;
   spec.channels = {"R", "G", "B", "A"};
   spec.alpha = 3;
   spec.type = PixelType::kFloat;
-  if (params.depth) spec.channels.push_back("Z");
+  if (depth) spec.channels.push_back("Z");
   auto shared = std::make_shared<const base::VolumeDraw>(std::move(draw));
   return graph::MakeNode(std::make_shared<const VolumeOp>(spec, std::move(shared)), std::move(inputs));
+}
+
+// The mean of pictures whose rays pass at jittered places in the pixel.
+Node Jittered(const ImageSpec& spec, std::span<const PlacedVolume> given, int samples,
+              const std::vector<Node>& inputs) {
+  if (samples <= 1) return Make(spec, given, inputs);
+  const Roi& window = spec.display_window.empty() ? spec.data_window : spec.display_window;
+  std::vector<PlacedVolume> volumes(given.begin(), given.end());
+  const Camera camera = volumes.at(0).params.camera;
+  for (PlacedVolume& v : volumes) {
+    // Noise is made once for all of them.
+    const VolumeParams made = Complete(spec, v.volume, v.params).params;
+    v.params.block = made.block, v.params.dmf = made.dmf;
+  }
+  std::vector<Node> pictures;
+  for (const JitterPoint& j : JitterSet(samples)) {
+    // A sub-pixel shift of the projection: x' = x + dx w in clip space.
+    const double dx = -(j.x - 0.5) * 2 / std::max(window.width(), 1),
+                 dy = (j.y - 0.5) * 2 / std::max(window.height(), 1);
+    Matrix4 shift = kIdentity4;
+    shift[3] = dx, shift[7] = dy;
+    volumes[0].params.camera = Camera(camera.world_to_camera(), Product(shift, camera.world_to_clip()));
+    pictures.push_back(Make(spec, volumes, inputs));
+  }
+  return Average(pictures);
 }
 
 }  // namespace
@@ -107,31 +233,42 @@ Node Make(const ImageSpec& given, const Volume& volume, const VolumeParams& para
 namespace tessera {
 
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params) {
-  return ops::volume::Make(spec, volume, params, {});
+  const PlacedVolume one[] = {{volume, params}};
+  return ops::volume::Make(spec, one, {});
 }
 
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
                   const Node& scene_depth) {
-  return ops::volume::Make(spec, volume, params, {scene_depth});
+  const PlacedVolume one[] = {{volume, params}};
+  return ops::volume::Make(spec, one, {scene_depth});
 }
 
 Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
                               int samples) {
-  const Roi& window = spec.display_window.empty() ? spec.data_window : spec.display_window;
-  std::vector<Node> pictures;
-  // Noise is made once for all of them.
-  VolumeParams shared = ops::volume::Complete(spec, volume, params).params;
-  for (const JitterPoint& j : JitterSet(samples)) {
-    // A sub-pixel shift of the projection: x' = x + dx w in clip space.
-    const double dx = -(j.x - 0.5) * 2 / std::max(window.width(), 1),
-                 dy = (j.y - 0.5) * 2 / std::max(window.height(), 1);
-    Matrix4 shift = kIdentity4;
-    shift[3] = dx, shift[7] = dy;
-    const Camera& camera = params.camera;
-    shared.camera = Camera(camera.world_to_camera(), Product(shift, camera.world_to_clip()));
-    pictures.push_back(RenderVolume(spec, volume, shared));
+  const PlacedVolume one[] = {{volume, params}};
+  return ops::volume::Jittered(spec, one, samples, {});
+}
+
+Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, int samples) {
+  return ops::volume::Jittered(spec, volumes, samples, {});
+}
+
+Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth) {
+  return ops::volume::Make(spec, volumes, {scene_depth});
+}
+
+Node AddVolume(const Node& picture, const PlacedVolume& volume, int samples) {
+  const auto* const op = picture.data() == nullptr
+                             ? nullptr
+                             : dynamic_cast<const ops::volume::VolumeOp*>(picture.data()->op.get());
+  if (op == nullptr) {
+    throw Error("volume", "found an image, expected a picture of volumes to which one is added");
   }
-  return Average(pictures);
+  const base::VolumeDraw& first = *op->params();
+  std::vector<PlacedVolume> all = {first.placed};
+  for (const auto& other : first.others) all.push_back(other->placed);
+  all.push_back(volume);
+  return ops::volume::Jittered(picture.spec(), all, samples, picture.data()->inputs);
 }
 
 Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, double field_of_view,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ namespace tessera::ops {
 namespace {
 
 constexpr char kName[] = "volume";
+// The volume is turned: its z points up, its y towards the viewer, its x to the left.
+constexpr Matrix4 kUpright = {-1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
 constexpr double kMeshSide = 1.6;  // of the volume's 2
 
 ParamInfo Numbers(const char* name, const char* value, int least, int most, const char* help) {
@@ -66,7 +69,8 @@ ImageSpec SizeOf(const std::string& text) {
 }
 
 int Operands(const Arguments& a) {
-  return (a.Given("solid") || a.Given("file") || a.Given("mesh") ? 0 : 1) + (a.Flag("scene") ? 1 : 0);
+  const bool made = a.Given("solid") || a.Given("file") || a.Given("mesh");
+  return (made ? 0 : 1) + (a.Flag("scene") ? 1 : 0) + (a.Flag("with") ? 1 : 0);
 }
 
 Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
@@ -130,21 +134,36 @@ VolumeTransferFunction TransferOf(const std::string& text) {
   return t;
 }
 
+// From a volume's coordinates to the world's: upright, then turned around y, then moved.
+Matrix4 PlaceOf(const Arguments& a, bool upright) {
+  const double angle = a.Number("turn") * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
+  const std::vector<double>& at = a.Numbers("at");
+  const Matrix4 place = {c, 0, s, at[0], 0, 1, 0, at[1], -s, 0, c, at[2], 0, 0, 0, 1};
+  return upright ? place : Product(place, kUpright);
+}
+
 Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
-  const bool scene = a.Flag("scene");
+  const bool scene = a.Flag("scene"), with = a.Flag("with");
+  if (with) {
+    for (const char* name : {"size", "view", "azimuth", "elevation", "fov", "zoom", "scene"}) {
+      if (a.Given(name)) {
+        throw Error(kName, std::string("found ") + name +
+                               "= beside with=1, expected it where the picture's first volume is");
+      }
+    }
+  }
   const Volume volume = VolumeOf(inputs, a);
-  const ImageSpec spec = scene ? ImageSpec(inputs[0].spec()) : SizeOf(a.Text("size"));
-  VolumeParams p;
+  const ImageSpec spec = scene || with ? ImageSpec(inputs[0].spec()) : SizeOf(a.Text("size"));
+  PlacedVolume placed;
+  placed.volume = volume;
+  VolumeParams& p = placed.params;
   p.mode = ChoiceOf<VolumeMode>(a, "mode", kModes);
   const double aspect = spec.width() / std::max<double>(spec.height(), 1);
   p.camera = a.Given("view") ? Camera::FromNumbers(a.Numbers("view"), "volume:view")
                              : OrbitCamera(volume, a.Number("azimuth"), a.Number("elevation"),
                                            a.Number("fov"), aspect, a.Number("zoom"));
-  if (!a.Given("view") && a.Text("up") == "z") {
-    // The volume is turned: its z points up, its y towards the viewer, its x to the left.
-    constexpr Matrix4 kTurn = {-1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
-    p.camera = Camera(Product(p.camera.world_to_camera(), kTurn), Product(p.camera.world_to_clip(), kTurn));
-  }
+  const bool upright = a.Given("view") || a.Text("up") != "z";
+  placed.to_world = PlaceOf(a, upright);
   const bool density = p.mode >= VolumeMode::kOver;
   const bool solid_is_distance = a.Given("solid") || a.Given("mesh") || a.Given("distance");
   if (a.Given("iso")) {
@@ -182,9 +201,16 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   }
   for (size_t i = 0; i < planes.size(); i += 4)
     p.planes.push_back({{planes[i], planes[i + 1], planes[i + 2]}, planes[i + 3]});
+  if (!upright) {
+    // Light and planes are the volume's own, as they are where nothing is turned.
+    const auto turn = [](const Vector3& v) { return Vector3{-v[0], v[2], v[1]}; };
+    p.material.light = turn(p.material.light);
+    for (CuttingPlane& plane : p.planes) plane.normal = turn(plane.normal);
+  }
   const int samples = a.Integer("samples");
-  if (scene) return RenderVolume(spec, volume, p, inputs[0]);
-  return samples > 1 ? RenderVolumeSupersampled(spec, volume, p, samples) : RenderVolume(spec, volume, p);
+  if (with) return AddVolume(inputs[0], placed, samples);
+  const PlacedVolume one[] = {placed};
+  return scene ? RenderVolumes(spec, one, inputs[0]) : RenderVolumes(spec, one, samples);
 }
 
 }  // namespace
@@ -223,9 +249,12 @@ OpInfo VolumeInfo() {
       "transferlength=). time= animates melt, fur and fire.\n"
       "Premultiplied R, G, B, A; depth=1 adds Z. scene=1 takes the planar depths of opaque objects from the "
       "image "
-      "below (its size is the picture's) and ends rays there. lookup: how turbulence is read (one "
-      "precomputed block, "
-      "four channels, 4 or 8 lookups, or the noise itself at every sample).\nRays leap over what is provably empty; the pictures are the same "
+      "below (its size is the picture's) and ends rays there. with=1 takes the picture of another --volume "
+      "from below and puts this volume (at=, turn=) into it, up to 8: all media in one march, their "
+      "extinctions added where they overlap, the nearest surface behind them; its size, camera and scene "
+      "stay. lookup: how turbulence is read (one precomputed block, "
+      "four channels, 4 or 8 lookups, or the noise itself at every sample).\nRays "
+      "leap over what is provably empty; the pictures are the same "
       "bits with "
       "leap=0. method: where samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own "
       "slices), "
@@ -288,6 +317,9 @@ OpInfo VolumeInfo() {
       FlagModifier("shade", "light densities by their gradient"),
       Numbers("planes", "", 4, 64, "cutting planes x,y,z,offset: kept where x*X + y*Y + z*Z >= offset"),
       FlagModifier("depth", "add a channel Z of planar depths"),
+      Numbers("at", "0,0,0", 3, 3, "where the volume's origin is in the world"),
+      NumberModifier("turn", "0", -1e6, 1e6, "degrees that the volume is turned around its y before that"),
+      FlagModifier("with", "the image below is a picture of volumes: this one is added, seen by its camera"),
       FlagModifier("scene", "the image below holds planar depths of opaque objects"),
       IntegerModifier("samples", "1", 1, 64, "jittered pictures that are averaged"),
   };

@@ -1,0 +1,230 @@
+// Several volumes in one picture: closed forms of slabs apart and merged, order, surfaces among media,
+// errors.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ops/registry.h"
+#include "support/test_ops.h"
+#include "tessera/error.h"
+#include "tessera/ops/volume.h"
+#include "tessera/render.h"
+#include "tessera/verify.h"
+
+namespace tessera {
+namespace {
+
+using testing::ExpectSameBits;
+
+ImageSpec Size(int width, int height) { return ImageSpec(width, height, 4); }
+Matrix4 Moved(double x, double y, double z) { return {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}; }
+
+// Looks down -z at [-1, 1], parallel.
+VolumeParams Ahead(VolumeMode mode) {
+  VolumeParams p;
+  p.mode = mode;
+  p.camera = Camera::Parallel({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 2, 1, 0.1, 10);
+  p.termination = 0;
+  return p;
+}
+// A cube of side 2 of one colour, optical depth `kappa` per unit.
+PlacedVolume Slab(const std::array<double, 3>& color, double kappa, double z, double step) {
+  PlacedVolume v;
+  v.volume = Volume(VolumeSpec::Centred({8, 8, 8}), [](const Vector3&) { return 0.5; });
+  v.params = Ahead(VolumeMode::kUnder);
+  const double a = -std::expm1(-kappa);
+  v.params.transfer = {{{0, color, a}, {1, color, a}}, 1};
+  v.params.step = step;
+  v.to_world = Moved(0, 0, z);
+  return v;
+}
+PlacedVolume Ball(VolumeMode mode, double radius, const Vector3& at) {
+  PlacedVolume v;
+  v.volume = DistanceField(Solid::Sphere({0, 0, 0}, radius), VolumeSpec::Centred({32, 32, 32}));
+  v.params = Ahead(mode);
+  v.params.depth = true;
+  v.to_world = Moved(at[0], at[1], at[2]);
+  return v;
+}
+double MaxDifference(const Image& a, const Image& b) {
+  double most = 0;
+  const Roi& w = a.spec().data_window;
+  for (int y = w.y0; y < w.y1; ++y) {
+    for (int x = w.x0; x < w.x1; ++x) {
+      for (int c = 0; c < static_cast<int>(a.spec().channels.size()); ++c) {
+        const double u = a.at<float>(x, y, c), v = b.at<float>(x, y, c);
+        if (u != v) most = std::max(most, std::fabs(u - v));
+      }
+    }
+  }
+  return most;
+}
+
+TEST(VolumeScene, SlabsHaveTheirClosedForm) {
+  const std::array<double, 3> red = {1, 0.2, 0}, blue = {0, 0.3, 1};
+  const double kr = 0.7, kb = 1.3;
+  struct Part {
+    double r, b, length;  // optical depths per unit
+  };
+  for (const double step : {0.5, 0.1, 0.0731}) {
+    for (const double apart : {3.0, 2.0, 1.0, 0.0}) {  // between the centres, red in front
+      SCOPED_TRACE(std::to_string(step) + " " + std::to_string(apart));
+      const PlacedVolume both[] = {Slab(blue, kb, -apart / 2, step), Slab(red, kr, apart / 2, 2 * step)};
+      const double shared = std::max(2 - apart, 0.0);
+      const Part parts[] = {{kr, 0, 2 - shared}, {kr, kb, shared}, {0, kb, 2 - shared}};
+      double alpha = 0, color[3] = {0, 0, 0};
+      for (const Part& p : parts) {
+        const double k = p.r + p.b, a = -std::expm1(-k * p.length) * (1 - alpha);
+        for (size_t c = 0; c < 3; ++c) color[c] += a * (p.r * red[c] + p.b * blue[c]) / k;
+        alpha += a;
+      }
+      const Image image = Render(RenderVolumes(Size(5, 5), both));
+      EXPECT_NEAR(image.at<float>(2, 2, 3), alpha, 1e-5);
+      // A segment across a face mixes what lies one after the other in it.
+      const bool exact = step == 0.5 || shared == 2;
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(image.at<float>(2, 2, c), color[c], exact ? 1e-5 : 0.05 * step) << c;
+      }
+      const PlacedVolume turned[] = {both[1], both[0]};
+      EXPECT_LT(MaxDifference(image, Render(RenderVolumes(Size(5, 5), turned))), 2e-6);
+    }
+  }
+}
+
+// Extinctions add up: two clouds that interleave are the cloud of their sum.
+TEST(VolumeScene, CloudsThatOverlapAreTheirSum) {
+  const VolumeSpec grid = VolumeSpec::Centred({40, 40, 40});
+  const auto density = [](const Vector3& p, double x) {
+    const Vector3 q = {p[0] - x, p[1], p[2] - 0.5 * x};
+    return std::max(0.0, 0.5 - Dot(q, q));
+  };
+  // Thin enough for extinction to be linear in the value.
+  const VolumeTransferFunction linear = {{{0, {1, 0.5, 0.2}, 0}, {1, {1, 0.5, 0.2}, 1e-4}}, 1e-4 / 3};
+  const auto cloud = [&](double a, double b) {
+    PlacedVolume v;
+    v.volume = Volume(grid, [=](const Vector3& p) { return a * density(p, 0.3) + b * density(p, -0.3); });
+    v.params = Ahead(VolumeMode::kUnder);
+    v.params.transfer = linear;
+    v.params.camera = OrbitCamera(v.volume, 30, 20, 30, 1);
+    return v;
+  };
+  const PlacedVolume two[] = {cloud(1, 0), cloud(0, 1)}, one[] = {cloud(1, 1)};
+  const Image sum = Render(RenderVolumes(Size(30, 30), one));
+  EXPECT_GT(sum.at<float>(15, 15, 3), 0.3f);
+  EXPECT_LT(MaxDifference(sum, Render(RenderVolumes(Size(30, 30), two))), 2e-4);
+}
+
+TEST(VolumeScene, OneVolumeIsItsPictureAndMovingItMovesTheCamera) {
+  const PlacedVolume ball = Ball(VolumeMode::kFire, 0.5, {0, 0, 0});
+  const PlacedVolume one[] = {ball};
+  const Image alone = Render(RenderVolume(Size(20, 20), ball.volume, ball.params));
+  ExpectSameBits(alone, Render(RenderVolumes(Size(20, 20), one)));
+  // Turned by 90 degrees around y and moved, seen by a camera that is turned and moved likewise.
+  PlacedVolume moved[] = {ball};
+  moved[0].to_world = {0, 0, 1, 0.5, 0, 1, 0, -0.25, -1, 0, 0, 2, 0, 0, 0, 1};
+  const Camera& c = ball.params.camera;
+  const Matrix4 back = Inverse(moved[0].to_world);
+  moved[0].params.camera = Camera(Product(c.world_to_camera(), back), Product(c.world_to_clip(), back));
+  EXPECT_LT(MaxDifference(alone, Render(RenderVolumes(Size(20, 20), moved))), 1e-4);
+}
+
+TEST(VolumeScene, SurfacesEndTheRaysOfMedia) {
+  PlacedVolume near = Ball(VolumeMode::kIso, 0.4, {0.2, 0, 0.1}),
+               far = Ball(VolumeMode::kIso, 0.5, {-0.2, 0, -0.3});
+  near.params.material.color = {1, 0, 0};
+  const PlacedVolume fog = Slab({0.2, 0.4, 0.9}, 0.8, 0, 0.05);
+  const auto picture = [&](const PlacedVolume& v) {
+    const PlacedVolume one[] = {v};
+    return Render(RenderVolumes(Size(24, 24), one));
+  };
+  const Image n = picture(near), f = picture(far);
+  Image surface(n.spec()), depth(ImageSpec(24, 24, 1));
+  for (int i = 0; i < 24 * 24; ++i) {
+    const int x = i % 24, y = i / 24;
+    const Image& nearest = n.at<float>(x, y, 4) < f.at<float>(x, y, 4) ? n : f;
+    for (int c = 0; c < 5; ++c) surface.at<float>(x, y, c) = nearest.at<float>(x, y, c);
+    depth.at<float>(x, y) = nearest.at<float>(x, y, 4);
+  }
+  const PlacedVolume two[] = {far, near};
+  EXPECT_LT(MaxDifference(surface, Render(RenderVolumes(Size(24, 24), two))), 1e-4);
+  const Image before = Render(RenderVolume(Size(24, 24), fog.volume, fog.params, FromImage(depth)));
+  const PlacedVolume all[] = {fog, far, near};
+  const Image together = Render(RenderVolumes(Size(24, 24), all));
+  for (int i = 0; i < 24 * 24; ++i) {
+    for (int c = 0; c < 4; ++c) {
+      const double a = before.at<float>(i % 24, i / 24, 3);
+      EXPECT_NEAR(together.at<float>(i % 24, i / 24, c),
+                  before.at<float>(i % 24, i / 24, c) + (1 - a) * surface.at<float>(i % 24, i / 24, c), 1e-5);
+    }
+  }
+  // The same, one by one; and what stands before everything hides everything.
+  Node added = AddVolume(AddVolume(RenderVolumes(Size(24, 24), std::span(all, 1)), far), near);
+  ExpectSameBits(together, Render(added));
+  Image wall(ImageSpec(24, 24, 1));
+  const Image hidden =
+      Render(AddVolume(RenderVolume(Size(24, 24), fog.volume, fog.params, FromImage(wall)), near));
+  for (int i = 0; i < 24 * 24; ++i) EXPECT_EQ(hidden.at<float>(i % 24, i / 24, 3), 0);
+}
+
+TEST(VolumeScene, LeapingTilesAndThreadsChangeNoBitAndTheReferenceAgrees) {
+  std::vector<PlacedVolume> scene = {
+      Ball(VolumeMode::kFire, 0.4, {-0.3, 0, 0.2}), Ball(VolumeMode::kFur, 0.4, {0.3, -0.1, 0}),
+      Ball(VolumeMode::kIso, 0.3, {0, 0.4, -0.2}), Slab({1, 1, 1}, 0.2, 0.5, 0)};
+  scene[0].params.camera = OrbitCamera(scene[0].volume, 20, 15, 30, 1, 1.2);
+  for (PlacedVolume& v : scene) v.params.termination = 1.0 / 512;
+  const Node node = RenderVolumes(Size(40, 36), scene);
+  const Image image = Render(node, PixelType::kFloat, {.threads = 1});
+  EXPECT_GT(image.at<float>(20, 18, 3), 0.5f);
+  EXPECT_TRUE(Verify(node, PixelType::kFloat, {.samples = 3, .tile_size = 8, .render = {}}).within_bound);
+  ExpectSameBits(image, Render(node, PixelType::kFloat, {.threads = 2}));
+  for (PlacedVolume& v : scene) v.params.leap = false;
+  ExpectSameBits(image, Render(RenderVolumes(Size(40, 36), scene)));
+  // The mean of shifted pictures.
+  scene.pop_back();
+  const Image many = Render(RenderVolumes(Size(12, 12), scene, 4)),
+              one = Render(RenderVolumes(Size(12, 12), scene));
+  EXPECT_GT(MaxDifference(many, one), 1e-3);
+}
+
+// --volume:... --volume:...:with=1
+TEST(VolumeScene, TheCommandAddsToThePictureBelow) {
+  const ops::OpInfo& op = *ops::FindOp("volume");
+  const auto node = [&](const std::string& words, std::vector<Node> inputs) {
+    const ops::Arguments a = ops::ParseExample(op, words);
+    EXPECT_EQ(op.operands(a), static_cast<int>(inputs.size()));
+    return op.make(inputs, a, nullptr);
+  };
+  const std::string ball = "solid=sphere(0,0,0,.4) dims=24 ";
+  const Node first = node(ball + "size=20x18 mode=fire at=-.4,0,0 fov=0", {});
+  const Image both = Render(node(ball + "with=1 mode=fur at=.4,.1,0 turn=30", {first}));
+  EXPECT_EQ(both.spec().width(), 20);
+  const Image alone = Render(first);
+  EXPECT_GT(both.at<float>(14, 8, 3), 0.5f);
+  EXPECT_LT(alone.at<float>(14, 8, 3), 0.1f);
+  EXPECT_NEAR(both.at<float>(5, 9, 3), alone.at<float>(5, 9, 3), 0.02);
+  EXPECT_THROW(node(ball + "with=1 size=20x20", {first}), Error);
+  EXPECT_THROW(node(ball + "with=1", {FromImage(alone)}), Error);
+}
+
+TEST(VolumeScene, RefusesWhatIsNoScene) {
+  const PlacedVolume fog = Slab({1, 1, 1}, 0.2, 0, 0);
+  std::vector<PlacedVolume> two = {fog, fog};
+  two[1].params.mode = VolumeMode::kMip;
+  EXPECT_THROW(RenderVolumes(Size(4, 4), two), Error);
+  two[1] = fog;
+  two[0].params.method = VolumeMethod::kStacks;
+  EXPECT_THROW(RenderVolumes(Size(4, 4), two), Error);
+  two[0] = fog;
+  two[1].to_world[0] = 2;  // scales
+  EXPECT_THROW(RenderVolumes(Size(4, 4), two), Error);
+  EXPECT_THROW(RenderVolumes(Size(4, 4), std::vector<PlacedVolume>(9, fog)), Error);
+  EXPECT_THROW(RenderVolumes(Size(4, 4), std::vector<PlacedVolume>()), Error);
+  EXPECT_THROW(AddVolume(FromImage(Image(Size(4, 4))), fog), Error);
+}
+
+}  // namespace
+}  // namespace tessera
