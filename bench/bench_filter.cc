@@ -1,14 +1,11 @@
 // Convolutions and blurs beside OpenCV and OpenImageIO, and the ways to a Gaussian: error against time.
-#include <cstdio>
-#include <exception>
 #include <string>
 
 #include "harness.h"
 
 int main(int argc, char** argv) {
   using namespace tessera::bench;
-  try {
-    Options options = ParseOptions(&argc, argv);
+  return RunSuite(argc, argv, [](Options options) {
     // Peers differ in what they do with other types; the comparison is of float pixels.
     options.types = {tessera::PixelType::kFloat};
     const auto add = [&](const std::string& name, const std::string& op, const std::string& example) {
@@ -24,9 +21,5 @@ int main(int argc, char** argv) {
     for (const char* sigma : {"1", "2", "5", "10", "20", "50", "200"}) {
       add(std::string("Gaussian sigma ") + sigma, "blur", std::string("method=direct sigma=") + sigma);
     }
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_filter: error: %s\n", error.what());
-    return 1;
-  }
+  });
 }

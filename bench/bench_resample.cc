@@ -2,8 +2,6 @@
 // pixel.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <exception>
 #include <string>
 
 #include "harness.h"
@@ -45,8 +43,7 @@ std::string Weights(int count) {
 
 int main(int argc, char** argv) {
   using namespace tessera::bench;
-  try {
-    Options options = ParseOptions(&argc, argv);
+  return RunSuite(argc, argv, [](Options options) {
     // Peers differ in what they do with other types; the comparison is of float pixels.
     options.types = {PixelType::kFloat};
     const auto add = [&](const std::string& name, const std::string& op, const std::string& example) {
@@ -69,9 +66,5 @@ int main(int argc, char** argv) {
     add("st_warp linear", "st_warp", "filter=triangle");
     add("st_warp cubic", "st_warp", "filter=simon");
     add("shift lanczos3", "shift", "0.25,-0.4");
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_resample: error: %s\n", error.what());
-    return 1;
-  }
+  });
 }
