@@ -2,7 +2,6 @@
 // then a table of integrators and steps on five. With TESSERA_RLIC=FILE the peer is rlic's own loop in a
 // shared library that exports rlic_convolve_f32(texture, u, v, width, height, kernel, taps, out); without,
 // the scalar loop alone.
-#include <benchmark/benchmark.h>
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -11,7 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -19,8 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "copy.h"
-#include "harness.h"
+#include "contest.h"
 #include "tessera/error.h"
 #include "tessera/ops/flow.h"
 #include "tessera/render.h"
@@ -75,47 +72,21 @@ Image FieldOf(const Flow& flow, int size) {
   return image;
 }
 
-class OursContestant final : public Contestant {
- public:
-  OursContestant(std::string name, const Frame& frame, const LicParams& params, int threads)
-      : name_(std::move(name)),
-        frame_(frame),
-        node_(Lic(FromImage(frame.inputs[0]), params)),
-        threads_(threads) {}
-  std::string Name() const override { return "tessera " + name_; }
-  void Run() override { RenderInto(node_, frame_.output.view(), {.threads = threads_}); }
-
- private:
-  std::string name_;
-  const Frame& frame_;
-  Node node_;
-  int threads_;
-};
-
-class CopyContestant final : public Contestant {
- public:
-  explicit CopyContestant(const Frame& frame) : frame_(frame), from_(frame.output.spec()) {}
-  std::string Name() const override { return "copy streaming"; }
-  void Run() override {
-    CopyStreaming(from_.view().data, frame_.output.view().data,
-                  static_cast<size_t>(frame_.pixels()) * sizeof(float));
-  }
-  bool IsCopy() const override { return true; }
-
- private:
-  const Frame& frame_;
-  Image from_;
-};
-
 // What peers are given: separate components, a texture equal to ours, weights of 1 / number.
 struct PeerInput {
-  PeerInput(const Frame& frame, int taps)
-      : kernel(static_cast<size_t>(2 * taps + 1), 1.0f / static_cast<float>(2 * taps + 1)) {
-    texture = Render(Lic(FromImage(frame.inputs[0]), {.length = 0}));
-    const auto* v = reinterpret_cast<const float*>(frame.inputs[0].view().data);
-    for (int64_t i = 0; i < frame.pixels(); ++i) u.push_back(v[2 * i]), w.push_back(v[2 * i + 1]);
+  PeerInput(const Image& field, int t)
+      : size(field.spec().width()),
+        taps(t),
+        texture(Render(Lic(FromImage(field), {.length = 0}))),
+        kernel(static_cast<size_t>(2 * t + 1), 1.0f / static_cast<float>(2 * t + 1)) {
+    const auto* v = reinterpret_cast<const float*>(field.view().data);
+    for (int64_t i = 0; i < int64_t{size} * size; ++i) u.push_back(v[2 * i]), w.push_back(v[2 * i + 1]);
   }
   const float* noise() const { return reinterpret_cast<const float*>(texture.view().data); }
+  size_t Index(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(size) + static_cast<size_t>(x);
+  }
+  int size, taps;
   Image texture;
   std::vector<float> u, w, kernel;
 };
@@ -129,130 +100,82 @@ RlicConvolve LoadRlic() {
   return library == nullptr ? nullptr : reinterpret_cast<RlicConvolve>(dlsym(library, "rlic_convolve_f32"));
 }
 
-class RlicContestant final : public Contestant {
- public:
-  RlicContestant(RlicConvolve convolve, const Frame& frame, int taps)
-      : convolve_(convolve), frame_(frame), in_(frame, taps) {}
-  std::string Name() const override { return "rlic"; }
-  void Run() override {
-    convolve_(in_.noise(), in_.u.data(), in_.w.data(), static_cast<size_t>(frame_.width),
-              static_cast<size_t>(frame_.height), in_.kernel.data(), in_.kernel.size(),
-              reinterpret_cast<float*>(frame_.output.view().data));
-  }
-
- private:
-  RlicConvolve convolve_;
-  const Frame& frame_;
-  PeerInput in_;
-};
-
 // The same model, one pixel after the other.
-class ScalarContestant final : public Contestant {
- public:
-  ScalarContestant(const Frame& frame, int taps) : frame_(frame), in_(frame, taps), taps_(taps) {}
-  std::string Name() const override { return "scalar C++"; }
-  void Run() override {
-    auto* out = reinterpret_cast<float*>(frame_.output.view().data);
-    for (int y = 0; y < frame_.height; ++y) {
-      for (int x = 0; x < frame_.width; ++x) {
-        float sum = in_.noise()[Index(x, y)];
-        for (const float sign : {1.0f, -1.0f}) sum += Line(x, y, sign);
-        *out++ = sum / static_cast<float>(2 * taps_ + 1);
-      }
+float Line(const PeerInput& in, int x, int y, float sign) {
+  float fx = 0.5f, fy = 0.5f, sum = 0;
+  for (int i = 0; i < in.taps; ++i) {
+    const float u = sign * in.u[in.Index(x, y)], v = sign * in.w[in.Index(x, y)];
+    const float tx = u > 0 ? (1 - fx) / u : u < 0 ? -fx / u : INFINITY;
+    const float ty = v > 0 ? (1 - fy) / v : v < 0 ? -fy / v : INFINITY;
+    if (tx < ty) {
+      x = std::clamp(x + (u > 0 ? 1 : -1), 0, in.size - 1), fx = u > 0 ? 0.0f : 1.0f, fy += tx * v;
+    } else if (ty < INFINITY) {
+      y = std::clamp(y + (v > 0 ? 1 : -1), 0, in.size - 1), fy = v > 0 ? 0.0f : 1.0f, fx += ty * u;
+    }
+    sum += in.noise()[in.Index(x, y)];
+  }
+  return sum;
+}
+void ScalarLic(const PeerInput& in, float* out) {
+  for (int y = 0; y < in.size; ++y) {
+    for (int x = 0; x < in.size; ++x) {
+      const float sum = in.noise()[in.Index(x, y)] + Line(in, x, y, 1) + Line(in, x, y, -1);
+      *out++ = sum / static_cast<float>(2 * in.taps + 1);
     }
   }
-
- private:
-  size_t Index(int x, int y) const {
-    return static_cast<size_t>(y) * static_cast<size_t>(frame_.width) + static_cast<size_t>(x);
-  }
-  float Line(int x, int y, float sign) const {
-    float fx = 0.5f, fy = 0.5f, sum = 0;
-    for (int i = 0; i < taps_; ++i) {
-      const float u = sign * in_.u[Index(x, y)], v = sign * in_.w[Index(x, y)];
-      const float tx = u > 0 ? (1 - fx) / u : u < 0 ? -fx / u : INFINITY;
-      const float ty = v > 0 ? (1 - fy) / v : v < 0 ? -fy / v : INFINITY;
-      if (tx < ty) {
-        x = std::clamp(x + (u > 0 ? 1 : -1), 0, frame_.width - 1), fx = u > 0 ? 0.0f : 1.0f, fy += tx * v;
-      } else if (ty < INFINITY) {
-        y = std::clamp(y + (v > 0 ? 1 : -1), 0, frame_.height - 1), fy = v > 0 ? 0.0f : 1.0f, fx += ty * u;
-      }
-      sum += in_.noise()[Index(x, y)];
-    }
-    return sum;
-  }
-
-  const Frame& frame_;
-  PeerInput in_;
-  int taps_;
-};
+}
 
 struct Case {
   std::string flow;
   int size, taps, threads;
   bool linear = false;  // the texture between its pixels; the sampling that shared lines are meant for
-  std::string Name() const {
-    return "lic/" + flow + " L=" + std::to_string(taps) + (linear ? " linear" : "") + "/float/" +
-           std::to_string(size) + "x" + std::to_string(size) + "/threads:" + std::to_string(threads) + "/";
-  }
 };
 
-// All contestants of a case, measured together; errors are grey levels against exact lines.
-std::vector<Measured> MeasureCase(const Case& c, int repetitions) {
-  Frame frame;
-  frame.width = frame.height = c.size;
-  frame.inputs.push_back(FieldOf(Flows().at(c.flow), c.size));
-  frame.output = Image(ImageSpec(c.size, c.size, 1));
-  const LicParams exact{.length = double(c.taps), .method = LicMethod::kDirect, .linear = c.linear};
-  std::vector<std::unique_ptr<Contestant>> all;
-  all.push_back(std::make_unique<CopyContestant>(frame));
-  const auto ours = [&](const char* name, LicIntegrator integrator, LicMethod method) {
-    LicParams p = exact;
-    p.integrator = integrator, p.method = method;
-    all.push_back(std::make_unique<OursContestant>(name, frame, p, c.threads));
+// All contestants of a case; errors are grey levels against exact lines.
+void RegisterCase(const Case& c, const Options& options) {
+  struct Way {
+    const char* name;
+    LicIntegrator integrator;
+    LicMethod method;
   };
-  ours("adaptive", LicIntegrator::kAdaptive, LicMethod::kDirect);
-  ours("shared lines", LicIntegrator::kAdaptive, LicMethod::kShared);
+  std::vector<Way> ways = {{"adaptive", LicIntegrator::kAdaptive, LicMethod::kDirect},
+                           {"shared lines", LicIntegrator::kAdaptive, LicMethod::kShared}};
   if (!c.linear) {
-    ours("pixel crossing", LicIntegrator::kCell, LicMethod::kDirect);
-    ours("rk4", LicIntegrator::kRk4, LicMethod::kDirect);
-    ours("euler", LicIntegrator::kEuler, LicMethod::kDirect);
+    ways.push_back({"pixel crossing", LicIntegrator::kCell, LicMethod::kDirect});
+    ways.push_back({"rk4", LicIntegrator::kRk4, LicMethod::kDirect});
+    ways.push_back({"euler", LicIntegrator::kEuler, LicMethod::kDirect});
   }
-  if (c.threads == 1) {
-    if (const RlicConvolve rlic = LoadRlic())
-      all.push_back(std::make_unique<RlicContestant>(rlic, frame, c.taps));
-    all.push_back(std::make_unique<ScalarContestant>(frame, c.taps));
-  }
-  const Oracle oracle(Lic(FromImage(frame.inputs[0]), exact), 6, 2);
-  return Measure(std::move(all), frame, oracle, repetitions);
-}
-
-void RunCase(const Case& c, int repetitions) {
-  const std::vector<Measured> measured = MeasureCase(c, repetitions);
-  const double pixels = double(c.size) * c.size;
-  double copy = 1;
-  for (const Measured& m : measured) {
-    if (m.is_copy) copy = Median(m.seconds);
-  }
-  for (const Measured& m : measured) {
-    const double seconds = Median(m.seconds), least = *std::min_element(m.seconds.begin(), m.seconds.end());
-    benchmark::RegisterBenchmark((c.Name() + m.name).c_str(),
-                                 [=](benchmark::State& state) {
-                                   for (auto _ : state) state.SetIterationTime(seconds);
-                                   state.counters["ns_per_pixel"] = 1e9 * seconds / pixels;
-                                   state.counters["ns_per_pixel_min"] = 1e9 * least / pixels;
-                                   state.counters["times_copy"] = seconds / copy;
-                                   state.counters["repetitions"] = static_cast<double>(m.seconds.size());
-                                   if (m.is_copy) return;
-                                   state.counters["copy_share"] = copy / seconds;
-                                   state.counters["max_error"] = m.errors.max;
-                                   state.counters["rms_error"] = m.errors.rms;
-                                   state.counters["values_checked"] = static_cast<double>(m.errors.values);
-                                 })
-        ->Iterations(1)
-        ->UseManualTime()
-        ->Unit(benchmark::kMillisecond);
-  }
+  ContestNames names{"lic",   c.flow + " L=" + std::to_string(c.taps) + (c.linear ? " linear" : ""),
+                     "float", c.size,
+                     c.size,  c.threads,
+                     {},      {}};
+  for (const Way& way : ways) names.ways.emplace_back(way.name);
+  const RlicConvolve rlic = LoadRlic();
+  if (c.threads == 1 && rlic != nullptr) names.peers.emplace_back("rlic");
+  if (c.threads == 1) names.peers.emplace_back("scalar C++");
+  RegisterContest(names, options, [=] {
+    Contest contest;
+    contest.output = Image(ImageSpec(c.size, c.size, 1));
+    contest.oracle_bands = 6;
+    const Image field = FieldOf(Flows().at(c.flow), c.size);
+    for (const Way& way : ways) {
+      LicParams p{.length = double(c.taps), .method = way.method, .linear = c.linear};
+      p.integrator = way.integrator;
+      contest.ways.push_back({way.name, Lic(FromImage(field), p)});
+    }
+    const auto in = std::make_shared<PeerInput>(field, c.taps);
+    auto* const out = reinterpret_cast<float*>(contest.output.view().data);
+    if (rlic != nullptr) {
+      contest.peers.push_back({"rlic", [=] {
+                                 const auto size = static_cast<size_t>(in->size);
+                                 rlic(in->noise(), in->u.data(), in->w.data(), size, size, in->kernel.data(),
+                                      in->kernel.size(), out);
+                               }});
+    }
+    contest.peers.push_back({"scalar C++", [=] { ScalarLic(*in, out); }});
+    if (c.threads > 1) contest.peers.clear();
+    return contest;
+  });
 }
 
 // End point after `length` pixels from a pixel's centre, in steps of 1/16, of the flow itself or of its
@@ -352,33 +275,29 @@ void PrintTable(int size, double length) {
 
 int main(int argc, char** argv) {
   using namespace tessera::bench;
-  try {
-    bool quick = false, table = false;
-    int kept = 1;
-    for (int i = 1; i < argc; ++i) {
-      quick |= std::strcmp(argv[i], "--quick") == 0, table |= std::strcmp(argv[i], "--table") == 0;
-      if (argv[i][0] == '-' && std::strncmp(argv[i], "--benchmark", 11) == 0) argv[kept++] = argv[i];
-    }
-    argc = kept;
-    if (table) {
-      PrintTable(512, 100);
-      return 0;
-    }
-    const int size = quick ? 256 : 1024, repetitions = quick ? 5 : 15;
-    RunCase({"swirl", size, 20, 1}, repetitions);
-    RunCase({"swirl", size, 20, 1, true}, repetitions);
-    if (!quick) {
-      for (const int taps : {10, 100}) {
-        for (const bool linear : {false, true}) RunCase({"swirl", size, taps, 1, linear}, repetitions);
-      }
-      RunCase({"rough", size, 20, 1}, repetitions);
-      RunCase({"cellular", size, 20, 1}, repetitions);
-      RunCase({"swirl", size, 20, 2}, repetitions);
-      RunCase({"swirl", 512, 10, 2}, repetitions);  // the paper's picture: 20 steps, 10 each way
-    }
-    return RunRegistered(&argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_lic: error: %s\n", error.what());
-    return 1;
+  const auto flag = [&](const char* name) {  // taken out of argv
+    char** const end =
+        std::remove_if(argv + 1, argv + argc, [=](char* a) { return std::strcmp(a, name) == 0; });
+    const bool given = end != argv + argc;
+    argc = static_cast<int>(end - argv);
+    return given;
+  };
+  const bool quick = flag("--quick"), table = flag("--table");
+  if (table) {
+    PrintTable(512, 100);
+    return 0;
   }
+  return RunSuite(argc, argv, [quick](const Options& options) {
+    const int size = quick ? 256 : 1024;
+    RegisterCase({"swirl", size, 20, 1}, options);
+    RegisterCase({"swirl", size, 20, 1, true}, options);
+    if (quick) return;
+    for (const int taps : {10, 100}) {
+      for (const bool linear : {false, true}) RegisterCase({"swirl", size, taps, 1, linear}, options);
+    }
+    RegisterCase({"rough", size, 20, 1}, options);
+    RegisterCase({"cellular", size, 20, 1}, options);
+    RegisterCase({"swirl", size, 20, 2}, options);
+    RegisterCase({"swirl", 512, 10, 2}, options);  // the paper's picture: 20 steps, 10 each way
+  });
 }
