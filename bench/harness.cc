@@ -178,8 +178,7 @@ std::string CpuModel() {
   return "unknown";
 }
 
-}  // namespace
-
+// Takes our flags out of argv; throws Error on a malformed value.
 Options ParseOptions(int* argc, char** argv) {
   Options options;
   int kept = 1;
@@ -240,6 +239,19 @@ Options ParseOptions(int* argc, char** argv) {
   }
   return options;
 }
+
+// Runs what was registered; the exit code.
+int RunRegistered(int* argc, char** argv) {
+  benchmark::AddCustomContext("cpu", CpuModel());
+  for (const auto& [name, version] : PeerVersions()) benchmark::AddCustomContext(name, version);
+  benchmark::Initialize(argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(*argc, argv)) return 2;
+  const size_t count = benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return count > 0 ? 0 : 1;
+}
+
+}  // namespace
 
 double Median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -316,16 +328,6 @@ void RegisterTask(const std::string& suite, const Task& task, const Options& opt
       }
     }
   }
-}
-
-int RunRegistered(int* argc, char** argv) {
-  benchmark::AddCustomContext("cpu", CpuModel());
-  for (const auto& [name, version] : PeerVersions()) benchmark::AddCustomContext(name, version);
-  benchmark::Initialize(argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(*argc, argv)) return 2;
-  const size_t count = benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return count > 0 ? 0 : 1;
 }
 
 int RunSuite(int argc, char** argv, const std::function<void(Options)>& register_all) {

@@ -25,9 +25,6 @@ struct Options {
   double seconds = 0;  // a contestant that has run this long stops after kFewestRepetitions; 0: never
 };
 
-// Takes our flags out of argv; throws Error on a malformed value.
-Options ParseOptions(int* argc, char** argv);
-
 struct Measured {
   std::string name;
   std::vector<double> seconds;  // one per repetition, in the order they were made
@@ -47,9 +44,6 @@ double Median(std::vector<double> values);
 // Registers the benchmarks SUITE/TASK/TYPE/WxH/threads:N/CONTESTANT for every choice of the options. A
 // group's contestants are measured together when the first of them is asked for.
 void RegisterTask(const std::string& suite, const Task& task, const Options& options, bool with_unfolded);
-
-// Runs what was registered; the process's exit code.
-int RunRegistered(int* argc, char** argv);
 
 // A benchmark's main: takes the flags, lets `register_all` register, runs. An error is printed behind the
 // program's name and gives exit code 2.
