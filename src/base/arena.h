@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -11,8 +12,11 @@ namespace tessera::base {
 
 inline constexpr size_t kAlignment = 64;  // a cache line and the widest vector
 
+// How memory is read; large pages pay for themselves sooner where every read may be in another page.
+enum class Access : uint8_t { kStreamed, kScattered };
+
 // Aligned bytes, uninitialised; throws tessera::Error when memory is refused.
-std::shared_ptr<std::byte> AllocateAligned(size_t bytes);
+std::shared_ptr<std::byte> AllocateAligned(size_t bytes, Access access = Access::kStreamed);
 
 class Arena {
  public:

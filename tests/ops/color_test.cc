@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cfloat>
 #include <cmath>
@@ -234,6 +235,48 @@ TEST_P(ColorTest, NotANumberSpreadsOnlyWhereSaid) {
   const Samples clamped = Values(Clamp(Pixels(bad), {{0.1}, {1}}));
   EXPECT_EQ(clamped[0], 0.1f);
   EXPECT_EQ(clamped[5], 1.0f);
+}
+
+// Matrices with limits of every form between them: all alike, of one side only, one per channel, of some
+// channels. However many of them go through one stage together, each gives what it gives alone.
+TEST_P(ColorTest, LimitsBetweenMatricesHoldInEveryForm) {
+  const ColorMatrixParams mix = {{.9, .3, 0, 0, -.2, .8, .1, 0, .1, -.1, .9, 0, 0, 0, 0, 1.1}};
+  const std::vector<ClampParams> forms = {
+      {{0}, {1}}, {{0.2}, {}}, {{}, {0.7}}, {{0, 0.1, 0.2, 0.3}, {1, 0.9, 0.8, 0.7}}, {{0, 0}, {1, 1, 0.5}}};
+  Samples bad = RandomSamples(4 * 300, -1, 2);
+  for (size_t i = 0; i < bad.size(); i += 7) bad[i] = i % 3 == 0 ? kNaN : i % 3 == 1 ? kInf : -kInf;
+  Image codes(ImageSpec(37, 9, 4, PixelType::kUint8));
+  std::mt19937 random(3);
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 37; ++x) {
+      for (int c = 0; c < 4; ++c) codes.at<uint8_t>(x, y, c) = static_cast<uint8_t>(random());
+    }
+  }
+  for (const ClampParams& first : forms) {
+    for (const ClampParams& second : forms) {
+      for (const bool last : {true, false}) {
+        const auto chain = [&](const Node& in, const auto& between) {
+          const Node once = between(Clamp(ColorMatrix(in, mix), first));
+          const Node twice = ColorMatrix(once, mix);
+          return last ? Clamp(twice, second) : twice;
+        };
+        const auto together = [](const Node& node) { return node; };
+        const auto apart = [](const Node& node) { return FromImage(Render(node, PixelType::kFloat)); };
+        const Samples a = Values(chain(Pixels(bad), together)), b = Values(chain(Pixels(bad), apart));
+        ASSERT_EQ(a.size(), b.size());
+        for (size_t i = 0; i < a.size(); ++i) {
+          ASSERT_TRUE(a[i] == b[i] || (std::isnan(a[i]) && std::isnan(b[i])))
+              << i << ": " << a[i] << ' ' << b[i];
+        }
+        const Image fused = Render(chain(FromImage(codes), together), PixelType::kUint8);
+        const Samples exact = Values(chain(FromImage(codes), apart));
+        for (int i = 0; i < 37 * 9 * 4; ++i) {
+          const double v = std::clamp(double{exact[static_cast<size_t>(i)]}, 0.0, 1.0) * 255;
+          ASSERT_LE(std::fabs(fused.at<uint8_t>(i / 4 % 37, i / 148, i % 4) - v), 0.5 + 0x1p-12) << i;
+        }
+      }
+    }
+  }
 }
 
 TEST_P(ColorTest, MatrixIsRowVectorTimesMatrix) {

@@ -24,8 +24,13 @@ namespace s = simd::HWY_NAMESPACE;
 using s::Pixels;
 using s::V;
 
-// How far limits go: the fast form serves four channels whose NaN becomes the lower limit.
-enum class LimitForm : uint8_t { kNone, kAll, kSome };
+// How far limits go. In all forms but the last NaN becomes the lower limit.
+enum class LimitForm : uint8_t {
+  kNone,
+  kUniform,  // the same for all four channels: two constants instead of eight, which leaves registers
+  kAll,
+  kSome,
+};
 
 // Coefficients as the kernel reads them. `unit` is what 1.0 is in the samples it works on: 1, 255 or 65535.
 struct Coefficients {
@@ -71,17 +76,20 @@ class Affine {
   void LimitToCodes(float max) { c_.LimitToCodes(max); }
 
   HWY_INLINE Pixels operator()(const Pixels& p) const {
-    if (form_ == LimitForm::kAll) return Limited(p);
-    Pixels q = Unlimited(p);
-    if (form_ == LimitForm::kSome) {
-      q = {LimitNaN<0>(q.r), LimitNaN<1>(q.g), LimitNaN<2>(q.b), LimitNaN<3>(q.a)};
-    }
-    return q;
+    if (form_ == LimitForm::kNone) return Unlimited(p);
+    if (form_ != LimitForm::kSome) return Limited(p);
+    const Pixels q = Unlimited(p);
+    return {LimitNaN<0>(q.r), LimitNaN<1>(q.g), LimitNaN<2>(q.b), LimitNaN<3>(q.a)};
   }
-  // Limits on every channel, whatever the form.
+  // Limits on every channel, all alike unless the form is kAll; not for kSome.
   HWY_INLINE Pixels Limited(const Pixels& p) const {
+    if (form_ != LimitForm::kAll) return Uniform(p);
     const Pixels q = Unlimited(p);
     return {Limit<0>(q.r), Limit<1>(q.g), Limit<2>(q.b), Limit<3>(q.a)};
+  }
+  HWY_INLINE Pixels Uniform(const Pixels& p) const {
+    const Pixels q = Unlimited(p);
+    return {Limit<0>(q.r), Limit<0>(q.g), Limit<0>(q.b), Limit<0>(q.a)};
   }
 
   HWY_INLINE Pixels Unlimited(const Pixels& p) const {
@@ -123,22 +131,28 @@ class Affine {
   LimitForm form_;
 };
 
-// One after the other in registers.
-template <class First, class Second>
+// One after the other in registers: uniform limits after the first, after the second uniform ones or none.
+template <AffineClass kClass>
 class Pair {
  public:
-  HWY_INLINE Pair(const First& first, const Second& second) : first_(first), second_(second) {}
+  using One = Affine<kClass>;
+  static bool Serves(const One& first, const One& second) {
+    return first.form() == LimitForm::kUniform &&
+           (second.form() == LimitForm::kUniform || second.form() == LimitForm::kNone);
+  }
+  HWY_INLINE Pair(const One& first, const One& second) : first_(first), second_(second) {}
 
   LimitForm form() const { return second_.form(); }
   float Bound(float) const { return std::numeric_limits<float>::infinity(); }
   void LimitToCodes(float max) { second_.LimitToCodes(max); }
-  HWY_INLINE Pixels operator()(const Pixels& p) const { return second_(first_(p)); }
-  HWY_INLINE Pixels Limited(const Pixels& p) const { return second_.Limited(first_(p)); }
-  HWY_INLINE Pixels Unlimited(const Pixels& p) const { return second_.Unlimited(first_(p)); }
+  HWY_INLINE Pixels operator()(const Pixels& p) const {
+    return form() == LimitForm::kNone ? Unlimited(p) : Limited(p);
+  }
+  HWY_INLINE Pixels Limited(const Pixels& p) const { return second_.Uniform(first_.Uniform(p)); }
+  HWY_INLINE Pixels Unlimited(const Pixels& p) const { return second_.Unlimited(first_.Uniform(p)); }
 
  private:
-  First first_;
-  Second second_;
+  One first_, second_;
 };
 
 // Kernel: Affine or Pair, on values and on codes of 8 and 16 bits.
@@ -157,8 +171,9 @@ class AffineStage final : public graph::PointStage {
   std::unique_ptr<graph::PointStage> Then(const graph::PointStage& next) const override {
     // Colour matrices meet most often; a pair of each two classes would be compiled for every target.
     if constexpr (std::is_same_v<Kernel, Affine<AffineClass::kRgb>>) {
-      if (const auto* const other = dynamic_cast<const AffineStage*>(&next)) {
-        using Both = Pair<Kernel, Kernel>;
+      const auto* const other = dynamic_cast<const AffineStage*>(&next);
+      using Both = Pair<AffineClass::kRgb>;
+      if (other != nullptr && Both::Serves(values_, other->values_)) {
         return std::make_unique<AffineStage<Both>>(
             Both(values_, other->values_), Both(codes8_, other->codes8_), Both(codes16_, other->codes16_));
       }
@@ -255,12 +270,16 @@ class AffineStage final : public graph::PointStage {
 
 template <AffineClass kClass>
 std::unique_ptr<graph::PointStage> NewStage(const double (&matrix)[4][5], const Limits (&limits)[4]) {
-  bool some = false, all = true;
+  bool some = false, all = true, uniform = true;
   for (const Limits& l : limits) {
     some |= l.any();
     all &= l.any() && l.nan == l.low;
+    uniform &= l == limits[0];
   }
-  const LimitForm form = !some ? LimitForm::kNone : all ? LimitForm::kAll : LimitForm::kSome;
+  const LimitForm form = !some     ? LimitForm::kNone
+                         : !all    ? LimitForm::kSome
+                         : uniform ? LimitForm::kUniform
+                                   : LimitForm::kAll;
   const auto kernel = [&](double unit) { return Affine<kClass>(Coefficients(matrix, limits, unit), form); };
   return std::make_unique<AffineStage<Affine<kClass>>>(kernel(1), kernel(255), kernel(65535));
 }

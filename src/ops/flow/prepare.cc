@@ -122,7 +122,8 @@ class Field {
 
 template <typename T>
 std::shared_ptr<std::byte> Memory(int64_t count, T** first) {
-  std::shared_ptr<std::byte> memory = base::AllocateAligned(static_cast<size_t>(count) * sizeof(T) + 64);
+  std::shared_ptr<std::byte> memory =
+      base::AllocateAligned(static_cast<size_t>(count) * sizeof(T) + 64, base::Access::kScattered);
   *first = reinterpret_cast<T*>(memory.get());
   return memory;
 }

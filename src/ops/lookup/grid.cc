@@ -128,7 +128,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
   }
   // Texels are read in pairs and rows of four: what lies after the last one must exist.
   const auto floats = static_cast<size_t>(count) * static_cast<size_t>(texel_) + 16;
-  memory_ = base::AllocateAligned(floats * sizeof(float));
+  memory_ = base::AllocateAligned(floats * sizeof(float), base::Access::kScattered);
   auto* const to = reinterpret_cast<float*>(memory_.get());
   std::fill_n(to + floats - 16, 16, 0.0f);
   std::vector<char> finite(static_cast<size_t>(rows), 1);

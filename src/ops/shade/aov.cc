@@ -124,12 +124,6 @@ ChannelName Split(const std::string& name) {
   return {lower.substr(0, begin), lower.substr(begin, dot - begin), lower.substr(dot + 1)};
 }
 
-std::string JoinedNames() {
-  std::string text;
-  for (const Convention& c : Conventions()) text += (text.empty() ? "" : ", ") + std::string(c.name);
-  return text;
-}
-
 // The components of one layer, collected by what comes before the last word.
 std::vector<int> Collect(const ImageSpec& spec, const Convention& convention, const std::string& layer) {
   const std::string wanted = Lower(layer);

@@ -138,16 +138,7 @@ void DrawType(const MediumArgs& args, const Target& target) {
 }
 
 DrawMedium FindMediumHere(PixelType type) {
-  switch (type) {
-    case PixelType::kUint8:
-      return DrawType<uint8_t>;
-    case PixelType::kUint16:
-      return DrawType<uint16_t>;
-    case PixelType::kHalf:
-      return DrawType<hwy::float16_t>;
-    default:
-      return DrawType<float>;
-  }
+  return ForSampleType(type, [](auto sample) -> DrawMedium { return DrawType<decltype(sample)>; });
 }
 
 DrawMixture FindMixtureHere() { return DrawMixtureHere; }

@@ -37,16 +37,7 @@ HWY_NOINLINE void Probe(const MediumArgs& args, const Ray& ray, const V& along, 
 }
 using ProbeFunction = void (*)(const MediumArgs&, const Ray&, const V&, const V&, M&, s::Pixels&);
 inline ProbeFunction FindProbe(PixelType type) {
-  switch (type) {
-    case PixelType::kUint8:
-      return Probe<uint8_t>;
-    case PixelType::kUint16:
-      return Probe<uint16_t>;
-    case PixelType::kHalf:
-      return Probe<hwy::float16_t>;
-    default:
-      return Probe<float>;
-  }
+  return ForSampleType(type, [](auto sample) -> ProbeFunction { return Probe<decltype(sample)>; });
 }
 
 // Samples lie on one lattice, which begins where the first medium does.

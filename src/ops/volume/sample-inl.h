@@ -39,6 +39,21 @@ HWY_INLINE V Clamp01(V v) { return hn::Min(hn::Max(v, hn::Zero(D())), Set(1)); }
 using D4 = hn::FixedTag<float, 4>;
 #endif
 
+// f(T()) for the type of a volume's samples.
+template <class F>
+auto ForSampleType(PixelType type, const F& f) {
+  switch (type) {
+    case PixelType::kUint8:
+      return f(uint8_t());
+    case PixelType::kUint16:
+      return f(uint16_t());
+    case PixelType::kHalf:
+      return f(hwy::float16_t());
+    default:
+      return f(float());
+  }
+}
+
 // --- Places. ---
 struct Vec3 {
   V x, y, z;

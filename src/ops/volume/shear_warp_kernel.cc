@@ -175,16 +175,7 @@ void WarpRow(const Sheared& s, const float* picture, const ImageView& out, int y
 }
 
 CompositeSheared FindCompositeHere(PixelType type) {
-  switch (type) {
-    case PixelType::kUint8:
-      return CompositeRow<uint8_t>;
-    case PixelType::kUint16:
-      return CompositeRow<uint16_t>;
-    case PixelType::kHalf:
-      return CompositeRow<hwy::float16_t>;
-    default:
-      return CompositeRow<float>;
-  }
+  return ForSampleType(type, [](auto sample) -> CompositeSheared { return CompositeRow<decltype(sample)>; });
 }
 WarpSheared FindWarpHere() { return WarpRow; }
 

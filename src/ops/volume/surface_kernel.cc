@@ -256,16 +256,7 @@ void DrawType(const SurfaceArgs& args, const Target& target) {
 }
 
 DrawSurface FindSurfaceHere(PixelType type) {
-  switch (type) {
-    case PixelType::kUint8:
-      return DrawType<uint8_t>;
-    case PixelType::kUint16:
-      return DrawType<uint16_t>;
-    case PixelType::kHalf:
-      return DrawType<hwy::float16_t>;
-    default:
-      return DrawType<float>;
-  }
+  return ForSampleType(type, [](auto sample) -> DrawSurface { return DrawType<decltype(sample)>; });
 }
 
 }  // namespace tessera::ops::volume::HWY_NAMESPACE
