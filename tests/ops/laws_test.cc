@@ -80,17 +80,19 @@ double BoundOf(const std::string& name) {
   return op == nullptr ? 0 : op->bound_u;
 }
 
-// Float32 result against the reference within its tolerance times `slack`.
-void ExpectWithinBound(const Node& node, const Image& got, double slack = 1.0) {
-  const Roi& window = node.spec().data_window;
-  verify::ReferenceEngine engine(BoundOf);
-  const verify::Evaluated want = engine.Evaluate(node, window);
+// What the reference makes of a node: the same on every target, so it is asked for once.
+verify::Evaluated Expected(const Node& node) {
+  return verify::ReferenceEngine(BoundOf).Evaluate(node, node.spec().data_window);
+}
+// Float32 result against that within its tolerance.
+void ExpectWithinBound(const verify::Evaluated& want, const Image& got) {
+  const Roi& window = got.spec().data_window;
   int wrong = 0;
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       for (int c = 0; c < got.spec().channel_count() && wrong < 3; ++c) {
         const double reference = want.value.at(x, y, c), value = got.at<float>(x, y, c);
-        const double tolerance = slack * want.tolerance.at(x, y, c) * (1 + 1e-6);
+        const double tolerance = want.tolerance.at(x, y, c) * (1 + 1e-6);
         if (!(std::fabs(value - reference) <= tolerance)) {
           ++wrong;
           ADD_FAILURE() << "at " << x << "," << y << " channel " << c << ": " << value << ", expected "
@@ -124,8 +126,8 @@ TEST_P(Laws, ResultIsWithinTheBoundOfTheReference) {
       SCOPED_TRACE(std::to_string(channels) + " channels of " + PixelTypeName(type));
       const Node node = GetParam().Make(kWindow, channels, type);
       // The bound is the operation's own: its inputs are the floats that the samples become.
-      const Node reference = GetParam().Make(kWindow, channels, type, Content::kOrdinary, true);
-      OnEveryTarget([&] { ExpectWithinBound(reference, Render(node)); });
+      const auto want = Expected(GetParam().Make(kWindow, channels, type, Content::kOrdinary, true));
+      OnEveryTarget([&] { ExpectWithinBound(want, Render(node)); });
     }
   }
 }
@@ -138,7 +140,7 @@ TEST_P(Laws, TilesAndThreadsAndOrderDoNotMatter) {
     for (const auto& tile : tiles) {
       SCOPED_TRACE(std::to_string(tile[0]) + "x" + std::to_string(tile[1]));
       for (const int threads : {1, 2, 3, 8}) {
-        if (tile[0] == 1 && threads > 2) continue;
+        if (tile[0] == 1 && threads != 2) continue;  // a thousand tiles
         ExpectSameBits(whole, Render(node, PixelType::kFloat,
                                      {.threads = threads, .tile_width = tile[0], .tile_height = tile[1]}));
       }
@@ -171,7 +173,7 @@ TEST_P(Laws, SmallestAndEmptyImagesWork) {
   const Case& c = GetParam();
   OnEveryTarget([&] {
     const Node one = c.Make({4, 4, 5, 5}, 4, PixelType::kFloat);
-    ExpectWithinBound(one, Render(one));
+    ExpectWithinBound(Expected(one), Render(one));
     if (c.op->name == "crop" || (c.Operands() == 0 && !c.op->generator)) return;  // has a size of its own
     const Node none = c.Make({}, 4, PixelType::kFloat);
     EXPECT_EQ(Render(none).spec().data_window.pixels(), 0);
@@ -200,11 +202,12 @@ TEST_P(Laws, LazyEqualsEagerWithTheOptimiserOff) {
 TEST_P(Laws, OptimiserOnEqualsOffWithinTheBound) {
   const Case& c = GetParam();
   const ops::OpInfo* const scale = ops::FindOp("mulc");
+  Node node = c.Make(kWindow, 4, PixelType::kFloat);
+  node = scale->make(std::vector{node}, ops::ParseExample(*scale, "1.25,0.5,2,1"), nullptr);
+  const auto want = Expected(node);
   OnEveryTarget([&] {
-    Node node = c.Make(kWindow, 4, PixelType::kFloat);
-    node = scale->make(std::vector{node}, ops::ParseExample(*scale, "1.25,0.5,2,1"), nullptr);
-    ExpectWithinBound(node, Render(node, PixelType::kFloat, {.optimize = true}));
-    ExpectWithinBound(node, Render(node, PixelType::kFloat, {.optimize = false}));
+    ExpectWithinBound(want, Render(node, PixelType::kFloat, {.optimize = true}));
+    ExpectWithinBound(want, Render(node, PixelType::kFloat, {.optimize = false}));
   });
 }
 
@@ -310,7 +313,8 @@ TEST(Registry, RandomChainsStayWithinTheirBounds) {
     SCOPED_TRACE(words);
     for (const std::string& target : SimdTargets()) {
       SetSimdTarget(target);
-      const VerifyReport report = Verify(nodes.back(), PixelType::kFloat, {.samples = 4, .tile_size = 32});
+      const VerifyReport report =
+          Verify(nodes.back(), PixelType::kFloat, {.samples = 4, .tile_size = 32, .render = {}});
       EXPECT_TRUE(report.within_bound) << target << ": " << report.Summary();
       EXPECT_GT(report.samples, 0);
     }
