@@ -19,6 +19,7 @@ cmake --build --preset "$preset"
 if [ "$preset" = asan ]; then
   export LSAN_OPTIONS="suppressions=$PWD/tests/support/lsan.supp print_suppressions=0 ${LSAN_OPTIONS:-}"
   export ASAN_OPTIONS="fast_unwind_on_malloc=0 malloc_context_size=16 ${ASAN_OPTIONS:-}"
+  export UBSAN_OPTIONS="halt_on_error=1 print_stacktrace=1 ${UBSAN_OPTIONS:-}"  # else findings pass unseen
 fi
 export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp ${TSAN_OPTIONS:-}"
 exec ctest --test-dir "build/$preset" --output-on-failure -j "$(nproc)" "$@"

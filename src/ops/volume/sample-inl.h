@@ -13,6 +13,7 @@
 #include <hwy/highway.h>
 
 #include <cstdint>
+#include <cstring>
 
 #include "ops/volume/march.h"
 #include "simd/lattice-inl.h"
@@ -120,13 +121,19 @@ struct Places {
 };
 // At base + stride * index bytes.
 #if HWY_TARGET == HWY_SCALAR
+template <int n>
+HWY_INLINE void CopyWords(const void* base, ptrdiff_t offset, float (&words)[n]) {
+  std::memcpy(words, static_cast<const char*>(base) + offset, sizeof words);  // codes lie at any even address
+}
 HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t stride = 16) {
-  const auto* p = reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * places.at[0]);
-  return {Set(p[0]), Set(p[1]), Set(p[2]), Set(p[3])};
+  float w[4];
+  CopyWords(base, stride * places.at[0], w);
+  return {Set(w[0]), Set(w[1]), Set(w[2]), Set(w[3])};
 }
 HWY_INLINE WordPair WordPairAt(const void* base, const Places& places, ptrdiff_t stride) {
-  const auto* p = reinterpret_cast<const float*>(static_cast<const char*>(base) + stride * places.at[0]);
-  return {Set(p[0]), Set(p[1])};
+  float w[2];
+  CopyWords(base, stride * places.at[0], w);
+  return {Set(w[0]), Set(w[1])};
 }
 #else
 // Put together in registers: through memory the wide load would wait for the narrow stores.
