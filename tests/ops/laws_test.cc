@@ -140,7 +140,7 @@ TEST_P(Laws, TilesAndThreadsAndOrderDoNotMatter) {
     for (const auto& tile : tiles) {
       SCOPED_TRACE(std::to_string(tile[0]) + "x" + std::to_string(tile[1]));
       for (const int threads : {1, 2, 3, 8}) {
-        if (tile[0] == 1 && threads != 2) continue;  // a thousand tiles
+        if (tile[0] == 1 && threads > 2) continue;
         ExpectSameBits(whole, Render(node, PixelType::kFloat,
                                      {.threads = threads, .tile_width = tile[0], .tile_height = tile[1]}));
       }
