@@ -137,6 +137,63 @@ TEST(ConvolveTest, MethodsAgree) {
               HasSubstr("product of a column and a row"));
 }
 
+// A column of `column` over a row of `row` with clamped borders, in double.
+double ProductSum(const Image& image, const std::vector<double>& row, const std::vector<double>& column,
+                  int x, int y, int c) {
+  const int w = image.spec().width(), h = image.spec().height();
+  const int left = static_cast<int>(row.size()) / 2, top = static_cast<int>(column.size()) / 2;
+  double sum = 0;
+  for (int j = 0; j < static_cast<int>(column.size()); ++j) {
+    double line = 0;
+    for (int i = 0; i < static_cast<int>(row.size()); ++i) {
+      line += row[static_cast<size_t>(i)] * double{image.at<float>(std::clamp(x + i - left, 0, w - 1),
+                                                                   std::clamp(y + j - top, 0, h - 1), c)};
+    }
+    sum += column[static_cast<size_t>(j)] * line;
+  }
+  return sum;
+}
+
+// Weights that read the same from both ends have a form of their own, up to 31 of them along a row; rows a
+// multiple of a page apart (256 pixels of RGBA) are copied first.
+TEST(ConvolveTest, ProductsOfEverySizeEqualTheirSums) {
+  const auto weights = [](int taps, bool symmetric) {
+    std::vector<double> w;
+    for (int i = 0; i < taps; ++i) w.push_back(1.5 + std::sin(symmetric ? std::abs(2 * i - taps + 1) : i));
+    const double sum = std::accumulate(w.begin(), w.end(), 0.0);
+    for (double& v : w) v /= sum;
+    return w;
+  };
+  for (const auto& [width, channels] : {std::pair{256, 4}, {77, 4}, {77, 1}, {50, 3}}) {
+    const Image image = Random(width, 70, channels);
+    for (int taps = 2; taps <= 36; ++taps) {
+      for (const bool symmetric : {true, false}) {
+        const std::vector<double> row = weights(taps, symmetric), column = weights(38 - taps, symmetric);
+        Kernel k{taps, 38 - taps, taps / 2, (38 - taps) / 2, 1, {}};
+        for (const double c : column) {
+          for (const double r : row) k.weights.push_back(c * r);
+        }
+        Image first;
+        OnEveryTarget([&] {
+          const Image result =
+              Render(Convolve(FromImage(image), k, {.correlate = true, .method = FilterMethod::kSeparable}));
+          for (int y = 0; y < 70; y += 3) {
+            for (int x = y % 7; x < width; x += 7) {
+              const int c = (x + y) % channels;
+              ASSERT_NEAR(result.at<float>(x, y, c), ProductSum(image, row, column, x, y, c),
+                          (2 + std::log2(taps * (38 - taps))) * 0x1p-24)
+                  << taps << " taps at " << x << "," << y;
+            }
+          }
+          if (SimdTarget().rfind("AVX", 0) != 0) return;  // no fused multiplication
+          if (first.spec().width() == 0) first = result;
+          EXPECT_TRUE(SameBits(first, result)) << taps << " taps";
+        });
+      }
+    }
+  }
+}
+
 TEST(ConvolveTest, SmallImagesAndLargeKernels) {
   const Kernel k = NamedKernel("triangle", 31, 27);
   for (const auto& [w, h] : {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {5, 3}}) {

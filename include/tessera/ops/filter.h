@@ -72,12 +72,13 @@ Node KernelImage(const Kernel& kernel);
 // `bias` is multiplied by the pixel's alpha where there is one, as SVG's feConvolveMatrix has it.
 // `preserve_alpha` divides colours by alpha, convolves only them, and multiplies by alpha again. |error| <=
 // (2 + log2 k) u S. Cost grows with the kernel's area up to some 10x10, then with its side (separable), or
-// with its logarithm. Error when the kernel is larger than 255x255, empty, or holds NaN or infinity, or when
-// its planes are neither 1 nor as many as there are channels. Flat images stay within 1 ULP under kernels up
-// to 5x5 whose sum is 1, 3 ULP under larger ones, and give exactly 0 under kernels up to 5x5 whose sum is 0.
-// Images of 8- and 16-bit integers: the result, written as such, is the exact sum rounded once, half to even;
-// blurs and BoxBlur with kernels up to 255x255 too. With kFft |error| <= 16 u times the root of the sum of
-// squared weights times that of a block's squared deviations from its mean.
+// with its logarithm. Two samples that share a weight of a symmetric row or column are added first: beyond
+// half of the largest float they overflow. Error when the kernel is larger than 255x255, empty, or holds NaN
+// or infinity, or when its planes are neither 1 nor as many as there are channels. Flat images stay within 1
+// ULP under kernels up to 5x5 whose sum is 1, 3 ULP under larger ones, and give exactly 0 under kernels up to
+// 5x5 whose sum is 0. Images of 8- and 16-bit integers: the result, written as such, is the exact sum rounded
+// once, half to even; blurs and BoxBlur with kernels up to 255x255 too. With kFft |error| <= 16 u times the
+// root of the sum of squared weights times that of a block's squared deviations from its mean.
 struct ConvolveParams {
   bool correlate = false;
   double divisor = 0, bias = 0;

@@ -82,8 +82,11 @@ std::vector<float> RoundWeights(const std::vector<double>& weights) {
     rounded.push_back(static_cast<float>(w));
     error += w - double{rounded.back()};
   }
-  const auto largest = std::max_element(rounded.begin(), rounded.end(),
-                                        [](float a, float b) { return std::fabs(a) < std::fabs(b); });
+  const auto less = [](float a, float b) { return std::fabs(a) < std::fabs(b); };
+  auto largest = std::max_element(rounded.begin(), rounded.end(), less);
+  // The middle one, if it may be: symmetric weights stay symmetric.
+  const auto middle = rounded.begin() + static_cast<ptrdiff_t>(rounded.size() / 2);
+  if (middle != rounded.end() && !less(*middle, *largest)) largest = middle;
   if (largest != rounded.end()) *largest = static_cast<float>(*largest + error);
   return rounded;
 }

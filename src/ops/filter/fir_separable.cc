@@ -1,14 +1,18 @@
 // Window sums of products of a column and a row: columns into a strip in L1, rows from there.
 #include <algorithm>
+#include <cstdlib>
+#include <numeric>
 
 #include "ops/filter/fir.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/filter/fir_separable.cc"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include "ops/filter/fir-inl.h"
+#include "ops/filter/fir_symmetric-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -35,6 +39,12 @@ void Columns(const std::vector<float>& column, const float* in, ptrdiff_t stride
              ptrdiff_t out_stride) {
   const int taps = static_cast<int>(column.size());
   int x = 0;
+  if (IsSymmetric(column)) {
+    for (; x < floats; x += kLanes) {
+      SymmetricColumn<kR>(column.data(), taps, in + x, stride, out + x, out_stride);
+    }
+    return;
+  }
   for (; x + kLanes < floats; x += 2 * kLanes) {
     ColumnBlock<kR, 2>(column.data(), taps, in + x, stride, out + x, out_stride);
   }
@@ -134,7 +144,17 @@ struct Blocks {
     reach = (window.width - 1) * channels;
     strip = std::clamp(8 * reach, 640, 2048) / 32 * 32;
     rows = window.height > 64 ? 32 : kColumnRows;
-    stride = (strip + reach + kStripPad + 15) / 16 * 16;
+    stride = ((strip + reach + kStripPad + 15) / 16 | 1) * 16;
+  }
+  // Rows whose distance is a multiple of a page lie in the same few sets of the first cache and drive each
+  // other out: those of a tile are then copied, one after the other, to where they do not.
+  size_t CopiedFloats(const SeparableWindow& window, const FirTile& t) const {
+    constexpr int kPage = 4096, kWays = 8;
+    constexpr size_t kMost = size_t{1} << 17;  // half of a second cache
+    const auto period = std::gcd(std::abs(t.in_stride) * ptrdiff_t{sizeof(float)}, ptrdiff_t{kPage});
+    const bool collide = window.height - 1 + rows > kPage / period * kWays;
+    const size_t floats = static_cast<size_t>(t.rows + window.height - 1) * static_cast<size_t>(stride);
+    return collide && floats <= kMost ? floats : 0;
   }
 };
 constexpr int kChunk = 512;  // columns of a tall kernel whose rows stay in L2
@@ -159,22 +179,45 @@ void ColumnRows(const std::vector<float>& column, const float* in, ptrdiff_t in_
   }
 }
 
+// The rows below are fetched meanwhile: a piece of a row is too short for the hardware to notice.
+void CopyRow(const float* HWY_RESTRICT in, ptrdiff_t stride, int floats, float* HWY_RESTRICT out) {
+  constexpr ptrdiff_t kAhead = 4;
+  for (int x = 0; x < floats; x += kLanes) {
+    hwy::Prefetch(in + kAhead * stride + x);
+    hn::StoreU(Load(in + x), D(), out + x);
+  }
+}
+
 void RunSeparableTarget(const SeparableWindow& window, const FirTile& t, float* scratch) {
   const Blocks blocks(window, t.channels);
-  float* sums = scratch + blocks.rows * blocks.stride;  // for kernels of several terms
+  float* const sums = scratch + blocks.rows * blocks.stride;  // for kernels of several terms
+  float* const copy = sums + blocks.rows * blocks.strip;
+  const bool copies = blocks.CopiedFloats(window, t) != 0;
   const bool one = window.terms.size() == 1;
+  const bool symmetric = one && window.width <= kMostSymmetricTaps && IsSymmetric(window.terms[0].row);
   for (int x = 0; x < t.floats; x += blocks.strip) {
     const int count = std::min(blocks.strip, t.floats - x);
+    const int floats = count + blocks.reach, all_rows = t.rows + window.height - 1;
+    const float* const source = t.in + x;
+    const float* const in = copies ? copy : source;
+    const ptrdiff_t in_stride = copies ? blocks.stride : t.in_stride;
+    int copied = 0;
     for (int y = 0; y < t.rows; y += blocks.rows) {
       const int rows = std::min(blocks.rows, t.rows - y);
+      for (; copies && copied < y + rows + window.height - 1; ++copied) {
+        CopyRow(source + copied * t.in_stride, t.in_stride, floats, copy + copied * blocks.stride);
+      }
       for (size_t k = 0; k < window.terms.size(); ++k) {
         const SeparableWindow::Term& term = window.terms[k];
-        ColumnRows(term.column, t.in + y * t.in_stride + x, t.in_stride, rows, count + blocks.reach, scratch,
-                   blocks.stride);
+        ColumnRows(term.column, in + y * in_stride, in_stride, rows, floats, scratch, blocks.stride);
         for (int r = 0; r < rows; ++r) {
           float* out = t.out + (y + r) * t.out_stride + x;
           float* to = sums + r * blocks.strip;
-          if (one) {
+          if (symmetric) {
+            const float* const soon =
+                source + std::min(y + rows + window.height - 1 + r, all_rows - 1) * t.in_stride;
+            RunSymmetricRow(term.row, scratch + r * blocks.stride, soon, count, t.channels, out, t.stream);
+          } else if (one) {
             Row<false>(term.row, scratch + r * blocks.stride, count, t.channels, out, t.stream);
           } else if (k == 0) {
             Row<false>(term.row, scratch + r * blocks.stride, count, t.channels, to, false);
@@ -193,11 +236,11 @@ void RunSeparableTarget(const SeparableWindow& window, const FirTile& t, float* 
   }
 }
 
-size_t SeparableScratchFloats(const SeparableWindow& window, int channels) {
-  const Blocks blocks(window, channels);
+size_t SeparableScratchFloats(const SeparableWindow& window, const FirTile& t) {
+  const Blocks blocks(window, t.channels);
   return static_cast<size_t>(blocks.rows) *
              (static_cast<size_t>(blocks.stride) + static_cast<size_t>(blocks.strip)) +
-         64;
+         blocks.CopiedFloats(window, t) + 64;
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -210,7 +253,7 @@ HWY_EXPORT(RunSeparableTarget);
 HWY_EXPORT(SeparableScratchFloats);
 
 void RunSeparable(const SeparableWindow& window, const FirTile& tile, base::Arena& scratch) {
-  const size_t floats = HWY_DYNAMIC_DISPATCH(SeparableScratchFloats)(window, tile.channels);
+  const size_t floats = HWY_DYNAMIC_DISPATCH(SeparableScratchFloats)(window, tile);
   HWY_DYNAMIC_DISPATCH(RunSeparableTarget)(window, tile, scratch.Allocate<float>(floats));
 }
 

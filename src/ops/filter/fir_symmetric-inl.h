@@ -1,0 +1,168 @@
+// Sums under weights that read the same from both ends: the two samples that share a weight are added first,
+// which halves the multiplications, and additions have units of their own. Groups and their order are the
+// same on every target. Two samples beyond half of the largest float add to infinity.
+#if defined(TESSERA_OPS_FILTER_FIR_SYMMETRIC_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_FILTER_FIR_SYMMETRIC_INL_H_
+#undef TESSERA_OPS_FILTER_FIR_SYMMETRIC_INL_H_
+#else
+#define TESSERA_OPS_FILTER_FIR_SYMMETRIC_INL_H_
+#endif
+
+#include <hwy/cache_control.h>
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "ops/filter/fir-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+
+constexpr int kMostSymmetricTaps = 31;  // of a row: its samples and their shifts lie in registers
+
+inline bool IsSymmetric(const std::vector<float>& weights) {
+  if (weights.size() % 2 == 0 || weights.size() < 3) return false;
+  for (size_t i = 0; i < weights.size() / 2; ++i) {
+    if (weights[i] != weights[weights.size() - 1 - i]) return false;
+  }
+  return true;
+}
+
+// kR rows of column sums of one vector: the samples that all rows read above and below their middle move
+// through registers.
+template <int kR>
+HWY_INLINE void SymmetricColumn(const float* HWY_RESTRICT weights, int taps, const float* in,
+                                ptrdiff_t stride, float* out, ptrdiff_t out_stride) {
+  const int half = taps / 2;
+  V above[kR], below[kR], acc[kR];
+  HWY_UNROLL(8)
+  for (int r = 0; r < kR; ++r) {
+    above[r] = Load(in + r * stride);
+    below[r] = Load(in + (taps - 1 + r) * stride);
+    acc[r] = Nothing();
+    hwy::Prefetch(in + (taps - 1 + kR + r) * stride);
+  }
+  const float* next_above = in + kR * stride;
+  const float* next_below = in + (taps - 2) * stride;
+  for (int t = 0; t < half; ++t, next_above += stride, next_below -= stride) {
+    const V w = hn::Set(D(), weights[t]);
+    HWY_UNROLL(8)
+    for (int r = 0; r < kR; ++r) acc[r] = hn::MulAdd(hn::Add(above[r], below[r]), w, acc[r]);
+    HWY_UNROLL(8)
+    for (int r = 0; r + 1 < kR; ++r) above[r] = above[r + 1];
+    HWY_UNROLL(8)
+    for (int r = kR - 1; r > 0; --r) below[r] = below[r - 1];
+    above[kR - 1] = Load(next_above);
+    below[0] = Load(next_below);
+  }
+  const V w = hn::Set(D(), weights[half]);
+  HWY_UNROLL(8)
+  for (int r = 0; r < kR; ++r) hn::StoreU(hn::MulAdd(above[r], w, acc[r]), D(), out + r * out_stride);
+}
+
+// Taps k, k + 4, ... are a group, as without symmetry; a group whose mirror image is another one contains it.
+HWY_INLINE V SymmetricRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
+  V total = Nothing();
+  for (int g = 0; g < 4; ++g) {
+    const int mirrored = (taps - 1 - g) & 3;
+    if (mirrored < g) continue;
+    V acc = Nothing();
+    for (int k = g; mirrored > g ? k < taps : 2 * k <= taps - 1; k += 4) {
+      V v = Load(in + k * channels);
+      if (2 * k != taps - 1) v = hn::Add(v, Load(in + (taps - 1 - k) * channels));
+      acc = hn::MulAdd(v, hn::Set(D(), weights[k]), acc);
+    }
+    total = hn::Add(total, acc);
+  }
+  return total;
+}
+
+#if TESSERA_FIR_RGBA
+// The samples under a row of kTaps in aligned registers, and the same two pixels on: a group that contains
+// its mirror image needs no other shift than its sum's.
+template <int kTaps>
+struct SymmetricRow {
+  static constexpr int kLast = (kTaps - 1) / 4;  // register of the last tap
+  // The first group that has a mirror image of its own: 0 and 2, or 1 and 3, share their weights.
+  static constexpr int kPaired = kTaps % 4 == 3 ? 0 : 1;
+  V v[kLast + 2], ahead[kLast + 1];
+
+  HWY_INLINE explicit SymmetricRow(const float* in) {
+    HWY_UNROLL(16)
+    for (int i = 0; i <= kLast + 1; ++i) v[i] = Load(in + i * kLanes);
+    HWY_UNROLL(16)
+    for (int i = 0; i <= kLast; ++i) ahead[i] = ShiftPixels<2>(v[i], v[i + 1]);
+  }
+  HWY_INLINE void Move(const float* in) {
+    HWY_UNROLL(16)
+    for (int i = 0; i <= kLast; ++i) v[i] = v[i + 1];
+    HWY_UNROLL(16)
+    for (int i = 0; i < kLast; ++i) ahead[i] = ahead[i + 1];
+    v[kLast + 1] = Load(in + (kLast + 1) * kLanes);
+    ahead[kLast] = ShiftPixels<2>(v[kLast], v[kLast + 1]);
+  }
+  template <int kGroup>
+  HWY_INLINE V Sum(const float* HWY_RESTRICT weights) const {
+    V acc = Nothing();
+    HWY_UNROLL(16)
+    for (int k = kGroup; kGroup == kPaired ? k < kTaps : 2 * k <= kTaps - 1; k += 4) {
+      const int mirror = kTaps - 1 - k;
+      V sample = v[k / 4];
+      if (k != mirror) sample = hn::Add(sample, kGroup == kPaired ? ahead[mirror / 4] : v[mirror / 4]);
+      acc = hn::MulAdd(sample, hn::Set(D(), weights[k]), acc);
+    }
+    return acc;
+  }
+};
+
+// RGBA; `in` is padded by two registers beyond its last tap.
+template <int kTaps>
+void SymmetricRowRgba(const float* HWY_RESTRICT weights, const float* in, const float* soon, int floats,
+                      float* out, bool stream) {
+  using Samples = SymmetricRow<kTaps>;
+  constexpr int kThird = Samples::kPaired == 0 ? 3 : 2;
+  Samples samples(in);
+  V group0 = samples.template Sum<0>(weights), group1 = samples.template Sum<1>(weights),
+    third = samples.template Sum<kThird>(weights);
+  for (int x = 0; x < floats; x += kLanes) {
+    hwy::Prefetch(soon + x);
+    samples.Move(in + x + kLanes);
+    const V next0 = samples.template Sum<0>(weights), next1 = samples.template Sum<1>(weights),
+            next_third = samples.template Sum<kThird>(weights);
+    V sum = hn::Add(group0, ShiftPixels<1>(group1, next1));
+    if (kTaps > kThird) sum = hn::Add(sum, ShiftPixels<kThird>(third, next_third));
+    StorePart(sum, out + x, floats - x, stream);
+    group0 = next0, group1 = next1, third = next_third;
+  }
+}
+
+using SymmetricRowFunction = void (*)(const float*, const float*, const float*, int, float*, bool);
+template <int... kHalves>
+constexpr std::array<SymmetricRowFunction, sizeof...(kHalves)> SymmetricRows(
+    std::integer_sequence<int, kHalves...>) {
+  return {SymmetricRowRgba<2 * kHalves + 3>...};
+}
+#endif
+
+// One row of sums of `floats` samples under a symmetric row of 3 to kMostSymmetricTaps weights; as many
+// samples at `soon`, which the next block of rows begins with, are fetched meanwhile.
+inline void RunSymmetricRow(const std::vector<float>& row, const float* in, const float* soon, int floats,
+                            int channels, float* out, bool stream) {
+  const int taps = static_cast<int>(row.size());
+#if TESSERA_FIR_RGBA
+  static constexpr auto kRows =
+      SymmetricRows(std::make_integer_sequence<int, (kMostSymmetricTaps - 1) / 2>());
+  if (channels == 4)
+    return kRows[static_cast<size_t>(taps - 3) / 2](row.data(), in, soon, floats, out, stream);
+#endif
+  for (int x = 0; x < floats; x += kLanes) {
+    hwy::Prefetch(soon + x);
+    StorePart(SymmetricRowSum(row.data(), taps, in + x, channels), out + x, floats - x, stream);
+  }
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard
