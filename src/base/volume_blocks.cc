@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/arena.h"
 #include "base/distance_transform.h"
 #include "base/volume_data.h"
 
@@ -212,7 +213,10 @@ std::shared_ptr<const LeapGrid> VolumeData::Leaps(double low, double high, const
       }
     }
   }
-  grid->leap.assign(count + 32, 255);
+  const std::shared_ptr<std::byte> memory =
+      AllocateAligned((count + 32) * sizeof(uint16_t), Access::kScattered);
+  grid->leap = {memory, reinterpret_cast<uint16_t*>(memory.get())};
+  std::fill_n(grid->leap.get(), count + 32, uint16_t{255});
   if (grid->any) {
     const std::vector<float> slope = WidestAround(b.slope, b.size);
     float steepest = 0;
@@ -236,7 +240,11 @@ size_t VolumeData::extra_bytes() const {
   const std::lock_guard lock(mutex_);
   size_t bytes = 0;
   if (blocks_ != nullptr) bytes += blocks_->low.size() * (2 * sizeof(float) + sizeof(float));
-  for (const Cached& c : grids_) bytes += c.grid->leap.size() * sizeof(uint16_t);
+  for (const Cached& c : grids_) {
+    const auto& n = c.grid->size;
+    bytes +=
+        static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]) * sizeof(uint16_t);
+  }
   return bytes;
 }
 

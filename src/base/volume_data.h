@@ -28,7 +28,7 @@ struct LeapGrid {
   // Lower byte: 0 in blocks that matter, else 1 + whole voxels, rounded down. Upper byte times `pace`: voxels
   // per code in which the field changes by no more than a code, within an edge of the block. 64 bytes beyond
   // the end may be read.
-  std::vector<uint16_t> leap;
+  std::shared_ptr<uint16_t[]> leap;
   float pace = 0;
   bool any = false;  // a block matters
 };

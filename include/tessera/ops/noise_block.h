@@ -3,7 +3,7 @@
 #define TESSERA_OPS_NOISE_BLOCK_H_
 
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "tessera/ops/hypertexture.h"
 
@@ -14,11 +14,11 @@ namespace tessera {
 struct NoiseBlock::Data {
   NoiseContent content = NoiseContent::kNoise;
   int size = 0, channels = 1;
-  int row = 0, slice = 0;         // in texels
-  std::vector<uint16_t> samples;  // 32 bytes beyond the end may be read
+  int row = 0, slice = 0;               // in texels
+  std::shared_ptr<uint16_t[]> samples;  // 32 bytes beyond the end may be read
   // Of blocks of one channel, for the march: at each texel its own sample, the next along y, along z, and
   // along both, so that the eight corners of a cell are 16 bytes in a row.
-  std::vector<uint16_t> cells;
+  std::shared_ptr<uint16_t[]> cells;
   float scale = 1, bias = 0;     // value = scale * code + bias
   double slopes[3] = {0, 0, 0};  // largest |difference| of neighbours along an axis times size, channel 0
   double low = 0, high = 0;      // of channel 0

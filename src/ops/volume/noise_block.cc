@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <memory>
 #include <numbers>
 #include <string>
 
+#include "base/arena.h"
 #include "tessera/error.h"
 #include "tessera/ops/noise.h"
 #include "tessera/render.h"
@@ -78,6 +81,14 @@ void Require(bool valid, const char* what, int found, const char* expected) {
                 std::string("found ") + what + " " + std::to_string(found) + ", expected " + expected);
 }
 
+// Zeros; samples of a march lie anywhere in them.
+std::shared_ptr<uint16_t[]> Codes(size_t count) {
+  const std::shared_ptr<std::byte> memory =
+      base::AllocateAligned(count * sizeof(uint16_t), base::Access::kScattered);
+  std::memset(memory.get(), 0, count * sizeof(uint16_t));
+  return {memory, reinterpret_cast<uint16_t*>(memory.get())};
+}
+
 }  // namespace
 
 NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t seed, int size) {
@@ -93,7 +104,8 @@ NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t se
   d.row = size + kBorder;
   d.slice = d.row * d.row;
   const auto channels = static_cast<size_t>(d.channels);
-  d.samples.resize(static_cast<size_t>(d.slice) * d.row * channels + 16);
+  const size_t texels = static_cast<size_t>(d.slice) * static_cast<size_t>(d.row);
+  d.samples = Codes(texels * channels + 16);
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   const double range = std::max<double>(*high - *low, 1e-30);
   d.scale = static_cast<float>(range / 65535);
@@ -113,9 +125,8 @@ NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t se
     }
   }
   if (channels == 1) {
-    const size_t texels = d.samples.size() - 16, up = static_cast<size_t>(d.row),
-                 deep = static_cast<size_t>(d.slice);
-    d.cells.resize(4 * texels + 8);
+    const auto up = static_cast<size_t>(d.row), deep = static_cast<size_t>(d.slice);
+    d.cells = Codes(4 * texels + 8);
     const auto sample = [&](size_t i) { return d.samples[std::min(i, texels - 1)]; };
     for (size_t i = 0; i < texels; ++i) {
       const uint16_t corners[4] = {sample(i), sample(i + up), sample(i + deep), sample(i + deep + up)};

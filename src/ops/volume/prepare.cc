@@ -92,8 +92,8 @@ NoiseView ViewOf(const NoiseBlock& block, const VolumeSpec& v, double frequency,
   const NoiseBlock::Data& d = block.data();
   NoiseView n;
   const ptrdiff_t first = static_cast<ptrdiff_t>(d.slice) + d.row + 1;
-  n.samples = d.samples.data() + first * d.channels;
-  if (d.channels == 1) n.cells = d.cells.data() + 4 * first;
+  n.samples = d.samples.get() + first * d.channels;
+  if (d.channels == 1) n.cells = d.cells.get() + 4 * first;
   n.row = d.row;
   n.slice = d.slice;
   n.size = d.size;
@@ -270,8 +270,8 @@ void Prepare(const DrawParams& draw, double middle, const graph::Workers& worker
   const auto find_leaps = [&]() {
     out.leaps = data.Leaps(low, high, for_each, reach);
     out.own = data.Leaps(low, high, for_each);
-    field.leap = out.leaps->leap.data();
-    field.own = out.own->leap.data();
+    field.leap = out.leaps->leap.get();
+    field.own = out.own->leap.get();
     field.blocks[0] = out.own->size[0];
     field.blocks[1] = out.own->size[0] * out.own->size[1];
     field.shift = out.own->shift;
