@@ -150,7 +150,7 @@ struct Blocks {
   // other out: those of a tile are then copied, one after the other, to where they do not.
   size_t CopiedFloats(const SeparableWindow& window, const FirTile& t) const {
     constexpr int kPage = 4096, kWays = 8;
-    constexpr size_t kMost = size_t{1} << 17;  // half of a second cache
+    constexpr size_t kMost = size_t{1} << 18;  // a second cache
     const auto period = std::gcd(std::abs(t.in_stride) * ptrdiff_t{sizeof(float)}, ptrdiff_t{kPage});
     const bool collide = window.height - 1 + rows > kPage / period * kWays;
     const size_t floats = static_cast<size_t>(t.rows + window.height - 1) * static_cast<size_t>(stride);
@@ -183,7 +183,7 @@ void ColumnRows(const std::vector<float>& column, const float* in, ptrdiff_t in_
 void CopyRow(const float* HWY_RESTRICT in, ptrdiff_t stride, int floats, float* HWY_RESTRICT out) {
   constexpr ptrdiff_t kAhead = 4;
   for (int x = 0; x < floats; x += kLanes) {
-    hwy::Prefetch(in + kAhead * stride + x);
+    PrefetchSecond(in + kAhead * stride + x);
     hn::StoreU(Load(in + x), D(), out + x);
   }
 }
@@ -194,7 +194,7 @@ void RunSeparableTarget(const SeparableWindow& window, const FirTile& t, float* 
   float* const copy = sums + blocks.rows * blocks.strip;
   const bool copies = blocks.CopiedFloats(window, t) != 0;
   const bool one = window.terms.size() == 1;
-  const bool symmetric = one && window.width <= kMostSymmetricTaps && IsSymmetric(window.terms[0].row);
+  const bool symmetric = one && IsSymmetric(window.terms[0].row);
   for (int x = 0; x < t.floats; x += blocks.strip) {
     const int count = std::min(blocks.strip, t.floats - x);
     const int floats = count + blocks.reach, all_rows = t.rows + window.height - 1;

@@ -19,7 +19,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 
-constexpr int kMostSymmetricTaps = 31;  // of a row: its samples and their shifts lie in registers
+constexpr int kShortRow = 31;  // up to here a row's samples and their shifts lie in registers
 
 inline bool IsSymmetric(const std::vector<float>& weights) {
   if (weights.size() % 2 == 0 || weights.size() < 3) return false;
@@ -62,7 +62,7 @@ HWY_INLINE void SymmetricColumn(const float* HWY_RESTRICT weights, int taps, con
 }
 
 // Taps k, k + 4, ... are a group, as without symmetry; a group whose mirror image is another one contains it.
-HWY_INLINE V SymmetricRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
+HWY_INLINE V ShortRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
   V total = Nothing();
   for (int g = 0; g < 4; ++g) {
     const int mirrored = (taps - 1 - g) & 3;
@@ -73,6 +73,22 @@ HWY_INLINE V SymmetricRowSum(const float* HWY_RESTRICT weights, int taps, const 
       if (2 * k != taps - 1) v = hn::Add(v, Load(in + (taps - 1 - k) * channels));
       acc = hn::MulAdd(v, hn::Set(D(), weights[k]), acc);
     }
+    total = hn::Add(total, acc);
+  }
+  return total;
+}
+
+// Longer rows: every group holds its taps of the first half, each with its mirror image.
+HWY_INLINE V LongRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
+  const int half = taps / 2;
+  V total = Nothing();
+  for (int g = 0; g < 4; ++g) {
+    V acc = Nothing();
+    for (int k = g; k < half; k += 4) {
+      const V pair = hn::Add(Load(in + k * channels), Load(in + (taps - 1 - k) * channels));
+      acc = hn::MulAdd(pair, hn::Set(D(), weights[k]), acc);
+    }
+    if (half % 4 == g) acc = hn::MulAdd(Load(in + half * channels), hn::Set(D(), weights[half]), acc);
     total = hn::Add(total, acc);
   }
   return total;
@@ -137,6 +153,56 @@ void SymmetricRowRgba(const float* HWY_RESTRICT weights, const float* in, const 
   }
 }
 
+// The group sums of one register of a longer row. The mirror images of two groups lie in whole registers,
+// counted from the last tap, those of the other two half a register off; each step needs one more of both
+// kinds. Where there are 4 n + 1 taps, group 0 is among the first two.
+template <bool kWholeFirst>
+HWY_INLINE void LongGroups(const float* HWY_RESTRICT weights, int taps, const float* in, V (&acc)[4]) {
+  const int half = taps / 2;
+  const float* mirror = in + (taps - 1) / 4 * kLanes;
+  V whole = Load(mirror), before = Load(mirror - kLanes);
+  V off = kWholeFirst ? ShiftPixels<2>(before, whole) : ShiftPixels<2>(whole, Load(mirror + kLanes));
+  for (V& a : acc) a = Nothing();
+  const auto add = [&](int g, int k, V low, V high) HWY_ATTR {
+    acc[g] = hn::MulAdd(hn::Add(low, high), hn::Set(D(), weights[k + g]), acc[g]);
+  };
+  int k = 0;
+  for (; k + 4 <= half; k += 4, in += kLanes) {
+    const V low = Load(in);
+    mirror -= kLanes;
+    const V next = Load(mirror - kLanes),
+            next_off = ShiftPixels<2>(kWholeFirst ? next : before, kWholeFirst ? before : whole);
+    add(0, k, low, kWholeFirst ? whole : off);
+    add(1, k, low, kWholeFirst ? off : whole);
+    add(2, k, low, kWholeFirst ? before : next_off);
+    add(3, k, low, kWholeFirst ? next_off : before);
+    whole = before, before = next, off = next_off;
+  }
+  const V low = Load(in);
+  const int rest = half - k;
+  if (rest > 0) add(0, k, low, kWholeFirst ? whole : off);
+  if (rest > 1) add(1, k, low, kWholeFirst ? off : whole);
+  if (rest > 2) add(2, k, low, kWholeFirst ? before : ShiftPixels<2>(before, whole));
+  acc[rest] = hn::MulAdd(low, hn::Set(D(), weights[half]), acc[rest]);
+}
+
+template <bool kWholeFirst>
+void LongRowRgba(const std::vector<float>& row, const float* in, const float* soon, int floats, float* out,
+                 bool stream) {
+  const int taps = static_cast<int>(row.size());
+  V now[4], next[4];
+  LongGroups<kWholeFirst>(row.data(), taps, in, now);
+  for (int x = 0; x < floats; x += kLanes) {
+    hwy::Prefetch(soon + x);
+    LongGroups<kWholeFirst>(row.data(), taps, in + x + kLanes, next);
+    V sum = hn::Add(now[0], ShiftPixels<1>(now[1], next[1]));
+    sum = hn::Add(sum, ShiftPixels<2>(now[2], next[2]));
+    sum = hn::Add(sum, ShiftPixels<3>(now[3], next[3]));
+    StorePart(sum, out + x, floats - x, stream);
+    for (int g = 0; g < 4; ++g) now[g] = next[g];
+  }
+}
+
 using SymmetricRowFunction = void (*)(const float*, const float*, const float*, int, float*, bool);
 template <int... kHalves>
 constexpr std::array<SymmetricRowFunction, sizeof...(kHalves)> SymmetricRows(
@@ -145,20 +211,26 @@ constexpr std::array<SymmetricRowFunction, sizeof...(kHalves)> SymmetricRows(
 }
 #endif
 
-// One row of sums of `floats` samples under a symmetric row of 3 to kMostSymmetricTaps weights; as many
-// samples at `soon`, which the next block of rows begins with, are fetched meanwhile.
+// One row of sums of `floats` samples under a symmetric row; as many samples at `soon`, which the next block
+// of rows begins with, are fetched meanwhile.
 inline void RunSymmetricRow(const std::vector<float>& row, const float* in, const float* soon, int floats,
                             int channels, float* out, bool stream) {
   const int taps = static_cast<int>(row.size());
 #if TESSERA_FIR_RGBA
-  static constexpr auto kRows =
-      SymmetricRows(std::make_integer_sequence<int, (kMostSymmetricTaps - 1) / 2>());
-  if (channels == 4)
-    return kRows[static_cast<size_t>(taps - 3) / 2](row.data(), in, soon, floats, out, stream);
+  static constexpr auto kRows = SymmetricRows(std::make_integer_sequence<int, (kShortRow - 1) / 2>());
+  if (channels == 4) {
+    if (taps <= kShortRow) {
+      return kRows[static_cast<size_t>(taps - 3) / 2](row.data(), in, soon, floats, out, stream);
+    }
+    return taps % 4 == 1 ? LongRowRgba<true>(row, in, soon, floats, out, stream)
+                         : LongRowRgba<false>(row, in, soon, floats, out, stream);
+  }
 #endif
   for (int x = 0; x < floats; x += kLanes) {
     hwy::Prefetch(soon + x);
-    StorePart(SymmetricRowSum(row.data(), taps, in + x, channels), out + x, floats - x, stream);
+    const V sum = taps <= kShortRow ? ShortRowSum(row.data(), taps, in + x, channels)
+                                    : LongRowSum(row.data(), taps, in + x, channels);
+    StorePart(sum, out + x, floats - x, stream);
   }
 }
 
