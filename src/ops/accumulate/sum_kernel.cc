@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "base/prefetch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/accumulate/sum_kernel.cc"
 #include <hwy/cache_control.h>
@@ -61,12 +63,14 @@ template <size_t kCount, bool kFirst, int kN, class D, class Keep>
 HWY_INLINE void AddSome(D d, const SumJob& job, size_t k, int64_t at, hn::Vec<D> (&sum)[kN],
                         const Keep& keep) {
   const hn::Rebind<float, D> f;
-  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d));
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d)), kLine = 16, kAhead = 16 * kLine;
   const float* const* const rows = job.rows.data() + k;
   const double* const weights = job.weights.data() + k;
   HWY_UNROLL(16)
   for (size_t i = 0; i < kCount; ++i) {
     const auto w = hn::Set(d, weights[i]);
+    // More images than the hardware follows streams.
+    for (int j = 0; kN > 1 && j < kN * kLanes; j += kLine) base::PrefetchSecond(rows[i] + at + j + kAhead);
     HWY_UNROLL(4)
     for (int j = 0; j < kN; ++j) {
       const auto value = hn::PromoteTo(d, hn::LoadU(f, rows[i] + at + j * kLanes));

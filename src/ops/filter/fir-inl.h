@@ -31,9 +31,6 @@ HWY_INLINE void Store(V v, float* p, bool stream) {
   v = hn::IfThenElse(hn::IsNaN(v), hn::NaN(D()), v);
   s::StoreOrStream(v, D(), p, stream && reinterpret_cast<uintptr_t>(p) % (4 * kLanes) == 0);
 }
-// Into the second cache: the first one has few lines under way at a time, and rows whose distance is a
-// multiple of a page drive each other out of it.
-HWY_INLINE void PrefetchSecond(const float* p) { __builtin_prefetch(p, 0, 2); }
 // Up to a whole vector.
 HWY_INLINE void StorePart(V v, float* p, int count, bool stream) {
   if (count >= kLanes) return Store(v, p, stream);

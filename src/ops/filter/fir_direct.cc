@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/prefetch.h"
 #include "ops/filter/fir.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -109,7 +110,7 @@ void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int x_end) {
             if (4 * m + 2 < kW) v[2] = ShiftPixels<2>(v[0], next);
             if (4 * m + 3 < kW) v[3] = ShiftPixels<3>(v[0], next);
           }
-          if (m == 0 && yi >= kH - 1) PrefetchSecond(p + kR * stride + kAhead);
+          if (m == 0 && yi >= kH - 1) base::PrefetchSecond(p + kR * stride + kAhead);
           HWY_UNROLL(4)
           for (int g = 0; g < kGroups; ++g) {
             HWY_UNROLL(8)

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "base/prefetch.h"
 #include "ops/filter/fir.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -183,7 +184,7 @@ void ColumnRows(const std::vector<float>& column, const float* in, ptrdiff_t in_
 void CopyRow(const float* HWY_RESTRICT in, ptrdiff_t stride, int floats, float* HWY_RESTRICT out) {
   constexpr ptrdiff_t kAhead = 4;
   for (int x = 0; x < floats; x += kLanes) {
-    PrefetchSecond(in + kAhead * stride + x);
+    base::PrefetchSecond(in + kAhead * stride + x);
     hn::StoreU(Load(in + x), D(), out + x);
   }
 }
