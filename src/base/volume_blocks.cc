@@ -239,11 +239,8 @@ std::shared_ptr<const LeapGrid> VolumeData::Leaps(double low, double high, const
 size_t VolumeData::extra_bytes() const {
   const std::lock_guard lock(mutex_);
   size_t bytes = 0;
-  if (blocks_ != nullptr) bytes += blocks_->low.size() * (2 * sizeof(float) + sizeof(float));
-  for (const Cached& c : grids_) {
-    const auto& n = c.grid->size;
-    bytes +=
-        static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]) * sizeof(uint16_t);
+  if (blocks_ != nullptr) {
+    bytes += blocks_->low.size() * (3 * sizeof(float) + grids_.size() * sizeof(uint16_t));
   }
   return bytes;
 }

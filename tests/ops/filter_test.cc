@@ -194,6 +194,24 @@ TEST(ConvolveTest, ProductsOfEverySizeEqualTheirSums) {
   }
 }
 
+// Two samples that share a weight are added first: their sum is the limit.
+TEST(ConvolveTest, SymmetricProductsOverflowBeyondHalfOfTheLargestFloat) {
+  for (const int channels : {1, 4}) {
+    for (const int size : {5, 9, 41}) {
+      const Kernel k = NamedKernel("gaussian", size, size);
+      OnEveryTarget([&] {
+        const auto middle = [&](float value) {
+          return Render(Convolve(FromImage(Flat(50, 50, channels, value)), k,
+                                 {.method = FilterMethod::kSeparable}))
+              .at<float>(25, 25);
+        };
+        EXPECT_NEAR(middle(0x1.fp126f) / 0x1.fp126f, 1, 1e-6) << size;
+        EXPECT_EQ(middle(-0x1.1p127f), -kInf) << size;
+      });
+    }
+  }
+}
+
 TEST(ConvolveTest, SmallImagesAndLargeKernels) {
   const Kernel k = NamedKernel("triangle", 31, 27);
   for (const auto& [w, h] : {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {5, 3}}) {
