@@ -108,7 +108,8 @@ struct Convolution {
 // kSeparable, 2e-5 with kRecursive (sigma of 2 and more), 1e-4 with kDecimated (16 and more), near every
 // border as in the middle. kAuto sums directly up to sigma 3, takes kRecursive below 16 and kDecimated from
 // there. Those two need whole images in memory; a NaN or infinity anywhere makes them sum directly instead,
-// which takes longer. Flat images stay within 2 ULP. Error for other sigmas and methods.
+// which takes longer. Direct sums add two samples of one weight first, with Convolve's limit. Flat images
+// stay within 2 ULP. Error for other sigmas and methods.
 struct GaussianParams {
   double sigma_x = 1, sigma_y = 1;
   BorderMode border = BorderMode::kClamp;
