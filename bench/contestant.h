@@ -15,7 +15,7 @@ class Contestant {
   virtual ~Contestant() = default;
   // "tessera AVX3", "OpenColorIO"; no '/' or ':'.
   virtual std::string Name() const = 0;
-  // Untimed, before every run: settings that belong to the process, such as thread counts.
+  // Untimed, before every turn: settings that belong to the process, such as thread counts.
   virtual void Prepare() {}
   // Timed: reads the frame's inputs, writes the frame's output.
   virtual void Run() = 0;

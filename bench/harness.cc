@@ -25,6 +25,7 @@ constexpr char kUsage[] =
     "expected --sizes=WxH|large,... --types=float,half,uint16,uint8 --threads=N,... "
     "--targets=all|best|NAME,... --repetitions=N --seconds=S";
 constexpr int kWarmUps = 2;
+constexpr std::chrono::milliseconds kLeastTurn(4);
 
 std::vector<std::string> Split(const std::string& list) {
   std::vector<std::string> words;
@@ -259,6 +260,19 @@ double Median(std::vector<double> values) {
   return n % 2 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
 }
 
+// Seconds of a run, the mean of as many as a turn has room for. A single short one would mostly tell what its
+// predecessor left in the caches.
+static double Turn(Contestant& contestant) {
+  using Seconds = std::chrono::duration<double>;
+  contestant.Prepare();
+  const auto start = std::chrono::steady_clock::now();
+  for (int runs = 1;; ++runs) {
+    contestant.Run();
+    const Seconds spent = std::chrono::steady_clock::now() - start;
+    if (spent >= kLeastTurn) return spent.count() / runs;
+  }
+}
+
 std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestants, const Frame& frame,
                               const Oracle& oracle, int repetitions, double seconds) {
   std::vector<Measured> results(contestants.size());
@@ -285,11 +299,7 @@ std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestan
       if (seconds > 0 && k >= kFewestRepetitions &&
           std::accumulate(spent.begin(), spent.end(), 0.0) > seconds)
         continue;
-      contestants[i]->Prepare();
-      const auto start = std::chrono::steady_clock::now();
-      contestants[i]->Run();
-      const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-      results[i].seconds.push_back(time.count());
+      results[i].seconds.push_back(Turn(*contestants[i]));
     }
   }
   return results;

@@ -27,14 +27,15 @@ struct Options {
 
 struct Measured {
   std::string name;
-  std::vector<double> seconds;  // one per repetition, in the order they were made
+  std::vector<double> seconds;  // of a run, one per round, in the order they were made
   Errors errors;
   bool is_copy = false;
 };
 
-// Warms every contestant up, checks its pixels against the oracle, then runs `repetitions` rounds in which
-// each contestant runs once, in an order shuffled anew for each round. With `seconds` slow contestants leave
-// early, which quick looks need; the protocol's figures are made without.
+// Warms every contestant up, checks its pixels against the oracle, then makes `repetitions` rounds in which
+// each contestant has one turn, in an order shuffled anew for each round. A turn is one run, or the mean of as
+// many as fill four milliseconds. With `seconds` slow contestants leave early, which quick looks need; the
+// protocol's figures are made without.
 inline constexpr int kFewestRepetitions = 5;
 std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestants, const Frame& frame,
                               const Oracle& oracle, int repetitions, double seconds = 0);

@@ -79,14 +79,14 @@ TEST(TaskTest, ProbesAffineOperations) {
   EXPECT_THROW(MakeTask("x", {{"no such operation", ""}}), Error);
 }
 
-// Writes one value everywhere and notes that it ran.
+// Writes one value everywhere and notes its turns.
 class Writer final : public Contestant {
  public:
   Writer(std::string name, const Frame& frame, int value, std::vector<std::string>* log)
       : name_(std::move(name)), frame_(frame), value_(value), log_(log) {}
   std::string Name() const override { return name_; }
+  void Prepare() override { log_->push_back(name_); }
   void Run() override {
-    log_->push_back(name_);
     const ImageView out = frame_.output.view();
     if (value_ >= 0) std::memset(out.data, value_, static_cast<size_t>(out.row_stride) * out.roi.height());
   }
