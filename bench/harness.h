@@ -33,8 +33,8 @@ struct Measured {
 };
 
 // Warms every contestant up, checks its pixels against the oracle, then makes `repetitions` rounds in which
-// each contestant has one turn, in an order shuffled anew for each round. A turn is one run, or the mean of as
-// many as fill four milliseconds. With `seconds` slow contestants leave early, which quick looks need; the
+// each contestant has one turn, in an order shuffled anew for each round. A turn is one run, or the mean of
+// as many as fill four milliseconds. With `seconds` slow contestants leave early, which quick looks need; the
 // protocol's figures are made without.
 inline constexpr int kFewestRepetitions = 5;
 std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestants, const Frame& frame,

@@ -51,17 +51,17 @@ HWY_INLINE V SignOfBit(VU h) {
   return hn::BitCast(d, hn::Or(sign, hn::BitCast(du, hn::Set(d, 1.0f))));
 }
 
-// One of 12 by the upper 16 bits of a lattice point's number.
-HWY_INLINE VU LatticeEdge(VU h) {
+// One of 12 by the upper 16 bits of a lattice point's number, in the upper 16 bits.
+HWY_INLINE VU UpperLatticeEdge(VU h) {
   const DU du;
 #if HWY_TARGET == HWY_SCALAR
-  return hn::ShiftRight<16>(hn::Mul(hn::ShiftRight<16>(h), hn::Set(du, 12u)));
+  return hn::And(hn::Mul(hn::ShiftRight<16>(h), hn::Set(du, 12u)), hn::Set(du, 0xffff0000u));
 #else
   const hn::Repartition<uint16_t, DU> du16;
-  return hn::BitCast(
-      du, hn::MulHigh(hn::BitCast(du16, hn::ShiftRight<16>(h)), hn::BitCast(du16, hn::Set(du, 12u))));
+  return hn::BitCast(du, hn::MulHigh(hn::BitCast(du16, h), hn::BitCast(du16, hn::Set(du, 12u << 16))));
 #endif
 }
+HWY_INLINE VU LatticeEdge(VU h) { return hn::ShiftRight<16>(UpperLatticeEdge(h)); }
 
 // Gradient of a lattice point. 1-D: slope in [-1,1]. 2-D: unit vector of any direction. 3-D: one of the 12
 // edges of the cube, length sqrt 2. 4-D: one of the 32 edges of the hypercube's kind (one coordinate 0, the
@@ -122,6 +122,38 @@ HWY_INLINE void LatticeGradient(VU h, V* g) {
     g[2] = hn::IfThenZeroElse(at(2), SignOfBit<27>(h));
     g[3] = hn::IfThenZeroElse(at(3), SignOfBit<26>(h));
   }
+}
+
+// A gradient times the offset from its point.
+template <int kDims>
+HWY_INLINE V Projection(const V* gradient, const V* offset) {
+  V dot = hn::Mul(gradient[kDims - 1], offset[kDims - 1]);
+#pragma GCC unroll 16
+  for (int k = kDims - 2; k >= 0; --k) dot = hn::MulAdd(gradient[k], offset[k], dot);
+  return dot;
+}
+// The same of a lattice point; the sign of a zero is anything.
+template <int kDims>
+HWY_INLINE V LatticeProjection(VU h, const V* offset) {
+#if HWY_TARGET > HWY_AVX3 || !HWY_ARCH_X86
+  if constexpr (kDims == 3) {
+    // Without look-ups in registers it is cheaper to choose two of the offsets, and turn them, than to make
+    // ones and zeros to multiply all three by. The sum is rounded once either way.
+    const D d;
+    const DU du;
+    const DI di;
+    const VU edge = UpperLatticeEdge(h), top = hn::Set(du, 0x80000000u);
+    const VI e = hn::BitCast(di, edge);
+    const auto first = hn::RebindMask(d, hn::Gt(hn::Set(di, 4 << 16), e));
+    const auto last = hn::RebindMask(d, hn::Gt(e, hn::Set(di, 7 << 16)));
+    const V a = hn::IfThenElse(first, offset[1], offset[0]), b = hn::IfThenElse(last, offset[1], offset[2]);
+    return hn::Add(hn::Xor(a, hn::BitCast(d, hn::ShiftLeft<15>(edge))),
+                   hn::Xor(b, hn::BitCast(d, hn::And(hn::ShiftLeft<14>(edge), top))));
+  }
+#endif
+  V g[kDims];
+  LatticeGradient<kDims>(h, g);
+  return Projection<kDims>(g, offset);
 }
 
 // The weight of the upper neighbour at fraction f, and its derivative. kind: 0 quintic, 1 cubic, 2 linear.

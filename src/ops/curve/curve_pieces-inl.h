@@ -10,6 +10,8 @@
 
 #include "ops/curve/curve_pieces.h"
 #include "simd/double_float-inl.h"
+#include "simd/pixels-inl.h"
+#include "simd/texels-inl.h"
 
 #if TESSERA_DOUBLE_FLOAT
 HWY_BEFORE_NAMESPACE();
@@ -18,56 +20,67 @@ namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
 
 #if HWY_TARGET == HWY_AVX3
-// 32 floats in two registers.
-struct Table32 {
-  s::V low, high;
-};
-HWY_INLINE Table32 Load32(const float* t) { return {hn::Load(s::D(), t), hn::Load(s::D(), t + 16)}; }
-// Entries that the lowest five bits of each lane choose.
-class Chosen {
+// The coefficients of each lane's piece, from columns of 32 floats in two registers each.
+class PieceTables {
  public:
-  HWY_INLINE explicit Chosen(s::VI index) : index_(index) {}
-  HWY_INLINE s::V operator()(const Table32& t) const {
-    return s::V{_mm512_permutex2var_ps(t.low.raw, index_.raw, t.high.raw)};
+  HWY_INLINE explicit PieceTables(const CurvePieces& t) {
+    const s::D d;
+#pragma GCC unroll 16
+    for (int k = 0; k < CurvePieces::kTerms; ++k) {
+      low_[k] = hn::Load(d, t.column[k]), high_[k] = hn::Load(d, t.column[k] + 16);
+    }
   }
+  class Chosen {
+   public:
+    HWY_INLINE Chosen(const PieceTables& t, s::VI piece) : t_(t), piece_(piece) {}
+    HWY_INLINE s::V operator()(int term) const {
+      return s::V{_mm512_permutex2var_ps(t_.low_[term].raw, piece_.raw, t_.high_[term].raw)};
+    }
+
+   private:
+    const PieceTables& t_;
+    s::VI piece_;
+  };
 
  private:
-  s::VI index_;
+  s::V low_[CurvePieces::kTerms], high_[CurvePieces::kTerms];
 };
 #else
-// 32 floats in memory, half of which are looked up at a time.
-struct Table32 {
-  const float* low;
-};
-HWY_INLINE Table32 Load32(const float* t) { return {t}; }
-class Chosen {
+// The same from rows in memory, four terms of each lane's piece at a time: looking up half of a column in a
+// register takes longer.
+class PieceTables {
  public:
-  HWY_INLINE explicit Chosen(s::VI index)
-      : index_(hn::And(index, hn::Set(s::DI(), 15))),
-        upper_(hn::RebindMask(s::D(), hn::Ne(hn::And(index, hn::Set(s::DI(), 16)), hn::Zero(s::DI())))) {}
-  HWY_INLINE s::V operator()(const Table32& t) const {
-    return hn::IfThenElse(upper_, s::Of16(t.low + 16, index_), s::Of16(t.low, index_));
-  }
+  HWY_INLINE explicit PieceTables(const CurvePieces& t) : t_(t) {}
+  class Chosen {
+   public:
+    HWY_INLINE Chosen(const PieceTables& t, s::VI piece) {
+      alignas(64) int32_t at[s::kLanes];
+      hn::Store(hn::And(piece, hn::Set(s::DI(), CurvePieces::kCount - 1)), s::DI(), at);
+#pragma GCC unroll 4
+      for (int k = 0; k < kTerms; k += 4) {
+#pragma GCC unroll 4
+        for (int j = 0; j < 4; ++j) {
+          term_[k + j] = s::LoadQuads([&](int lane) HWY_ATTR { return t.t_.row[at[lane]] + k; }, j);
+        }
+        s::Transpose4(term_[k], term_[k + 1], term_[k + 2], term_[k + 3]);
+      }
+    }
+    HWY_INLINE s::V operator()(int term) const { return term_[term]; }
+
+   private:
+    static constexpr int kTerms = CurvePieces::kPaddedTerms;
+    s::V term_[kTerms];
+  };
 
  private:
-  s::VI index_;
-  hn::Mask<s::D> upper_;
+  const CurvePieces& t_;
 };
 #endif
 
 // A formula's tables, loaded.
 class Pieces {
  public:
-  HWY_INLINE explicit Pieces(const CurvePieces& t)
-      : t_(t),
-        scale_(Load32(t.scale)),
-        centre_(Load32(t.centre)),
-        c0_(Load32(t.c0)),
-        c1_(Load32(t.c1)),
-        c0_rest_(Load32(t.c0_rest)),
-        c1_rest_(Load32(t.c1_rest)) {
-    for (int k = 0; k < kMore; ++k) c_[k] = Load32(t.c[k]);
-  }
+  HWY_INLINE explicit Pieces(const CurvePieces& t) : t_(t), tables_(t) {}
 
   // The curve at x; `able` marks the samples that have a piece, the others are anything.
   template <bool kByBits>
@@ -78,22 +91,23 @@ class Pieces {
       v = hn::MulAdd(hn::ConvertTo(s::D(), hn::BitCast(di, x)), s::SetF(t_.place_bits), v);
     }
     able = hn::And(hn::Ge(v, s::SetF(t_.low)), hn::Lt(v, s::SetF(t_.high)));
-    const Chosen of(hn::ShiftRightSame(hn::BitCast(di, v), t_.shift));
-    const s::V u = hn::MulAdd(x, of(scale_), of(centre_));
-    s::V t = of(c_[kMore - 1]);
-    for (int k = kMore - 2; k >= 0; --k) t = hn::MulAdd(u, t, of(c_[k]));
-    t = hn::MulAdd(u, t, of(c1_rest_));
-    t = hn::MulAdd(u, t, of(c0_rest_));
-    const s::V c0 = of(c0_), c1 = of(c1_);
+    using T = CurvePieces;
+    const PieceTables::Chosen of(tables_, hn::ShiftRightSame(hn::BitCast(di, v), t_.shift));
+    const s::V u = hn::MulAdd(x, of(T::kScale), of(T::kCentre));
+    s::V t = of(T::kTerms - 1);
+#pragma GCC unroll 16
+    for (int k = T::kTerms - 2; k >= T::kC2; --k) t = hn::MulAdd(u, t, of(k));
+    t = hn::MulAdd(u, t, of(T::kRest1));
+    t = hn::MulAdd(u, t, of(T::kRest0));
+    const s::V c0 = of(T::kC0), c1 = of(T::kC1);
     const s::V sum = hn::MulAdd(u, c1, c0);
     const s::V lost = hn::MulAdd(u, c1, hn::Sub(c0, sum));
     return hn::Add(sum, hn::Add(lost, t));
   }
 
  private:
-  static constexpr int kMore = CurvePieces::kDegree - 1;
   const CurvePieces& t_;
-  Table32 scale_, centre_, c0_, c1_, c0_rest_, c1_rest_, c_[kMore];
+  PieceTables tables_;
 };
 
 }  // namespace tessera::ops::HWY_NAMESPACE

@@ -68,10 +68,13 @@ bool FitAbout(const CurveFormula& f, double begin, double end, double centre, in
   }
   const bool zero = std::fabs(at_centre) < 0x1p-10 * std::fabs(sum[0]);  // c0 is but a rest there
   const float c0 = zero ? 0 : ShortOf(at_centre);
-  t.scale[index] = static_cast<float>(scale), t.centre[index] = static_cast<float>(-centre * scale);
-  t.c0[index] = c0, t.c0_rest[index] = static_cast<float>(at_centre - c0);
-  t.c1[index] = static_cast<float>(sum[0]), t.c1_rest[index] = static_cast<float>(sum[0] - t.c1[index]);
-  for (int k = 2; k <= kDegree; ++k) t.c[k - 2][index] = static_cast<float>(sum[k - 1]);
+  const auto c1 = static_cast<float>(sum[0]);
+  float* const row = t.row[index];
+  row[CurvePieces::kScale] = static_cast<float>(scale);
+  row[CurvePieces::kCentre] = static_cast<float>(-centre * scale);
+  row[CurvePieces::kC0] = c0, row[CurvePieces::kRest0] = static_cast<float>(at_centre - c0);
+  row[CurvePieces::kC1] = c1, row[CurvePieces::kRest1] = static_cast<float>(sum[0] - c1);
+  for (int k = 2; k <= kDegree; ++k) row[CurvePieces::kC2 + k - 2] = static_cast<float>(sum[k - 1]);
   for (const double x : {begin, end}) {
     const double v = (x - centre) * scale, exact = ValueOf(f, x), line = at_centre + v * sum[0];
     double rest = 0;
@@ -90,10 +93,12 @@ bool FitAbout(const CurveFormula& f, double begin, double end, double centre, in
 // Piece `index`, which begins and ends at these samples.
 bool FitPiece(const CurveFormula& f, float begin, float end, double zero, int index, CurvePieces& t) {
   if (f.kind <= Kind::kExp && (double{begin} + end) / 2 < f.join) {  // a line about 0
-    t.scale[index] = 1, t.centre[index] = 0;
-    t.c0[index] = ShortOf(f.offset), t.c0_rest[index] = static_cast<float>(f.offset - t.c0[index]);
-    t.c1[index] = static_cast<float>(f.slope), t.c1_rest[index] = static_cast<float>(f.slope - t.c1[index]);
-    for (auto& c : t.c) c[index] = 0;
+    const float c0 = ShortOf(f.offset), c1 = static_cast<float>(f.slope);
+    float* const row = t.row[index];
+    std::fill_n(row, CurvePieces::kTerms, 0.0f);
+    row[CurvePieces::kScale] = 1;
+    row[CurvePieces::kC0] = c0, row[CurvePieces::kRest0] = static_cast<float>(f.offset - c0);
+    row[CurvePieces::kC1] = c1, row[CurvePieces::kRest1] = static_cast<float>(f.slope - c1);
     const double least = std::fabs(f.offset) / 2;
     return std::fabs(f.slope * begin + f.offset) >= least && std::fabs(f.slope * end + f.offset) >= least;
   }
@@ -127,9 +132,8 @@ bool FitPieces(const CurveFormula& f, float low, float main, double zero, CurveP
   return true;
 }
 
-}  // namespace
-
-CurvePieces PiecesOf(const CurveFormula& f) {
+// The rows of the table, if there is one.
+CurvePieces RowsOf(const CurveFormula& f) {
   CurvePieces t;
   const double steepness = f.in_scale * kLn2;
   switch (f.kind) {
@@ -186,6 +190,16 @@ CurvePieces PiecesOf(const CurveFormula& f) {
     if (below > octaves / 2) return t;
     t.able = FitPieces(f, std::ldexp(1.0f, -below), start, kInfinity, t);
     if (t.able) return t;
+  }
+  return t;
+}
+
+}  // namespace
+
+CurvePieces PiecesOf(const CurveFormula& formula) {
+  CurvePieces t = RowsOf(formula);
+  for (int k = 0; k < CurvePieces::kTerms; ++k) {
+    for (int j = 0; j < CurvePieces::kCount; ++j) t.column[k][j] = t.row[j][k];
   }
   return t;
 }

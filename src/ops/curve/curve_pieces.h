@@ -27,10 +27,11 @@ struct CurvePieces {
   // piece whose number is in the bits of v from `shift` on.
   float place_scale = 1, place_offset = 0, place_bits = 0, low = 0, high = 0;
   int shift = 0;
-  // u = scale x + centre; coefficients by falling importance: c0, c1, c0', c1', c2 ... c10.
-  alignas(64) float scale[kCount] = {}, centre[kCount] = {};
-  alignas(64) float c0[kCount] = {}, c1[kCount] = {}, c0_rest[kCount] = {}, c1_rest[kCount] = {};
-  alignas(64) float c[kDegree - 1][kCount] = {};  // c2 to c10
+  // A piece's terms: u = scale x + centre, then the coefficients, c2 to c10 last.
+  enum Term { kScale, kCentre, kC0, kC1, kRest0, kRest1, kC2 };
+  static constexpr int kTerms = kC2 + kDegree - 1, kPaddedTerms = 16;
+  alignas(64) float row[kCount][kPaddedTerms] = {};
+  alignas(64) float column[kTerms][kCount] = {};  // the same, for registers that hold a term of all pieces
 };
 CurvePieces PiecesOf(const CurveFormula& formula);
 

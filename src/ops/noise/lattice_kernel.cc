@@ -27,8 +27,8 @@ HWY_INLINE VU Next(VU cell, uint32_t period) {
   return hn::IfThenZeroElse(hn::Eq(next, hn::Set(du, period)), next);
 }
 
-// Where random numbers come from: Axis() prepares a coordinate, Hash() joins them, Gradient() and Scale()
-// make noise.
+// Where random numbers come from: Axis() prepares a coordinate, Hash() joins them, Gradient(), or a gradient
+// times the offset from its point, Projection(), makes noise.
 struct TesseraLattice {
   static HWY_INLINE VU Axis(int axis, VU cell) { return hn::Mul(cell, hn::Set(s::DU(), s::kAxis[axis])); }
   template <int kDims>
@@ -41,6 +41,10 @@ struct TesseraLattice {
   template <int kDims>
   static HWY_INLINE void Gradient(VU h, V* g) {
     s::LatticeGradient<kDims>(h, g);
+  }
+  template <int kDims>
+  static HWY_INLINE V Projection(VU h, const V* from) {
+    return s::LatticeProjection<kDims>(h, from);
   }
   static HWY_INLINE V White(VU h) { return s::SignedUnit(h); }
 };
@@ -59,6 +63,12 @@ struct OslLattice {
   template <int kDims>
   static HWY_INLINE void Gradient(VU h, V* g) {
     s::OslGradient<kDims>(h, g);
+  }
+  template <int kDims>
+  static HWY_INLINE V Projection(VU h, const V* from) {
+    V g[kDims];
+    Gradient<kDims>(h, g);
+    return s::Projection<kDims>(g, from);
   }
 };
 
@@ -117,13 +127,14 @@ void Interpolated(const NoiseBatch& b) {
       for (int a = 0; a < kDims; ++a) axis[a] = side[a][c >> a & 1];
       const VU h = Lattice::template Hash<kDims>(axis, b);
       if constexpr (kGradient) {
-        V g[kDims];
-        Lattice::template Gradient<kDims>(h, g);
+        V from[kDims];
 #pragma GCC unroll 16
-        for (int a = kDims - 1; a >= 0; --a) {
-          const V r = (c >> a & 1) ? hn::Sub(f[a], one) : f[a];
-          corner[c].value = a == kDims - 1 ? hn::Mul(g[a], r) : hn::MulAdd(g[a], r, corner[c].value);
-          if constexpr (kSlopes) corner[c].slope[a] = g[a];
+        for (int a = 0; a < kDims; ++a) from[a] = (c >> a & 1) ? hn::Sub(f[a], one) : f[a];
+        if constexpr (kSlopes) {
+          Lattice::template Gradient<kDims>(h, corner[c].slope);
+          corner[c].value = s::Projection<kDims>(corner[c].slope, from);
+        } else {
+          corner[c].value = Lattice::template Projection<kDims>(h, from);
         }
       } else {
         corner[c].value = s::SignedUnit(h);

@@ -2,7 +2,7 @@
 // registers.
 //
 // Per corner: the axes' products are shared by the corners, one exclusive or of three and the mix make the
-// hash, its upper bits choose a gradient from registers, and three multiply-adds project the offset on it.
+// hash, its upper bits choose a gradient, and the offset is projected on it.
 #include <cstdint>
 
 #include "graph/op.h"
@@ -112,14 +112,11 @@ HWY_INLINE V NoiseOf(const PointRow& a, const PointOctave& o, const Place<kDims>
 #pragma GCC unroll 16
   for (int c = 0; c < 1 << kDims; ++c) {
     VU h = side[0][c & 1];
+    V from[kDims];
+    from[0] = offset[0][c & 1];
 #pragma GCC unroll 16
-    for (int k = 1; k < kDims; ++k) h = hn::Xor(h, side[k][c >> k & 1]);
-    V g[kDims];
-    s::LatticeGradient<kDims>(s::LatticeMix(h), g);
-    V dot = hn::Mul(g[kDims - 1], offset[kDims - 1][c >> (kDims - 1) & 1]);
-#pragma GCC unroll 16
-    for (int k = kDims - 2; k >= 0; --k) dot = hn::MulAdd(g[k], offset[k][c >> k & 1], dot);
-    corner[c] = dot;
+    for (int k = 1; k < kDims; ++k) h = hn::Xor(h, side[k][c >> k & 1]), from[k] = offset[k][c >> k & 1];
+    corner[c] = s::LatticeProjection<kDims>(s::LatticeMix(h), from);
   }
 #pragma GCC unroll 16
   for (int k = 0; k < kDims; ++k) {

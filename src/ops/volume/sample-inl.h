@@ -408,9 +408,8 @@ HWY_INLINE V ExactNoise(const ExactOctave& octave, const Vec3& p) {
 #pragma GCC unroll 8
   for (int c = 0; c < 8; ++c) {
     const s::VU h = hn::Xor(hn::Xor(side[0][c & 1], side[1][c >> 1 & 1]), side[2][c >> 2]);
-    V g[3];
-    s::LatticeGradient<3>(s::LatticeMix(h), g);
-    corner[c] = Dot({g[0], g[1], g[2]}, {offset[0][c & 1], offset[1][c >> 1 & 1], offset[2][c >> 2]});
+    const V from[3] = {offset[0][c & 1], offset[1][c >> 1 & 1], offset[2][c >> 2]};
+    corner[c] = s::LatticeProjection<3>(s::LatticeMix(h), from);
   }
   const V near = Lerp(Lerp(corner[0], corner[1], fade[0]), Lerp(corner[2], corner[3], fade[0]), fade[1]);
   const V far = Lerp(Lerp(corner[4], corner[5], fade[0]), Lerp(corner[6], corner[7], fade[0]), fade[1]);
