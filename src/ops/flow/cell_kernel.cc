@@ -121,11 +121,12 @@ HWY_INLINE void ConvolveCodes(const Lines& lines, int x, int y, float* result) {
   for (int t = 0; t < lines.taps; ++t) {
     const V forward = hn::Set(d, lines.forward[static_cast<size_t>(t)]);
     const V backward = hn::Set(d, lines.backward[static_cast<size_t>(t)]);
+    HWY_UNROLL(4)  // else what lines hold goes through memory between taps
     for (int i = 0; i < kBoth; ++i) {
       const VI old = c[i].cell;
       const VI stride = strides.Of(old, hn::RebindMask(di, Cross(c[i])));
       c[i].at = i < kVectors ? hn::Add(c[i].at, stride) : hn::Sub(c[i].at, stride);
-      Enter(hn::GatherIndex(di, cells, c[i].at), c[i]);
+      Enter(s::GatherWords<4>(cells, c[i].at), c[i]);
       const V w = i < kVectors ? forward : backward;
       sum[i] = hn::MulAdd(w, NoiseOf(c[i].cell), sum[i]);
       if constexpr (kEnds) weight[i] = hn::Add(weight[i], hn::IfThenZeroElse(masked(i), w));
@@ -162,7 +163,7 @@ void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result
     if (lines.texture_in_cells) return NoiseOf(cell);
     const VI at = hn::Add(hn::Mul(py, hn::Set(di, static_cast<int>(lines.texture_row))),
                           hn::Mul(px, hn::Set(di, lines.texture_step)));
-    return hn::GatherIndex(d, place.texture + channel, at);
+    return s::GatherFloats(place.texture + channel, at);
   };
   for (int way = 0; way < 2; ++way) {
     Crossing c = StartAt(lane, hn::GatherIndex(di, cells, lane));
@@ -179,7 +180,7 @@ void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result
       alive = hn::And(alive, Inside(lines, place, px, py));
       alive = hn::IfThenElseZero(hn::Le(hn::Set(d, static_cast<float>(t + 1)), reach), alive);
       Limit<true>(lines, place, px, py);
-      Enter(hn::GatherIndex(di, cells, hn::Add(hn::Mul(py, row), px)), c);
+      Enter(s::GatherWords<4>(cells, hn::Add(hn::Mul(py, row), px)), c);
       const V w =
           hn::Mul(alive, hn::Set(d, (way == 0 ? lines.forward : lines.backward)[static_cast<size_t>(t)]));
       weight[way] = hn::Add(weight[way], w);

@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "ops/flow/lines.h"
+#include "simd/gather-inl.h"
 #include "simd/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -80,7 +81,7 @@ HWY_INLINE VU WholeBaseOf(VI start) { return hn::Sub(hn::BitCast(DU(), start), h
 HWY_INLINE VU LoadBytes(const uint8_t* from, VI offset) {
   const DU du;
   if constexpr (hn::MaxLanes(D()) >= 8) {
-    return hn::BitCast(du, hn::GatherOffset(DI(), reinterpret_cast<const int32_t*>(from), offset));
+    return hn::BitCast(du, s::GatherWords<1>(from, offset));
   } else {
     alignas(16) int32_t at[kLanes];
     alignas(16) uint32_t four[kLanes];

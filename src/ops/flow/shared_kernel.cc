@@ -63,8 +63,7 @@ HWY_INLINE V TextureInside(const Lines& lines, const Place& place, const Starts&
     };
     if (place.codes != nullptr) {
       const VI at = hn::BitCast(di, hn::Add(row, hn::Add(x, x)));
-      const VU four =
-          hn::BitCast(du, hn::GatherOffset(di, reinterpret_cast<const int32_t*>(place.codes), at));
+      const VU four = LoadBytes(place.codes, at);
       const auto value = [&](VU code) HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(di, code)); };
       const VU byte = hn::Set(du, 255);
       return between(value(hn::And(four, byte)), value(hn::And(hn::ShiftRight<16>(four), byte)),

@@ -16,7 +16,7 @@ namespace tessera::ops::flow::HWY_NAMESPACE {
 // The texture at indices relative to the packet's first pixel, in multiples of Lines::unit.
 HWY_INLINE V TexelsAt(const Place& place, VI at, int channel) {
   const D d;
-  if (place.codes == nullptr) return hn::GatherIndex(d, place.texture + channel, at);
+  if (place.codes == nullptr) return s::GatherFloats(place.texture + channel, at);
   return hn::ConvertTo(d, hn::BitCast(DI(), hn::And(LoadBytes(place.codes, at), hn::Set(DU(), 255))));
 }
 
@@ -74,7 +74,7 @@ HWY_INLINE V Inside(const Lines& lines, const Place& place, VI x, VI y) {
   }
   if (lines.mask != nullptr) {
     const VI at = hn::Add(hn::Mul(in_y, hn::Set(di, lines.width)), in_x);
-    const VI masked = hn::GatherIndex(di, reinterpret_cast<const int32_t*>(place.mask), at);
+    const VI masked = s::GatherWords<4>(place.mask, at);
     inside = hn::IfThenElseZero(hn::RebindMask(d, hn::Eq(masked, hn::Zero(di))), inside);
   }
   return inside;
