@@ -16,6 +16,7 @@
 #include <cstring>
 
 #include "ops/volume/march.h"
+#include "simd/gather-inl.h"
 #include "simd/lattice-inl.h"
 #include "simd/point-inl.h"
 
@@ -103,7 +104,7 @@ HWY_INLINE VI LeapOf(const Field& field, const uint16_t* leaps, const Cell& c) {
   const VI block = hn::Add(hn::Add(hn::Mul(hn::ShiftRightSame(c.k, sh), hn::Set(di, field.blocks[1])),
                                    hn::Mul(hn::ShiftRightSame(c.j, sh), hn::Set(di, field.blocks[0]))),
                            hn::ShiftRightSame(c.i, sh));
-  const VI both = hn::GatherOffset(di, reinterpret_cast<const int32_t*>(leaps), hn::Add(block, block));
+  const VI both = s::GatherWords<1>(leaps, hn::Add(block, block));
   return hn::And(both, hn::Set(di, 0xFFFF));
 }
 
@@ -191,8 +192,8 @@ HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t strid
 
 // The samples at base + offset + index and the next one along x. Lanes of any valid index are read.
 HWY_INLINE void PairAt(const float* base, ptrdiff_t offset, VI index, V& a, V& b) {
-  a = hn::GatherIndex(D(), base + offset, index);
-  b = hn::GatherIndex(D(), base + offset + 1, index);
+  const WordPair pair = WordPairAt(base + offset, Places(index), sizeof(float));
+  a = pair.a, b = pair.b;
 }
 // Two codes as a word: plain loads of 8 bytes cost a third of a gather.
 HWY_INLINE VI BothAt(const uint16_t* base, ptrdiff_t offset, VI index) {
@@ -209,7 +210,7 @@ HWY_INLINE void PairAt(const uint16_t* base, ptrdiff_t offset, VI index, V& a, V
 }
 HWY_INLINE void PairAt(const uint8_t* base, ptrdiff_t offset, VI index, V& a, V& b) {
   const DI di;
-  const VI v = hn::GatherOffset(di, reinterpret_cast<const int32_t*>(base + offset), index);
+  const VI v = s::GatherWords<1>(base + offset, index);
   a = hn::ConvertTo(D(), hn::And(v, hn::Set(di, 0xFF)));
   b = hn::ConvertTo(D(), hn::And(hn::ShiftRight<8>(v), hn::Set(di, 0xFF)));
 }
@@ -234,7 +235,7 @@ HWY_INLINE FourCodes FourAt(const float* base, ptrdiff_t offset, VI index) {
 }
 HWY_INLINE FourCodes FourAt(const uint8_t* base, ptrdiff_t offset, VI index) {
   const DI di;
-  const VI v = hn::GatherOffset(di, reinterpret_cast<const int32_t*>(base + offset), index),
+  const VI v = s::GatherWords<1>(base + offset, index),
            byte = hn::Set(di, 0xFF);
   const D d;
   return {{hn::ConvertTo(d, hn::And(v, byte)), hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(v), byte)),
