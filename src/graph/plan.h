@@ -32,8 +32,8 @@ struct PointStep {
   std::string label;
   std::vector<std::array<PlaneId, 4>> in;
   std::array<PlaneId, 4> out = {};
-  std::array<int, 2> fused_load = {-1, -1};  // the loads whose pixels inputs 0 and 1 may take directly
-  bool fused_store = false;                  // the result may go directly to the sink
+  std::array<int, 3> fused_load = {-1, -1, -1};  // the loads whose pixels inputs 0 to 2 may take directly
+  bool fused_store = false;                      // the result may go directly to the sink
 };
 
 // A run of point operations, block by block: loads, point steps, then one store of every channel.

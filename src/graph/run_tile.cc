@@ -2,7 +2,9 @@
 #include "graph/run_tile.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <tuple>
 
 #include "base/tile.h"
 #include "graph/border.h"
@@ -35,10 +37,12 @@ struct BoundLoad {
   bool skipped = false;  // a fused step reads the pixels itself
 };
 
+constexpr size_t kMostFused = std::tuple_size_v<decltype(PointStep::fused_load)>;
+
 struct BoundStep {
   const PointStage* stage = nullptr;
   PointArgs args;
-  const BoundLoad *source = nullptr, *second = nullptr;
+  const BoundLoad* source[kMostFused] = {};  // of the inputs that are read directly
   bool sink = false;
 };
 
@@ -117,17 +121,18 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
       return &load;
     };
     const auto type_of = [&](int l) { return loads[static_cast<size_t>(l)].view.type; };
-    const auto [first, second] = planned.fused_load;
+    const std::array<int, kMostFused>& fused = planned.fused_load;
+    const size_t inputs_of = planned.in.size();
     const bool sink =
         planned.fused_store && IsInterleavedRgba(out.channel_stride, out.pixel_stride, out.type);
-    const bool pair = planned.in.size() == 2 && sink && fusable(first) && fusable(second) &&
-                      type_of(first) == out.type && type_of(second) == out.type &&
-                      step.stage->CanFusePair(out.type);
-    if (pair || (fusable(first) && step.stage->CanFuse(true, type_of(first)))) {
-      step.source = take(first, step.args.source);
+    const bool all = inputs_of >= 2 && inputs_of <= kMostFused && sink && step.stage->CanFuseAll(out.type) &&
+                     std::all_of(fused.begin(), fused.begin() + static_cast<ptrdiff_t>(inputs_of),
+                                 [&](int l) { return fusable(l) && type_of(l) == out.type; });
+    if (all || (fusable(fused[0]) && step.stage->CanFuse(true, type_of(fused[0])))) {
+      step.source[0] = take(fused[0], step.args.source);
     }
-    if (pair) step.second = take(second, step.args.second);
-    if (pair || (sink && step.stage->CanFuse(false, out.type))) {
+    for (size_t k = 1; k < inputs_of && all; ++k) step.source[k] = take(fused[k], step.args.others[k - 1]);
+    if (all || (sink && step.stage->CanFuse(false, out.type))) {
       step.sink = stored = true;
       step.args.sink.type = out.type;
       step.args.sink.stream = stream;
@@ -155,7 +160,7 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
   const int block =
       no_planes ? std::max(kBlockPixels, out.roi.width() / kGroupPixels * kGroupPixels) : kBlockPixels;
 
-  Tail tail_in[2], tail_out;
+  Tail tail_in[kMostFused], tail_out;
   const size_t sink_pixel = 4 * PixelBytes(out.type);
   for (int y = out.roi.y0; y < out.roi.y1; ++y) {
     for (int x = out.roi.x0; x < out.roi.x1;) {
@@ -175,10 +180,11 @@ void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sour
         step.args.x = x;
         step.args.y = y;
         step.args.count = tail ? kGroupPixels : count;
-        if (step.source != nullptr)
-          step.args.source.read = BlockPixels(*step.source, x, y, count, tail_in[0]);
-        if (step.second != nullptr)
-          step.args.second.read = BlockPixels(*step.second, x, y, count, tail_in[1]);
+        for (size_t k = 0; k < kMostFused; ++k) {
+          if (step.source[k] == nullptr) continue;
+          DirectPixels& direct = k == 0 ? step.args.source : step.args.others[k - 1];
+          direct.read = BlockPixels(*step.source[k], x, y, count, tail_in[k]);
+        }
         if (step.sink) step.args.sink.write = tail ? tail_out.pixels : out.At(x, y);
         step.stage->Run(step.args);
         if (step.sink && tail)

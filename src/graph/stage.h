@@ -36,8 +36,8 @@ struct PointArgs {
                                           // (1 for a missing alpha)
   float* out[4] = {};  // four planes, never null; may be any of the inputs' planes, in any order: read a
                        // group of every input before writing it
-  DirectPixels source, sink;  // used only when CanFuse allowed it; or, with `second` (input 1), CanFusePair
-  DirectPixels second;
+  DirectPixels source, sink;  // used only when CanFuse allowed it; or, with `others` (from input 1 on),
+  DirectPixels others[2];     // CanFuseAll
 };
 
 class PointStage {
@@ -50,9 +50,10 @@ class PointStage {
     (void)load, (void)type;
     return false;
   }
-  // True when a stage of two inputs may run from the interleaved four-channel pixels of both (`source`,
-  // `second`) straight to the result's, all three of this type. All or nothing: else there are planes only.
-  virtual bool CanFusePair(PixelType type) const {
+  // True when a stage of two or three inputs may run from the interleaved four-channel pixels of all of them
+  // (`source`, `others`) straight to the result's, every one of this type. All or nothing: else there are
+  // planes only.
+  virtual bool CanFuseAll(PixelType type) const {
     (void)type;
     return false;
   }

@@ -1,7 +1,7 @@
 // Compensated means over rows.
 #include "graph/statistics.h"
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 
 namespace tessera::graph {
@@ -28,29 +28,42 @@ class ColorChannelsOp final : public Op {
   std::any none_;
 };
 
+// Knuth's exact sum of two.
+void Add(double value, double& sum, double& lost) {
+  const double total = sum + value, added = total - sum;
+  lost += (sum - (total - added)) + (value - added);
+  sum = total;
+}
+
 }  // namespace
 
 Node ColorOf(const Node& node) { return MakeNode(std::make_shared<const ColorChannelsOp>(), {node}); }
 
-void MeanSink::Add(double value) {
-  const double total = sum_ + value;
-  lost_ += std::fabs(sum_) >= std::fabs(value) ? (sum_ - total) + value : (value - total) + sum_;
-  sum_ = total;
-}
-
 void MeanSink::Write(const ConstImageView& rows) {
+  const int width = rows.roi.width();
   for (int y = rows.roi.y0; y < rows.roi.y1; ++y) {
     const float* p = reinterpret_cast<const float*>(rows.At(rows.roi.x0, y));
-    for (int x = 0; x < rows.roi.width(); ++x, p += 3) {
-      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-      Add(weights_[0] * p[0] + weights_[1] * p[1] + weights_[2] * p[2]);
-      ++count_;
+    for (int x = 0; x < width; x += kSums, p += 3 * kSums) {
+      const int n = std::min(kSums, width - x);
+      double value[kSums] = {};
+      int64_t finite = 0;
+      for (int i = 0; i < n; ++i) {
+        const float r = p[3 * i], g = p[3 * i + 1], b = p[3 * i + 2];
+        const bool all = (r - r) + (g - g) + (b - b) == 0;  // infinity less itself is NaN
+        value[i] = all ? weights_[0] * r + weights_[1] * g + weights_[2] * b : 0;
+        finite += all;
+      }
+      for (int i = 0; i < kSums; ++i) Add(value[i], sum_[i], lost_[i]);
+      count_ += finite;
     }
   }
 }
 
 double MeanSink::Mean() const {
-  return count_ > 0 ? (sum_ + lost_) / static_cast<double>(count_) : std::numeric_limits<double>::quiet_NaN();
+  double sum = 0, lost = 0;
+  for (const double v : sum_) Add(v, sum, lost);
+  for (const double v : lost_) Add(v, sum, lost);
+  return count_ > 0 ? (sum + lost) / static_cast<double>(count_) : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace tessera::graph

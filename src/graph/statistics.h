@@ -19,10 +19,11 @@ class MeanSink final : public RowSink {
   double Mean() const;
 
  private:
-  void Add(double value);
+  // Every eighth column has a sum of its own: one alone would wait for itself.
+  static constexpr int kSums = 8;
 
   double weights_[3];
-  double sum_ = 0, lost_ = 0;  // Neumaier's compensated sum
+  double sum_[kSums] = {}, lost_[kSums] = {};  // and what it lost in rounding
   int64_t count_ = 0;
 };
 

@@ -1,5 +1,5 @@
-// Chunks of four planes from and to where a point stage's pixels are: planes, or interleaved RGBA of any
-// type.
+// Point stages that work straight from and to interleaved RGBA of any type, and chunks of four planes from
+// and to where a stage's pixels are: planes, or such pixels.
 #if defined(TESSERA_SIMD_FUSED_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_FUSED_INL_H_
 #undef TESSERA_SIMD_FUSED_INL_H_
@@ -9,6 +9,12 @@
 
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
+
+#include <algorithm>
+#include <concepts>
+#include <memory>
+#include <type_traits>
+#include <utility>
 
 #include "simd/pixels-inl.h"
 
@@ -72,6 +78,96 @@ HWY_INLINE void StoreChunk(const graph::PointArgs& args, int first, int count, c
     const bool stream = args.sink.stream && CanStream(to);
     for (int i = 0; i < count; i += kLanes) StoreRgba<type, true>(load(i), to + 4 * i, stream);
   });
+}
+
+// f of samples (V...) or pixels (Pixels...).
+template <int kInputs, class F>
+struct Fusing {
+  template <class T, size_t... k>
+  static constexpr bool Takes(std::index_sequence<k...>) {
+    return std::is_invocable_v<const F&, decltype((void)k, std::declval<const T&>())...>;
+  }
+  using Inputs = std::make_index_sequence<kInputs>;
+  static constexpr bool kSamples = Takes<V>(Inputs());
+
+  template <class... P>
+  static HWY_INLINE Pixels Apply(const F& f, const P&... p) {
+    if constexpr (kSamples) {
+      return {f(p.r...), f(p.g...), f(p.b...), f(p.a...)};
+    } else {
+      return f(p...);
+    }
+  }
+
+  // From all inputs' pixels to the result's, all of one type. Samples stay interleaved: nothing is
+  // transposed.
+  template <PixelType type, size_t... k>
+  static HWY_INLINE void Direct(const graph::PointArgs& args, const F& f, std::index_sequence<k...>) {
+    using S = Samples<type>;
+    using T = typename S::T;
+    const T* const from[] = {reinterpret_cast<const T*>((k == 0 ? args.source : args.others[k - 1]).read)...};
+    T* const to = reinterpret_cast<T*>(args.sink.write);
+    // In place the line is in the cache already.
+    const bool stream = args.sink.stream && CanStream(to) && ((to != from[k]) && ...);
+    const int count = 4 * args.count;
+    if constexpr (kSamples) {
+      for (int i = 0; i < count; i += kLanes) {
+        S::StoreValues(f(S::Value(S::LoadCodes(from[k] + i))...), to + i, stream);
+      }
+    } else {
+      for (int i = 0; i < count; i += 4 * kLanes) {
+        StoreRgba<type, true>(f(ValuesOf<type>(LoadRgbaCodes<type>(from[k] + i))...), to + i, stream);
+      }
+    }
+  }
+};
+
+// A stage that runs a functor on the samples of kInputs images, all alike, or on their pixels, straight from
+// memory to memory where it may. Positions, and an alpha that samples need, are for MakeStage and
+// MakePairStage.
+template <int kInputs, class F>
+class FusedStage final : public graph::PointStage {
+ public:
+  static_assert(kInputs >= 1 && kInputs <= 3);
+  explicit FusedStage(F f) : f_(std::move(f)) {}
+  bool CanFuse(bool, PixelType) const override { return kInputs == 1; }
+  bool CanFuseAll(PixelType) const override { return kInputs > 1; }
+
+  void Run(const graph::PointArgs& args) const override {
+    const F f(f_);
+    const bool whole = args.sink.write != nullptr && args.source.read != nullptr;
+    if (whole && (kInputs > 1 || args.source.type == args.sink.type)) {
+      return WithType(args.sink.type, [&](auto tag) HWY_ATTR {
+        Kernel::template Direct<decltype(tag)::value>(args, f, typename Kernel::Inputs());
+      });
+    }
+    if constexpr (kInputs == 1) {
+      if (args.sink.write != nullptr || args.source.read != nullptr) return InChunks(args, f);
+    }
+    RunPoint<kInputs>(
+        args, [&f](const std::same_as<Pixels> auto&... p) HWY_ATTR { return Kernel::Apply(f, p...); });
+  }
+
+ private:
+  using Kernel = Fusing<kInputs, F>;
+
+  static void InChunks(const graph::PointArgs& args, const F& f) {
+    constexpr int kChunk = 64;
+    alignas(64) float samples[4 * kChunk];
+    float* const plane[4] = {samples, samples + kChunk, samples + 2 * kChunk, samples + 3 * kChunk};
+    for (int first = 0; first < args.count; first += kChunk) {
+      const int count = std::min(kChunk, args.count - first);
+      LoadChunk(args, first, count, plane);
+      StoreChunk(args, first, count, [&](int i) HWY_ATTR { return Kernel::Apply(f, LoadPlanes(plane, i)); });
+    }
+  }
+
+  F f_;
+};
+
+template <int kInputs, class F>
+std::unique_ptr<graph::PointStage> MakeFusedStage(F f) {
+  return std::make_unique<FusedStage<kInputs, F>>(std::move(f));
 }
 
 }  // namespace tessera::simd::HWY_NAMESPACE

@@ -67,11 +67,11 @@ template <class F>
 class PairStage final : public graph::PointStage {
  public:
   explicit PairStage(F f) : f_(std::move(f)) {}
-  bool CanFusePair(PixelType) const override { return true; }
+  bool CanFuseAll(PixelType) const override { return true; }
 
   void Run(const graph::PointArgs& args) const override {
     const F f(f_);
-    if (args.second.read == nullptr) {
+    if (args.others[0].read == nullptr) {
       return RunPoint<2>(args,
                          [&f](const Pixels& a, const Pixels& b) HWY_ATTR { return ApplyPair(f, a, b); });
     }
@@ -84,7 +84,7 @@ class PairStage final : public graph::PointStage {
     using S = Samples<type>;
     using T = typename S::T;
     const T* const a = reinterpret_cast<const T*>(args.source.read);
-    const T* const b = reinterpret_cast<const T*>(args.second.read);
+    const T* const b = reinterpret_cast<const T*>(args.others[0].read);
     T* const to = reinterpret_cast<T*>(args.sink.write);
     const int count = 4 * args.count;
     // In place the line is in the cache already.

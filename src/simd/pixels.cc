@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <type_traits>
 
 #include "base/block.h"
 
@@ -19,12 +20,14 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 
-// What the strides of a call amount to.
+// What the strides of a call amount to. kPart: three or four channels side by side within wider pixels.
 struct Layout {
-  enum Kind { kRgba, kRgb, kPlanar, kOther } kind = kOther;
-  // kRgba, kRgb: which plane holds the sample at each place of a pixel, and the offset of the first place.
+  enum Kind { kRgba, kRgb, kPart, kPlanar, kOther } kind = kOther;
+  // kRgba, kRgb: which plane holds the sample at each place of a pixel; but for kPlanar and kOther the offset
+  // of the first place.
   int plane_of[4] = {0, 1, 2, 3};
   ptrdiff_t first = 0;
+  int present = 0;  // channels
 };
 
 template <class Args>
@@ -32,14 +35,14 @@ Layout Classify(const Args& args) {
   Layout layout;
   const ptrdiff_t bytes = static_cast<ptrdiff_t>(PixelBytes(args.type));
   ptrdiff_t low = PTRDIFF_MAX;
-  int present = 0;
+  int& present = layout.present;
   for (ptrdiff_t c : args.channel) {
     if (c != kNoChannel) ++present, low = std::min(low, c);
   }
   layout.first = low;
   if (args.pixel_stride == bytes) {
     layout.kind = Layout::kPlanar;
-  } else if ((present == 4 || present == 3) && args.pixel_stride == present * bytes) {
+  } else if (present == 4 || present == 3) {
     int seen = 0;
     for (int i = 0; i < 4; ++i) {
       if (args.channel[i] == kNoChannel) continue;
@@ -48,7 +51,10 @@ Layout Classify(const Args& args) {
       layout.plane_of[offset / bytes] = i;
       seen |= 1 << (offset / bytes);
     }
-    if (seen == (1 << present) - 1) layout.kind = present == 4 ? Layout::kRgba : Layout::kRgb;
+    if (seen != (1 << present) - 1) return layout;
+    layout.kind = args.pixel_stride != present * bytes ? Layout::kPart
+                  : present == 4                       ? Layout::kRgba
+                                                       : Layout::kRgb;
   }
   return layout;
 }
@@ -140,6 +146,36 @@ HWY_INLINE void StoreRgbVector(V x, V y, V z, typename Samples<type>::T* p) {
   hn::StoreInterleaved3(sample(x), sample(y), sample(z), d, p);
 }
 
+// A copy of the channels that lie side by side, as pixels of their own, to be loaded or stored in one go:
+// half of the time that one channel after the other takes.
+template <PixelType type>
+struct Compact {
+  using T = typename Samples<type>::T;
+  alignas(64) T samples[4 * kBlockPixels];
+
+  // The call that means this copy.
+  template <class Args>
+  Args Of(const Args& args, const Layout& layout) {
+    Args here = args;
+    here.pixels = reinterpret_cast<decltype(here.pixels)>(samples);
+    here.pixel_stride = layout.present * static_cast<ptrdiff_t>(sizeof(T));
+    for (ptrdiff_t& c : here.channel) {
+      if (c != kNoChannel) c -= layout.first;
+    }
+    return here;
+  }
+  // copy(pixel, here, bytes) for every pixel, with a number of bytes that the compiler knows.
+  template <class P, class Copy>
+  HWY_INLINE void ForPixels(P* pixels, const Layout& layout, ptrdiff_t stride, int count, const Copy& copy) {
+    const auto run = [&](auto present) HWY_ATTR {
+      constexpr int n = decltype(present)::value;
+      for (int i = 0; i < count; ++i)
+        copy(pixels + layout.first + i * stride, samples + n * i, n * sizeof(T));
+    };
+    layout.present == 4 ? run(std::integral_constant<int, 4>()) : run(std::integral_constant<int, 3>());
+  }
+};
+
 template <PixelType type>
 void LoadTyped(const LoadArgs& args) {
   using S = Samples<type>;
@@ -174,6 +210,12 @@ void LoadTyped(const LoadArgs& args) {
         hn::StoreU(z, D(), plane[2] + first + i);
       }
     });
+  } else if (layout.kind == Layout::kPart) {
+    Compact<type> compact;
+    compact.ForPixels(args.pixels, layout, args.pixel_stride, args.count,
+                      [](const std::byte* pixel, T* here, size_t bytes)
+                          HWY_ATTR { std::memcpy(here, pixel, bytes); });
+    LoadTyped<type>(compact.Of(args, layout));
   } else {
     for (int c = 0; c < 4; ++c) {
       if (args.channel[c] == kNoChannel) continue;
@@ -213,6 +255,14 @@ void StoreTyped(const StoreArgs& args) {
                              hn::LoadU(D(), plane[2] + first + i), p + 3 * i);
       }
     });
+  } else if (layout.kind == Layout::kPart) {
+    Compact<type> compact;
+    StoreArgs here = compact.Of(args, layout);
+    here.stream = false;
+    StoreTyped<type>(here);
+    compact.ForPixels(args.pixels, layout, args.pixel_stride, args.count,
+                      [](std::byte* pixel, const T* from, size_t bytes)
+                          HWY_ATTR { std::memcpy(pixel, from, bytes); });
   } else {
     for (int c = 0; c < 4; ++c) {
       if (args.channel[c] == kNoChannel) continue;

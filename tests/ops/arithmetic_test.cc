@@ -8,13 +8,18 @@
 #include <cfloat>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "support/pictures.h"
 #include "support/refusal.h"
+#include "support/test_ops.h"
 #include "tessera/error.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/color.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
@@ -96,6 +101,55 @@ TEST(ArithmeticTest, NumbersWinOverNaN) {
     EXPECT_TRUE(std::isnan(Samples(Clamp(a, {}))[0]));
     EXPECT_EQ(Samples(MaxConstant(a, {0.5}))[0], 0.5f);
   });
+}
+
+TEST(ArithmeticTest, DirectPixelsAndPlanesAgree) {
+  // The same numbers straight from RGBA pixels of every type and size of tail, from pixels of another type
+  // than the result's, and with a fifth channel, which takes planes.
+  using Op = std::function<Node(const Node&, const Node&, const Node&)>;
+  const std::vector<std::pair<const char*, Op>> ops = {
+      {"mad", [](const Node& a, const Node& b, const Node& c) { return Mad(a, b, c); }},
+      {"interp", [](const Node& a, const Node& b, const Node&) { return Interpolate(a, b, 0.7); }},
+      {"abs", [](const Node& a, const Node&, const Node&) { return Abs(a); }},
+      {"absdiffc",
+       [](const Node& a, auto&...) {
+         return AbsDiffConstant(a, {0.1, 0.2, 0.3, 0.4, 0});
+       }},
+      {"quantize", [](const Node& a, const Node&, const Node&) { return Quantize(a, {.bits = 5}); }},
+      {"premult", [](const Node& a, const Node&, const Node&) { return Premultiply(a); }},
+      {"unpremult", [](const Node& a, const Node&, const Node&) { return Unpremultiply(a); }},
+  };
+  const auto five = [](const Node& n) { return SelectChannels(n, "R,G,B,A,x=0.5"); };
+  for (const int width : {1, 15, 16, 17, 67, 300}) {
+    for (const PixelType type :
+         {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+      std::vector<Node> in;
+      for (const uint32_t seed : {1u, 2u, 3u}) {
+        const auto content = seed == 3 ? testing::Content::kOrdinary : testing::Content::kSpecial;
+        in.push_back(FromImage(testing::Picture({0, 0, width, 3}, 4, type, seed, content)));
+      }
+      OnEveryTarget([&] {
+        for (const auto& [name, op] : ops) {
+          SCOPED_TRACE(::testing::Message() << name << ' ' << PixelTypeName(type) << ' ' << width);
+          const Node direct = op(in[0], in[1], in[2]);
+          const Node planes = SelectChannels(op(five(in[0]), five(in[1]), five(in[2])), "R,G,B,A");
+          for (const PixelType result : {type, PixelType::kFloat}) {
+            testing::ExpectSameBits(Render(direct, result), Render(planes, result));
+          }
+        }
+      });
+    }
+  }
+}
+
+TEST(ArithmeticTest, InPlace) {
+  const Image a = testing::Picture({0, 0, 333, 7}, 4, PixelType::kFloat, 1),
+              b = testing::Picture({0, 0, 333, 7}, 4, PixelType::kFloat, 2),
+              c = testing::Picture({0, 0, 333, 7}, 4, PixelType::kFloat, 3);
+  const Node node = Mad(FromImage(a), FromImage(b), FromImage(c));
+  const Image apart = Render(node);
+  RenderInto(node, b.view());
+  testing::ExpectSameBits(apart, b);
 }
 
 TEST(ArithmeticTest, AbsoluteValueClearsTheSign) {

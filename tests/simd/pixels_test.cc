@@ -251,6 +251,9 @@ constexpr TestLayout kLayouts[] = {
     {"reversed", 4, {0, 1, 2, 3}, 0, false, true},
     {"odd", 3, {0, 1, 2, -1}, 1},
     {"sixteen", 16, {3, 0, 15, 7}},
+    {"rgba_of_five", 5, {0, 1, 2, 3}},
+    {"abgr_of_nine", 9, {8, 7, 6, 5}},
+    {"bgr_of_seven", 7, {6, 5, 4, -1}},
 };
 
 TEST_P(PixelsTest, LoadsAndStoresEveryLayoutBetweenGuardPages) {

@@ -13,7 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -29,7 +29,7 @@ struct AbsDifference {
   }
 };
 std::unique_ptr<graph::PointStage> MakeAbsDifference(const float* constant) {
-  return s::MakeStage<1>(AbsDifference{{constant[0], constant[1], constant[2], constant[3]}});
+  return s::MakeFusedStage<1>(AbsDifference{{constant[0], constant[1], constant[2], constant[3]}});
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

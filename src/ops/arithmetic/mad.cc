@@ -13,7 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -24,12 +24,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 struct MadF {
   HWY_INLINE s::V operator()(s::V a, s::V b, s::V c) const { return hn::MulAdd(a, b, c); }
 };
-struct Mad {
-  HWY_INLINE s::Pixels operator()(const s::Pixels& a, const s::Pixels& b, const s::Pixels& c) const {
-    return s::Map(a, b, c, MadF{});
-  }
-};
-std::unique_ptr<graph::PointStage> MakeMad() { return s::MakeStage<3>(Mad{}); }
+std::unique_ptr<graph::PointStage> MakeMad() { return s::MakeFusedStage<3>(MadF{}); }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

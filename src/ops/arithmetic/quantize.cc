@@ -13,7 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -30,7 +30,7 @@ struct Quantize {
   float steps;   // 2^bits - 1
   float levels;  // 2^bits
 
-  HWY_INLINE s::V One(s::V value) const {
+  HWY_INLINE s::V operator()(s::V value) const {
     const s::D d;
     const s::V x = Unit(value);
     // x * steps is the difference of two floats, levels * x - x: its rounding error e is a float too
@@ -47,9 +47,6 @@ struct Quantize {
     s::V code = hn::Add(rounded, hn::IfThenElseZero(up, one));
     code = hn::Sub(code, hn::IfThenElseZero(down, one));
     return hn::Div(code, hn::Set(d, steps));
-  }
-  HWY_INLINE s::Pixels operator()(const s::Pixels& p) const {
-    return {One(p.r), One(p.g), One(p.b), One(p.a)};
   }
 };
 
@@ -110,7 +107,7 @@ struct DitheredQuantize {
 std::unique_ptr<graph::PointStage> MakeQuantize(const QuantizeParams& params, const int* channels) {
   const uint32_t levels = 1u << params.bits;
   if (!params.dither) {
-    return s::MakeStage<1>(Quantize{static_cast<float>(levels - 1), static_cast<float>(levels)});
+    return s::MakeFusedStage<1>(Quantize{static_cast<float>(levels - 1), static_cast<float>(levels)});
   }
   DitheredQuantize f{static_cast<double>(levels - 1), {}};
   for (int i = 0; i < 4; ++i) {

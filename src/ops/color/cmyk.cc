@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -23,7 +23,7 @@ struct CmykKernel {
     return {hn::Sub(c, k), hn::Sub(m, k), hn::Sub(y, k), k};
   }
 };
-std::unique_ptr<graph::PointStage> MakeCmyk() { return s::MakeStage<1>(CmykKernel{}); }
+std::unique_ptr<graph::PointStage> MakeCmyk() { return s::MakeFusedStage<1>(CmykKernel{}); }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

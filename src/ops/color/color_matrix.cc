@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -47,7 +47,7 @@ std::unique_ptr<graph::PointStage> MakeUnpremultipliedMatrix(const double (&m)[4
     for (int j = 0; j < 5; ++j) k.m[i][j] = static_cast<float>(m[i][j]);
   }
   k.full = full, k.writes_alpha = writes_alpha;
-  return s::MakeStage<1>(k);
+  return s::MakeFusedStage<1>(k);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

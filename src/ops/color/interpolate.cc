@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -22,20 +22,17 @@ struct InterpolateKernel {
   float rest;    // 1 - y
   bool swapped;  // the second image is the near one
 
-  HWY_INLINE s::V Lane(s::V near, s::V far) const {
+  HWY_INLINE s::V operator()(s::V a, s::V b) const {
+    if (y == 0) return swapped ? b : a;
     const s::D d;
+    const s::V near = swapped ? b : a, far = swapped ? a : b;
     const s::V weight = hn::Set(d, y), difference = hn::Sub(far, near);
     const s::V sum = hn::MulAdd(weight, far, hn::Mul(hn::Set(d, rest), near));
     return hn::IfThenElse(hn::IsFinite(difference), hn::MulAdd(weight, difference, near), sum);
   }
-  HWY_INLINE s::Pixels operator()(const s::Pixels& a, const s::Pixels& b) const {
-    if (y == 0) return swapped ? b : a;
-    const s::Pixels &near = swapped ? b : a, &far = swapped ? a : b;
-    return {Lane(near.r, far.r), Lane(near.g, far.g), Lane(near.b, far.b), Lane(near.a, far.a)};
-  }
 };
 std::unique_ptr<graph::PointStage> MakeInterpolate(float y, float rest, bool swapped) {
-  return s::MakeStage<2>(InterpolateKernel{y, rest, swapped});
+  return s::MakeFusedStage<2>(InterpolateKernel{y, rest, swapped});
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

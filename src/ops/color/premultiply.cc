@@ -10,7 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -29,8 +29,8 @@ struct UnpremultiplyKernel {
             hn::IfThenElse(zero, p.b, hn::Div(p.b, p.a)), p.a};
   }
 };
-std::unique_ptr<graph::PointStage> MakePremultiply() { return s::MakeStage<1>(PremultiplyKernel{}); }
-std::unique_ptr<graph::PointStage> MakeUnpremultiply() { return s::MakeStage<1>(UnpremultiplyKernel{}); }
+std::unique_ptr<graph::PointStage> MakePremultiply() { return s::MakeFusedStage<1>(PremultiplyKernel{}); }
+std::unique_ptr<graph::PointStage> MakeUnpremultiply() { return s::MakeFusedStage<1>(UnpremultiplyKernel{}); }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -13,7 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/point-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -35,7 +35,7 @@ struct Sharpen {
   }
 };
 std::unique_ptr<graph::PointStage> MakeSharpen(float contrast, float threshold) {
-  return s::MakeStage<2>(Sharpen{contrast, threshold});
+  return s::MakeFusedStage<2>(Sharpen{contrast, threshold});
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "simd/doubles-inl.h"
+#include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -179,12 +180,12 @@ std::unique_ptr<graph::PointStage> MakePosition(const DepthPlan& plan) {
   return std::make_unique<PositionStage>(plan);
 }
 std::unique_ptr<graph::PointStage> MakeTransform(const TransformPlan& plan) {
-  return s::MakeStage<1>(TransformKernel{plan});
+  return s::MakeFusedStage<1>(TransformKernel{plan});
 }
 std::unique_ptr<graph::PointStage> MakeFogAxes(const FogAxesPlan& plan) {
-  return s::MakeStage<1>(FogAxesKernel{plan});
+  return s::MakeFusedStage<1>(FogAxesKernel{plan});
 }
-std::unique_ptr<graph::PointStage> MakeMask() { return s::MakeStage<2>(MaskKernel{}); }
+std::unique_ptr<graph::PointStage> MakeMask() { return s::MakeFusedStage<2>(MaskKernel{}); }
 
 }  // namespace
 }  // namespace tessera::ops::HWY_NAMESPACE
