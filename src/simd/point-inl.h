@@ -31,6 +31,9 @@
 // know where it is takes a Position as its last argument; with kInputs = 0 it takes only that. The four
 // planes are just four channels for a kChannel operation, R, G, B, A for a kColor one. Padding lanes may hold
 // anything.
+//
+// Of up to three images and without a position, MakeFusedStage (simd/fused-inl.h) is the faster one: it reads
+// and writes interleaved RGBA of any type itself.
 #if defined(TESSERA_SIMD_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_POINT_INL_H_
 #undef TESSERA_SIMD_POINT_INL_H_
