@@ -235,8 +235,7 @@ HWY_INLINE FourCodes FourAt(const float* base, ptrdiff_t offset, VI index) {
 }
 HWY_INLINE FourCodes FourAt(const uint8_t* base, ptrdiff_t offset, VI index) {
   const DI di;
-  const VI v = s::GatherWords<1>(base + offset, index),
-           byte = hn::Set(di, 0xFF);
+  const VI v = s::GatherWords<1>(base + offset, index), byte = hn::Set(di, 0xFF);
   const D d;
   return {{hn::ConvertTo(d, hn::And(v, byte)), hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(v), byte)),
            hn::ConvertTo(d, hn::And(hn::ShiftRight<16>(v), byte)),
