@@ -19,7 +19,7 @@ namespace tessera::ops::HWY_NAMESPACE {
 
 // Output rows that share their loads, as far as the registers go.
 constexpr int kRows = kLanes == 16 ? 4 : 2;
-constexpr int kDenseRows = 4;
+constexpr int kDenseRows = kLanes == 16 ? 4 : 2;
 
 // kR rows of kJ vectors; `in` is the window's first tap of the first sample.
 template <bool kCentered, int kR, int kJ>
@@ -152,7 +152,65 @@ int DirectDense(const DirectWindow& window, const FirTile& t) {
   return x_end;
 }
 #else
-int DirectDense(const DirectWindow&, const FirTile&) { return 0; }
+
+// ---- Small dense kernels with shorter vectors: a load for every tap, loops without ends ----
+
+// The sums of kDenseRows rows of kJ vectors, group by group as in DirectBlock, in registers.
+template <int kW, int kH>
+void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) {
+  constexpr int kR = kDenseRows, kJ = 2;
+  const float* HWY_RESTRICT w = window.weights.data();
+  const ptrdiff_t stride = t.in_stride;
+  for (int y = 0; y + kR <= t.rows; y += kR) {
+    for (int x = 0; x < x_end; x += kJ * kLanes) {
+      const float* const in = t.in + y * stride + x;
+      V total[kR][kJ];
+#pragma GCC unroll 4
+      for (int g = 0; g < 4 && g < kW; ++g) {
+        V acc[kR][kJ];
+        for (auto& row : acc) {
+          for (V& a : row) a = Nothing();
+        }
+#pragma GCC unroll 4
+        for (int dx = g; dx < kW; dx += 4) {
+#pragma GCC unroll 16
+          for (int yi = 0; yi < kH + kR - 1; ++yi) {
+            V v[kJ];
+            for (int j = 0; j < kJ; ++j) v[j] = Load(in + yi * stride + dx * t.channels + j * kLanes);
+#pragma GCC unroll 4
+            for (int r = 0; r < kR; ++r) {
+              if (yi < r || yi - r >= kH) continue;
+              const V weight = hn::Set(D(), w[(yi - r) * kW + dx]);
+              for (int j = 0; j < kJ; ++j) acc[r][j] = hn::MulAdd(v[j], weight, acc[r][j]);
+            }
+          }
+        }
+        for (int r = 0; r < kR; ++r) {
+          for (int j = 0; j < kJ; ++j) total[r][j] = g == 0 ? acc[r][j] : hn::Add(total[r][j], acc[r][j]);
+        }
+      }
+      for (int r = 0; r < kR; ++r) {
+        float* const out = t.out + (y + r) * t.out_stride + x;
+        for (int j = 0; j < kJ; ++j) Store(total[r][j], out + j * kLanes, t.stream);
+      }
+    }
+  }
+}
+
+int DirectDense(const DirectWindow& window, const FirTile& t) {
+  const int x_end = t.floats / (2 * kLanes) * (2 * kLanes);
+  if (kLanes == 1 || !window.dense || window.centered || t.rows < kDenseRows || x_end == 0) return 0;
+  if (window.width == 3 && window.height == 3) {
+    DirectDenseWindow<3, 3>(window, t, x_end);
+  } else if (window.width == 5 && window.height == 5) {
+    DirectDenseWindow<5, 5>(window, t, x_end);
+  } else if (window.width == 7 && window.height == 7) {
+    DirectDenseWindow<7, 7>(window, t, x_end);
+  } else {
+    return 0;
+  }
+  return x_end;
+}
 #endif
 
 void RunDirectTarget(const DirectWindow& window, const FirTile& t) {
