@@ -52,16 +52,20 @@ void Columns(const std::vector<float>& column, const float* in, ptrdiff_t stride
     ColumnBlock<kR, 1>(column.data(), taps, in + x, stride, out + x, out_stride);
 }
 
-// The row sums of one register, group by group.
-HWY_INLINE V RowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
-  V total = Nothing();
+// The row sums of kJ vectors side by side, group by group.
+template <int kJ>
+HWY_INLINE void RowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels,
+                       V (&total)[kJ]) {
+  for (V& v : total) v = Nothing();
   for (int g = 0; g < std::min(4, taps); ++g) {
-    V acc = Nothing();
-    for (int k = g; k < taps; k += 4)
-      acc = hn::MulAdd(Load(in + k * channels), hn::Set(D(), weights[k]), acc);
-    total = hn::Add(total, acc);
+    V acc[kJ];
+    for (V& v : acc) v = Nothing();
+    for (int k = g; k < taps; k += 4) {
+      const V weight = hn::Set(D(), weights[k]);
+      for (int j = 0; j < kJ; ++j) acc[j] = hn::MulAdd(Load(in + k * channels + j * kLanes), weight, acc[j]);
+    }
+    for (int j = 0; j < kJ; ++j) total[j] = hn::Add(total[j], acc[j]);
   }
-  return total;
 }
 
 #if TESSERA_FIR_RGBA
@@ -125,11 +129,17 @@ void Row(const std::vector<float>& row, const float* in, int floats, int channel
   if (channels == 4) return RowRgba<kAdd>(row, in, floats, out, stream);
 #endif
   const int taps = static_cast<int>(row.size());
-  for (int x = 0; x < floats; x += kLanes) {
-    V v = RowSum(row.data(), taps, in + x, channels);
-    if (kAdd) v = hn::Add(Load(out + x), v);
-    StorePart(v, out + x, floats - x, stream);
-  }
+  const auto run = [&]<int kJ>(int x) HWY_ATTR {
+    V sum[kJ];
+    RowSum(row.data(), taps, in + x, channels, sum);
+    for (int j = 0; j < kJ; ++j) {
+      float* const to = out + x + j * kLanes;
+      StorePart(kAdd ? hn::Add(Load(to), sum[j]) : sum[j], to, floats - x - j * kLanes, stream);
+    }
+  };
+  int x = 0;
+  for (; x + kAbreast * kLanes <= floats; x += kAbreast * kLanes) run.template operator()<kAbreast>(x);
+  for (; x < floats; x += kLanes) run.template operator()<1>(x);
 }
 
 constexpr int kStripPad = 5 * 16;  // a strip's last block of four registers, and the one after it

@@ -61,37 +61,55 @@ HWY_INLINE void SymmetricColumn(const float* HWY_RESTRICT weights, int taps, con
   for (int r = 0; r < kR; ++r) hn::StoreU(hn::MulAdd(above[r], w, acc[r]), D(), out + r * out_stride);
 }
 
+// Vectors side by side, which share their weights and do not wait for each other.
+constexpr int kAbreast = 4;
+
+// acc += weight * (sample, plus its mirror image where that is another one), for taps k of a row.
+template <int kJ>
+HWY_INLINE void AddMirrored(const float* HWY_RESTRICT weights, int taps, const float* in, int channels, int k,
+                            V (&acc)[kJ]) {
+  const V weight = hn::Set(D(), weights[k]);
+  const float* const low = in + k * channels;
+  const float* const high = in + (taps - 1 - k) * channels;
+  if (low == high) {
+    for (int j = 0; j < kJ; ++j) acc[j] = hn::MulAdd(Load(low + j * kLanes), weight, acc[j]);
+    return;
+  }
+  for (int j = 0; j < kJ; ++j) {
+    acc[j] = hn::MulAdd(hn::Add(Load(low + j * kLanes), Load(high + j * kLanes)), weight, acc[j]);
+  }
+}
+
 // Taps k, k + 4, ... are a group, as without symmetry; a group whose mirror image is another one contains it.
-HWY_INLINE V ShortRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
-  V total = Nothing();
+template <int kJ>
+HWY_INLINE void ShortRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels,
+                            V (&total)[kJ]) {
+  for (V& v : total) v = Nothing();
   for (int g = 0; g < 4; ++g) {
     const int mirrored = (taps - 1 - g) & 3;
     if (mirrored < g) continue;
-    V acc = Nothing();
+    V acc[kJ];
+    for (V& v : acc) v = Nothing();
     for (int k = g; mirrored > g ? k < taps : 2 * k <= taps - 1; k += 4) {
-      V v = Load(in + k * channels);
-      if (2 * k != taps - 1) v = hn::Add(v, Load(in + (taps - 1 - k) * channels));
-      acc = hn::MulAdd(v, hn::Set(D(), weights[k]), acc);
+      AddMirrored(weights, taps, in, channels, k, acc);
     }
-    total = hn::Add(total, acc);
+    for (int j = 0; j < kJ; ++j) total[j] = hn::Add(total[j], acc[j]);
   }
-  return total;
 }
 
 // Longer rows: every group holds its taps of the first half, each with its mirror image.
-HWY_INLINE V LongRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels) {
+template <int kJ>
+HWY_INLINE void LongRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels,
+                           V (&total)[kJ]) {
   const int half = taps / 2;
-  V total = Nothing();
+  for (V& v : total) v = Nothing();
   for (int g = 0; g < 4; ++g) {
-    V acc = Nothing();
-    for (int k = g; k < half; k += 4) {
-      const V pair = hn::Add(Load(in + k * channels), Load(in + (taps - 1 - k) * channels));
-      acc = hn::MulAdd(pair, hn::Set(D(), weights[k]), acc);
-    }
-    if (half % 4 == g) acc = hn::MulAdd(Load(in + half * channels), hn::Set(D(), weights[half]), acc);
-    total = hn::Add(total, acc);
+    V acc[kJ];
+    for (V& v : acc) v = Nothing();
+    for (int k = g; k < half; k += 4) AddMirrored(weights, taps, in, channels, k, acc);
+    if (half % 4 == g) AddMirrored(weights, taps, in, channels, half, acc);
+    for (int j = 0; j < kJ; ++j) total[j] = hn::Add(total[j], acc[j]);
   }
-  return total;
 }
 
 #if TESSERA_FIR_RGBA
@@ -226,12 +244,18 @@ inline void RunSymmetricRow(const std::vector<float>& row, const float* in, cons
                          : LongRowRgba<false>(row, in, soon, floats, out, stream);
   }
 #endif
-  for (int x = 0; x < floats; x += kLanes) {
-    hwy::Prefetch(soon + x);
-    const V sum = taps <= kShortRow ? ShortRowSum(row.data(), taps, in + x, channels)
-                                    : LongRowSum(row.data(), taps, in + x, channels);
-    StorePart(sum, out + x, floats - x, stream);
-  }
+  const auto run = [&]<int kJ>(int x) HWY_ATTR {
+    for (int j = 0; j < kJ; ++j) hwy::Prefetch(soon + x + j * kLanes);
+    V sum[kJ];
+    taps <= kShortRow ? ShortRowSum(row.data(), taps, in + x, channels, sum)
+                      : LongRowSum(row.data(), taps, in + x, channels, sum);
+    for (int j = 0; j < kJ; ++j) {
+      StorePart(sum[j], out + x + j * kLanes, floats - x - j * kLanes, stream);
+    }
+  };
+  int x = 0;
+  for (; x + kAbreast * kLanes <= floats; x += kAbreast * kLanes) run.template operator()<kAbreast>(x);
+  for (; x < floats; x += kLanes) run.template operator()<1>(x);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
