@@ -1,5 +1,5 @@
-// Curves as 32 polynomials whose coefficients lie in registers, or rows of them in the first cache: the tables
-// of a formula.
+// Curves as 32 polynomials whose coefficients lie in registers, or rows of them in the first cache: the
+// tables of a formula.
 //
 // A sample x finds its piece by a few bits of a float, v = scale x + offset: octaves of v, halves or quarters
 // of them are the pieces, so they become narrow where logarithms and powers bend. A curve's join is a v of 1,
