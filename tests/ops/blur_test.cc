@@ -197,6 +197,39 @@ TEST(BoxTest, IsTheMeanRoundedOnceWithEveryBorderAndNumberOfChannels) {
   }
 }
 
+// Sums on a grid that suits the brightest samples would show in the dark ones: there they are taken by
+// blocks.
+TEST(BoxTest, IsRightToALastPlaceWhereBrightnessesMeet) {
+  const int width = 700, height = 150, box_width = 31, box_height = 21;
+  Image image = Random(width, height, 2);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      // Darker by 2^60 from left to right and by 2^70 from top to bottom, zeros, a dark band, a bright one.
+      float scale = std::ldexp(1.0f, -x * 60 / width - y * 70 / height);
+      if (x / 50 % 3 == 2) scale = 0;
+      if (y >= 60 && y < 100) scale = x % 90 < 4 ? 1e-30f : 0;
+      if (y >= 128) scale *= 0x1p100f;
+      for (int c = 0; c < 2; ++c) image.at<float>(x, y, c) = std::fabs(image.at<float>(x, y, c)) * scale;
+    }
+  }
+  OnEveryTarget([&] {
+    const Image result = Render(BoxBlur(FromImage(image), {box_width, box_height}));
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; x += 3) {
+        long double sum = 0;
+        for (int j = -10; j <= 10; ++j) {
+          for (int i = -15; i <= 15; ++i) {
+            sum += image.at<float>(std::clamp(x + i, 0, width - 1), std::clamp(y + j, 0, height - 1), 1);
+          }
+        }
+        const auto mean = static_cast<float>(sum / (box_width * box_height));
+        ASSERT_NEAR(result.at<float>(x, y, 1), mean, std::nextafter(mean, 2 * mean + 1e-45f) - mean)
+            << x << "," << y;
+      }
+    }
+  });
+}
+
 TEST(BoxTest, ASpikeLeavesNoTrace) {
   for (const float spike : {60000.0f, 1e30f, kInf, kNaN}) {
     Image image = Flat(300, 60, 4, 1e-3f);
@@ -210,8 +243,10 @@ TEST(BoxTest, ASpikeLeavesNoTrace) {
           ASSERT_NEAR(result.at<float>(x, y, 2), 1e-3f, 2.4e-10) << x << "," << y << " after " << spike;
         }
       }
-      if (!std::isfinite(spike)) EXPECT_EQ(std::isnan(result.at<float>(110, 25, 2)), std::isnan(spike));
-      if (!std::isfinite(spike)) EXPECT_FALSE(std::isfinite(result.at<float>(110, 25, 2)));
+      if (!std::isfinite(spike)) {
+        EXPECT_EQ(std::isnan(result.at<float>(110, 25, 2)), std::isnan(spike));
+        EXPECT_FALSE(std::isfinite(result.at<float>(110, 25, 2)));
+      }
     });
   }
 }

@@ -1,12 +1,12 @@
-// Sums over a sliding window as the end of one block plus the begin of the next (van Herk 1992, Gil and
-// Werman 1993, with sums for maxima), in double: three additions per sample and axis for any window, and
-// nothing is ever subtracted, so that a NaN, an infinity or a large value leaves with the window and
-// constants stay.
+// Means over a sliding window. Where samples may be rounded to a grid on which all sums are exact, sums run:
+// a row or a column enters, another one leaves. Where that would be seen, or a sample is not finite, a sum is
+// the end of one block plus the begin of the next (van Herk 1992, Gil and Werman 1993, with sums for maxima),
+// in double: three additions per sample and axis for any window, and nothing is ever subtracted, so that a
+// NaN, an infinity or a large value leaves with the window and constants stay.
 #include "ops/filter/box_strips.h"
 
 #include <algorithm>
 #include <array>
-#include <type_traits>
 #include <vector>
 
 #include "base/arena.h"
@@ -18,178 +18,22 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ops/filter/codes-inl.h"
-
-#ifndef TESSERA_OPS_FILTER_BOX_STRIPS_CC_
-#define TESSERA_OPS_FILTER_BOX_STRIPS_CC_
-
-namespace tessera::ops {
-
-constexpr int kBoxRows = 4;  // rows that go through together: the sums so far stay in registers
-
-// A strip's columns for the results of whole blocks of rows, and where its sums are.
-struct BoxStrip {
-  ConstImageView in;
-  ImageView out;
-  int width = 1, height = 1;  // of the box
-  const AxisBorder* x = nullptr;
-  const AxisBorder* y = nullptr;
-  int first = 0, count = 0;        // columns of the image, from 0
-  int row_begin = 0, row_end = 0;  // rows of the image, from 0; row_begin is a multiple of `height`
-  // One factor for all results, or (where not null) one per column and row.
-  double factor = 1;
-  const double* column_factors = nullptr;
-  const double* row_factors = nullptr;
-  float largest = 0;
-  bool stream = false;
-
-  int pixels() const { return count + width - 1; }
-  ptrdiff_t stride() const { return (ptrdiff_t{pixels()} * in.channels + 15) / 16 * 16; }
-};
-
-// Doubles that a strip needs: ends of sums of a block's rows, sums so far, columns' sums, ends of sums along
-// rows.
-inline size_t BoxScratchDoubles(const BoxStrip& s) {
-  const auto stride = static_cast<size_t>(s.stride());
-  return stride * (static_cast<size_t>(s.height) + 1 + kBoxRows) +
-         static_cast<size_t>(s.width) * kBoxRows * 4 + 8;
-}
-// Floats: rows of a block where the strip reaches beyond the image, one row of what lies there, and
-// results on their way around the cache.
-inline size_t BoxScratchFloats(const BoxStrip& s) {
-  return static_cast<size_t>(s.stride()) * (static_cast<size_t>(s.height) + 1 + kBoxRows);
-}
-
-}  // namespace tessera::ops
-
-#endif  // TESSERA_OPS_FILTER_BOX_STRIPS_CC_
+#include "ops/filter/box_grid-inl.h"
+#include "ops/filter/box_sums-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
-
-// Samples in double; those of integer images as the codes that they are.
-template <bool kCodes>
-HWY_INLINE VD Sample(const float* p, [[maybe_unused]] float largest) {
-  const DF f;
-  const auto v = hn::LoadU(f, p);
-  if constexpr (kCodes) {
-    return hn::PromoteTo(DD(), hn::Round(hn::Mul(v, hn::Set(f, largest))));
-  } else {
-    return hn::PromoteTo(DD(), v);
-  }
-}
-
-using SourceRows = std::array<const float*, kBoxRows>;
-
-// ends[r] = the sum of rows r to the block's last one, for kR rows; `more`: ends[kR] is there.
-template <int kR, bool kCodes>
-void SumEnds(const SourceRows& rows, float largest, bool more, double* HWY_RESTRICT ends, ptrdiff_t stride) {
-  const DD d;
-  const float* from[kR];
-  for (int r = 0; r < kR; ++r) from[r] = rows[static_cast<size_t>(r)];
-  for (ptrdiff_t x = 0; x < stride; x += kDoubles) {
-    VD sum = more ? hn::Load(d, ends + kR * stride + x) : hn::Zero(d);
-    HWY_UNROLL(4)
-    for (int r = kR - 1; r >= 0; --r) {
-      sum = hn::Add(sum, Sample<kCodes>(from[r] + x, largest));
-      hn::Store(sum, d, ends + r * stride + x);
-    }
-  }
-}
-
-// columns[r] = ends[r] + begin, then begin += row r of the next block.
-template <int kR, bool kCodes>
-void SumColumns(const SourceRows& rows, float largest, const double* HWY_RESTRICT ends,
-                double* HWY_RESTRICT begin, double* HWY_RESTRICT columns, ptrdiff_t stride) {
-  const DD d;
-  const float* from[kR];
-  for (int r = 0; r < kR; ++r) from[r] = rows[static_cast<size_t>(r)];
-  for (ptrdiff_t x = 0; x < stride; x += kDoubles) {
-    VD sum = hn::Load(d, begin + x);
-    HWY_UNROLL(4)
-    for (int r = 0; r < kR; ++r) {
-      hn::Store(hn::Add(hn::Load(d, ends + r * stride + x), sum), d, columns + r * stride + x);
-      sum = hn::Add(sum, Sample<kCodes>(from[r] + x, largest));
-    }
-    hn::Store(sum, d, begin + x);
-  }
-}
-
-// What becomes of a sum: the mean of floats, or anything.
-enum class Means { kFloats, kAny };
-
-// Results of kR rows and all channels that lie in one vector of D, from sums of columns.
-template <class D, Means kMeans, int kR>
-void SumRows(D d, const BoxStrip& s, const double* HWY_RESTRICT columns, double* HWY_RESTRICT ends,
-             const std::array<float*, kBoxRows>& out, const std::array<double, kBoxRows>& row_factor) {
-  const hn::Rebind<float, D> f;
-  constexpr ptrdiff_t kStep = static_cast<ptrdiff_t>(hn::MaxLanes(D()));
-  const ptrdiff_t stride = s.stride(), pixel = s.in.channels;
-  const bool codes = s.largest != 0;
-  const auto factor = hn::Set(d, s.factor), unit = hn::Set(d, codes ? 1.0 / double{s.largest} : 1.0);
-  const int width = s.width, count = s.count;
-  float* to[kR];
-  for (int r = 0; r < kR; ++r) to[r] = out[static_cast<size_t>(r)];
-  for (int x0 = 0; x0 < count; x0 += width) {
-    hn::Vec<D> sum[kR];
-    const double* p = columns + (x0 + width - 1) * pixel;
-    double* end = ends + (width - 1) * kR * kStep;
-    for (auto& v : sum) v = hn::Zero(d);
-    for (int i = width; i > 0; --i, p -= pixel, end -= kR * kStep) {
-      HWY_UNROLL(4)
-      for (int r = 0; r < kR; ++r) {
-        sum[r] = hn::Add(sum[r], hn::LoadU(d, p + r * stride));
-        hn::Store(sum[r], d, end + r * kStep);
-      }
-    }
-    for (auto& v : sum) v = hn::Zero(d);
-    p = columns + (x0 + width) * pixel;
-    end = ends;
-    const int last = std::min(width, count - x0);
-    ptrdiff_t at = x0 * pixel;
-    for (int i = 0; i < last; ++i, p += pixel, end += kR * kStep, at += pixel) {
-      HWY_UNROLL(4)
-      for (int r = 0; r < kR; ++r) {
-        const auto whole = hn::Add(hn::Load(d, end + r * kStep), sum[r]);
-        sum[r] = hn::Add(sum[r], hn::LoadU(d, p + r * stride));
-        if constexpr (kMeans == Means::kAny) {
-          auto mean = s.column_factors == nullptr
-                          ? hn::Mul(whole, factor)
-                          : hn::Mul(whole, hn::Set(d, s.column_factors[s.first + x0 + i] *
-                                                          row_factor[static_cast<size_t>(r)]));
-          if (codes) mean = hn::Mul(Settled(d, mean), unit);
-          hn::StoreU(ToFloats(d, mean), f, to[r] + at);
-        } else {
-          hn::StoreU(ToFloats(d, hn::Mul(whole, factor)), f, to[r] + at);
-        }
-      }
-    }
-  }
-}
-
-template <class D, Means kMeans>
-void SumRowsOf(D d, const BoxStrip& s, int rows, const double* columns, double* ends,
-               std::array<float*, kBoxRows> out, const std::array<double, kBoxRows>& row_factor) {
-  for (int c = 0; c < s.in.channels; c += static_cast<int>(hn::Lanes(d))) {
-    if (rows == kBoxRows) {
-      SumRows<D, kMeans, kBoxRows>(d, s, columns + c, ends, out, row_factor);
-    } else {
-      SumRows<D, kMeans, 1>(d, s, columns + c, ends, out, row_factor);
-    }
-    for (auto& to : out) to += hn::Lanes(d);
-  }
-}
 
 class BoxStripRun {
  public:
   BoxStripRun(const BoxStrip& s, double* doubles, float* floats)
       : s_(s), stride_(s.stride()), before_x_((s.width - 1) / 2), before_y_((s.height - 1) / 2) {
     ends_ = doubles;
-    begin_ = ends_ + stride_ * s.height;
-    columns_ = begin_ + stride_;
-    row_ends_ = columns_ + stride_ * kBoxRows;
+    sums_ = ends_ + stride_ * s.height;
+    means_.columns = columns_ = sums_ + stride_;
+    means_.ends = columns_ + stride_ * kBoxRows;
     padded_ = floats;
-    beyond_ = floats + stride_ * s.height;
+    beyond_ = padded_ + stride_ * s.padded_rows();
     results_ = beyond_ + stride_;
     std::fill_n(beyond_, stride_, s.y->value);
     const int left = s.first - before_x_;
@@ -197,39 +41,136 @@ class BoxStripRun {
     inside_ = left >= 0 && ptrdiff_t{left} * s.in.channels + stride_ <= ptrdiff_t{Width()} * s.in.channels;
   }
 
-  template <bool kCodes>
   void Run() {
-    const int height = s_.height;
-    for (int t = s_.row_begin; t < s_.row_end; t += height) {
-      // The block's ends, from its last rows on; the rows of the first block come in here.
-      for (int i = height; i > 0;) {
-        const int rows = i >= kBoxRows ? kBoxRows : 1;
-        i -= rows;
-        const SourceRows from = Rows(t + i, i, rows, /*fresh=*/t == s_.row_begin);
-        double* const ends = ends_ + i * stride_;
-        const bool more = i + rows < height;
-        rows == kBoxRows ? SumEnds<kBoxRows, kCodes>(from, s_.largest, more, ends, stride_)
-                         : SumEnds<1, kCodes>(from, s_.largest, more, ends, stride_);
-      }
-      std::fill_n(begin_, stride_, 0.0);
-      const int last = std::min(height, s_.row_end - t);
-      for (int i = 0; i < last;) {
-        const int rows = last - i >= kBoxRows ? kBoxRows : 1;
-        const SourceRows from = Rows(t + height + i, i, rows, /*fresh=*/true);
-        const double* const ends = ends_ + i * stride_;
-        rows == kBoxRows ? SumColumns<kBoxRows, kCodes>(from, s_.largest, ends, begin_, columns_, stride_)
-                         : SumColumns<1, kCodes>(from, s_.largest, ends, begin_, columns_, stride_);
-        Results(t + i, rows);
-        i += rows;
+    for (int t = s_.row_begin; t < s_.row_end;) {
+      const int end = s_.largest != 0 ? RunOnGrid<true>(t) : RunOnGrid<false>(t);
+      if (end > t && least_ >= least_mean_) {
+        t = end;
+      } else {
+        const int last = end > t ? end : std::min(s_.row_end, t + run_);
+        RunBlocks(t, last);
+        t = last;
       }
     }
   }
 
  private:
+  // ---- On a grid ----
+
+  // Returns the row that it comes to: `begin` where there is no grid. Results may be off by more than a last
+  // place if least_ is below least_mean_.
+  template <bool kCodes>
+  int RunOnGrid(int begin) {
+    const int height = s_.height, last = std::min(s_.row_end, begin + run_);
+    least_ = ~uint32_t{0};
+    int t = begin;
+    while (t < last) {
+      const int rows = last - t >= kBoxRows ? kBoxRows : 1;
+      if (moved_ != t || !Enter<kCodes>(t + height, rows)) {
+        if (t > begin || !StartSums<kCodes>(t, rows)) break;
+      }
+      SourceRows leave{}, enter{};
+      for (int r = 0; r < rows; ++r) {
+        leave[static_cast<size_t>(r)] = Kept(t + r);
+        enter[static_cast<size_t>(r)] = Kept(t + height + r);
+      }
+      rows == kBoxRows
+          ? MoveColumns<kBoxRows, kCodes>(leave, enter, s_.largest, grid_.offset, sums_, columns_, stride_)
+          : MoveColumns<1, kCodes>(leave, enter, s_.largest, grid_.offset, sums_, columns_, stride_);
+      Results</*kRunning=*/true>(t, rows);
+      moved_ = t += rows;
+    }
+    return t;
+  }
+
+  int Place(int t) const { return t % s_.padded_rows(); }
+  const float* Fresh(int t) { return RowAt(t, Place(t), /*fresh=*/true); }
+  const float* Kept(int t) { return RowAt(t, Place(t), /*fresh=*/false); }
+
+  Magnitudes MeasureRows(int t, int rows) {
+    Magnitudes all;
+    // The rows that enter next are fetched meanwhile: a piece of a row is too short for the hardware to
+    // notice.
+    const ptrdiff_t ahead = inside_ ? kBoxRows * s_.in.row_stride / ptrdiff_t{sizeof(float)} : 0;
+    for (int r = 0; r < rows; ++r) all.Add(Measure(Fresh(t + r), stride_, ahead));
+    return all;
+  }
+  // Whether `rows` rows from t on may enter sums that there are.
+  template <bool kCodes>
+  bool Enter(int t, int rows) {
+    const Magnitudes m = MeasureRows(t, rows);
+    if (kCodes) return true;
+    const Grid needed(m, Samples());
+    if (!needed.exists || needed.exponent > grid_.exponent) return false;
+    Seen(m);
+    return true;
+  }
+  // The sums of the window of row t, on a grid that suits its rows and those that enter next.
+  template <bool kCodes>
+  bool StartSums(int t, int rows) {
+    const int height = s_.height;
+    const Magnitudes m = MeasureRows(t, height + rows);
+    if (!kCodes) {
+      seen_ = {}, grid_ = Grid(m, 2 * Samples());  // twice: rows to come may be brighter
+      if (!grid_.exists) return false;
+      least_mean_ = grid_.LeastMean();
+      Seen(m);
+    }
+    std::fill_n(sums_, stride_, 0.0);
+    for (int i = 0; i < height; ++i) {
+      AddRow<kCodes>(Kept(t + i), s_.largest, grid_.offset, sums_, stride_);
+    }
+    return true;
+  }
+  void Seen(const Magnitudes& m) {
+    seen_.Add(m);
+    less_ = grid_.ZerosAreZeros(seen_) ? 1 : 0;
+  }
+  int64_t Samples() const { return int64_t{s_.width} * s_.height; }
+
+  // ---- By blocks ----
+
+  void RunBlocks(int begin, int end) {
+    const int height = s_.height;
+    moved_ = -1;
+    for (int t = begin; t < end; t += height) {
+      // The block's ends, from its last rows on; the rows of the first block come in here.
+      for (int i = height; i > 0;) {
+        const int rows = i >= kBoxRows ? kBoxRows : 1;
+        i -= rows;
+        const SourceRows from = Rows(t + i, i, rows, /*fresh=*/t == begin);
+        double* const ends = ends_ + i * stride_;
+        const bool more = i + rows < height;
+        rows == kBoxRows ? SumEnds<kBoxRows>(from, more, ends, stride_)
+                         : SumEnds<1>(from, more, ends, stride_);
+      }
+      std::fill_n(sums_, stride_, 0.0);
+      const int last = std::min(height, end - t);
+      for (int i = 0; i < last;) {
+        const int rows = last - i >= kBoxRows ? kBoxRows : 1;
+        const SourceRows from = Rows(t + height + i, i, rows, /*fresh=*/true);
+        const double* const ends = ends_ + i * stride_;
+        rows == kBoxRows ? SumColumns<kBoxRows>(from, ends, sums_, columns_, stride_)
+                         : SumColumns<1>(from, ends, sums_, columns_, stride_);
+        Results</*kRunning=*/false>(t + i, rows);
+        i += rows;
+      }
+    }
+  }
+
+  SourceRows Rows(int t, int i, int count, bool fresh) {
+    SourceRows rows{};
+    for (int r = 0; r < count; ++r) rows[static_cast<size_t>(r)] = RowAt(t + r, i + r, fresh);
+    return rows;
+  }
+
+  // ---- Rows in and out ----
+
   int Width() const { return s_.in.roi.width(); }
   int Height() const { return s_.in.roi.height(); }
 
-  // Row t of all that windows see: the image's row t - before_y_, or what lies there; place i of the block.
+  // Row t of all that windows see: the image's row t - before_y_, or what lies there; `i`: its place among
+  // the padded rows.
   const float* RowAt(int t, int i, bool fresh) {
     const int height = Height(), n = t - before_y_;
     int y = n;
@@ -258,46 +199,35 @@ class BoxStripRun {
     return padded;
   }
 
-  SourceRows Rows(int t, int i, int count, bool fresh) {
-    SourceRows rows{};
-    for (int r = 0; r < count; ++r) rows[static_cast<size_t>(r)] = RowAt(t + r, i + r, fresh);
-    return rows;
+  template <bool kRunning>
+  void Results(int y, int rows) {
+    for (int r = 0; r < rows; ++r) {
+      const auto i = static_cast<size_t>(r);
+      means_.out[i] = results_ + r * stride_;
+      if (s_.row_factors != nullptr) means_.factors[i] = s_.row_factors[y + r];
+    }
+    MeansOf<kRunning>(s_, means_, rows);
+    for (int r = 0; r < rows; ++r) Put(results_ + r * stride_, ResultRow(y + r));
   }
 
-  void Results(int y, int rows) {
-    std::array<float*, kBoxRows> out{};
-    std::array<double, kBoxRows> factors{};
-    for (int r = 0; r < rows; ++r) {
-      out[static_cast<size_t>(r)] = s_.stream ? results_ + r * stride_ : ResultRow(y + r);
-      if (s_.row_factors != nullptr) factors[static_cast<size_t>(r)] = s_.row_factors[y + r];
-    }
-    // Four channels lie in one vector, or as many as there are lanes.
-    const hn::CappedTag<double, 4> d4;
-    const hn::CappedTag<double, 1> d1;
-    const bool whole = s_.in.channels % static_cast<int>(hn::Lanes(d4)) == 0;
-    const bool any = s_.row_factors != nullptr || s_.largest != 0;
-    const auto run = [&](auto d, auto means) {
-      SumRowsOf<decltype(d), decltype(means)::value>(d, s_, rows, columns_, row_ends_, out, factors);
-    };
-    using Any = std::integral_constant<Means, Means::kAny>;
-    using Floats = std::integral_constant<Means, Means::kFloats>;
-    if (whole) {
-      any ? run(d4, Any()) : run(d4, Floats());
-    } else {
-      any ? run(d1, Any()) : run(d1, Floats());
-    }
-    if (!s_.stream) return;
-    // Whole cache lines go around the cache; parts of lines would be slow.
+  // Whole cache lines go around the cache; parts of lines would be slow. The least result in magnitude is
+  // kept.
+  void Put(const float* HWY_RESTRICT from, float* HWY_RESTRICT to) {
     const hn::CappedTag<float, 16> f;
+    const hn::RebindToUnsigned<decltype(f)> u;
+    const auto magnitude = hn::Set(u, 0x7fffffffu), less = hn::Set(u, less_);
+    auto least = hn::Set(u, ~uint32_t{0});
     const ptrdiff_t floats = ptrdiff_t{s_.count} * s_.in.channels;
-    for (int r = 0; r < rows; ++r) {
-      const float* const from = out[static_cast<size_t>(r)];
-      float* const to = ResultRow(y + r);
-      ptrdiff_t i = 0;
-      for (; i + 16 <= floats; i += static_cast<ptrdiff_t>(hn::Lanes(f))) {
-        hn::Stream(hn::Load(f, from + i), f, to + i);
-      }
-      std::copy(from + i, from + floats, to + i);
+    ptrdiff_t i = 0;
+    for (; i + 16 <= floats; i += static_cast<ptrdiff_t>(hn::Lanes(f))) {
+      const auto v = hn::Load(f, from + i);
+      least = hn::Min(least, hn::Sub(hn::And(hn::BitCast(u, v), magnitude), less));
+      s_.stream ? hn::Stream(v, f, to + i) : hn::StoreU(v, f, to + i);
+    }
+    least_ = std::min(least_, hn::GetLane(hn::MinOfLanes(u, least)));
+    for (; i < floats; ++i) {
+      least_ = std::min(least_, (std::bit_cast<uint32_t>(from[i]) & 0x7fffffffu) - less_);
+      to[i] = from[i];
     }
   }
 
@@ -310,14 +240,22 @@ class BoxStripRun {
   const ptrdiff_t stride_;
   const int before_x_, before_y_;
   bool inside_ = false;
-  double *ends_, *begin_, *columns_, *row_ends_;
+  double *ends_, *sums_, *columns_;
   float *padded_, *beyond_, *results_;
+  MeanRows means_;
+  // Rows that are done again together: whole blocks.
+  static constexpr int kLeastRun = 32;
+  const int run_ = (kLeastRun + s_.height - 1) / s_.height * s_.height;
+  // On a grid: the row that sums_ have come to, or -1, and what came in since they were started.
+  int moved_ = -1;
+  Grid grid_;
+  Magnitudes seen_;
+  // The least result in magnitude and the least that is right, as bits of floats; less_ is 1 where results of
+  // 0 are right: less 1, they are the largest.
+  uint32_t least_ = 0, least_mean_ = 0, less_ = 1;
 };
 
-void RunBoxStrip(const BoxStrip& s, double* doubles, float* floats) {
-  BoxStripRun run(s, doubles, floats);
-  s.largest != 0 ? run.Run<true>() : run.Run<false>();
-}
+void RunBoxStrip(const BoxStrip& s, double* doubles, float* floats) { BoxStripRun(s, doubles, floats).Run(); }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -328,16 +266,16 @@ namespace {
 
 HWY_EXPORT(RunBoxStrip);
 
-// Ends of a block's sums that stay in L2 beside its rows, in samples of a row.
-constexpr int kEndsInL2 = 48 << 10;
+// What a strip keeps in L2: its window's rows, their sums and those of kBoxRows rows, in bytes.
+constexpr int kStripBytes = 640 << 10;
 constexpr int kWidestStrip = 1024;
 // Results beyond this go around the cache.
 constexpr int64_t kStreamBytes = int64_t{8} << 20;
 
 // Columns of a strip: a multiple of 16, several times the halo where that fits.
 int StripWidth(int width, int height, int channels) {
-  const int fits = kEndsInL2 / (height * channels) - width;
-  return std::clamp(fits, std::max(64, 2 * width), kWidestStrip) / 16 * 16;
+  const int column = channels * ((height + kBoxRows) * 4 + (kBoxRows + 1) * 8);
+  return std::clamp(kStripBytes / column - width, std::max(64, 2 * width), kWidestStrip) / 16 * 16;
 }
 
 // One over the number of pixels of every window that lie inside.
@@ -381,8 +319,8 @@ void RunBoxStrips(int width, int height, const ConstImageView& in, const ImageVi
     s.row_end = std::min(rows, s.row_begin + band);
     base::Arena& arena = arenas[static_cast<size_t>(worker)];
     arena.Reset();
-    double* const doubles = arena.Allocate<double>(BoxScratchDoubles(s));
-    run(s, doubles, arena.Allocate<float>(BoxScratchFloats(s)));
+    double* const doubles = arena.Allocate<double>(s.scratch_doubles());
+    run(s, doubles, arena.Allocate<float>(s.scratch_floats()));
     if (s.stream) simd::FlushStreams();
   });
 }

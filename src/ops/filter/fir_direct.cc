@@ -177,6 +177,7 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
           for (int yi = 0; yi < kH + kR - 1; ++yi) {
             V v[kJ];
             for (int j = 0; j < kJ; ++j) v[j] = Load(in + yi * stride + dx * t.channels + j * kLanes);
+            if (dx == 0 && yi >= kH - 1) base::PrefetchSecond(in + (yi + kR) * stride);
 #pragma GCC unroll 4
             for (int r = 0; r < kR; ++r) {
               if (yi < r || yi - r >= kH) continue;
