@@ -37,8 +37,7 @@ std::shared_ptr<std::byte> AllocateLarge([[maybe_unused]] size_t bytes) {
 }  // namespace
 
 std::shared_ptr<std::byte> AllocateAligned(size_t bytes, Access access) {
-  // Whole cache lines, and room for a full vector read past the last row.
-  const size_t padded = (bytes + 2 * kAlignment - 1) / kAlignment * kAlignment;
+  const size_t padded = (bytes + kReadMargin + kAlignment - 1) / kAlignment * kAlignment;
   if (padded < bytes) throw Error("memory", "a size of " + std::to_string(bytes) + " bytes overflows");
   // A 33^3 table of colours, half a megabyte, is read a tenth faster from one page than from 140.
   if (padded >= (access == Access::kScattered ? size_t{256} << 10 : size_t{4} << 20)) {

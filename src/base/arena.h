@@ -12,10 +12,14 @@ namespace tessera::base {
 
 inline constexpr size_t kAlignment = 64;  // a cache line and the widest vector
 
+// How far beyond the end of a picture's memory or a tile's row a kernel may read, in bytes.
+inline constexpr ptrdiff_t kReadMargin = 64;
+
 // How memory is read; large pages pay for themselves sooner where every read may be in another page.
 enum class Access : uint8_t { kStreamed, kScattered };
 
-// Aligned bytes, uninitialised; throws tessera::Error when memory is refused.
+// Aligned bytes, uninitialised, and kReadMargin more that may be read; throws tessera::Error when memory is
+// refused.
 std::shared_ptr<std::byte> AllocateAligned(size_t bytes, Access access = Access::kStreamed);
 
 class Arena {

@@ -8,10 +8,8 @@
 
 namespace tessera::base {
 
-// How far beyond the end of a tile's row a kernel may read.
-inline constexpr ptrdiff_t kReadMargin = 64;
-
-// A dense tile: rows start on vector boundaries. The memory comes from the arena and lives until its Reset.
+// A dense tile: rows start on vector boundaries, and kReadMargin bytes beyond their ends may be read. The
+// memory comes from the arena and lives until its Reset.
 ImageView NewTile(Arena& arena, const Roi& roi, int channels);
 
 }  // namespace tessera::base

@@ -76,8 +76,8 @@ class RowWindow {
     memory_ = keep = memory;
     y0_ = y0;
     y1_ = y1;
-    return {ConstImageView(memory.get(), {window.x0, y0, window.x1, y1}, channels, spec.type),
-            planned_.first};
+    return {ConstImageView(memory.get(), {window.x0, y0, window.x1, y1}, channels, spec.type), planned_.first,
+            base::kReadMargin};
   }
 
  private:
@@ -164,7 +164,7 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
   for (size_t k = 0; k < plan.sources.size(); ++k) {
     const PlannedSource& s = plan.sources[k];
     if (const auto view = s.source->View()) {
-      resident[k] = {*view, 0};
+      resident[k] = {*view, 0, s.source->ReadMargin()};
     } else if (s.last > s.first) {
       windows[k] = std::make_unique<RowWindow>(s, pool);
       if (out_of_order[k]) {

@@ -58,7 +58,9 @@ int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type) {
 void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& options) {
   if (out.roi.empty()) return;
   std::vector<SourceView> sources;
-  for (const PlannedSource& s : plan.sources) sources.push_back({*s.source->View(), 0});
+  for (const PlannedSource& s : plan.sources) {
+    sources.push_back({*s.source->View(), 0, s.source->ReadMargin()});
+  }
   const TileRunner runner(plan);
   const TileShape shape = ChooseTileShape(plan, out.roi, options);
   const int64_t columns = (int64_t{out.roi.width()} + shape.width - 1) / shape.width;

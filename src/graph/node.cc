@@ -1,6 +1,7 @@
 // Building nodes: validation, sources in memory.
 #include <string>
 
+#include "base/arena.h"
 #include "graph/op.h"
 #include "graph/source.h"
 
@@ -23,6 +24,8 @@ class MemorySource final : public PixelSource {
   const ImageSpec& spec() const override { return spec_; }
   std::string Describe() const override { return "memory"; }
   std::optional<ConstImageView> View() const override { return view_; }
+  // Somebody's view may end with a page.
+  ptrdiff_t ReadMargin() const override { return owner_.view().data == nullptr ? 0 : base::kReadMargin; }
 
  private:
   ConstImageView view_;

@@ -26,7 +26,7 @@ bool CanServe(const SourceView& source, const Roi& region) {
       v.row_stride < v.pixel_stride * v.roi.width() || v.row_stride % 4 != 0) {
     return false;
   }
-  const std::byte* const end = v.At(v.roi.x1 - 1, v.roi.y1 - 1) + v.pixel_stride;
+  const std::byte* const end = v.At(v.roi.x1 - 1, v.roi.y1 - 1) + v.pixel_stride + source.margin;
   return v.At(region.x1 - 1, region.y1 - 1) + v.pixel_stride + base::kReadMargin <= end;
 }
 

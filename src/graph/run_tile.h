@@ -12,10 +12,11 @@
 namespace tessera::graph {
 
 // Pixels of a source that cover what the region needs; channel 0 of the view is channel `first` of the
-// source.
+// source; `margin` bytes after its last pixel may be read.
 struct SourceView {
   ConstImageView view;
   int first = 0;
+  ptrdiff_t margin = 0;
 };
 
 class TileRunner {

@@ -28,6 +28,8 @@ class PixelSource {
   virtual std::string Describe() const = 0;  // the file's name, or "memory"
   // The pixels, when they are resident.
   virtual std::optional<ConstImageView> View() const { return std::nullopt; }
+  // Bytes after the last of those pixels that may be read.
+  virtual ptrdiff_t ReadMargin() const { return 0; }
   // A reader of channels [first, last); throws Error. Only called when View() is empty.
   virtual std::unique_ptr<RowReader> Open(int first, int last) const {
     (void)first, (void)last;

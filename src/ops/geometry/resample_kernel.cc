@@ -95,20 +95,20 @@ HWY_INLINE void StoreColumns(const D8& x, int r, double* columns) {
   }
 }
 
-// Along the columns, four result rows at a time.
+// Along the columns, up to four result rows at a time; what rows are not there leave is not looked at.
 struct Rows {
   const float* first[4];  // of the first tap, at the first column
   const double* weights[4];
   int count[4];
 };
 
-HWY_INLINE void ColumnsOfRgba(const Rows& rows, ptrdiff_t stride, int pixels, double* columns) {
+HWY_INLINE void ColumnsOfRgba(const Rows& rows, int height, ptrdiff_t stride, int pixels, double* columns) {
   // Two cache lines of a source row at a time: rows often lie whole pages apart and compete for the same sets
   // of L1, so that what is not used at once has to come again.
   constexpr int kPairs = 4;
   int done = 0;
   for (; done + 2 * kPairs <= pixels; done += 2 * kPairs) {
-    for (int r = 0; r < 4; ++r) {
+    for (int r = 0; r < height; ++r) {
       if (rows.count[r] == 0) {
         for (int i = 0; i < kPairs; ++i)
           StoreColumns(D8::Zero(), r, columns + ptrdiff_t{16} * (done + 2 * i));
@@ -127,7 +127,7 @@ HWY_INLINE void ColumnsOfRgba(const Rows& rows, ptrdiff_t stride, int pixels, do
   for (int begin = done; begin < pixels; begin += 2) {
     const int x =
         pixels < 2 ? 0 : std::min(begin, pixels - 2);  // the last pair overlaps: nothing is read beyond
-    for (int r = 0; r < 4; ++r) {
+    for (int r = 0; r < height; ++r) {
       const D8 sum =
           WeightedSum<D8>(rows.first[r] + ptrdiff_t{4} * x, stride, rows.weights[r], rows.count[r]);
       StoreColumns(sum, r, columns + ptrdiff_t{16} * x);
@@ -159,19 +159,21 @@ void ResampleRgba(const ResampleJob& job) {
   int c0, c1;
   job.x.Range(roi.x0, roi.x1, &c0, &c1);
   c0 = std::max(std::min(c0, c1 - 2), job.in.roi.x0);
-  double* const columns = job.scratch.Allocate<double>(static_cast<size_t>(c1 - c0 + 2) * 16);
+  const auto columns_size = static_cast<size_t>(c1 - c0 + 2) * 16;
+  double* const columns = job.scratch.Allocate<double>(columns_size);
+  if (roi.height() < 4) std::fill_n(columns, columns_size, 0.0);
   const ptrdiff_t stride = job.in.row_stride / 4;
   for (int y = roi.y0; y < roi.y1; y += 4) {
+    const int height = std::min(4, roi.y1 - y);
     Rows rows;
-    for (int r = 0; r < 4; ++r) {
-      const int at = std::min(y + r, roi.y1 - 1);
+    for (int r = 0; r < height; ++r) {
+      const int at = y + r;
       rows.count[r] = job.y.Count(at);
       rows.weights[r] = job.y.Weights(at);
       rows.first[r] =
           rows.count[r] == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, job.y.First(at)));
     }
-    ColumnsOfRgba(rows, stride, c1 - c0, columns);
-    const int height = std::min(4, roi.y1 - y);
+    ColumnsOfRgba(rows, height, stride, c1 - c0, columns);
     for (int x = roi.x0; x < roi.x1; x += 4) {
       const int width = std::min(4, roi.x1 - x);
       F16 sum[4];
