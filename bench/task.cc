@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "graph/op.h"
+#include "graph/topology.h"
 #include "oracle.h"
 #include "tessera/error.h"
 #include "verify/pixels.h"
@@ -38,6 +40,13 @@ std::optional<Step::Affine> ProbeAffine(const Step& step) {
   if (node.spec().data_window != probe.spec().data_window || node.spec().channel_count() != 4 ||
       NeedsStatistics(node)) {
     return std::nullopt;
+  }
+  // What moves pixels may see nothing but the outside of so small a picture.
+  for (const Node& n : graph::TopologicalOrder(node)) {
+    const graph::OpKind kind = n.data()->op->Kind();
+    if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole || kind == graph::OpKind::kCrop) {
+      return std::nullopt;
+    }
   }
   const reference::ImageD result = Reference(node, probe.spec().data_window);
   Step::Affine affine;
