@@ -99,6 +99,8 @@ class Image {
   Image() = default;
   // Allocates spec.data_window x spec.channels of spec.type. Throws Error when memory is refused.
   explicit Image(ImageSpec spec);
+  // The same with pixels of any value, for those who write every one: zeros would cost as much as a copy.
+  static Image Uninitialized(ImageSpec spec);
 
   const ImageSpec& spec() const { return spec_; }
   ImageView view() const { return view_; }

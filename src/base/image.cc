@@ -37,16 +37,33 @@ int ImageSpec::ChannelIndex(const std::string& name) const {
   return -1;
 }
 
-Image::Image(ImageSpec spec) : spec_(std::move(spec)) {
-  const size_t pixel = PixelBytes(spec_.type) * spec_.channels.size();
-  const auto count = static_cast<size_t>(spec_.data_window.pixels());
+namespace {
+
+size_t BytesOf(const ImageSpec& spec) {
+  const size_t pixel = PixelBytes(spec.type) * spec.channels.size();
+  const auto count = static_cast<size_t>(spec.data_window.pixels());
   if (pixel != 0 && count > std::numeric_limits<size_t>::max() / 2 / pixel) {
-    throw Error("memory", "an image of " + std::to_string(spec_.width()) + "x" +
-                              std::to_string(spec_.height()) + " pixels does not fit");
+    throw Error("memory", "an image of " + std::to_string(spec.width()) + "x" +
+                              std::to_string(spec.height()) + " pixels does not fit");
   }
-  pixels_ = base::AllocateAligned(count * pixel);
-  std::memset(pixels_.get(), 0, count * pixel);
-  view_ = ImageView(pixels_.get(), spec_.data_window, spec_.channel_count(), spec_.type);
+  return count * pixel;
+}
+
+}  // namespace
+
+Image Image::Uninitialized(ImageSpec spec) {
+  Image image;
+  image.pixels_ = base::AllocateAligned(BytesOf(spec));
+#ifdef __SANITIZE_ADDRESS__
+  std::memset(image.pixels_.get(), 0xff, BytesOf(spec));  // NaN: what nobody writes shows
+#endif
+  image.view_ = ImageView(image.pixels_.get(), spec.data_window, spec.channel_count(), spec.type);
+  image.spec_ = std::move(spec);
+  return image;
+}
+
+Image::Image(ImageSpec spec) : Image(Uninitialized(std::move(spec))) {
+  std::memset(pixels_.get(), 0, BytesOf(spec_));
 }
 
 }  // namespace tessera

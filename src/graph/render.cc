@@ -73,7 +73,7 @@ class Evaluation final : public Prepass {
     const auto compute = [this](const Node& n) {
       ImageSpec spec = n.spec();
       spec.type = PixelType::kFloat;
-      Image image(std::move(spec));
+      const Image image = Image::Uninitialized(std::move(spec));
       RunWhole(n, image.view());
       return image;
     };
@@ -111,7 +111,7 @@ class Evaluation final : public Prepass {
     if (fresh) {
       ImageSpec spec = input.spec();
       spec.type = PixelType::kFloat;
-      const Image image(std::move(spec));
+      const Image image = Image::Uninitialized(std::move(spec));
       const ImageView view = image.view();
       Evaluation(quiet_, stats_).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
       it->second = {input, image};
@@ -152,7 +152,7 @@ void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderO
 Image Render(const Node& node, PixelType type, const RenderOptions& options, RunStats* stats) {
   ImageSpec spec = node.spec();
   spec.type = type;
-  Image image(std::move(spec));
+  Image image = Image::Uninitialized(std::move(spec));
   RenderInto(node, image.view(), options, stats);
   return image;
 }

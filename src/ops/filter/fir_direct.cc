@@ -51,12 +51,21 @@ HWY_INLINE void DirectBlock(const DirectWindow& window, const float* in, ptrdiff
   }
 }
 
+// Taps of weight 0 may add zeros or not, as is faster: the sign of a sum that is 0 does not tell.
+template <int kR, int kJ>
+HWY_INLINE void UnsignedZeros(V (&total)[kR][kJ]) {
+  for (auto& row : total) {
+    for (V& v : row) v = hn::Add(v, hn::Zero(D()));
+  }
+}
+
 template <bool kCentered, int kR, int kJ>
 HWY_INLINE void DirectStrip(const DirectWindow& window, const FirTile& t, int x, int y_begin, int y_end) {
   const int count = std::min(kJ * kLanes, t.floats - x);
   for (int y = y_begin; y + kR <= y_end; y += kR) {
     V total[kR][kJ];
     DirectBlock<kCentered>(window, t.in + y * t.in_stride + x, t.in_stride, t.channels, total);
+    if (!window.dense) UnsignedZeros(total);
     for (int r = 0; r < kR; ++r) {
       float* out = t.out + (y + r) * t.out_stride + x;
       for (int j = 0; j < kJ; ++j) StorePart(total[r][j], out + j * kLanes, count - j * kLanes, t.stream);
@@ -155,8 +164,10 @@ int DirectDense(const DirectWindow& window, const FirTile& t) {
 
 // ---- Small dense kernels with shorter vectors: a load for every tap, loops without ends ----
 
-// The sums of kDenseRows rows of kJ vectors, group by group as in DirectBlock, in registers.
-template <int kW, int kH>
+// The sums of kDenseRows rows of kJ vectors, group by group as in DirectBlock, in registers. Without kDense
+// some weights are 0 and add their zeros, but where they have made a NaN of an infinity or another NaN the
+// sums are taken again without them.
+template <int kW, int kH, bool kDense>
 void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) {
   constexpr int kR = kDenseRows, kJ = 2;
   const float* HWY_RESTRICT w = window.weights.data();
@@ -190,6 +201,16 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
           for (int j = 0; j < kJ; ++j) total[r][j] = g == 0 ? acc[r][j] : hn::Add(total[r][j], acc[r][j]);
         }
       }
+      if constexpr (!kDense) {
+        V sum = Nothing();
+        for (const auto& row : total) {
+          for (const V v : row) sum = hn::Add(sum, v);
+        }
+        if (HWY_UNLIKELY(!hn::AllFalse(D(), hn::IsNaN(sum)))) {
+          DirectBlock<false>(window, in, stride, t.channels, total);
+        }
+        UnsignedZeros(total);
+      }
       for (int r = 0; r < kR; ++r) {
         float* const out = t.out + (y + r) * t.out_stride + x;
         for (int j = 0; j < kJ; ++j) Store(total[r][j], out + j * kLanes, t.stream);
@@ -200,13 +221,22 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
 
 int DirectDense(const DirectWindow& window, const FirTile& t) {
   const int x_end = t.floats / (2 * kLanes) * (2 * kLanes);
-  if (kLanes == 1 || !window.dense || window.centered || t.rows < kDenseRows || x_end == 0) return 0;
-  if (window.width == 3 && window.height == 3) {
-    DirectDenseWindow<3, 3>(window, t, x_end);
-  } else if (window.width == 5 && window.height == 5) {
-    DirectDenseWindow<5, 5>(window, t, x_end);
-  } else if (window.width == 7 && window.height == 7) {
-    DirectDenseWindow<7, 7>(window, t, x_end);
+  if (kLanes == 1 || window.centered || t.rows < kDenseRows || x_end == 0) return 0;
+  // Loops without ends are worth some taps that are not needed.
+  const auto taps = window.weights.size() -
+                    static_cast<size_t>(std::count(window.weights.begin(), window.weights.end(), 0.0f));
+  if (2 * taps <= window.weights.size()) return 0;
+  const auto run = [&]<int kSide>() {
+    window.dense ? DirectDenseWindow<kSide, kSide, true>(window, t, x_end)
+                 : DirectDenseWindow<kSide, kSide, false>(window, t, x_end);
+  };
+  if (window.width != window.height) return 0;
+  if (window.width == 3) {
+    run.template operator()<3>();
+  } else if (window.width == 5) {
+    run.template operator()<5>();
+  } else if (window.width == 7) {
+    run.template operator()<7>();
   } else {
     return 0;
   }

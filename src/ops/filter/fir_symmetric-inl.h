@@ -80,6 +80,32 @@ HWY_INLINE void AddMirrored(const float* HWY_RESTRICT weights, int taps, const f
   }
 }
 
+// acc += the taps of a group, k = first, first + 4, ... below `end`, none of which is the middle one. Where
+// vectors hold two RGBA pixels, two of four abreast stay from one tap to the next, and two of their mirror
+// images.
+template <int kJ>
+HWY_INLINE void AddGroup(const float* HWY_RESTRICT weights, int taps, const float* in, int channels,
+                         int first, int end, V (&acc)[kJ]) {
+  if constexpr (kLanes == 8 && kJ == kAbreast) {
+    if (channels == 4 && first < end) {
+      const float* low = in + 4 * first;
+      const float* high = in + 4 * (taps - 1 - first);
+      V l[kJ], h[kJ];
+      for (int j = 0; j < kJ; ++j) l[j] = Load(low + j * kLanes), h[j] = Load(high + j * kLanes);
+      for (int k = first;;) {
+        const V weight = hn::Set(D(), weights[k]);
+        for (int j = 0; j < kJ; ++j) acc[j] = hn::MulAdd(hn::Add(l[j], h[j]), weight, acc[j]);
+        k += 4;
+        if (k >= end) return;
+        low += 16, high -= 16;
+        l[0] = l[2], l[1] = l[3], h[2] = h[0], h[3] = h[1];
+        for (int j = 0; j < 2; ++j) l[j + 2] = Load(low + (j + 2) * kLanes), h[j] = Load(high + j * kLanes);
+      }
+    }
+  }
+  for (int k = first; k < end; k += 4) AddMirrored(weights, taps, in, channels, k, acc);
+}
+
 // Taps k, k + 4, ... are a group, as without symmetry; a group whose mirror image is another one contains it.
 template <int kJ>
 HWY_INLINE void ShortRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels,
@@ -90,9 +116,9 @@ HWY_INLINE void ShortRowSum(const float* HWY_RESTRICT weights, int taps, const f
     if (mirrored < g) continue;
     V acc[kJ];
     for (V& v : acc) v = Nothing();
-    for (int k = g; mirrored > g ? k < taps : 2 * k <= taps - 1; k += 4) {
-      AddMirrored(weights, taps, in, channels, k, acc);
-    }
+    const int half = taps / 2;
+    AddGroup(weights, taps, in, channels, g, mirrored > g ? taps : half, acc);
+    if (mirrored == g && half % 4 == g) AddMirrored(weights, taps, in, channels, half, acc);
     for (int j = 0; j < kJ; ++j) total[j] = hn::Add(total[j], acc[j]);
   }
 }
@@ -106,7 +132,7 @@ HWY_INLINE void LongRowSum(const float* HWY_RESTRICT weights, int taps, const fl
   for (int g = 0; g < 4; ++g) {
     V acc[kJ];
     for (V& v : acc) v = Nothing();
-    for (int k = g; k < half; k += 4) AddMirrored(weights, taps, in, channels, k, acc);
+    AddGroup(weights, taps, in, channels, g, half, acc);
     if (half % 4 == g) AddMirrored(weights, taps, in, channels, half, acc);
     for (int j = 0; j < kJ; ++j) total[j] = hn::Add(total[j], acc[j]);
   }
