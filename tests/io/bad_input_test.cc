@@ -110,9 +110,13 @@ TEST_F(BadInputTest, Unreadable) {
   std::filesystem::permissions(std::filesystem::path(Path("a.png")).parent_path(),
                                std::filesystem::perms(0755));
   const bool root = ::geteuid() == 0;  // who may read everything
-  if (root) ASSERT_EQ(::seteuid(65534), 0);
+  if (root) {
+    ASSERT_EQ(::seteuid(65534), 0);
+  }
   const std::string reason = Reason("a.png");
-  if (root) ASSERT_EQ(::seteuid(0), 0);
+  if (root) {
+    ASSERT_EQ(::seteuid(0), 0);
+  }
   EXPECT_THAT(reason, HasSubstr("Permission denied"));
 }
 
@@ -146,8 +150,9 @@ TEST_F(BadInputTest, AsManyChannelsAsAFileCanHave) {
     const auto kept = ReadRows(node, kChannels - 1, kChannels, 1, &view);
     EXPECT_EQ(std::to_integer<int>(*view.At(1, 0)), static_cast<int>((2 * kChannels - 1) % 251));
   });
-  if (!reason.empty())
+  if (!reason.empty()) {
     EXPECT_THAT(reason, StartsWith(Path("a.tif") + ": "));  // a library may refuse, but by name
+  }
 }
 
 TEST_F(BadInputTest, DeepPixels) {

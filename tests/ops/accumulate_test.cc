@@ -215,8 +215,12 @@ TEST(JitterTest, SetsLieInThePixelAboutItsMiddle) {
     EXPECT_NEAR(x, 0.5, n == 3 ? 0.0035 : 1e-9);
     EXPECT_NEAR(y, 0.5, n == 3 ? 0.0035 : 1e-9);
     const bool printed = n == 4 || n == 9 || n == 12 || n == 16;
-    if (!printed) EXPECT_EQ(static_cast<int>(columns.size()), n);
-    if (n > 16 || n == 7 || n == 10 || n == 11 || n == 13) EXPECT_GT(nearest, 0.7 / std::sqrt(n));
+    if (!printed) {
+      EXPECT_EQ(static_cast<int>(columns.size()), n);
+    }
+    if (n > 16 || n == 7 || n == 10 || n == 11 || n == 13) {
+      EXPECT_GT(nearest, 0.7 / std::sqrt(n));
+    }
   }
   EXPECT_THAT(Refusal([] { JitterSet(0); }), HasSubstr("count of 0"));
 }

@@ -136,7 +136,9 @@ TEST(GeometryTest, NaNSpreadsOnlyWhereItHasWeight) {
     const Image warped = Render(Warp(node, {{1, 0, 0, 0, 1, 0, 0.5, 0, 1}, "triangle", Wrap::kClamp, false}));
     for (int y = 0; y < 24; ++y) {
       for (int x = 0; x < 32; ++x) {
-        if (x < 16 && y < 12) EXPECT_EQ(std::isnan(half.at<float>(x, y, 2)), x == 8 && y == 6);
+        if (x < 16 && y < 12) {
+          EXPECT_EQ(std::isnan(half.at<float>(x, y, 2)), x == 8 && y == 6);
+        }
         const bool reached = y == 12 && (x == 16 || x == 17);
         EXPECT_EQ(std::isnan(shifted.at<float>(x, y, 0)), reached) << x << "," << y;
         EXPECT_EQ(std::isnan(warped.at<float>(x, y, 0)), reached) << x << "," << y;

@@ -157,7 +157,9 @@ TEST_P(SolidTest, BackgroundKeepsItsBits) {
       const std::vector<float> v = Values(node);
       for (size_t i = 0; i < 30; ++i) {
         EXPECT_TRUE(std::isfinite(v[i])) << static_cast<int>(kind);
-        if (i / 3 == 1 || i / 3 == 5 || i / 3 == 9) EXPECT_EQ(v[i], color[i]) << static_cast<int>(kind);
+        if (i / 3 == 1 || i / 3 == 5 || i / 3 == 9) {
+          EXPECT_EQ(v[i], color[i]) << static_cast<int>(kind);
+        }
       }
     }
   }

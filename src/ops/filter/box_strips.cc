@@ -266,7 +266,9 @@ namespace {
 
 HWY_EXPORT(RunBoxStrip);
 
-// What a strip keeps in L2: its window's rows, their sums and those of kBoxRows rows, in bytes.
+// What a strip goes over again and again: its window's rows, their sums and those of kBoxRows rows, in bytes.
+// A little more than a second cache pays for itself: longer rows suit the prefetcher, and halos are a smaller
+// part.
 constexpr int kStripBytes = 640 << 10;
 constexpr int kWidestStrip = 1024;
 // Results beyond this go around the cache.

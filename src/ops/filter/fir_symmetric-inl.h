@@ -92,17 +92,18 @@ HWY_INLINE void AddGroup(const float* HWY_RESTRICT weights, int taps, const floa
       const float* high = in + 4 * (taps - 1 - first);
       V l[kJ], h[kJ];
       for (int j = 0; j < kJ; ++j) l[j] = Load(low + j * kLanes), h[j] = Load(high + j * kLanes);
-      for (int k = first;;) {
+#pragma GCC unroll 8
+      for (int k = first; k < end; k += 4) {
         const V weight = hn::Set(D(), weights[k]);
         for (int j = 0; j < kJ; ++j) acc[j] = hn::MulAdd(hn::Add(l[j], h[j]), weight, acc[j]);
-        k += 4;
-        if (k >= end) return;
+        if (k + 4 >= end) return;
         low += 16, high -= 16;
         l[0] = l[2], l[1] = l[3], h[2] = h[0], h[3] = h[1];
         for (int j = 0; j < 2; ++j) l[j + 2] = Load(low + (j + 2) * kLanes), h[j] = Load(high + j * kLanes);
       }
     }
   }
+#pragma GCC unroll 8
   for (int k = first; k < end; k += 4) AddMirrored(weights, taps, in, channels, k, acc);
 }
 
@@ -111,6 +112,7 @@ template <int kJ>
 HWY_INLINE void ShortRowSum(const float* HWY_RESTRICT weights, int taps, const float* in, int channels,
                             V (&total)[kJ]) {
   for (V& v : total) v = Nothing();
+#pragma GCC unroll 4
   for (int g = 0; g < 4; ++g) {
     const int mirrored = (taps - 1 - g) & 3;
     if (mirrored < g) continue;
@@ -247,6 +249,29 @@ void LongRowRgba(const std::vector<float>& row, const float* in, const float* so
   }
 }
 
+#endif
+
+#if HWY_TARGET == HWY_AVX2
+// RGBA under a short row of kTaps, loops without ends.
+template <int kTaps>
+void SymmetricRowRgba(const float* HWY_RESTRICT weights, const float* in, const float* soon, int floats,
+                      float* out, bool stream) {
+  int x = 0;
+  for (; x + kAbreast * kLanes <= floats; x += kAbreast * kLanes) {
+    for (int j = 0; j < kAbreast; j += 2) hwy::Prefetch(soon + x + j * kLanes);
+    V sum[kAbreast];
+    ShortRowSum(weights, kTaps, in + x, 4, sum);
+    for (int j = 0; j < kAbreast; ++j) Store(sum[j], out + x + j * kLanes, stream);
+  }
+  for (; x < floats; x += kLanes) {
+    V sum[1];
+    ShortRowSum(weights, kTaps, in + x, 4, sum);
+    StorePart(sum[0], out + x, floats - x, stream);
+  }
+}
+#endif
+
+#if TESSERA_FIR_RGBA || HWY_TARGET == HWY_AVX2
 using SymmetricRowFunction = void (*)(const float*, const float*, const float*, int, float*, bool);
 template <int... kHalves>
 constexpr std::array<SymmetricRowFunction, sizeof...(kHalves)> SymmetricRows(
@@ -260,12 +285,14 @@ constexpr std::array<SymmetricRowFunction, sizeof...(kHalves)> SymmetricRows(
 inline void RunSymmetricRow(const std::vector<float>& row, const float* in, const float* soon, int floats,
                             int channels, float* out, bool stream) {
   const int taps = static_cast<int>(row.size());
-#if TESSERA_FIR_RGBA
+#if TESSERA_FIR_RGBA || HWY_TARGET == HWY_AVX2
   static constexpr auto kRows = SymmetricRows(std::make_integer_sequence<int, (kShortRow - 1) / 2>());
+  if (channels == 4 && taps <= kShortRow) {
+    return kRows[static_cast<size_t>(taps - 3) / 2](row.data(), in, soon, floats, out, stream);
+  }
+#endif
+#if TESSERA_FIR_RGBA
   if (channels == 4) {
-    if (taps <= kShortRow) {
-      return kRows[static_cast<size_t>(taps - 3) / 2](row.data(), in, soon, floats, out, stream);
-    }
     return taps % 4 == 1 ? LongRowRgba<true>(row, in, soon, floats, out, stream)
                          : LongRowRgba<false>(row, in, soon, floats, out, stream);
   }
