@@ -41,9 +41,8 @@ struct BoxStrip {
   int pixels() const { return count + width - 1; }
   // Samples of a row of the strip, and a pixel more.
   ptrdiff_t stride() const { return (ptrdiff_t{pixels() + 1} * in.channels + 15) / 16 * 16; }
-  // Rows that are kept where the strip reaches beyond the image: a window's, those that enter, one to look
-  // at.
-  int padded_rows() const { return height + kBoxRows + 1; }
+  // Rows that are kept where the strip reaches beyond the image: a window's and those that enter.
+  int padded_rows() const { return height + kBoxRows; }
   // Ends of sums of a block's rows, sums so far, columns' sums, ends of sums along rows.
   size_t scratch_doubles() const {
     return static_cast<size_t>(stride()) * static_cast<size_t>(height + 1 + kBoxRows) +

@@ -222,6 +222,7 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
 int DirectDense(const DirectWindow& window, const FirTile& t) {
   const int x_end = t.floats / (2 * kLanes) * (2 * kLanes);
   if (kLanes == 1 || window.centered || t.rows < kDenseRows || x_end == 0) return 0;
+  if (window.width != window.height) return 0;
   // Loops without ends are worth some taps that are not needed.
   const auto taps = window.weights.size() -
                     static_cast<size_t>(std::count(window.weights.begin(), window.weights.end(), 0.0f));
@@ -230,7 +231,6 @@ int DirectDense(const DirectWindow& window, const FirTile& t) {
     window.dense ? DirectDenseWindow<kSide, kSide, true>(window, t, x_end)
                  : DirectDenseWindow<kSide, kSide, false>(window, t, x_end);
   };
-  if (window.width != window.height) return 0;
   if (window.width == 3) {
     run.template operator()<3>();
   } else if (window.width == 5) {
