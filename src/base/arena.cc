@@ -1,10 +1,14 @@
 // Aligned memory and the bump allocator.
 #include "base/arena.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
+#include <iterator>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #ifdef __linux__
 #include <sys/mman.h>
@@ -15,6 +19,57 @@
 namespace tessera::base {
 namespace {
 
+#ifdef __linux__
+constexpr size_t kPage = size_t{1} << 21;
+
+// Large memory that is given back is kept for the next one of its size: the system takes longer to clear a
+// picture's pages than most operations take to fill them. It may take kept pages away when it runs short.
+class KeptMemory {
+ public:
+  // Null where nothing of that size is kept.
+  void* Take(size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(blocks_.rbegin(), blocks_.rend(),
+                                    [&](const Block& block) { return block.bytes == bytes; });
+    if (found == blocks_.rend()) return nullptr;
+    void* const memory = found->memory;
+    total_ -= bytes;
+    blocks_.erase(std::next(found).base());
+    return memory;
+  }
+  void Keep(void* memory, size_t bytes) {
+    if (bytes > kMost) return std::free(memory);
+    madvise(memory, bytes, MADV_FREE);
+    const std::lock_guard lock(mutex_);
+    blocks_.push_back({memory, bytes});
+    for (total_ += bytes; total_ > kMost; blocks_.erase(blocks_.begin())) {
+      std::free(blocks_.front().memory);
+      total_ -= blocks_.front().bytes;
+    }
+  }
+
+ private:
+#ifdef __SANITIZE_ADDRESS__
+  static constexpr size_t kMost = 0;  // what is read after it was given back shall show
+#else
+  static constexpr size_t kMost = size_t{320} << 20;  // two pictures of 4096x2160 RGBA floats
+#endif
+  struct Block {
+    void* memory;
+    size_t bytes;
+  };
+  std::mutex mutex_;
+  std::vector<Block> blocks_;  // the oldest first
+  size_t total_ = 0;
+};
+
+// Never destroyed: pictures may outlive other globals.
+KeptMemory& Kept() {
+  static auto* const kKept = new KeptMemory;
+  return *kKept;
+}
+#endif
+
 // Whole pictures lie in large pages where the system has them: page walks cost streams a third of the
 // bandwidth, and look-ups more. They begin at different places within their pages, each some lines further
 // than the one before: the streams of several pictures would else compete for the same sets of the caches,
@@ -22,16 +77,21 @@ namespace {
 // long). Null where the system refuses.
 std::shared_ptr<std::byte> AllocateLarge([[maybe_unused]] size_t bytes) {
 #ifdef __linux__
-  constexpr size_t kPage = size_t{1} << 21, kPlace = 68 * kAlignment;
+  constexpr size_t kPlace = 68 * kAlignment;
   const size_t padded = (bytes + 16 * kPlace + kPage - 1) / kPage * kPage;
-  if (void* const p = padded < bytes ? nullptr : std::aligned_alloc(kPage, padded)) {
+  if (padded < bytes) return nullptr;
+  void* p = Kept().Take(padded);
+  if (p == nullptr) {
+    p = std::aligned_alloc(kPage, padded);
+    if (p == nullptr) return nullptr;
     madvise(p, padded, MADV_HUGEPAGE);
-    static std::atomic<uint32_t> places = 0;
-    const size_t place = places.fetch_add(1, std::memory_order_relaxed) % 16;
-    return {static_cast<std::byte*>(p) + place * kPlace, [p](std::byte*) { std::free(p); }};
   }
-#endif
+  static std::atomic<uint32_t> places = 0;
+  const size_t place = places.fetch_add(1, std::memory_order_relaxed) % 16;
+  return {static_cast<std::byte*>(p) + place * kPlace, [p, padded](std::byte*) { Kept().Keep(p, padded); }};
+#else
   return nullptr;
+#endif
 }
 
 }  // namespace

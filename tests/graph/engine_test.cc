@@ -1,8 +1,11 @@
 // The engine on small graphs: tiles, threads, halos, borders, shared nodes, crops, streaming, cancellation.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 
 #include "graph/render.h"
 #include "support/test_ops.h"
@@ -273,6 +276,37 @@ TEST(Engine, LongChainsNeitherRecurseNorSlowDown) {
   Node node = FromImage(in);
   for (int i = 0; i < 50000; ++i) node = SlowAffineOf(node, {1.0f, 1.0f});
   EXPECT_NEAR(Render(node).at<float>(1, 1, 1), 50000.0f, 3.0f);
+}
+
+// The memory of large pictures is kept for the next ones, which are black all the same.
+TEST(Engine, PicturesInKeptMemoryAreBlack) {
+  for (int round = 0; round < 20; ++round) {
+    const Image images[] = {Image(ImageSpec(1024, 1024 + round / 4, 1)), Image(ImageSpec(1024, 1024, 1)),
+                            Image(ImageSpec(1024, 1024, 1))};
+    const size_t address = reinterpret_cast<size_t>(images[0].view().data);
+    EXPECT_EQ(address % 64, 0u);
+    for (const Image& image : images) {
+      auto* const first = reinterpret_cast<float*>(image.view().data);
+      float* const last = first + image.spec().data_window.pixels();
+      ASSERT_EQ(std::count(first, last, 0.0f), last - first) << round;
+      std::fill(first, last, 7.0f);
+    }
+  }
+}
+
+// No more of it than pictures of 4096x2160 need.
+TEST(Engine, LittleMemoryIsKept) {
+  const auto resident = [] {
+    long pages = 0;
+    std::ifstream("/proc/self/statm") >> pages >> pages;
+    return static_cast<double>(pages) * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+  };
+  const double before = resident();
+  for (int mib = 5; mib < 80; ++mib) {
+    const Image image(ImageSpec(1024, 256 * mib, 1));
+    ASSERT_EQ(image.at<float>(1023, 256 * mib - 1, 0), 0);
+  }
+  EXPECT_LT(resident(), before + 340);
 }
 
 }  // namespace
