@@ -7,6 +7,7 @@
 #include <cfloat>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -283,6 +284,59 @@ TEST(GeometryTest, MipLevels) {
       const Roi at = MipLevelWindow(node.spec(), k);
       const Image level = Render(chain[static_cast<size_t>(k)]);
       EXPECT_EQ(all.at<float>(at.x0, at.y1 - 1, 1), level.at<float>(0, at.height() - 1, 1)) << k;
+    }
+  });
+}
+
+// Every channel of a picture is resampled as the four channels of a picture of its own, bit for bit.
+void ExpectChannelsAlone(const Image& image, const std::function<Node(const Node&)>& resample) {
+  const Roi& window = image.spec().data_window;
+  const Node node = resample(FromImage(image));
+  const Image together = Render(node);
+  for (const auto& [width, height] : {std::pair(17, 13), std::pair(1, 40), std::pair(4096, 3)}) {
+    ExpectSameBits(together, Render(node, PixelType::kFloat, {.tile_width = width, .tile_height = height}));
+  }
+  for (int c = 0; c < image.spec().channel_count(); ++c) {
+    const Image alone = Render(resample(FromImage(Filled(
+        window.width(), window.height(), 4, [&](int x, int y, int) { return image.at<float>(x, y, c); }))));
+    const Roi& w = alone.spec().data_window;
+    for (int y = w.y0; y < w.y1; ++y) {
+      for (int x = w.x0; x < w.x1; ++x) {
+        ASSERT_EQ(Bits(together.at<float>(x, y, c)), Bits(alone.at<float>(x, y, 2)))
+            << x << "," << y << " channel " << c;
+      }
+    }
+  }
+}
+
+TEST(GeometryTest, ChannelsDoNotMatterToOneAnother) {
+  struct Case {
+    int width, height;  // of the source
+    ResizeParams to;
+  };
+  const Case cases[] = {{150, 70, {75, 35, 0, 0, "lanczos3"}},   // source rows in common
+                        {150, 70, {15, 7, 0, 0, "box"}},         // none
+                        {20, 700, {9, 19, 0, 0, "lanczos3"}},    // too many of them to keep
+                        {151, 37, {201, 56, 0, 0, "mitchell"}},  // growing
+                        {150, 70, {75, 35, 0, 0, "box"}},        // means of four
+                        {67, 50, {67, 21, 0, 0, "triangle"}},    // one axis
+                        {67, 50, {67, 7, 0, 0, "box"}},         {67, 50, {29, 50, 0, 0, "lanczos3"}},
+                        {1, 45, {3, 20, 0, 0, "triangle"}},     {41, 1, {20, 1, 0, 0, "triangle"}},
+                        {1, 1, {2, 2, 0, 0, "mitchell"}}};
+  OnEveryTarget([&] {
+    for (const Case& to : cases) {
+      for (const int channels : {1, 2, 3, 5}) {
+        SCOPED_TRACE(std::to_string(to.width) + "x" + std::to_string(to.height) + " " + to.to.filter +
+                     " of " + std::to_string(channels));
+        ExpectChannelsAlone(Noise(to.width, to.height, channels, Content::kSpecial),
+                            [&](const Node& node) { return Resize(node, to.to); });
+      }
+    }
+    // Beyond a black border there are results without taps, rows and columns of them.
+    for (const int channels : {1, 3}) {
+      ExpectChannelsAlone(Noise(45, 39, channels, Content::kSpecial), [](const Node& node) {
+        return Shift(node, {17.25, -20.5, "mitchell", Wrap::kBlack});
+      });
     }
   });
 }

@@ -75,11 +75,12 @@ constexpr FilterKernel kFilters[] = {
     {"rifman", 4, InterpolatingCubic<4>},
 };
 
-bool AreHalves(const AxisTaps& taps) {
+// Whether result k takes `count` pixels with equal weights from the first one's + k * count on.
+bool AreMeans(const AxisTaps& taps, int count) {
   for (size_t k = 0; k < taps.first.size(); ++k) {
     const double* const w = taps.weights.data() + taps.offset[k];
-    if (taps.count[k] != 2 || w[0] != 0.5 || w[1] != 0.5 ||
-        taps.first[k] != taps.first[0] + 2 * static_cast<int>(k)) {
+    if (taps.count[k] != count || taps.first[k] != taps.first[0] + count * static_cast<int>(k) ||
+        !std::all_of(w, w + count, [&](double v) { return v == 1.0 / count; })) {
       return false;
     }
   }
@@ -158,8 +159,9 @@ AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Bor
     taps.offset.push_back(static_cast<int64_t>(taps.weights.size()));
     taps.weights.insert(taps.weights.end(), w.begin(), w.end());
   }
-  taps.halves = AreHalves(taps);
-  if (taps.halves) taps.shift = taps.first[0] - 2 * taps.begin;
+  taps.halves = AreMeans(taps, 2);
+  taps.moves = AreMeans(taps, 1);
+  if (taps.halves || taps.moves) taps.shift = taps.first[0] - (taps.halves ? 2 : 1) * taps.begin;
   return taps;
 }
 

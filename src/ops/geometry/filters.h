@@ -29,6 +29,7 @@ struct AxisTaps {
   std::vector<int64_t> offset;  // of index i's weights
   std::vector<double> weights;
   bool halves = false;  // every result is the mean of the pixels 2 i + shift and 2 i + shift + 1
+  bool moves = false;   // every result is the pixel i + shift
   int shift = 0;
 
   int First(int i) const { return first[static_cast<size_t>(i - begin)]; }

@@ -9,75 +9,12 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "simd/floats-inl.h"
+#include "ops/geometry/resample_halves-inl.h"
+#include "ops/geometry/resample_rows-inl.h"
+#include "ops/geometry/resample_sums-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
-namespace s = simd::HWY_NAMESPACE;
-namespace hn = hwy::HWY_NAMESPACE;
-using F16 = s::Floats<16>;
-
-// N doubles in as many vectors as the target needs; N is a multiple of 4.
-template <int N>
-struct Doubles {
-  using Tag = hn::CappedTag<double, 8>;
-  using FloatTag = hn::Rebind<float, Tag>;
-  static constexpr int kLanesOf = static_cast<int>(hn::MaxLanes(Tag()));
-  static constexpr int kVectors = (N + kLanesOf - 1) / kLanesOf;
-  hn::Vec<Tag> v[kVectors];
-
-  static HWY_INLINE Doubles Zero() {
-    Doubles r;
-    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::Zero(Tag());
-    return r;
-  }
-  static HWY_INLINE Doubles Load(const float* p) {
-    Doubles r;
-    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::PromoteTo(Tag(), hn::LoadU(FloatTag(), p + i * kLanesOf));
-    return r;
-  }
-  static HWY_INLINE Doubles Load(const double* p) {
-    Doubles r;
-    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::LoadU(Tag(), p + i * kLanesOf);
-    return r;
-  }
-  HWY_INLINE Doubles operator*(double w) const {
-    Doubles r;
-    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::Mul(v[i], hn::Set(Tag(), w));
-    return r;
-  }
-  HWY_INLINE void AddScaled(const Doubles& x, double w) {
-    for (int i = 0; i < kVectors; ++i) v[i] = hn::MulAdd(x.v[i], hn::Set(Tag(), w), v[i]);
-  }
-  HWY_INLINE void Store(double* p) const {
-    for (int i = 0; i < kVectors; ++i) hn::StoreU(v[i], Tag(), p + i * kLanesOf);
-  }
-};
-using D8 = Doubles<8>;
-using D16 = Doubles<16>;
-
-// Sum of w[k] * p[k * stride]; 0 without taps. One tap of weight 1 is the value's own bits.
-template <class Values, class T>
-HWY_INLINE Values WeightedSum(const T* p, ptrdiff_t stride, const double* w, int count) {
-  if (count == 0) return Values::Zero();
-  Values sum = Values::Load(p) * w[0];
-  for (int k = 1; k < count; ++k) sum.AddScaled(Values::Load(p + k * stride), w[k]);
-  return sum;
-}
-
-// Sixteen doubles rounded once; every NaN becomes the same one.
-HWY_INLINE F16 Rounded(const D16& x) {
-  F16 r;
-  const D16::FloatTag f;
-  for (int i = 0; i < F16::kVectors; ++i) {
-#if HWY_TARGET == HWY_SCALAR
-    r.v[i] = hn::Set(f, static_cast<float>(hn::GetLane(x.v[i])));  // DemoteTo would make infinity finite
-#else
-    r.v[i] = hn::Combine(F16::Tag(), hn::DemoteTo(f, x.v[2 * i + 1]), hn::DemoteTo(f, x.v[2 * i]));
-#endif
-  }
-  return r.OneNaN();
-}
 
 // Two pixels of row r into the columns, which hold four rows of a pixel each.
 HWY_INLINE void StoreColumns(const D8& x, int r, double* columns) {
@@ -146,14 +83,6 @@ HWY_INLINE void FourPixels(const ResampleJob& job, const double* columns, int co
   s::TransposePixels(sum[0], sum[1], sum[2], sum[3]);
 }
 
-HWY_INLINE void StoreRow(const F16& pixels, float* to, bool stream) {
-  if (stream && reinterpret_cast<uintptr_t>(to) % 64 == 0) {
-    pixels.Stream(to);
-  } else {
-    pixels.Store(to);
-  }
-}
-
 void ResampleRgba(const ResampleJob& job) {
   const Roi& roi = job.out.roi;
   int c0, c1;
@@ -181,7 +110,7 @@ void ResampleRgba(const ResampleJob& job) {
       for (int r = 0; r < height; ++r) {
         auto* const to = reinterpret_cast<float*>(job.out.At(x, y + r));
         if (width == 4) {
-          StoreRow(sum[r], to, job.stream);
+          StoreSixteen(sum[r], to, job.stream);
         } else {
           float tail[16];
           sum[r].Store(tail);
@@ -192,75 +121,26 @@ void ResampleRgba(const ResampleJob& job) {
   }
 }
 
-// The mean of two by two RGBA pixels: bandwidth is all there is to it. In floats; three roundings.
-void HalveRgba(const ResampleJob& job) {
-  const Roi& roi = job.out.roi;
-  using F8 = s::Floats<8>;
-  for (int y = roi.y0; y < roi.y1; ++y) {
-    const auto* const a =
-        reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
-    const float* const b = a + job.in.row_stride / 4;
-    auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
-    int x = 0;
-    for (; x + 4 <= roi.width(); x += 4) {
-      F16 first = F16::Load(a + 8 * x) + F16::Load(b + 8 * x);
-      F16 second = F16::Load(a + 8 * x + 16) + F16::Load(b + 8 * x + 16);
-      s::PairPixels(first, second);
-      StoreRow(((first + second) * 0.25f).OneNaN(), out + ptrdiff_t{4} * x, job.stream);
-    }
-    for (; x < roi.width(); ++x) {
-      const F8 sum = F8::Load(a + 8 * x) + F8::Load(b + 8 * x);
-      float pair[8];
-      sum.Store(pair);
-      for (int c = 0; c < 4; ++c) pair[c] = (pair[c] + pair[c + 4]) * 0.25f;
-      s::Floats<4>::Load(pair).OneNaN().Store(out + ptrdiff_t{4} * x);
-    }
-  }
-}
-
-// Any number of channels: four of them at a time are packed as RGBA between the two passes.
-void ResampleAny(const ResampleJob& job) {
-  const Roi& roi = job.out.roi;
-  const int channels = job.out.channels;
-  int c0, c1;
-  job.x.Range(roi.x0, roi.x1, &c0, &c1);
-  c0 = std::max(std::min(c0, c1 - 8), job.in.roi.x0);
-  const int floats = (c1 - c0) * channels;
-  double* const row = job.scratch.Allocate<double>(static_cast<size_t>(floats) + 8);
-  double* const columns = job.scratch.Allocate<double>(static_cast<size_t>(c1 - c0) * 16);
-  std::fill_n(columns, static_cast<size_t>(c1 - c0) * 16, 0.0);
-  const ptrdiff_t stride = job.in.row_stride / 4;
-  for (int y = roi.y0; y < roi.y1; ++y) {
-    const int count = job.y.Count(y);
-    const auto* const first =
-        count == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, job.y.First(y)));
-    for (int begin = 0; begin < floats; begin += 8) {
-      const int i = floats < 8 ? 0 : std::min(begin, floats - 8);
-      WeightedSum<D8>(first + i, stride, job.y.Weights(y), count).Store(row + i);
-    }
-    for (int c = 0; c < channels; c += 4) {
-      const int width = std::min(4, channels - c);
-      for (int x = 0; x < c1 - c0; ++x) {
-        std::copy_n(row + ptrdiff_t{x} * channels + c, width, columns + ptrdiff_t{16} * x);
-      }
-      for (int x = roi.x0; x < roi.x1; ++x) {
-        float pixel[16];
-        const double* const from = columns + ptrdiff_t{16} * (job.x.First(x) - c0);
-        Rounded(WeightedSum<D16>(from, 16, job.x.Weights(x), job.x.Count(x))).Store(pixel);
-        std::copy_n(pixel, width, reinterpret_cast<float*>(job.out.At(x, y, c)));
-      }
-    }
-  }
-}
-
 void Resample(const ResampleJob& job) {
   if (job.out.roi.empty()) return;
-  if (job.out.channels != 4) {
-    ResampleAny(job);
-  } else if (job.x.halves && job.y.halves) {
-    HalveRgba(job);
+  const int channels = job.out.channels;
+  if (job.x.halves && job.y.halves) {
+    (channels == 4 ? HalveRgba : channels == 1 ? HalveGrey : HalveAny)(job);
+  } else if (job.x.moves) {
+    ResampleDown(job);
   } else {
-    ResampleRgba(job);
+    switch (channels) {
+      case 1:
+        return ResampleRows<1>(job);
+      case 2:
+        return ResampleRows<2>(job);
+      case 3:
+        return ResampleRows<3>(job);
+      case 4:
+        return ResampleRgba(job);
+      default:
+        return ResampleRows<0>(job);
+    }
   }
 }
 

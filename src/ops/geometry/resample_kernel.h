@@ -1,4 +1,4 @@
-// The separable resampling of a tile: columns of four rows, then rows.
+// The separable resampling of a tile: down the columns of several rows, then along the rows.
 #ifndef TESSERA_OPS_GEOMETRY_RESAMPLE_KERNEL_H_
 #define TESSERA_OPS_GEOMETRY_RESAMPLE_KERNEL_H_
 
@@ -9,7 +9,7 @@
 namespace tessera::ops {
 
 // `in` holds every pixel that the taps of out.roi name; dense floats, as many channels as `out`. 64 bytes
-// beyond the end of a row may be read where a row has fewer than 16 pixels.
+// beyond the end of a row may be read.
 struct ResampleJob {
   ConstImageView in;
   ImageView out;

@@ -24,10 +24,19 @@ class SeparableStage final : public graph::TileStage {
     return in.empty() ? Roi{} : in;
   }
   graph::Border InputBorder(int) const override { return border_; }
-  // Wide enough that rows prefetch, small enough that the rows of a wide filter stay in L2; halving reads
-  // every row once.
+  // Wide enough that rows prefetch, small enough that the rows of a wide filter stay in L2, also where a
+  // result takes many of them; halving reads every row once.
   graph::TileSize Preferred() const override {
-    return x_.halves && y_.halves ? graph::TileSize{4096, 32} : graph::TileSize{512, 128};
+    if (x_.halves && y_.halves) return {4096, 32};
+    const auto side = [](const AxisTaps& taps, int full, int least) {
+      const int results = static_cast<int>(taps.first.size());
+      int s0, s1;
+      taps.Range(taps.begin, taps.begin + results, &s0, &s1);
+      const int64_t sources = std::max(1, s1 - s0);
+      return static_cast<int>(
+          std::clamp<int64_t>(2 * int64_t{full} * results / sources / 16 * 16, least, full));
+    };
+    return {side(x_, 512, 64), side(y_, 128, 16)};
   }
   void Run(const graph::TileArgs& args) const override {
     run_({InputChannels(args, 0), args.out, x_, y_, args.stream, args.scratch});

@@ -1,0 +1,125 @@
+// Halving both sides by a box: bandwidth is all there is to it.
+#if defined(TESSERA_OPS_GEOMETRY_RESAMPLE_HALVES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_GEOMETRY_RESAMPLE_HALVES_INL_H_
+#undef TESSERA_OPS_GEOMETRY_RESAMPLE_HALVES_INL_H_
+#else
+#define TESSERA_OPS_GEOMETRY_RESAMPLE_HALVES_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+
+#include "ops/geometry/resample_kernel.h"
+#include "ops/geometry/resample_sums-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+
+// Thirty-two floats in order: the even ones to `first`, the odd ones to `second`.
+HWY_INLINE void PairSamples(F16& first, F16& second) {
+  const F16 a = first, b = second;
+#if HWY_TARGET == HWY_SCALAR
+  for (int i = 0; i < 8; ++i) {
+    first.v[i] = a.v[2 * i], first.v[i + 8] = b.v[2 * i];
+    second.v[i] = a.v[2 * i + 1], second.v[i + 8] = b.v[2 * i + 1];
+  }
+#else
+  const F16::Tag t;
+  if constexpr (F16::kVectors == 1) {
+    first.v[0] = hn::ConcatEven(t, b.v[0], a.v[0]);
+    second.v[0] = hn::ConcatOdd(t, b.v[0], a.v[0]);
+  } else {
+    constexpr int kHalf = F16::kVectors / 2;
+    for (int i = 0; i < kHalf; ++i) {
+      first.v[i] = hn::ConcatEven(t, a.v[2 * i + 1], a.v[2 * i]);
+      first.v[i + kHalf] = hn::ConcatEven(t, b.v[2 * i + 1], b.v[2 * i]);
+      second.v[i] = hn::ConcatOdd(t, a.v[2 * i + 1], a.v[2 * i]);
+      second.v[i + kHalf] = hn::ConcatOdd(t, b.v[2 * i + 1], b.v[2 * i]);
+    }
+  }
+#endif
+}
+
+// The mean of two by two RGBA pixels: bandwidth is all there is to it. In floats; three roundings.
+inline void HalveRgba(const ResampleJob& job) {
+  const Roi& roi = job.out.roi;
+  using F8 = s::Floats<8>;
+  for (int y = roi.y0; y < roi.y1; ++y) {
+    const auto* const a =
+        reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
+    const float* const b = a + job.in.row_stride / 4;
+    auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
+    int x = 0;
+    for (; x + 4 <= roi.width(); x += 4) {
+      F16 first = F16::Load(a + 8 * x) + F16::Load(b + 8 * x);
+      F16 second = F16::Load(a + 8 * x + 16) + F16::Load(b + 8 * x + 16);
+      s::PairPixels(first, second);
+      StoreSixteen(((first + second) * 0.25f).OneNaN(), out + ptrdiff_t{4} * x, job.stream);
+    }
+    for (; x < roi.width(); ++x) {
+      const F8 sum = F8::Load(a + 8 * x) + F8::Load(b + 8 * x);
+      float pair[8];
+      sum.Store(pair);
+      for (int c = 0; c < 4; ++c) pair[c] = (pair[c] + pair[c + 4]) * 0.25f;
+      s::Floats<4>::Load(pair).OneNaN().Store(out + ptrdiff_t{4} * x);
+    }
+  }
+}
+
+// The same of one channel.
+inline void HalveGrey(const ResampleJob& job) {
+  const Roi& roi = job.out.roi;
+  for (int y = roi.y0; y < roi.y1; ++y) {
+    const auto* const a =
+        reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
+    const float* const b = a + job.in.row_stride / 4;
+    auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
+    int x = 0;
+    for (; x + 16 <= roi.width(); x += 16) {
+      F16 first = F16::Load(a + 2 * x) + F16::Load(b + 2 * x);
+      F16 second = F16::Load(a + 2 * x + 16) + F16::Load(b + 2 * x + 16);
+      PairSamples(first, second);
+      StoreSixteen(((first + second) * 0.25f).OneNaN(), out + x, job.stream);
+    }
+    for (; x < roi.width(); ++x) {
+      const float sum[4] = {((a[2 * x] + b[2 * x]) + (a[2 * x + 1] + b[2 * x + 1])) * 0.25f};
+      float mean[4];
+      s::Floats<4>::Load(sum).OneNaN().Store(mean);
+      out[x] = mean[0];
+    }
+  }
+}
+
+// The same of any number of channels: four lanes at a time, of which the next pixel overwrites what is too
+// much.
+inline void HalveAny(const ResampleJob& job) {
+  const Roi& roi = job.out.roi;
+  const int channels = job.out.channels;
+  using F4 = s::Floats<4>;
+  constexpr int kPixels = 64;
+  float* const line = job.scratch.Allocate<float>(static_cast<size_t>(kPixels) * channels + 4);
+  for (int y = roi.y0; y < roi.y1; ++y) {
+    const auto* const a =
+        reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
+    const float* const b = a + job.in.row_stride / 4;
+    auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
+    for (int x = 0; x < roi.width(); x += kPixels) {
+      const int count = channels * std::min(kPixels, roi.width() - x);
+      for (int i = 0; i < count; i += channels) {
+        const ptrdiff_t from = 2 * (ptrdiff_t{x} * channels + i);
+        for (int c = 0; c < channels; c += 4) {
+          const F4 first = F4::Load(a + from + c) + F4::Load(b + from + c);
+          const F4 second = F4::Load(a + from + channels + c) + F4::Load(b + from + channels + c);
+          ((first + second) * 0.25f).OneNaN().Store(line + i + c);
+        }
+      }
+      StoreLine(line, count, out + ptrdiff_t{x} * channels, job.stream);
+    }
+  }
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target guard
