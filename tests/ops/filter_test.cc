@@ -6,7 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -17,6 +19,7 @@
 #include "ops/filter/factor.h"
 #include "support/filters.h"
 #include "tessera/error.h"
+#include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
@@ -398,20 +401,6 @@ TEST(FilterTest, EqualsOpenImageIo) {
       EXPECT_EQ(DifferenceFromTheirs(Render(Erode(node, {w, h})), ImageBufAlgo::erode(in, w, h)), 0)
           << w << h;
     }
-  });
-}
-
-TEST(RankTest, NumbersAndNaN) {
-  Image image = Flat(5, 1, 1, 2);
-  image.at<float>(1, 0) = kNaN;
-  image.at<float>(2, 0) = -1;
-  OnEveryTarget([&] {
-    EXPECT_EQ(Render(Median(FromImage(image), {3, 1})).at<float>(1, 0), 2);  // -1, 2, NaN
-    EXPECT_EQ(Render(Dilate(FromImage(image), {3, 1})).at<float>(1, 0), 2);
-    EXPECT_EQ(Render(Erode(FromImage(image), {3, 1})).at<float>(1, 0), -1);
-    Image none = Flat(3, 3, 1, kNaN);
-    EXPECT_TRUE(std::isnan(Render(Dilate(FromImage(none), {3, 3})).at<float>(0, 0)));
-    EXPECT_TRUE(std::isnan(Render(Median(FromImage(none), {3, 3})).at<float>(1, 1)));
   });
 }
 

@@ -60,14 +60,17 @@ int64_t Quotient(int64_t sum, int64_t divisor) {
 }
 
 template <class T>
-Image Codes(int width, int height, PixelType type) {
-  const Image image{ImageSpec(width, height, 3, type)};
+Image Codes(int width, int height, PixelType type, int channels = 3) {
+  const Image image{ImageSpec(width, height, channels, type)};
   std::mt19937 random(7);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      image.at<T>(x, y, 0) = static_cast<T>(random());
-      image.at<T>(x, y, 1) = static_cast<T>(random() % 3);               // many ties of means
-      image.at<T>(x, y, 2) = static_cast<T>(x < width / 2 ? 0 : ~T{0});  // an edge
+      for (int c = 0; c < channels; ++c) {
+        image.at<T>(x, y, c) = static_cast<T>(c % 3 == 0      ? random()
+                                              : c % 3 == 1    ? random() % 3  // many ties of means
+                                              : x < width / 2 ? 0
+                                                              : ~T{0});  // an edge
+      }
     }
   }
   return image;
@@ -80,7 +83,7 @@ int64_t WrongSamples(const Image& image, const Image& result, const Whole& k) {
   const auto largest = static_cast<int64_t>(static_cast<T>(~T{0}));
   const int ax = (k.width - 1) / 2, ay = (k.height - 1) / 2;
   int64_t wrong = 0;
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < image.spec().channel_count(); ++c) {
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         int64_t sum = 0;
@@ -131,6 +134,82 @@ TEST(IntegerFilterTest, EveryTargetAgrees) {
     RenderInto(Convolve(FromImage(image), KernelOf(k), p), out.view());
     EXPECT_EQ(WrongSamples<uint16_t>(image, out, k), 0);
   });
+}
+
+// Whole weights are summed exactly in floats, others in floats that are mended near ties.
+TEST(IntegerFilterTest, BytesOfAnyChannelsOnEveryTarget) {
+  for (const int channels : {1, 2, 3, 4, 5}) {
+    SCOPED_TRACE(channels);
+    const Image image = Codes<uint8_t>(61, 23, PixelType::kUint8, channels);
+    const Image out{ImageSpec(61, 23, channels, PixelType::kUint8)};
+    OnEveryTarget([&] {
+      for (const Whole& k :
+           {Whole{3, 3, {1, 2, 1, 2, 4, 2, 1, 2, 1}, 16}, Whole{3, 3, {1, 1, 1, 1, -8, 1, 1, 1, 1}, 1},
+            Constant(2, 6), RandomKernel(5, 4, 3), RandomKernel(9, 9, -3)}) {
+        SCOPED_TRACE(std::to_string(k.width) + "x" + std::to_string(k.height));
+        const ConvolveParams p{.correlate = true, .divisor = static_cast<double>(k.divisor)};
+        RenderInto(Convolve(FromImage(image), KernelOf(k), p), out.view());
+        EXPECT_EQ(WrongSamples<uint8_t>(image, out, k), 0);
+      }
+      for (const auto& [width, height] : {std::pair{8, 8}, {41, 7}, {16, 16}, {255, 254}}) {
+        SCOPED_TRACE("box " + std::to_string(width) + "x" + std::to_string(height));
+        RenderInto(
+            BoxBlur(FromImage(image), {.width = width, .height = height, .method = FilterMethod::kRecursive}),
+            out.view());
+        EXPECT_EQ(WrongSamples<uint8_t>(image, out, Constant(width, height)), 0);
+      }
+    });
+  }
+}
+
+// Weights that are no whole numbers: results are the sums in long double, rounded.
+TEST(IntegerFilterTest, BytesUnderRealWeights) {
+  constexpr int kWidth = 397, kHeight = 61;
+  const Image image = Codes<uint8_t>(kWidth, kHeight, PixelType::kUint8);
+  const Image out{ImageSpec(kWidth, kHeight, 3, PixelType::kUint8)};
+  for (const auto& [name, side] :
+       {std::pair{"gaussian", 3}, {"gaussian", 15}, {"disk", 7}, {"lanczos3", 9}}) {
+    SCOPED_TRACE(name);
+    const Kernel k = NamedKernel(name, side, side);
+    RenderInto(Convolve(FromImage(image), k, {.correlate = true}), out.view());
+    int wrong = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          long double sum = 0;
+          for (int j = 0; j < k.height; ++j) {
+            for (int i = 0; i < k.width; ++i) {
+              const int sx = std::clamp(x + i - k.anchor_x, 0, kWidth - 1),
+                        sy = std::clamp(y + j - k.anchor_y, 0, kHeight - 1);
+              sum += static_cast<long double>(k.weights[static_cast<size_t>(j * k.width + i)]) *
+                     image.at<uint8_t>(sx, sy, c);
+            }
+          }
+          const long double code = std::clamp(std::round(sum), 0.0L, 255.0L);
+          const bool tie = std::fabs(std::fabs(sum - std::floor(sum)) - 0.5L) < 1e-7L;
+          wrong += !tie && code != out.at<uint8_t>(x, y, c);
+        }
+      }
+    }
+    EXPECT_EQ(wrong, 0);
+  }
+}
+
+// Whole codes that no byte has: what an operation before has made.
+TEST(IntegerFilterTest, CodesBeyondBytesAreFloats) {
+  const Image bright = Codes<uint8_t>(61, 23, PixelType::kUint8);
+  for (int y = 0; y < 23; ++y) {
+    for (int x = 0; x < 61; ++x) {
+      for (int c = 0; c < 3; ++c) bright.at<uint8_t>(x, y, c) |= 128;
+    }
+  }
+  const Node doubled = MulConstant(FromImage(bright), {2});
+  const Image floats = Render(doubled);
+  const Kernel kernel = NamedKernel("smooth3");
+  EXPECT_TRUE(SameBits(Render(Convolve(doubled, kernel)), Render(Convolve(FromImage(floats), kernel))));
+  const Image box = Render(BoxBlur(doubled, {.width = 21, .height = 21})),
+              expected = Render(BoxBlur(FromImage(floats), {.width = 21, .height = 21}));
+  EXPECT_LT(LargestDifference(box, expected), 1e-6);
 }
 
 // A constant image stays what it is where only the weights inside count, to the code.

@@ -143,13 +143,16 @@ class BoxStage final : public graph::WholeStage {
  private:
   // Whether all that boxes see are codes: what an operation before has made of them need not be.
   bool SeesCodes(const ConstImageView& in, const graph::Workers& workers) const {
-    const int largest = IntegerSums::Largest(type_);
+    const auto are_codes = [this](const float* samples, int count) {
+      return type_ == PixelType::kUint8 ? AreBytes(samples, count)
+                                        : AreCodes(samples, count, IntegerSums::Largest(type_));
+    };
     const auto value = static_cast<float>(params_.border_value);
-    std::atomic<bool> all = params_.border != BorderMode::kBlack || AreCodes(&value, 1, largest);
+    std::atomic<bool> all = params_.border != BorderMode::kBlack || are_codes(&value, 1);
     workers.For(in.roi.height(), [&](int64_t i, int) {
       const auto* const row =
           reinterpret_cast<const float*>(in.At(in.roi.x0, in.roi.y0 + static_cast<int>(i)));
-      if (!AreCodes(row, in.roi.width() * in.channels, largest)) all = false;
+      if (!are_codes(row, in.roi.width() * in.channels)) all = false;
     });
     return all;
   }

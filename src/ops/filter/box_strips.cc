@@ -207,6 +207,12 @@ class BoxStripRun {
       if (s_.row_factors != nullptr) means_.factors[i] = s_.row_factors[y + r];
     }
     MeansOf<kRunning>(s_, means_, rows);
+    if (kRunning && KeepsSums(s_)) {
+      const auto area = hn::Set(DB(), static_cast<float>(s_.width * s_.height));
+      for (ptrdiff_t i = 0; i < rows * stride_; i += kByteLanes) {
+        hn::Store(SettledSample(hn::Load(DB(), results_ + i), area), DB(), results_ + i);
+      }
+    }
     for (int r = 0; r < rows; ++r) Put(results_ + r * stride_, ResultRow(y + r));
   }
 

@@ -55,8 +55,10 @@ void SumColumns(const SourceRows& rows, const double* HWY_RESTRICT ends, double*
   }
 }
 
-// What becomes of a sum: the mean of floats, or anything.
-enum class Means { kFloats, kAny };
+// What becomes of a sum: the mean of floats, anything, or for bytes the sum itself, which a float holds.
+enum class Means { kFloats, kAny, kSums };
+// Whether a strip's results are settled from sums.
+inline bool KeepsSums(const BoxStrip& s) { return s.largest == 255 && s.row_factors == nullptr; }
 
 // A mean as floats, from its sum; `scale` is the factor where it differs from pixel to pixel.
 template <Means kMeans, class D>
@@ -66,6 +68,8 @@ HWY_INLINE hn::Vec<hn::Rebind<float, D>> MeanOf(D d, const BoxStrip& s, hn::Vec<
     auto mean = hn::Mul(sum, s.column_factors == nullptr ? factor : hn::Set(d, scale));
     if (s.largest != 0) mean = hn::Mul(Settled(d, mean), hn::Set(d, 1.0 / double{s.largest}));
     return ToFloats(d, mean);
+  } else if constexpr (kMeans == Means::kSums) {
+    return hn::DemoteTo(hn::Rebind<float, D>(), sum);
   } else {
     return ToFloats(d, hn::Mul(sum, factor));
   }
@@ -171,12 +175,21 @@ void MeansOf(const BoxStrip& s, const MeanRows& rows, int count) {
   const hn::CappedTag<double, 4> d4;
   const hn::CappedTag<double, 1> d1;
   const bool any = s.row_factors != nullptr || s.largest != 0;
-  if (s.in.channels % static_cast<int>(hn::Lanes(d4)) == 0) {
-    any ? run.template operator()<decltype(d4), Means::kAny>(d4)
-        : run.template operator()<decltype(d4), Means::kFloats>(d4);
+  const auto all = [&]<class D>(D d) {
+    if (kRunning && KeepsSums(s)) {
+      run.template operator()<D, Means::kSums>(d);
+    } else if (any) {
+      run.template operator()<D, Means::kAny>(d);
+    } else {
+      run.template operator()<D, Means::kFloats>(d);
+    }
+  };
+  // Sums that are exact may be taken with some of the next pixel's, which come after them and are the same.
+  const int lanes = static_cast<int>(hn::Lanes(d4));
+  if (s.in.channels % lanes == 0 || (kRunning && s.in.channels > 1 && s.in.channels < lanes)) {
+    all(d4);
   } else {
-    any ? run.template operator()<decltype(d1), Means::kAny>(d1)
-        : run.template operator()<decltype(d1), Means::kFloats>(d1);
+    all(d1);
   }
 }
 

@@ -16,9 +16,8 @@
 #ifndef TESSERA_OPS_FILTER_FIR_CODES_CC_
 #define TESSERA_OPS_FILTER_FIR_CODES_CC_
 namespace tessera::ops {
-constexpr int kCodeRows = 4;      // output rows that share their loads
-constexpr int kCodeBlock = 16;    // samples that go through together
-constexpr double kWhole = 0.005;  // more than a code's error as a float
+constexpr int kCodeRows = CodesWindow::kPadding + 1;  // output rows that share their loads
+constexpr int kCodeBlock = 16;                        // samples that go through together
 }  // namespace tessera::ops
 #endif  // TESSERA_OPS_FILTER_FIR_CODES_CC_
 
@@ -42,7 +41,7 @@ bool ToCodes(const float* samples, int count, int largest, float* codes) {
       from = tail;
     }
     const VD code = hn::Mul(hn::PromoteTo(d, hn::LoadU(f, from)), scale), nearest = hn::Round(code);
-    const auto whole = hn::Lt(hn::Abs(hn::Sub(code, nearest)), hn::Set(d, kWhole));
+    const auto whole = hn::Lt(hn::Abs(hn::Sub(code, nearest)), hn::Set(d, kWholeCode));
     all = hn::And(all, whole);
     if (codes != nullptr) hn::StoreU(ToFloats(d, hn::IfThenElseZero(whole, nearest)), f, codes + i);
   }
@@ -162,14 +161,14 @@ void AppendColumn(const double* weights, int x, int width, int height, std::vect
 // How many samples of a channel above and left of each are no codes.
 class Strangers {
  public:
-  Strangers(const FirTile& t, int floats, int rows, int largest)
+  Strangers(const FirTile& t, const FirTile& codes, int floats, int rows, int largest, double whole)
       : channels_(t.channels),
         stride_(static_cast<size_t>(floats + t.channels)),
         counts_(stride_ * static_cast<size_t>(rows + 1)) {
     for (int y = 0; y < rows; ++y) {
       for (int i = 0; i < floats; ++i) {
         const double code = static_cast<double>(t.in[y * t.in_stride + i]) * largest;
-        const bool stranger = !(std::fabs(code - std::nearbyint(code)) < kWhole);
+        const bool stranger = !(std::fabs(code - codes.in[y * codes.in_stride + i]) < whole);
         At(y + 1, i + channels_) = At(y + 1, i) + At(y, i + channels_) - At(y, i) + (stranger ? 1 : 0);
       }
     }
@@ -229,7 +228,13 @@ void RunCodes(const CodesWindow& window, int largest, const FirTile& tile, base:
   codes.out = scratch.Allocate<float>(static_cast<size_t>(tile.floats) * static_cast<size_t>(tile.rows));
   codes.out_stride = tile.floats;
   sum(window, largest, codes, sums, stride);
-  Strangers strangers(tile, floats, rows, largest);
+  KeepWithoutStrangers(window, largest, kWholeCode, tile, codes);
+}
+
+void KeepWithoutStrangers(const CodesWindow& window, int largest, double whole, const FirTile& tile,
+                          const FirTile& codes) {
+  Strangers strangers(tile, codes, tile.floats + (window.width - 1) * tile.channels,
+                      tile.rows + window.height - 1, largest, whole);
   for (int y = 0; y < tile.rows; ++y) {
     for (int i = 0; i < tile.floats; ++i) {
       if (!strangers.Under(window, y, i))

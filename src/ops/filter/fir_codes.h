@@ -13,12 +13,19 @@ namespace tessera::ops {
 // A correlation's weights as they are, made ready for blocks of output rows: every column of weights lies
 // between zeros, so that each row of samples serves every row of a block.
 struct CodesWindow {
+  static constexpr int kPadding = 3;  // zeros before and behind a column
   int width = 0, height = 0;
   std::vector<double> columns;  // one padded column per column of the window; separable: the one column
   std::vector<double> row;      // of a separable window
+
+  const double* column(int dx) const {
+    return columns.data() + ptrdiff_t{dx} * (height + 2 * kPadding) + kPadding;
+  }
 };
 CodesWindow MakeCodesWindow(int width, int height, const std::vector<double>& weights);
 CodesWindow MakeCodesWindow(const std::vector<double>& column, const std::vector<double>& row);
+
+inline constexpr double kWholeCode = 0.005;  // farther from a whole number a float is no code
 
 // Whether every sample is a code / largest, as far as a float can tell.
 bool AreCodes(const float* samples, int count, int largest);
@@ -28,6 +35,11 @@ bool AreCodes(const float* samples, int count, int largest);
 // sample stay as it leaves them.
 void RunCodes(const CodesWindow& window, int largest, const FirTile& tile, base::Arena& scratch,
               const std::function<void()>& as_floats);
+
+// Of the results `codes.out`, which are right where a window sees codes alone, those that are go to
+// `tile.out`. A sample of `tile` farther than `whole` from the code in `codes.in` is none.
+void KeepWithoutStrangers(const CodesWindow& window, int largest, double whole, const FirTile& tile,
+                          const FirTile& codes);
 
 }  // namespace tessera::ops
 

@@ -21,19 +21,29 @@ namespace tessera::ops::HWY_NAMESPACE {
 constexpr int kRows = kLanes == 16 ? 4 : 2;
 constexpr int kDenseRows = kLanes == 16 ? 4 : 2;
 
-// kR rows of kJ vectors; `in` is the window's first tap of the first sample.
+// What differences are taken from: the samples of the centre's tap, as far as they are finite.
 template <bool kCentered, int kR, int kJ>
-HWY_INLINE void DirectBlock(const DirectWindow& window, const float* in, ptrdiff_t stride, int channels,
-                            V (&total)[kR][kJ]) {
-  V centre[kR][kJ];
+HWY_INLINE void LoadCentres(const DirectWindow& window, const float* in, ptrdiff_t stride, int channels,
+                            V (&centre)[kR][kJ]) {
   for (int r = 0; r < kR; ++r) {
     for (int j = 0; j < kJ; ++j) {
-      total[r][j] = centre[r][j] = Nothing();
+      centre[r][j] = Nothing();
       if constexpr (kCentered) {
         const V c = Load(in + (r + window.center_y) * stride + window.center_x * channels + j * kLanes);
         centre[r][j] = hn::IfThenElseZero(hn::IsFinite(c), c);
       }
     }
+  }
+}
+
+// kR rows of kJ vectors; `in` is the window's first tap of the first sample.
+template <bool kCentered, int kR, int kJ>
+HWY_INLINE void DirectBlock(const DirectWindow& window, const float* in, ptrdiff_t stride, int channels,
+                            V (&total)[kR][kJ]) {
+  V centre[kR][kJ];
+  LoadCentres<kCentered>(window, in, stride, channels, centre);
+  for (auto& row : total) {
+    for (V& v : row) v = Nothing();
   }
   for (const auto& group : window.runs) {
     if (group.empty()) continue;
@@ -167,7 +177,7 @@ int DirectDense(const DirectWindow& window, const FirTile& t) {
 // The sums of kDenseRows rows of kJ vectors, group by group as in DirectBlock, in registers. Without kDense
 // some weights are 0 and add their zeros, but where they have made a NaN of an infinity or another NaN the
 // sums are taken again without them.
-template <int kW, int kH, bool kDense>
+template <int kW, int kH, bool kDense, bool kCentered>
 void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) {
   constexpr int kR = kDenseRows, kJ = 2;
   const float* HWY_RESTRICT w = window.weights.data();
@@ -175,7 +185,8 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
   for (int y = 0; y + kR <= t.rows; y += kR) {
     for (int x = 0; x < x_end; x += kJ * kLanes) {
       const float* const in = t.in + y * stride + x;
-      V total[kR][kJ];
+      V total[kR][kJ], centre[kR][kJ];
+      LoadCentres<kCentered>(window, in, stride, t.channels, centre);
 #pragma GCC unroll 4
       for (int g = 0; g < 4 && g < kW; ++g) {
         V acc[kR][kJ];
@@ -193,7 +204,9 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
             for (int r = 0; r < kR; ++r) {
               if (yi < r || yi - r >= kH) continue;
               const V weight = hn::Set(D(), w[(yi - r) * kW + dx]);
-              for (int j = 0; j < kJ; ++j) acc[r][j] = hn::MulAdd(v[j], weight, acc[r][j]);
+              for (int j = 0; j < kJ; ++j) {
+                acc[r][j] = hn::MulAdd(kCentered ? hn::Sub(v[j], centre[r][j]) : v[j], weight, acc[r][j]);
+              }
             }
           }
         }
@@ -207,7 +220,7 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
           for (const V v : row) sum = hn::Add(sum, v);
         }
         if (HWY_UNLIKELY(!hn::AllFalse(D(), hn::IsNaN(sum)))) {
-          DirectBlock<false>(window, in, stride, t.channels, total);
+          DirectBlock<kCentered>(window, in, stride, t.channels, total);
         }
         UnsignedZeros(total);
       }
@@ -221,22 +234,22 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
 
 int DirectDense(const DirectWindow& window, const FirTile& t) {
   const int x_end = t.floats / (2 * kLanes) * (2 * kLanes);
-  if (kLanes == 1 || window.centered || t.rows < kDenseRows || x_end == 0) return 0;
+  if (kLanes == 1 || t.rows < kDenseRows || x_end == 0) return 0;
   if (window.width != window.height) return 0;
   // Loops without ends are worth some taps that are not needed.
   const auto taps = window.weights.size() -
                     static_cast<size_t>(std::count(window.weights.begin(), window.weights.end(), 0.0f));
   if (2 * taps <= window.weights.size()) return 0;
-  const auto run = [&]<int kSide>() {
-    window.dense ? DirectDenseWindow<kSide, kSide, true>(window, t, x_end)
-                 : DirectDenseWindow<kSide, kSide, false>(window, t, x_end);
+  const auto run = [&]<int kSide, bool kCentered>() {
+    window.dense ? DirectDenseWindow<kSide, kSide, true, kCentered>(window, t, x_end)
+                 : DirectDenseWindow<kSide, kSide, false, kCentered>(window, t, x_end);
   };
   if (window.width == 3) {
-    run.template operator()<3>();
+    window.centered ? run.template operator()<3, true>() : run.template operator()<3, false>();
   } else if (window.width == 5) {
-    run.template operator()<5>();
-  } else if (window.width == 7) {
-    run.template operator()<7>();
+    window.centered ? run.template operator()<5, true>() : run.template operator()<5, false>();
+  } else if (window.width == 7 && !window.centered) {
+    run.template operator()<7, false>();
   } else {
     return 0;
   }
@@ -245,16 +258,16 @@ int DirectDense(const DirectWindow& window, const FirTile& t) {
 #endif
 
 void RunDirectTarget(const DirectWindow& window, const FirTile& t) {
-  if (window.centered) return DirectColumns<true>(window, t, 0);
+  const auto columns = window.centered ? DirectColumns<true> : DirectColumns<false>;
   const int done = DirectDense(window, t);
   if (done > 0) {
     FirTile rest = t;
     const int rows = t.rows / kDenseRows * kDenseRows;
     rest.in += rows * t.in_stride, rest.out += rows * t.out_stride;
     rest.rows -= rows, rest.floats = done;
-    if (rest.rows > 0) DirectColumns<false>(window, rest, 0);
+    if (rest.rows > 0) columns(window, rest, 0);
   }
-  if (done < t.floats) DirectColumns<false>(window, t, done);
+  if (done < t.floats) columns(window, t, done);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

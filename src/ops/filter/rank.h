@@ -1,25 +1,50 @@
-// What a kernel of order statistics is given.
+// What the kernels of order statistics are given.
 #ifndef TESSERA_OPS_FILTER_RANK_H_
 #define TESSERA_OPS_FILTER_RANK_H_
 
+#include <algorithm>
 #include <cstddef>
-#include <cstdint>
+
+#include "base/arena.h"
 
 namespace tessera::ops {
 
 enum class RankKind { kMedian, kDilate, kErode };
 
-// A window of a tile: `in` covers the tile's samples and the window around them; what lies beyond the image
-// is NaN (dilation, erosion) or the largest key (median). Strides and counts in samples.
+// Results and the samples that their windows see. Window samples (x, y) are those under result (0, 0)'s
+// window and on to the right and down; of them only columns [left, right) and rows [top, bottom) exist.
+// Columns are counted in samples.
 struct RankTile {
-  const float* in;
+  const float* in;  // the first sample that exists; a vector beyond the end of a row may be read
   ptrdiff_t in_stride;
+  int left, right, top, bottom;
   float* out;
   ptrdiff_t out_stride;
   int samples, rows, channels;
-  const int32_t* columns_inside;  // per sample: columns of its window inside the image
-  const int32_t* rows_inside;     // per row
+  int width, height;  // of the window, in pixels
+  bool stream;        // write around the cache where aligned
+
+  int window_samples() const { return samples + (width - 1) * channels; }
+  int window_rows() const { return rows + height - 1; }
+
+  // The results [first, first + count) of every row.
+  RankTile Strip(int first, int count) const {
+    RankTile t = *this;
+    t.samples = count;
+    t.out += first;
+    t.in += std::max(0, first - left);
+    t.left = std::max(0, left - first);
+    t.right = std::min(right - first, t.window_samples());
+    return t;
+  }
 };
+
+// The largest or smallest number under every window; of equal ones the last in reading order, of nothing but
+// NaN the first.
+void RunExtreme(bool largest, const RankTile& tile, base::Arena& scratch);
+// Sample n / 2 of the n that exist under every window, in the order -inf, ..., -0, 0, ..., inf, NaN. `code`:
+// the largest code of an image of integers, whose samples may be codes / largest, or 0.
+void RunMedian(int code, const RankTile& tile, base::Arena& scratch);
 
 }  // namespace tessera::ops
 

@@ -119,6 +119,7 @@ Window::Window(const std::vector<double>& row, int left, const std::vector<doubl
   for (const double c : column) {
     for (const double r : row) kernel_.weights.push_back(c * r);
   }
+  planes_[0].bytes = MakeBytesWindow(width_, height_, {}, ErrorBound());
 }
 
 void Window::Choose(const std::string& op, const Kernel& kernel) {
@@ -226,6 +227,13 @@ void Window::Choose(const std::string& op, const Kernel& kernel) {
       }
     }
     planes_.push_back(std::move(plane));
+  }
+  for (Plane& plane : planes_) {
+    const auto first = kernel.weights.begin() + (&plane - planes_.data()) * static_cast<ptrdiff_t>(area);
+    plane.bytes = MakeBytesWindow(
+        width_, height_,
+        products ? std::vector<double>() : std::vector<double>(first, first + static_cast<ptrdiff_t>(area)),
+        ErrorBound());
   }
 }
 

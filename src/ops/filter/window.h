@@ -9,6 +9,7 @@
 #include "graph/stage.h"
 #include "ops/filter/fft_convolve.h"
 #include "ops/filter/fir.h"
+#include "ops/filter/fir_bytes.h"
 #include "ops/filter/fir_codes.h"
 #include "tessera/ops/filter.h"
 
@@ -67,6 +68,7 @@ class Window {
     SeparableWindow separable;
     FftKernel fft;
     CodesWindow codes;
+    BytesWindow bytes;
     // For edges: sums of weights over the rectangles [0, x) x [0, y), or of a row's and a column's first
     // weights.
     std::vector<double> sums, row_sums, column_sums;

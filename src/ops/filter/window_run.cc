@@ -28,15 +28,20 @@ bool Window::SumsCodes(PixelType type) const {
 }
 
 void Window::RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const {
-  const auto as_floats = [&] {
+  const auto sum = [&](const FirTile& t) {
     if (plane.separable.terms.empty()) {
-      RunDirect(plane.direct, tile);
+      RunDirect(plane.direct, t);
     } else {
-      RunSeparable(plane.separable, tile, scratch);
+      RunSeparable(plane.separable, t, scratch);
     }
   };
-  if (largest == 0) return as_floats();
-  RunCodes(plane.codes, largest, tile, scratch, as_floats);
+  if (largest == 0) return sum(tile);
+  constexpr int kByte = 255;
+  if (largest == kByte && plane.bytes.usable) {
+    RunBytes(plane.bytes, plane.codes, tile, scratch, sum);
+  } else {
+    RunCodes(plane.codes, largest, tile, scratch, [&] { sum(tile); });
+  }
 }
 
 void Window::RunBlocks(const graph::TileArgs& args, const Roi& window) const {

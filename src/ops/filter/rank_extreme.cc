@@ -1,0 +1,327 @@
+// The largest or smallest sample of a window: along rows by windows that double or triple, then down the
+// columns, strip by strip, so that every row of samples is reduced once for all results that share it.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "ops/filter/rank.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/filter/rank_extreme.cc"
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/pixels-inl.h"
+
+#ifndef TESSERA_OPS_FILTER_RANK_EXTREME_CC_
+#define TESSERA_OPS_FILTER_RANK_EXTREME_CC_
+namespace tessera::ops {
+
+// A strip's rows and lines stay in L1 with the rows that a short window keeps; whole pages of the image where
+// its rows are.
+constexpr int kStripSamples = 1024;
+constexpr int kAhead = 2;  // rows
+// Windows up to this height hold their rows in registers, two results at a time; higher ones are built from
+// running extremes of blocks of rows.
+constexpr int kShort = 7;
+constexpr int kRing = 8;       // rows that short windows keep: a power of two above kShort
+constexpr int kMostTerms = 5;  // of one step along a row
+
+// Samples of a line of work, with room for vectors that begin within it.
+constexpr ptrdiff_t LineStride(int samples) {
+  const ptrdiff_t stride = (ptrdiff_t{samples} + 47) / 16 * 16;
+  // Rows 4 KB apart would compete for the same cache sets.
+  return stride % 1024 == 0 ? stride + 16 : stride;
+}
+
+struct ExtremeWork {
+  float* lines[2];  // of `line` samples
+  float* rows;      // a short window's ring, or two blocks of rows and their running extreme
+  ptrdiff_t stride;
+};
+
+}  // namespace tessera::ops
+#endif  // TESSERA_OPS_FILTER_RANK_EXTREME_CC_
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace s = simd::HWY_NAMESPACE;
+namespace hn = hwy::HWY_NAMESPACE;
+using s::D;
+using s::V;
+
+constexpr int kLanes = s::kLanes;
+
+// The extreme of two samples; equal ones give the later, b.
+template <bool kLargest>
+struct OfNumbers {
+  static constexpr bool kNumbersOnly = true;
+  static constexpr float kNothing =
+      kLargest ? -std::numeric_limits<float>::infinity() : std::numeric_limits<float>::infinity();
+  static HWY_INLINE V Of(V a, V b) { return kLargest ? s::ClampLow(a, b) : s::ClampHigh(a, b); }
+};
+template <bool kLargest>
+struct OfAll {
+  static constexpr bool kNumbersOnly = false;
+  static constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+  static HWY_INLINE V Of(V a, V b) { return kLargest ? s::MaxNumber(a, b) : s::MinNumber(a, b); }
+};
+
+HWY_INLINE V Load(const float* p) { return hn::LoadU(D(), p); }
+
+// f(i) for the vectors of a row of results, the last one part of a vector.
+template <class F>
+HWY_INLINE void StoreRow(const F& f, float* out, int count, bool stream) {
+  int i = 0;
+  if (stream && reinterpret_cast<uintptr_t>(out) % (4 * kLanes) == 0) {
+    for (; i + kLanes <= count; i += kLanes) s::StoreOrStream(f(i), D(), out + i, true);
+  } else {
+    for (; i + kLanes <= count; i += kLanes) hn::StoreU(f(i), D(), out + i);
+  }
+  if (i == count) return;
+  HWY_ALIGN float lanes[kLanes];
+  hn::Store(f(i), D(), lanes);
+  std::copy_n(lanes, count - i, out + i);
+}
+
+// out[i] = the extreme of in[i + offset] over kTerms offsets.
+template <class E, int kTerms>
+void Combine(const float* in, const ptrdiff_t* offsets, int count, float* out) {
+  ptrdiff_t o[kTerms];
+  std::copy_n(offsets, kTerms, o);
+  for (int i = 0; i < count; i += kLanes) {
+    V v = Load(in + i);
+    for (int k = 1; k < kTerms; ++k) v = E::Of(v, Load(in + i + o[k]));
+    hn::StoreU(v, D(), out + i);
+  }
+}
+
+// Windows go down columns where the processor does not see them coming: on the way, the row `ahead` samples
+// further is asked for.
+HWY_INLINE bool HasNaN(const float* in, int count, ptrdiff_t ahead) {
+  auto found = hn::IsNaN(hn::Zero(D()));
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    if (i % 16 == 0) hwy::Prefetch(in + ahead + i);
+    found = hn::Or(found, hn::IsNaN(Load(in + i)));
+  }
+  bool any = !hn::AllFalse(D(), found);
+  for (; i < count; ++i) any = any || in[i] != in[i];
+  return any;
+}
+
+template <class E>
+class Extremes {
+ public:
+  Extremes(const RankTile& t, const ExtremeWork& work) : t_(t), work_(work) {}
+
+  // False when there are samples that E is not made for.
+  bool Run() {
+    if (t_.height <= kShort) {
+      Short();
+    } else {
+      High();
+    }
+    return !strange_;
+  }
+
+ private:
+  // Row j of the window samples, reduced along the row.
+  void Reduce(int j, float* out) {
+    const int all = t_.window_samples();
+    if (j < t_.top || j >= t_.bottom) {
+      std::fill_n(out, t_.samples, E::kNothing);
+      return;
+    }
+    const float* in = t_.in + (j - t_.top) * t_.in_stride;
+    if (E::kNumbersOnly)
+      strange_ =
+          strange_ || HasNaN(in, t_.right - t_.left, (j + kAhead < t_.bottom ? kAhead : 0) * t_.in_stride);
+    if (t_.left > 0 || t_.right < all) {
+      float* const line = work_.lines[0];
+      std::fill_n(line, t_.left, E::kNothing);
+      std::copy_n(in, t_.right - t_.left, line + t_.left);
+      std::fill_n(line + t_.right, all - t_.right, E::kNothing);
+      in = line;
+    }
+    int have = 1;
+    do {
+      const int left = (t_.width + have - 1) / have;
+      // Three at a time need the fewest loads and stores; what is left goes in one step where possible.
+      const int terms = left <= kMostTerms ? left : 3;
+      ptrdiff_t offsets[kMostTerms];
+      for (int k = 0; k < terms; ++k) {
+        offsets[k] = ptrdiff_t{std::min(k * have, t_.width - have)} * t_.channels;
+      }
+      have = std::min(have * terms, t_.width);
+      float* const to = have == t_.width ? out : work_.lines[1];
+      const int count = t_.samples + (t_.width - have) * t_.channels;
+      switch (terms) {
+        case 1:
+          Combine<E, 1>(in, offsets, count, to);
+          break;
+        case 2:
+          Combine<E, 2>(in, offsets, count, to);
+          break;
+        case 3:
+          Combine<E, 3>(in, offsets, count, to);
+          break;
+        case 4:
+          Combine<E, 4>(in, offsets, count, to);
+          break;
+        default:
+          Combine<E, 5>(in, offsets, count, to);
+      }
+      in = to;
+    } while (have < t_.width);
+  }
+
+  // Results y and, of two, y + 1, which share all rows but the first and the last.
+  template <int kHeight>
+  void Pair(int y, bool two) {
+    const float* r[kHeight + 1];
+    for (int k = 0; k <= kHeight; ++k) r[k] = Ring(y + k);
+    float* const out = t_.out + y * t_.out_stride;
+    const auto single = [&](int i) HWY_ATTR {
+      V v = Load(r[0] + i);
+      for (int k = 1; k < kHeight; ++k) v = E::Of(v, Load(r[k] + i));
+      return v;
+    };
+    if (!two) return StoreRow(single, out, t_.samples, t_.stream);
+    float* const next = out + t_.out_stride;
+    const bool stream = t_.stream && reinterpret_cast<uintptr_t>(out) % (4 * kLanes) == 0 &&
+                        reinterpret_cast<uintptr_t>(next) % (4 * kLanes) == 0;
+    int i = 0;
+    for (; i + kLanes <= t_.samples; i += kLanes) {
+      V v = Load(r[1] + i);
+      for (int k = 2; k < kHeight; ++k) v = E::Of(v, Load(r[k] + i));
+      s::StoreOrStream(E::Of(Load(r[0] + i), v), D(), out + i, stream);
+      s::StoreOrStream(E::Of(v, Load(r[kHeight] + i)), D(), next + i, stream);
+    }
+    if (i == t_.samples) return;
+    StoreRow([&](int k) HWY_ATTR { return single(i + k); }, out + i, t_.samples - i, false);
+    for (int k = 0; k < kHeight; ++k) r[k] = r[k + 1];
+    StoreRow([&](int k) HWY_ATTR { return single(i + k); }, next + i, t_.samples - i, false);
+  }
+
+  float* Ring(int j) const { return work_.rows + (j & (kRing - 1)) * work_.stride; }
+
+  void Short() {
+    for (int j = 0; j < t_.height - 1; ++j) Reduce(j, Ring(j));
+    for (int y = 0; y < t_.rows; y += 2) {
+      const bool two = y + 1 < t_.rows;
+      for (int j = y + t_.height - 1; j < y + t_.height + (two ? 1 : 0); ++j) Reduce(j, Ring(j));
+      switch (t_.height) {
+        case 1:
+          StoreRow([&](int i) HWY_ATTR { return Load(Ring(y) + i); }, t_.out + y * t_.out_stride, t_.samples,
+                   t_.stream);
+          if (two) {
+            StoreRow([&](int i) HWY_ATTR { return Load(Ring(y + 1) + i); }, t_.out + (y + 1) * t_.out_stride,
+                     t_.samples, t_.stream);
+          }
+          break;
+        case 2:
+          Pair<2>(y, two);
+          break;
+        case 3:
+          Pair<3>(y, two);
+          break;
+        case 4:
+          Pair<4>(y, two);
+          break;
+        case 5:
+          Pair<5>(y, two);
+          break;
+        case 6:
+          Pair<6>(y, two);
+          break;
+        default:
+          Pair<7>(y, two);
+      }
+    }
+  }
+
+  // After van Herk, and Gil and Werman: a window that begins at row i of a block is what is left of the block
+  // and the first i rows of the next.
+  void High() {
+    const int height = t_.height, all = t_.window_rows();
+    const ptrdiff_t stride = work_.stride;
+    float* rest = work_.rows;  // of the block: row i is the extreme of rows i and on
+    float* next = rest + height * stride;
+    float* const first = next + height * stride;
+    for (int j = 0; j < height; ++j) Reduce(j, rest + j * stride);
+    for (int begin = 0; begin < t_.rows; begin += height) {
+      for (int i = height - 2; i >= 0; --i) {
+        float* const row = rest + i * stride;
+        for (int x = 0; x < t_.samples; x += kLanes) {
+          hn::StoreU(E::Of(Load(row + x), Load(row + stride + x)), D(), row + x);
+        }
+      }
+      const int rows = std::min(height, t_.rows - begin);
+      StoreRow([&](int x) HWY_ATTR { return Load(rest + x); }, t_.out + begin * t_.out_stride, t_.samples,
+               t_.stream);
+      for (int i = 1; i <= height && begin + height + i - 1 < all; ++i) {
+        float* const row = next + (i - 1) * stride;
+        Reduce(begin + height + i - 1, row);
+        if (i >= rows) continue;
+        const float* const from = rest + i * stride;
+        if (i == 1) {
+          std::copy_n(row, t_.samples, first);
+        }
+        StoreRow(
+            [&](int x) HWY_ATTR {
+              const V v = E::Of(Load(first + x), Load(row + x));
+              hn::StoreU(v, D(), first + x);
+              return E::Of(Load(from + x), v);
+            },
+            t_.out + (begin + i) * t_.out_stride, t_.samples, t_.stream);
+      }
+      std::swap(rest, next);
+    }
+  }
+
+  const RankTile& t_;
+  const ExtremeWork& work_;
+  bool strange_ = false;
+};
+
+void ExtremeStrip(bool largest, const RankTile& t, const ExtremeWork& work) {
+  // NaN is rare; where there is none the processor's own minimum does.
+  if (largest ? Extremes<OfNumbers<true>>(t, work).Run() : Extremes<OfNumbers<false>>(t, work).Run()) return;
+  if (largest) {
+    Extremes<OfAll<true>>(t, work).Run();
+  } else {
+    Extremes<OfAll<false>>(t, work).Run();
+  }
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+
+HWY_EXPORT(ExtremeStrip);
+
+void RunExtreme(bool largest, const RankTile& tile, base::Arena& scratch) {
+  // Strips of a wide window would do little but its margins.
+  const int margin = (tile.width - 1) * tile.channels;
+  const int wanted = std::max(kStripSamples, 4 * margin);
+  const int strip = std::min((tile.samples + 15) / 16 * 16, wanted / 16 * 16);
+  ExtremeWork work;
+  const ptrdiff_t line = LineStride(strip + margin);
+  for (float*& p : work.lines) p = scratch.Allocate<float>(static_cast<size_t>(line));
+  work.stride = LineStride(strip);
+  const int rows = tile.height <= kShort ? kRing : 2 * tile.height + 1;
+  work.rows = scratch.Allocate<float>(static_cast<size_t>(work.stride) * static_cast<size_t>(rows));
+  auto* const run = &HWY_DYNAMIC_DISPATCH(ExtremeStrip);
+  for (int x = 0; x < tile.samples; x += strip) {
+    run(largest, tile.Strip(x, std::min(strip, tile.samples - x)), work);
+  }
+}
+
+}  // namespace tessera::ops
+#endif  // HWY_ONCE

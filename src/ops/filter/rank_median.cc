@@ -1,0 +1,468 @@
+// Medians of windows, on integers in the order of the samples.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "ops/filter/rank.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ops/filter/rank_median.cc"
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "simd/pixels-inl.h"
+
+#ifndef TESSERA_OPS_FILTER_RANK_MEDIAN_CC_
+#define TESSERA_OPS_FILTER_RANK_MEDIAN_CC_
+namespace tessera::ops {
+
+// A strip's rows, its sorted columns and the results' own memory share L1.
+constexpr int kMedianStrip = 1024;
+constexpr ptrdiff_t kKeyMargin = 64;  // a vector may begin at any sample that exists
+constexpr ptrdiff_t ToKeyLine(int samples) { return (ptrdiff_t{samples} + kKeyMargin + 63) / 64 * 64; }
+// Sorted columns are as many lines, a constant apart: their addresses take few registers. It leaves room for
+// the margins of all but images of very many channels.
+constexpr int kMostSorted = 5;
+constexpr ptrdiff_t kSortedLine = 1600;
+static_assert(ToKeyLine(kMedianStrip) < kSortedLine);
+constexpr int kAhead = 2;  // rows
+
+struct MedianWork {
+  std::byte* keys;     // window.height rows of `stride` keys
+  std::byte* columns;  // kMostSorted lines of kSortedLine
+  std::byte* results;  // one
+  std::byte* ranks;    // one
+  const void** rows;   // two pointers for every row of the window
+  ptrdiff_t stride;
+};
+
+}  // namespace tessera::ops
+#endif  // TESSERA_OPS_FILTER_RANK_MEDIAN_CC_
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::ops::HWY_NAMESPACE {
+namespace s = simd::HWY_NAMESPACE;
+namespace hn = hwy::HWY_NAMESPACE;
+using s::D;
+using s::DI;
+using s::V;
+using s::VI;
+
+constexpr int kLanes = s::kLanes;
+constexpr int32_t kLast = std::numeric_limits<int32_t>::max();  // key of NaN
+
+// Numbers without a sign are in the order of their bits: rows are read where they are.
+struct Bits {
+  using T = int32_t;
+  static constexpr int kBits = 32;
+  static constexpr bool kInPlace = true;
+};
+
+// Signed integers in the order of the floats.
+struct FloatKeys {
+  using T = int32_t;
+  static constexpr int kBits = 32;
+  static constexpr bool kInPlace = false;
+  // False where a sample has no key.
+  static HWY_INLINE hn::Mask<D> Store(V v, T* to) {
+    const DI di;
+    const VI bits = hn::BitCast(di, v);
+    const VI flipped = hn::Xor(bits, hn::And(hn::BroadcastSignBit(bits), hn::Set(di, kLast)));
+    const auto number = hn::Eq(v, v);
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(di, number), flipped, hn::Set(di, kLast)), di, to);
+    return hn::Eq(hn::Zero(D()), hn::Zero(D()));
+  }
+  static HWY_INLINE V Load(const T* from) {
+    const DI di;
+    const VI key = hn::LoadU(di, from);
+    const V v = hn::BitCast(D(), hn::Xor(key, hn::And(hn::BroadcastSignBit(key), hn::Set(di, kLast))));
+    return hn::IfThenElse(hn::RebindMask(D(), hn::Eq(key, hn::Set(di, kLast))), hn::NaN(D()), v);
+  }
+};
+
+// The codes of 8 or 16 bits less half their range: compares are of signed numbers. Wider than its codes, TT
+// has room for counts.
+template <PixelType type, class TT>
+struct CodeKeys {
+  using T = TT;
+  using Samples = s::Samples<type>;
+  static constexpr int kBits = type == PixelType::kUint8 ? 8 : 16;
+  static constexpr bool kInPlace = false;
+  static constexpr int32_t kHalf = 1 << (kBits - 1);
+  static HWY_INLINE hn::Mask<D> Store(V v, T* to) {
+    const DI di;
+    const VI code = s::ToUnorm<1 << kBits>(v);
+    const V back = Samples::Value(hn::ConvertTo(D(), code));
+    hn::StoreU(hn::DemoteTo(hn::Rebind<T, D>(), hn::Sub(code, hn::Set(di, kHalf))), hn::Rebind<T, D>(), to);
+    // Minus zero is no code.
+    return hn::RebindMask(D(), hn::Eq(hn::BitCast(di, v), hn::BitCast(di, back)));
+  }
+  static HWY_INLINE V Load(const T* from) {
+    const DI di;
+    const VI key = hn::PromoteTo(di, hn::LoadU(hn::Rebind<T, D>(), from));
+    return Samples::Value(hn::ConvertTo(D(), hn::Add(key, hn::Set(di, kHalf))));
+  }
+};
+
+template <class T>
+using DK = hn::CappedTag<T, 64 / sizeof(T)>;
+template <class T>
+using VK = hn::Vec<DK<T>>;
+template <class T>
+constexpr int kKeyLanes = static_cast<int>(hn::MaxLanes(DK<T>()));
+
+// Memory is slower than everything else here, and windows go down columns where the processor does not see
+// them coming: rows are asked for two rows before they are needed.
+HWY_INLINE void AskFor(const float* p, int i) {
+  if (i % 16 == 0) hwy::Prefetch(p + i);
+}
+
+// False when some sample has no key.
+template <class K>
+bool ToKeys(const float* in, int count, const float* ahead, typename K::T* out) {
+  auto all = hn::Eq(hn::Zero(D()), hn::Zero(D()));
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    AskFor(ahead, i);
+    all = hn::And(all, K::Store(hn::LoadU(D(), in + i), out + i));
+  }
+  if (i < count) {
+    HWY_ALIGN float lanes[kLanes] = {};
+    std::copy_n(in + i, count - i, lanes);
+    all = hn::And(all, K::Store(hn::Load(D(), lanes), out + i));
+  }
+  return hn::AllTrue(D(), all);
+}
+
+// Whether all are numbers without a sign.
+bool AreUnsigned(const float* in, int count, const float* ahead) {
+  const s::DU du;
+  constexpr uint32_t kInfinity = 0x7F800000u;
+  auto most = hn::Zero(du);
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    AskFor(ahead, i);
+    most = hn::Max(most, hn::LoadU(du, reinterpret_cast<const uint32_t*>(in + i)));
+  }
+  HWY_ALIGN uint32_t lanes[kLanes];
+  hn::Store(most, du, lanes);
+  uint32_t largest = *std::max_element(lanes, lanes + kLanes);
+  for (; i < count; ++i) {
+    uint32_t bits = 0;
+    std::memcpy(&bits, in + i, sizeof bits);
+    largest = std::max(largest, bits);
+  }
+  return largest <= kInfinity;
+}
+
+// f(i) for the vectors of a row of results, the last one part of a vector.
+template <class F>
+HWY_INLINE void StoreRow(const F& f, float* out, int count, bool stream) {
+  int i = 0;
+  if (stream && reinterpret_cast<uintptr_t>(out) % (4 * kLanes) == 0) {
+    for (; i + kLanes <= count; i += kLanes) s::StoreOrStream(f(i), D(), out + i, true);
+  } else {
+    for (; i + kLanes <= count; i += kLanes) hn::StoreU(f(i), D(), out + i);
+  }
+  if (i == count) return;
+  HWY_ALIGN float lanes[kLanes];
+  hn::Store(f(i), D(), lanes);
+  std::copy_n(lanes, count - i, out + i);
+}
+
+// A row of results: f(i) is a vector of keys. `line` has room for them.
+template <class K, class F>
+HWY_INLINE void StoreKeys(const F& f, typename K::T* line, float* out, int count, bool stream) {
+  if constexpr (K::kInPlace) {
+    (void)line;
+    StoreRow([&](int i) HWY_ATTR { return hn::BitCast(D(), f(i)); }, out, count, stream);
+  } else {
+    using T = typename K::T;
+    const hn::CappedTag<T, 64 / sizeof(T)> d;
+    for (int i = 0; i < count; i += static_cast<int>(hn::MaxLanes(d))) hn::StoreU(f(i), d, line + i);
+    StoreRow([&](int i) HWY_ATTR { return K::Load(line + i); }, out, count, stream);
+  }
+}
+
+template <class VT>
+HWY_INLINE void Sort(VT& a, VT& b) {
+  const VT low = hn::Min(a, b);
+  b = hn::Max(a, b);
+  a = low;
+}
+template <class VT>
+HWY_INLINE VT MiddleOf(VT a, VT b, VT c) {
+  Sort(a, b);
+  return hn::Max(a, hn::Min(b, c));
+}
+
+// The columns of three rows, sorted; every one of them serves three results.
+template <class T>
+void SortColumns3(const T* const* rows, int count, T* to) {
+  const DK<T> d;
+  const T *const first = rows[0], *const second = rows[1], *const third = rows[2];
+  for (int i = 0; i < count; i += kKeyLanes<T>) {
+    VK<T> a = hn::LoadU(d, first + i), b = hn::LoadU(d, second + i), c = hn::LoadU(d, third + i);
+    Sort(a, b), Sort(b, c), Sort(a, b);
+    hn::StoreU(a, d, to + i), hn::StoreU(b, d, to + kSortedLine + i),
+        hn::StoreU(c, d, to + 2 * kSortedLine + i);
+  }
+}
+
+// The middle of nine is the middle of the largest of the low ones, the middle of the middle ones and the
+// smallest of the high ones.
+template <class T>
+struct MiddleOfNine {
+  const T* columns;
+  ptrdiff_t channels;
+  HWY_INLINE VK<T> At(int line, int column, int i) const {
+    return hn::LoadU(DK<T>(), columns + line * kSortedLine + i + column * channels);
+  }
+  HWY_INLINE VK<T> operator()(int i) const {
+    const VK<T> low = hn::Max(hn::Max(At(0, 0, i), At(0, 1, i)), At(0, 2, i));
+    const VK<T> high = hn::Min(hn::Min(At(2, 0, i), At(2, 1, i)), At(2, 2, i));
+    return MiddleOf(low, high, MiddleOf(At(1, 0, i), At(1, 1, i), At(1, 2, i)));
+  }
+};
+
+template <class VT>
+HWY_INLINE void SortFive(VT (&v)[5]) {
+  Sort(v[0], v[3]), Sort(v[1], v[4]), Sort(v[0], v[2]);
+  Sort(v[1], v[3]), Sort(v[0], v[1]), Sort(v[2], v[4]);
+  Sort(v[1], v[2]), Sort(v[3], v[4]), Sort(v[2], v[3]);
+}
+
+template <class T>
+void SortColumns5(const T* const* rows, int count, T* to) {
+  const DK<T> d;
+  const T* row[5];
+  for (int k = 0; k < 5; ++k) row[k] = rows[k];
+  for (int i = 0; i < count; i += kKeyLanes<T>) {
+    VK<T> v[5];
+    for (int k = 0; k < 5; ++k) v[k] = hn::LoadU(d, row[k] + i);
+    SortFive(v);
+    for (int k = 0; k < 5; ++k) hn::StoreU(v[k], d, to + k * kSortedLine + i);
+  }
+}
+
+// With sorted columns sorted along the rows, each sample has all those above and to the left below it: twelve
+// of 25 are out of the question, and an order of exchanges found by search picks the middle of the other 13.
+// What an exchange leaves unused costs nothing.
+template <class T>
+struct MiddleOf25 {
+  const T* columns;
+  ptrdiff_t channels;
+  HWY_INLINE void Row(int line, int i, VK<T> (&v)[5]) const {
+    for (int k = 0; k < 5; ++k) v[k] = hn::LoadU(DK<T>(), columns + line * kSortedLine + i + k * channels);
+    SortFive(v);
+  }
+  HWY_INLINE VK<T> operator()(int i) const {
+    VK<T> p[13], v[5];
+    Row(0, i, v), p[0] = v[3], p[1] = v[4];
+    Row(1, i, v), p[2] = v[2], p[3] = v[3], p[4] = v[4];
+    Row(2, i, v), p[5] = v[1], p[6] = v[2], p[7] = v[3];
+    Row(3, i, v), p[8] = v[0], p[9] = v[1], p[10] = v[2];
+    Row(4, i, v), p[11] = v[0], p[12] = v[1];
+    Sort(p[12], p[7]), Sort(p[6], p[3]), Sort(p[1], p[12]), Sort(p[1], p[6]), Sort(p[1], p[2]);
+    Sort(p[10], p[4]), Sort(p[0], p[6]), Sort(p[0], p[2]), Sort(p[10], p[12]), Sort(p[3], p[12]);
+    Sort(p[6], p[9]), Sort(p[10], p[3]), Sort(p[6], p[2]), Sort(p[3], p[9]), Sort(p[2], p[5]);
+    Sort(p[10], p[11]), Sort(p[10], p[5]), Sort(p[3], p[11]), Sort(p[5], p[8]), Sort(p[3], p[8]);
+    return p[3];
+  }
+};
+
+// The samples of the wanted ranks, bit by bit from the top: the largest key that no more than `rank` keys are
+// below. Counts must fit in T.
+template <class K, int kVectors>
+HWY_INLINE void Select(const typename K::T* const* rows, int x, int width, int height, int channels,
+                       const typename K::T* ranks, typename K::T* to) {
+  using T = typename K::T;
+  const DK<T> d;
+  const VK<T> sign = hn::Set(d, static_cast<T>(-1 - ((int64_t{1} << (K::kBits - 1)) - 1)));
+  VK<T> found[kVectors], below[kVectors];
+  for (int v = 0; v < kVectors; ++v) found[v] = sign;
+  for (int bit = K::kBits - 1; bit >= 0; --bit) {
+    // A key's top bit is upside down.
+    VK<T> limit[kVectors];
+    for (int v = 0; v < kVectors; ++v) {
+      limit[v] =
+          bit == K::kBits - 1 ? hn::Zero(d) : hn::Or(found[v], hn::Set(d, static_cast<T>(int64_t{1} << bit)));
+      below[v] = hn::Zero(d);
+    }
+    for (int y = 0; y < height; ++y) {
+      const T* p = rows[y] + x;
+      for (int c = 0; c < width; ++c, p += channels) {
+        for (int v = 0; v < kVectors; ++v) {
+          // VecFromMask is -1 where true.
+          below[v] =
+              hn::Sub(below[v], hn::VecFromMask(d, hn::Lt(hn::LoadU(d, p + v * kKeyLanes<T>), limit[v])));
+        }
+      }
+    }
+    for (int v = 0; v < kVectors; ++v) {
+      const VK<T> rank = hn::LoadU(d, ranks + x + v * kKeyLanes<T>);
+      found[v] = hn::IfThenElse(hn::Gt(below[v], rank), found[v], limit[v]);
+    }
+  }
+  for (int v = 0; v < kVectors; ++v) hn::StoreU(found[v], d, to + x + v * kKeyLanes<T>);
+}
+
+template <class K>
+class Medians {
+ public:
+  using T = typename K::T;
+  Medians(const RankTile& t, const MedianWork& work) : t_(t), work_(work) {}
+
+  // False when some sample has no key.
+  bool Run() {
+    for (int j = 0; j < t_.height - 1; ++j) {
+      if (!Fetch(j)) return false;
+    }
+    const T** const rows = Pointers() + t_.height;
+    T* const ranks = reinterpret_cast<T*>(work_.ranks);
+    T* const results = reinterpret_cast<T*>(work_.results);
+    T* const columns = reinterpret_cast<T*>(work_.columns);
+    const bool sortable = t_.width == t_.height && (t_.width == 3 || t_.width == 5) &&
+                          ToKeyLine(t_.window_samples()) <= kSortedLine;
+    int rows_of_ranks = -1;
+    // The results whose windows all exist.
+    const int begin = std::min(t_.left, t_.samples),
+              end = std::clamp(t_.right - (t_.width - 1) * t_.channels, begin, t_.samples);
+    for (int y = 0; y < t_.rows; ++y) {
+      if (!Fetch(y + t_.height - 1)) return false;
+      for (int k = 0; k < t_.height; ++k) rows[k] = Pointers()[(y + k) % t_.height];
+      const int rows_inside = std::min(y + t_.height, t_.bottom) - std::max(y, t_.top);
+      const bool sort = sortable && rows_inside == t_.height;
+      // What a border reaches has other ranks and is left to selection.
+      const int left = sort ? begin : t_.samples, right = sort ? end : t_.samples;
+      if (rows_inside != rows_of_ranks) {
+        SetRanks(0, left, rows_inside, ranks);
+        SetRanks(right, t_.samples, rows_inside, ranks);
+        rows_of_ranks = rows_inside;
+      }
+      float* const out = t_.out + y * t_.out_stride;
+      if (sort && t_.width == 3) {
+        SortColumns3(rows, t_.window_samples(), columns);
+        StoreKeys<K>(MiddleOfNine<T>{columns, t_.channels}, results, out, t_.samples, t_.stream);
+      } else if (sort) {
+        SortColumns5(rows, t_.window_samples(), columns);
+        StoreKeys<K>(MiddleOf25<T>{columns, t_.channels}, results, out, t_.samples, t_.stream);
+      }
+      Selected(rows, 0, left, ranks, results, out);
+      Selected(rows, right, t_.samples, ranks, results, out);
+    }
+    return true;
+  }
+
+ private:
+  const T** Pointers() const { return reinterpret_cast<const T**>(work_.rows); }
+
+  // Row j of the window samples as keys; what does not exist as the largest.
+  bool Fetch(int j) {
+    const int all = t_.window_samples(), slot = j % t_.height;
+    T* const row = reinterpret_cast<T*>(work_.keys) + slot * work_.stride;
+    const T last = static_cast<T>((int64_t{1} << (K::kBits - 1)) - 1);
+    Pointers()[slot] = row;
+    if (j < t_.top || j >= t_.bottom) {
+      std::fill_n(row, all, last);
+      return true;
+    }
+    const float* const in = t_.in + (j - t_.top) * t_.in_stride;
+    const float* const ahead = in + (j + kAhead < t_.bottom ? kAhead : 0) * t_.in_stride;
+    const int count = t_.right - t_.left;
+    if constexpr (K::kInPlace) {
+      if (!AreUnsigned(in, count, ahead)) return false;
+      if (count == all) {
+        Pointers()[slot] = reinterpret_cast<const T*>(in);
+        return true;
+      }
+      std::memcpy(row + t_.left, in, static_cast<size_t>(count) * sizeof(T));
+    } else {
+      if (!ToKeys<K>(in, count, ahead, row + t_.left)) return false;
+    }
+    std::fill_n(row, t_.left, last);
+    std::fill_n(row + t_.right, all - t_.right, last);
+    return true;
+  }
+
+  // Of the results [begin, end), whole pixels.
+  void SetRanks(int begin, int end, int rows_inside, T* ranks) {
+    const int left = t_.left / t_.channels, right = t_.right / t_.channels;
+    for (int pixel = begin / t_.channels, x = begin; x < end; ++pixel) {
+      const int columns = std::min(pixel + t_.width, right) - std::max(pixel, left);
+      for (const int next = std::min(x + t_.channels, end); x < next; ++x) {
+        ranks[x] = static_cast<T>(columns * rows_inside / 2);
+      }
+    }
+  }
+
+  // The results [begin, end) of a row.
+  void Selected(const T* const* rows, int begin, int end, const T* ranks, T* results, float* out) {
+    constexpr int kBlock = 4;
+    int x = begin;
+    for (; x + kBlock * kKeyLanes<T> <= end; x += kBlock * kKeyLanes<T>) {
+      Select<K, kBlock>(rows, x, t_.width, t_.height, t_.channels, ranks, results);
+    }
+    for (; x < end; x += kKeyLanes<T>) {
+      Select<K, 1>(rows, x, t_.width, t_.height, t_.channels, ranks, results);
+    }
+    if constexpr (K::kInPlace) {
+      if (end > begin)
+        std::memcpy(out + begin, results + begin, static_cast<size_t>(end - begin) * sizeof(T));
+    } else {
+      StoreRow([&](int i) HWY_ATTR { return K::Load(results + begin + i); }, out + begin, end - begin, false);
+    }
+  }
+
+  const RankTile& t_;
+  const MedianWork& work_;
+};
+
+void MedianStrip(int code, const RankTile& t, const MedianWork& work) {
+  const int count = t.width * t.height;
+  if (code == 255 && count <= 127) {
+    if (Medians<CodeKeys<PixelType::kUint8, int8_t>>(t, work).Run()) return;
+  } else if (code == 255 && count <= 32767) {
+    if (Medians<CodeKeys<PixelType::kUint8, int16_t>>(t, work).Run()) return;
+  } else if (code == 65535 && count <= 32767) {
+    if (Medians<CodeKeys<PixelType::kUint16, int16_t>>(t, work).Run()) return;
+  }
+  if (Medians<Bits>(t, work).Run()) return;
+  Medians<FloatKeys>(t, work).Run();
+}
+
+}  // namespace tessera::ops::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::ops {
+
+HWY_EXPORT(MedianStrip);
+
+void RunMedian(int code, const RankTile& tile, base::Arena& scratch) {
+  // Strips of a wide window would do little but its margins.
+  const int margin = (tile.width - 1) * tile.channels;
+  const int wanted = std::max(kMedianStrip, 4 * margin);
+  const int strip = std::min((tile.samples + 15) / 16 * 16, wanted / 16 * 16);
+  MedianWork work;
+  work.stride = ToKeyLine(strip + margin);
+  const auto lines = [&](int count) {
+    return reinterpret_cast<std::byte*>(
+        scratch.Allocate<int32_t>(static_cast<size_t>(work.stride) * static_cast<size_t>(count)));
+  };
+  work.keys = lines(tile.height);
+  work.columns = reinterpret_cast<std::byte*>(scratch.Allocate<int32_t>(kMostSorted * kSortedLine));
+  work.results = lines(1);
+  work.ranks = lines(1);
+  work.rows = scratch.Allocate<const void*>(2 * static_cast<size_t>(tile.height));
+  auto* const run = &HWY_DYNAMIC_DISPATCH(MedianStrip);
+  for (int x = 0; x < tile.samples; x += strip) {
+    run(code, tile.Strip(x, std::min(strip, tile.samples - x)), work);
+  }
+}
+
+}  // namespace tessera::ops
+#endif  // HWY_ONCE

@@ -1,0 +1,146 @@
+// Median, dilate, erode: NaN and signs of zeros, and every way to compute them against plain sorting.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/filters.h"
+#include "tessera/error.h"
+#include "tessera/ops/arithmetic.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/filter.h"
+#include "tessera/render.h"
+#include "tessera/targets.h"
+
+namespace tessera {
+namespace {
+
+using namespace tessera::testing;
+
+TEST(RankTest, NumbersAndNaN) {
+  Image image = Flat(5, 1, 1, 2);
+  image.at<float>(1, 0) = kNaN;
+  image.at<float>(2, 0) = -1;
+  OnEveryTarget([&] {
+    EXPECT_EQ(Render(Median(FromImage(image), {3, 1})).at<float>(1, 0), 2);  // -1, 2, NaN
+    EXPECT_EQ(Render(Dilate(FromImage(image), {3, 1})).at<float>(1, 0), 2);
+    EXPECT_EQ(Render(Erode(FromImage(image), {3, 1})).at<float>(1, 0), -1);
+    Image none = Flat(3, 3, 1, kNaN);
+    EXPECT_TRUE(std::isnan(Render(Dilate(FromImage(none), {3, 3})).at<float>(0, 0)));
+    EXPECT_TRUE(std::isnan(Render(Median(FromImage(none), {3, 3})).at<float>(1, 1)));
+  });
+}
+
+struct Ranks {
+  double median, largest, smallest;
+};
+// Of the samples under the window of (x, y) that exist, as the declarations have it.
+Ranks PlainRanks(const Image& image, int x, int y, int c, const RankParams& p) {
+  const ConstImageView v = image.view();
+  std::vector<double> numbers;
+  size_t all = 0;
+  for (int j = std::max(0, y - p.height / 2); j < std::min(v.roi.y1, y - p.height / 2 + p.height); ++j) {
+    for (int i = std::max(0, x - p.width / 2); i < std::min(v.roi.x1, x - p.width / 2 + p.width);
+         ++i, ++all) {
+      const double sample = v.type == PixelType::kFloat    ? image.at<float>(i, j, c)
+                            : v.type == PixelType::kUint16 ? image.at<uint16_t>(i, j, c)
+                                                           : image.at<uint8_t>(i, j, c);
+      if (!std::isnan(sample)) numbers.push_back(sample);
+    }
+  }
+  if (numbers.empty()) return {kNaN, kNaN, kNaN};
+  std::sort(numbers.begin(), numbers.end());
+  return {all / 2 < numbers.size() ? numbers[all / 2] : kNaN, numbers.back(), numbers.front()};
+}
+
+template <typename T>
+void ExpectRanks(const Image& image, const RankParams& p) {
+  const Node node = FromImage(image);
+  const PixelType type = image.spec().type;
+  const Image median = Render(Median(node, p), type), largest = Render(Dilate(node, p), type),
+              smallest = Render(Erode(node, p), type);
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  const ImageSpec& s = image.spec();
+  int wrong = 0;
+  for (int y = 0; y < s.height(); ++y) {
+    for (int x = 0; x < s.width(); ++x) {
+      for (int c = 0; c < s.channel_count(); ++c) {
+        const Ranks plain = PlainRanks(image, x, y, c, p);
+        wrong += !same(median.at<T>(x, y, c), plain.median) + !same(largest.at<T>(x, y, c), plain.largest) +
+                 !same(smallest.at<T>(x, y, c), plain.smallest);
+      }
+    }
+  }
+  EXPECT_EQ(wrong, 0) << p.width << "x" << p.height << " of " << s.channel_count() << " channels";
+}
+
+// Sorted columns and selection, rings of rows and blocks of them; numbers without a sign, with one, with NaN.
+TEST(RankTest, EveryWayOfEveryWindowIsThePlainOne) {
+  const RankParams windows[] = {{3, 3}, {5, 5}, {2, 7}, {7, 1}, {6, 8}, {13, 9}, {4, 19}};
+  OnEveryTarget([&] {
+    for (const int channels : {1, 3}) {
+      Image image = Random(43, 41, channels);
+      for (const RankParams& p : windows) ExpectRanks<float>(image, p);
+      for (int y = 20; y < 41; ++y) image.at<float>(y, y) = y % 2 == 0 ? -1.0f : -0.5f;
+      for (const RankParams& p : windows) ExpectRanks<float>(image, p);
+      for (int y = 30; y < 41; ++y) {
+        for (int x = 5; x < 30; ++x) image.at<float>(x, y, channels - 1) = x % 9 == 0 ? -INFINITY : kNaN;
+      }
+      for (const RankParams& p : windows) ExpectRanks<float>(image, p);
+    }
+  });
+}
+
+TEST(RankTest, CodesOfIntegers) {
+  OnEveryTarget([] {
+    Image bytes(ImageSpec(45, 23, 3, PixelType::kUint8)), words(ImageSpec(45, 23, 3, PixelType::kUint16));
+    uint32_t random = 1;
+    for (int y = 0; y < 23; ++y) {
+      for (int i = 0; i < 45 * 3; ++i) {
+        random = random * 1664525 + 1013904223;
+        bytes.at<uint8_t>(i / 3, y, i % 3) = static_cast<uint8_t>(random >> 24);
+        words.at<uint16_t>(i / 3, y, i % 3) = static_cast<uint16_t>(random >> 16);
+      }
+    }
+    // Counts of the last do not fit in a byte.
+    for (const RankParams& p : {RankParams{3, 3}, {5, 5}, {4, 6}, {13, 12}}) {
+      ExpectRanks<uint8_t>(bytes, p);
+      ExpectRanks<uint16_t>(words, p);
+    }
+    // What is no code any more stays what it is.
+    const Node brighter = MulConstant(FromImage(bytes), {1.7, 1.7, 1.7});
+    const Image whole = Render(brighter);
+    for (const int size : {3, 5, 7}) {
+      EXPECT_EQ(LargestDifference(Render(Median(brighter, {size, size})),
+                                  Render(Median(FromImage(whole), {size, size}))),
+                0);
+    }
+  });
+}
+
+// Of equal zeros the last in reading order is the result; of nothing but NaN there is no number.
+TEST(RankTest, ZerosKeepTheirSigns) {
+  for (const int height : {3, 9}) {
+    Image image = Flat(9, 9, 1, -0.0f);
+    image.at<float>(8, 8) = 0.0f;
+    OnEveryTarget([&] {
+      for (const Image& r :
+           {Render(Dilate(FromImage(image), {3, height})), Render(Erode(FromImage(image), {3, height}))}) {
+        EXPECT_FALSE(std::signbit(r.at<float>(7, 8)));
+        EXPECT_TRUE(std::signbit(r.at<float>(6, 8)));
+      }
+      EXPECT_TRUE(std::signbit(Render(Median(FromImage(image), {3, height})).at<float>(7, 7)));
+    });
+  }
+}
+
+}  // namespace
+}  // namespace tessera
