@@ -63,6 +63,7 @@ void DescribeRun(const Plan& plan, const PointRun& run, bool last, std::string& 
       text += "    " + step.label;
       if (step.fused_load[0] >= 0) text += "  [with the load]";
       if (step.fused_store) text += "  [with the store]";
+      if (run.samples) text += "  [sample by sample where pixels are dense]";
       text += "\n";
     }
   }

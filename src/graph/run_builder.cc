@@ -62,6 +62,7 @@ class RunBuilder {
     for (const int c : channels) run_->result.push_back(Plane(root_, c));
     JoinSteps();
     FindFusions(channels);
+    FindSamples(channels);
     AssignPlanes();
     return std::move(run_);
   }
@@ -268,6 +269,34 @@ class RunBuilder {
           channels == std::vector<int>{0, 1, 2, 3} && alone(step.out) &&
           std::equal(step.out.begin(), step.out.end(), run_->result.begin(), run_->result.end());
     }
+  }
+
+  // A single step on all of one, two or three channels may take rows of samples instead.
+  void FindSamples(const std::vector<int>& channels) {
+    const size_t count = channels.size();
+    if (run_->steps.size() != 1 || count == 0 || count > 3) return;
+    for (size_t c = 0; c < count; ++c) {
+      if (channels[c] != static_cast<int>(c)) return;
+    }
+    const PointStep& step = run_->steps[0];
+    if (!std::equal(run_->result.begin(), run_->result.end(), step.out.begin())) return;
+    std::vector<int> found;
+    for (const auto& in : step.in) {
+      for (size_t l = 0; l < run_->loads.size() && found.size() < step.in.size(); ++l) {
+        const PlaneLoad& load = run_->loads[l];
+        bool serves = true;
+        for (size_t c = 0; c < count; ++c) {
+          serves = serves && load.channel[c] == static_cast<int>(c) && load.plane[c] == in[c];
+        }
+        if (serves) {
+          found.push_back(static_cast<int>(l));
+          break;
+        }
+      }
+    }
+    if (found.size() != step.in.size() || found.size() > step.fused_load.size()) return;
+    run_->samples = step.stage->OfSamples(static_cast<int>(count));
+    run_->sample_loads = std::move(found);
   }
 
   // Linear scan: a plane dies after its last reader, and that reader's results may take its place.

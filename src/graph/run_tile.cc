@@ -65,11 +65,73 @@ int BlockLength(int left, int block) {
   return left >= kGroupPixels ? left / kGroupPixels * kGroupPixels : left;
 }
 
+// Whether a step that treats samples alike may read and write these pixels, and the pixels of its inputs.
+bool FindSamples(const PointRun& run, std::span<const SourceView> sources,
+                 std::span<const ConstImageView> tiles, const ImageView& out,
+                 std::array<ConstImageView, kMostFused>& from) {
+  if (!run.samples) return false;
+  const auto bytes = static_cast<ptrdiff_t>(PixelBytes(out.type));
+  const auto dense = [&](const auto& v) {
+    return v.type == out.type && v.channel_stride == bytes && v.pixel_stride == bytes * out.channels &&
+           reinterpret_cast<uintptr_t>(v.data) % static_cast<size_t>(bytes) == 0 && v.row_stride % bytes == 0;
+  };
+  const size_t inputs = run.sample_loads.size();
+  if (!dense(out)) return false;
+  for (size_t k = 0; k < inputs; ++k) {
+    const PlaneLoad& load = run.loads[static_cast<size_t>(run.sample_loads[k])];
+    const auto i = static_cast<size_t>(load.index);
+    if (!load.from_tile && sources[i].first != 0) return false;
+    from[k] = load.from_tile ? tiles[i] : sources[i].view;
+    if (!dense(from[k])) return false;
+  }
+  return inputs == 1 ? run.samples->CanFuse(true, out.type) && run.samples->CanFuse(false, out.type)
+                     : run.samples->CanFuseAll(out.type);
+}
+
+// Rows as samples, four of which are a pixel.
+void RunSamples(const PointRun& run, const std::array<ConstImageView, kMostFused>& from, const ImageView& out,
+                bool stream) {
+  const size_t inputs = run.sample_loads.size(), pixel = 4 * PixelBytes(out.type);
+  const size_t row = static_cast<size_t>(out.roi.width()) * static_cast<size_t>(out.pixel_stride);
+  const int whole = static_cast<int>(row / pixel) / kGroupPixels * kGroupPixels;
+  const size_t done = static_cast<size_t>(whole) * pixel;
+  PointArgs args;
+  for (DirectPixels* direct : {&args.source, &args.others[0], &args.others[1], &args.sink}) {
+    direct->type = out.type;
+  }
+  const auto input = [&](size_t k) -> DirectPixels& { return k == 0 ? args.source : args.others[k - 1]; };
+  Tail tail_in[kMostFused], tail_out;
+  args.sink.stream = stream;
+  for (int y = out.roi.y0; y < out.roi.y1; ++y) {
+    std::byte* const to = out.At(out.roi.x0, y);
+    const auto at = [&](size_t k) { return from[k].At(out.roi.x0, y); };
+    args.y = y;
+    if (whole > 0) {
+      args.count = whole;
+      for (size_t k = 0; k < inputs; ++k) input(k).read = at(k);
+      args.sink.write = to;
+      run.samples->Run(args);
+    }
+    if (done == row) continue;
+    args.count = kGroupPixels;
+    for (size_t k = 0; k < inputs; ++k) {
+      std::memcpy(tail_in[k].pixels, at(k) + done, row - done);
+      input(k).read = tail_in[k].pixels;
+    }
+    args.sink.write = tail_out.pixels;
+    run.samples->Run(args);
+    std::memcpy(to + done, tail_out.pixels, row - done);
+  }
+}
+
 }  // namespace
 
 void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sources,
                            std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                            base::Arena& arena) const {
+  if (std::array<ConstImageView, kMostFused> from; FindSamples(run, sources, tiles, out, from)) {
+    return RunSamples(run, from, out, stream);
+  }
   const auto plane_count = static_cast<size_t>(run.planes);
   float* memory = arena.Allocate<float>(plane_count * kPlaneFloats);
   std::fill_n(memory, plane_count * kPlaneFloats, 0.0f);

@@ -57,6 +57,13 @@ class PointStage {
     (void)type;
     return false;
   }
+  // A stage that does to every sample what this one does to those of each of its first `channels` channels,
+  // from nothing but the same sample of its inputs: pixels of any number of channels may be given to it as if
+  // they had four. Null where there is none.
+  virtual std::unique_ptr<PointStage> OfSamples(int channels) const {
+    (void)channels;
+    return nullptr;
+  }
   // This stage followed by `next`, which takes nothing but its result, as one stage that keeps the pixels in
   // registers, with the same bits; null when that would not be faster.
   virtual std::unique_ptr<PointStage> Then(const PointStage& next) const {

@@ -132,6 +132,10 @@ class FusedStage final : public graph::PointStage {
   explicit FusedStage(F f) : f_(std::move(f)) {}
   bool CanFuse(bool, PixelType) const override { return kInputs == 1; }
   bool CanFuseAll(PixelType) const override { return kInputs > 1; }
+  std::unique_ptr<graph::PointStage> OfSamples(int) const override {
+    if constexpr (Kernel::kSamples) return std::make_unique<FusedStage>(f_);
+    return nullptr;
+  }
 
   void Run(const graph::PointArgs& args) const override {
     const F f(f_);

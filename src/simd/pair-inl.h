@@ -5,7 +5,8 @@
 //   V operator()(V a, V b, V alpha_a, V alpha_b, Mask<D> is_alpha)   channel by channel; lanes are samples of
 //   any Pixels operator()(const Pixels& a, const Pixels& b)
 // and may have, for 8-bit pixels, `static Bytes Codes(Bytes a, Bytes b)` on interleaved RGBA, which has to
-// give what the float form and correct rounding give (not used on HWY_SCALAR, which has no vectors of bytes).
+// give what the float form and correct rounding give (not used on HWY_SCALAR, which has no vectors of bytes);
+// and `static constexpr bool kSamplesAlike = true` where alpha is a channel like the others.
 #if defined(TESSERA_SIMD_PAIR_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_PAIR_INL_H_
 #undef TESSERA_SIMD_PAIR_INL_H_
@@ -68,6 +69,10 @@ class PairStage final : public graph::PointStage {
  public:
   explicit PairStage(F f) : f_(std::move(f)) {}
   bool CanFuseAll(PixelType) const override { return true; }
+  std::unique_ptr<graph::PointStage> OfSamples(int) const override {
+    if constexpr (requires { F::kSamplesAlike; }) return std::make_unique<PairStage>(f_);
+    return nullptr;
+  }
 
   void Run(const graph::PointArgs& args) const override {
     const F f(f_);

@@ -353,6 +353,34 @@ TEST(CurveTest, NegativesInfinitiesAndNaN) {
   });
 }
 
+// Curves of 8-bit pixels are looked up, samples that an operation has changed are not: bits are those of
+// floats.
+TEST(CurveTest, BytesGiveTheBitsOfFloats) {
+  const Image bytes(ImageSpec(67, 16, 3, PixelType::kUint8));
+  for (int i = 0; i < 67 * 16 * 3; ++i)
+    bytes.at<uint8_t>(i / 3 % 67, i / 201, i % 3) = static_cast<uint8_t>(i * 5);
+  const Node codes = FromImage(bytes);
+  OnEveryTarget([&] {
+    for (const Node& from : {codes, MulConstant(codes, {-1}), MulConstant(codes, {1, 0.37, 2})}) {
+      const Node floats = FromImage(Render(from));
+      const auto expect_same = [&](const auto& curve) {
+        const Samples got = Values(curve(from)), want = Values(curve(floats));
+        EXPECT_EQ(std::memcmp(got.data(), want.data(), want.size() * sizeof(float)), 0);
+      };
+      for (const std::string& name : TransferFunctionNames()) {
+        SCOPED_TRACE(name);
+        expect_same([&](const Node& node) { return Encode(node, Named(name)); });
+        expect_same([&](const Node& node) { return Decode(node, Named(name)); });
+      }
+      for (const double exponent : {2.2, -0.5, 3.0, 2.0}) {
+        SCOPED_TRACE(exponent);
+        if (exponent > 0) expect_same([&](const Node& node) { return Power(node, exponent); });
+        expect_same([&](const Node& node) { return PowerConstant(node, {exponent, 1.0, 2.4}); });
+      }
+    }
+  });
+}
+
 TEST(CurveTest, Refusals) {
   const Node image = Row({1});
   EXPECT_THROW(ApplyCurve(image, {}), Error);

@@ -26,18 +26,21 @@ namespace hn = hwy::HWY_NAMESPACE;
 using s::V;
 using M = hn::Mask<s::D>;
 struct AddF {
+  static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Add(a, b); }
 #if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::SaturatedAdd(a, b); }
 #endif
 };
 struct SubF {
+  static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Sub(a, b); }
 #if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::SaturatedSub(a, b); }
 #endif
 };
 struct MulF {
+  static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Mul(a, b); }
 #if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
@@ -47,6 +50,7 @@ struct MulF {
 #endif
 };
 struct AbsDiffF {
+  static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Abs(hn::Sub(a, b)); }
 #if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
@@ -55,12 +59,14 @@ struct AbsDiffF {
 #endif
 };
 struct MinF {
+  static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return s::MinNumber(a, b); }
 #if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::Min(a, b); }
 #endif
 };
 struct MaxF {
+  static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return s::MaxNumber(a, b); }
 #if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::Max(a, b); }

@@ -1,9 +1,14 @@
 // The one kernel of every affine operation: blocks of planes, or straight from and to interleaved RGBA
 // pixels.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <type_traits>
 
 #include "graph/stage.h"
@@ -69,6 +74,28 @@ template <AffineClass kClass>
 class Affine {
  public:
   HWY_INLINE Affine(const Coefficients& c, LimitForm form) : c_(c), form_(form) {}
+
+  // This for every sample, where it treats those of the first channels alike.
+  std::optional<Affine> OfSamples(int channels) const {
+    Coefficients c = c_;
+    const auto spread = [channels](float(&v)[4]) {
+      bool alike = true;
+      for (int i = 1; i < 4; ++i) {
+        if (i < channels) alike = alike && std::bit_cast<uint32_t>(v[i]) == std::bit_cast<uint32_t>(v[0]);
+        v[i] = v[0];
+      }
+      return alike;
+    };
+    float scale[4] = {c.m[0][0], c.m[1][1], c.m[2][2], c.m[3][3]};
+    const bool alike[] = {spread(scale), spread(c.bias), spread(c.low), spread(c.high), spread(c.nan)};
+    if (kClass != AffineClass::kDiagonal || !std::all_of(std::begin(alike), std::end(alike), std::identity()))
+      return std::nullopt;
+    for (int i = 0; i < 4; ++i) c.m[i][i] = scale[i];
+    const bool limits = std::isfinite(c.low[0]) || std::isfinite(c.high[0]);
+    return Affine(c, !limits                ? LimitForm::kNone
+                     : c.nan[0] == c.low[0] ? LimitForm::kUniform
+                                            : LimitForm::kSome);
+  }
 
   LimitForm form() const { return form_; }
   float Bound(float max) const { return c_.Bound(max); }
@@ -177,6 +204,15 @@ class AffineStage final : public graph::PointStage {
         return std::make_unique<AffineStage<Both>>(
             Both(values_, other->values_), Both(codes8_, other->codes8_), Both(codes16_, other->codes16_));
       }
+    }
+    return nullptr;
+  }
+
+  std::unique_ptr<graph::PointStage> OfSamples(int channels) const override {
+    if constexpr (std::is_same_v<Kernel, Affine<AffineClass::kDiagonal>>) {
+      const auto values = values_.OfSamples(channels), codes8 = codes8_.OfSamples(channels),
+                 codes16 = codes16_.OfSamples(channels);
+      if (values && codes8 && codes16) return std::make_unique<AffineStage>(*values, *codes8, *codes16);
     }
     return nullptr;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 
@@ -18,6 +19,7 @@
 #include "ops/curve/curve_pieces-inl.h"
 #include "ops/curve/fast_curve-inl.h"
 #include "simd/fused-inl.h"
+#include "simd/gather-inl.h"
 #include "simd/math-inl.h"
 #include "simd/point-inl.h"
 
@@ -112,6 +114,7 @@ struct CurveWork {
   CurvePieces pieces;
 #endif
   bool active() const { return curve.active; }
+  bool quick() const { return curve.formula.kind == Kind::kLinear; }  // quicker than to look it up
   void operator()(const float* in, float* out, int count) const { loop(*this, in, out, count); }
 };
 
@@ -295,6 +298,7 @@ struct PowerWork {
   FastCurve fast;
 #endif
   bool active() const { return power.active; }
+  bool quick() const { return power.exponent == 2; }
 
   // |x|^e where x is neither 0 nor infinite nor NaN.
   HWY_INLINE V Magnitude(V x) const {
@@ -349,18 +353,62 @@ PowerWork WorkOf(const PlanePower& power) {
   return work;
 }
 
+// What work makes of the samples of 8-bit pixels.
+class ByteTable {
+ public:
+  template <class Work>
+  explicit ByteTable(const Work& work) {
+    for (int c = 0; c < kCodes; ++c) results_[c] = static_cast<float>(c) / (kCodes - 1);
+    work(results_, results_, kCodes);
+  }
+  // work(samples, samples, count), looked up where a whole vector's samples are code / 255.
+  template <class Work>
+  void Run(const Work& work, float* samples, int count) const {
+    const s::D d;
+    const s::DI di;
+    for (int i = 0; i < count; i += s::kLanes) {
+      const V v = hn::Load(d, samples + i);
+      const s::VI code =
+          hn::And(hn::NearestInt(hn::Mul(v, hn::Set(d, kCodes - 1.0f))), hn::Set(di, kCodes - 1));
+      const V sample = s::FromUnorm8(hn::ConvertTo(d, code));
+      // Bit by bit: minus zero is none.
+      if (HWY_LIKELY(hn::AllTrue(di, hn::Eq(hn::BitCast(di, sample), hn::BitCast(di, v))))) {
+        hn::Store(s::GatherFloats(results_, code), d, samples + i);
+      } else {
+        work(samples + i, samples + i, s::kLanes);
+      }
+    }
+  }
+
+ private:
+  static constexpr int kCodes = 256;
+  alignas(64) float results_[kCodes];
+};
+
 // Runs each active plane's work(in, out, count), from and to planes or interleaved pixels.
 template <class Work>
 class PlaneStage final : public graph::PointStage {
  public:
   template <class Plane>
-  explicit PlaneStage(const Plane (&planes)[4]) {
+  PlaneStage(const Plane (&planes)[4], bool bytes) {
     for (int p = 0; p < 4; ++p) {
       alike_[p] = p > 0 && planes[p] == planes[p - 1];
       work_[p] = alike_[p] ? work_[p - 1] : WorkOf(planes[p]);
+      const bool looks_up = bytes && work_[p].active() && !work_[p].quick();
+      if (looks_up && !alike_[p]) tables_[p] = std::make_shared<ByteTable>(work_[p]);
     }
   }
   bool CanFuse(bool, PixelType) const override { return true; }
+  std::unique_ptr<graph::PointStage> OfSamples(int channels) const override {
+    if (!work_[0].active() || !std::all_of(alike_ + 1, alike_ + channels, std::identity())) return nullptr;
+    auto stage = std::make_unique<PlaneStage>(*this);
+    for (int p = 1; p < 4; ++p) {
+      stage->work_[p] = work_[0];
+      stage->alike_[p] = true;
+      stage->tables_[p] = nullptr;
+    }
+    return stage;
+  }
   void Run(const graph::PointArgs& args) const override {
     // Results may lie where other planes' samples do, so that all are read before any is written.
     // Short chunks: reading and writing memory goes on beside the arithmetic.
@@ -375,7 +423,11 @@ class PlaneStage final : public graph::PointStage {
       // Planes with the same curve are one run: its tables are loaded once.
       for (int p = 0, next = 1; p < 4; p = next) {
         for (next = p + 1; next < 4 && alike_[next]; ++next) continue;
-        if (work_[p].active()) work_[p](planes[p], planes[p], (next - p) * count);
+        if (tables_[p]) {
+          tables_[p]->Run(work_[p], planes[p], (next - p) * count);
+        } else if (work_[p].active()) {
+          work_[p](planes[p], planes[p], (next - p) * count);
+        }
       }
       s::StoreChunk(args, first, count, [&](int i) HWY_ATTR {
         return s::Pixels{hn::Load(d, planes[0] + i), hn::Load(d, planes[1] + i), hn::Load(d, planes[2] + i),
@@ -387,13 +439,14 @@ class PlaneStage final : public graph::PointStage {
  private:
   Work work_[4];
   bool alike_[4];  // the plane before has the same
+  std::shared_ptr<const ByteTable> tables_[4];
 };
 
-std::unique_ptr<graph::PointStage> NewCurveStage(const PlaneCurve (&planes)[4]) {
-  return std::make_unique<PlaneStage<CurveWork>>(planes);
+std::unique_ptr<graph::PointStage> NewCurveStage(const PlaneCurve (&planes)[4], bool bytes) {
+  return std::make_unique<PlaneStage<CurveWork>>(planes, bytes);
 }
-std::unique_ptr<graph::PointStage> NewPowerStage(const PlanePower (&planes)[4]) {
-  return std::make_unique<PlaneStage<PowerWork>>(planes);
+std::unique_ptr<graph::PointStage> NewPowerStage(const PlanePower (&planes)[4], bool bytes) {
+  return std::make_unique<PlaneStage<PowerWork>>(planes, bytes);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -405,11 +458,11 @@ namespace tessera::ops {
 HWY_EXPORT(NewCurveStage);
 HWY_EXPORT(NewPowerStage);
 
-std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4]) {
-  return HWY_DYNAMIC_DISPATCH(NewCurveStage)(planes);
+std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4], bool bytes) {
+  return HWY_DYNAMIC_DISPATCH(NewCurveStage)(planes, bytes);
 }
-std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4]) {
-  return HWY_DYNAMIC_DISPATCH(NewPowerStage)(planes);
+std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4], bool bytes) {
+  return HWY_DYNAMIC_DISPATCH(NewPowerStage)(planes, bytes);
 }
 
 }  // namespace tessera::ops

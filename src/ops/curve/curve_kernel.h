@@ -16,7 +16,8 @@ struct PlaneCurve {
   float at_infinity = 0, at_minus_infinity = 0, at_zero = 0;
   bool operator==(const PlaneCurve&) const = default;
 };
-std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4]);
+// `bytes`: samples come from 8-bit pixels. Those that still are code / 255 are looked up, with the same bits.
+std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4], bool bytes);
 
 // x^exponent by C's rules.
 struct PlanePower {
@@ -24,7 +25,7 @@ struct PlanePower {
   double exponent = 1;
   bool operator==(const PlanePower&) const = default;
 };
-std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4]);
+std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4], bool bytes);
 
 }  // namespace tessera::ops
 
