@@ -47,7 +47,7 @@ struct PointRun {
   std::vector<PointStep> steps;
   std::vector<PlaneId> result;   // plane of every stored channel
   int planes = kFirstFreePlane;  // physical planes in use
-  // Where all there is to do is one step that treats samples alike, on all channels of fewer than four: that
+  // Where all there is to do is one step that treats samples alike, on all of one to four channels: that
   // step, for dense pixels, and the loads of its inputs.
   std::unique_ptr<PointStage> samples;
   std::vector<int> sample_loads;

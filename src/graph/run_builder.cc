@@ -271,10 +271,10 @@ class RunBuilder {
     }
   }
 
-  // A single step on all of one, two or three channels may take rows of samples instead.
+  // A single step on all of one to four channels may take rows of samples instead.
   void FindSamples(const std::vector<int>& channels) {
     const size_t count = channels.size();
-    if (run_->steps.size() != 1 || count == 0 || count > 3) return;
+    if (run_->steps.size() != 1 || count == 0 || count > 4) return;
     for (size_t c = 0; c < count; ++c) {
       if (channels[c] != static_cast<int>(c)) return;
     }

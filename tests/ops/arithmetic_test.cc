@@ -146,7 +146,7 @@ TEST(ArithmeticTest, DirectPixelsAndPlanesAgree) {
 }
 
 TEST(ArithmeticTest, DenseSamplesAndPlanesAgree) {
-  // Images of one to three channels as rows of samples, and into pixels of another type or with room between
+  // Images of one to four channels as rows of samples, and into pixels of another type or with room between
   // them, which take planes.
   using Op = std::function<Node(const Node&, const Node&, const Node&)>;
   const std::vector<std::pair<const char*, Op>> ops = {
@@ -171,7 +171,7 @@ TEST(ArithmeticTest, DenseSamplesAndPlanesAgree) {
        }},
       {"quantize", [](const Node& a, auto&...) { return Quantize(a, {.bits = 5, .dither = true}); }},
   };
-  for (const int channels : {1, 2, 3}) {
+  for (const int channels : {1, 2, 3, 4}) {
     for (const int width : {1, 5, 21, 64, 67, 301}) {
       for (const PixelType type :
            {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
