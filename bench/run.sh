@@ -21,8 +21,8 @@ samples/setup.sh libnoise-dev libopencv-dev libvips-dev liblcms2-dev libpixman-1
   python3-vtk9 xvfb xauth
 build=build/release
 cmake --preset release >/dev/null
-cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_lic \
-  bench_lookup bench_noise bench_ops bench_pipelines bench_resample bench_shade bench_volume
+cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_layouts \
+  bench_lic bench_lookup bench_noise bench_ops bench_pipelines bench_resample bench_shade bench_volume
 out=build/bench
 rm -rf "$out"
 mkdir -p "$out"
@@ -42,6 +42,7 @@ if [ -n "$quick" ]; then
   measure lookup bench_lookup --sizes=3840x2160 --targets=best --seconds=1
   measure noise bench_noise --targets=best --seconds=1
   measure filter bench_filter --sizes=3840x2160 --targets=best --threads=1,2 --seconds=1
+  measure layouts bench_layouts --sizes=1920x1080 --types=float,uint8 --targets=best --threads=1 --seconds=0.2
   measure shade bench_shade --sizes=3840x2160 --targets=best --threads=2 --seconds=1
   measure composite bench_composite --sizes=3840x2160 --types=float,uint8 --targets=best --threads=1,2 --seconds=1
   measure environment bench_environment --types=half --targets=best --threads=2 --repetitions=7
@@ -55,6 +56,7 @@ else
   measure lookup bench_lookup --sizes=3840x2160 --targets=all
   measure noise bench_noise --targets=all
   measure filter bench_filter --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
+  measure layouts bench_layouts --sizes=3840x2160 --types=float,uint16,uint8 --targets=best --threads=1 --seconds=1
   measure shade bench_shade --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
   measure composite bench_composite --sizes=3840x2160 --types=float,half,uint8 --targets=all --threads=1,2
   measure environment bench_environment --types=half,float --targets=all --threads=1,2

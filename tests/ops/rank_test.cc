@@ -99,6 +99,16 @@ TEST(RankTest, EveryWayOfEveryWindowIsThePlainOne) {
   });
 }
 
+// Rows longer than what is worked on at a time, in pixels that it holds no whole number of.
+TEST(RankTest, LongRows) {
+  for (const int channels : {1, 2, 3, 5, 7}) {
+    Image image = Random(2500 / channels + 41, 9, channels);
+    for (const RankParams& p : {RankParams{3, 3}, {5, 5}, {4, 6}, {41, 2}}) ExpectRanks<float>(image, p);
+    image.at<float>(20, 3) = kNaN;
+    for (const RankParams& p : {RankParams{3, 3}, {5, 5}, {4, 6}, {41, 2}}) ExpectRanks<float>(image, p);
+  }
+}
+
 TEST(RankTest, CodesOfIntegers) {
   OnEveryTarget([] {
     Image bytes(ImageSpec(45, 23, 3, PixelType::kUint8)), words(ImageSpec(45, 23, 3, PixelType::kUint16));

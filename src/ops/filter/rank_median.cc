@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "ops/filter/rank.h"
 
@@ -446,7 +447,9 @@ void RunMedian(int code, const RankTile& tile, base::Arena& scratch) {
   // Strips of a wide window would do little but its margins.
   const int margin = (tile.width - 1) * tile.channels;
   const int wanted = std::max(kMedianStrip, 4 * margin);
-  const int strip = std::min((tile.samples + 15) / 16 * 16, wanted / 16 * 16);
+  // Whole pixels: how many columns lie inside is the same for all samples of a pixel.
+  const int unit = std::lcm(16, tile.channels);
+  const int strip = std::min((tile.samples + unit - 1) / unit, std::max(1, wanted / unit)) * unit;
   MedianWork work;
   work.stride = ToKeyLine(strip + margin);
   const auto lines = [&](int count) {

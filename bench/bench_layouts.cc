@@ -1,0 +1,186 @@
+// What pictures look like outside of film: one, three and four channels, bytes and 16-bit integers beside
+// floats, through point operations, filters and resizing, beside OpenCV.
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "contest.h"
+#include "tessera/ops/arithmetic.h"
+#include "tessera/ops/color.h"
+#include "tessera/ops/curve.h"
+#include "tessera/ops/filter.h"
+#include "tessera/ops/geometry.h"
+
+#if defined(TESSERA_BENCH_OPENCV_IMGPROC)
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#endif
+
+namespace tessera::bench {
+namespace {
+
+#if defined(TESSERA_BENCH_OPENCV_IMGPROC)
+using Mat = cv::Mat;
+Mat Wrap(const Image& image) {
+  const ImageView v = image.view();
+  const int depth = v.type == PixelType::kUint8 ? CV_8U : v.type == PixelType::kUint16 ? CV_16U : CV_32F;
+  return Mat(v.roi.height(), v.roi.width(), CV_MAKETYPE(depth, v.channels), v.data,
+             static_cast<size_t>(v.row_stride));
+}
+#else
+struct Mat {};
+#endif
+
+// White noise; floats in [0, 1].
+Image Noise(int width, int height, int channels, PixelType type, uint32_t seed) {
+  const Image image(ImageSpec(width, height, channels, type));
+  std::mt19937 random(seed);
+  const size_t samples = static_cast<size_t>(width) * height * channels;
+  std::byte* to = image.view().data;
+  for (size_t i = 0; i < samples; ++i, to += PixelBytes(type)) {
+    const uint32_t bits = random();
+    const float value = static_cast<float>(bits >> 8) * 0x1p-24f;
+    if (type == PixelType::kFloat) {
+      std::memcpy(to, &value, sizeof value);
+    } else {
+      std::memcpy(to, &bits, PixelBytes(type));
+    }
+  }
+  return image;
+}
+
+struct Operation {
+  const char* name;
+  int divisor;  // of the sides of the result
+  std::function<Node(const Node&, const Node&)> ours;
+  std::function<void(const Mat&, const Mat&, Mat&)> theirs;  // of two images; null: there is none
+};
+
+Node Half(const Node& image, const char* filter) {
+  const ImageSpec& s = image.spec();
+  return Resize(image, {.width = s.width() / 2, .height = s.height() / 2, .filter = filter});
+}
+
+std::vector<Operation> Operations() {
+  std::vector<Operation> all = {
+      {"scaled by 1.1", 1, [](auto& a, auto&) { return MulConstant(a, {1.1}); }, nullptr},
+      {"sum of two", 1, [](auto& a, auto& b) { return Add(a, b); }, nullptr},
+      {"mean of two", 1, [](auto& a, auto& b) { return Interpolate(a, b, 0.5); }, nullptr},
+      {"sRGB", 1, [](auto& a, auto&) { return Encode(a, TransferFunction::kSrgb); }, nullptr},
+      {"3x3 binomial", 1, [](auto& a, auto&) { return Convolve(a, NamedKernel("smooth3")); }, nullptr},
+      {"3x3 zero sum", 1,
+       [](auto& a, auto&) {
+         return Convolve(a, {3, 3, 1, 1, 1, {0, -1, 0, -1, 4, -1, 0, -1, 0}});
+       },
+       nullptr},
+      {"15x15 Gaussian", 1, [](auto& a, auto&) { return Convolve(a, NamedKernel("gaussian", 15, 15)); },
+       nullptr},
+      {"box 21x21", 1, [](auto& a, auto&) { return BoxBlur(a, {.width = 21, .height = 21}); }, nullptr},
+      {"median 3x3", 1,
+       [](auto& a, auto&) {
+         return Median(a, {3, 3});
+       },
+       nullptr},
+      {"median 5x5", 1,
+       [](auto& a, auto&) {
+         return Median(a, {5, 5});
+       },
+       nullptr},
+      {"dilate 5x5", 1,
+       [](auto& a, auto&) {
+         return Dilate(a, {5, 5});
+       },
+       nullptr},
+      {"dilate 41x41", 1,
+       [](auto& a, auto&) {
+         return Dilate(a, {41, 41});
+       },
+       nullptr},
+      {"half box", 2, [](auto& a, auto&) { return Half(a, "box"); }, nullptr},
+      {"half lanczos3", 2, [](auto& a, auto&) { return Half(a, "lanczos3"); }, nullptr}};
+#if defined(TESSERA_BENCH_OPENCV_IMGPROC)
+  constexpr int kBorder = cv::BORDER_REPLICATE;
+  const auto set = [&](const std::string& name, std::function<void(const Mat&, const Mat&, Mat&)> call) {
+    std::find_if(all.begin(), all.end(), [&](const Operation& o) { return o.name == name; })->theirs =
+        std::move(call);
+  };
+  set("scaled by 1.1", [](auto& a, auto&, Mat& d) { a.convertTo(d, -1, 1.1); });
+  set("sum of two", [](auto& a, auto& b, Mat& d) { cv::add(a, b, d); });
+  set("mean of two", [](auto& a, auto& b, Mat& d) { cv::addWeighted(a, 0.5, b, 0.5, 0, d); });
+  set("3x3 binomial", [](auto& a, auto&, Mat& d) { cv::GaussianBlur(a, d, {3, 3}, 0, 0, kBorder); });
+  set("3x3 zero sum", [](auto& a, auto&, Mat& d) {
+    cv::filter2D(a, d, -1, Mat(cv::Matx33f(0, -1, 0, -1, 4, -1, 0, -1, 0)), {-1, -1}, 0, kBorder);
+  });
+  set("15x15 Gaussian", [](auto& a, auto&, Mat& d) {
+    cv::GaussianBlur(a, d, {15, 15}, 3.75, 3.75, kBorder);
+  });
+  set("box 21x21", [](auto& a, auto&, Mat& d) { cv::blur(a, d, {21, 21}, {-1, -1}, kBorder); });
+  set("median 3x3", [](auto& a, auto&, Mat& d) { cv::medianBlur(a, d, 3); });
+  set("median 5x5", [](auto& a, auto&, Mat& d) { cv::medianBlur(a, d, 5); });
+  set("dilate 5x5", [](auto& a, auto&, Mat& d) { cv::dilate(a, d, Mat::ones(5, 5, CV_8U)); });
+  set("dilate 41x41", [](auto& a, auto&, Mat& d) { cv::dilate(a, d, Mat::ones(41, 41, CV_8U)); });
+  set("half box", [](auto& a, auto&, Mat& d) { cv::resize(a, d, d.size(), 0, 0, cv::INTER_AREA); });
+  // Of eight taps, also where the picture becomes smaller.
+  set("half lanczos3", [](auto& a, auto&, Mat& d) { cv::resize(a, d, d.size(), 0, 0, cv::INTER_LANCZOS4); });
+#endif
+  return all;
+}
+
+Contest Make(const Operation& operation, int width, int height, int channels, PixelType type,
+             [[maybe_unused]] int threads) {
+  Contest c;
+  const Image a = Noise(width, height, channels, type, 1), b = Noise(width, height, channels, type, 2);
+  c.output = Image(ImageSpec(width / operation.divisor, height / operation.divisor, channels, type));
+  c.ways = {{"", operation.ours(FromImage(a), FromImage(b))}};
+  c.oracle_rows = 1;
+#if defined(TESSERA_BENCH_OPENCV_IMGPROC)
+  if (operation.theirs) {
+    c.peers = {{"OpenCV", [=, call = operation.theirs, d = Wrap(c.output)]() mutable {
+                  cv::setNumThreads(threads);
+                  call(Wrap(a), Wrap(b), d);
+                }}};
+  }
+#endif
+  return c;
+}
+
+}  // namespace
+}  // namespace tessera::bench
+
+int main(int argc, char** argv) {
+  using namespace tessera::bench;
+  using tessera::PixelType;
+  return RunSuite(argc, argv, [](const Options& options) {
+    for (const Operation& operation : Operations()) {
+      for (const PixelType type : options.types) {
+        if (type == PixelType::kHalf) continue;  // OpenCV has no arithmetic on it
+        for (const int channels : {1, 3, 4}) {
+          for (const Options::Size& size : options.sizes) {
+            for (const int threads : options.threads) {
+              const int width = size.width > 0 ? size.width : 3840,
+                        height = size.height > 0 ? size.height : 2160;
+              ContestNames names{"layouts",
+                                 operation.name,
+                                 std::string(PixelTypeName(type)) + " x" + std::to_string(channels),
+                                 width,
+                                 height,
+                                 threads,
+                                 {""},
+                                 {}};
+#if defined(TESSERA_BENCH_OPENCV_IMGPROC)
+              if (operation.theirs) names.peers = {"OpenCV"};
+#endif
+              RegisterContest(names, options,
+                              [=] { return Make(operation, width, height, channels, type, threads); });
+            }
+          }
+        }
+      }
+    }
+  });
+}
