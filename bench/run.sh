@@ -56,7 +56,7 @@ else
   measure lookup bench_lookup --sizes=3840x2160 --targets=all
   measure noise bench_noise --targets=all
   measure filter bench_filter --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
-  measure layouts bench_layouts --sizes=3840x2160 --types=float,uint16,uint8 --targets=best --threads=1 --seconds=1
+  measure layouts bench_layouts --sizes=1920x1080 --types=float,uint16,uint8 --targets=best --threads=1 --seconds=0.5
   measure shade bench_shade --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
   measure composite bench_composite --sizes=3840x2160 --types=float,half,uint8 --targets=all --threads=1,2
   measure environment bench_environment --types=half,float --targets=all --threads=1,2
