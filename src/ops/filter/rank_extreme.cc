@@ -10,10 +10,10 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/filter/rank_extreme.cc"
-#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/filter/rank-inl.h"
 #include "simd/pixels-inl.h"
 
 #ifndef TESSERA_OPS_FILTER_RANK_EXTREME_CC_
@@ -48,12 +48,6 @@ struct ExtremeWork {
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
-namespace s = simd::HWY_NAMESPACE;
-namespace hn = hwy::HWY_NAMESPACE;
-using s::D;
-using s::V;
-
-constexpr int kLanes = s::kLanes;
 
 // The extreme of two samples; equal ones give the later, b.
 template <bool kLargest>
@@ -71,21 +65,6 @@ struct OfAll {
 };
 
 HWY_INLINE V Load(const float* p) { return hn::LoadU(D(), p); }
-
-// f(i) for the vectors of a row of results, the last one part of a vector.
-template <class F>
-HWY_INLINE void StoreRow(const F& f, float* out, int count, bool stream) {
-  int i = 0;
-  if (stream && reinterpret_cast<uintptr_t>(out) % (4 * kLanes) == 0) {
-    for (; i + kLanes <= count; i += kLanes) s::StoreOrStream(f(i), D(), out + i, true);
-  } else {
-    for (; i + kLanes <= count; i += kLanes) hn::StoreU(f(i), D(), out + i);
-  }
-  if (i == count) return;
-  HWY_ALIGN float lanes[kLanes];
-  hn::Store(f(i), D(), lanes);
-  std::copy_n(lanes, count - i, out + i);
-}
 
 // out[i] = the extreme of in[i + offset] over kTerms offsets.
 template <class E, int kTerms>
@@ -105,7 +84,7 @@ HWY_INLINE bool HasNaN(const float* in, int count, ptrdiff_t ahead) {
   auto found = hn::IsNaN(hn::Zero(D()));
   int i = 0;
   for (; i + kLanes <= count; i += kLanes) {
-    if (i % 16 == 0) hwy::Prefetch(in + ahead + i);
+    AskFor(in + ahead, i);
     found = hn::Or(found, hn::IsNaN(Load(in + i)));
   }
   bool any = !hn::AllFalse(D(), found);

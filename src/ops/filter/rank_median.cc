@@ -10,10 +10,10 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/filter/rank_median.cc"
-#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/filter/rank-inl.h"
 #include "simd/pixels-inl.h"
 
 #ifndef TESSERA_OPS_FILTER_RANK_MEDIAN_CC_
@@ -45,14 +45,9 @@ struct MedianWork {
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
-namespace s = simd::HWY_NAMESPACE;
-namespace hn = hwy::HWY_NAMESPACE;
-using s::D;
 using s::DI;
-using s::V;
 using s::VI;
 
-constexpr int kLanes = s::kLanes;
 constexpr int32_t kLast = std::numeric_limits<int32_t>::max();  // key of NaN
 
 // Numbers without a sign are in the order of their bits: rows are read where they are.
@@ -115,12 +110,6 @@ using VK = hn::Vec<DK<T>>;
 template <class T>
 constexpr int kKeyLanes = static_cast<int>(hn::MaxLanes(DK<T>()));
 
-// Memory is slower than everything else here, and windows go down columns where the processor does not see
-// them coming: rows are asked for two rows before they are needed.
-HWY_INLINE void AskFor(const float* p, int i) {
-  if (i % 16 == 0) hwy::Prefetch(p + i);
-}
-
 // False when some sample has no key.
 template <class K>
 bool ToKeys(const float* in, int count, const float* ahead, typename K::T* out) {
@@ -157,21 +146,6 @@ bool AreUnsigned(const float* in, int count, const float* ahead) {
     largest = std::max(largest, bits);
   }
   return largest <= kInfinity;
-}
-
-// f(i) for the vectors of a row of results, the last one part of a vector.
-template <class F>
-HWY_INLINE void StoreRow(const F& f, float* out, int count, bool stream) {
-  int i = 0;
-  if (stream && reinterpret_cast<uintptr_t>(out) % (4 * kLanes) == 0) {
-    for (; i + kLanes <= count; i += kLanes) s::StoreOrStream(f(i), D(), out + i, true);
-  } else {
-    for (; i + kLanes <= count; i += kLanes) hn::StoreU(f(i), D(), out + i);
-  }
-  if (i == count) return;
-  HWY_ALIGN float lanes[kLanes];
-  hn::Store(f(i), D(), lanes);
-  std::copy_n(lanes, count - i, out + i);
 }
 
 // A row of results: f(i) is a vector of keys. `line` has room for them.
