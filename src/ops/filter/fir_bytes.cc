@@ -113,17 +113,6 @@ double ExactSum(const CodesWindow& w, const float* in, ptrdiff_t stride, int cha
   return sum;
 }
 
-// An exact result in codes as a sample that the sink rounds as it would round the result.
-float SettledSampleOf(double exact) {
-  // Weights that are not whole numbers leave ties by their own roundings.
-  constexpr double kTie = 1e-8;
-  double code = std::floor(exact + 0.5);
-  if (std::fabs(exact + 0.5 - std::nearbyint(exact + 0.5)) < kTie)
-    code = 2 * std::floor((exact + 0.5 + kTie) / 2);
-  const double reach = 0.5 - (std::fabs(code) + 0.5) * 0x1.8p-23;
-  return static_cast<float>(std::clamp(exact, code - reach, code + reach) / kLargestByte);
-}
-
 }  // namespace
 
 BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, double error) {
@@ -193,7 +182,7 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile
       found.clear();
       settle(window.band, row, tile.floats, found);
       for (const int i : found)
-        row[i] = SettledSampleOf(ExactSum(exact, held + ptrdiff_t{y} * stride + i, stride, tile.channels));
+        row[i] = SettledSample(ExactSum(exact, held + ptrdiff_t{y} * stride + i, stride, tile.channels), 255);
     }
   }
   if (!all) KeepWithoutStrangers(exact, 255, 2 * kWholeCode, tile, codes);

@@ -36,6 +36,10 @@ bool AreCodes(const float* samples, int count, int largest);
 void RunCodes(const CodesWindow& window, int largest, const FirTile& tile, base::Arena& scratch,
               const std::function<void()>& as_floats);
 
+// An exact result in codes as a sample that the sink rounds as it would round the result, half to even: moved
+// by no more than its last two bits.
+float SettledSample(double exact, double largest);
+
 // Of the results `codes.out`, which are right where a window sees codes alone, those that are go to
 // `tile.out`. A sample of `tile` farther than `whole` from the code in `codes.in` is none.
 void KeepWithoutStrangers(const CodesWindow& window, int largest, double whole, const FirTile& tile,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ops/filter/extend.h"
+#include "ops/filter/fir_codes.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/filter/integer_sums.cc"
@@ -148,8 +149,6 @@ double IntegerSums::Exact(const ConstImageView& in, std::span<const int> in_chan
 void IntegerSums::Settle(const ConstImageView& in, std::span<const int> in_channels, const ImageView& out,
                          std::span<const int> out_channels, const Roi& window) const {
   auto* const find = &HWY_DYNAMIC_DISPATCH(FindHalves);
-  // Weights that are not whole numbers leave ties by their own roundings; the sink's product is exact.
-  constexpr double kTie = 1e-8;
   std::vector<int> found;
   for (int y = out.roi.y0; y < out.roi.y1; ++y) {
     auto* const row = reinterpret_cast<float*>(out.At(out.roi.x0, y));
@@ -173,11 +172,7 @@ void IntegerSums::Settle(const ConstImageView& in, std::span<const int> in_chann
       const double exact = Exact(in, in_channels, window, out.roi.x0 + i / out.channels, y,
                                  out_channels[static_cast<size_t>(i % out.channels)]);
       if (std::isnan(exact)) continue;
-      double code = std::floor(exact + 0.5);
-      if (std::fabs(exact + 0.5 - std::nearbyint(exact + 0.5)) < kTie)
-        code = 2 * std::floor((exact + 0.5 + kTie) / 2);
-      const double margin = (std::fabs(code) + 0.5) * 0x1.2p-24;  // more than the float's own rounding
-      row[i] = static_cast<float>(std::clamp(exact, code - 0.5 + margin, code + 0.5 - margin) / largest_);
+      row[i] = SettledSample(exact, largest_);
     }
   }
 }
