@@ -59,6 +59,13 @@ struct Floats {
     for (int i = 0; i < kVectors; ++i) r.v[i] = hn::Add(v[i], x.v[i]);
     return r;
   }
+  // 0 where `bits`, all set or none, are none.
+  HWY_INLINE Floats Masked(uint32_t bits) const {
+    Floats r;
+    const auto mask = hn::BitCast(Tag(), hn::Set(hn::RebindToUnsigned<Tag>(), bits));
+    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::And(v[i], mask);
+    return r;
+  }
   // Every NaN as the same one: which of several a sum passes on depends on the compiler.
   HWY_INLINE Floats OneNaN() const {
     Floats r;

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
 #include <cfloat>
 #include <cmath>
 #include <cstring>
@@ -206,16 +208,24 @@ TEST(GeometryTest, CoordinatesAreExactAcrossAMillionPixels) {
 
 TEST(GeometryTest, WarpsAreTheSameWhereverARunOfPixelsBegins) {
   // Turned, so that runs at the edges have pixels that need a second look and those inside have none; the
-  // parts begin elsewhere and are narrower than a run.
-  const auto value = [](int x, int y, int c) { return ((x * 37 + y * 101 + c * 11) % 256) / 255.0; };
+  // parts begin elsewhere and are narrower than a run. Maps that reduce give neighbouring pixels one tap more
+  // or less; the last map reduces on one side only.
+  const auto value = [](int x, int y, int c) {
+    const int speck = (x * 131 + y * 77) % 997;
+    if (speck < 4) return std::array{std::nan(""), HUGE_VAL, -HUGE_VAL, -0.0}[static_cast<size_t>(speck)];
+    return ((x * 37 + y * 101 + c * 11) % 256) / 255.0;
+  };
   const Node image = FromImage(Filled(300, 190, 4, value));
   const Node coordinates = FromImage(Filled(300, 190, 4, [](int x, int y, int c) {
     return c == 0 ? (0.95 * x + 0.11 * y) / 300 : (0.97 * y - 0.1 * x + 8.25) / 190;
   }));
   OnEveryTarget([&] {
-    for (const char* filter : {"triangle", "simon", "lanczos3"}) {
+    for (const char* filter : {"triangle", "simon", "lanczos3", "box"}) {
       for (const Node& node :
            {Warp(image, {{1.05, 0.11, 0, -0.11, 1.05, 0, 10, -15, 1}, filter, Wrap::kMirror, false}),
+            Warp(image, {{0.55, 0.06, 0, -0.05, 0.8, 0, 30, 20, 1}, filter, Wrap::kBlack, false}),
+            Warp(image, {{0.2, 0, 0, 0, 1.5, 0, 90, -10, 1}, filter, Wrap::kRepeat, false}),
+            Warp(image, {{1.02, 0.1, 3e-4, -0.1, 0.98, -2e-4, 5, 5, 1}, filter, Wrap::kClamp, false}),
             StWarp(image, coordinates, {filter, Wrap::kRepeat, Wrap::kClamp})}) {
         const Image whole = Render(node);
         for (const Roi& roi : {Roi{3, 5, 60, 90}, Roi{101, 40, 299, 43}, Roi{160, 0, 230, 190}}) {
@@ -223,7 +233,8 @@ TEST(GeometryTest, WarpsAreTheSameWhereverARunOfPixelsBegins) {
           for (int y = roi.y0; y < roi.y1; ++y) {
             for (int x = roi.x0; x < roi.x1; ++x) {
               for (int c = 0; c < 4; ++c) {
-                ASSERT_EQ(part.at<float>(x, y, c), whole.at<float>(x, y, c))
+                ASSERT_EQ(std::bit_cast<uint32_t>(part.at<float>(x, y, c)),
+                          std::bit_cast<uint32_t>(whole.at<float>(x, y, c)))
                     << filter << " " << x << "," << y;
               }
             }

@@ -56,11 +56,4 @@ int GatherSource::pixels_per_row() const {
   return counts && same ? static_cast<int>(stride / kPixel) : 0;
 }
 
-double GatherSource::Value(double distance) const {
-  const double at = std::fabs(distance) * kPhases;
-  if (!(at < static_cast<double>(fine.size() - 1))) return 0;
-  const auto i = static_cast<size_t>(at);
-  return fine[i] + (at - static_cast<double>(i)) * (fine[i + 1] - fine[i]);
-}
-
 }  // namespace tessera::ops

@@ -29,7 +29,6 @@ class GatherSource {
   int taps = 0;                      // pixels per axis while nothing is reduced
   std::vector<float> phase_weights;  // (kPhases + 1) x taps
   std::vector<double> fine;  // the filter every 1 / kPhases of a pixel from its centre, for reductions
-  double Value(double distance) const;
   // From one row of `groups` to the next; 0 where rows are no whole number of pixels, or where there are more
   // pixels than an offset can tell.
   int pixels_per_row() const;

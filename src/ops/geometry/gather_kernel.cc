@@ -14,6 +14,7 @@
 #include <hwy/highway.h>
 
 #include "ops/geometry/positions-inl.h"
+#include "ops/geometry/reduce-inl.h"
 #include "simd/floats-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -40,13 +41,14 @@ int Wrapped(int64_t i, int size, Wrap wrap) {
   }
 }
 
-// The pixels with weight along one axis, for what the short paths leave: edges, whole positions, reductions.
+// The pixels with weight along one axis, for what the short paths leave: edges, whole positions, reductions
+// by much.
 struct AxisWeights {
   std::vector<int> index;
   std::vector<float> weight;
 
-  // `position` in indices of the image.
-  void Find(const GatherSource& source, double position, double wide, int size, Wrap wrap) {
+  // `position` in indices of the image; `reduced`: the filter is widened along one axis at least.
+  void Find(const GatherSource& source, double position, double wide, bool reduced, int size, Wrap wrap) {
     index.clear(), weight.clear(), exact_.clear();
     wide = std::min(wide, GatherSource::kWidest / source.filter->width);
     const double radius = source.filter->width / 2 * wide;
@@ -61,11 +63,15 @@ struct AxisWeights {
       if (at >= 0) index.push_back(at), weight.push_back(1);
       return;
     }
+    const hn::CappedTag<double, 1> d;
+    const WidenedFilter<hn::CappedTag<double, 1>> filter(d, source, hn::Set(d, wide));
+    const auto all = hn::Eq(hn::Zero(d), hn::Zero(d));
     double sum = 0;
     const bool fold = to - from >= size;  // pixels are seen more than once: their weights are added
     if (fold) exact_.assign(static_cast<size_t>(size), 0);
     for (double j = from; j <= to; ++j) {
-      const double w = wide == 1 ? source.filter->value(j - position) : source.Value((j - position) / wide);
+      const double w = reduced ? hn::GetLane(filter.Value(d, hn::Set(d, j - position), all))
+                               : source.filter->value(j - position);
       const int at = Wrapped(static_cast<int64_t>(j), size, wrap);
       if (at >= 0 || !source.renormalize) sum += w;
       if (w == 0 || at < 0) continue;
@@ -84,8 +90,9 @@ struct AxisWeights {
         if (exact_[static_cast<size_t>(at)] != 0) index.push_back(at);
       }
     }
+    const double scale = 1 / sum;
     for (const double w : exact_) {
-      if (w != 0) weight.push_back(static_cast<float>(w / sum));
+      if (w != 0) weight.push_back(static_cast<float>(w * scale));
     }
   }
 
@@ -232,15 +239,7 @@ class Gatherer {
     for (int y = roi.y0; y < roi.y1; ++y) {
       for (int x = roi.x0; x < roi.x1; x += kRun) {
         const int count = std::min(kRun, roi.x1 - x);
-        if (job_.map.from_image) {
-          const Coordinates from(job_, x, y, count);
-          if (!even || !PlainImageTaps(job_, from, x, y, count, index_)) {
-            ImagePositions(job_, from, x, y, count, at_);
-            LookUpAny(x, y, count);
-            continue;
-          }
-        } else if (!even || !PlainMatrixTaps(job_, x, y, count, index_)) {
-          MatrixPositions(job_.map, source_.window, x, y, count, at_);
+        if (!Plain(even, x, y, count)) {
           LookUpAny(x, y, count);
           continue;
         }
@@ -254,12 +253,26 @@ class Gatherer {
   template <int kTaps>
   using Taps = std::integral_constant<int, kTaps>;
 
+  // Whether no pixel of a run needs a second look: then the taps are known, else the positions.
+  bool Plain(bool even, int x, int y, int count) {
+    if (job_.map.from_image) {
+      const Coordinates from(job_, x, y, count);
+      if (even && PlainImageTaps(job_, from, x, y, count, index_)) return true;
+      ImagePositions(job_, from, x, y, count, at_);
+      return false;
+    }
+    if (!job_.map.projective && even && PlainMatrixTaps(job_, x, y, count, index_)) return true;
+    MatrixPositions(job_.map, source_.window, x, y, count, at_);
+    return job_.map.projective && even && PlainTaps(source_, at_, count, index_);
+  }
+
   void Clear() {
     const Roi& roi = job_.out.roi;
-    for (int y = roi.y0; y < roi.y1; ++y) {
-      std::fill_n(reinterpret_cast<float*>(job_.out.At(roi.x0, y)),
-                  static_cast<size_t>(roi.width()) * static_cast<size_t>(job_.out.channels), 0.0f);
-    }
+    for (int y = roi.y0; y < roi.y1; ++y) ClearRun(roi.x0, y, roi.width());
+  }
+  void ClearRun(int x, int y, int count) {
+    std::fill_n(reinterpret_cast<float*>(job_.out.At(x, y)),
+                static_cast<size_t>(count) * static_cast<size_t>(job_.out.channels), 0.0f);
   }
 
   // look_up(taps, linear, group) for every group of channels.
@@ -319,6 +332,7 @@ class Gatherer {
     const Roi& w = source_.window;
     FindTaps(w.width(), source_.wrap_x, source_.taps, count, at_.x, index_.x, index_.fx);
     FindTaps(w.height(), source_.wrap_y, source_.taps, count, at_.y, index_.y, index_.fy);
+    if (Beyond(count)) return ClearRun(x, y, count);
     const ptrdiff_t ahead = Ahead(x, int64_t{index_.y[0]} * source_.pixels_per_row() + index_.x[0]);
     ForTaps([&](auto taps, auto linear, size_t g) { LookUp<taps, linear>(g, x, y, count, ahead); });
   }
@@ -359,30 +373,64 @@ class Gatherer {
     const int last_x = source_.window.width() - kTaps, last_y = source_.window.height() - kTaps;
     auto* const out = reinterpret_cast<float*>(job_.out.At(x, y));
     const bool stream = direct_ && job_.stream && reinterpret_cast<uintptr_t>(out) % 16 == 0;
+    const auto write = [&](int i, const F4& value)
+                           HWY_ATTR { Write(value, g, out + ptrdiff_t{job_.out.channels} * i, stream); };
     for (int i = 0; i < count; ++i) {
+      if (at_.widened && i % ReducedAxis::kPixels == 0) {
+        alignas(64) float values[4 * ReducedAxis::kPixels];
+        const int reduced = std::min(ReducedAxis::kPixels, count - i);
+        if (LookUpReduced(group, i, reduced, values)) {
+          for (int k = 0; k < reduced; ++k) write(i + k, F4::Load(values + ptrdiff_t{4} * k));
+          i += reduced - 1;
+          continue;
+        }
+      }
       const int ix = index_.x[i], iy = index_.y[i];
       const float fx = index_.fx[i], fy = index_.fy[i];
       // Inside, between pixels, not reduced: no pixel needs a second look.
       const bool plain = (ix >= 0) & (ix <= last_x) & (iy >= 0) & (iy <= last_y) &
                          ((kTaps == 1) | ((fx > 0) & (fy > 0))) &
                          ((at_.wide_x[i] <= 1) & (at_.wide_y[i] <= 1));
-      F4 value;
       if (HWY_LIKELY(plain)) {
         const float* const p = pixels + stride * iy + ptrdiff_t{4} * ix;
         if (i % 4 == 0) hwy::Prefetch(p + ahead);
-        value = Look<kTaps, kLinear>(p, stride, fx, fy);
+        write(i, Look<kTaps, kLinear>(p, stride, fx, fy));
       } else {
-        value = Careful(group, i);
+        write(i, Careful(group, i));
       }
-      Write(value, g, out + ptrdiff_t{job_.out.channels} * i, stream);
     }
+  }
+
+  // A few pixels that are all reduced: those that cannot be done as their neighbours are done with care.
+  // False where some are not reduced.
+  bool LookUpReduced(const ConstImageView& group, int i, int count, float* values) {
+    for (int k = i; k < i + count; ++k) {
+      // Along an axis that is not reduced the nearest pixel is no filter of one pixel's width.
+      if (!Reduced(k) || (source_.taps == 1 && !(at_.wide_x[k] > 1 && at_.wide_y[k] > 1))) return false;
+    }
+    reduced_x_.Find(source_, source_.window.width(), count, at_.x + i, at_.wide_x + i);
+    reduced_y_.Find(source_, source_.window.height(), count, at_.y + i, at_.wide_y + i);
+    ReducedLoopOf(reduced_x_.all)(reduced_x_, reduced_y_, count, group, values);
+    for (int k = 0; k < count; ++k) {
+      const bool done = reduced_x_.taps[k] > 0 && reduced_y_.taps[k] > 0;
+      if (!done) Careful(group, i + k).Store(values + ptrdiff_t{4} * k);
+    }
+    return true;
+  }
+  bool Reduced(int i) const { return at_.wide_x[i] > 1 || at_.wide_y[i] > 1; }
+
+  // Whether a run sees nothing of the image but the black beyond it.
+  bool Beyond(int count) const {
+    const Roi& w = source_.window;
+    return (source_.wrap_x == Wrap::kBlack && BeyondAxis(source_, w.width(), count, at_.x, at_.wide_x)) ||
+           (source_.wrap_y == Wrap::kBlack && BeyondAxis(source_, w.height(), count, at_.y, at_.wide_y));
   }
 
   HWY_NOINLINE F4 Careful(const ConstImageView& group, int i) {
     const Roi& w = source_.window;
-    x_.Find(source_, at_.x[i], at_.wide_x[i], w.width(), source_.wrap_x);
+    x_.Find(source_, at_.x[i], at_.wide_x[i], Reduced(i), w.width(), source_.wrap_x);
     if (x_.index.empty()) return F4::Zero();
-    y_.Find(source_, at_.y[i], at_.wide_y[i], w.height(), source_.wrap_y);
+    y_.Find(source_, at_.y[i], at_.wide_y[i], Reduced(i), w.height(), source_.wrap_y);
     if (y_.index.empty()) return F4::Zero();
     return WeightedPixels(x_, y_, group);
   }
@@ -405,6 +453,7 @@ class Gatherer {
   Positions at_;
   Indices index_;
   AxisWeights x_, y_;
+  ReducedAxis reduced_x_, reduced_y_;
 };
 
 void Gather(const GatherJob& job) { Gatherer(job).Run(); }

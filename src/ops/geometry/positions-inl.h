@@ -77,8 +77,8 @@ void MatrixPositions(const GatherMap& map, const Roi& window, int x0, int y, int
       const VD q = hn::MulAdd(aq, x, bq);
       const auto visible = hn::Gt(q, hn::Zero(d));
       const VD over = hn::Div(one, q);
-      sx = hn::IfThenElse(visible, hn::Div(sx, q), nowhere);
-      sy = hn::IfThenElse(visible, hn::Div(sy, q), nowhere);
+      sx = hn::IfThenElse(visible, hn::Mul(sx, over), nowhere);
+      sy = hn::IfThenElse(visible, hn::Mul(sy, over), nowhere);
       if (map.reduce) {
         const auto steepest = [&](int column, VD at) HWY_ATTR {
           const VD dx = hn::Mul(hn::NegMulAdd(at, aq, hn::Set(d, m[column])), over);
@@ -249,6 +249,14 @@ bool PlainMatrixTaps(const GatherJob& job, int x0, int y, int count, Indices& to
         px = hn::MulAdd(ax, x, bx);
         py = hn::MulAdd(ay, x, by);
       },
+      to);
+}
+
+bool PlainTaps(const GatherSource& source, const Positions& at, int count, Indices& to) {
+  if (count != kRun || at.widened) return false;
+  return FindPlainTaps(
+      source, count, /*inside=*/false,
+      [&](int i, VD& px, VD& py) HWY_ATTR { px = hn::Load(DD(), at.x + i), py = hn::Load(DD(), at.y + i); },
       to);
 }
 
