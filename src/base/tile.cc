@@ -5,19 +5,14 @@
 
 namespace tessera::base {
 
-ImageView NewTile(Arena& arena, const Roi& roi, int channels) {
-  ptrdiff_t row =
-      (static_cast<ptrdiff_t>(roi.width()) * channels + kGroupPixels - 1) / kGroupPixels * kGroupPixels;
+ImageView NewTile(Arena& arena, const Roi& roi, int channels, PixelType type) {
+  const auto bytes = static_cast<ptrdiff_t>(PixelBytes(type));
+  constexpr ptrdiff_t kVector = 4 * kGroupPixels, kPage = 4096;
+  ptrdiff_t row = (bytes * roi.width() * channels + kVector - 1) / kVector * kVector;
   // A stride that is a multiple of 4 KB makes the rows of a window compete for the same cache sets.
-  if (row % 1024 == 0) row += kGroupPixels;
-  float* data = arena.Allocate<float>(static_cast<size_t>(row * roi.height() + kReadMargin / 4));
-  return {reinterpret_cast<std::byte*>(data),
-          roi,
-          channels,
-          PixelType::kFloat,
-          4,
-          ptrdiff_t{4} * channels,
-          4 * row};
+  if (row % kPage == 0) row += kVector;
+  auto* const data = arena.Allocate<std::byte>(static_cast<size_t>(row * roi.height() + kReadMargin));
+  return {data, roi, channels, type, bytes, bytes * channels, row};
 }
 
 }  // namespace tessera::base

@@ -1,4 +1,4 @@
-// Float32 pixels of a region in a worker's memory, interleaved: what window and gather kernels see.
+// Pixels of a region in a worker's memory, interleaved: what window and gather kernels see.
 #ifndef TESSERA_BASE_TILE_H_
 #define TESSERA_BASE_TILE_H_
 
@@ -10,7 +10,7 @@ namespace tessera::base {
 
 // A dense tile: rows start on vector boundaries, and kReadMargin bytes beyond their ends may be read. The
 // memory comes from the arena and lives until its Reset.
-ImageView NewTile(Arena& arena, const Roi& roi, int channels);
+ImageView NewTile(Arena& arena, const Roi& roi, int channels, PixelType type = PixelType::kFloat);
 
 }  // namespace tessera::base
 

@@ -19,11 +19,11 @@ bool IsInterleavedRgba(ptrdiff_t channel_stride, ptrdiff_t pixel_stride, PixelTy
   return channel_stride == bytes && pixel_stride == 4 * bytes;
 }
 
-// Whether a tile stage may be given the source's own pixels: dense floats with the margin that it may read.
-bool CanServe(const SourceView& source, const Roi& region) {
+// Whether a tile stage may be given the source's own pixels: dense ones with the margin that it may read.
+bool CanServe(const SourceView& source, const Roi& region, PixelType type) {
   const ConstImageView& v = source.view;
-  if (region.empty() || source.first != 0 || !IsDenseFloat(v) ||
-      v.row_stride < v.pixel_stride * v.roi.width() || v.row_stride % 4 != 0) {
+  if (region.empty() || source.first != 0 || !IsDense(v, type) ||
+      v.row_stride < v.pixel_stride * v.roi.width()) {
     return false;
   }
   const std::byte* const end = v.At(v.roi.x1 - 1, v.roi.y1 - 1) + v.pixel_stride + source.margin;
@@ -286,9 +286,38 @@ void TileRunner::RunTile(const TileStep& step, std::span<const ConstImageView> t
   step.stage->Run({in, out, stream, arena, step.channels, in_channels});
 }
 
+bool TileRunner::RunTyped(const Regions& regions, std::span<const SourceView> sources, const ImageView& out,
+                          bool stream, base::Arena& arena) const {
+  const int made = plan_.buffers.back().same_as_buffer;
+  if (made < 0 || out.type == PixelType::kFloat || !IsDense(out, out.type)) return false;
+  const Buffer& buffer = plan_.buffers[static_cast<size_t>(made)];
+  if (!buffer.tile->stage->Accepts(out.type) || regions.buffers[static_cast<size_t>(made)] != out.roi) {
+    return false;
+  }
+  std::vector<ConstImageView> tiles(plan_.buffers.size());
+  for (size_t k = 0; k < buffer.tile->in.size(); ++k) {
+    const TileStep::Input& input = buffer.tile->in[k];
+    if (input.buffer < 0) return false;
+    const auto i = static_cast<size_t>(input.buffer);
+    const int from = plan_.buffers[i].same_as_source;
+    if (from < 0) return false;
+    const SourceView& source = sources[static_cast<size_t>(from)];
+    const Roi& region = regions.buffers[i];
+    if (!CanServe(source, region, out.type) ||
+        !input.window.Contains(buffer.tile->stage->InputRoi(static_cast<int>(k), out.roi))) {
+      return false;
+    }
+    tiles[i] = source.view.Sub(region);
+  }
+  RunTile(*buffer.tile, tiles, out, stream, arena);
+  if (stream) simd::FlushStreams();
+  return true;
+}
+
 void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources, const ImageView& out,
                      bool stream, base::Arena& arena) const {
   arena.Reset();
+  if (RunTyped(regions, sources, out, stream, arena)) return;
   const size_t count = plan_.buffers.size();
   const Buffer& last = plan_.buffers.back();
   const bool direct = last.same_as_buffer >= 0 && IsDenseFloat(out);
@@ -299,7 +328,7 @@ void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources
     const int channels = static_cast<int>(buffer.channels.size());
     if (buffer.same_as_source >= 0) {
       const SourceView& source = sources[static_cast<size_t>(buffer.same_as_source)];
-      if (CanServe(source, region)) {
+      if (CanServe(source, region, PixelType::kFloat)) {
         tiles[i] = source.view.Sub(region);
         continue;
       }

@@ -33,6 +33,10 @@ class TileRunner {
   void RunPoints(const PointRun& run, std::span<const SourceView> sources,
                  std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                  base::Arena& arena) const;
+  // A tile step from nothing but sources to the result, all of one type that it accepts; false where that is
+  // not all there is to do.
+  bool RunTyped(const Regions& regions, std::span<const SourceView> sources, const ImageView& out,
+                bool stream, base::Arena& arena) const;
   void RunTile(const TileStep& step, std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                base::Arena& arena) const;
 

@@ -81,13 +81,16 @@ enum class Border : uint8_t {
   kMirror101
 };  // kMirror shows the edge pixel twice
 
-// Whether pixels are as tile and whole stages want them: floats, channels side by side, pixels too.
-inline bool IsDenseFloat(const ConstImageView& v) {
-  return v.type == PixelType::kFloat && v.channel_stride == 4 && v.pixel_stride == ptrdiff_t{4} * v.channels;
+// Whether pixels are as tile and whole stages want them: of one type, channels side by side, pixels too.
+inline bool IsDense(const ConstImageView& v, PixelType type) {
+  const auto bytes = static_cast<ptrdiff_t>(PixelBytes(type));
+  return v.type == type && v.channel_stride == bytes && v.pixel_stride == bytes * v.channels &&
+         v.row_stride % bytes == 0 && reinterpret_cast<uintptr_t>(v.data) % PixelBytes(type) == 0;
 }
+inline bool IsDenseFloat(const ConstImageView& v) { return IsDense(v, PixelType::kFloat); }
 
-// One tile for a tile stage: float pixels, interleaved and dense (pixel stride 4 bytes x channels), rows at
-// any stride. An input may be the source's own pixels and the output the caller's.
+// One tile for a tile stage: interleaved and dense pixels, rows at any stride, all of them floats, or of one
+// other type that the stage accepts. An input may be the source's own pixels and the output the caller's.
 struct TileArgs {
   std::span<const ConstImageView> in;  // in[k].roi contains InputRoi(k, out.roi), borders filled; 64 bytes
                                        // beyond the end of a row may be read. An input that the op needs
@@ -116,6 +119,9 @@ class TileStage {
   }
   virtual TileSize Preferred() const { return {}; }
   virtual void Run(const TileArgs& args) const = 0;
+  // Whether the inputs and the result may all have this type. The result is what that of the floats would be
+  // rounded to.
+  virtual bool Accepts(PixelType type) const { return type == PixelType::kFloat; }
 };
 
 // Calls task(i, worker) for every i in [0, count), on Workers::count() threads; results must not depend on

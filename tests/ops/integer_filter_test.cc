@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <random>
 #include <string>
 #include <utility>
@@ -137,6 +138,46 @@ TEST(IntegerFilterTest, EveryTargetAgrees) {
 }
 
 // Whole weights are summed exactly in floats, others in floats that are mended near ties.
+TEST(IntegerFilterTest, PixelsAsTheyAreAndThroughFloatsAgree) {
+  RenderOptions options;
+  options.tile_width = 67, options.tile_height = 23;
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16}) {
+    for (const int channels : {1, 3, 4}) {
+      const Roi window{-3, 5, 197, 75};
+      const Node image = FromImage(Picture(window, channels, type, 3));
+      const auto bytes = static_cast<ptrdiff_t>(PixelBytes(type));
+      // No stage takes pixels with a gap between them.
+      std::vector<std::byte> memory(static_cast<size_t>(window.pixels() * bytes * (channels + 1)));
+      const ImageView gaps{memory.data(),
+                           window,
+                           channels,
+                           type,
+                           bytes,
+                           bytes * (channels + 1),
+                           bytes * (channels + 1) * window.width()};
+      for (const Node& node :
+           {Median(image, {3, 3}), Median(image, {5, 5}), Median(image, {13, 11}), Dilate(image, {5, 2}),
+            Erode(image, {9, 12}), Convolve(image, NamedKernel("gaussian", 3, 3)),
+            Convolve(image, NamedKernel("laplacian"), {.border = BorderMode::kMirror}),
+            Convolve(image, NamedKernel("disk", 9, 7), {.border = BorderMode::kRepeat}),
+            GaussianBlur(image, 2.3), Convolve(image, NamedKernel("gaussian", 15, 15))}) {
+        OnEveryTarget([&] {
+          const Image direct = Render(node, type, options);
+          RenderInto(node, gaps, options);
+          int wrong = 0;
+          for (int y = window.y0; y < window.y1; ++y) {
+            for (int x = window.x0; x < window.x1; ++x) {
+              wrong += std::memcmp(direct.view().At(x, y), gaps.At(x, y),
+                                   static_cast<size_t>(bytes * channels)) != 0;
+            }
+          }
+          EXPECT_EQ(wrong, 0) << Explain(node) << channels << " channels";
+        });
+      }
+    }
+  }
+}
+
 TEST(IntegerFilterTest, BytesOfAnyChannelsOnEveryTarget) {
   for (const int channels : {1, 2, 3, 4, 5}) {
     SCOPED_TRACE(channels);

@@ -71,6 +71,15 @@ void SettleWhole(float divisor, float* row, int count) {
   ForVectors(row, count, [&](VB sum, int) HWY_ATTR { return SettledSample(sum, over); });
 }
 
+// Indices of a row whose lanes of the vector at i are marked.
+HWY_NOINLINE void AppendMarked(hn::Mask<DB> marked, int i, int count, std::vector<int>& found) {
+  HWY_ALIGN float marks[kByteLanes];
+  hn::Store(hn::IfThenElseZero(marked, hn::Set(DB(), 1.0f)), DB(), marks);
+  for (int k = 0; k < kByteLanes && i + k < count; ++k) {
+    if (marks[k] != 0) found.push_back(i + k);
+  }
+}
+
 // Sums off by less than the band: appends those near a tie, whose samples stay sums.
 void SettleSums(float band, float* row, int count, std::vector<int>& found) {
   const DB d;
@@ -78,14 +87,66 @@ void SettleSums(float band, float* row, int count, std::vector<int>& found) {
   ForVectors(row, count, [&](auto sum, int i) HWY_ATTR {
     const auto nearest = hn::Round(sum);
     const auto close = hn::Ge(hn::Abs(hn::Sub(sum, nearest)), near);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, close))) {
-      HWY_ALIGN float marks[kByteLanes];
-      hn::Store(hn::IfThenElseZero(close, hn::Set(d, 1.0f)), d, marks);
-      for (int k = 0; k < kByteLanes && i + k < count; ++k) {
-        if (marks[k] != 0) found.push_back(i + k);
-      }
-    }
+    if (HWY_UNLIKELY(!hn::AllFalse(d, close))) AppendMarked(close, i, count, found);
     return hn::Div(sum, hn::Set(d, kLargestByte));
+  });
+}
+
+// ---- From bytes to bytes ----
+
+using DC = hn::Rebind<uint8_t, DB>;
+using DI = hn::Rebind<int32_t, DB>;
+
+// A vector beyond the last sample may be read, and there is room for it.
+void CodesOfBytes(const uint8_t* HWY_RESTRICT bytes, int count, float* HWY_RESTRICT codes) {
+  for (int i = 0; i < count; i += kByteLanes) {
+    hn::StoreU(hn::ConvertTo(DB(), hn::PromoteTo(DI(), hn::LoadU(DC(), bytes + i))), DB(), codes + i);
+  }
+}
+
+// Rounded half to even, where all of the range is: floats from 2^23 on are the whole numbers.
+HWY_INLINE hn::Vec<DC> ToByte(VB code) {
+  const DB d;
+  const VB clamped = hn::Min(hn::Max(code, hn::Zero(d)), hn::Set(d, kLargestByte));
+  const auto bits = hn::BitCast(DI(), hn::Add(clamped, hn::Set(d, 0x1p23f)));
+  return hn::DemoteTo(DC(), hn::And(bits, hn::Set(DI(), 255)));
+}
+
+// f(vector, i) of a row of sums to bytes.
+template <class F>
+HWY_INLINE void ForBytes(const float* sums, int count, uint8_t* out, const F& f) {
+  int i = 0;
+  for (; i + kByteLanes <= count; i += kByteLanes) {
+    hn::StoreU(ToByte(f(hn::LoadU(DB(), sums + i), i)), DC(), out + i);
+  }
+  if (i == count) return;
+  HWY_ALIGN uint8_t tail[kByteLanes];
+  hn::StoreU(ToByte(f(hn::LoadU(DB(), sums + i), i)), DC(), tail);
+  std::copy_n(tail, count - i, out + i);
+}
+
+// Exact sums over the divisor: a quotient of such numbers is rounded to no tie, so that one rounding to a
+// whole number follows.
+void BytesOfWhole(float divisor, const float* HWY_RESTRICT sums, int count, uint8_t* HWY_RESTRICT out) {
+  const auto over = hn::Set(DB(), divisor);
+  int exponent = 0;
+  if (std::frexp(divisor, &exponent) == 0.5f) {
+    const auto factor = hn::Set(DB(), 1 / divisor);
+    ForBytes(sums, count, out, [&](VB sum, int) HWY_ATTR { return hn::Mul(sum, factor); });
+  } else {
+    ForBytes(sums, count, out, [&](VB sum, int) HWY_ATTR { return hn::Div(sum, over); });
+  }
+}
+
+// Sums off by less than the band: appends those near a tie.
+void BytesOfSums(float band, const float* HWY_RESTRICT sums, int count, uint8_t* HWY_RESTRICT out,
+                 std::vector<int>& found) {
+  const DB d;
+  const auto near = hn::Set(d, 0.5f - band);
+  ForBytes(sums, count, out, [&](VB sum, int i) HWY_ATTR {
+    const auto close = hn::Ge(hn::Abs(hn::Sub(sum, hn::Round(sum))), near);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, close))) AppendMarked(close, i, count, found);
+    return sum;
   });
 }
 
@@ -99,6 +160,9 @@ namespace {
 HWY_EXPORT(ToBytes);
 HWY_EXPORT(SettleWhole);
 HWY_EXPORT(SettleSums);
+HWY_EXPORT(CodesOfBytes);
+HWY_EXPORT(BytesOfWhole);
+HWY_EXPORT(BytesOfSums);
 
 // The sum in double whose first sample this is.
 double ExactSum(const CodesWindow& w, const float* in, ptrdiff_t stride, int channels) {
@@ -186,6 +250,58 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile
     }
   }
   if (!all) KeepWithoutStrangers(exact, 255, 2 * kWholeCode, tile, codes);
+}
+
+void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,
+              const std::function<void(const FirTile&)>& sum) {
+  // Of small windows a few rows of a strip stay in L1 from bytes to bytes; of products the whole strip in L2.
+  const bool few = exact.row.empty();
+  constexpr int kFewRows = 8, kFewSamples = 768, kStripFloats = 1 << 15, kLeast = 128, kUnit = 16;
+  const int rows = tile.rows + exact.height - 1, margin = (exact.width - 1) * tile.channels;
+  const int wanted = few ? kFewSamples : std::max(kLeast, kStripFloats / rows);
+  const int strip = std::min(wanted, tile.samples + kUnit - 1) / kUnit * kUnit;
+  const int block = few ? kFewRows : tile.rows;
+  const int stride = (strip + margin + 31) / 16 * 16;  // a vector beyond the last tap may be read
+  auto* const codes = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows) + 16);
+  auto* const sums = scratch.Allocate<float>(static_cast<size_t>(strip) * static_cast<size_t>(block) + 16);
+  std::fill_n(codes + ptrdiff_t{rows} * stride, 16, 0.0f);
+  auto* const convert = &HWY_DYNAMIC_DISPATCH(CodesOfBytes);
+  auto* const of_whole = &HWY_DYNAMIC_DISPATCH(BytesOfWhole);
+  auto* const of_sums = &HWY_DYNAMIC_DISPATCH(BytesOfSums);
+  std::vector<int> found;
+  for (int x = 0; x < tile.samples; x += strip) {
+    const int samples = std::min(strip, tile.samples - x);
+    int converted = 0;
+    for (int y0 = 0; y0 < tile.rows; y0 += block) {
+      const int y1 = std::min(y0 + block, tile.rows);
+      for (; converted < y1 + exact.height - 1; ++converted) {
+        convert(tile.in + converted * tile.in_stride + x, samples + margin,
+                codes + ptrdiff_t{converted} * stride);
+      }
+      const FirTile floats{
+          codes + ptrdiff_t{y0} * stride, stride, sums, strip, samples, y1 - y0, tile.channels, false};
+      if (window.divisor != 0) {
+        RunDirect(window.whole, floats);
+      } else {
+        sum(floats);
+      }
+      for (int y = y0; y < y1; ++y) {
+        uint8_t* const out = tile.out + y * tile.out_stride + x;
+        const float* const row = sums + ptrdiff_t{y - y0} * strip;
+        if (window.divisor != 0) {
+          of_whole(window.divisor, row, samples, out);
+          continue;
+        }
+        found.clear();
+        of_sums(window.band, row, samples, out, found);
+        for (const int i : found) {
+          const double sum_of = ExactSum(exact, codes + ptrdiff_t{y} * stride + i, stride, tile.channels);
+          out[i] =
+              static_cast<uint8_t>(std::clamp(std::nearbyint(SettledSample(sum_of, 1)), 0.0f, kLargestByte));
+        }
+      }
+    }
+  }
 }
 
 }  // namespace tessera::ops

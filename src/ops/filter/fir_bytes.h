@@ -2,6 +2,8 @@
 #ifndef TESSERA_OPS_FILTER_FIR_BYTES_H_
 #define TESSERA_OPS_FILTER_FIR_BYTES_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -29,6 +31,19 @@ bool AreBytes(const float* samples, int count);
 
 // As RunCodes does, for bytes: `sum` gives the float sums of a tile.
 void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile& tile, base::Arena& scratch,
+              const std::function<void(const FirTile&)>& sum);
+
+// A rectangle of bytes, as FirTile has one of floats.
+struct ByteTile {
+  const uint8_t* in = nullptr;
+  ptrdiff_t in_stride = 0;
+  uint8_t* out = nullptr;
+  ptrdiff_t out_stride = 0;
+  int samples = 0, rows = 0;
+  int channels = 1;
+};
+// From bytes to bytes.
+void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,
               const std::function<void(const FirTile&)>& sum);
 
 }  // namespace tessera::ops

@@ -23,24 +23,46 @@ using s::V;
 
 constexpr int kLanes = s::kLanes;
 
+// Whole vectors of samples or keys of any type.
+template <class T>
+using DK = hn::CappedTag<T, 64 / sizeof(T)>;
+template <class T>
+using VK = hn::Vec<DK<T>>;
+template <class T>
+constexpr int kKeyLanes = static_cast<int>(hn::MaxLanes(DK<T>()));
+
 // Memory is slower than everything else here, and windows go down columns where the processor does not see
 // them coming: rows are asked for two rows before they are needed.
-HWY_INLINE void AskFor(const float* p, int i) {
-  if (i % 16 == 0) hwy::Prefetch(p + i);
+template <class T>
+HWY_INLINE void AskFor(const T* p, int i) {
+  if (i % static_cast<int>(64 / sizeof(T)) == 0) hwy::Prefetch(p + i);
+}
+
+template <class T>
+HWY_INLINE void StoreOrStream(VK<T> v, T* to, [[maybe_unused]] bool stream) {
+#if HWY_TARGET != HWY_SCALAR
+  if (stream) return hn::Stream(v, DK<T>(), to);
+#endif
+  hn::StoreU(v, DK<T>(), to);
+}
+// Whether whole vectors may go around the cache to a row.
+template <class T>
+HWY_INLINE bool MayStream(const T* to) {
+  return reinterpret_cast<uintptr_t>(to) % (sizeof(T) * kKeyLanes<T>) == 0;
 }
 
 // f(i) for the vectors of a row of results, the last one part of a vector.
-template <class F>
-HWY_INLINE void StoreRow(const F& f, float* out, int count, bool stream) {
+template <class T, class F>
+HWY_INLINE void StoreRow(const F& f, T* out, int count, bool stream) {
   int i = 0;
-  if (stream && reinterpret_cast<uintptr_t>(out) % (4 * kLanes) == 0) {
-    for (; i + kLanes <= count; i += kLanes) s::StoreOrStream(f(i), D(), out + i, true);
+  if (stream && MayStream(out)) {
+    for (; i + kKeyLanes<T> <= count; i += kKeyLanes<T>) StoreOrStream<T>(f(i), out + i, true);
   } else {
-    for (; i + kLanes <= count; i += kLanes) hn::StoreU(f(i), D(), out + i);
+    for (; i + kKeyLanes<T> <= count; i += kKeyLanes<T>) hn::StoreU(f(i), DK<T>(), out + i);
   }
   if (i == count) return;
-  HWY_ALIGN float lanes[kLanes];
-  hn::Store(f(i), D(), lanes);
+  HWY_ALIGN T lanes[kKeyLanes<T>];
+  hn::Store(f(i), DK<T>(), lanes);
   std::copy_n(lanes, count - i, out + i);
 }
 

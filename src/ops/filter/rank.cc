@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
@@ -22,36 +23,58 @@ class RankStage final : public graph::TileStage {
       : kind_(kind), params_(p), type_(in.type), window_(in.data_window) {}
   Roi InputRoi(int, const Roi& out) const override { return Intersection(Footprint(out), window_); }
   graph::TileSize Preferred() const override {
-    // Rows are reduced again in every tile that sees them. Floats are read and written where they are, tiles
-    // of other pixels have to fit in L2.
+    // Rows are reduced again in every tile that sees them. Pixels are read and written where they are; tiles
+    // of those that are not have to fit in L2.
     const int height = std::clamp(4 * params_.height, 64, 256);
-    return {type_ == PixelType::kFloat ? 1024 : 512, height};
+    return {Accepts(type_) ? 1024 : 512, height};
+  }
+  bool Accepts(PixelType type) const override {
+    const bool codes = type == PixelType::kUint8 || type == PixelType::kUint16;
+    return type == PixelType::kFloat ||
+           (codes && (kind_ != RankKind::kMedian || params_.width * params_.height <= kMostCodes));
   }
   void Run(const graph::TileArgs& args) const override {
+    switch (args.out.type) {
+      case PixelType::kUint8:
+        return RunOn<uint8_t>(args);
+      case PixelType::kUint16:
+        return RunOn<uint16_t>(args);
+      default:
+        return RunOn<float>(args);
+    }
+  }
+
+ private:
+  template <class T>
+  void RunOn(const graph::TileArgs& args) const {
     const Roi& o = args.out.roi;
     if (o.empty()) return;
     const Roi needed = Footprint(o), inside = Intersection(needed, window_);
     const int channels = args.out.channels;
-    const RankTile tile{.in = reinterpret_cast<const float*>(args.in[0].At(inside.x0, inside.y0)),
-                        .in_stride = args.in[0].row_stride / 4,
-                        .left = (inside.x0 - needed.x0) * channels,
-                        .right = (inside.x1 - needed.x0) * channels,
-                        .top = inside.y0 - needed.y0,
-                        .bottom = inside.y1 - needed.y0,
-                        .out = reinterpret_cast<float*>(args.out.data),
-                        .out_stride = args.out.row_stride / 4,
-                        .samples = o.width() * channels,
-                        .rows = o.height(),
-                        .channels = channels,
-                        .width = params_.width,
-                        .height = params_.height,
-                        .stream = args.stream};
-    if (kind_ != RankKind::kMedian) return RunExtreme(kind_ == RankKind::kDilate, tile, args.scratch);
-    const bool codes = type_ == PixelType::kUint8 || type_ == PixelType::kUint16;
-    RunMedian(codes ? (type_ == PixelType::kUint8 ? 255 : 65535) : 0, tile, args.scratch);
+    constexpr auto kSample = static_cast<ptrdiff_t>(sizeof(T));
+    const RankTile<T> tile{.in = reinterpret_cast<const T*>(args.in[0].At(inside.x0, inside.y0)),
+                           .in_stride = args.in[0].row_stride / kSample,
+                           .left = (inside.x0 - needed.x0) * channels,
+                           .right = (inside.x1 - needed.x0) * channels,
+                           .top = inside.y0 - needed.y0,
+                           .bottom = inside.y1 - needed.y0,
+                           .out = reinterpret_cast<T*>(args.out.data),
+                           .out_stride = args.out.row_stride / kSample,
+                           .samples = o.width() * channels,
+                           .rows = o.height(),
+                           .channels = channels,
+                           .width = params_.width,
+                           .height = params_.height,
+                           .stream = args.stream};
+    if (kind_ != RankKind::kMedian) {
+      RunExtreme(kind_ == RankKind::kDilate, tile, args.scratch);
+    } else if constexpr (std::is_same_v<T, float>) {
+      const bool codes = type_ == PixelType::kUint8 || type_ == PixelType::kUint16;
+      RunMedian(codes ? (type_ == PixelType::kUint8 ? 255 : 65535) : 0, tile, args.scratch);
+    } else {
+      RunMedian(tile, args.scratch);
+    }
   }
-
- private:
   Roi Footprint(const Roi& out) const {
     const int left = params_.width / 2, top = params_.height / 2;
     return {out.x0 - left, out.y0 - top, out.x1 - left + params_.width - 1,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 #include "base/arena.h"
 
@@ -14,11 +15,12 @@ enum class RankKind { kMedian, kDilate, kErode };
 // Results and the samples that their windows see. Window samples (x, y) are those under result (0, 0)'s
 // window and on to the right and down; of them only columns [left, right) and rows [top, bottom) exist.
 // Columns are counted in samples.
+template <class T>
 struct RankTile {
-  const float* in;  // the first sample that exists; a vector beyond the end of a row may be read
+  const T* in;  // the first sample that exists; a vector beyond the end of a row may be read
   ptrdiff_t in_stride;
   int left, right, top, bottom;
-  float* out;
+  T* out;
   ptrdiff_t out_stride;
   int samples, rows, channels;
   int width, height;  // of the window, in pixels
@@ -40,11 +42,17 @@ struct RankTile {
 };
 
 // The largest or smallest number under every window; of equal ones the last in reading order, of nothing but
-// NaN the first.
-void RunExtreme(bool largest, const RankTile& tile, base::Arena& scratch);
+// NaN the first. Samples are floats or the codes of integers.
+void RunExtreme(bool largest, const RankTile<float>& tile, base::Arena& scratch);
+void RunExtreme(bool largest, const RankTile<uint8_t>& tile, base::Arena& scratch);
+void RunExtreme(bool largest, const RankTile<uint16_t>& tile, base::Arena& scratch);
 // Sample n / 2 of the n that exist under every window, in the order -inf, ..., -0, 0, ..., inf, NaN. `code`:
 // the largest code of an image of integers, whose samples may be codes / largest, or 0.
-void RunMedian(int code, const RankTile& tile, base::Arena& scratch);
+void RunMedian(int code, const RankTile<float>& tile, base::Arena& scratch);
+// The same of codes, in windows of at most kMostCodes.
+inline constexpr int kMostCodes = 32767;
+void RunMedian(const RankTile<uint8_t>& tile, base::Arena& scratch);
+void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch);
 
 }  // namespace tessera::ops
 

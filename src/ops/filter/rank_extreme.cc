@@ -22,7 +22,7 @@ namespace tessera::ops {
 
 // A strip's rows and lines stay in L1 with the rows that a short window keeps; whole pages of the image where
 // its rows are.
-constexpr int kStripSamples = 1024;
+constexpr int kStripBytes = 4096;
 constexpr int kAhead = 2;  // rows
 // Windows up to this height hold their rows in registers, two results at a time; higher ones are built from
 // running extremes of blocks of rows.
@@ -30,16 +30,22 @@ constexpr int kShort = 7;
 constexpr int kRing = 8;       // rows that short windows keep: a power of two above kShort
 constexpr int kMostTerms = 5;  // of one step along a row
 
+// Samples in the longest vector.
+template <class T>
+constexpr int kUnit = 64 / sizeof(T);
+
 // Samples of a line of work, with room for vectors that begin within it.
+template <class T>
 constexpr ptrdiff_t LineStride(int samples) {
-  const ptrdiff_t stride = (ptrdiff_t{samples} + 47) / 16 * 16;
+  const ptrdiff_t stride = (ptrdiff_t{samples} + 3 * kUnit<T> - 1) / kUnit<T> * kUnit<T>;
   // Rows 4 KB apart would compete for the same cache sets.
-  return stride % 1024 == 0 ? stride + 16 : stride;
+  return stride % static_cast<ptrdiff_t>(4096 / sizeof(T)) == 0 ? stride + kUnit<T> : stride;
 }
 
+template <class T>
 struct ExtremeWork {
-  float* lines[2];  // of `line` samples
-  float* rows;      // a short window's ring, or two blocks of rows and their running extreme
+  T* lines[2];  // of `line` samples
+  T* rows;      // a short window's ring, or two blocks of rows and their running extreme
   ptrdiff_t stride;
 };
 
@@ -52,6 +58,7 @@ namespace tessera::ops::HWY_NAMESPACE {
 // The extreme of two samples; equal ones give the later, b.
 template <bool kLargest>
 struct OfNumbers {
+  using T = float;
   static constexpr bool kNumbersOnly = true;
   static constexpr float kNothing =
       kLargest ? -std::numeric_limits<float>::infinity() : std::numeric_limits<float>::infinity();
@@ -59,22 +66,35 @@ struct OfNumbers {
 };
 template <bool kLargest>
 struct OfAll {
+  using T = float;
   static constexpr bool kNumbersOnly = false;
   static constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
   static HWY_INLINE V Of(V a, V b) { return kLargest ? s::MaxNumber(a, b) : s::MinNumber(a, b); }
 };
 
-HWY_INLINE V Load(const float* p) { return hn::LoadU(D(), p); }
+template <bool kLargest, class TT>
+struct OfCodes {
+  using T = TT;
+  static constexpr bool kNumbersOnly = false;
+  static constexpr T kNothing = kLargest ? T{0} : std::numeric_limits<T>::max();
+  static HWY_INLINE VK<T> Of(VK<T> a, VK<T> b) { return kLargest ? hn::Max(a, b) : hn::Min(a, b); }
+};
+
+template <class T>
+HWY_INLINE VK<T> Load(const T* p) {
+  return hn::LoadU(DK<T>(), p);
+}
 
 // out[i] = the extreme of in[i + offset] over kTerms offsets.
 template <class E, int kTerms>
-void Combine(const float* in, const ptrdiff_t* offsets, int count, float* out) {
+void Combine(const typename E::T* in, const ptrdiff_t* offsets, int count, typename E::T* out) {
+  using T = typename E::T;
   ptrdiff_t o[kTerms];
   std::copy_n(offsets, kTerms, o);
-  for (int i = 0; i < count; i += kLanes) {
-    V v = Load(in + i);
+  for (int i = 0; i < count; i += kKeyLanes<T>) {
+    VK<T> v = Load(in + i);
     for (int k = 1; k < kTerms; ++k) v = E::Of(v, Load(in + i + o[k]));
-    hn::StoreU(v, D(), out + i);
+    hn::StoreU(v, DK<T>(), out + i);
   }
 }
 
@@ -95,7 +115,8 @@ HWY_INLINE bool HasNaN(const float* in, int count, ptrdiff_t ahead) {
 template <class E>
 class Extremes {
  public:
-  Extremes(const RankTile& t, const ExtremeWork& work) : t_(t), work_(work) {}
+  using T = typename E::T;
+  Extremes(const RankTile<T>& t, const ExtremeWork<T>& work) : t_(t), work_(work) {}
 
   // False when there are samples that E is not made for.
   bool Run() {
@@ -109,18 +130,19 @@ class Extremes {
 
  private:
   // Row j of the window samples, reduced along the row.
-  void Reduce(int j, float* out) {
+  void Reduce(int j, T* out) {
     const int all = t_.window_samples();
     if (j < t_.top || j >= t_.bottom) {
       std::fill_n(out, t_.samples, E::kNothing);
       return;
     }
-    const float* in = t_.in + (j - t_.top) * t_.in_stride;
-    if (E::kNumbersOnly)
+    const T* in = t_.in + (j - t_.top) * t_.in_stride;
+    if constexpr (E::kNumbersOnly) {
       strange_ =
           strange_ || HasNaN(in, t_.right - t_.left, (j + kAhead < t_.bottom ? kAhead : 0) * t_.in_stride);
+    }
     if (t_.left > 0 || t_.right < all) {
-      float* const line = work_.lines[0];
+      T* const line = work_.lines[0];
       std::fill_n(line, t_.left, E::kNothing);
       std::copy_n(in, t_.right - t_.left, line + t_.left);
       std::fill_n(line + t_.right, all - t_.right, E::kNothing);
@@ -136,7 +158,7 @@ class Extremes {
         offsets[k] = ptrdiff_t{std::min(k * have, t_.width - have)} * t_.channels;
       }
       have = std::min(have * terms, t_.width);
-      float* const to = have == t_.width ? out : work_.lines[1];
+      T* const to = have == t_.width ? out : work_.lines[1];
       const int count = t_.samples + (t_.width - have) * t_.channels;
       switch (terms) {
         case 1:
@@ -161,24 +183,23 @@ class Extremes {
   // Results y and, of two, y + 1, which share all rows but the first and the last.
   template <int kHeight>
   void Pair(int y, bool two) {
-    const float* r[kHeight + 1];
+    const T* r[kHeight + 1];
     for (int k = 0; k <= kHeight; ++k) r[k] = Ring(y + k);
-    float* const out = t_.out + y * t_.out_stride;
+    T* const out = t_.out + y * t_.out_stride;
     const auto single = [&](int i) HWY_ATTR {
-      V v = Load(r[0] + i);
+      VK<T> v = Load(r[0] + i);
       for (int k = 1; k < kHeight; ++k) v = E::Of(v, Load(r[k] + i));
       return v;
     };
     if (!two) return StoreRow(single, out, t_.samples, t_.stream);
-    float* const next = out + t_.out_stride;
-    const bool stream = t_.stream && reinterpret_cast<uintptr_t>(out) % (4 * kLanes) == 0 &&
-                        reinterpret_cast<uintptr_t>(next) % (4 * kLanes) == 0;
+    T* const next = out + t_.out_stride;
+    const bool stream = t_.stream && MayStream(out) && MayStream(next);
     int i = 0;
-    for (; i + kLanes <= t_.samples; i += kLanes) {
-      V v = Load(r[1] + i);
+    for (; i + kKeyLanes<T> <= t_.samples; i += kKeyLanes<T>) {
+      VK<T> v = Load(r[1] + i);
       for (int k = 2; k < kHeight; ++k) v = E::Of(v, Load(r[k] + i));
-      s::StoreOrStream(E::Of(Load(r[0] + i), v), D(), out + i, stream);
-      s::StoreOrStream(E::Of(v, Load(r[kHeight] + i)), D(), next + i, stream);
+      StoreOrStream<T>(E::Of(Load(r[0] + i), v), out + i, stream);
+      StoreOrStream<T>(E::Of(v, Load(r[kHeight] + i)), next + i, stream);
     }
     if (i == t_.samples) return;
     StoreRow([&](int k) HWY_ATTR { return single(i + k); }, out + i, t_.samples - i, false);
@@ -186,7 +207,7 @@ class Extremes {
     StoreRow([&](int k) HWY_ATTR { return single(i + k); }, next + i, t_.samples - i, false);
   }
 
-  float* Ring(int j) const { return work_.rows + (j & (kRing - 1)) * work_.stride; }
+  T* Ring(int j) const { return work_.rows + (j & (kRing - 1)) * work_.stride; }
 
   void Short() {
     for (int j = 0; j < t_.height - 1; ++j) Reduce(j, Ring(j));
@@ -228,32 +249,32 @@ class Extremes {
   void High() {
     const int height = t_.height, all = t_.window_rows();
     const ptrdiff_t stride = work_.stride;
-    float* rest = work_.rows;  // of the block: row i is the extreme of rows i and on
-    float* next = rest + height * stride;
-    float* const first = next + height * stride;
+    T* rest = work_.rows;  // of the block: row i is the extreme of rows i and on
+    T* next = rest + height * stride;
+    T* const first = next + height * stride;
     for (int j = 0; j < height; ++j) Reduce(j, rest + j * stride);
     for (int begin = 0; begin < t_.rows; begin += height) {
       for (int i = height - 2; i >= 0; --i) {
-        float* const row = rest + i * stride;
-        for (int x = 0; x < t_.samples; x += kLanes) {
-          hn::StoreU(E::Of(Load(row + x), Load(row + stride + x)), D(), row + x);
+        T* const row = rest + i * stride;
+        for (int x = 0; x < t_.samples; x += kKeyLanes<T>) {
+          hn::StoreU(E::Of(Load(row + x), Load(row + stride + x)), DK<T>(), row + x);
         }
       }
       const int rows = std::min(height, t_.rows - begin);
       StoreRow([&](int x) HWY_ATTR { return Load(rest + x); }, t_.out + begin * t_.out_stride, t_.samples,
                t_.stream);
       for (int i = 1; i <= height && begin + height + i - 1 < all; ++i) {
-        float* const row = next + (i - 1) * stride;
+        T* const row = next + (i - 1) * stride;
         Reduce(begin + height + i - 1, row);
         if (i >= rows) continue;
-        const float* const from = rest + i * stride;
+        const T* const from = rest + i * stride;
         if (i == 1) {
           std::copy_n(row, t_.samples, first);
         }
         StoreRow(
             [&](int x) HWY_ATTR {
-              const V v = E::Of(Load(first + x), Load(row + x));
-              hn::StoreU(v, D(), first + x);
+              const VK<T> v = E::Of(Load(first + x), Load(row + x));
+              hn::StoreU(v, DK<T>(), first + x);
               return E::Of(Load(from + x), v);
             },
             t_.out + (begin + i) * t_.out_stride, t_.samples, t_.stream);
@@ -262,12 +283,12 @@ class Extremes {
     }
   }
 
-  const RankTile& t_;
-  const ExtremeWork& work_;
+  const RankTile<T>& t_;
+  const ExtremeWork<T>& work_;
   bool strange_ = false;
 };
 
-void ExtremeStrip(bool largest, const RankTile& t, const ExtremeWork& work) {
+void ExtremeOfFloats(bool largest, const RankTile<float>& t, const ExtremeWork<float>& work) {
   // NaN is rare; where there is none the processor's own minimum does.
   if (largest ? Extremes<OfNumbers<true>>(t, work).Run() : Extremes<OfNumbers<false>>(t, work).Run()) return;
   if (largest) {
@@ -277,29 +298,60 @@ void ExtremeStrip(bool largest, const RankTile& t, const ExtremeWork& work) {
   }
 }
 
+template <class T>
+HWY_INLINE void ExtremeOfCodes(bool largest, const RankTile<T>& t, const ExtremeWork<T>& work) {
+  if (largest) {
+    Extremes<OfCodes<true, T>>(t, work).Run();
+  } else {
+    Extremes<OfCodes<false, T>>(t, work).Run();
+  }
+}
+void ExtremeOfBytes(bool largest, const RankTile<uint8_t>& t, const ExtremeWork<uint8_t>& work) {
+  ExtremeOfCodes(largest, t, work);
+}
+void ExtremeOfWords(bool largest, const RankTile<uint16_t>& t, const ExtremeWork<uint16_t>& work) {
+  ExtremeOfCodes(largest, t, work);
+}
+
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tessera::ops {
+namespace {
 
-HWY_EXPORT(ExtremeStrip);
+HWY_EXPORT(ExtremeOfFloats);
+HWY_EXPORT(ExtremeOfBytes);
+HWY_EXPORT(ExtremeOfWords);
 
-void RunExtreme(bool largest, const RankTile& tile, base::Arena& scratch) {
+template <class T, class Strip>
+void RunStrips(const Strip& strip_of, bool largest, const RankTile<T>& tile, base::Arena& scratch) {
   // Strips of a wide window would do little but its margins.
+  constexpr int kSamples = kStripBytes / static_cast<int>(sizeof(T));
   const int margin = (tile.width - 1) * tile.channels;
-  const int wanted = std::max(kStripSamples, 4 * margin);
-  const int strip = std::min((tile.samples + 15) / 16 * 16, wanted / 16 * 16);
-  ExtremeWork work;
-  const ptrdiff_t line = LineStride(strip + margin);
-  for (float*& p : work.lines) p = scratch.Allocate<float>(static_cast<size_t>(line));
-  work.stride = LineStride(strip);
+  const int wanted = std::max(kSamples, 4 * margin);
+  const int strip = std::min((tile.samples + kUnit<T> - 1) / kUnit<T>, wanted / kUnit<T>) * kUnit<T>;
+  ExtremeWork<T> work;
+  const ptrdiff_t line = LineStride<T>(strip + margin);
+  for (T*& p : work.lines) p = scratch.Allocate<T>(static_cast<size_t>(line));
+  work.stride = LineStride<T>(strip);
   const int rows = tile.height <= kShort ? kRing : 2 * tile.height + 1;
-  work.rows = scratch.Allocate<float>(static_cast<size_t>(work.stride) * static_cast<size_t>(rows));
-  auto* const run = &HWY_DYNAMIC_DISPATCH(ExtremeStrip);
+  work.rows = scratch.Allocate<T>(static_cast<size_t>(work.stride) * static_cast<size_t>(rows));
   for (int x = 0; x < tile.samples; x += strip) {
-    run(largest, tile.Strip(x, std::min(strip, tile.samples - x)), work);
+    strip_of(largest, tile.Strip(x, std::min(strip, tile.samples - x)), work);
   }
+}
+
+}  // namespace
+
+void RunExtreme(bool largest, const RankTile<float>& tile, base::Arena& scratch) {
+  RunStrips(HWY_DYNAMIC_DISPATCH(ExtremeOfFloats), largest, tile, scratch);
+}
+void RunExtreme(bool largest, const RankTile<uint8_t>& tile, base::Arena& scratch) {
+  RunStrips(HWY_DYNAMIC_DISPATCH(ExtremeOfBytes), largest, tile, scratch);
+}
+void RunExtreme(bool largest, const RankTile<uint16_t>& tile, base::Arena& scratch) {
+  RunStrips(HWY_DYNAMIC_DISPATCH(ExtremeOfWords), largest, tile, scratch);
 }
 
 }  // namespace tessera::ops

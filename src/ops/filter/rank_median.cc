@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <type_traits>
 
 #include "ops/filter/rank.h"
 
@@ -21,19 +22,25 @@
 namespace tessera::ops {
 
 // A strip's rows, its sorted columns and the results' own memory share L1.
-constexpr int kMedianStrip = 1024;
+template <class Sample>
+constexpr int kMedianStrip = 4096 / sizeof(Sample);
 constexpr ptrdiff_t kKeyMargin = 64;  // a vector may begin at any sample that exists
 constexpr ptrdiff_t ToKeyLine(int samples) { return (ptrdiff_t{samples} + kKeyMargin + 63) / 64 * 64; }
 // Sorted columns are as many lines, a constant apart: their addresses take few registers. It leaves room for
 // the margins of all but images of very many channels.
 constexpr int kMostSorted = 5;
-constexpr ptrdiff_t kSortedLine = 1600;
-static_assert(ToKeyLine(kMedianStrip) < kSortedLine);
+constexpr ptrdiff_t kSortedBytes = 6400;
+template <class Key>
+constexpr ptrdiff_t kSortedLine = kSortedBytes / sizeof(Key);
+static_assert(ToKeyLine(kMedianStrip<uint8_t>) < kSortedLine<int8_t>);
+static_assert(ToKeyLine(kMedianStrip<float>) < kSortedLine<int32_t>);
 constexpr int kAhead = 2;  // rows
+// Windows whose counts fit in a byte's key.
+constexpr int kMostOfBytes = 127;
 
 struct MedianWork {
   std::byte* keys;     // window.height rows of `stride` keys
-  std::byte* columns;  // kMostSorted lines of kSortedLine
+  std::byte* columns;  // kMostSorted lines of kSortedBytes
   std::byte* results;  // one
   std::byte* ranks;    // one
   const void** rows;   // two pointers for every row of the window
@@ -52,6 +59,7 @@ constexpr int32_t kLast = std::numeric_limits<int32_t>::max();  // key of NaN
 
 // Numbers without a sign are in the order of their bits: rows are read where they are.
 struct Bits {
+  using Sample = float;
   using T = int32_t;
   static constexpr int kBits = 32;
   static constexpr bool kInPlace = true;
@@ -59,6 +67,7 @@ struct Bits {
 
 // Signed integers in the order of the floats.
 struct FloatKeys {
+  using Sample = float;
   using T = int32_t;
   static constexpr int kBits = 32;
   static constexpr bool kInPlace = false;
@@ -83,6 +92,7 @@ struct FloatKeys {
 // has room for counts.
 template <PixelType type, class TT>
 struct CodeKeys {
+  using Sample = float;
   using T = TT;
   using Samples = s::Samples<type>;
   static constexpr int kBits = type == PixelType::kUint8 ? 8 : 16;
@@ -103,16 +113,40 @@ struct CodeKeys {
   }
 };
 
-template <class T>
-using DK = hn::CappedTag<T, 64 / sizeof(T)>;
-template <class T>
-using VK = hn::Vec<DK<T>>;
-template <class T>
-constexpr int kKeyLanes = static_cast<int>(hn::MaxLanes(DK<T>()));
+// The same of the codes themselves.
+template <class S, class TT>
+struct StoredKeys {
+  using Sample = S;
+  using T = TT;
+  static constexpr int kBits = 8 * sizeof(S);
+  static constexpr bool kInPlace = false;
+  using DS = hn::Rebind<S, DK<T>>;
+  using DU = hn::RebindToUnsigned<DK<T>>;
+  static HWY_INLINE hn::Vec<DU> Turned(hn::Vec<DU> v) {
+    return hn::Xor(v, hn::Set(DU(), static_cast<hn::TFromD<DU>>(1u << (kBits - 1))));
+  }
+  static HWY_INLINE void Store(const S* from, T* to) {
+    if constexpr (sizeof(S) == sizeof(T)) {
+      hn::StoreU(hn::BitCast(DK<T>(), Turned(hn::LoadU(DU(), from))), DK<T>(), to);
+    } else {
+      const auto code = hn::PromoteTo(DK<T>(), hn::LoadU(DS(), from));
+      hn::StoreU(hn::Sub(code, hn::Set(DK<T>(), T{1} << (kBits - 1))), DK<T>(), to);
+    }
+  }
+  static HWY_INLINE hn::Vec<DS> Value(VK<T> key) {
+    if constexpr (sizeof(S) == sizeof(T)) {
+      return Turned(hn::BitCast(DU(), key));
+    } else {
+      return hn::DemoteTo(DS(), hn::Add(key, hn::Set(DK<T>(), T{1} << (kBits - 1))));
+    }
+  }
+};
+template <class K>
+constexpr bool kOfCodes = !std::is_same_v<typename K::Sample, float>;
 
 // False when some sample has no key.
 template <class K>
-bool ToKeys(const float* in, int count, const float* ahead, typename K::T* out) {
+bool FloatsToKeys(const float* in, int count, const float* ahead, typename K::T* out) {
   auto all = hn::Eq(hn::Zero(D()), hn::Zero(D()));
   int i = 0;
   for (; i + kLanes <= count; i += kLanes) {
@@ -125,6 +159,20 @@ bool ToKeys(const float* in, int count, const float* ahead, typename K::T* out) 
     all = hn::And(all, K::Store(hn::Load(D(), lanes), out + i));
   }
   return hn::AllTrue(D(), all);
+}
+
+template <class K>
+bool ToKeys(const typename K::Sample* in, int count, const typename K::Sample* ahead, typename K::T* out) {
+  if constexpr (kOfCodes<K>) {
+    // A vector beyond the last sample may be read, and keys have room for it.
+    for (int i = 0; i < count; i += kKeyLanes<typename K::T>) {
+      AskFor(ahead, i);
+      K::Store(in + i, out + i);
+    }
+    return true;
+  } else {
+    return FloatsToKeys<K>(in, count, ahead, out);
+  }
 }
 
 // Whether all are numbers without a sign.
@@ -148,17 +196,38 @@ bool AreUnsigned(const float* in, int count, const float* ahead) {
   return largest <= kInfinity;
 }
 
+// Keys as samples, n results.
+template <class K>
+HWY_INLINE void StoreValues(const typename K::T* keys, typename K::Sample* out, int n, bool stream) {
+  using T = typename K::T;
+  if constexpr (!kOfCodes<K>) {
+    StoreRow([&](int i) HWY_ATTR { return K::Load(keys + i); }, out, n, stream);
+  } else if constexpr (sizeof(T) == sizeof(*out)) {
+    StoreRow([&](int i) HWY_ATTR { return K::Value(hn::LoadU(DK<T>(), keys + i)); }, out, n, stream);
+  } else {
+    int i = 0;
+    for (; i + kKeyLanes<T> <= n; i += kKeyLanes<T>) {
+      hn::StoreU(K::Value(hn::LoadU(DK<T>(), keys + i)), typename K::DS(), out + i);
+    }
+    HWY_ALIGN typename K::Sample lanes[kKeyLanes<T>];
+    if (i < n) hn::Store(K::Value(hn::LoadU(DK<T>(), keys + i)), typename K::DS(), lanes);
+    std::copy_n(lanes, n - i, out + i);
+  }
+}
+
 // A row of results: f(i) is a vector of keys. `line` has room for them.
 template <class K, class F>
-HWY_INLINE void StoreKeys(const F& f, typename K::T* line, float* out, int count, bool stream) {
+HWY_INLINE void StoreKeys(const F& f, typename K::T* line, typename K::Sample* out, int count, bool stream) {
+  using T = typename K::T;
   if constexpr (K::kInPlace) {
     (void)line;
     StoreRow([&](int i) HWY_ATTR { return hn::BitCast(D(), f(i)); }, out, count, stream);
+  } else if constexpr (kOfCodes<K> && sizeof(T) == sizeof(*out)) {
+    (void)line;
+    StoreRow([&](int i) HWY_ATTR { return K::Value(f(i)); }, out, count, stream);
   } else {
-    using T = typename K::T;
-    const hn::CappedTag<T, 64 / sizeof(T)> d;
-    for (int i = 0; i < count; i += static_cast<int>(hn::MaxLanes(d))) hn::StoreU(f(i), d, line + i);
-    StoreRow([&](int i) HWY_ATTR { return K::Load(line + i); }, out, count, stream);
+    for (int i = 0; i < count; i += kKeyLanes<T>) hn::StoreU(f(i), DK<T>(), line + i);
+    StoreValues<K>(line, out, count, stream);
   }
 }
 
@@ -182,8 +251,8 @@ void SortColumns3(const T* const* rows, int count, T* to) {
   for (int i = 0; i < count; i += kKeyLanes<T>) {
     VK<T> a = hn::LoadU(d, first + i), b = hn::LoadU(d, second + i), c = hn::LoadU(d, third + i);
     Sort(a, b), Sort(b, c), Sort(a, b);
-    hn::StoreU(a, d, to + i), hn::StoreU(b, d, to + kSortedLine + i),
-        hn::StoreU(c, d, to + 2 * kSortedLine + i);
+    hn::StoreU(a, d, to + i), hn::StoreU(b, d, to + kSortedLine<T> + i),
+        hn::StoreU(c, d, to + 2 * kSortedLine<T> + i);
   }
 }
 
@@ -194,7 +263,7 @@ struct MiddleOfNine {
   const T* columns;
   ptrdiff_t channels;
   HWY_INLINE VK<T> At(int line, int column, int i) const {
-    return hn::LoadU(DK<T>(), columns + line * kSortedLine + i + column * channels);
+    return hn::LoadU(DK<T>(), columns + line * kSortedLine<T> + i + column * channels);
   }
   HWY_INLINE VK<T> operator()(int i) const {
     const VK<T> low = hn::Max(hn::Max(At(0, 0, i), At(0, 1, i)), At(0, 2, i));
@@ -219,7 +288,7 @@ void SortColumns5(const T* const* rows, int count, T* to) {
     VK<T> v[5];
     for (int k = 0; k < 5; ++k) v[k] = hn::LoadU(d, row[k] + i);
     SortFive(v);
-    for (int k = 0; k < 5; ++k) hn::StoreU(v[k], d, to + k * kSortedLine + i);
+    for (int k = 0; k < 5; ++k) hn::StoreU(v[k], d, to + k * kSortedLine<T> + i);
   }
 }
 
@@ -231,7 +300,7 @@ struct MiddleOf25 {
   const T* columns;
   ptrdiff_t channels;
   HWY_INLINE void Row(int line, int i, VK<T> (&v)[5]) const {
-    for (int k = 0; k < 5; ++k) v[k] = hn::LoadU(DK<T>(), columns + line * kSortedLine + i + k * channels);
+    for (int k = 0; k < 5; ++k) v[k] = hn::LoadU(DK<T>(), columns + line * kSortedLine<T> + i + k * channels);
     SortFive(v);
   }
   HWY_INLINE VK<T> operator()(int i) const {
@@ -289,7 +358,8 @@ template <class K>
 class Medians {
  public:
   using T = typename K::T;
-  Medians(const RankTile& t, const MedianWork& work) : t_(t), work_(work) {}
+  using Sample = typename K::Sample;
+  Medians(const RankTile<Sample>& t, const MedianWork& work) : t_(t), work_(work) {}
 
   // False when some sample has no key.
   bool Run() {
@@ -301,7 +371,7 @@ class Medians {
     T* const results = reinterpret_cast<T*>(work_.results);
     T* const columns = reinterpret_cast<T*>(work_.columns);
     const bool sortable = t_.width == t_.height && (t_.width == 3 || t_.width == 5) &&
-                          ToKeyLine(t_.window_samples()) <= kSortedLine;
+                          ToKeyLine(t_.window_samples()) <= kSortedLine<T>;
     int rows_of_ranks = -1;
     // The results whose windows all exist.
     const int begin = std::min(t_.left, t_.samples),
@@ -318,7 +388,7 @@ class Medians {
         SetRanks(right, t_.samples, rows_inside, ranks);
         rows_of_ranks = rows_inside;
       }
-      float* const out = t_.out + y * t_.out_stride;
+      Sample* const out = t_.out + y * t_.out_stride;
       if (sort && t_.width == 3) {
         SortColumns3(rows, t_.window_samples(), columns);
         StoreKeys<K>(MiddleOfNine<T>{columns, t_.channels}, results, out, t_.samples, t_.stream);
@@ -345,8 +415,8 @@ class Medians {
       std::fill_n(row, all, last);
       return true;
     }
-    const float* const in = t_.in + (j - t_.top) * t_.in_stride;
-    const float* const ahead = in + (j + kAhead < t_.bottom ? kAhead : 0) * t_.in_stride;
+    const Sample* const in = t_.in + (j - t_.top) * t_.in_stride;
+    const Sample* const ahead = in + (j + kAhead < t_.bottom ? kAhead : 0) * t_.in_stride;
     const int count = t_.right - t_.left;
     if constexpr (K::kInPlace) {
       if (!AreUnsigned(in, count, ahead)) return false;
@@ -375,7 +445,7 @@ class Medians {
   }
 
   // The results [begin, end) of a row.
-  void Selected(const T* const* rows, int begin, int end, const T* ranks, T* results, float* out) {
+  void Selected(const T* const* rows, int begin, int end, const T* ranks, T* results, Sample* out) {
     constexpr int kBlock = 4;
     int x = begin;
     for (; x + kBlock * kKeyLanes<T> <= end; x += kBlock * kKeyLanes<T>) {
@@ -388,25 +458,35 @@ class Medians {
       if (end > begin)
         std::memcpy(out + begin, results + begin, static_cast<size_t>(end - begin) * sizeof(T));
     } else {
-      StoreRow([&](int i) HWY_ATTR { return K::Load(results + begin + i); }, out + begin, end - begin, false);
+      StoreValues<K>(results + begin, out + begin, end - begin, false);
     }
   }
 
-  const RankTile& t_;
+  const RankTile<Sample>& t_;
   const MedianWork& work_;
 };
 
-void MedianStrip(int code, const RankTile& t, const MedianWork& work) {
+void MedianOfFloats(int code, const RankTile<float>& t, const MedianWork& work) {
   const int count = t.width * t.height;
-  if (code == 255 && count <= 127) {
+  if (code == 255 && count <= kMostOfBytes) {
     if (Medians<CodeKeys<PixelType::kUint8, int8_t>>(t, work).Run()) return;
-  } else if (code == 255 && count <= 32767) {
+  } else if (code == 255 && count <= kMostCodes) {
     if (Medians<CodeKeys<PixelType::kUint8, int16_t>>(t, work).Run()) return;
-  } else if (code == 65535 && count <= 32767) {
+  } else if (code == 65535 && count <= kMostCodes) {
     if (Medians<CodeKeys<PixelType::kUint16, int16_t>>(t, work).Run()) return;
   }
   if (Medians<Bits>(t, work).Run()) return;
   Medians<FloatKeys>(t, work).Run();
+}
+void MedianOfBytes(int, const RankTile<uint8_t>& t, const MedianWork& work) {
+  if (t.width * t.height <= kMostOfBytes) {
+    Medians<StoredKeys<uint8_t, int8_t>>(t, work).Run();
+  } else {
+    Medians<StoredKeys<uint8_t, int16_t>>(t, work).Run();
+  }
+}
+void MedianOfWords(int, const RankTile<uint16_t>& t, const MedianWork& work) {
+  Medians<StoredKeys<uint16_t, int16_t>>(t, work).Run();
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -414,15 +494,19 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tessera::ops {
+namespace {
 
-HWY_EXPORT(MedianStrip);
+HWY_EXPORT(MedianOfFloats);
+HWY_EXPORT(MedianOfBytes);
+HWY_EXPORT(MedianOfWords);
 
-void RunMedian(int code, const RankTile& tile, base::Arena& scratch) {
+template <class T, class Strip>
+void RunStrips(const Strip& strip_of, int code, const RankTile<T>& tile, base::Arena& scratch) {
   // Strips of a wide window would do little but its margins.
   const int margin = (tile.width - 1) * tile.channels;
-  const int wanted = std::max(kMedianStrip, 4 * margin);
+  const int wanted = std::max(kMedianStrip<T>, 4 * margin);
   // Whole pixels: how many columns lie inside is the same for all samples of a pixel.
-  const int unit = std::lcm(16, tile.channels);
+  const int unit = std::lcm(64 / static_cast<int>(sizeof(T)), tile.channels);
   const int strip = std::min((tile.samples + unit - 1) / unit, std::max(1, wanted / unit)) * unit;
   MedianWork work;
   work.stride = ToKeyLine(strip + margin);
@@ -431,14 +515,25 @@ void RunMedian(int code, const RankTile& tile, base::Arena& scratch) {
         scratch.Allocate<int32_t>(static_cast<size_t>(work.stride) * static_cast<size_t>(count)));
   };
   work.keys = lines(tile.height);
-  work.columns = reinterpret_cast<std::byte*>(scratch.Allocate<int32_t>(kMostSorted * kSortedLine));
+  work.columns = scratch.Allocate<std::byte>(kMostSorted * kSortedBytes);
   work.results = lines(1);
   work.ranks = lines(1);
   work.rows = scratch.Allocate<const void*>(2 * static_cast<size_t>(tile.height));
-  auto* const run = &HWY_DYNAMIC_DISPATCH(MedianStrip);
   for (int x = 0; x < tile.samples; x += strip) {
-    run(code, tile.Strip(x, std::min(strip, tile.samples - x)), work);
+    strip_of(code, tile.Strip(x, std::min(strip, tile.samples - x)), work);
   }
+}
+
+}  // namespace
+
+void RunMedian(int code, const RankTile<float>& tile, base::Arena& scratch) {
+  RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfFloats), code, tile, scratch);
+}
+void RunMedian(const RankTile<uint8_t>& tile, base::Arena& scratch) {
+  RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfBytes), 0, tile, scratch);
+}
+void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch) {
+  RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfWords), 0, tile, scratch);
 }
 
 }  // namespace tessera::ops

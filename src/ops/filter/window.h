@@ -49,6 +49,8 @@ class Window {
   // Whether Run takes codes of such pixels: where that costs more than it is worth, or what borders and bias
   // add is no whole code, IntegerSums mends sums of floats.
   bool SumsCodes(PixelType type) const;
+  // Whether Run, where it sums codes, goes from bytes to bytes too.
+  bool SumsBytes() const { return planes_.size() == 1 && planes_[0].bytes.usable; }
   // The same for a whole image, tile by tile.
   void RunWhole(const ConstImageView& in, const ImageView& out, const graph::Workers& workers) const;
   // Method, size and error bound in a few words.
@@ -77,8 +79,10 @@ class Window {
   // The blocks of the transform lie on a grid from the data window's corner, whatever the tile.
   Roi WholeBlocks(const Roi& out, const Roi& data_window) const;
   void RunBlocks(const graph::TileArgs& args, const Roi& data_window) const;
+  void Sum(const Plane& plane, const FirTile& tile, base::Arena& scratch) const;
   void RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const;
   void RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part, int largest) const;
+  void RunBytesPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const;
   void RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out,
                  int largest) const;
   void Finish(const graph::TileArgs& args, const Roi& data_window) const;

@@ -27,14 +27,16 @@ bool Window::SumsCodes(PixelType type) const {
                                                                       width_ * height_ <= kMostTapsOfBytes));
 }
 
+void Window::Sum(const Plane& plane, const FirTile& tile, base::Arena& scratch) const {
+  if (plane.separable.terms.empty()) {
+    RunDirect(plane.direct, tile);
+  } else {
+    RunSeparable(plane.separable, tile, scratch);
+  }
+}
+
 void Window::RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const {
-  const auto sum = [&](const FirTile& t) {
-    if (plane.separable.terms.empty()) {
-      RunDirect(plane.direct, t);
-    } else {
-      RunSeparable(plane.separable, t, scratch);
-    }
-  };
+  const auto sum = [&](const FirTile& t) { Sum(plane, t, scratch); };
   if (largest == 0) return sum(tile);
   constexpr int kByte = 255;
   if (largest == kByte && plane.bytes.usable) {
@@ -106,9 +108,24 @@ void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, co
   }
 }
 
+void Window::RunBytesPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const {
+  const Plane& plane = planes_[0];
+  const Roi needed = Footprint(part);
+  const ByteTile tile{reinterpret_cast<const uint8_t*>(in.At(needed.x0, needed.y0)),
+                      in.row_stride,
+                      reinterpret_cast<uint8_t*>(args.out.At(part.x0, part.y0)),
+                      args.out.row_stride,
+                      part.width() * in.channels,
+                      part.height(),
+                      in.channels};
+  RunBytes(plane.bytes, plane.codes, tile, args.scratch,
+           [&](const FirTile& t) { Sum(plane, t, args.scratch); });
+}
+
 // `in` covers the part's whole footprint.
 void Window::RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part,
                      int largest) const {
+  if (args.out.type == PixelType::kUint8) return RunBytesPart(args, in, part);
   const ImageView out = args.out.Sub(part);
   if (planes_.size() != 1 || in.channels != out.channels) return RunPlanes(args, in, out, largest);
   const Roi needed = Footprint(part);
@@ -143,7 +160,7 @@ void Window::Run(const graph::TileArgs& args, const Roi& window, int largest) co
   for (const Roi& part : {Roi{o.x0, o.y0, o.x1, inner.y0}, Roi{o.x0, inner.y1, o.x1, o.y1},
                           Roi{o.x0, inner.y0, inner.x0, inner.y1}, Roi{inner.x1, inner.y0, o.x1, inner.y1}}) {
     if (part.empty()) continue;
-    const ImageView extended = base::NewTile(args.scratch, Footprint(part), in.channels);
+    const ImageView extended = base::NewTile(args.scratch, Footprint(part), in.channels, args.out.type);
     graph::FillWithBorder(in, window, EngineBorder(options_.border), extended);
     RunPart(args, extended, part, largest);
   }

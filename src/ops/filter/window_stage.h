@@ -25,6 +25,10 @@ class WindowStage final : public graph::TileStage {
   }
   Roi InputRoi(int, const Roi& out) const override { return window_->InputRoi(out, data_window_); }
   graph::TileSize Preferred() const override { return window_->PreferredTile(); }
+  bool Accepts(PixelType type) const override {
+    return type == PixelType::kFloat ||
+           (type == PixelType::kUint8 && largest_ == IntegerSums::Largest(type) && window_->SumsBytes());
+  }
   void Run(const graph::TileArgs& args) const override {
     window_->Run(args, data_window_, largest_);
     if (integers_) integers_->Settle(args.in[0], args.in_channels[0], args.out, args.channels, data_window_);
