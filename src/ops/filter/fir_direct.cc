@@ -174,10 +174,79 @@ int DirectDense(const DirectWindow& window, const FirTile& t) {
 
 // ---- Small dense kernels with shorter vectors: a load for every tap, loops without ends ----
 
+// Where the first tap of a vector of results lies: in front of a whole vector of memory, half a vector before
+// one, or anywhere. RGBA pixels half a vector off are put together from whole vectors: loads across cache
+// lines take several times as long.
+enum class Aligned { kWhole, kHalf, kAny };
+
+// Keeps a value in its register, where the compiler would rather load it again for every use.
+HWY_INLINE V Held(V v) {
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+  asm("" : "+x"(v.raw));
+#endif
+  return v;
+}
+
+// The vectors that begin at taps kTap, kTap + 2, ... of RGBA pixels, two to a vector.
+template <Aligned kAligned, int kTap, int kCount>
+HWY_INLINE void LoadTaps(const float* in, V (&v)[kCount]) {
+#if HWY_TARGET == HWY_AVX2
+  constexpr bool kIsWhole = (kTap % 2 == 0) == (kAligned == Aligned::kWhole);
+  if constexpr (!kIsWhole) {
+    V last = Load(in + 4 * (kTap + 1));
+    if constexpr (kTap == 0) {
+      v[0] = Held(hn::Combine(D(), hn::LowerHalf(last), hn::LoadU(hn::Half<D>(), in)));
+    } else {
+      v[0] = Held(hn::ConcatLowerUpper(D(), last, Load(in + 4 * (kTap - 1))));
+    }
+    for (int i = 1; i < kCount; ++i) {
+      const V next = Load(in + 4 * (kTap + 1 + 2 * i));
+      v[i] = Held(hn::ConcatLowerUpper(D(), next, last));
+      last = next;
+    }
+    return;
+  }
+#endif
+  for (int i = 0; i < kCount; ++i) v[i] = Held(Load(in + 4 * kTap + i * kLanes));
+}
+
+// The sums of two groups of columns, kFirst and kFirst + 2 modulo 4, for kR rows of two vectors: enough sums
+// at once that none waits for its own last product.
+template <int kW, int kH, bool kCentered, Aligned kAligned, int kFirst, int kTap, int kR>
+HWY_INLINE void AddGroups(const float* w, const float* in, ptrdiff_t stride, int channels,
+                          const V (&centre)[kR][2], V (&acc)[2][kR][2]) {
+  if constexpr (kTap < kW) {
+    constexpr int kGroups = kTap + 2 < kW ? 2 : 1;
+    constexpr bool kRgba = kAligned != Aligned::kAny && kLanes == 8;
+#pragma GCC unroll 16
+    for (int yi = 0; yi < kH + kR - 1; ++yi) {
+      const float* const row = in + yi * stride;
+      if (kTap == 0 && yi >= kH - 1) base::PrefetchSecond(row + kR * stride);
+      V v[kGroups + 1];
+      if constexpr (kRgba) LoadTaps<kAligned, kTap>(row, v);
+#pragma GCC unroll 2
+      for (int g = 0; g < kGroups; ++g) {
+#pragma GCC unroll 2
+        for (int j = 0; j < 2; ++j) {
+          const V sample = kRgba ? v[g + j] : Load(row + (kTap + 2 * g) * channels + j * kLanes);
+#pragma GCC unroll 4
+          for (int r = 0; r < kR; ++r) {
+            if (yi < r || yi - r >= kH) continue;
+            const V weight = hn::Set(D(), w[(yi - r) * kW + kTap + 2 * g]);
+            acc[g][r][j] =
+                hn::MulAdd(kCentered ? hn::Sub(sample, centre[r][j]) : sample, weight, acc[g][r][j]);
+          }
+        }
+      }
+    }
+    AddGroups<kW, kH, kCentered, kAligned, kFirst, kTap + 4>(w, in, stride, channels, centre, acc);
+  }
+}
+
 // The sums of kDenseRows rows of kJ vectors, group by group as in DirectBlock, in registers. Without kDense
 // some weights are 0 and add their zeros, but where they have made a NaN of an infinity or another NaN the
 // sums are taken again without them.
-template <int kW, int kH, bool kDense, bool kCentered>
+template <int kW, int kH, bool kDense, bool kCentered, Aligned kAligned>
 void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) {
   constexpr int kR = kDenseRows, kJ = 2;
   const float* HWY_RESTRICT w = window.weights.data();
@@ -187,31 +256,22 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
       const float* const in = t.in + y * stride + x;
       V total[kR][kJ], centre[kR][kJ];
       LoadCentres<kCentered>(window, in, stride, t.channels, centre);
-#pragma GCC unroll 4
-      for (int g = 0; g < 4 && g < kW; ++g) {
-        V acc[kR][kJ];
-        for (auto& row : acc) {
-          for (V& a : row) a = Nothing();
-        }
-#pragma GCC unroll 4
-        for (int dx = g; dx < kW; dx += 4) {
-#pragma GCC unroll 16
-          for (int yi = 0; yi < kH + kR - 1; ++yi) {
-            V v[kJ];
-            for (int j = 0; j < kJ; ++j) v[j] = Load(in + yi * stride + dx * t.channels + j * kLanes);
-            if (dx == 0 && yi >= kH - 1) base::PrefetchSecond(in + (yi + kR) * stride);
-#pragma GCC unroll 4
-            for (int r = 0; r < kR; ++r) {
-              if (yi < r || yi - r >= kH) continue;
-              const V weight = hn::Set(D(), w[(yi - r) * kW + dx]);
-              for (int j = 0; j < kJ; ++j) {
-                acc[r][j] = hn::MulAdd(kCentered ? hn::Sub(v[j], centre[r][j]) : v[j], weight, acc[r][j]);
-              }
-            }
+      V even[2][kR][kJ], odd[2][kR][kJ];
+      for (auto* groups : {&even, &odd}) {
+        for (auto& group : *groups) {
+          for (auto& row : group) {
+            for (V& a : row) a = Nothing();
           }
         }
-        for (int r = 0; r < kR; ++r) {
-          for (int j = 0; j < kJ; ++j) total[r][j] = g == 0 ? acc[r][j] : hn::Add(total[r][j], acc[r][j]);
+      }
+      AddGroups<kW, kH, kCentered, kAligned, 0, 0>(w, in, stride, t.channels, centre, even);
+      AddGroups<kW, kH, kCentered, kAligned, 1, 1>(w, in, stride, t.channels, centre, odd);
+      for (int r = 0; r < kR; ++r) {
+        for (int j = 0; j < kJ; ++j) {
+          V sum = hn::Add(even[0][r][j], odd[0][r][j]);
+          if (kW > 2) sum = hn::Add(sum, even[1][r][j]);
+          if (kW > 3) sum = hn::Add(sum, odd[1][r][j]);
+          total[r][j] = sum;
         }
       }
       if constexpr (!kDense) {
@@ -240,9 +300,20 @@ int DirectDense(const DirectWindow& window, const FirTile& t) {
   const auto taps = window.weights.size() -
                     static_cast<size_t>(std::count(window.weights.begin(), window.weights.end(), 0.0f));
   if (2 * taps <= window.weights.size()) return 0;
+  const auto offset = reinterpret_cast<uintptr_t>(t.in) % 32;
+  const bool halves = kLanes == 8 && t.channels == 4 && t.in_stride % 8 == 0 && offset % 16 == 0;
+  const auto dense = [&]<int kSide, bool kDense, bool kCentered>() {
+    if (halves && offset == 0) {
+      DirectDenseWindow<kSide, kSide, kDense, kCentered, Aligned::kWhole>(window, t, x_end);
+    } else if (halves) {
+      DirectDenseWindow<kSide, kSide, kDense, kCentered, Aligned::kHalf>(window, t, x_end);
+    } else {
+      DirectDenseWindow<kSide, kSide, kDense, kCentered, Aligned::kAny>(window, t, x_end);
+    }
+  };
   const auto run = [&]<int kSide, bool kCentered>() {
-    window.dense ? DirectDenseWindow<kSide, kSide, true, kCentered>(window, t, x_end)
-                 : DirectDenseWindow<kSide, kSide, false, kCentered>(window, t, x_end);
+    window.dense ? dense.template operator()<kSide, true, kCentered>()
+                 : dense.template operator()<kSide, false, kCentered>();
   };
   if (window.width == 3) {
     window.centered ? run.template operator()<3, true>() : run.template operator()<3, false>();
