@@ -121,10 +121,20 @@ void GridField::PrepareRows(const Roi& data) {
       fraction.push_back(static_cast<float>(rows.place.back().fraction));
     }
     fraction.resize(fraction.size() + kNoisePadding, 0);
-    rows.fade.resize(fraction.size());
-    kernels_.fade(fraction.data(), count, plan_.shape.fade, rows.fade.data());
-    rows.fade.resize(rows.place.size());
+    std::vector<float> fade(fraction.size());
+    kernels_.fade(fraction.data(), count, plan_.shape.fade, fade.data());
+    for (size_t i = 0; i < rows.place.size(); ++i) {
+      rows.between.push_back(Between(plan_.octaves[k], rows.place[i], fade[i]));
+    }
   }
+}
+
+GridField::RowPlace GridField::Between(const NoiseOctave& octave, const LatticePlace& place,
+                                       float fade) const {
+  return {{(place.cell * kAxis[1]) ^ octave.seed,
+           (NextCell(place.cell, octave.period[1]) * kAxis[1]) ^ octave.seed},
+          static_cast<float>(place.fraction),
+          fade};
 }
 
 void GridField::Prepare(const NoiseOctave& octave, Columns& columns) const {
@@ -296,16 +306,23 @@ void GridCursor::Row(int y, float* out, float* const* slopes, bool stream) {
   } else {
     BatchRow(y, out, slopes);
   }
-  Finish(out, slopes);
+  if (slopes == nullptr && (plan.params.bias != 0.5 || plan.params.contrast != 0.5)) Finish(out);
 }
 
 void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
   const NoiseOctave& octave = field_.plan_.octaves[k];
   Rows& rows = rows_[k];
   GridRow& row = rows.row;
-  const LatticePlace y = RowPlaceOf(k);
-  const uint32_t low = (y.cell * kAxis[1]) ^ octave.seed;
-  const uint32_t high = (NextCell(y.cell, octave.period[1]) * kAxis[1]) ^ octave.seed;
+  const std::vector<GridField::RowPlace>& known = field_.rows_[k].between;
+  const auto index = static_cast<size_t>(row_ - field_.first_row_);
+  GridField::RowPlace y;
+  if (index < known.size()) {
+    y = known[index];
+  } else {
+    const LatticePlace place = RowPlaceOf(k);
+    y = field_.Between(octave, place, FadeOf(static_cast<float>(place.fraction)));
+  }
+  const auto [low, high] = y.hash;
   if (!rows.valid || low != rows.lower_hash || high != rows.upper_hash) {
     const auto make = [&](uint32_t hash, const GridLatticeRow& lattice) {
       rows.fill.row_hash = hash;
@@ -322,10 +339,8 @@ void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
     rows.upper_hash = high;
     rows.valid = true;
   }
-  row.fraction = static_cast<float>(y.fraction);
-  const std::vector<float>& fades = field_.rows_[k].fade;
-  const auto known = static_cast<size_t>(row_ - field_.first_row_);
-  row.fade = known < fades.size() ? fades[known] : FadeOf(row.fraction);
+  row.fraction = y.fraction;
+  row.fade = y.fade;
   row.out = out;
   row.stream = stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
   if (field_.plan_.params.method == NoiseMethod::kAccumulate) {
@@ -417,10 +432,8 @@ void GridCursor::PerlinRow(float* out, float* const* slopes) {
   }
 }
 
-void GridCursor::Finish(float* out, float* const* slopes) const {
-  const NoiseParams& p = field_.plan_.params;
-  if (slopes != nullptr || (p.bias == 0.5 && p.contrast == 0.5)) return;
-  for (int i = 0; i < x1_ - x0_; ++i) out[i] = BentValue(p, out[i]);
+void GridCursor::Finish(float* out) const {
+  for (int i = 0; i < x1_ - x0_; ++i) out[i] = BentValue(field_.plan_.params, out[i]);
 }
 
 }  // namespace tessera::ops

@@ -36,10 +36,15 @@ class GridField {
     std::vector<double> position;       // per pixel, for lattice perlin: in [0, 256)
     Stencil stencil;
   };
+  struct RowPlace {         // a row between two lattice rows
+    uint32_t hash[2] = {};  // of the lower and the upper one, and the octave's seed
+    float fraction = 0, fade = 0;
+  };
   struct Rows {  // of one octave
     std::vector<LatticePlace> place;
-    std::vector<float> fade;
+    std::vector<RowPlace> between;
   };
+  RowPlace Between(const NoiseOctave& octave, const LatticePlace& place, float fade) const;
   void Prepare(const NoiseOctave& octave, Columns& columns) const;
   void PrepareRows(const Roi& data);
   void PrepareStencil(Columns& columns) const;
@@ -82,7 +87,7 @@ class GridCursor {
   void AddBatch(const NoiseOctave& octave, int at, int count, float* out, float* const* slopes);
   void BatchRow(int y, float* out, float* const* slopes);
   void PerlinRow(float* out, float* const* slopes);
-  void Finish(float* out, float* const* slopes) const;
+  void Finish(float* out) const;
 
   const GridField& field_;
   int x0_, x1_;

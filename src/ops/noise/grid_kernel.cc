@@ -15,6 +15,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/noise/edge-inl.h"
 #include "ops/noise/shaped-inl.h"
 #include "simd/lattice-inl.h"
 #include "simd/pixels-inl.h"
@@ -46,7 +47,15 @@ HWY_INLINE Corner At(VU hash, float fz, float fw) {
     return {hn::Zero(d), hn::Zero(d), s::SignedUnit(h)};
   } else {
     V g[kDims];
+#if HWY_TARGET == HWY_AVX2
+    if constexpr (kDims == 3) {
+      EdgeGradient(TopEdge(h), g);
+    } else {
+      s::LatticeGradient<kDims>(h, g);
+    }
+#else
     s::LatticeGradient<kDims>(h, g);
+#endif
     V rest = hn::Zero(d);
     if constexpr (kDims == 4) rest = hn::Mul(g[3], hn::Set(d, fw));
     if constexpr (kDims >= 3) rest = hn::MulAdd(g[2], hn::Set(d, fz), rest);
@@ -110,14 +119,15 @@ void FillSlice(const GridFill& a) {
 #endif
 
 template <int kDims, bool kGradient>
-void FillRow(const GridFill& a) {
+void FillRow(const GridFill& fill) {
+  const GridFill a = fill;  // a copy, which no store can change
   const s::D d;
   const s::DU du;
   for (int i = 0; i < a.count; i += static_cast<int>(hn::Lanes(d))) {
-    const VU column = hn::Xor(hn::LoadU(du, a.column_hash + i), hn::Set(du, a.row_hash));
+    const VU column = hn::LoadU(du, a.column_hash + i);
     const auto over_z = [&](uint32_t hash, float fw) HWY_ATTR {
       if constexpr (kDims < 3) {
-        return At<kDims, kGradient>(column, 0, 0);
+        return At<kDims, kGradient>(hn::Xor(column, hn::Set(du, hash)), 0, 0);
       } else {
         const float f = a.z.fraction;
         return Blend(At<kDims, kGradient>(hn::Xor(column, hn::Set(du, hash ^ a.z.hash[0])), f, fw),
@@ -125,8 +135,8 @@ void FillRow(const GridFill& a) {
                      a.z.fade);
       }
     };
-    Corner c = over_z(a.w.hash[0], a.w.fraction);
-    if constexpr (kDims == 4) c = Blend(c, over_z(a.w.hash[1], a.w.fraction - 1), a.w.fade);
+    Corner c = over_z(a.row_hash ^ a.w.hash[0], a.w.fraction);
+    if constexpr (kDims == 4) c = Blend(c, over_z(a.row_hash ^ a.w.hash[1], a.w.fraction - 1), a.w.fade);
     hn::StoreU(c.gx, d, a.out.gx + i);
     hn::StoreU(c.gy, d, a.out.gy + i);
     hn::StoreU(c.rest, d, a.out.rest + i);
@@ -163,44 +173,64 @@ struct Coefficients {
 template <class Store>
 HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store) {
   const s::D d;
-  const s::DI di;
   const int lanes = static_cast<int>(hn::Lanes(d)), count = a.columns.count;
   const V fy = hn::Set(d, a.fraction), fy1 = hn::Set(d, a.fraction - 1), v = hn::Set(d, a.fade);
   const V scale = hn::Set(d, a.scale);
+  struct Column {
+    V constant, slope;
+#if HWY_TARGET != HWY_AVX2
+    V turned_constant, turned_slope;
+#endif
+  };
+#if HWY_TARGET == HWY_AVX2
+  const auto shifted = [&](V low, V high) HWY_ATTR {
+    return hn::CombineShiftRightBytes<4>(d, hn::ConcatLowerUpper(d, high, low), low);
+  };
+#else
+  const s::DI di;
   const auto inner = hn::FirstN(d, static_cast<size_t>(lanes) - 1);
   const auto turn = hn::IndicesFromVec(
       d, hn::IfThenElse(hn::FirstN(di, static_cast<size_t>(lanes) - 1), hn::Iota(di, 1), hn::Zero(di)));
-  struct Column {
-    V constant, slope, turned_constant, turned_slope;
-  };
+#endif
+  // Copies, which no store can change.
+  const GridLatticeRow lower = a.lower, upper = a.upper;
   const auto column = [&](int i) HWY_ATTR {
-    const V low = hn::MulAdd(hn::LoadU(d, a.lower.gy + i), fy, hn::LoadU(d, a.lower.rest + i));
-    const V high = hn::MulAdd(hn::LoadU(d, a.upper.gy + i), fy1, hn::LoadU(d, a.upper.rest + i));
+    const V low = hn::MulAdd(hn::LoadU(d, lower.gy + i), fy, hn::LoadU(d, lower.rest + i));
+    const V high = hn::MulAdd(hn::LoadU(d, upper.gy + i), fy1, hn::LoadU(d, upper.rest + i));
     Column c;
     c.constant = hn::Mul(Lerp(low, high, v), scale);
-    c.slope = hn::Mul(Lerp(hn::LoadU(d, a.lower.gx + i), hn::LoadU(d, a.upper.gx + i), v), scale);
+    c.slope = hn::Mul(Lerp(hn::LoadU(d, lower.gx + i), hn::LoadU(d, upper.gx + i), v), scale);
+#if HWY_TARGET != HWY_AVX2
     c.turned_constant = hn::TableLookupLanes(c.constant, turn);
     c.turned_slope = hn::TableLookupLanes(c.slope, turn);
+#endif
     return c;
   };
   Column here = column(0);
   for (int i = 0; i < used; i += lanes) {  // the entry after the last column is never used
     const Column next = i + lanes < count ? column(i + lanes) : here;
+#if HWY_TARGET == HWY_AVX2
+    const V right = shifted(here.constant, next.constant), right_slope = shifted(here.slope, next.slope);
+#else
     const V right = hn::IfThenElse(inner, here.turned_constant, next.turned_constant);
     const V right_slope = hn::IfThenElse(inner, here.turned_slope, next.turned_slope);
+#endif
     store(i, Coefficients{here.constant, here.slope, hn::Sub(hn::Sub(right, right_slope), here.constant),
                           hn::Sub(right_slope, here.slope)});
     here = next;
   }
 }
 
-// The first lanes of a vector: half as many bytes, for tables of few entries.
-HWY_INLINE V LoadHalf(const float* p) {
+// One of half as many entries as a vector has lanes.
+HWY_INLINE V PickOfHalf(const float* p, VI index) {
   const s::D d;
-#if HWY_TARGET == HWY_SCALAR
-  return hn::LoadU(d, p);
+#if HWY_TARGET == HWY_AVX2
+  return OneOfFour(hn::LoadDup128(d, p), hn::BitCast(s::DU(), index));
+#elif HWY_TARGET == HWY_SCALAR
+  return hn::TableLookupLanes(hn::LoadU(d, p), hn::IndicesFromVec(d, index));
 #else
-  return hn::ZeroExtendVector(d, hn::LoadU(hn::Half<s::D>(), p));
+  const V table = hn::ZeroExtendVector(d, hn::LoadU(hn::Half<s::D>(), p));
+  return hn::TableLookupLanes(table, hn::IndicesFromVec(d, index));
 #endif
 }
 
@@ -268,8 +298,7 @@ struct InMemory {
     return Each([&](const float* p) HWY_ATTR { return hn::Set(s::D(), p[base]); });
   }
   HWY_INLINE Coefficients Half(int base, VI index) const {
-    const auto lane = hn::IndicesFromVec(s::D(), index);
-    return Each([&](const float* p) HWY_ATTR { return hn::TableLookupLanes(LoadHalf(p + base), lane); });
+    return Each([&](const float* p) HWY_ATTR { return PickOfHalf(p + base, index); });
   }
   HWY_INLINE Coefficients Whole(int base, VI index) const {
     const auto lane = hn::IndicesFromVec(s::D(), index);
@@ -320,24 +349,49 @@ HWY_NOINLINE void WriteTail(const GridRow& a, int x, V n) {
   for (int i = x; i < a.count; ++i) a.out[i] = tail[i - x];
 }
 
+// Makes pixels from coefficients. Copies of what the row says, which no store can change.
+template <NoiseSum kSum>
+class Writer {
+ public:
+  explicit HWY_INLINE Writer(const GridRow& row)
+      : row_(row),
+        fraction_(row.columns.fraction),
+        fade_(row.columns.fade),
+        out_(row.out),
+        count_(row.count),
+        add_(row.add),
+        stream_(row.stream),
+        weight_(hn::Set(s::D(), row.weight)),
+        bias_(hn::Set(s::D(), row.bias)) {}
+  HWY_INLINE void operator()(int x, const Coefficients& k) const {
+    const s::D d;
+    const V f = hn::LoadU(d, fraction_ + x), u = hn::LoadU(d, fade_ + x);
+    const V n = Shaped<kSum>(hn::MulAdd(u, hn::MulAdd(k.c3, f, k.c2), hn::MulAdd(k.c1, f, k.c0)));
+    if (HWY_UNLIKELY(x + static_cast<int>(hn::Lanes(d)) > count_)) return WriteTail(row_, x, n);
+    s::StoreOrStream(hn::MulAdd(n, weight_, add_ ? hn::LoadU(d, out_ + x) : bias_), d, out_ + x, stream_);
+  }
+
+ private:
+  const GridRow& row_;
+  const float *const fraction_, *const fade_;
+  float* const out_;
+  const int count_;
+  const bool add_, stream_;
+  const V weight_, bias_;
+};
+
+// By itself: narrow rows, as those of blocks, would notice what the other kinds prepare.
+template <NoiseSum kSum>
+HWY_NOINLINE void ConsecutiveRow(const GridRow& a) {
+  Collapse(a, a.count, Writer<kSum>(a));
+}
+
 template <NoiseSum kSum>
 void RowOf(const GridRow& a) {
+  if (a.columns.layout.consecutive) return ConsecutiveRow<kSum>(a);
   const s::D d;
-  const int lanes = static_cast<int>(hn::Lanes(d)), count = a.count;
-  // Copies, which no store can change.
-  const float *const fraction = a.columns.fraction, *const fade = a.columns.fade;
-  float* const out = a.out;
-  const bool add = a.add, stream = a.stream;
-  const V weight = hn::Set(d, a.weight), bias = hn::Set(d, a.bias);
-  const auto write = [ =, &a ](int x, const Coefficients& k) __attribute__((always_inline)) HWY_ATTR {
-    const V f = hn::LoadU(d, fraction + x), u = hn::LoadU(d, fade + x);
-    const V n = Shaped<kSum>(hn::MulAdd(u, hn::MulAdd(k.c3, f, k.c2), hn::MulAdd(k.c1, f, k.c0)));
-    if (HWY_UNLIKELY(x + lanes > count)) return WriteTail(a, x, n);
-    s::StoreOrStream(hn::MulAdd(n, weight, add ? hn::LoadU(d, out + x) : bias), d, out + x, stream);
-  };
-  if (a.columns.layout.consecutive) {
-    Collapse(a, count, write);
-  } else if (a.columns.count <= lanes) {
+  const Writer<kSum> write(a);
+  if (a.columns.count <= static_cast<int>(hn::Lanes(d))) {
     InRegisters source{};
     Collapse(a, a.columns.count, [&](int, const Coefficients& k) HWY_ATTR { source.all = k; });
     ForPixels(a.columns.layout, source, write);

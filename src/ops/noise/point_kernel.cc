@@ -1,8 +1,12 @@
-// Gradient noise on Tessera's lattice straight from rows of positions: nothing but the result leaves
-// registers.
+// Gradient noise on Tessera's lattice straight from rows of positions.
 //
 // Per corner: the axes' products are shared by the corners, one exclusive or of three and the mix make the
 // hash, its upper bits choose a gradient, and the offset is projected on it.
+//
+// With 32 registers nothing but the result leaves them. With 16 a vector is more instructions in a chain than
+// a processor looks ahead, so that it waits for most of them: there short blocks go through one step after
+// the other.
+#include <algorithm>
 #include <cstdint>
 
 #include "graph/op.h"
@@ -10,9 +14,11 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/noise/point_kernel.cc"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/noise/edge-inl.h"
 #include "ops/noise/shaped-inl.h"
 #include "simd/lattice-inl.h"
 
@@ -135,6 +141,178 @@ HWY_INLINE V ShapedBy(NoiseSum sum, V n) {
   return Shaped<NoiseSum::kRidged>(n);
 }
 
+#if HWY_TARGET == HWY_AVX2
+#define TESSERA_POINT_BLOCKS 1
+// Vectors of a block, all of which stays in L1, and how few are not worth one.
+constexpr int kBlockVectors = 16, kFewVectors = 4;
+
+template <int kDims>
+struct Block {
+  static constexpr int kLanes = HWY_MAX_BYTES / sizeof(float);
+  // Per vector: the lower sides' products, what is left of positions, hashes or edges of corners, and corners
+  // that are neighbours along x blended.
+  HWY_ALIGN uint32_t side[kBlockVectors][kDims][kLanes];
+  HWY_ALIGN float fraction[kBlockVectors][kDims][kLanes];
+  HWY_ALIGN uint32_t corner[kBlockVectors][1 << kDims][kLanes];
+  HWY_ALIGN float pair[kBlockVectors][1 << (kDims - 1)][kLanes];
+  // Positions of the first octave, where more than one octave reads them.
+  HWY_ALIGN float base_whole[kBlockVectors][kDims][kLanes], base_fraction[kBlockVectors][kDims][kLanes];
+};
+
+// The first step: places, as place_at(vector) tells them. Returns what NoiseOf() calls wrong.
+template <int kDims, class PlaceAt>
+HWY_INLINE VU BlockPlaces(const PointOctave& o, int vectors, Block<kDims>& b, const PlaceAt& place_at) {
+  const s::D d;
+  const s::DU du;
+  VU wrong = hn::Zero(du), origin[kDims];
+  for (int k = 0; k < kDims; ++k) origin[k] = hn::Set(du, (o.cell[k] - kIntegerBits) * s::kAxis[k]);
+  for (int i = 0; i < vectors; ++i) {
+    const Place<kDims> place = place_at(i);
+#pragma GCC unroll 16
+    for (int k = 0; k < kDims; ++k) {
+      const VU bits = hn::BitCast(du, hn::Add(place.whole[k], hn::Set(d, 12582912.0f)));
+      wrong = hn::Or(wrong, hn::Xor(bits, hn::Set(du, 0x4b000000u)));
+      hn::Store(hn::Add(hn::Mul(bits, hn::Set(du, s::kAxis[k])), origin[k]), du, b.side[i][k]);
+      hn::Store(place.fraction[k], d, b.fraction[i][k]);
+    }
+  }
+  return wrong;
+}
+
+// The second: hashes of corners, in three dimensions their edges.
+template <int kDims>
+HWY_INLINE void BlockCorners(const PointOctave& o, int vectors, Block<kDims>& b) {
+  const s::DU du;
+  const VU seed = hn::Set(du, o.seed);
+  for (int i = 0; i < vectors; ++i) {
+    VU side[kDims][2];
+#pragma GCC unroll 16
+    for (int k = 0; k < kDims; ++k) {
+      side[k][0] = hn::Load(du, b.side[i][k]);
+      side[k][1] = hn::Add(side[k][0], hn::Set(du, s::kAxis[k]));
+    }
+    for (VU& x : side[0]) x = hn::Xor(x, seed);
+#pragma GCC unroll 16
+    for (int c = 0; c < 1 << kDims; ++c) {
+      VU h = side[1][c >> 1 & 1];
+      if constexpr (kDims == 3) h = hn::Xor(h, side[2][c >> 2]);
+      h = s::LatticeMix(hn::Xor(h, side[0][c & 1]));
+      if constexpr (kDims == 3) h = TopEdge(h);
+      hn::Store(h, du, b.corner[i][c]);
+    }
+  }
+}
+
+// The third: gradients times offsets, blended along x.
+template <int kDims>
+HWY_INLINE void BlockPairs(int fade, int vectors, Block<kDims>& b) {
+  const s::D d;
+  const s::DU du;
+  const V one = hn::Set(d, 1.0f);
+  for (int i = 0; i < vectors; ++i) {
+    V offset[kDims][2];
+#pragma GCC unroll 16
+    for (int k = 0; k < kDims; ++k) {
+      offset[k][0] = hn::Load(d, b.fraction[i][k]);
+      offset[k][1] = hn::Sub(offset[k][0], one);
+    }
+    const V x = s::FadeWeight(offset[0][0], fade);
+#pragma GCC unroll 16
+    for (int c = 0; c < 1 << kDims; c += 2) {
+      V n[2];
+#pragma GCC unroll 16
+      for (int j = 0; j < 2; ++j) {
+        V from[kDims];
+        from[0] = offset[0][j];
+#pragma GCC unroll 16
+        for (int k = 1; k < kDims; ++k) from[k] = offset[k][c >> k & 1];
+        const VU h = hn::Load(du, b.corner[i][c + j]);
+        if constexpr (kDims == 3) {
+          n[j] = EdgeProjection(h, from);
+        } else {
+          n[j] = s::LatticeProjection<kDims>(h, from);
+        }
+      }
+      hn::Store(hn::MulAdd(x, hn::Sub(n[1], n[0]), n[0]), d, b.pair[i][c / 2]);
+    }
+  }
+}
+
+// The last: the other axes' blends, and the sum of octaves, which `out` holds but for the first one.
+template <int kDims, bool kPlain>
+HWY_INLINE void BlockSums(const PointRow& a, const PointOctave& o, bool first, int vectors,
+                          const Block<kDims>& b, float* out) {
+  const s::D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int i = 0; i < vectors; ++i) {
+    V n[1 << (kDims - 1)];
+#pragma GCC unroll 16
+    for (int c = 0; c < 1 << (kDims - 1); ++c) n[c] = hn::Load(d, b.pair[i][c]);
+#pragma GCC unroll 16
+    for (int k = 1; k < kDims; ++k) {
+      const V fade = s::FadeWeight(hn::Load(d, b.fraction[i][k]), kPlain ? 0 : a.fade);
+#pragma GCC unroll 16
+      for (int j = 0; j < 1 << (kDims - 1 - k); ++j) {
+        n[j] = hn::MulAdd(fade, hn::Sub(n[2 * j + 1], n[2 * j]), n[2 * j]);
+      }
+    }
+    const V value = hn::MulAdd(n[0], hn::Set(d, a.scale), hn::Zero(d));
+    const V sum = first ? hn::Set(d, a.bias) : hn::LoadU(d, out + i * lanes);
+    hn::StoreU(hn::MulAdd(kPlain ? value : ShapedBy(a.sum, value), hn::Set(d, o.weight), sum), d,
+               out + i * lanes);
+  }
+}
+
+// Whether all cells of a block were in range; else `out` is of no use. The row has `ahead` more positions.
+template <int kDims, bool kPlain>
+HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahead, Block<kDims>& b,
+                        float* out) {
+  const s::D d;
+  const s::DU du;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto first_place = [&](int i) HWY_ATTR {
+    V p[kDims];
+    for (V& coordinate : p) coordinate = hn::Zero(d);
+    LoadCoordinates<kDims>(in + static_cast<ptrdiff_t>(i) * lanes * a.channels, a.channels, p);
+    return PlaceOf<kDims, kPlain>(a, p);
+  };
+  // The next block's positions come nearer meanwhile.
+  const float* const next = in + static_cast<ptrdiff_t>(vectors) * lanes * a.channels;
+  const int floats = std::min(ahead, vectors * lanes) * a.channels;
+  for (int i = 0; i < floats; i += 16) hwy::Prefetch(next + i);
+  VU wrong = hn::Zero(du);
+  const auto octave = [&](const PointOctave& o, bool first, const auto& place_at) HWY_ATTR {
+    wrong = hn::Or(wrong, BlockPlaces<kDims>(o, vectors, b, place_at));
+    BlockCorners<kDims>(o, vectors, b);
+    BlockPairs<kDims>(kPlain ? 0 : a.fade, vectors, b);
+    BlockSums<kDims, kPlain>(a, o, first, vectors, b, out);
+  };
+  if constexpr (kPlain) {
+    octave(a.octaves[0], true, first_place);
+  } else {
+    for (int i = 0; i < vectors; ++i) {
+      const Place<kDims> place = first_place(i);
+      for (int k = 0; k < kDims; ++k) {
+        hn::Store(place.whole[k], d, b.base_whole[i][k]);
+        hn::Store(place.fraction[k], d, b.base_fraction[i][k]);
+      }
+    }
+    for (int k = 0; k < a.octave_count; ++k) {
+      const PointOctave& o = a.octaves[k];
+      octave(o, k == 0, [&](int i) HWY_ATTR {
+        Place<kDims> place;
+        for (int j = 0; j < kDims; ++j) {
+          place.whole[j] = hn::Load(d, b.base_whole[i][j]);
+          place.fraction[j] = hn::Load(d, b.base_fraction[i][j]);
+        }
+        return o.scaled ? InOctave<kDims>(o, place) : place;
+      });
+    }
+  }
+  return hn::AllTrue(du, hn::Eq(hn::And(wrong, hn::Set(du, 0xff800000u)), hn::Zero(du)));
+}
+#endif  // HWY_TARGET == HWY_AVX2
+
 // One vector of positions; bits above the 22nd of the result's lanes are set where cells are out of range.
 template <int kDims, bool kPlain>
 HWY_INLINE VU Vector(const PointRow& a, const float* in, float* out) {
@@ -176,6 +354,21 @@ HWY_INLINE bool Rows(const PointRow& row) {
     complete = false;
   };
   int x = 0;
+#if defined(TESSERA_POINT_BLOCKS)
+  Block<kDims> block;
+  while (a.octave_count > 0) {
+    const int vectors = std::min((a.count - x) / lanes, kBlockVectors), pixels = vectors * lanes;
+    if (vectors < kFewVectors) break;
+    const float* const in = a.in + static_cast<ptrdiff_t>(x) * a.channels;
+    const bool good = BlockOf<kDims, kPlain>(a, in, vectors, a.count - x - pixels, block, a.out + x);
+    // Otherwise anew, a vector at a time, which tells what is out of range.
+    for (int i = 0; i < pixels && !good; i += lanes) {
+      const VU wrong = Vector<kDims, kPlain>(a, in + static_cast<ptrdiff_t>(i) * a.channels, a.out + x + i);
+      note(wrong, x + i, lanes);
+    }
+    x += pixels;
+  }
+#endif
   for (; x + lanes <= a.count; x += lanes) {
     note(Vector<kDims, kPlain>(a, a.in + static_cast<ptrdiff_t>(x) * a.channels, a.out + x), x, lanes);
   }
@@ -197,6 +390,7 @@ bool Points(const PointRow& a) {
 }
 
 NoisePoints FindPoints(int dims) { return dims == 2 ? Points<2> : Points<3>; }
+#undef TESSERA_POINT_BLOCKS
 
 }  // namespace tessera::ops::noise::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
