@@ -14,8 +14,8 @@ enum class LicIntegrator : uint8_t {
   kEuler,     // P + h v(P), first order
   kMidpoint,  // second order
   kRk4,       // classical Runge-Kutta, fourth order
-  kAdaptive,  // RK4 over up to ten pixels at once, taps in between by cubic Hermite; down to one tap where
-              // the line bends
+  kAdaptive,  // RK4 over up to ten pixels at once, twenty where the field is smooth, taps in between by cubic
+              // Hermite; down to one tap where the line bends
   kCell,      // from pixel to pixel, direction constant within each (Cabral and Leedom 1993; rlic): a tap per
               // pixel
 };

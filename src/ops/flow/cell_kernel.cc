@@ -14,6 +14,14 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
+HWY_INLINE VI GatherCells(const int32_t* cells, VI at) {
+#if HWY_TARGET == HWY_AVX2
+  return hn::BitCast(DI(), LoadWords(cells, hn::BitCast(DU(), at)));
+#else
+  return s::GatherWords<4>(cells, at);
+#endif
+}
+
 // One end of the lines of a vector of pixels: which pixel, what that pixel holds, and how far it is, along
 // each component of its direction, to the pixel's edge.
 struct Crossing {
@@ -21,6 +29,24 @@ struct Crossing {
   VI cell;
   V x, y;
 };
+
+// Lanes that are negative, and those in which one bit of a cell is set, to be used by IfThenElse alone: on
+// AVX2 that looks at the sign only.
+HWY_INLINE hn::Mask<D> Negative(V v) {
+#if HWY_TARGET == HWY_AVX2
+  return hn::MaskFromVec(v);
+#else
+  return hn::Lt(v, hn::Zero(D()));
+#endif
+}
+template <int kBit>
+HWY_INLINE hn::Mask<D> BitOf(VI cell) {
+#if HWY_TARGET == HWY_AVX2
+  return Negative(hn::BitCast(D(), hn::ShiftLeft<31 - kBit>(cell)));
+#else
+  return hn::RebindMask(D(), hn::TestBit(cell, hn::Set(DI(), 1 << kBit)));
+#endif
+}
 
 // What crossing an edge adds to an index, by the signs of the direction; 0 where the line stays.
 class Strides {
@@ -31,20 +57,37 @@ class Strides {
       const bool still = (i & kCellStill) != 0;
       x[i] = still ? 0 : (i & kCellLeft) != 0 ? -1 : 1, y[i] = still ? 0 : (i & kCellUp) != 0 ? -row_ : row_;
     }
+#if HWY_TARGET == HWY_AVX2
+    // Permutations within four lanes look at two bits: x has the lowest ones, y the next.
+    for (uint32_t i = 0; i < kLanes; ++i) x[i] = x[i % 4], y[i] = 0;
+    for (uint32_t i = 0; i < kLanes; ++i) y[i] = i % 4 >= 2 ? 0 : i % 4 == 1 ? -row_ : row_;
+#endif
     x_ = hn::Load(DI(), x), y_ = hn::Load(DI(), y);
   }
-  HWY_INLINE VI Of(VI cell, hn::Mask<DI> first_x) const {
+  // `left`: of Cross.
+  HWY_INLINE VI Of(VI cell, V left) const {
+    const D d;
     const DI di;
-    if constexpr (kLanes >= 8) {
-      const auto index = hn::IndicesFromVec(di, hn::And(cell, hn::Set(di, 7)));
-      return hn::IfThenElse(first_x, hn::TableLookupLanes(x_, index), hn::TableLookupLanes(y_, index));
+    const auto first_y = Negative(left);
+#if HWY_TARGET == HWY_AVX2
+    const V x = V{_mm256_permutevar_ps(hn::BitCast(d, x_).raw, cell.raw)};
+    const V y = V{_mm256_permutevar_ps(hn::BitCast(d, y_).raw, hn::ShiftRight<kCellUpShift>(cell).raw)};
+    return hn::BitCast(di, hn::IfThenElse(first_y, y, x));
+#else
+    const auto y_first = hn::RebindMask(di, first_y);
+    if constexpr (kLanes >= 16) {
+      const auto index = hn::IndicesFromVec(di, hn::And(cell, hn::Set(di, 15)));
+      return hn::IfThenElse(y_first, hn::TableLookupLanes(y_, index), hn::TableLookupLanes(x_, index));
     } else {
-      const auto still = hn::TestBit(cell, hn::Set(di, static_cast<int>(kCellStill)));
-      const VI step = hn::IfThenElse(first_x, hn::Set(di, 1), hn::Set(di, row_));
-      const VI sign = hn::IfThenElse(first_x, hn::ShiftLeft<31>(cell), hn::ShiftLeft<30>(cell));
+      const auto still = hn::TestBit(cell, hn::Set(di, 2));
+      const VI step = hn::IfThenElse(y_first, hn::Set(di, row_), hn::Set(di, 1));
+      const VI sign =
+          hn::IfThenElse(y_first, hn::ShiftLeft<31 - kCellUpShift>(cell), hn::ShiftLeft<31>(cell));
       const VI turned = hn::IfThenElse(hn::Lt(sign, hn::Zero(di)), hn::Sub(hn::Zero(di), step), step);
       return hn::IfThenZeroElse(still, turned);
     }
+    (void)d;
+#endif
   }
 
  private:
@@ -57,82 +100,98 @@ HWY_INLINE Crossing StartAt(VI at, VI cell) {
   return {at, cell, half, half};
 }
 
-// To the edge of the pixel along its direction: whether that is the one ahead in x. What is left is then that
-// of a pixel with the same signs.
-HWY_INLINE hn::Mask<D> Cross(Crossing& c) {
+// To the edge of the pixel along its direction: less than 0 where that is the one ahead in y. What is left is
+// then that of a pixel with the same signs.
+HWY_INLINE V Cross(Crossing& c) {
   const D d;
-  const DI di;
   const V one = hn::Set(d, 1.0f);
-  // The share is the fraction of a float from 1 to 2.
-  constexpr int kFraction = (kCellShareOne - 1) << kCellShareShift;
-  const VI bits = hn::Or(hn::And(c.cell, hn::Set(di, kFraction)), hn::BitCast(di, one));
-  const V minus_share = hn::Sub(one, hn::BitCast(d, bits));
-  const auto wide = hn::RebindMask(d, hn::TestBit(c.cell, hn::Set(di, static_cast<int>(kCellWide))));
-  const V major = hn::IfThenElse(wide, c.x, c.y), minor = hn::IfThenElse(wide, c.y, c.x);
-  // What is left along the smaller component where the edge ahead along the larger one is met.
-  const V left = hn::MulAdd(major, minus_share, minor);
-  const auto minor_first = hn::Lt(left, hn::Zero(d));
-  const V rest = hn::IfThenElse(minor_first, hn::Div(left, minus_share), left);
-  const auto first_x = hn::Xor(wide, minor_first);
-  c.x = hn::IfThenElse(first_x, one, rest), c.y = hn::IfThenElse(first_x, rest, one);
-  return first_x;
+  const VU share = hn::ShiftRight<kCellShareShift>(hn::BitCast(DU(), c.cell));
+  const V along_x = hn::ConvertTo(d, hn::BitCast(DI(), share));
+  const V minus_y = hn::Sub(along_x, hn::Set(d, kCellWhole));
+  // What is left along y where the edge ahead in x is met, or less than 0. On an edge lines along y, whose
+  // share is 0, go along y too.
+  const V left = hn::MulAdd(c.x, minus_y, hn::MulSub(c.y, along_x, hn::Set(d, 0x1p-30f)));
+  const auto first_y = Negative(left);
+  const V rest = hn::Div(left, hn::IfThenElse(first_y, minus_y, along_x));
+  c.x = hn::IfThenElse(first_y, rest, one), c.y = hn::IfThenElse(first_y, one, rest);
+  return left;
 }
 
 // The pixel that was entered.
 HWY_INLINE void Enter(VI cell, Crossing& c) {
   const D d;
-  const DI di;
   // A little more than 1: nothing left falls below 0.
   const V whole = hn::Set(d, 1.0f + 0x1p-22f);
   const VI turned = hn::Xor(c.cell, cell);
-  const auto turned_x = hn::RebindMask(d, hn::TestBit(turned, hn::Set(di, static_cast<int>(kCellLeft))));
-  const auto turned_y = hn::RebindMask(d, hn::TestBit(turned, hn::Set(di, static_cast<int>(kCellUp))));
-  c.x = hn::IfThenElse(turned_x, hn::Sub(whole, c.x), c.x);
-  c.y = hn::IfThenElse(turned_y, hn::Sub(whole, c.y), c.y);
+  c.x = hn::IfThenElse(BitOf<0>(turned), hn::Sub(whole, c.x), c.x);
+  c.y = hn::IfThenElse(BitOf<kCellUpShift>(turned), hn::Sub(whole, c.y), c.y);
   c.cell = cell;
 }
 
-HWY_INLINE V NoiseOf(VI cell) {
-  return hn::ConvertTo(D(), hn::BitCast(DI(), hn::ShiftRight<kCellNoiseShift>(hn::BitCast(DU(), cell))));
-}
+// In units of Lines::unit.
+HWY_INLINE VI CodeOf(VI cell) { return hn::And(cell, hn::Set(DI(), static_cast<int>(kCellNoise))); }
+HWY_INLINE V NoiseOf(VI cell) { return hn::ConvertTo(D(), CodeOf(cell)); }
 
-// kLanes pixels from (x, y) on; `vectors` of them side by side, in flight together. kEnds: lines may end.
-template <int kVectors, bool kEnds>
-HWY_INLINE void ConvolveCodes(const Lines& lines, int x, int y, float* result) {
+// kVectors times kLanes pixels, the first one's cell cells[first]; `room` more cells of its row can be read.
+// Of each of its ends a vector is in flight together with the others. No index is negative. kEnds: lines may
+// end. kBox: all weights are 1 and sums of codes below 2^24, so that integers give what floats would.
+template <int kVectors, bool kEnds, bool kBox>
+HWY_NOINLINE void ConvolveCodes(const Lines& lines, const Strides& strides_of, const int32_t* cells,
+                                int first, int room, float* result) {
   const D d;
   const DI di;
-  const auto* cells = reinterpret_cast<const int32_t*>(lines.cells) + y * lines.cell_row + x;
   constexpr int kBoth = 2 * kVectors;
-  const Strides strides(lines.cell_row);
+  const Strides strides = strides_of;
   const VI end = hn::Set(di, static_cast<int>(kCellEnd));
   Crossing c[kBoth];
+  VI codes[kBoth], missing[kBoth];
   V sum[kBoth], weight[kBoth], own[kVectors];
   for (int i = 0; i < kVectors; ++i) {
-    VI at = hn::Iota(di, i * kLanes);
-    if constexpr (kEnds) at = hn::Min(at, hn::Set(di, lines.width - 1 - x));
+    VI at = hn::Iota(di, first + i * kLanes);
+    if constexpr (kEnds) at = hn::Min(at, hn::Set(di, first + room));
     c[i] = c[i + kVectors] =
-        StartAt(at, kEnds ? hn::GatherIndex(di, cells, at) : hn::LoadU(di, cells + i * kLanes));
+        StartAt(at, kEnds ? hn::GatherIndex(di, cells, at) : hn::LoadU(di, cells + first + i * kLanes));
   }
-  for (int i = 0; i < kBoth; ++i) sum[i] = weight[i] = hn::Zero(d);
+  for (int i = 0; i < kBoth; ++i) {
+    sum[i] = weight[i] = hn::Zero(d), codes[i] = missing[i] = hn::Zero(di);
+  }
   for (int i = 0; i < kVectors; ++i) own[i] = NoiseOf(c[i].cell);
-  const auto masked = [&](int i) HWY_ATTR { return hn::RebindMask(d, hn::Eq(c[i].cell, end)); };
+  const auto masked = [&](int i) HWY_ATTR { return hn::Eq(c[i].cell, end); };
   hn::Mask<D> none[kVectors];
-  for (int i = 0; i < kVectors; ++i) none[i] = masked(i);
+  for (int i = 0; i < kVectors; ++i) none[i] = hn::RebindMask(d, masked(i));
   for (int t = 0; t < lines.taps; ++t) {
-    const V forward = hn::Set(d, lines.forward[static_cast<size_t>(t)]);
-    const V backward = hn::Set(d, lines.backward[static_cast<size_t>(t)]);
+    V forward, backward;
+    if constexpr (!kBox) {
+      forward = hn::Set(d, lines.forward[static_cast<size_t>(t)]);
+      backward = hn::Set(d, lines.backward[static_cast<size_t>(t)]);
+    }
     HWY_UNROLL(4)  // else what lines hold goes through memory between taps
     for (int i = 0; i < kBoth; ++i) {
       const VI old = c[i].cell;
-      const VI stride = strides.Of(old, hn::RebindMask(di, Cross(c[i])));
+      const VI stride = strides.Of(old, Cross(c[i]));
       c[i].at = i < kVectors ? hn::Add(c[i].at, stride) : hn::Sub(c[i].at, stride);
-      Enter(s::GatherWords<4>(cells, c[i].at), c[i]);
-      const V w = i < kVectors ? forward : backward;
-      sum[i] = hn::MulAdd(w, NoiseOf(c[i].cell), sum[i]);
-      if constexpr (kEnds) weight[i] = hn::Add(weight[i], hn::IfThenZeroElse(masked(i), w));
+      Enter(GatherCells(cells, c[i].at), c[i]);
+      if constexpr (kBox) {
+        codes[i] = hn::Add(codes[i], CodeOf(c[i].cell));
+        if constexpr (kEnds) missing[i] = hn::Add(missing[i], hn::VecFromMask(di, masked(i)));
+      } else {
+        const V w = i < kVectors ? forward : backward;
+        sum[i] = hn::MulAdd(w, NoiseOf(c[i].cell), sum[i]);
+        if constexpr (kEnds) {
+          weight[i] = hn::Add(weight[i], hn::IfThenZeroElse(hn::RebindMask(d, masked(i)), w));
+        }
+      }
+    }
+  }
+  if constexpr (kBox) {
+    const VI taps = hn::Set(di, lines.taps);
+    HWY_UNROLL(4)
+    for (int i = 0; i < kBoth; ++i) {
+      sum[i] = hn::ConvertTo(d, codes[i]), weight[i] = hn::ConvertTo(d, hn::Add(taps, missing[i]));
     }
   }
   const V centre = hn::Set(d, lines.centre);
+  HWY_UNROLL(2)
   for (int i = 0; i < kVectors; ++i) {
     const V all = hn::MulAdd(centre, own[i], hn::Add(sum[i], sum[i + kVectors]));
     V total = hn::Set(d, lines.sum);
@@ -173,10 +232,11 @@ void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result
     for (V& v : sum[way]) v = hn::Zero(d);
     for (int t = 0; t < lines.taps; ++t) {
       const VI sign = hn::Set(di, way == 0 ? 1 : -1), old = c.cell;
-      const auto first_x = hn::RebindMask(di, Cross(c));
-      const VI stride = hn::Mul(strides.Of(old, first_x), sign);
-      px = hn::Add(px, hn::IfThenElseZero(first_x, stride));
-      py = hn::Add(py, hn::IfThenZeroElse(first_x, stride));
+      const V left = Cross(c);
+      const auto first_y = hn::RebindMask(di, hn::Lt(left, hn::Zero(d)));
+      const VI stride = hn::Mul(strides.Of(old, left), sign);
+      px = hn::Add(px, hn::IfThenZeroElse(first_y, stride));
+      py = hn::Add(py, hn::IfThenElseZero(first_y, stride));
       alive = hn::And(alive, Inside(lines, place, px, py));
       alive = hn::IfThenElseZero(hn::Le(hn::Set(d, static_cast<float>(t + 1)), reach), alive);
       Limit<true>(lines, place, px, py);
@@ -206,6 +266,12 @@ void FollowCells(const Lines& lines, const LineOutput& out) {
   constexpr int kVectors = kLanes >= 8 ? 2 : 1, kRun = kVectors * kLanes;
   alignas(64) float result[kMostChannels * kRun];
   const bool codes = lines.reach == nullptr && lines.texture_in_cells;
+  const bool box = lines.box && lines.taps < kMostBoxTaps;
+  const Strides strides(lines.cell_row);
+  const int most_above = (1 << 30) / static_cast<int>(lines.cell_row);
+  const decltype(&ConvolveCodes<kVectors, true, true>) codes_of[2] = {
+      box ? ConvolveCodes<kVectors, true, true> : ConvolveCodes<kVectors, true, false>,
+      box ? ConvolveCodes<kVectors, false, true> : ConvolveCodes<kVectors, false, false>};
   for (int y = out.roi.y0; y < out.roi.y1; ++y) {
     for (int x = out.roi.x0; x < out.roi.x1;) {
       float* const to = out.data + (y - out.roi.y0) * out.row + ptrdiff_t{x - out.roi.x0} * out.step;
@@ -215,10 +281,15 @@ void FollowCells(const Lines& lines, const LineOutput& out) {
       const int most = anywhere ? kLanes : kRun, count = std::min(most, out.roi.x1 - x);
       if (anywhere) {
         ConvolveAnywhere(lines, x, y, count, result);
-      } else if (inside && lines.mask == nullptr) {
-        ConvolveCodes<kVectors, false>(lines, x, y, result);
       } else {
-        ConvolveCodes<kVectors, true>(lines, x, y, result);
+        // Indices count from the start of a row that no line leaves upward, that of the frame at most: they
+        // are not negative.
+        const int above = std::min(std::min(y, lines.taps) + 1, most_above);
+        const auto* const cells =
+            reinterpret_cast<const int32_t*>(lines.cells) + (y - above) * lines.cell_row;
+        const int first = above * static_cast<int>(lines.cell_row) + x + 1;
+        const auto convolve = codes_of[inside && lines.mask == nullptr];
+        convolve(lines, strides, cells - 1, first, lines.width - 1 - x, result);
       }
       if (out.step == 1) {
         std::copy_n(result, count, to);

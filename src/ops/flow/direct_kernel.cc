@@ -14,9 +14,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
-// The sums of one packet. With kChecked lines may leave the picture, meet a mask or end early.
-template <int kMost, bool kChecked, bool kLinear>
-HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) {
+// The sums of one packet. With kChecked lines may leave the picture, meet a mask or end early. kBox: of
+// codes, not checked, with weights of 1, so that integers give what floats would.
+template <int kMost, bool kChecked, bool kLinear, bool kBox>
+HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) {
   const D d;
   const Place place = PlaceOf(lines, x, y);
   Starts starts[kParts];
@@ -27,10 +28,10 @@ HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) 
     weight[c] = hn::Zero(d), alive[c] = hn::Set(d, 1.0f);
     for (int i = 0; i < kMost; ++i) sum[c][i] = hn::Zero(d);
   }
-  VU base_x[kParts], base_y[kParts];
-  for (int part = 0; part < kParts; ++part) {
-    base_x[part] = WholeBaseOf(starts[part].x), base_y[part] = WholeBaseOf(starts[part].y);
-  }
+  VI codes[kChains];
+  for (int c = 0; c < kChains; ++c) codes[c] = hn::Zero(DI());
+  CodeBase bases[kParts];
+  for (int part = 0; part < kParts; ++part) bases[part] = CodeBaseOf(lines, place, starts[part]);
   V reach[kParts];
   if (kChecked && lines.reach != nullptr) {
     for (int part = 0; part < kParts; ++part) {
@@ -38,39 +39,58 @@ HWY_INLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) 
       reach[part] = hn::GatherIndex(d, lines.reach + ptrdiff_t{y} * lines.width + x, at);
     }
   }
-  const auto tap = [&](int c, int number, const V2& p) HWY_ATTR {
+  const auto tap = [&](int c, int number, const V2& p, bool inside) HWY_ATTR {
+    if constexpr (kBox) {
+      codes[c] = hn::Add(codes[c], NearestCodes(lines, place, bases[c % kParts], p));
+      return;
+    }
     const auto i = static_cast<size_t>(number - 1);
     V w = hn::Set(d, c < kParts ? lines.forward[i] : lines.backward[i]);
     const Starts& start = starts[c % kParts];
     if constexpr (!kChecked && !kLinear) {
       if (place.codes != nullptr) {
-        const V value = NearestCodes(lines, place, base_x[c % kParts], base_y[c % kParts], p);
+        const V value = hn::ConvertTo(d, NearestCodes(lines, place, bases[c % kParts], p));
         sum[c][0] = hn::MulAdd(w, value, sum[c][0]);
         return;
       }
     }
-    Texels<kLinear> texels = FindTexels<kChecked, kLinear>(lines, place, start, p);
+    const bool check = kChecked && !(inside && lines.mask == nullptr);
+    if (check && hn::AllFalse(d, hn::Gt(alive[c], hn::Zero(d)))) return;  // all of these lines have ended
     if constexpr (kChecked) {
-      alive[c] = hn::And(alive[c], texels.inside);
       if (lines.reach != nullptr) {
         const auto within = hn::Le(hn::Set(d, static_cast<float>(number)), reach[c % kParts]);
         alive[c] = hn::IfThenElseZero(within, alive[c]);
       }
-      w = hn::Mul(w, alive[c]);
-      weight[c] = hn::Add(weight[c], w);
     }
-    for (int channel = 0; channel < channels; ++channel) {
-      const V value = texels.Value(place, channel);
+    const auto take = [&](const auto& texels) HWY_ATTR {
       if constexpr (kChecked) {
-        // A line that has ended takes nothing, not even NaN.
-        const V part = hn::IfThenElseZero(hn::Gt(w, hn::Zero(d)), hn::Mul(w, value));
-        sum[c][channel] = hn::Add(sum[c][channel], part);
-      } else {
-        sum[c][channel] = hn::MulAdd(w, value, sum[c][channel]);
+        w = hn::Mul(w, alive[c]);
+        weight[c] = hn::Add(weight[c], w);
       }
+      for (int channel = 0; channel < channels; ++channel) {
+        const V value = texels.Value(place, channel);
+        if constexpr (kChecked) {
+          // A line that has ended takes nothing, not even NaN.
+          const V part = hn::IfThenElseZero(hn::Gt(w, hn::Zero(d)), hn::Mul(w, value));
+          sum[c][channel] = hn::Add(sum[c][channel], part);
+        } else {
+          sum[c][channel] = hn::MulAdd(w, value, sum[c][channel]);
+        }
+      }
+    };
+    if (check) {
+      const Texels<kLinear> texels = FindTexels<true, kLinear>(lines, place, start, p);
+      alive[c] = hn::And(alive[c], texels.inside);
+      take(texels);
+    } else {
+      take(FindTexels<false, kLinear>(lines, place, start, p));
     }
   };
   Walker<kChecked>(lines, place, starts).Run(lines.taps, tap);
+  if constexpr (kBox) {
+    HWY_UNROLL(4)
+    for (int c = 0; c < kChains; ++c) sum[c][0] = hn::ConvertTo(d, codes[c]);
+  }
 
   const V centre = hn::Set(d, lines.centre);
   for (int part = 0; part < kParts; ++part) {
@@ -99,19 +119,22 @@ void FollowFrom(const Lines& lines, const LineOutput& out) {
   const bool plain =
       lines.mask == nullptr && lines.reach == nullptr && lines.channels == 1 && !lines.linear &&
       (lines.integrator == LicIntegrator::kRk4 || lines.integrator == LicIntegrator::kAdaptive);
+  const bool box = lines.box && lines.codes != nullptr && lines.taps < kMostBoxTaps;
   alignas(64) float result[kMostChannels * kPacket];
   for (int y = out.roi.y0 / kSide * kSide; y < out.roi.y1; y += kSide) {
     for (int x = out.roi.x0 / kSide * kSide; x < out.roi.x1; x += kSide) {
       const bool inside =
           x >= far && y >= far && x + kSide + far <= lines.width && y + kSide + far <= lines.height;
-      if (inside && plain) {
-        ConvolvePacket<1, false, false>(lines, x, y, result);
+      if (inside && plain && box) {
+        ConvolvePacket<1, false, false, true>(lines, x, y, result);
+      } else if (inside && plain) {
+        ConvolvePacket<1, false, false, false>(lines, x, y, result);
       } else if (lines.linear) {
-        ConvolvePacket<kMostChannels, true, true>(lines, x, y, result);
+        ConvolvePacket<kMostChannels, true, true, false>(lines, x, y, result);
       } else if (lines.channels == 1) {
-        ConvolvePacket<1, true, false>(lines, x, y, result);
+        ConvolvePacket<1, true, false, false>(lines, x, y, result);
       } else {
-        ConvolvePacket<kMostChannels, true, false>(lines, x, y, result);
+        ConvolvePacket<kMostChannels, true, false, false>(lines, x, y, result);
       }
       for (int py = std::max(y, out.roi.y0); py < std::min(y + kSide, out.roi.y1); ++py) {
         for (int px = std::max(x, out.roi.x0); px < std::min(x + kSide, out.roi.x1); ++px) {

@@ -29,6 +29,9 @@ using s::VU;
 constexpr int kLanes = s::kLanes;
 constexpr int kParts = kPacket / kLanes;  // vectors of a packet
 
+// Whether indices of codes are unsigned. The gather instruction wants them signed.
+constexpr bool kCodesFromAbove = HWY_TARGET == HWY_AVX2;
+
 struct V2 {
   V x, y;
 };
@@ -38,24 +41,40 @@ struct Starts {
   VI x, y;
 };
 
-// A packet's place, and the limits of indices relative to it.
+// A packet's place in the picture. Indices into `uv` and `codes` count from a row that lines do not leave
+// upward, so that they are not negative: on most processors that spares an instruction for each.
 struct Place {
   int x = 0, y = 0;
-  const float* uv = nullptr;  // of the packet's first pixel
-  const float* texture = nullptr;
+  const float* uv = nullptr;
+  const float* texture = nullptr;  // of the packet's first pixel
   const uint8_t* codes = nullptr;
-  const uint32_t* mask = nullptr;
+  const uint32_t* mask = nullptr;         // of the packet's first pixel
+  uint32_t first_uv = 0, first_code = 0;  // the index of the packet's first pixel
+  float still = 0;                        // the square of the length below which vectors are 0
 };
 
+// The rows from y up to the one above the picture, or as many as half the range of indices.
+HWY_INLINE ptrdiff_t RowsAbove(int y, ptrdiff_t row) {
+  const ptrdiff_t rows = ptrdiff_t{y} + 1, most = ptrdiff_t{1} << 31;
+  return rows * row <= most ? rows : most / row;
+}
 HWY_INLINE Place PlaceOf(const Lines& lines, int x, int y) {
-  const ptrdiff_t at = y * lines.texture_row + ptrdiff_t{x} * lines.texture_step;
-  const ptrdiff_t pixel = ptrdiff_t{y} * lines.width + x;
-  return {x,
-          y,
-          lines.uv == nullptr ? nullptr : lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x},
-          lines.texture == nullptr ? nullptr : lines.texture + at,
-          lines.codes == nullptr ? nullptr : lines.codes + at,
-          lines.mask == nullptr ? nullptr : lines.mask + pixel};
+  Place p{x, y};
+  if (lines.uv != nullptr) {
+    const ptrdiff_t rows = RowsAbove(y, lines.uv_row);
+    p.uv = lines.uv + (y - rows) * lines.uv_row - 2;
+    p.first_uv = static_cast<uint32_t>(rows * lines.uv_row + 2 * ptrdiff_t{x} + 2);
+  }
+  const ptrdiff_t at = ptrdiff_t{x} * lines.texture_step;
+  if (lines.texture != nullptr) p.texture = lines.texture + y * lines.texture_row + at;
+  if (lines.codes != nullptr) {
+    const ptrdiff_t rows = kCodesFromAbove ? RowsAbove(y, lines.texture_row) : 0;
+    p.codes = lines.codes + (y - rows) * lines.texture_row + (kCodesFromAbove ? 0 : at);
+    p.first_code = kCodesFromAbove ? static_cast<uint32_t>(rows * lines.texture_row + at) : 0;
+  }
+  if (lines.mask != nullptr) p.mask = lines.mask + ptrdiff_t{y} * lines.width + x;
+  p.still = lines.smallest * lines.smallest;
+  return p;
 }
 
 // Image coordinate `at` modulo `size`, for |at| below 2^24.
@@ -77,91 +96,142 @@ HWY_INLINE VU WholeBits(V v) { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), 
 // What to add to that for the sum of number and start.
 HWY_INLINE VU WholeBaseOf(VI start) { return hn::Sub(hn::BitCast(DU(), start), hn::Set(DU(), kWhole)); }
 
-// Four bytes from each offset, the first one lowest; offsets are those of bytes.
-HWY_INLINE VU LoadBytes(const uint8_t* from, VI offset) {
+// The lanes of a vector, through memory: where each is an address that takes fewer instructions than to move
+// them out one by one, which compilers would do were the memory not volatile.
+class Indices {
+ public:
+  explicit HWY_INLINE Indices(VU v) { hn::Store(v, DU(), lanes_); }
+  HWY_INLINE uint32_t operator[](int lane) const {
+    return static_cast<const volatile uint32_t*>(lanes_)[lane];
+  }
+
+ private:
+  alignas(64) uint32_t lanes_[kLanes];
+};
+
+#if HWY_TARGET == HWY_AVX2
+// Four bytes from each index, in units of `Unit`.
+template <class Unit>
+HWY_INLINE VU LoadWords(const Unit* from, VU index) {
+  const Indices at(index);
+  const auto word = [&](int i) HWY_ATTR {
+    int32_t v;
+    std::memcpy(&v, from + at[i], 4);
+    return v;
+  };
+  const auto two = [&](int i)
+                       HWY_ATTR { return _mm_insert_epi32(_mm_cvtsi32_si128(word(i)), word(i + 1), 1); };
+  const auto four = [&](int i) HWY_ATTR { return _mm_unpacklo_epi64(two(i), two(i + 2)); };
+  return VU{_mm256_inserti128_si256(_mm256_castsi128_si256(four(0)), four(4), 1)};
+}
+#endif
+
+// Four bytes from each of Place's codes, the first one lowest.
+HWY_INLINE VU LoadBytes(const uint8_t* from, VU index) {
   const DU du;
+#if HWY_TARGET == HWY_AVX2
+  (void)du;
+  return LoadWords(from, index);
+#else
   if constexpr (hn::MaxLanes(D()) >= 8) {
-    return hn::BitCast(du, s::GatherWords<1>(from, offset));
+    return hn::BitCast(du, s::GatherWords<1>(from, hn::BitCast(DI(), index)));
   } else {
     alignas(16) int32_t at[kLanes];
     alignas(16) uint32_t four[kLanes];
-    hn::Store(offset, DI(), at);
+    hn::Store(hn::BitCast(DI(), index), DI(), at);
     for (int i = 0; i < kLanes; ++i) std::memcpy(four + i, from + at[i], 4);
     return hn::Load(du, four);
   }
+#endif
 }
 
 #if HWY_TARGET != HWY_SCALAR
-// Four floats from each offset, and four from as many floats further on: of every block of four offsets the
-// k-th one's go to a block of quads[k] and further[k].
-template <class DF, class Offsets>
-HWY_INLINE void LoadQuads(DF d, const float* from, ptrdiff_t further, Offsets offsets, hn::Vec<DF>* quads,
-                          hn::Vec<DF>* beyond) {
+// Four floats for every block of a vector, at every fourth index.
+template <class DF>
+HWY_INLINE hn::Vec<DF> LoadBlocks(DF d, const float* from, const uint32_t* index) {
   if constexpr (hn::MaxLanes(DF()) <= 4) {
-    const auto pairs = hn::BitCast(hn::Repartition<int64_t, DF>(), offsets);
-    const int64_t low = hn::GetLane(pairs), high = hn::ExtractLane(pairs, 1);
-    const float* const at[] = {from + static_cast<int32_t>(low), from + (low >> 32),
-                               from + static_cast<int32_t>(high), from + (high >> 32)};
-    for (int k = 0; k < 4; ++k) quads[k] = hn::LoadU(d, at[k]), beyond[k] = hn::LoadU(d, at[k] + further);
+    return hn::LoadU(d, from + index[0]);
   } else {
     const hn::Half<DF> half;
-    const hn::RebindToSigned<hn::Half<DF>> half_offsets;
-    hn::Vec<hn::Half<DF>> low[4], high[4], low_beyond[4], high_beyond[4];
-    LoadQuads(half, from, further, hn::LowerHalf(half_offsets, offsets), low, low_beyond);
-    LoadQuads(half, from, further, hn::UpperHalf(half_offsets, offsets), high, high_beyond);
-    for (int k = 0; k < 4; ++k) {
-      quads[k] = hn::Combine(d, high[k], low[k]), beyond[k] = hn::Combine(d, high_beyond[k], low_beyond[k]);
-    }
+    const auto low = LoadBlocks(half, from, index);
+    return hn::Combine(d, LoadBlocks(half, from, index + hn::MaxLanes(DF()) / 8), low);
   }
 }
 #endif
 
-// The vectors of the four pixels around a position.
-struct Corners {
-  V u00, v00, u10, v10, u01, v01, u11, v11;
+// The vectors of a row of two pixels, between the rows of `from` and those a row further on.
+struct Between {
+  V u0, v0, u1, v1;
 };
-HWY_INLINE Corners LoadCorners(const float* from, ptrdiff_t row, VI offset) {
+// What vectors say about the field around them: the largest second difference across the four pixels, in each
+// lane of any order, and the smallest squared length.
+struct Evenness {
+  V twist, squared;
+};
+// kEven: `even` is brought up to date.
+template <bool kEven>
+HWY_INLINE Between BetweenRows(const float* from, ptrdiff_t row, VU index, V share, Evenness* even) {
   const D d;
+  (void)even;
+  const Indices at(index);
 #if HWY_TARGET == HWY_SCALAR
-  const float* const p = from + hn::GetLane(offset);
-  return {hn::Set(d, p[0]),   hn::Set(d, p[1]),       hn::Set(d, p[2]),       hn::Set(d, p[3]),
-          hn::Set(d, p[row]), hn::Set(d, p[row + 1]), hn::Set(d, p[row + 2]), hn::Set(d, p[row + 3])};
+  const float* const p = from + at[0];
+  const auto rise = [&](int i) HWY_ATTR { return hn::Sub(hn::Set(d, p[row + i]), hn::Set(d, p[i])); };
+  for (int i = 0; kEven && i < 2; ++i) {
+    even->twist = hn::Max(even->twist, hn::Abs(hn::Sub(rise(i + 2), rise(i))));
+  }
+  const auto mix = [&](int i) HWY_ATTR { return hn::MulAdd(share, rise(i), hn::Set(d, p[i])); };
+  return {mix(0), mix(1), mix(2), mix(3)};
 #else
-  V top[4], low[4];
-  LoadQuads(d, from, row, offset, top, low);
-  s::Transpose4(top[0], top[1], top[2], top[3]);
-  s::Transpose4(low[0], low[1], low[2], low[3]);
-  return {top[0], top[1], top[2], top[3], low[0], low[1], low[2], low[3]};
+  // Four lanes for a position: what is between the rows is found before the lanes are sorted.
+  const auto mix = [&](int lane, V t) HWY_ATTR {
+    uint32_t index_of[kLanes / 4];
+    for (int i = 0; i < kLanes / 4; ++i) index_of[i] = at[4 * i + lane];
+    const V top = LoadBlocks(d, from, index_of), low = LoadBlocks(d, from + row, index_of);
+    const V rise = hn::Sub(low, top);
+    if constexpr (kEven) {
+      even->twist = hn::Max(even->twist, hn::Abs(hn::Sub(rise, hn::Shuffle1032(rise))));
+    }
+    return hn::MulAdd(t, rise, top);
+  };
+  Between b{mix(0, hn::Broadcast<0>(share)), mix(1, hn::Broadcast<1>(share)), mix(2, hn::Broadcast<2>(share)),
+            mix(3, hn::Broadcast<3>(share))};
+  s::Transpose4(b.u0, b.v0, b.u1, b.v1);
+  return b;
 #endif
 }
 
-// f between the four pixels at `offset` and around it, then f / |f| (0 where |f| is below `smallest`) unless
+// f between the four pixels at `index` and around it, then f / |f| (0 where |f| is below `smallest`) unless
 // vectors keep their lengths.
-HWY_INLINE V2 VelocityAt(const Lines& lines, const Place& place, VI offset, V tx, V ty) {
+template <bool kEven = false>
+HWY_INLINE V2 VelocityAt(const Lines& lines, const Place& place, VU index, V tx, V ty,
+                         Evenness* even = nullptr) {
   const D d;
-  const auto [u00, v00, u10, v10, u01, v01, u11, v11] = LoadCorners(place.uv, lines.uv_row, offset);
-  const V u_top = hn::MulAdd(tx, hn::Sub(u10, u00), u00), v_top = hn::MulAdd(tx, hn::Sub(v10, v00), v00);
-  const V u_low = hn::MulAdd(tx, hn::Sub(u11, u01), u01), v_low = hn::MulAdd(tx, hn::Sub(v11, v01), v01);
-  const V u = hn::MulAdd(ty, hn::Sub(u_low, u_top), u_top), v = hn::MulAdd(ty, hn::Sub(v_low, v_top), v_top);
+  const Between b = BetweenRows<kEven>(place.uv, lines.uv_row, index, ty, even);
+  const V u = hn::MulAdd(tx, hn::Sub(b.u1, b.u0), b.u0), v = hn::MulAdd(tx, hn::Sub(b.v1, b.v0), b.v0);
   if (lines.speed) return {u, v};
   const V squared = hn::MulAdd(u, u, hn::Mul(v, v));
-  const auto moves = hn::Ge(squared, hn::Set(d, lines.smallest * lines.smallest));
+  if constexpr (kEven) even->squared = hn::Min(even->squared, squared);
+  const auto moves = hn::Ge(squared, hn::Set(d, place.still));
   const V inverse = hn::IfThenElseZero(moves, hn::Div(hn::Set(d, 1.0f), hn::Sqrt(squared)));
   return {hn::Mul(u, inverse), hn::Mul(v, inverse)};
 }
 
 // At positions that have all four pixels around them. `base`: BaseOf of the starts.
-HWY_INLINE VU BaseOf(const Lines& lines, const Starts& starts) {
+HWY_INLINE VU BaseOf(const Lines& lines, const Place& place, const Starts& starts) {
   const DU du;
   const auto row = static_cast<uint32_t>(lines.uv_row);
   const VU x = hn::BitCast(du, starts.x), y = hn::BitCast(du, starts.y);
-  return hn::Sub(hn::Add(hn::Mul(y, hn::Set(du, row)), hn::Add(x, x)), hn::Set(du, kWhole * (row + 2)));
+  return hn::Add(hn::Add(hn::Mul(y, hn::Set(du, row)), hn::Add(x, x)),
+                 hn::Set(du, place.first_uv - kWhole * (row + 2)));
 }
-HWY_INLINE V2 VelocityInside(const Lines& lines, const Place& place, VU base, const V2& p) {
+template <bool kEven = false>
+HWY_INLINE V2 VelocityInside(const Lines& lines, const Place& place, VU base, const V2& p,
+                             Evenness* even = nullptr) {
   const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
   const VU row = hn::Set(DU(), static_cast<uint32_t>(lines.uv_row)), x = WholeBits(floor_x);
-  const VU offset = hn::Add(hn::Add(hn::Mul(WholeBits(floor_y), row), hn::Add(x, x)), base);
-  return VelocityAt(lines, place, hn::BitCast(DI(), offset), hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y));
+  const VU index = hn::Add(hn::Add(hn::Mul(WholeBits(floor_y), row), hn::Add(x, x)), base);
+  return VelocityAt<kEven>(lines, place, index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y), even);
 }
 
 // At any. Where speed does not count, the code is shared.
@@ -179,7 +249,8 @@ inline HWY_NOINLINE V2 VelocityAnywhere(const Lines& lines, const Place& place, 
     y = hn::Min(hn::Max(y, hn::Set(di, -1 - place.y)), hn::Set(di, lines.height - 1 - place.y));
   }
   const VI offset = hn::Add(hn::Mul(y, hn::Set(di, static_cast<int>(lines.uv_row))), hn::Add(x, x));
-  return VelocityAt(lines, place, offset, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y));
+  const VU index = hn::Add(hn::BitCast(DU(), offset), hn::Set(DU(), place.first_uv));
+  return VelocityAt(lines, place, index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y));
 }
 
 HWY_INLINE V2 Along(const V2& p, V h, const V2& k) {

@@ -19,16 +19,21 @@ inline constexpr int kSide = 4;
 inline constexpr int kPacket = kSide * kSide;
 inline constexpr int kMostChannels = 4;
 
-// What a pixel holds for lines that go from pixel to pixel: signs of the direction, whether its x component
-// is the larger one, the smaller component as a share of the larger one (below 1), and, for the
-// library's own noise, the texture's code. A line that has come to a pixel without a vector stays there; so
-// it does in kCellEnd, which masked pixels hold too, and reads nothing.
-inline constexpr uint32_t kCellLeft = 1, kCellUp = 2, kCellStill = 4, kCellEnd = kCellStill;
-inline constexpr uint32_t kCellWide = 1u << 23;
-inline constexpr int kCellShareShift = 3, kCellNoiseShift = 24;
-inline constexpr uint32_t kCellShareOne = 1u << 20;
+// What a pixel holds for lines that go from pixel to pixel: signs of the direction, its x component as a
+// share of |x| + |y|, and, for the library's own noise, the texture's code. Two bits for each axis say where
+// the line goes: on, back or nowhere. A line that has come to a pixel without a vector stays there; so it
+// does in kCellEnd, which masked pixels hold too, and reads nothing.
+inline constexpr uint32_t kCellLeft = 1, kCellUp = 4, kCellStill = 2 + 8, kCellEnd = kCellStill;
+inline constexpr int kCellUpShift = 2, kCellNoiseShift = 4, kCellShareShift = 12;
+inline constexpr uint32_t kCellNoise = 255u << kCellNoiseShift;
+inline constexpr uint32_t kCellShareMost = (1u << 20) - 1;
+// What |x| + |y| is in units of the share: a little more than the largest share, so that what is left for y
+// is never 0.
+inline constexpr float kCellWhole = static_cast<float>(kCellShareMost) + 0x1p-4f;
 
 inline constexpr int kCodeFrame = 8;
+// Sums of the codes of so many taps, 8 bits each, are whole floats.
+inline constexpr int kMostBoxTaps = 1 << 15;
 
 // Everything about one picture, in pixels of the picture counted from its first one; shared by all threads.
 struct Lines {
@@ -67,6 +72,7 @@ struct Lines {
   float step = 1;          // between taps
   int parts = 1;           // steps of the integrator from tap to tap, where it takes one at a time
   int taps_at_once = 1;    // kAdaptive: taps of its longest step
+  int taps_if_even = 1;    // and of one through a field that is smooth from pixel to pixel
   float turn = 0;          // kAdaptive: the largest change of direction within a step
   float farthest = 0;      // pixels that a line can lead away, upper bound
 
@@ -92,7 +98,7 @@ FollowLines CellLines();
 // One part of the picture, one channel, by lines that its pixels share; `scratch` keeps its memory from part
 // to part.
 struct SharedScratch {
-  std::vector<float> sums;  // of the part's pixels and of one for all others: weighted values, weights
+  std::vector<float> sums;  // of the part's pixels and of kPacket for all others: weighted values, weights
   // kPacket lines side by side, from their last tap backward to their last one forward.
   std::vector<float> samples, weights;
   std::vector<float> there;     // 1 where the line has a sample

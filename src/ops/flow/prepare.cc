@@ -310,7 +310,7 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
   }
   lines.cells = cell;
   if (noise) {
-    lines.texture_in_cells = cells, lines.unit = 1.0f / 255;
+    lines.texture_in_cells = cells, lines.unit = cells ? 1.0f / static_cast<float>(kCellNoise) : 1.0f / 255;
     lines.texture_step = params.method == LicMethod::kShared ? 2 : 1;
     lines.texture_row = (ptrdiff_t{width} * lines.texture_step + 2 * kCodeFrame + 127) / 128 * 128 + 64;
     if (!cells) {
@@ -397,7 +397,11 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
   lines.turn = static_cast<float>(std::min(0.3, 0.15 * std::pow(20 / reach, 0.25)));
   // Errors of steps add up along the line, those of the bends between pixels first.
   const double longest_step = reach > 32 ? 4 : 10;
-  lines.taps_at_once = std::clamp(static_cast<int>(longest_step / params.step), 1, 40);
+  const auto most_taps = [&](double pixels) {
+    return std::clamp(static_cast<int>(pixels / params.step), 1, 40);
+  };
+  lines.taps_at_once = most_taps(longest_step);
+  lines.taps_if_even = most_taps(reach > 32 ? longest_step : 2 * longest_step);
   if (lines.integrator == LicIntegrator::kAdaptive) lines.parts = static_cast<int>(std::ceil(params.step));
   double fastest = 1;
   if (params.speed) {

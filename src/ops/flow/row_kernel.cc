@@ -74,24 +74,21 @@ void CellCodes(const float* uv, const uint32_t* noise, int width, float smallest
   const D d;
   const DI di;
   const DU du;
-  const V one = hn::Set(d, static_cast<float>(kCellShareOne));
+  const V half = hn::Set(d, 0.5f), one = hn::Set(d, 1.0f);
   for (int x = 0; x < width; x += kLanes) {
     V u, v;
     hn::LoadInterleaved2(d, uv + 2 * x, u, v);
-    const V size_u = hn::Abs(u), size_v = hn::Abs(v);
-    const V larger = hn::Max(size_u, size_v), smaller = hn::Min(size_u, size_v);
     const auto still = hn::Lt(hn::MulAdd(u, u, hn::Mul(v, v)), hn::Set(d, smallest * smallest));
-    const V ratio = hn::Div(hn::IfThenZeroElse(still, smaller), hn::IfThenElse(still, one, larger));
-    const V most = hn::Set(d, static_cast<float>(kCellShareOne - 1));
-    const VI share = hn::NearestInt(hn::Min(hn::Mul(ratio, one), most));
-    const auto flag = [&](hn::Mask<D> m, uint32_t bit) HWY_ATTR {
-      return hn::BitCast(du, hn::IfThenElseZero(hn::RebindMask(di, m), hn::Set(di, static_cast<int>(bit))));
-    };
-    const VU sign_u = hn::ShiftRight<31>(hn::BitCast(du, u)), sign_v = hn::ShiftRight<31>(hn::BitCast(du, v));
-    VU code = hn::Or(sign_u, hn::Add(sign_v, sign_v));
-    code =
-        hn::Or(code, hn::Or(flag(still, kCellStill), flag(hn::Or(still, hn::Ge(size_u, size_v)), kCellWide)));
-    code = hn::Or(code, hn::ShiftLeft<kCellShareShift>(hn::BitCast(du, share)));
+    // Halves: the sum is finite.
+    const V size_u = hn::IfThenElse(still, one, hn::Mul(hn::Abs(u), half));
+    const V size_v = hn::IfThenElse(still, one, hn::Mul(hn::Abs(v), half));
+    const V share = hn::Div(hn::Mul(size_u, hn::Set(d, kCellWhole)), hn::Add(size_u, size_v));
+    const VI rounded = hn::NearestInt(hn::Min(share, hn::Set(d, static_cast<float>(kCellShareMost))));
+    const VU left = hn::ShiftRight<31>(hn::BitCast(du, u)), up = hn::ShiftRight<31>(hn::BitCast(du, v));
+    VU code = hn::Or(left, hn::ShiftLeft<kCellUpShift>(up));
+    const VI stays = hn::Set(di, static_cast<int>(kCellStill));
+    code = hn::IfThenElse(hn::RebindMask(du, still), hn::BitCast(du, stays), code);
+    code = hn::Or(code, hn::ShiftLeft<kCellShareShift>(hn::BitCast(du, rounded)));
     hn::StoreU(hn::Or(code, hn::ShiftLeft<kCellNoiseShift>(hn::LoadU(du, noise + x))), du, to + x);
   }
 }
@@ -104,7 +101,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::ops::flow {
 
-static_assert(kCellLeft == 1 && kCellUp == 2);
+static_assert(kCellLeft == 1 && kCellUp == 1u << kCellUpShift);
 HWY_EXPORT(RowKernelsHere);
 
 RowKernels RowKernelsOf() { return HWY_DYNAMIC_DISPATCH(RowKernelsHere)(); }

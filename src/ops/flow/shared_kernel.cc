@@ -62,7 +62,7 @@ HWY_INLINE V TextureInside(const Lines& lines, const Place& place, const Starts&
       return hn::MulAdd(ty, hn::Sub(low, top), top);
     };
     if (place.codes != nullptr) {
-      const VI at = hn::BitCast(di, hn::Add(row, hn::Add(x, x)));
+      const VU at = hn::Add(hn::Add(row, hn::Add(x, x)), hn::Set(du, place.first_code));
       const VU four = LoadBytes(place.codes, at);
       const auto value = [&](VU code) HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(di, code)); };
       const VU byte = hn::Set(du, 255);
@@ -92,18 +92,28 @@ bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScra
   const Place place = PlaceOf(lines, bundle.x, bundle.y);
   const int all = bundle.served + lines.taps;
   const VI part_width = hn::Set(di, roi.width()), part_height = hn::Set(di, roi.height());
-  const VI nowhere = hn::Set(di, static_cast<int>(roi.pixels()));
   const VI x0 = hn::Set(di, bundle.x - roi.x0), y0 = hn::Set(di, bundle.y - roi.y0);
   V alive[kChains];
   for (int c = 0; c < kChains; ++c) alive[c] = hn::Set(d, 1.0f);
   V2 first[kParts];
   for (int part = 0; part < kParts; ++part) first[part] = PlacesOf(place, bundle.starts[part]);
   V watch = hn::Zero(d);
-  const auto tap = [&](int c, int number, const V2& p) HWY_ATTR {
+  const auto tap = [&](int c, int number, const V2& p, bool inside) HWY_ATTR {
     const Starts& start = bundle.starts[c % kParts];
     const int at = (c < kParts ? all + number : all - number) * kPacket + c % kParts * kLanes;
+    // A place for each line: sums of one place would wait for each other.
+    const VI nowhere = hn::Iota(di, static_cast<int>(roi.pixels()) + c % kParts * kLanes);
+    if (kChecked && hn::AllFalse(d, hn::Gt(alive[c], hn::Zero(d)))) {
+      // All of these lines have ended.
+      hn::StoreU(hn::Zero(d), d, scratch.there.data() + at);
+      hn::StoreU(hn::Zero(d), d, scratch.samples.data() + at);
+      if (number > bundle.served) return;
+      hn::StoreU(hn::Zero(d), d, scratch.weights.data() + at);
+      hn::StoreU(nowhere, di, scratch.places.data() + at);
+      return;
+    }
     V value;
-    if (kChecked && (lines.mask != nullptr || !AllInside(lines, first[c % kParts], p))) {
+    if (kChecked && !(inside && lines.mask == nullptr)) {
       const Texels<kLinear> texels = FindTexels<true, kLinear>(lines, place, start, p);
       alive[c] = hn::And(alive[c], texels.inside);
       value = texels.Value(place, 0);
@@ -131,7 +141,7 @@ bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScra
     const VI index = hn::IfThenElse(here, hn::Add(hn::Mul(y, part_width), x), nowhere);
     hn::StoreU(index, di, scratch.places.data() + at);
   };
-  for (int c = 0; c < kParts; ++c) tap(c, 0, {hn::Zero(d), hn::Zero(d)});
+  for (int c = 0; c < kParts; ++c) tap(c, 0, {hn::Zero(d), hn::Zero(d)}, !kChecked);
   for (int c = kParts; c < kChains; ++c) alive[c] = alive[c - kParts];
   Walker<kChecked>(lines, place, bundle.starts).Run(all, tap);
   return hn::AllTrue(d, hn::Eq(watch, hn::Zero(d)));
@@ -139,10 +149,19 @@ bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScra
 
 // Adds pairs of a weighted value and its weight to the pixels where the lines are.
 HWY_INLINE void Deposit(const float* pairs, const int32_t* places, float* sums) {
+#if HWY_TARGET == HWY_SCALAR
   for (int lane = 0; lane < kPacket; ++lane) {
     float* const to = sums + 2 * ptrdiff_t{places[lane]};
     to[0] += pairs[2 * lane], to[1] += pairs[2 * lane + 1];
   }
+#else
+  const hn::CappedTag<float, 2> pair;
+  HWY_UNROLL(4)
+  for (int lane = 0; lane < kPacket; ++lane) {
+    float* const to = sums + 2 * ptrdiff_t{places[lane]};
+    hn::StoreU(hn::Add(hn::LoadU(pair, to), hn::LoadU(pair, pairs + 2 * lane)), pair, to);
+  }
+#endif
 }
 
 // The convolution at every tap that serves pixels. kRunning: of a box, by sums that go along.
@@ -276,7 +295,7 @@ void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
 void Share(const Lines& lines, const LineOutput& out, SharedScratch& scratch) {
   const DI di;
   const Roi& roi = out.roi;
-  scratch.sums.assign(2 * (static_cast<size_t>(roi.pixels()) + 1), 0.0f);
+  scratch.sums.assign(2 * (static_cast<size_t>(roi.pixels()) + kPacket), 0.0f);
   // About three values for a pixel; lines long enough to earn their ends.
   const int served = std::max(80, lines.taps + lines.taps / 2);
   const int grid = static_cast<int>(std::sqrt(2.0 * served / kValues));

@@ -17,7 +17,8 @@ namespace tessera::ops::flow::HWY_NAMESPACE {
 HWY_INLINE V TexelsAt(const Place& place, VI at, int channel) {
   const D d;
   if (place.codes == nullptr) return s::GatherFloats(place.texture + channel, at);
-  return hn::ConvertTo(d, hn::BitCast(DI(), hn::And(LoadBytes(place.codes, at), hn::Set(DU(), 255))));
+  const VU index = hn::Add(hn::BitCast(DU(), at), hn::Set(DU(), place.first_code));
+  return hn::ConvertTo(d, hn::BitCast(DI(), hn::And(LoadBytes(place.codes, index), hn::Set(DU(), 255))));
 }
 
 // Where a tap's samples are, relative to the packet's first pixel. `inside` is 1 where the line may go on,
@@ -80,12 +81,24 @@ HWY_INLINE V Inside(const Lines& lines, const Place& place, VI x, VI y) {
   return inside;
 }
 
-// The codes at the pixels nearest to positions within the picture, Lines::texture_step 1. `base_x`, `base_y`:
-// WholeBaseOf the starts.
-HWY_INLINE V NearestCodes(const Lines& lines, const Place& place, VU base_x, VU base_y, const V2& p) {
+// What to add to WholeBits of a position, and to those of y in rows plus those of x, for the pixel and its
+// code.
+struct CodeBase {
+  VU x, y, at;
+};
+HWY_INLINE CodeBase CodeBaseOf(const Lines& lines, const Place& place, const Starts& starts) {
   const DU du;
-  const VU x = hn::Add(WholeBits(p.x), base_x), y = hn::Add(WholeBits(p.y), base_y);
+  const VU x = WholeBaseOf(starts.x), y = WholeBaseOf(starts.y);
+  const VU row = hn::Set(du, static_cast<uint32_t>(lines.texture_row));
+  return {x, y, hn::Add(hn::Add(hn::Mul(y, row), x), hn::Set(du, place.first_code))};
+}
+
+// The codes at the pixels nearest to positions within the picture, Lines::texture_step 1.
+HWY_INLINE VI NearestCodes(const Lines& lines, const Place& place, const CodeBase& base, const V2& p) {
+  const DU du;
+  const VU bits_x = WholeBits(p.x), bits_y = WholeBits(p.y);
 #if HWY_TARGET <= HWY_AVX3
+  const VU x = hn::Add(bits_x, base.x), y = hn::Add(bits_y, base.y);
   // The lines of a packet stay together: mostly its taps lie within eight by eight pixels, a vector of bytes.
   // Those around one of its middle lines are loaded, which costs half of a gather.
   const hn::Full128<uint64_t> pair;
@@ -110,11 +123,12 @@ HWY_INLINE V NearestCodes(const Lines& lines, const Place& place, VU base_x, VU 
     const VU bit = hn::Add(hn::ShiftLeft<6>(in_y), hn::ShiftLeft<3>(in_x));
     const VU four_codes = hn::TableLookupLanes(window, hn::IndicesFromVec(du, hn::ShiftRight<5>(bit)));
     const VU code = hn::Shr(four_codes, hn::And(bit, hn::Set(du, 24)));
-    return hn::ConvertTo(D(), hn::BitCast(DI(), hn::And(code, hn::Set(du, 255))));
+    return hn::BitCast(DI(), hn::And(code, hn::Set(du, 255)));
   }
 #endif
-  const VU at = hn::Add(hn::Mul(y, hn::Set(du, static_cast<uint32_t>(lines.texture_row))), x);
-  return TexelsAt(place, hn::BitCast(DI(), at), 0);
+  const VU rows = hn::Mul(bits_y, hn::Set(du, static_cast<uint32_t>(lines.texture_row)));
+  const VU four = LoadBytes(place.codes, hn::Add(hn::Add(rows, bits_x), base.at));
+  return hn::BitCast(DI(), hn::And(four, hn::Set(du, 255)));
 }
 
 template <bool kChecked, bool kLinear>

@@ -20,6 +20,10 @@ namespace tessera::ops::flow::HWY_NAMESPACE {
 // wait for each other, which hides the loads of one behind the arithmetic of the other.
 constexpr int kChains = 2 * kParts;
 HWY_INLINE float SignOf(int chain) { return chain < kParts ? 1.0f : -1.0f; }
+HWY_INLINE V2 Ahead(int chain, const V2& p, V h, const V2& k) {
+  if (chain < kParts) return {hn::MulAdd(h, k.x, p.x), hn::MulAdd(h, k.y, p.y)};
+  return {hn::NegMulAdd(h, k.x, p.x), hn::NegMulAdd(h, k.y, p.y)};
+}
 
 // Starts as places in the picture.
 HWY_INLINE V2 PlacesOf(const Place& place, const Starts& starts) {
@@ -29,12 +33,15 @@ HWY_INLINE V2 PlacesOf(const Place& place, const Starts& starts) {
           hn::ConvertTo(d, hn::Add(starts.y, hn::Set(di, place.y)))};
 }
 
-// Whether all four pixels around every position exist.
-HWY_INLINE bool AllInside(const Lines& lines, const V2& first, const V2& p) {
+// Whether all four pixels around every position exist, and those up to `margin` pixels beyond.
+HWY_INLINE bool AllInside(const Lines& lines, const V2& first, const V2& p, int margin = 0) {
   const D d;
-  const V x = hn::Add(first.x, p.x), y = hn::Add(first.y, p.y), zero = hn::Zero(d);
-  const auto in_x = hn::And(hn::Ge(x, zero), hn::Lt(x, hn::Set(d, static_cast<float>(lines.width - 1))));
-  const auto in_y = hn::And(hn::Ge(y, zero), hn::Lt(y, hn::Set(d, static_cast<float>(lines.height - 1))));
+  const V x = hn::Add(first.x, p.x), y = hn::Add(first.y, p.y),
+          least = hn::Set(d, static_cast<float>(margin));
+  const V most_x = hn::Set(d, static_cast<float>(lines.width - 1 - margin));
+  const V most_y = hn::Set(d, static_cast<float>(lines.height - 1 - margin));
+  const auto in_x = hn::And(hn::Ge(x, least), hn::Lt(x, most_x));
+  const auto in_y = hn::And(hn::Ge(y, least), hn::Lt(y, most_y));
   return hn::AllTrue(d, hn::And(in_x, in_y));
 }
 
@@ -45,7 +52,7 @@ class Walker {
   HWY_INLINE Walker(const Lines& lines, const Place& place, const Starts* starts)
       : lines_(lines), place_(place), starts_(starts) {
     for (int part = 0; part < kParts; ++part) {
-      first_[part] = PlacesOf(place, starts[part]), base_[part] = BaseOf(lines, starts[part]);
+      first_[part] = PlacesOf(place, starts[part]), base_[part] = BaseOf(lines, place, starts[part]);
     }
     for (int c = 0; c < kChains; ++c) {
       p_[c] = {hn::Zero(D()), hn::Zero(D())};
@@ -53,39 +60,52 @@ class Walker {
     }
   }
 
-  // tap(chain, number from 1, position), all chains of a number one after the other, `taps` numbers.
+  // tap(chain, number from 1, position, inside), `taps` numbers, those of a chain one after the other.
+  // `inside`: all four pixels around every position are known to exist.
   template <class Tap>
   HWY_INLINE void Run(int taps, const Tap& tap) {
-    int most = lines_.integrator == LicIntegrator::kAdaptive ? lines_.taps_at_once : 1, at_once = most;
+    int most = 1;
+    if (lines_.integrator == LicIntegrator::kAdaptive) most = lines_.taps_if_even;
+    int at_once = most;
     for (int done = 0; done < taps;) {
       int n = std::min(at_once, taps - done);
       const int parts = n == 1 ? lines_.parts : 1;
       const float h = lines_.step * static_cast<float>(n) / static_cast<float>(parts);
+      // Of a step that needs a smooth field half: its errors are to be those of two.
+      const bool even = n > lines_.taps_at_once;
+      const float limit = lines_.turn * lines_.turn * (even ? 0.5f : 1.0f);
+      bool tried = true;
       V turned = hn::Zero(D());
       Stepped to[kChains];
       for (int i = 0; i < parts; ++i) {
         if (i > 0) Accept(to);
-        Step(h, to, turned);
+        tried = Step(h, n > 1 ? limit : kNoLimit, even, to, turned);
       }
       if (most > 1) {
-        const float limit = lines_.turn * lines_.turn;
-        if (n > 1 && !hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), limit)))) {
+        if (!tried || (n > 1 && !hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), limit))))) {
           at_once = n / 2;
+          if (even) most = lines_.taps_at_once;
           continue;
         }
         if (hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), 0.2f * limit)))) at_once = std::min(2 * n, most);
       }
       if (n == 1) {
-        for (int c = 0; c < kChains; ++c) tap(c, done + 1, to[c].end);
-      } else {
-        Curve curve[kChains];
+        HWY_UNROLL(4)
         for (int c = 0; c < kChains; ++c) {
-          curve[c] = Hermite(p_[c], hn::Set(D(), SignOf(c) * h), v_[c], to[c].end, to[c].velocity);
+          tap(c, done + 1, to[c].end, !kChecked || AllInside(lines_, first_[c % kParts], to[c].end));
         }
-        const float share = 1.0f / static_cast<float>(n);
-        for (int i = 1; i <= n; ++i) {
-          const V t = hn::Set(D(), static_cast<float>(i) * share);
-          for (int c = 0; c < kChains; ++c) tap(c, done + i, curve[c].At(p_[c], t));
+      } else {
+        // Chain by chain: the polynomials stay in registers.
+        const V share = hn::Set(D(), 1.0f / static_cast<float>(n)), one = hn::Set(D(), 1.0f);
+        HWY_UNROLL(4)
+        for (int c = 0; c < kChains; ++c) {
+          const V2 start = p_[c];
+          const Curve curve = Hermite(start, hn::Set(D(), SignOf(c) * h), v_[c], to[c].end, to[c].velocity);
+          const bool inside = !kChecked || (Deep(c, start) && Deep(c, to[c].end));
+          V number = one;
+          for (int i = 1; i <= n; ++i, number = hn::Add(number, one)) {
+            tap(c, done + i, curve.At(start, hn::Mul(number, share)), inside);
+          }
         }
       }
       Accept(to);
@@ -101,11 +121,18 @@ class Walker {
     }
     return VelocityInside(lines_, place_, base_[part], p);
   }
+  // So far inside that a step between two such places is inside: a curve that turns by 0.3 within ten pixels,
+  // or by 0.2 within twenty, leaves its chord by less than one and a half.
+  HWY_INLINE bool Deep(int chain, const V2& p) const {
+    return AllInside(lines_, first_[chain % kParts], p, 2);
+  }
   HWY_INLINE void Accept(const Stepped* to) {
     for (int c = 0; c < kChains; ++c) p_[c] = to[c].end, v_[c] = to[c].velocity;
   }
-  // One step of the integrator; `turned`: the largest squared change of direction met.
-  HWY_INLINE void Step(float h, Stepped* to, V& turned) const {
+  // One step of the integrator; `turned`: the largest squared change of direction met. False, with no more
+  // done, where the first half of the step shows that it turns by more than the square root of `limit`, or
+  // the field to be not smooth where it is to be `even`.
+  HWY_INLINE bool Step(float h, float limit, bool even, Stepped* to, V& turned) const {
     const D d;
     const bool low =
         lines_.integrator == LicIntegrator::kEuler || lines_.integrator == LicIntegrator::kMidpoint;
@@ -119,17 +146,43 @@ class Walker {
         to[c].end = Along(p_[c], hn::Set(d, signed_h), slope);
       }
     } else {
+      const V whole = hn::Set(d, h), half = hn::Set(d, 0.5f * h), sixth = hn::Set(d, h / 6.0f);
+      const V two = hn::Set(d, 2.0f);
+      const bool adaptive = lines_.integrator == LicIntegrator::kAdaptive;
       V2 k2[kChains], k3[kChains], k4[kChains];
-      for (int c = 0; c < kChains; ++c) k2[c] = At(c, Along(p_[c], hn::Set(d, 0.5f * SignOf(c) * h), v_[c]));
-      for (int c = 0; c < kChains; ++c) k3[c] = At(c, Along(p_[c], hn::Set(d, 0.5f * SignOf(c) * h), k2[c]));
-      for (int c = 0; c < kChains; ++c) k4[c] = At(c, Along(p_[c], hn::Set(d, SignOf(c) * h), k3[c]));
+      if (even) {
+        Evenness found{hn::Zero(d), hn::Set(d, hwy::HighestValue<float>())};
+        HWY_UNROLL(4)
+        for (int c = 0; c < kChains; ++c) {
+          const V2 middle = Ahead(c, p_[c], half, v_[c]);
+          if (kChecked && !AllInside(lines_, first_[c % kParts], middle)) return false;
+          k2[c] = VelocityInside<true>(lines_, place_, base_[c % kParts], middle, &found);
+        }
+        const float twist = hn::GetLane(hn::MaxOfLanes(d, found.twist));
+        const float squared = hn::GetLane(hn::MinOfLanes(d, found.squared));
+        if (!(twist * twist <= kEven * kEven * squared)) return false;
+      } else {
+        HWY_UNROLL(4)
+        for (int c = 0; c < kChains; ++c) k2[c] = At(c, Ahead(c, p_[c], half, v_[c]));
+      }
+      if (adaptive && limit < kNoLimit) {
+        V half_turned = hn::Zero(d);
+        HWY_UNROLL(4)
+        for (int c = 0; c < kChains; ++c) half_turned = hn::Max(half_turned, Turn(v_[c], k2[c]));
+        if (!hn::AllFalse(d, hn::Gt(half_turned, hn::Set(d, kHalfTurn * limit)))) return false;
+      }
+      HWY_UNROLL(4)
+      for (int c = 0; c < kChains; ++c) k3[c] = At(c, Ahead(c, p_[c], half, k2[c]));
+      HWY_UNROLL(4)
+      for (int c = 0; c < kChains; ++c) k4[c] = At(c, Ahead(c, p_[c], whole, k3[c]));
+      HWY_UNROLL(4)
       for (int c = 0; c < kChains; ++c) {
-        const V sixth = hn::Set(d, SignOf(c) * h / 6.0f), two = hn::Set(d, 2.0f);
         const V2 sum{hn::MulAdd(two, hn::Add(k2[c].x, k3[c].x), hn::Add(v_[c].x, k4[c].x)),
                      hn::MulAdd(two, hn::Add(k2[c].y, k3[c].y), hn::Add(v_[c].y, k4[c].y))};
-        to[c].end = Along(p_[c], sixth, sum);
+        to[c].end = Ahead(c, p_[c], sixth, sum);
       }
-      if (lines_.integrator == LicIntegrator::kAdaptive) {
+      if (adaptive) {
+        HWY_UNROLL(4)
         for (int c = 0; c < kChains; ++c) {
           turned = hn::Max(turned, Turn(v_[c], k4[c]));
           // Where the vector changes evenly k2 and k3 agree.
@@ -141,13 +194,19 @@ class Walker {
         }
       }
     }
+    HWY_UNROLL(4)
     for (int c = 0; c < kChains; ++c) to[c].velocity = At(c, to[c].end);
+    return true;
   }
   static HWY_INLINE V Turn(const V2& a, const V2& b) {
     const V x = hn::Sub(b.x, a.x), y = hn::Sub(b.y, a.y);
     return hn::MulAdd(x, x, hn::Mul(y, y));
   }
   static constexpr float kUneven = 4, kBend = 64;
+  // What half a step may turn by, as a share of the whole one's; squares.
+  static constexpr float kHalfTurn = 0.4f, kNoLimit = 1e9f;
+  // The largest second difference between neighbouring pixels of a smooth field, of the vectors' length.
+  static constexpr float kEven = 2e-4f;
 
   const Lines& lines_;
   const Place& place_;
