@@ -223,6 +223,8 @@ std::shared_ptr<const LeapGrid> VolumeData::Leaps(double low, double high, const
     for (size_t i = 0; i < count; ++i) steepest = std::max(steepest, matters[i] ? slope[i] : 0);
     const float unit = std::max(steepest, 1e-30f) / (2 * kPaceSteps);
     grid->pace = 1 / (unit * kPaceSteps * kPaceSteps);
+    const float most = *std::max_element(slope.begin(), slope.end());
+    grid->least_pace = most < 1e30f ? 1 / (1.0001f * std::max(most, 1e-30f)) : 0;
     const std::vector<float> squared = SquaredDistances({nx, ny, nz}, beside);
     for (size_t i = 0; i < count; ++i) {
       const double voxels = std::floor(std::sqrt(static_cast<double>(squared[i])) * (1 << b.shift));

@@ -30,7 +30,8 @@ struct LeapGrid {
   // the end may be read.
   std::shared_ptr<uint16_t[]> leap;
   float pace = 0;
-  bool any = false;  // a block matters
+  float least_pace = 0;  // voxels per code in which the field changes by no more than a code anywhere
+  bool any = false;      // a block matters
 };
 
 // How far, in voxels, the place where a field is read may lie from a point.

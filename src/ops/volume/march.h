@@ -47,7 +47,9 @@ struct Field {
   const uint16_t *leap = nullptr, *own = nullptr;
   int32_t blocks[2] = {0, 0};  // along x; along x times y
   int shift = 2;
-  float pace = 0;  // of the upper byte: voxels per code of the field and unit
+  float per_edge = 0.25f;  // one over the block's edge
+  float pace = 0;          // of the upper byte: voxels per code of the field and unit
+  float least_pace = 0;    // of all blocks, with that factor
   bool leaps = true;
 };
 
@@ -55,7 +57,7 @@ struct NoiseView {
   const uint16_t* samples = nullptr;  // of texel (0, 0, 0)
   const uint16_t* cells = nullptr;    // of blocks of one channel
   int32_t row = 0, slice = 0, size = 0;
-  float scale = 1, bias = 0;
+  float scale = 1, bias = 0, half = 0;              // half: of a sample's width, blocks
   float times[3] = {1, 1, 1}, plus[3] = {0, 0, 0};  // from voxels to blocks
 };
 
@@ -134,6 +136,7 @@ struct MediumArgs {
   float droop = 0;  // voxels
   float fur_lean[3] = {0, 0, 0};
   bool zero_stays = false;  // no step makes density of nothing, and nothing is transparent
+  float clear = 0;          // values up to here are transparent
   std::vector<DmfStep> steps;
   float mip_times = 1, mip_plus = 0;
 };

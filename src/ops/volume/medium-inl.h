@@ -9,6 +9,7 @@
 
 #include <hwy/highway.h>
 
+#include "ops/volume/exact_noise-inl.h"
 #include "ops/volume/rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -86,6 +87,7 @@ inline HWY_NOINLINE void Shade(const MediumArgs& args, const Sample& sample, con
   }
 }
 
+inline bool Moves(Kind kind) { return kind == Kind::kWarp || kind == Kind::kLift || kind == Kind::kSwell; }
 // Where the field is read for a sample at p.
 inline HWY_NOINLINE void Move(const MediumArgs& args, const DmfStep& step, const Vec3& p, Vec3& q,
                               V& turbulence) {
@@ -114,9 +116,12 @@ inline HWY_NOINLINE void Move(const MediumArgs& args, const DmfStep& step, const
   }
 }
 
+// A density t torn by turbulence.
+HWY_INLINE V Torn(const DmfStep& step, V turbulence, V t) {
+  return Clamp01(hn::Mul(t, hn::MulAdd(turbulence, Set(step.amount), Set(1 - step.amount))));
+}
 // A density t after one more function.
-inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, const Vec3& p, V distance,
-                               V turbulence, V t) {
+inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, const Vec3& p, V distance, V t) {
   const D d;
   const V one = Set(1);
   switch (step.kind) {
@@ -130,11 +135,8 @@ inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, cons
     }
     case Kind::kNoise:
       return Clamp01(hn::MulAdd(NoiseValue(step.noise, p), Set(step.amount), t));
-    case Kind::kTurbulence: {
-      const V found = step.again ? turbulence : Turbulence(step, p);
-      const V factor = hn::MulAdd(found, Set(step.amount), Set(1 - step.amount));
-      return Clamp01(hn::Mul(t, factor));
-    }
+    case Kind::kTurbulence:
+      return Torn(step, Turbulence(step, p), t);
     case Kind::kThreshold: {
       const V u = Clamp01(hn::Mul(hn::Sub(t, Set(step.amount)), Set(step.second)));
       return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(u, Set(2), Set(3)));
@@ -188,22 +190,18 @@ template <typename T>
 class Medium {
  public:
   explicit Medium(const MediumArgs& args)
-      : args_(args),
-        samples_(static_cast<const T*>(args.field.samples)),
-        moves_(std::any_of(args.steps.begin(), args.steps.end(), [](const DmfStep& step) {
-          return step.kind == Kind::kWarp || step.kind == Kind::kLift || step.kind == Kind::kSwell;
-        })) {}
+      : args_(args), samples_(static_cast<const T*>(args.field.samples)) {}
 
   HWY_INLINE V Value(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    const V code = Trilinear(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f);
+    const V code = Trilinear(samples_, f.row, f.slice, Places(IndexOf(c, f.row, f.slice)), c.f);
     return hn::MulAdd(code, Set(f.scale), Set(f.bias));
   }
   HWY_INLINE ValueAndGradient ValueGradient(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f);
+    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, Places(IndexOf(c, f.row, f.slice)), c.f);
     r.value = hn::MulAdd(r.value, Set(f.scale), Set(f.bias));
     r.gradient = Scaled(r.gradient, Set(f.scale));
     return r;
@@ -237,50 +235,71 @@ class Medium {
   template <int K>
   HWY_INLINE bool Hyper(const Vec3 (&p)[K], M (&lanes)[K], Sample (&r)[K]) const {
     const Field& f = args_.field;
-    const DI di;
     const D d;
     Vec3 q[K];
     V turbulence[K], t[K];
     for (int k = 0; k < K; ++k) q[k] = p[k], turbulence[k] = hn::Zero(d);
     for (const DmfStep& step : args_.steps) {
-      for (int k = 0; k < K; ++k) Move(args_, step, p[k], q[k], turbulence[k]);
+      if (step.kind == Kind::kLift && step.lookup == TurbulenceLookup::kBlock) {
+        // Flames: without a call, so that the vectors stay in registers.
+        for (int k = 0; k < K; ++k) {
+          turbulence[k] = NoiseValue(step.noise, p[k]);
+          q[k].y = hn::NegMulAdd(turbulence[k], Set(step.amount), q[k].y);
+        }
+      } else if (Moves(step.kind)) {
+        for (int k = 0; k < K; ++k) {
+          const Vec3 from = p[k];
+          Vec3 to = q[k];
+          V found = turbulence[k];
+          Move(args_, step, from, to, found);
+          q[k] = to, turbulence[k] = found;
+        }
+      }
     }
     const auto none = [&]() HWY_ATTR {
       M any = lanes[0];
       for (int k = 1; k < K; ++k) any = hn::Or(any, lanes[k]);
       return hn::AllFalse(d, any);
     };
-    Cell c[K];
-    VI index[K];
-    for (int k = 0; k < K; ++k) c[k] = Locate(f, q[k]);
-    if (f.leaps && moves_) {
-      for (int k = 0; k < K; ++k) {
-        const VI own = hn::And(LeapOf(f, f.own, c[k]), hn::Set(di, 255));
-        lanes[k] = hn::And(lanes[k], hn::RebindMask(d, hn::Eq(own, hn::Zero(di))));
-      }
-      if (none()) return false;
-    }
+    const bool lit = args_.look != Look::kPlain;
+    GradientLines<T> lines[K];
     for (int k = 0; k < K; ++k) {
-      index[k] = IndexOf(c[k], f.row, f.slice);
-      r[k].distance =
-          hn::MulAdd(Trilinear(samples_, f.row, f.slice, index[k], c[k].f), Set(f.scale), Set(f.bias));
+      const Cell c = Locate(f, q[k]);
+      const Places places(IndexOf(c, f.row, f.slice));
+      V code;
+      if (lit) {
+        lines[k].Read(samples_, f.row, f.slice, places, c.f);
+        code = lines[k].Value(c.f);
+      } else {
+        code = Trilinear(samples_, f.row, f.slice, places, c.f);
+      }
+      r[k].distance = hn::MulAdd(code, Set(f.scale), Set(f.bias));
       const V inside = hn::Sub(Set(args_.outer), r[k].distance);
       t[k] = args_.per_width > 0 ? Clamp01(hn::Mul(inside, Set(args_.per_width)))
                                  : hn::IfThenElseZero(hn::Ge(inside, hn::Zero(d)), Set(1));
       if (args_.zero_stays) lanes[k] = hn::And(lanes[k], hn::Gt(t[k], hn::Zero(d)));
     }
     if (args_.zero_stays && none()) return false;
-    if (args_.look != Look::kPlain) {
+    if (lit) {
       for (int k = 0; k < K; ++k) {
-        const ValueAndGradient v = TrilinearGradient(samples_, f.row, f.slice, index[k], c[k].f);
-        r[k].normal = WorldNormal(args_.rays, v.gradient, f.scale < 0 ? -1 : 1);
+        const Cell c = Locate(f, q[k]);
+        const Places places(IndexOf(c, f.row, f.slice));
+        const Vec3 gradient = lines[k].Gradient(samples_, f.row, f.slice, places, c.f).gradient;
+        r[k].normal = WorldNormal(args_.rays, gradient, f.scale < 0 ? -1 : 1);
       }
     }
     if (args_.look == Look::kFur) {
       for (int k = 0; k < K; ++k) t[k] = Strands(args_, p[k], r[k], t[k]);
     }
     for (const DmfStep& step : args_.steps) {
-      for (int k = 0; k < K; ++k) t[k] = Modulate(args_, step, p[k], r[k].distance, turbulence[k], t[k]);
+      if (step.again) {
+        for (int k = 0; k < K; ++k) t[k] = Torn(step, turbulence[k], t[k]);
+      } else if (!Moves(step.kind)) {
+        for (int k = 0; k < K; ++k) {
+          const Vec3 from = p[k];
+          t[k] = Modulate(args_, step, from, r[k].distance, t[k]);
+        }
+      }
     }
     for (int k = 0; k < K; ++k) r[k].value = t[k];
     return true;
@@ -289,7 +308,6 @@ class Medium {
  private:
   const MediumArgs& args_;
   const T* samples_;
-  const bool moves_;  // the field is read elsewhere
 
  public:
   // Colour and extinction interpolated from those of the eight voxels around p.
@@ -297,7 +315,7 @@ class Medium {
     const D d;
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    const VI index = IndexOf(c, f.row, f.slice);
+    const Places places(IndexOf(c, f.row, f.slice));
     const V one = Set(1);
     s::Pixels sum = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     const auto add = [&](V code, V weight) HWY_ATTR {
@@ -310,7 +328,7 @@ class Medium {
     };
     for (int line = 0; line < 4; ++line) {
       V low, high;
-      PairAt(samples_, ptrdiff_t{line & 1} * f.row + ptrdiff_t{line >> 1} * f.slice, index, low, high);
+      PairAt(samples_, ptrdiff_t{line & 1} * f.row + ptrdiff_t{line >> 1} * f.slice, places, low, high);
       const V weight = hn::Mul((line & 1) != 0 ? c.f.y : hn::Sub(one, c.f.y),
                                (line >> 1) != 0 ? c.f.z : hn::Sub(one, c.f.z));
       add(low, hn::Mul(weight, hn::Sub(one, c.f.x)));

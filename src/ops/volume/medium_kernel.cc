@@ -25,7 +25,8 @@ HWY_INLINE Sums MarchHyper(const MediumArgs& args, const Medium<T>& medium, cons
   Sums sums = {zero, zero, zero, zero, zero, hn::MaskFromVec(zero)};
   V i = walk.First();
   M active = hn::And(ray.hits, walk.Holds(i));
-  while (walk.Leap(args.field, ray, i, active)) {
+  bool among = false;  // something was where the rays were: no leap is tried
+  while (among ? !hn::AllFalse(d, active) : walk.Leap(args.field, ray, i, active)) {
     Vec3 p[K];
     V along[K];
     M lanes[K];
@@ -36,13 +37,21 @@ HWY_INLINE Sums MarchHyper(const MediumArgs& args, const Medium<T>& medium, cons
       p[k] = At(ray, along[k]);
       lanes[k] = hn::And(active, hn::Lt(at, walk.lattice.count));
     }
-    if (medium.Hyper(p, lanes, sample)) {
+    among = medium.Hyper(p, lanes, sample);
+    const auto seen = [&]() HWY_ATTR {
+      M any = hn::MaskFromVec(zero);
+      for (int k = 0; k < K; ++k) {
+        any = hn::Or(any, hn::And(lanes[k], hn::Gt(sample[k].value, Set(args.clear))));
+      }
+      return !hn::AllFalse(d, any);
+    };
+    if (among && seen()) {
       s::Pixels c[K];
-      V alpha[K];
+      V alpha[K], share[K];
       for (int k = 0; k < K; ++k) c[k] = ColorOf(args.transfer, sample[k].value);
       for (int k = 0; k < K; ++k) Shade(args, sample[k], walk.to_eye, c[k]);
-      for (int k = 0; k < K; ++k)
-        alpha[k] = Opacity(c[k].a, walk.length, ShareOf(ray, along[k], walk.per_step));
+      walk.Shares<K>(ray, i, share);
+      for (int k = 0; k < K; ++k) alpha[k] = Opacity(c[k].a, walk.length, share[k]);
       for (int k = 0; k < K; ++k) {
         Under(c[k], hn::IfThenElseZero(hn::And(lanes[k], active), alpha[k]), along[k], sums);
         active = hn::And(active, hn::Lt(sums.a, Set(args.opaque)));
@@ -111,10 +120,12 @@ void DrawType(const MediumArgs& args, const Target& target) {
   std::fill_n(nothing.v[4], kPacket, std::numeric_limits<float>::infinity());
   const V zero = hn::Zero(d), one = Set(1);
   ForPackets(
-      args.rays, args.field, target, nothing, [&](int x0, int y0, float from, Packet& packet) HWY_ATTR {
-        for (int part = 0; part < kPacket; part += kLanes) {
+      args.rays, args.field, target, nothing, [&](int x0, int y0, float from, Packet(&packets)[2]) HWY_ATTR {
+        for (int part = 0; part < 2 * kPacket; part += kLanes) {
+          const int left = x0 + part / kPacket * 4;
+          if (left >= target.out.roi.x1) break;
           V x, y;
-          PixelsOf(x0, y0, part, x, y);
+          PixelsOf(left, y0, part % kPacket, x, y);
           const Ray ray = RayOf(args.rays, x, y, SceneDepth(target, x, y));
           Sums sums = args.hyper ? MarchHyper<T>(args, medium, ray, from) : March<T>(args, medium, ray, from);
           if (xray) {
@@ -132,7 +143,7 @@ void DrawType(const MediumArgs& args, const Target& target) {
             sums.b = hn::Div(sums.b, samples);
             sums.a = hn::Div(sums.a, samples);
           }
-          Store(sums, args.rays.middle_depth, part, packet);
+          Store(sums, args.rays.middle_depth, part % kPacket, packets[part / kPacket]);
         }
       });
 }

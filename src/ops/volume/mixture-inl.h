@@ -78,12 +78,12 @@ inline Sums MarchAll(std::span<const MediumArgs* const> media, const ProbeFuncti
       reads[k] = hn::AndNot(hn::Or(past, before), active);
       V steps = zero;
       if (field.leaps) {
-        const Cell cell = Locate(field, At(r, along));
-        const V room = RoomOf(LeapOf(field, field.leap, cell));
+        const Block block = BlockOf(field, At(r, along));
+        const V room = RoomOf(LeapOf(field.leap, block));
         const V per_voxel = hn::Div(per_step, r.length);
         const M empty = hn::Ge(room, zero);
-        steps = hn::IfThenElseZero(empty,
-                                   StepsOf(field, Exit(field, r, 1), cell, room, along, per_voxel, per_step));
+        steps = hn::IfThenElseZero(
+            empty, StepsOf(field, Exit(field, r, 1), block.at, room, along, per_voxel, per_step));
         reads[k] = hn::AndNot(empty, reads[k]);
       }
       // A sample less than are left, for rounding.

@@ -99,6 +99,7 @@ NoiseView ViewOf(const NoiseBlock& block, const VolumeSpec& v, double frequency,
   n.size = d.size;
   n.scale = d.scale;
   n.bias = d.bias;
+  n.half = 0.5f / static_cast<float>(d.size);
   for (size_t a = 0; a < 3; ++a) {
     const double along = a == 1 ? frequency * upright : frequency;
     n.times[a] = static_cast<float>(v.spacing[a] * along);
@@ -275,7 +276,9 @@ void Prepare(const DrawParams& draw, double middle, const graph::Workers& worker
     field.blocks[0] = out.own->size[0];
     field.blocks[1] = out.own->size[0] * out.own->size[1];
     field.shift = out.own->shift;
+    field.per_edge = 1 / static_cast<float>(1 << field.shift);
     field.pace = out.own->pace;
+    field.least_pace = out.own->least_pace;
   };
 
   if (IsSurface(p.mode)) {
@@ -411,7 +414,9 @@ void Prepare(const DrawParams& draw, double middle, const graph::Workers& worker
       m.steps.push_back(k);
     }
     double from = 0, to = 0;
-    const bool clear = !TransferSupport(draw, from, to) || from >= 0 || to <= 0;  // nothing is not seen
+    const bool seen = TransferSupport(draw, from, to);
+    const bool clear = !seen || from >= 0 || to <= 0;  // nothing is not seen
+    m.clear = static_cast<float>(seen ? from - 1e-6 * std::max(domain, std::fabs(from)) : kEndless);
     m.zero_stays = !anywhere && clear;
     matter(-kEndless, m.zero_stays ? outer : kEndless);
     if (p.mode == VolumeMode::kFur) {

@@ -214,25 +214,23 @@ HWY_INLINE V SceneDepth(const Target& target, V x, V y) {
   return hn::Load(d, depth);
 }
 
-// Calls f(x0, y0, cone) for the 4x4 packets of a target and writes what it fills in; packets of blocks that
-// miss are written as `nothing`.
+// Calls f(x0, y0, cone, packets) for pairs of 4x4 packets side by side and writes what it fills in; packets
+// of blocks that miss are written as `nothing`. The second packet may lie beyond the target.
 template <class F>
 HWY_INLINE void ForPackets(const RaySet& set, const Field& field, const Target& target, const Packet& nothing,
                            const F& f) {
   const Roi& r = target.out.roi;
-  Packet packet;
+  Packet packets[2];
   for (int by = r.y0; by < r.y1; by += kTile) {
     for (int bx = r.x0; bx < r.x1; bx += kTile) {
       const int width = std::min(kTile, r.x1 - bx), height = std::min(kTile, r.y1 - by);
       const Cone cone = ConeOf(set, field, bx, by, width, height);
       for (int y = by; y < by + height; y += 4) {
-        for (int x = bx; x < bx + width; x += 4) {
-          if (cone.missed) {
-            Write(target, x, y, nothing);
-            continue;
+        for (int x = bx; x < bx + width; x += 8) {
+          if (!cone.missed) f(x, y, cone.start, packets);
+          for (int k = 0; k < 2 && x + 4 * k < bx + width; ++k) {
+            Write(target, x + 4 * k, y, cone.missed ? nothing : packets[k]);
           }
-          f(x, y, cone.start, packet);
-          Write(target, x, y, packet);
         }
       }
     }

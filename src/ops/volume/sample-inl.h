@@ -17,7 +17,6 @@
 
 #include "ops/volume/march.h"
 #include "simd/gather-inl.h"
-#include "simd/lattice-inl.h"
 #include "simd/point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -74,18 +73,23 @@ HWY_INLINE Vec3 Unit(const Vec3& a) {
   return Scaled(a, hn::IfThenElseZero(hn::Gt(square, Set(1e-36f)), r));
 }
 
+// Whole numbers from 0 to below 2^23 as integers: conversion would look for those that are too large.
+HWY_INLINE VI WholeOf(V v) {
+  const DI di;
+  return hn::And(hn::BitCast(di, hn::Add(v, Set(0x1p23f))), hn::Set(di, 0x7FFFFF));
+}
+
 // A cell and the place in it.
 struct Cell {
   VI i, j, k;
   Vec3 f;
 };
 HWY_INLINE Cell Locate(const Field& field, const Vec3& p) {
-  const D d;
-  const DI di;
   const auto axis = [&](V v, float last, VI& whole) __attribute__((always_inline)) {
-    v = hn::Min(hn::Max(v, hn::Zero(d)), Set(last));
-    whole = hn::ConvertTo(di, v);
-    return hn::Sub(v, hn::ConvertTo(d, whole));
+    v = hn::Min(hn::Max(v, hn::Zero(D())), Set(last));
+    const V floor = hn::Floor(v);
+    whole = WholeOf(floor);
+    return hn::Sub(v, floor);
   };
   Cell c;
   c.f.x = axis(p.x, field.last[0], c.i);
@@ -97,15 +101,24 @@ HWY_INLINE VI IndexOf(const Cell& c, int32_t row, int32_t slice) {
   const DI di;
   return hn::Add(hn::Add(hn::Mul(c.k, hn::Set(di, slice)), hn::Mul(c.j, hn::Set(di, row))), c.i);
 }
-// The leap grid's entry of a cell.
-HWY_INLINE VI LeapOf(const Field& field, const uint16_t* leaps, const Cell& c) {
-  const DI di;
-  const int sh = field.shift;
-  const VI block = hn::Add(hn::Add(hn::Mul(hn::ShiftRightSame(c.k, sh), hn::Set(di, field.blocks[1])),
-                                   hn::Mul(hn::ShiftRightSame(c.j, sh), hn::Set(di, field.blocks[0]))),
-                           hn::ShiftRightSame(c.i, sh));
-  const VI both = s::GatherWords<1>(leaps, hn::Add(block, block));
-  return hn::And(both, hn::Set(di, 0xFFFF));
+// A block of cells of the leap grid.
+struct Block {
+  Vec3 at;  // whole
+  VI index;
+};
+HWY_INLINE Block BlockOf(const Field& field, const Vec3& p) {
+  const auto axis = [&](V v, float last) HWY_ATTR {
+    return hn::Floor(hn::Mul(hn::Min(hn::Max(v, hn::Zero(D())), Set(last)), Set(field.per_edge)));
+  };
+  Block b;
+  b.at = {axis(p.x, field.last[0]), axis(p.y, field.last[1]), axis(p.z, field.last[2])};
+  const V row = hn::MulAdd(b.at.y, Set(static_cast<float>(field.blocks[0])), b.at.x);
+  b.index = WholeOf(hn::MulAdd(b.at.z, Set(static_cast<float>(field.blocks[1])), row));
+  return b;
+}
+// Its entry; the lower byte alone is the room.
+HWY_INLINE VI LeapOf(const uint16_t* leaps, const Block& b) {
+  return s::GatherWords<1>(leaps, hn::Add(b.index, b.index));
 }
 
 // --- 16 bytes for every lane, as four vectors of words. ---
@@ -119,6 +132,7 @@ struct WordPair {
 struct Places {
   HWY_ALIGN int32_t at[kLanes];
   HWY_INLINE explicit Places(VI index) { hn::Store(index, DI(), at); }
+  HWY_INLINE VI Index() const { return hn::Load(DI(), at); }
 };
 // At base + stride * index bytes.
 #if HWY_TARGET == HWY_SCALAR
@@ -136,86 +150,85 @@ HWY_INLINE WordPair WordPairAt(const void* base, const Places& places, ptrdiff_t
   CopyWords(base, stride * places.at[0], w);
   return {Set(w[0]), Set(w[1])};
 }
+HWY_INLINE VI WordAt(const void* base, const Places& places, ptrdiff_t stride) {
+  return hn::BitCast(DI(), WordPairAt(base, places, stride).a);
+}
 #else
-// Put together in registers: through memory the wide load would wait for the narrow stores.
+// Put together in registers: through memory the wide load would wait for the narrow stores. The blocks of 128
+// bits of a register hold lanes four apart, so that shuffles within blocks leave them in order.
 HWY_INLINE V RowOfWords(const char* base, ptrdiff_t stride, const int32_t* at) {
   const auto one = [&](int lane) __attribute__((always_inline)) {
     return hn::LoadU(D4(), reinterpret_cast<const float*>(base + stride * at[lane]));
   };
 #if HWY_MAX_BYTES == 64
   const hn::Half<D> half;
-  return hn::Combine(D(), hn::Combine(half, one(3), one(2)), hn::Combine(half, one(1), one(0)));
+  return hn::Combine(D(), hn::Combine(half, one(12), one(8)), hn::Combine(half, one(4), one(0)));
 #elif HWY_MAX_BYTES == 32
-  return hn::Combine(D(), one(1), one(0));
+  return hn::Combine(D(), one(4), one(0));
 #else
   return one(0);
 #endif
 }
-// 8 bytes for every lane.
+// 8 bytes for every second lane, as pairs of words.
 HWY_INLINE V RowOfWordPairs(const char* base, ptrdiff_t stride, const int32_t* at) {
   const auto two = [&](int lane) __attribute__((always_inline)) {
     const hn::FixedTag<float, 2> d2;
     const auto one = [&](int l) __attribute__((always_inline)) {
       return hn::LoadU(d2, reinterpret_cast<const float*>(base + stride * at[l]));
     };
-    return hn::Combine(D4(), one(lane + 1), one(lane));
+    return hn::Combine(D4(), one(lane + 2), one(lane));
   };
 #if HWY_MAX_BYTES == 64
   const hn::Half<D> half;
-  return hn::Combine(D(), hn::Combine(half, two(6), two(4)), hn::Combine(half, two(2), two(0)));
+  return hn::Combine(D(), hn::Combine(half, two(12), two(8)), hn::Combine(half, two(4), two(0)));
 #elif HWY_MAX_BYTES == 32
-  return hn::Combine(D(), two(2), two(0));
+  return hn::Combine(D(), two(4), two(0));
 #else
   return two(0);
 #endif
 }
 HWY_INLINE WordPair WordPairAt(const void* base, const Places& places, ptrdiff_t stride) {
   const D d;
-  const int32_t* const at = places.at;
+  const hn::Repartition<uint64_t, D> pairs;
   const auto* const p = static_cast<const char*>(base);
-  const V r0 = RowOfWordPairs(p, stride, at), r1 = RowOfWordPairs(p, stride, at + kLanes / 2);
-  return {hn::ConcatEven(d, r1, r0), hn::ConcatOdd(d, r1, r0)};
+  const V even = RowOfWordPairs(p, stride, places.at), odd = RowOfWordPairs(p, stride, places.at + 1);
+  return {hn::OddEven(hn::BitCast(d, hn::ShiftLeft<32>(hn::BitCast(pairs, odd))), even),
+          hn::OddEven(odd, hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(pairs, even))))};
+}
+// 4 bytes for every lane; 4 before and 4 behind may be read too.
+HWY_INLINE VI WordAt(const void* base, const Places& places, ptrdiff_t stride) {
+  const auto* const p = static_cast<const char*>(base);
+  const V even = RowOfWordPairs(p, stride, places.at), odd = RowOfWordPairs(p - 4, stride, places.at + 1);
+  return hn::BitCast(DI(), hn::OddEven(odd, even));
 }
 HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t stride = 16) {
   const D d;
+  const hn::Repartition<double, D> wide;
   const int32_t* const at = places.at;
   const auto* const p = static_cast<const char*>(base);
-  constexpr int kPart = kLanes / 4;
-  const V r0 = RowOfWords(p, stride, at), r1 = RowOfWords(p, stride, at + kPart);
-  const V r2 = RowOfWords(p, stride, at + 2 * kPart), r3 = RowOfWords(p, stride, at + 3 * kPart);
-  const V even0 = hn::ConcatEven(d, r1, r0), even1 = hn::ConcatEven(d, r3, r2);
-  const V odd0 = hn::ConcatOdd(d, r1, r0), odd1 = hn::ConcatOdd(d, r3, r2);
-  return {hn::ConcatEven(d, even1, even0), hn::ConcatEven(d, odd1, odd0), hn::ConcatOdd(d, even1, even0),
-          hn::ConcatOdd(d, odd1, odd0)};
+  const V r0 = RowOfWords(p, stride, at), r1 = RowOfWords(p, stride, at + 1);
+  const V r2 = RowOfWords(p, stride, at + 2), r3 = RowOfWords(p, stride, at + 3);
+  const auto low0 = hn::BitCast(wide, hn::InterleaveLower(d, r0, r1)),
+             low1 = hn::BitCast(wide, hn::InterleaveLower(d, r2, r3)),
+             high0 = hn::BitCast(wide, hn::InterleaveUpper(d, r0, r1)),
+             high1 = hn::BitCast(wide, hn::InterleaveUpper(d, r2, r3));
+  return {hn::BitCast(d, hn::InterleaveLower(wide, low0, low1)),
+          hn::BitCast(d, hn::InterleaveUpper(wide, low0, low1)),
+          hn::BitCast(d, hn::InterleaveLower(wide, high0, high1)),
+          hn::BitCast(d, hn::InterleaveUpper(wide, high0, high1))};
 }
 #endif
 
-// The samples at base + offset + index and the next one along x. Lanes of any valid index are read.
-HWY_INLINE void PairAt(const float* base, ptrdiff_t offset, VI index, V& a, V& b) {
-  const WordPair pair = WordPairAt(base + offset, Places(index), sizeof(float));
-  a = pair.a, b = pair.b;
-}
-// Two codes as a word: plain loads of 8 bytes cost a third of a gather.
-HWY_INLINE VI BothAt(const uint16_t* base, ptrdiff_t offset, VI index) {
-  return hn::BitCast(DI(), WordPairAt(base + offset, Places(index), sizeof(uint16_t)).a);
-}
 HWY_INLINE V LowCode(VI v) { return hn::ConvertTo(D(), hn::And(v, hn::Set(DI(), 0xFFFF))); }
 HWY_INLINE V HighCode(VI v) {
   return hn::ConvertTo(D(), hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(s::DU(), v))));
 }
-HWY_INLINE void PairAt(const uint16_t* base, ptrdiff_t offset, VI index, V& a, V& b) {
-  const VI v = BothAt(base, offset, index);
+// The codes of a word.
+HWY_INLINE void Split(VI v, uint16_t, V& a, V& b) {
   a = LowCode(v);
   b = HighCode(v);
 }
-HWY_INLINE void PairAt(const uint8_t* base, ptrdiff_t offset, VI index, V& a, V& b) {
-  const DI di;
-  const VI v = s::GatherWords<1>(base + offset, index);
-  a = hn::ConvertTo(D(), hn::And(v, hn::Set(di, 0xFF)));
-  b = hn::ConvertTo(D(), hn::And(hn::ShiftRight<8>(v), hn::Set(di, 0xFF)));
-}
-HWY_INLINE void PairAt(const hwy::float16_t* base, ptrdiff_t offset, VI index, V& a, V& b) {
-  const VI v = BothAt(reinterpret_cast<const uint16_t*>(base), offset, index);
+HWY_INLINE void Split(VI v, hwy::float16_t, V& a, V& b) {
   const hn::Rebind<hwy::float16_t, D> half;
   const hn::Rebind<uint16_t, D> bits;
   const auto promote = [&](VI code) HWY_ATTR {
@@ -224,33 +237,54 @@ HWY_INLINE void PairAt(const hwy::float16_t* base, ptrdiff_t offset, VI index, V
   a = promote(hn::And(v, hn::Set(DI(), 0xFFFF)));
   b = promote(hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(s::DU(), v))));
 }
+// The samples at base + offset + places and the next one along x. Lanes of any valid index are read; 4 bytes
+// before may be.
+template <typename T>
+HWY_INLINE void PairAt(const T* base, ptrdiff_t offset, const Places& places, V& a, V& b) {
+  if constexpr (sizeof(T) == 4) {
+    const WordPair pair = WordPairAt(base + offset, places, sizeof(T));
+    a = pair.a, b = pair.b;
+  } else if constexpr (sizeof(T) == 2) {
+    Split(WordAt(base + offset, places, sizeof(T)), T(), a, b);  // plain loads cost a third of a gather
+  } else {
+    const DI di;
+    const VI v = s::GatherWords<1>(base + offset, places.Index());
+    a = hn::ConvertTo(D(), hn::And(v, hn::Set(di, 0xFF)));
+    b = hn::ConvertTo(D(), hn::And(hn::ShiftRight<8>(v), hn::Set(di, 0xFF)));
+  }
+}
+// Nothing before is read.
+template <typename T>
+HWY_INLINE void PairFrom(const T* base, ptrdiff_t offset, const Places& places, V& a, V& b) {
+  if constexpr (sizeof(T) == 2) {
+    Split(hn::BitCast(DI(), WordPairAt(base + offset, places, sizeof(T)).a), T(), a, b);
+  } else {
+    PairAt(base, offset, places, a, b);
+  }
+}
 
 // Four neighbours along x.
 struct FourCodes {
   V v[4];
 };
-HWY_INLINE FourCodes FourAt(const float* base, ptrdiff_t offset, VI index) {
-  const Words w = WordsAt(base + offset, Places(index), sizeof(float));
-  return {{w.a, w.b, w.c, w.e}};
-}
-HWY_INLINE FourCodes FourAt(const uint8_t* base, ptrdiff_t offset, VI index) {
-  const DI di;
-  const VI v = s::GatherWords<1>(base + offset, index), byte = hn::Set(di, 0xFF);
-  const D d;
-  return {{hn::ConvertTo(d, hn::And(v, byte)), hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(v), byte)),
-           hn::ConvertTo(d, hn::And(hn::ShiftRight<16>(v), byte)),
-           hn::ConvertTo(d, hn::And(hn::ShiftRight<24>(v), byte))}};
-}
-HWY_INLINE FourCodes FourAt(const uint16_t* base, ptrdiff_t offset, VI index) {
-  const DI di;
-  const WordPair w = WordPairAt(base + offset, Places(index), sizeof(uint16_t));
-  const VI a = hn::BitCast(di, w.a), b = hn::BitCast(di, w.b);
-  return {{LowCode(a), HighCode(a), LowCode(b), HighCode(b)}};
-}
-HWY_INLINE FourCodes FourAt(const hwy::float16_t* base, ptrdiff_t offset, VI index) {
+template <typename T>
+HWY_INLINE FourCodes FourAt(const T* base, ptrdiff_t offset, const Places& places) {
   FourCodes r;
-  PairAt(base, offset, index, r.v[0], r.v[1]);
-  PairAt(base, offset + 2, index, r.v[2], r.v[3]);
+  if constexpr (sizeof(T) == 4) {
+    const Words w = WordsAt(base + offset, places, sizeof(T));
+    r = {{w.a, w.b, w.c, w.e}};
+  } else if constexpr (sizeof(T) == 2) {
+    const WordPair w = WordPairAt(base + offset, places, sizeof(T));
+    Split(hn::BitCast(DI(), w.a), T(), r.v[0], r.v[1]);
+    Split(hn::BitCast(DI(), w.b), T(), r.v[2], r.v[3]);
+  } else {
+    const D d;
+    const DI di;
+    const VI v = s::GatherWords<1>(base + offset, places.Index()), byte = hn::Set(di, 0xFF);
+    r = {{hn::ConvertTo(d, hn::And(v, byte)), hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(v), byte)),
+          hn::ConvertTo(d, hn::And(hn::ShiftRight<16>(v), byte)),
+          hn::ConvertTo(d, hn::And(hn::ShiftRight<24>(v), byte))}};
+  }
   return r;
 }
 
@@ -258,19 +292,19 @@ HWY_INLINE FourCodes FourAt(const hwy::float16_t* base, ptrdiff_t offset, VI ind
 template <typename T>
 struct Lines {
   const T* base;
-  VI index;
+  const Places& places;
   V f;
   HWY_INLINE V operator()(ptrdiff_t offset) const {
     V a, b;
-    PairAt(base, offset, index, a, b);
+    PairAt(base, offset, places, a, b);
     return Lerp(a, b, f);
   }
 };
 
 // Trilinear interpolation of codes.
 template <typename T>
-HWY_INLINE V Trilinear(const T* base, int32_t row, int32_t slice, VI index, const Vec3& f) {
-  const Lines<T> line = {base, index, f.x};
+HWY_INLINE V Trilinear(const T* base, int32_t row, int32_t slice, const Places& places, const Vec3& f) {
+  const Lines<T> line = {base, places, f.x};
   const ptrdiff_t up = row, deep = slice;
   return Lerp(Lerp(line(0), line(up), f.y), Lerp(line(deep), line(deep + up), f.y), f.z);
 }
@@ -279,29 +313,49 @@ struct ValueAndGradient {
   V value;
   Vec3 gradient;  // trilinear central differences, codes per voxel
 };
+// In two parts: the first reads what the value needs, the second the rest.
 template <typename T>
-HWY_INLINE ValueAndGradient TrilinearGradient(const T* base, int32_t row, int32_t slice, VI index,
-                                              const Vec3& f) {
-  const ptrdiff_t up = row, deep = slice;
-  const Lines<T> line = {base, index, f.x};
-  V value[4], along[4];
-  for (int k = 0; k < 4; ++k) {
-    const FourCodes c = FourAt(base, (k & 1) * up + (k >> 1) * deep - 1, index);
-    value[k] = Lerp(c.v[1], c.v[2], f.x);
-    along[k] = Lerp(hn::Sub(c.v[2], c.v[0]), hn::Sub(c.v[3], c.v[1]), f.x);
+class GradientLines {
+ public:
+  HWY_INLINE void Read(const T* base, int32_t row, int32_t slice, const Places& places, const Vec3& f) {
+    for (int k = 0; k < 4; ++k) {
+      const FourCodes c = FourAt(base, (k & 1) * ptrdiff_t{row} + (k >> 1) * ptrdiff_t{slice} - 1, places);
+      value_[k] = Lerp(c.v[1], c.v[2], f.x);
+      along_[k] = Lerp(hn::Sub(c.v[2], c.v[0]), hn::Sub(c.v[3], c.v[1]), f.x);
+    }
   }
-  ValueAndGradient r;
-  const V half = Set(0.5f);
-  const V low = Lerp(value[0], value[2], f.z), high = Lerp(value[1], value[3], f.z);
-  r.value = Lerp(low, high, f.y);
-  r.gradient.x = hn::Mul(half, Lerp(Lerp(along[0], along[1], f.y), Lerp(along[2], along[3], f.y), f.z));
-  const V below = Lerp(line(-up), line(deep - up), f.z), above = Lerp(line(2 * up), line(2 * up + deep), f.z);
-  r.gradient.y = hn::Mul(half, Lerp(hn::Sub(high, below), hn::Sub(above, low), f.y));
-  const V near = Lerp(value[0], value[1], f.y), far = Lerp(value[2], value[3], f.y);
-  const V front = Lerp(line(-deep), line(up - deep), f.y),
-          back = Lerp(line(2 * deep), line(2 * deep + up), f.y);
-  r.gradient.z = hn::Mul(half, Lerp(hn::Sub(far, front), hn::Sub(back, near), f.z));
-  return r;
+  // As Trilinear finds it.
+  HWY_INLINE V Value(const Vec3& f) const {
+    return Lerp(Lerp(value_[0], value_[1], f.y), Lerp(value_[2], value_[3], f.y), f.z);
+  }
+  HWY_INLINE ValueAndGradient Gradient(const T* base, int32_t row, int32_t slice, const Places& places,
+                                       const Vec3& f) const {
+    const ptrdiff_t up = row, deep = slice;
+    const Lines<T> line = {base, places, f.x};
+    ValueAndGradient r;
+    const V half = Set(0.5f);
+    const V low = Lerp(value_[0], value_[2], f.z), high = Lerp(value_[1], value_[3], f.z);
+    r.value = Lerp(low, high, f.y);
+    r.gradient.x = hn::Mul(half, Lerp(Lerp(along_[0], along_[1], f.y), Lerp(along_[2], along_[3], f.y), f.z));
+    const V below = Lerp(line(-up), line(deep - up), f.z),
+            above = Lerp(line(2 * up), line(2 * up + deep), f.z);
+    r.gradient.y = hn::Mul(half, Lerp(hn::Sub(high, below), hn::Sub(above, low), f.y));
+    const V near = Lerp(value_[0], value_[1], f.y), far = Lerp(value_[2], value_[3], f.y);
+    const V front = Lerp(line(-deep), line(up - deep), f.y),
+            back = Lerp(line(2 * deep), line(2 * deep + up), f.y);
+    r.gradient.z = hn::Mul(half, Lerp(hn::Sub(far, front), hn::Sub(back, near), f.z));
+    return r;
+  }
+
+ private:
+  V value_[4], along_[4];
+};
+template <typename T>
+HWY_INLINE ValueAndGradient TrilinearGradient(const T* base, int32_t row, int32_t slice, const Places& places,
+                                              const Vec3& f) {
+  GradientLines<T> lines;
+  lines.Read(base, row, slice, places, f);
+  return lines.Gradient(base, row, slice, places, f);
 }
 
 // --- Noise blocks. ---
@@ -310,15 +364,12 @@ struct NoisePlace {
   Vec3 f;
 };
 HWY_INLINE V NoiseAxis(const NoiseView& n, int a, V v, float octave, VI& whole) {
-  const DI di;
-  V u = hn::MulAdd(v, Set(n.times[a] * octave), Set(n.plus[a] * octave));
+  V u = hn::MulAdd(v, Set(n.times[a] * octave), Set(n.plus[a] * octave - n.half));
   u = hn::Sub(u, hn::Floor(u));
-  u = hn::MulAdd(u, Set(static_cast<float>(n.size)), Set(-0.5f));
-  u = hn::IfThenElseZero(hn::Lt(u, Set(static_cast<float>(n.size))), u);  // lanes that are nowhere
+  u = hn::IfThenElseZero(hn::Lt(u, Set(1)), u);  // rounded up to the next block; lanes that are nowhere
+  u = hn::Mul(u, Set(static_cast<float>(n.size)));
   const V floor = hn::Floor(u);
-  whole = hn::ConvertTo(di, floor);
-  // One sample before the first is the last one: rows may then be read from one before to two behind.
-  whole = hn::Add(whole, hn::And(hn::BroadcastSignBit(whole), hn::Set(di, n.size)));
+  whole = WholeOf(floor);
   return hn::Sub(u, floor);
 }
 // Where position p (voxels) times `octave` lies in the block.
@@ -346,7 +397,7 @@ HWY_INLINE V NoiseValue(const NoiseView& n, const Vec3& p, float octave = 1) {
 // Value and gradient per voxel of p.
 HWY_INLINE ValueAndGradient NoiseGradient(const NoiseView& n, const Vec3& p) {
   const NoisePlace at = LocateNoise(n, p);
-  ValueAndGradient r = TrilinearGradient(n.samples, n.row, n.slice, at.index, at.f);
+  ValueAndGradient r = TrilinearGradient(n.samples, n.row, n.slice, Places(at.index), at.f);
   r.value = hn::MulAdd(r.value, Set(n.scale), Set(n.bias));
   const float size = static_cast<float>(n.size) * n.scale;
   r.gradient.x = hn::Mul(r.gradient.x, Set(size * n.times[0]));
@@ -377,58 +428,6 @@ HWY_INLINE void NoiseChannels(const NoiseView& n, const Vec3& p, V* channels) {
     const V v = Lerp(Lerp(near[c], near_up[c], at.f.y), Lerp(far[c], far_up[c], at.f.y), at.f.z);
     channels[c] = hn::MulAdd(v, Set(n.scale), Set(n.bias));
   }
-}
-
-// --- Noise itself. ---
-// Gradient noise at position p of the block, each coordinate in [0, 1]; repeats after a block.
-HWY_INLINE V ExactNoise(const ExactOctave& octave, const Vec3& p) {
-  const DI di;
-  const s::DU du;
-  const V one = Set(1);
-  const VI period = hn::Set(di, static_cast<int32_t>(octave.cells));
-  s::VU side[3][2];
-  V offset[3][2], fade[3];
-  const V coordinates[3] = {p.x, p.y, p.z};
-#pragma GCC unroll 3
-  for (int a = 0; a < 3; ++a) {
-    const V u = hn::MulAdd(coordinates[a], Set(octave.cells), Set(octave.shift[a]));
-    const V floor = hn::Floor(u);
-    offset[a][0] = hn::Sub(u, floor);
-    offset[a][1] = hn::Sub(offset[a][0], one);
-    fade[a] = s::FadeWeight(offset[a][0], 0);
-    VI cell = hn::ConvertTo(di, floor);
-    for (int c = 0; c < 2; ++c) {
-      cell = hn::Sub(cell, hn::IfThenElseZero(hn::Not(hn::Gt(period, cell)), period));
-      side[a][c] = hn::Mul(hn::BitCast(du, cell), hn::Set(du, s::kAxis[a]));
-      cell = hn::Add(cell, hn::Set(di, 1));
-    }
-  }
-  for (s::VU& x : side[0]) x = hn::Xor(x, hn::Set(du, octave.seed));
-  V corner[8];
-#pragma GCC unroll 8
-  for (int c = 0; c < 8; ++c) {
-    const s::VU h = hn::Xor(hn::Xor(side[0][c & 1], side[1][c >> 1 & 1]), side[2][c >> 2]);
-    const V from[3] = {offset[0][c & 1], offset[1][c >> 1 & 1], offset[2][c >> 2]};
-    corner[c] = s::LatticeProjection<3>(s::LatticeMix(h), from);
-  }
-  const V near = Lerp(Lerp(corner[0], corner[1], fade[0]), Lerp(corner[2], corner[3], fade[0]), fade[1]);
-  const V far = Lerp(Lerp(corner[4], corner[5], fade[0]), Lerp(corner[6], corner[7], fade[0]), fade[1]);
-  return Lerp(near, far, fade[2]);
-}
-// The sum of the octaves' absolute values at position p (voxels).
-template <size_t kOctaves>
-HWY_INLINE V ExactTurbulence(const NoiseView& n, const ExactOctave (&octaves)[kOctaves], const Vec3& p) {
-  const auto axis = [&](int a, V v) HWY_ATTR {
-    const V u = hn::MulAdd(v, Set(n.times[a]), Set(n.plus[a]));
-    const V inside = hn::Sub(u, hn::Floor(u));
-    return hn::IfThenElseZero(hn::Lt(inside, Set(2)), inside);  // lanes that are nowhere
-  };
-  const Vec3 place = {axis(0, p.x), axis(1, p.y), axis(2, p.z)};
-  V sum = hn::Zero(D());
-  for (const ExactOctave& o : octaves) {
-    sum = hn::MulAdd(hn::Abs(ExactNoise(o, place)), Set(o.weight), sum);
-  }
-  return sum;
 }
 
 // --- Tables of four floats. ---

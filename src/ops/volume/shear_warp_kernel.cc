@@ -97,17 +97,17 @@ void CompositeRow(const Sheared& s, int row, float* line) {
         fx = hn::Sub(places, floor);
         // Lanes beyond the last pixel stay with it.
         const V limit = Set(static_cast<float>(columns - 1 - whole));
-        const VI index = hn::Mul(hn::Add(hn::ConvertTo(di, hn::Min(floor, limit)), hn::Set(di, whole)),
-                                 hn::Set(di, right));
+        const Places index(hn::Mul(hn::Add(hn::ConvertTo(di, hn::Min(floor, limit)), hn::Set(di, whole)),
+                                   hn::Set(di, right)));
         if (right == 1) {
-          PairAt(rows, 0, index, a, b);
-          PairAt(rows, down, index, c, e);
+          PairFrom(rows, 0, index, a, b);
+          PairFrom(rows, down, index, c, e);
         } else {
           V unused;
-          PairAt(rows, 0, index, a, unused);
-          PairAt(rows, right, index, b, unused);
-          PairAt(rows, down, index, c, unused);
-          PairAt(rows, ptrdiff_t{down} + right, index, e, unused);
+          PairFrom(rows, 0, index, a, unused);
+          PairFrom(rows, right, index, b, unused);
+          PairFrom(rows, down, index, c, unused);
+          PairFrom(rows, ptrdiff_t{down} + right, index, e, unused);
         }
       }
       const V code = Lerp(Lerp(a, b, fx), Lerp(c, e, fx), fy);

@@ -51,7 +51,7 @@ class Level {
 
   HWY_INLINE V AtCell(const Cell& c) const {
     const Field& f = args_.field;
-    const V code = Trilinear(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f);
+    const V code = Trilinear(samples_, f.row, f.slice, Places(IndexOf(c, f.row, f.slice)), c.f);
     return hn::Mul(Set(args_.side), hn::Sub(code, Set(args_.level)));
   }
   HWY_INLINE V At(const Vec3& p) const { return AtCell(Locate(args_.field, Place(p))); }
@@ -61,7 +61,7 @@ class Level {
     const Field& f = args_.field;
     ValueAndGradient sag;
     const Cell c = Locate(f, Place(p, kSags ? &sag : nullptr));
-    Vec3 g = TrilinearGradient(samples_, f.row, f.slice, IndexOf(c, f.row, f.slice), c.f).gradient;
+    Vec3 g = TrilinearGradient(samples_, f.row, f.slice, Places(IndexOf(c, f.row, f.slice)), c.f).gradient;
     if constexpr (kSags) {
       const V up = g.y;
       g = AddScaled(g, sag.gradient, up);
@@ -105,143 +105,230 @@ struct Hit {
   M found, cap;  // cap: the ray began inside
 };
 
+// Sets of rays that are followed at once, so that one's reads go on while another waits. Sixteen rays keep a
+// processor busy by themselves.
+inline constexpr int kSets = kLanes < 16 ? 2 : 1;
+
+// Steps are counted on a grid that begins where the ray does, so that they do not depend on leaps.
 template <typename T, bool kSags>
-HWY_INLINE Hit FirstCrossing(const SurfaceArgs& args, const Level<T, kSags>& level, const Ray& ray,
-                             float from) {
-  const D d;
-  const DI di;
-  const Field& field = args.field;
-  const V step = hn::Div(Set(static_cast<float>(kSurfaceStep)), ray.length);
-  // Steps are counted on a grid that begins where the ray does, so that they do not depend on leaps.
-  V i = hn::Floor(hn::Div(hn::Sub(Set(from), ray.begin), step));
-  i = hn::Max(hn::Sub(i, Set(1)), hn::Zero(d));
-  M active = ray.hits, found = hn::MaskFromVec(hn::Zero(d));
-  V last = hn::Zero(d), value = hn::Zero(d);
-  const V edge = Set(static_cast<float>(1 << field.shift)), per_voxel = Set(kPerVoxel);
-  const SlowDown slow(args, ray);
-  while (!hn::AllFalse(d, active)) {
-    const V along = hn::MulAdd(i, step, ray.begin);
-    const M ended = hn::Gt(along, ray.end);
-    active = hn::AndNot(ended, active);
-    const Vec3 p = At(ray, along);
-    const Cell cell = Locate(field, p);
-    V steps = Set(1);
-    M near = active;
-    Cell read = cell;
-    if (field.leaps) {
-      VI entry = LeapOf(field, field.leap, cell);
-      const auto room_of = [&]() HWY_ATTR {
-        return hn::Sub(hn::ConvertTo(d, hn::And(entry, hn::Set(di, 255))), Set(1));
-      };
-      V room = room_of();
-      near = hn::And(active, hn::Lt(room, Set(1)));
-      steps = hn::Floor(hn::Mul(room, Set(kPerVoxel)));
-      if constexpr (kSags) {
-        // Where the field is read, it has leaps of its own, as long as displacement allows.
-        if (!hn::AllFalse(d, near)) {
-          read = Locate(field, level.Place(p));
-          entry = LeapOf(field, field.own, read);
-          room = room_of();
-          room = hn::Mul(room, slow.Within(p, room));
-          const M far = hn::And(near, hn::Ge(room, Set(1)));
-          steps = hn::IfThenElse(far, hn::Floor(hn::Mul(room, Set(kPerVoxel))), steps);
-          near = hn::AndNot(far, near);
-        }
-      }
-      if (!hn::AllFalse(d, near)) {
-        const V v = level.AtCell(read);
-        const V q = hn::ConvertTo(d, hn::ShiftRight<8>(entry));
-        const V level_room = hn::Mul(hn::Mul(hn::Sub(v, Set(args.margin)), q), Set(field.pace));
-        V free = hn::Min(level_room, edge);
-        if constexpr (kSags) free = hn::Mul(free, slow.Within(p, edge));
-        steps = hn::IfThenElse(near, hn::Floor(hn::Mul(free, per_voxel)), steps);
-        value = hn::IfThenElse(near, v, value);
-      }
-    } else {
-      if (!hn::AllFalse(d, near)) value = hn::IfThenElse(near, level.At(p), value);
+class Search {
+ public:
+  HWY_INLINE Search(const SurfaceArgs& args, const Level<T, kSags>& level, const Ray (&rays)[kSets],
+                    float from)
+      : args_(args), level_(level), rays_(rays) {
+    for (int k = 0; k < kSets; ++k) {
+      step_[k] = hn::Div(Set(static_cast<float>(kSurfaceStep)), rays[k].length);
+      const V first = hn::Floor(hn::Div(hn::Sub(Set(from), rays[k].begin), step_[k]));
+      i_[k] = hn::Max(hn::Sub(first, Set(1)), hn::Zero(D()));
+      active_[k] = rays[k].hits;
+      found_[k] = hn::MaskFromVec(hn::Zero(D()));
+      last_[k] = value_[k] = hn::Zero(D());
     }
-    const M inside = hn::And(near, hn::Le(value, hn::Zero(d)));
-    found = hn::Or(found, inside);
-    last = hn::IfThenElse(inside, i, last);
-    active = hn::AndNot(inside, active);
-    i = hn::Add(i, hn::Max(steps, Set(1)));
   }
-  Hit hit;
-  hit.found = found;
-  hit.cap = hn::And(found, hn::Eq(last, hn::Zero(d)));
-  V high = hn::MulAdd(last, step, ray.begin);
-  hit.along = high;
-  if (hn::AllFalse(d, hn::AndNot(hit.cap, found))) return hit;
+
+  HWY_INLINE void Run(Hit (&hits)[kSets]) {
+    while (Some(active_)) {
+      if (args_.field.leaps) {
+        Leap();
+      } else {
+        Walk();
+      }
+    }
+    for (int k = 0; k < kSets; ++k) {
+      hits[k].found = found_[k];
+      hits[k].cap = hn::And(found_[k], hn::Eq(last_[k], hn::Zero(D())));
+      hits[k].along = hn::MulAdd(last_[k], step_[k], rays_[k].begin);
+    }
+    M between[kSets];
+    for (int k = 0; k < kSets; ++k) between[k] = hn::AndNot(hits[k].cap, found_[k]);
+    if (Some(between)) CloseIn(hits);
+  }
+
+ private:
+  static HWY_INLINE bool Some(const M (&masks)[kSets]) {
+    M any = masks[0];
+    for (int k = 1; k < kSets; ++k) any = hn::Or(any, masks[k]);
+    return !hn::AllFalse(D(), any);
+  }
+  // Where the rays are; those that have ended go on no more.
+  HWY_INLINE void Arrive(Vec3 (&p)[kSets]) {
+    for (int k = 0; k < kSets; ++k) {
+      const V along = hn::MulAdd(i_[k], step_[k], rays_[k].begin);
+      active_[k] = hn::AndNot(hn::Gt(along, rays_[k].end), active_[k]);
+      p[k] = At(rays_[k], along);
+    }
+  }
+  HWY_INLINE void Step(int k, M near, V steps) {
+    const M inside = hn::And(near, hn::Le(value_[k], hn::Zero(D())));
+    found_[k] = hn::Or(found_[k], inside);
+    last_[k] = hn::IfThenElse(inside, i_[k], last_[k]);
+    active_[k] = hn::AndNot(inside, active_[k]);
+    i_[k] = hn::Add(i_[k], hn::Max(steps, Set(1)));
+  }
+  HWY_INLINE void Walk() {
+    Vec3 p[kSets];
+    Arrive(p);
+    for (int k = 0; k < kSets; ++k) {
+      value_[k] = hn::IfThenElse(active_[k], level_.At(p[k]), value_[k]);
+      Step(k, active_[k], Set(1));
+    }
+  }
+  HWY_INLINE void Leap() {
+    const D d;
+    const DI di;
+    const Field& field = args_.field;
+    const V edge = Set(static_cast<float>(1 << field.shift)), per_voxel = Set(kPerVoxel);
+    Vec3 p[kSets];
+    Arrive(p);
+    VI entry[kSets];
+    V room[kSets], steps[kSets];
+    M near[kSets];
+    const auto look_up = [&](int k, const uint16_t* leaps, const Vec3& at) HWY_ATTR {
+      entry[k] = LeapOf(leaps, BlockOf(field, at));
+      room[k] = hn::Sub(hn::ConvertTo(d, hn::And(entry[k], hn::Set(di, 255))), Set(1));
+    };
+    for (int k = 0; k < kSets; ++k) {
+      near[k] = active_[k];
+      steps[k] = Set(1);
+      if (among_) continue;
+      look_up(k, field.leap, p[k]);
+      near[k] = hn::And(active_[k], hn::Lt(room[k], Set(1)));
+      steps[k] = hn::Floor(hn::Mul(room[k], per_voxel));
+    }
+    if (Some(near)) {
+      Vec3 read[kSets];
+      V v[kSets];
+      for (int k = 0; k < kSets; ++k) read[k] = level_.Place(p[k]);
+      if constexpr (kSags) {
+        // Where a displaced field is read, it has leaps of its own, as long as displacement allows.
+        for (int k = 0; k < kSets; ++k) look_up(k, field.own, read[k]);
+      }
+      for (int k = 0; k < kSets; ++k) v[k] = level_.AtCell(Locate(field, read[k]));
+      M away[kSets];
+      for (int k = 0; k < kSets; ++k) {
+        const V q = hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(entry[k]), hn::Set(di, 255)));
+        const V beyond = hn::Sub(v[k], Set(args_.margin));
+        V free = hn::Min(hn::Mul(hn::Mul(beyond, q), Set(field.pace)), edge);
+        free = hn::Max(hn::Mul(beyond, Set(field.least_pace)), free);
+        if constexpr (kSags) {
+          free = hn::Max(free, room[k]);
+          away[k] = hn::AndNot(hn::And(near[k], hn::Lt(free, edge)), active_[k]);
+          free = hn::Mul(free, SlowDown(args_, rays_[k]).Within(p[k], hn::Max(free, hn::Zero(d))));
+        }
+        steps[k] = hn::IfThenElse(near[k], hn::Floor(hn::Mul(free, per_voxel)), steps[k]);
+        value_[k] = hn::IfThenElse(near[k], v[k], value_[k]);
+      }
+      if constexpr (kSags) among_ = !Some(away);
+    }
+    for (int k = 0; k < kSets; ++k) Step(k, near[k], steps[k]);
+  }
   // Between two neighbours of the grid the field is almost linear: secants, of which the end that stays is
   // weighed half (the Illinois rule), so that both ends close in where the field has a kink.
-  V low = hn::MulAdd(hn::Sub(last, Set(1)), step, ray.begin);
-  V above = level.At(At(ray, low)), below = value;
-  M was_outside = hn::MaskFromVec(hn::Zero(d)), was_inside = was_outside;
-  constexpr int kPasses = 4;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    const V share = hn::Div(above, hn::Max(hn::Sub(above, below), Set(1e-30f)));
-    const V middle = Lerp(low, high, Clamp01(share));
-    hit.along = hn::IfThenElse(hit.cap, high, middle);
-    if (pass + 1 == kPasses) break;
-    const V v = level.At(At(ray, middle));
-    const M outside = hn::Gt(v, hn::Zero(d)), inside = hn::Not(outside);
-    low = hn::IfThenElse(outside, middle, low);
-    high = hn::IfThenElse(outside, high, middle);
-    const V half = Set(0.5f);
-    above = hn::IfThenElse(outside, v, hn::IfThenElse(was_inside, hn::Mul(above, half), above));
-    below = hn::IfThenElse(inside, v, hn::IfThenElse(was_outside, hn::Mul(below, half), below));
-    was_outside = outside;
-    was_inside = inside;
+  HWY_INLINE void CloseIn(Hit (&hits)[kSets]) const {
+    V low[kSets], high[kSets], above[kSets], below[kSets];
+    M was_outside[kSets], was_inside[kSets];
+    for (int k = 0; k < kSets; ++k) {
+      high[k] = hits[k].along;
+      low[k] = hn::MulAdd(hn::Sub(last_[k], Set(1)), step_[k], rays_[k].begin);
+      above[k] = level_.At(At(rays_[k], low[k]));
+      below[k] = value_[k];
+      was_outside[k] = was_inside[k] = hn::MaskFromVec(hn::Zero(D()));
+    }
+    constexpr int kPasses = 4;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      V v[kSets], middle[kSets];
+      for (int k = 0; k < kSets; ++k) {
+        const V share = hn::Div(above[k], hn::Max(hn::Sub(above[k], below[k]), Set(1e-30f)));
+        middle[k] = Lerp(low[k], high[k], Clamp01(share));
+        hits[k].along = hn::IfThenElse(hits[k].cap, high[k], middle[k]);
+      }
+      if (pass + 1 == kPasses) break;
+      for (int k = 0; k < kSets; ++k) v[k] = level_.At(At(rays_[k], middle[k]));
+      for (int k = 0; k < kSets; ++k) {
+        const M outside = hn::Gt(v[k], hn::Zero(D())), inside = hn::Not(outside);
+        low[k] = hn::IfThenElse(outside, middle[k], low[k]);
+        high[k] = hn::IfThenElse(outside, high[k], middle[k]);
+        const V half = Set(0.5f);
+        above[k] =
+            hn::IfThenElse(outside, v[k], hn::IfThenElse(was_inside[k], hn::Mul(above[k], half), above[k]));
+        below[k] =
+            hn::IfThenElse(inside, v[k], hn::IfThenElse(was_outside[k], hn::Mul(below[k], half), below[k]));
+        was_outside[k] = outside;
+        was_inside[k] = inside;
+      }
+    }
   }
-  return hit;
+
+  const SurfaceArgs& args_;
+  const Level<T, kSags>& level_;
+  const Ray (&rays_)[kSets];
+  V step_[kSets], i_[kSets];
+  M active_[kSets], found_[kSets];
+  V last_[kSets], value_[kSets];  // of the grid's first place inside
+  // A displaced field matters in wide regions: in small steps through one, its leaps are not asked again.
+  bool among_ = false;
+};
+
+// What a hit shows.
+template <typename T, bool kSags>
+HWY_INLINE void Paint(const SurfaceArgs& args, const Level<T, kSags>& level, const Ray& ray, const Hit& hit,
+                      int part, Packet& packet) {
+  const D d;
+  V color[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  if (!hn::AllFalse(d, hit.found)) {
+    const Vec3 p = At(ray, hit.along);
+    const Vec3 to_eye = ToEye(args.rays, ray);
+    Vec3 normal = WorldNormal(args.rays, level.Gradient(p), 1);
+    s::Pixels material = {Set(args.light.color[0]), Set(args.light.color[1]), Set(args.light.color[2]),
+                          Set(1)};
+    if (args.mode == VolumeMode::kSolid) {
+      material = ColorOf(args.colors, NoiseValue(args.noise, p));
+    } else if (args.mode == VolumeMode::kBump) {
+      V n[4];
+      NoiseChannels(args.noise, p, n);
+      const Vec3 bump = Unit({n[0], n[1], n[2]});
+      const Vec3 sum = AddScaled(bump, normal, Set(args.k));
+      const M none = hn::Lt(Dot(sum, sum), Set(1e-12f));
+      const Vec3 bent = Unit(sum);
+      normal = {hn::IfThenElse(none, normal.x, bent.x), hn::IfThenElse(none, normal.y, bent.y),
+                hn::IfThenElse(none, normal.z, bent.z)};
+    }
+    normal = {hn::IfThenElse(hit.cap, to_eye.x, normal.x), hn::IfThenElse(hit.cap, to_eye.y, normal.y),
+              hn::IfThenElse(hit.cap, to_eye.z, normal.z)};
+    const Shine shine = Lit(args.light, normal, to_eye);
+    color[0] = hn::MulAdd(material.r, shine.lit, shine.gloss);
+    color[1] = hn::MulAdd(material.g, shine.lit, shine.gloss);
+    color[2] = hn::MulAdd(material.b, shine.lit, shine.gloss);
+  }
+  for (int c = 0; c < 3; ++c) hn::Store(hn::IfThenElseZero(hit.found, color[c]), d, packet.v[c] + part);
+  hn::Store(hn::IfThenElseZero(hit.found, Set(1)), d, packet.v[3] + part);
+  const V depth = hn::Add(hit.along, Set(args.rays.middle_depth));
+  const V infinity = Set(std::numeric_limits<float>::infinity());
+  hn::Store(hn::IfThenElse(hit.found, depth, infinity), d, packet.v[4] + part);
 }
 
 template <typename T, bool kSags>
 void Draw(const SurfaceArgs& args, const Target& target) {
-  const D d;
   const Level<T, kSags> level(args);
   Packet nothing = {};
   for (float& z : nothing.v[4]) z = std::numeric_limits<float>::infinity();
-  const V infinity = Set(std::numeric_limits<float>::infinity());
+  constexpr int kParts = 2 * kPacket / kLanes;  // of two packets
   ForPackets(args.rays, args.field, target, nothing,
-             [&](int x0, int y0, float from, Packet& packet) HWY_ATTR {
-               for (int part = 0; part < kPacket; part += kLanes) {
-                 V x, y;
-                 PixelsOf(x0, y0, part, x, y);
-                 const Ray ray = RayOf(args.rays, x, y, SceneDepth(target, x, y));
-                 const Hit hit = FirstCrossing(args, level, ray, from);
-                 V color[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-                 if (!hn::AllFalse(d, hit.found)) {
-                   const Vec3 p = At(ray, hit.along);
-                   const Vec3 to_eye = ToEye(args.rays, ray);
-                   Vec3 normal = WorldNormal(args.rays, level.Gradient(p), 1);
-                   s::Pixels material = {Set(args.light.color[0]), Set(args.light.color[1]),
-                                         Set(args.light.color[2]), Set(1)};
-                   if (args.mode == VolumeMode::kSolid) {
-                     material = ColorOf(args.colors, NoiseValue(args.noise, p));
-                   } else if (args.mode == VolumeMode::kBump) {
-                     V n[4];
-                     NoiseChannels(args.noise, p, n);
-                     const Vec3 bump = Unit({n[0], n[1], n[2]});
-                     const Vec3 sum = AddScaled(bump, normal, Set(args.k));
-                     const M none = hn::Lt(Dot(sum, sum), Set(1e-12f));
-                     const Vec3 bent = Unit(sum);
-                     normal = {hn::IfThenElse(none, normal.x, bent.x), hn::IfThenElse(none, normal.y, bent.y),
-                               hn::IfThenElse(none, normal.z, bent.z)};
-                   }
-                   normal = {hn::IfThenElse(hit.cap, to_eye.x, normal.x),
-                             hn::IfThenElse(hit.cap, to_eye.y, normal.y),
-                             hn::IfThenElse(hit.cap, to_eye.z, normal.z)};
-                   const Shine shine = Lit(args.light, normal, to_eye);
-                   color[0] = hn::MulAdd(material.r, shine.lit, shine.gloss);
-                   color[1] = hn::MulAdd(material.g, shine.lit, shine.gloss);
-                   color[2] = hn::MulAdd(material.b, shine.lit, shine.gloss);
+             [&](int x0, int y0, float from, Packet(&packets)[2]) HWY_ATTR {
+               for (int first = 0; first < kParts; first += kSets) {
+                 Ray rays[kSets];
+                 for (int k = 0; k < kSets; ++k) {
+                   const int part = (first + k) * kLanes;
+                   V x, y;
+                   PixelsOf(x0 + part / kPacket * 4, y0, part % kPacket, x, y);
+                   rays[k] = RayOf(args.rays, x, y, SceneDepth(target, x, y));
                  }
-                 for (int c = 0; c < 3; ++c)
-                   hn::Store(hn::IfThenElseZero(hit.found, color[c]), d, packet.v[c] + part);
-                 hn::Store(hn::IfThenElseZero(hit.found, Set(1)), d, packet.v[3] + part);
-                 const V depth = hn::Add(hit.along, Set(args.rays.middle_depth));
-                 hn::Store(hn::IfThenElse(hit.found, depth, infinity), d, packet.v[4] + part);
+                 Hit hits[kSets];
+                 Search<T, kSags>(args, level, rays, from).Run(hits);
+                 for (int k = 0; k < kSets; ++k) {
+                   const int part = (first + k) * kLanes;
+                   Paint(args, level, rays[k], hits[k], part % kPacket, packets[part / kPacket]);
+                 }
                }
              });
 }

@@ -71,15 +71,13 @@ class Exit {
     axis(ray.origin.y, ray.direction.y, inverse_.y, plane_.y);
     axis(ray.origin.z, ray.direction.z, inverse_.z, plane_.z);
   }
-  // How far it is from `along` to the end of the cell's block.
-  HWY_INLINE V Of(const Field& field, const Cell& c, V along) const {
+  // How far it is from `along` to the end of the block.
+  HWY_INLINE V Of(const Field& field, const Vec3& block, V along) const {
     const V edge = Set(static_cast<float>(1 << field.shift));
-    const auto axis = [&](VI cell, V inverse, V plane) HWY_ATTR {
-      const V block = hn::ConvertTo(D(), hn::ShiftRightSame(cell, field.shift));
-      return hn::Mul(hn::MulAdd(block, edge, plane), inverse);
-    };
-    const V leave = hn::Min(hn::Min(axis(c.i, inverse_.x, plane_.x), axis(c.j, inverse_.y, plane_.y)),
-                            axis(c.k, inverse_.z, plane_.z));
+    const auto axis = [&](V at, V inverse, V plane)
+                          HWY_ATTR { return hn::Mul(hn::MulAdd(at, edge, plane), inverse); };
+    const V leave = hn::Min(hn::Min(axis(block.x, inverse_.x, plane_.x), axis(block.y, inverse_.y, plane_.y)),
+                            axis(block.z, inverse_.z, plane_.z));
     return hn::NegMulAdd(along, Set(direction_), leave);
   }
 
@@ -89,10 +87,10 @@ class Exit {
 };
 
 // How many samples from a place whose leap entry says that nothing is near, at least 1.
-HWY_INLINE V StepsOf(const Field& field, const Exit& exit, const Cell& cell, V room, V along, V per_voxel,
+HWY_INLINE V StepsOf(const Field& field, const Exit& exit, const Vec3& block, V room, V along, V per_voxel,
                      V per_step) {
   const V steps = hn::Max(hn::Floor(hn::Mul(room, per_voxel)), Set(1));
-  return hn::Max(steps, hn::Ceil(hn::Mul(exit.Of(field, cell, along), per_step)));
+  return hn::Max(steps, hn::Ceil(hn::Mul(exit.Of(field, block, along), per_step)));
 }
 // Room of a leap grid's entry, voxels; negative in blocks that matter.
 HWY_INLINE V RoomOf(VI entry) {
@@ -127,17 +125,31 @@ struct Walk {
   HWY_INLINE V First() const { return direction < 0 ? hn::Sub(lattice.count, Set(1)) : start; }
   HWY_INLINE M Holds(V i) const { return hn::And(hn::Ge(i, start), hn::Lt(i, lattice.count)); }
   HWY_INLINE V Along(V i) const { return hn::MulAdd(i, lattice.step, lattice.base); }
+  // The shares of K samples from i. Those between the first and the last have exactly 1.
+  template <int K>
+  HWY_INLINE void Shares(const Ray& ray, V i, V (&share)[K]) const {
+    const V one = Set(1);
+    for (int k = 0; k < K; ++k) share[k] = one;
+    const M inside =
+        hn::And(hn::Gt(i, lattice.first), hn::Lt(hn::Add(i, Set(static_cast<float>(K))), lattice.count));
+    if (hn::AllTrue(D(), inside)) return;
+    for (int k = 0; k < K; ++k) {
+      const V at = hn::Add(i, Set(static_cast<float>(k)));
+      const M between = hn::And(hn::Gt(at, lattice.first), hn::Lt(hn::Add(at, one), lattice.count));
+      share[k] = hn::IfThenElse(between, one, ShareOf(ray, Along(at), per_step));
+    }
+  }
   // Leaps until all rays that go on are where something may be; false: none goes on. Rays that have ended
   // leap too: the next place then waits for no sum.
   HWY_INLINE bool Leap(const Field& field, const Ray& ray, V& i, M& active) const {
     const D d;
     while (field.leaps) {
       const V along = Along(i);
-      const Cell cell = Locate(field, At(ray, along));
-      const V room = RoomOf(LeapOf(field, field.leap, cell));
+      const Block block = BlockOf(field, At(ray, along));
+      const V room = RoomOf(LeapOf(field.leap, block));
       const M empty = hn::Ge(room, hn::Zero(d));
       if (hn::AllFalse(d, hn::And(active, empty))) break;
-      const V steps = StepsOf(field, exit, cell, room, along, per_voxel, per_step);
+      const V steps = StepsOf(field, exit, block.at, room, along, per_voxel, per_step);
       i = hn::IfThenElse(empty, hn::MulAdd(Set(direction), steps, i), i);
       active = hn::And(active, Holds(i));
       if (hn::AllFalse(d, active)) return false;
@@ -174,8 +186,21 @@ HWY_INLINE void Store(const Sums& sums, float middle_depth, int part, Packet& pa
   hn::Store(hn::IfThenElse(sums.deep, depth, Set(std::numeric_limits<float>::infinity())), d,
             packet.v[4] + part);
 }
+// 1 - exp(-x) of x >= 0, relative error 2^-23: -x = n log 2 + r, exp(r) - 1 by a polynomial.
 HWY_INLINE V Opacity(V extinction, V length, V share) {
-  return hn::Neg(hn::Expm1(D(), hn::Neg(hn::Mul(hn::Mul(extinction, length), share))));
+  const D d;
+  const DI di;
+  const V one = Set(1), whole = Set(0x1.8p23f);  // numbers of this size are whole
+  const V x = hn::Min(hn::Mul(hn::Mul(extinction, length), share), Set(80));
+  const V shifted = hn::NegMulAdd(x, Set(1.44269504f), whole);
+  const V r = hn::NegMulSub(hn::Sub(shifted, whole), Set(0.693147181f), x);
+  const V power = hn::BitCast(d, hn::Add(hn::ShiftLeft<23>(hn::BitCast(di, shifted)), hn::BitCast(di, one)));
+  V rest = hn::MulAdd(r, Set(0.0013926184f), Set(0.00836317893f));
+  rest = hn::MulAdd(rest, r, Set(0.0416665561f));
+  rest = hn::MulAdd(rest, r, Set(0.166665763f));
+  rest = hn::MulAdd(rest, r, Set(0.5f));
+  const V grown = hn::MulAdd(hn::Mul(r, r), rest, r);
+  return hn::NegMulAdd(power, grown, hn::Sub(one, power));
 }
 
 }  // namespace tessera::ops::volume::HWY_NAMESPACE
