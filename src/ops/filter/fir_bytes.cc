@@ -119,9 +119,11 @@ HWY_INLINE void ForBytes(const float* sums, int count, uint8_t* out, const F& f)
   for (; i + kByteLanes <= count; i += kByteLanes) {
     hn::StoreU(ToByte(f(hn::LoadU(DB(), sums + i), i)), DC(), out + i);
   }
-  if (i == count) return;
+  if (kByteLanes == 1 || i == count) return;
+  HWY_ALIGN float last[kByteLanes] = {};
   HWY_ALIGN uint8_t tail[kByteLanes];
-  hn::StoreU(ToByte(f(hn::LoadU(DB(), sums + i), i)), DC(), tail);
+  std::copy(sums + i, sums + count, last);
+  hn::StoreU(ToByte(f(hn::Load(DB(), last), i)), DC(), tail);
   std::copy_n(tail, count - i, out + i);
 }
 
