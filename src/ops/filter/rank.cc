@@ -23,10 +23,10 @@ class RankStage final : public graph::TileStage {
       : kind_(kind), params_(p), type_(in.type), window_(in.data_window) {}
   Roi InputRoi(int, const Roi& out) const override { return Intersection(Footprint(out), window_); }
   graph::TileSize Preferred() const override {
-    // Rows are reduced again in every tile that sees them. Pixels are read and written where they are; tiles
-    // of those that are not have to fit in L2.
+    // Rows are reduced again in every tile that sees them. Floats are read and written where they are; tiles
+    // of other pixels have to fit in L2 where operations come before or after.
     const int height = std::clamp(4 * params_.height, 64, 256);
-    return {Accepts(type_) ? 1024 : 512, height};
+    return {type_ == PixelType::kFloat ? 1024 : 512, height};
   }
   bool Accepts(PixelType type) const override {
     const bool codes = type == PixelType::kUint8 || type == PixelType::kUint16;
