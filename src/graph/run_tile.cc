@@ -70,10 +70,8 @@ bool FindSamples(const PointRun& run, std::span<const SourceView> sources,
                  std::span<const ConstImageView> tiles, const ImageView& out,
                  std::array<ConstImageView, kMostFused>& from) {
   if (!run.samples) return false;
-  const auto bytes = static_cast<ptrdiff_t>(PixelBytes(out.type));
-  const auto dense = [&](const auto& v) {
-    return v.type == out.type && v.channel_stride == bytes && v.pixel_stride == bytes * out.channels &&
-           reinterpret_cast<uintptr_t>(v.data) % static_cast<size_t>(bytes) == 0 && v.row_stride % bytes == 0;
+  const auto dense = [&](const ConstImageView& v) {
+    return IsDense(v, out.type) && v.channels == out.channels;
   };
   const size_t inputs = run.sample_loads.size();
   if (!dense(out)) return false;

@@ -210,9 +210,9 @@ HWY_INLINE void LoadTaps(const float* in, V (&v)[kCount]) {
   for (int i = 0; i < kCount; ++i) v[i] = Held(Load(in + 4 * kTap + i * kLanes));
 }
 
-// The sums of two groups of columns, kFirst and kFirst + 2 modulo 4, for kR rows of two vectors: enough sums
+// The sums of two groups of columns, kTap and kTap + 2 modulo 4, for kR rows of two vectors: enough sums
 // at once that none waits for its own last product.
-template <int kW, int kH, bool kCentered, Aligned kAligned, int kFirst, int kTap, int kR>
+template <int kW, int kH, bool kCentered, Aligned kAligned, int kTap, int kR>
 HWY_INLINE void AddGroups(const float* w, const float* in, ptrdiff_t stride, int channels,
                           const V (&centre)[kR][2], V (&acc)[2][kR][2]) {
   if constexpr (kTap < kW) {
@@ -239,7 +239,7 @@ HWY_INLINE void AddGroups(const float* w, const float* in, ptrdiff_t stride, int
         }
       }
     }
-    AddGroups<kW, kH, kCentered, kAligned, kFirst, kTap + 4>(w, in, stride, channels, centre, acc);
+    AddGroups<kW, kH, kCentered, kAligned, kTap + 4>(w, in, stride, channels, centre, acc);
   }
 }
 
@@ -264,8 +264,8 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
           }
         }
       }
-      AddGroups<kW, kH, kCentered, kAligned, 0, 0>(w, in, stride, t.channels, centre, even);
-      AddGroups<kW, kH, kCentered, kAligned, 1, 1>(w, in, stride, t.channels, centre, odd);
+      AddGroups<kW, kH, kCentered, kAligned, 0>(w, in, stride, t.channels, centre, even);
+      AddGroups<kW, kH, kCentered, kAligned, 1>(w, in, stride, t.channels, centre, odd);
       for (int r = 0; r < kR; ++r) {
         for (int j = 0; j < kJ; ++j) {
           V sum = hn::Add(even[0][r][j], odd[0][r][j]);
