@@ -29,11 +29,12 @@ struct Floats {
     for (int i = 0; i < kVectors; ++i) r.v[i] = hn::LoadU(Tag(), p + i * kLanesOf);
     return r;
   }
-  static HWY_INLINE Floats Zero() {
+  static HWY_INLINE Floats Set(float value) {
     Floats r;
-    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::Zero(Tag());
+    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::Set(Tag(), value);
     return r;
   }
+  static HWY_INLINE Floats Zero() { return Set(0); }
   // w * x.
   static HWY_INLINE Floats Scaled(const float* p, float w) {
     Floats r;

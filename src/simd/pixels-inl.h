@@ -77,11 +77,11 @@ HWY_INLINE void Transpose4(V& a, V& b, V& c, V& d) {
 #endif
 }
 
-// Stores kLanes samples, around the cache when asked (the address is then aligned to the vector). Vectors
-// shorter than 128 bits cannot go around it.
+// Stores a vector, around the cache when asked (the address is then aligned to the vector). Vectors shorter
+// than 128 bits cannot go around it.
 template <class DT, class VT>
 HWY_INLINE void StoreOrStream(VT v, DT d, hn::TFromD<DT>* to, bool stream) {
-  if constexpr (sizeof(hn::TFromD<DT>) * kLanes >= 16) {
+  if constexpr (sizeof(hn::TFromD<DT>) * hn::MaxLanes(DT()) >= 16) {
     if (stream) return hn::Stream(v, d, to);
   }
   hn::StoreU(v, d, to);

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "simd/floats-inl.h"
 #include "simd/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -45,29 +46,6 @@ HWY_INLINE Vec IfSignThenElse(D d, Vec sign, Vec yes, Vec no) {
 #endif
 }
 
-// n adjacent floats in as few registers as the target allows.
-template <int n>
-struct Floats {
-  using Tag = hn::CappedTag<float, n>;
-  using Vec = hn::Vec<Tag>;
-  static constexpr int kLanesOf = static_cast<int>(hn::MaxLanes(Tag()));
-  static constexpr int kRegs = n / kLanesOf;
-  Vec reg[kRegs];
-
-  static HWY_INLINE Floats Load(const float* p) {
-    Floats f;
-    for (int k = 0; k < kRegs; ++k) f.reg[k] = hn::LoadU(Tag(), p + k * kLanesOf);
-    return f;
-  }
-  static HWY_INLINE Floats Set(float v) {
-    Floats f;
-    for (int k = 0; k < kRegs; ++k) f.reg[k] = hn::Set(Tag(), v);
-    return f;
-  }
-  HWY_INLINE void Store(float* p) const {
-    for (int k = 0; k < kRegs; ++k) hn::StoreU(reg[k], Tag(), p + k * kLanesOf);
-  }
-};
 using Quad = Floats<4>;
 using Pair = Floats<8>;  // two adjacent texels
 using Row = Floats<16>;  // four adjacent texels
@@ -75,22 +53,22 @@ using Row = Floats<16>;  // four adjacent texels
 // a + b, a b, a b + c, c - a b.
 template <int n>
 HWY_INLINE Floats<n> Add(Floats<n> a, const Floats<n>& b) {
-  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::Add(a.reg[k], b.reg[k]);
+  for (int k = 0; k < Floats<n>::kVectors; ++k) a.v[k] = hn::Add(a.v[k], b.v[k]);
   return a;
 }
 template <int n>
 HWY_INLINE Floats<n> Mul(Floats<n> a, const Floats<n>& b) {
-  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::Mul(a.reg[k], b.reg[k]);
+  for (int k = 0; k < Floats<n>::kVectors; ++k) a.v[k] = hn::Mul(a.v[k], b.v[k]);
   return a;
 }
 template <int n>
 HWY_INLINE Floats<n> MulAdd(Floats<n> a, const Floats<n>& b, const Floats<n>& c) {
-  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::MulAdd(a.reg[k], b.reg[k], c.reg[k]);
+  for (int k = 0; k < Floats<n>::kVectors; ++k) a.v[k] = hn::MulAdd(a.v[k], b.v[k], c.v[k]);
   return a;
 }
 template <int n>
 HWY_INLINE Floats<n> NegMulAdd(Floats<n> a, const Floats<n>& b, const Floats<n>& c) {
-  for (int k = 0; k < Floats<n>::kRegs; ++k) a.reg[k] = hn::NegMulAdd(a.reg[k], b.reg[k], c.reg[k]);
+  for (int k = 0; k < Floats<n>::kVectors; ++k) a.v[k] = hn::NegMulAdd(a.v[k], b.v[k], c.v[k]);
   return a;
 }
 // (1 - f) a + f b: no overflow between values of opposite signs, and b itself at f = 1.
@@ -103,8 +81,8 @@ HWY_INLINE V Lerp(V a, V b, V f) { return hn::MulAdd(f, b, hn::NegMulAdd(f, a, a
 // a b + c with one rounding on every target.
 template <int n>
 HWY_INLINE Floats<n> Fused(Floats<n> a, const Floats<n>& b, const Floats<n>& c) {
-  for (int k = 0; k < Floats<n>::kRegs; ++k)
-    a.reg[k] = Fused(typename Floats<n>::Tag(), a.reg[k], b.reg[k], c.reg[k]);
+  for (int k = 0; k < Floats<n>::kVectors; ++k)
+    a.v[k] = Fused(typename Floats<n>::Tag(), a.v[k], b.v[k], c.v[k]);
   return a;
 }
 // near + h (far - near), h in [0, 1/2]: within one unit roundoff of the larger end, which the other forms are
@@ -112,7 +90,7 @@ HWY_INLINE Floats<n> Fused(Floats<n> a, const Floats<n>& b, const Floats<n>& c) 
 template <int n>
 HWY_INLINE Floats<n> LerpFrom(const Floats<n>& near, const Floats<n>& far, const Floats<n>& h) {
   Floats<n> difference;
-  for (int k = 0; k < Floats<n>::kRegs; ++k) difference.reg[k] = hn::Sub(far.reg[k], near.reg[k]);
+  for (int k = 0; k < Floats<n>::kVectors; ++k) difference.v[k] = hn::Sub(far.v[k], near.v[k]);
   return Fused(h, difference, near);
 }
 // The same between a and b: g is the distance from the nearer one, in [-1/2, 1/2], its sign bit set where
@@ -121,9 +99,9 @@ HWY_INLINE V LerpFromNearer(V a, V b, V g) { return Fused(g, hn::Sub(b, a), IfSi
 template <int n>
 HWY_INLINE Floats<n> LerpFromNearer(const Floats<n>& a, const Floats<n>& b, const Floats<n>& g) {
   Floats<n> difference, near;
-  for (int k = 0; k < Floats<n>::kRegs; ++k) {
-    difference.reg[k] = hn::Sub(b.reg[k], a.reg[k]);
-    near.reg[k] = IfSignThenElse(typename Floats<n>::Tag(), g.reg[k], b.reg[k], a.reg[k]);
+  for (int k = 0; k < Floats<n>::kVectors; ++k) {
+    difference.v[k] = hn::Sub(b.v[k], a.v[k]);
+    near.v[k] = IfSignThenElse(typename Floats<n>::Tag(), g.v[k], b.v[k], a.v[k]);
   }
   return Fused(g, difference, near);
 }
@@ -132,10 +110,10 @@ HWY_INLINE Floats<n> LerpFromNearer(const Floats<n>& a, const Floats<n>& b, cons
 template <int n>
 HWY_INLINE Floats<n / 2> Lower(const Floats<n>& v) {
   Floats<n / 2> h;
-  if constexpr (Floats<n>::kRegs == 1) {
-    h.reg[0] = hn::LowerHalf(v.reg[0]);
+  if constexpr (Floats<n>::kVectors == 1) {
+    h.v[0] = hn::LowerHalf(v.v[0]);
   } else {
-    for (int k = 0; k < Floats<n / 2>::kRegs; ++k) h.reg[k] = v.reg[k];
+    for (int k = 0; k < Floats<n / 2>::kVectors; ++k) h.v[k] = v.v[k];
   }
   return h;
 }
@@ -143,13 +121,13 @@ template <int n>
 HWY_INLINE Floats<n / 2> Upper(const Floats<n>& v) {
   Floats<n / 2> h;
 #if HWY_TARGET != HWY_SCALAR
-  if constexpr (Floats<n>::kRegs == 1) {
-    h.reg[0] = hn::UpperHalf(typename Floats<n / 2>::Tag(), v.reg[0]);
+  if constexpr (Floats<n>::kVectors == 1) {
+    h.v[0] = hn::UpperHalf(typename Floats<n / 2>::Tag(), v.v[0]);
     return h;
   }
 #endif
-  if constexpr (Floats<n>::kRegs > 1) {
-    for (int k = 0; k < Floats<n / 2>::kRegs; ++k) h.reg[k] = v.reg[k + Floats<n / 2>::kRegs];
+  if constexpr (Floats<n>::kVectors > 1) {
+    for (int k = 0; k < Floats<n / 2>::kVectors; ++k) h.v[k] = v.v[k + Floats<n / 2>::kVectors];
   }
   return h;
 }
@@ -190,18 +168,18 @@ HWY_INLINE void SplitPairs(const P* pairs, V& first, V& second) {
   (void)d;
 #if HWY_TARGET != HWY_SCALAR
   if constexpr (kLanes == 16) {
-    const V even = hn::Combine(d, pairs[2].reg[0], pairs[0].reg[0]),
-            odd = hn::Combine(d, pairs[3].reg[0], pairs[1].reg[0]);
+    const V even = hn::Combine(d, pairs[2].v[0], pairs[0].v[0]),
+            odd = hn::Combine(d, pairs[3].v[0], pairs[1].v[0]);
     first = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(odd), even);
     second = hn::OddEvenBlocks(odd, hn::SwapAdjacentBlocks(even));
     return;
   } else if constexpr (kLanes == 8) {
-    first = hn::ConcatLowerLower(d, pairs[1].reg[0], pairs[0].reg[0]);
-    second = hn::ConcatUpperUpper(d, pairs[1].reg[0], pairs[0].reg[0]);
+    first = hn::ConcatLowerLower(d, pairs[1].v[0], pairs[0].v[0]);
+    second = hn::ConcatUpperUpper(d, pairs[1].v[0], pairs[0].v[0]);
     return;
   }
 #endif
-  if constexpr (kLanes <= 4) first = Lower(pairs[0]).reg[0], second = Upper(pairs[0]).reg[0];
+  if constexpr (kLanes <= 4) first = Lower(pairs[0]).v[0], second = Upper(pairs[0]).v[0];
 }
 
 #if HWY_TARGET != HWY_SCALAR

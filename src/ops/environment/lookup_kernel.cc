@@ -241,8 +241,8 @@ HWY_INLINE s::Pair LoadHalves(const uint16_t* p) {
   constexpr int kStep = s::Pair::kLanesOf;
   const hn::Rebind<hwy::float16_t, s::Pair::Tag> dh;
   const hn::RebindToUnsigned<decltype(dh)> du;
-  for (int k = 0; k < s::Pair::kRegs; ++k) {
-    pair.reg[k] = hn::PromoteTo(s::Pair::Tag(), hn::BitCast(dh, hn::LoadU(du, p + k * kStep)));
+  for (int k = 0; k < s::Pair::kVectors; ++k) {
+    pair.v[k] = hn::PromoteTo(s::Pair::Tag(), hn::BitCast(dh, hn::LoadU(du, p + k * kStep)));
   }
   return pair;
 }

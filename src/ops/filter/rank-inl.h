@@ -38,13 +38,6 @@ HWY_INLINE void AskFor(const T* p, int i) {
   if (i % static_cast<int>(64 / sizeof(T)) == 0) hwy::Prefetch(p + i);
 }
 
-template <class T>
-HWY_INLINE void StoreOrStream(VK<T> v, T* to, [[maybe_unused]] bool stream) {
-#if HWY_TARGET != HWY_SCALAR
-  if (stream) return hn::Stream(v, DK<T>(), to);
-#endif
-  hn::StoreU(v, DK<T>(), to);
-}
 // Whether whole vectors may go around the cache to a row.
 template <class T>
 HWY_INLINE bool MayStream(const T* to) {
@@ -56,7 +49,7 @@ template <class T, class F>
 HWY_INLINE void StoreRow(const F& f, T* out, int count, bool stream) {
   int i = 0;
   if (stream && MayStream(out)) {
-    for (; i + kKeyLanes<T> <= count; i += kKeyLanes<T>) StoreOrStream<T>(f(i), out + i, true);
+    for (; i + kKeyLanes<T> <= count; i += kKeyLanes<T>) s::StoreOrStream(f(i), DK<T>(), out + i, true);
   } else {
     for (; i + kKeyLanes<T> <= count; i += kKeyLanes<T>) hn::StoreU(f(i), DK<T>(), out + i);
   }

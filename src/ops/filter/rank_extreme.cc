@@ -198,8 +198,8 @@ class Extremes {
     for (; i + kKeyLanes<T> <= t_.samples; i += kKeyLanes<T>) {
       VK<T> v = Load(r[1] + i);
       for (int k = 2; k < kHeight; ++k) v = E::Of(v, Load(r[k] + i));
-      StoreOrStream<T>(E::Of(Load(r[0] + i), v), out + i, stream);
-      StoreOrStream<T>(E::Of(v, Load(r[kHeight] + i)), next + i, stream);
+      s::StoreOrStream(E::Of(Load(r[0] + i), v), DK<T>(), out + i, stream);
+      s::StoreOrStream(E::Of(v, Load(r[kHeight] + i)), DK<T>(), next + i, stream);
     }
     if (i == t_.samples) return;
     StoreRow([&](int k) HWY_ATTR { return single(i + k); }, out + i, t_.samples - i, false);

@@ -250,7 +250,7 @@ inline bool GatherCubicSquares4(const Grid& grid, const Taps& taps, int count, c
       for (int row = 1; row < 4; ++row) rows[k] = s::MulAdd(s::Row::Load(p += up), weight(row), rows[k]);
     }
     const auto column = [&](auto quad) HWY_ATTR {
-      return s::VectorOfQuads([&](int k) HWY_ATTR { return quad(rows[k / 4]).reg[0]; }, 0);
+      return s::VectorOfQuads([&](int k) HWY_ATTR { return quad(rows[k / 4]).v[0]; }, 0);
     };
     const auto weight = [&](int k) HWY_ATTR { return EachFourTimes(taps.weight[k] + i); };
     V sum = hn::Mul(column([](const s::Row& r) HWY_ATTR { return s::Lower(s::Lower(r)); }), weight(0));
