@@ -97,8 +97,8 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
   int pass = 1;
   passes.insert(passes.end(), plan.prepasses.begin(), plan.prepasses.end());
   for (const std::string& before : passes) text += "pass " + std::to_string(pass++) + ": " + before + "\n";
-  text += "pass " + std::to_string(pass) + ": " + std::to_string(plan.operations) + " operations, target " +
-          SimdTarget() + "\n";
+  text += "pass " + std::to_string(pass) + ": " + std::to_string(plan.operations) +
+          (plan.operations == 1 ? " operation, target " : " operations, target ") + SimdTarget() + "\n";
   for (size_t i = 0; i < plan.buffers.size(); ++i) {
     const Buffer& b = plan.buffers[i];
     if (b.run) {

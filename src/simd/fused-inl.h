@@ -80,7 +80,8 @@ HWY_INLINE void StoreChunk(const graph::PointArgs& args, int first, int count, c
   });
 }
 
-// f of samples (V...) or pixels (Pixels...).
+// f of samples (V...) or pixels (Pixels...). A functor of samples may have a cheaper form OfFinite for those
+// that come from integers, with the same results.
 template <int kInputs, class F>
 struct Fusing {
   template <class T, size_t... k>
@@ -90,8 +91,22 @@ struct Fusing {
   using Inputs = std::make_index_sequence<kInputs>;
   static constexpr bool kSamples = Takes<V>(Inputs());
 
-  template <class... P>
-  static HWY_INLINE Pixels Apply(const F& f, const P&... p) {
+  template <PixelType type>
+  struct OfType {
+    const F& f;
+    template <class... T>
+    HWY_INLINE V operator()(T... v) const {
+      constexpr bool kInteger = type == PixelType::kUint8 || type == PixelType::kUint16;
+      if constexpr (kInteger && requires { f.OfFinite(v...); }) {
+        return f.OfFinite(v...);
+      } else {
+        return f(v...);
+      }
+    }
+  };
+
+  template <class G, class... P>
+  static HWY_INLINE Pixels Apply(const G& f, const P&... p) {
     if constexpr (kSamples) {
       return {f(p.r...), f(p.g...), f(p.b...), f(p.a...)};
     } else {
@@ -110,9 +125,21 @@ struct Fusing {
     // In place the line is in the cache already.
     const bool stream = args.sink.stream && CanStream(to) && ((to != from[k]) && ...);
     const int count = 4 * args.count;
-    if constexpr (kSamples) {
+    if constexpr (kSamples && type == PixelType::kUint8) {
+      // Every fourth byte to a vector: packing four vectors at once costs less than each alone, and which
+      // samples share a vector does not matter.
+      for (int i = 0; i < count; i += 4 * kLanes) {
+        const auto read = [i](const T* p) HWY_ATTR {
+          return ValuesOf<type>(UnpackRgba8(hn::LoadU(DU(), reinterpret_cast<const uint32_t*>(p + i))));
+        };
+        const Pixels q = Apply(OfType<type>{f}, read(from[k])...);
+        StoreOrStream(PackRgba8(ToUnormBits<256>(q.r), ToUnormBits<256>(q.g), ToUnormBits<256>(q.b),
+                                ToUnormBits<256>(q.a)),
+                      DU(), reinterpret_cast<uint32_t*>(to + i), stream);
+      }
+    } else if constexpr (kSamples) {
       for (int i = 0; i < count; i += kLanes) {
-        S::StoreValues(f(S::Value(S::LoadCodes(from[k] + i))...), to + i, stream);
+        S::StoreValues(OfType<type>{f}(S::Value(S::LoadCodes(from[k] + i))...), to + i, stream);
       }
     } else {
       for (int i = 0; i < count; i += 4 * kLanes) {

@@ -39,7 +39,8 @@ struct StoreArgs {
 struct PixelFunctions {
   void (*load)(const LoadArgs&);  // writes whole groups; padding is 0
   void (*store)(const StoreArgs&);
-  const int32_t* order;  // kBlockPixels entries
+  void (*copy)(const std::byte* from, std::byte* to, size_t bytes);  // around the cache
+  const int32_t* order;                                              // kBlockPixels entries
 };
 PixelFunctions CurrentPixelFunctions();
 // Waits for streaming stores of this thread; once per tile.

@@ -271,6 +271,35 @@ TEST(Engine, PlanarFlippedAndStridedOutputs) {
   check(padded);
 }
 
+// Pixels that no operation touches keep their bits, those of NaN too, whatever the rows' strides are.
+TEST(Engine, UntouchedPixelsKeepTheirBits) {
+  const Roi all{-3, 2, 1498, 1411}, part{4, 3, 1490, 1400};
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    for (const int channels : {1, 3, 4, 5}) {
+      const auto pixel = static_cast<ptrdiff_t>(PixelBytes(type)) * channels;
+      const ptrdiff_t row = pixel * all.width() + 8, rows = all.height();
+      std::vector<std::byte> from(static_cast<size_t>(row * rows)), to(from.size());
+      uint32_t state = 7;
+      for (std::byte& b : from) b = static_cast<std::byte>((state = state * 1664525u + 1013904223u) >> 24);
+      ImageSpec spec(all.width(), all.height(), channels, type);
+      spec.data_window = all;
+      const auto bytes = static_cast<ptrdiff_t>(PixelBytes(type));
+      const ConstImageView source(from.data(), all, channels, type, bytes, pixel, row);
+      const ImageView sink(to.data(), all, channels, type, bytes, pixel, row);
+      for (const Roi& roi : {all, part}) {
+        std::fill(to.begin(), to.end(), std::byte{1});
+        RenderInto(CropOf(FromView(source, spec), roi), sink.Sub(roi), Tiles(0, 0, 2));
+        std::vector<std::byte> wanted(to.size(), std::byte{1});
+        for (int y = roi.y0; y < roi.y1; ++y) {
+          const ptrdiff_t at = source.At(roi.x0, y) - from.data();
+          std::copy_n(from.begin() + at, pixel * roi.width(), wanted.begin() + at);
+        }
+        EXPECT_TRUE(to == wanted) << channels << " channels";
+      }
+    }
+  }
+}
+
 TEST(Engine, LongChainsNeitherRecurseNorSlowDown) {
   const Image in = RandomImage({0, 0, 4, 4}, 4, 12);
   Node node = FromImage(in);

@@ -30,6 +30,10 @@ struct InterpolateKernel {
     const s::V sum = hn::MulAdd(weight, far, hn::Mul(hn::Set(d, rest), near));
     return hn::IfThenElse(hn::IsFinite(difference), hn::MulAdd(weight, difference, near), sum);
   }
+  HWY_INLINE s::V OfFinite(s::V a, s::V b) const {
+    const s::V near = swapped ? b : a, far = swapped ? a : b;
+    return hn::MulAdd(hn::Set(s::D(), y), hn::Sub(far, near), near);
+  }
 };
 std::unique_ptr<graph::PointStage> MakeInterpolate(float y, float rest, bool swapped) {
   return s::MakeFusedStage<2>(InterpolateKernel{y, rest, swapped});
