@@ -67,7 +67,9 @@ void DescribeRun(const Plan& plan, const PointRun& run, bool last, std::string& 
       text += "\n";
     }
   }
-  text += last ? "    store result\n" : "    store tile\n";
+  text += last ? "    store result" : "    store tile";
+  if (!run.moved.empty()) text += "  [bytes moved where pixels are dense and of one type]";
+  text += "\n";
 }
 
 }  // namespace

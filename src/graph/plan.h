@@ -36,6 +36,13 @@ struct PointStep {
   bool fused_store = false;                      // the result may go directly to the sink
 };
 
+// A channel of a result that no operation touches: one of a load's pixels, or a constant where there is none.
+struct MovedChannel {
+  int load = -1;  // into PointRun::loads
+  int channel = 0;
+  float value = 0;
+};
+
 // A run of point operations, block by block: loads, point steps, then one store of every channel.
 struct PointRun {
   struct Item {
@@ -51,6 +58,7 @@ struct PointRun {
   // step, for dense pixels, and the loads of its inputs.
   std::unique_ptr<PointStage> samples;
   std::vector<int> sample_loads;
+  std::vector<MovedChannel> moved;  // every stored channel, where there is no operation at all
 };
 
 // A window or gather operation: tiles to a tile.

@@ -60,6 +60,7 @@ class RunBuilder {
 
   std::unique_ptr<PointRun> Finish(const std::vector<int>& channels) {
     for (const int c : channels) run_->result.push_back(Plane(root_, c));
+    FindMoves();
     JoinSteps();
     FindFusions(channels);
     FindSamples(channels);
@@ -116,6 +117,7 @@ class RunBuilder {
     step.label = "constant";
     step.out = {plane, kDummyPlane, kDummyPlane, kDummyPlane};
     AddStep(std::move(step));
+    constants_[plane] = value;
     return plane;
   }
 
@@ -208,6 +210,25 @@ class RunBuilder {
     }
     for (const PlaneId p : run_->result) ++readers[Z(p)];
     return readers;
+  }
+
+  // Where nothing is computed but constants the pixels' own bytes may be moved.
+  void FindMoves() {
+    if (run_->steps.size() + 2 != constants_.size()) return;
+    for (const PlaneId plane : run_->result) {
+      MovedChannel moved;
+      if (const auto it = constants_.find(plane); it != constants_.end()) {
+        moved.value = it->second;
+      } else {
+        for (size_t l = 0; l < run_->loads.size(); ++l) {
+          const PlaneLoad& load = run_->loads[l];
+          for (int p = 0; p < 4; ++p) {
+            if (load.plane[p] == plane) moved = {static_cast<int>(l), load.channel[p], 0};
+          }
+        }
+      }
+      run_->moved.push_back(moved);
+    }
   }
 
   // Two steps in a row become one where the second alone takes the first's planes and their stages can be
@@ -362,6 +383,7 @@ class RunBuilder {
   const int root_;
   std::unique_ptr<PointRun> run_ = std::make_unique<PointRun>();
   std::map<std::pair<int, int>, PlaneId> planes_;
+  std::map<PlaneId, float> constants_ = {{kZeroPlane, 0.0f}, {kOnePlane, 1.0f}};
   PlaneId next_ = kFirstFreePlane;
 };
 

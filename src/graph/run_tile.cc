@@ -8,6 +8,7 @@
 
 #include "base/tile.h"
 #include "graph/border.h"
+#include "graph/run_moves.h"
 
 namespace tessera::graph {
 namespace {
@@ -122,42 +123,12 @@ void RunSamples(const PointRun& run, const std::array<ConstImageView, kMostFused
   }
 }
 
-// Whether all that there is to do is to hand on these pixels.
-bool IsCopy(const ConstImageView& from, const ImageView& to) {
-  return from.channels == to.channels && IsDense(from, to.type) && IsDense(to, to.type);
-}
-void CopyRows(const ConstImageView& from, const ImageView& to, bool stream, const simd::PixelFunctions& f) {
-  const auto bytes = static_cast<size_t>(to.roi.width()) * static_cast<size_t>(to.pixel_stride);
-  for (int y = to.roi.y0; y < to.roi.y1; ++y) {
-    const std::byte* const read = from.At(to.roi.x0, y);
-    std::byte* const write = to.At(to.roi.x0, y);
-    if (read == write) continue;  // in place
-    if (stream) {
-      f.copy(read, write, bytes);
-    } else {
-      std::memcpy(write, read, bytes);
-    }
-  }
-}
-
 }  // namespace
-
-void TileRunner::MakePoints(const Buffer& buffer, std::span<const SourceView> sources,
-                            std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
-                            base::Arena& arena) const {
-  if (const int k = buffer.same_as_buffer; k >= 0 && IsCopy(tiles[static_cast<size_t>(k)], out)) {
-    return CopyRows(tiles[static_cast<size_t>(k)], out, stream, pixels_);
-  }
-  if (const int k = buffer.same_as_source; k >= 0 && sources[static_cast<size_t>(k)].first == 0 &&
-                                           IsCopy(sources[static_cast<size_t>(k)].view, out)) {
-    return CopyRows(sources[static_cast<size_t>(k)].view, out, stream, pixels_);
-  }
-  RunPoints(*buffer.run, sources, tiles, out, stream, arena);
-}
 
 void TileRunner::RunPoints(const PointRun& run, std::span<const SourceView> sources,
                            std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                            base::Arena& arena) const {
+  if (RunMoves(run, sources, tiles, out, stream, pixels_)) return;
   if (std::array<ConstImageView, kMostFused> from; FindSamples(run, sources, tiles, out, from)) {
     return RunSamples(run, from, out, stream);
   }
@@ -368,7 +339,7 @@ void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources
     tiles[i] = tile;
     if (region.empty()) continue;
     if (buffer.run) {
-      MakePoints(buffer, sources, tiles, tile, false, arena);
+      RunPoints(*buffer.run, sources, tiles, tile, false, arena);
     } else {
       RunTile(*buffer.tile, tiles, tile, here && stream, arena);
     }
@@ -377,7 +348,7 @@ void TileRunner::Run(const Regions& regions, std::span<const SourceView> sources
       return;
     }
   }
-  MakePoints(last, sources, tiles, out, stream, arena);
+  RunPoints(*last.run, sources, tiles, out, stream, arena);
   if (stream) simd::FlushStreams();
 }
 

@@ -30,10 +30,6 @@ class TileRunner {
            base::Arena& arena) const;
 
  private:
-  // A buffer that a point run makes; what is only handed on is copied.
-  void MakePoints(const Buffer& buffer, std::span<const SourceView> sources,
-                  std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
-                  base::Arena& arena) const;
   void RunPoints(const PointRun& run, std::span<const SourceView> sources,
                  std::span<const ConstImageView> tiles, const ImageView& out, bool stream,
                  base::Arena& arena) const;

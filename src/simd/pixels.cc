@@ -342,23 +342,6 @@ void StoreBlock(const StoreArgs& args) {
   }
 }
 
-void CopyAround(const std::byte* from, std::byte* to, size_t bytes) {
-#if HWY_TARGET == HWY_SCALAR
-  std::memcpy(to, from, bytes);
-#else
-  const hn::Repartition<uint8_t, D> d;
-  constexpr size_t kBytes = hn::MaxLanes(d);
-  const size_t head = std::min(bytes, -reinterpret_cast<uintptr_t>(to) % kBytes);
-  std::memcpy(to, from, head);
-  size_t i = head;
-  for (; i + kBytes <= bytes; i += kBytes) {
-    hn::Stream(hn::LoadU(d, reinterpret_cast<const uint8_t*>(from + i)), d,
-               reinterpret_cast<uint8_t*>(to + i));
-  }
-  std::memcpy(to + i, from + i, bytes - i);
-#endif
-}
-
 constexpr std::array<int32_t, kBlockPixels> MakeOrder() {
   std::array<int32_t, kBlockPixels> order{};
   for (int i = 0; i < kBlockPixels; ++i) order[i] = i / kLanes * kLanes + PixelOfLane(i % kLanes);
@@ -366,7 +349,7 @@ constexpr std::array<int32_t, kBlockPixels> MakeOrder() {
 }
 constexpr std::array<int32_t, kBlockPixels> kOrder = MakeOrder();
 
-PixelFunctions Functions() { return {LoadBlock, StoreBlock, CopyAround, kOrder.data()}; }
+PixelFunctions Functions() { return {LoadBlock, StoreBlock, kOrder.data()}; }
 
 }  // namespace tessera::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -39,8 +39,7 @@ struct StoreArgs {
 struct PixelFunctions {
   void (*load)(const LoadArgs&);  // writes whole groups; padding is 0
   void (*store)(const StoreArgs&);
-  void (*copy)(const std::byte* from, std::byte* to, size_t bytes);  // around the cache
-  const int32_t* order;                                              // kBlockPixels entries
+  const int32_t* order;  // kBlockPixels entries
 };
 PixelFunctions CurrentPixelFunctions();
 // Waits for streaming stores of this thread; once per tile.

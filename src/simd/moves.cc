@@ -1,0 +1,147 @@
+// Bound by memory: one shuffle of 16 bytes moves as many pixels as fit, through a buffer in the first cache.
+#include "simd/moves.h"
+
+#include <hwy/cache_control.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/moves.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::simd::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace {
+
+void CopyAround(const std::byte* from, size_t bytes, std::byte* to) {
+#if HWY_TARGET == HWY_SCALAR
+  std::memcpy(to, from, bytes);
+#else
+  const hn::ScalableTag<uint8_t> d;
+  constexpr size_t kBytes = hn::MaxLanes(d);
+  size_t i = std::min(bytes, -reinterpret_cast<uintptr_t>(to) % kBytes);
+  std::memcpy(to, from, i);
+  for (; i + kBytes <= bytes; i += kBytes) {
+    hn::Stream(hn::LoadU(d, reinterpret_cast<const uint8_t*>(from + i)), d,
+               reinterpret_cast<uint8_t*>(to + i));
+  }
+  std::memcpy(to + i, from + i, bytes - i);
+#endif
+}
+
+// Pixels [first, last) one by one.
+HWY_INLINE void MoveSlowly(const Moves& m, const std::byte* const* from, int first, int last,
+                           std::byte* result) {
+  for (int i = first; i < last; ++i) {
+    for (int b = 0; b < m.result_bytes; ++b) {
+      const Moves::Byte& byte = m.result[b];
+      *result++ = byte.input < 0 ? byte.constant
+                                 : from[byte.input][ptrdiff_t{i} * m.input_bytes[byte.input] + byte.place];
+    }
+  }
+}
+
+// Pixels [first, last) of rows of `count` into a buffer with room for 16 bytes more.
+template <int kInputs>
+HWY_INLINE void MoveChunk(const Moves& m, const std::byte* const* from, int first, int last, int count,
+                          std::byte* result) {
+  int i = first;
+#if HWY_TARGET != HWY_SCALAR
+  const hn::FixedTag<uint8_t, 16> d;
+  int step = kMostMovedBytes / m.result_bytes;
+  int end = last;  // pixels from here on may be too near the end of a row to load 16 bytes
+  for (int k = 0; k < kInputs; ++k) {
+    step = std::min(step, kMostMovedBytes / m.input_bytes[k]);
+    end = std::min(end, count - (kMostMovedBytes - 1) / m.input_bytes[k]);
+  }
+  alignas(16) uint8_t picks[kInputs][16], constants[16] = {};
+  std::memset(picks, 128, sizeof(picks));
+  for (int s = 0; s < step; ++s) {
+    for (int b = 0; b < m.result_bytes; ++b) {
+      const Moves::Byte& byte = m.result[b];
+      const int at = s * m.result_bytes + b;
+      if (byte.input < 0) {
+        constants[at] = static_cast<uint8_t>(byte.constant);
+      } else {
+        picks[byte.input][at] = static_cast<uint8_t>(s * m.input_bytes[byte.input] + byte.place);
+      }
+    }
+  }
+  const auto pick = [&](int k) HWY_ATTR { return hn::Load(d, picks[k]); };
+  const auto constant = hn::Load(d, constants), pick0 = pick(0), pick1 = pick(kInputs > 1 ? 1 : 0),
+             pick2 = pick(kInputs > 2 ? 2 : 0), pick3 = pick(kInputs > 3 ? 3 : 0);
+  const auto taken = [&](int k, auto places) HWY_ATTR {
+    const std::byte* const p = from[k] + ptrdiff_t{i} * m.input_bytes[k];
+    return hn::TableLookupBytesOr0(hn::LoadU(d, reinterpret_cast<const uint8_t*>(p)), places);
+  };
+  for (; i + step <= end; i += step) {
+    auto v = hn::Or(constant, taken(0, pick0));
+    if constexpr (kInputs > 1) v = hn::Or(v, taken(1, pick1));
+    if constexpr (kInputs > 2) v = hn::Or(v, taken(2, pick2));
+    if constexpr (kInputs > 3) v = hn::Or(v, taken(3, pick3));
+    hn::StoreU(v, d, reinterpret_cast<uint8_t*>(result));
+    result += ptrdiff_t{step} * m.result_bytes;
+  }
+#endif
+  (void)count;
+  MoveSlowly(m, from, i, last, result);
+}
+
+void MoveAll(const Moves& m, const std::byte* const* from, int count, std::byte* to, bool around) {
+  constexpr int kChunk = 512;
+  alignas(64) std::byte buffer[kChunk * kMostMovedBytes + kMostMovedBytes];
+  for (int first = 0; first < count; first += kChunk) {
+    const int last = std::min(count, first + kChunk);
+    const auto move = [&](auto inputs) HWY_ATTR {
+      MoveChunk<decltype(inputs)::value>(m, from, first, last, count, buffer);
+    };
+    switch (m.inputs) {
+      case 1:
+        move(std::integral_constant<int, 1>());
+        break;
+      case 2:
+        move(std::integral_constant<int, 2>());
+        break;
+      case 3:
+        move(std::integral_constant<int, 3>());
+        break;
+      default:
+        move(std::integral_constant<int, 4>());
+    }
+    std::byte* const at = to + ptrdiff_t{first} * m.result_bytes;
+    const auto bytes = static_cast<size_t>(last - first) * static_cast<size_t>(m.result_bytes);
+    if (around) {
+      CopyAround(buffer, bytes, at);
+    } else {
+      std::memcpy(at, buffer, bytes);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::simd {
+
+HWY_EXPORT(CopyAround);
+HWY_EXPORT(MoveAll);
+
+void MovePixels(const Moves& moves, const std::byte* const* from, int count, std::byte* to, bool around) {
+  HWY_DYNAMIC_DISPATCH(MoveAll)(moves, from, count, to, around);
+}
+void CopyBytes(const std::byte* from, size_t bytes, std::byte* to, bool around) {
+  if (around) {
+    HWY_DYNAMIC_DISPATCH(CopyAround)(from, bytes, to);
+  } else {
+    std::memcpy(to, from, bytes);
+  }
+}
+
+}  // namespace tessera::simd
+#endif
