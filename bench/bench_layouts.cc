@@ -11,6 +11,7 @@
 
 #include "contest.h"
 #include "tessera/ops/arithmetic.h"
+#include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
 #include "tessera/ops/curve.h"
 #include "tessera/ops/filter.h"
@@ -66,10 +67,18 @@ Node Half(const Node& image, const char* filter) {
   return Resize(image, {.width = s.width() / 2, .height = s.height() / 2, .filter = filter});
 }
 
+Node Swapped(const Node& image) {
+  const int count = image.spec().channel_count();
+  std::vector<ChannelChoice> choices;
+  for (int c = 0; c < count; ++c) choices.push_back({count >= 3 && c < 3 ? 2 - c : c, 0, ""});
+  return SelectChannels(image, choices);
+}
+
 std::vector<Operation> Operations() {
   std::vector<Operation> all = {
       {"scaled by 1.1", 1, [](auto& a, auto&) { return MulConstant(a, {1.1}); }, nullptr},
       {"sum of two", 1, [](auto& a, auto& b) { return Add(a, b); }, nullptr},
+      {"R and B swapped", 1, [](auto& a, auto&) { return Swapped(a); }, nullptr},
       {"mean of two", 1, [](auto& a, auto& b) { return Interpolate(a, b, 0.5); }, nullptr},
       {"sRGB", 1, [](auto& a, auto&) { return Encode(a, TransferFunction::kSrgb); }, nullptr},
       {"3x3 binomial", 1, [](auto& a, auto&) { return Convolve(a, NamedKernel("smooth3")); }, nullptr},
@@ -111,6 +120,10 @@ std::vector<Operation> Operations() {
   };
   set("scaled by 1.1", [](auto& a, auto&, Mat& d) { a.convertTo(d, -1, 1.1); });
   set("sum of two", [](auto& a, auto& b, Mat& d) { cv::add(a, b, d); });
+  set("R and B swapped", [](auto& a, auto&, Mat& d) {
+    if (a.channels() == 1) return a.copyTo(d);
+    cv::cvtColor(a, d, a.channels() == 3 ? cv::COLOR_RGB2BGR : cv::COLOR_RGBA2BGRA);
+  });
   set("mean of two", [](auto& a, auto& b, Mat& d) { cv::addWeighted(a, 0.5, b, 0.5, 0, d); });
   set("3x3 binomial", [](auto& a, auto&, Mat& d) { cv::GaussianBlur(a, d, {3, 3}, 0, 0, kBorder); });
   set("3x3 zero sum", [](auto& a, auto&, Mat& d) {
