@@ -60,6 +60,9 @@ struct Operation {
   int divisor;  // of the sides of the result
   std::function<Node(const Node&, const Node&)> ours;
   std::function<void(const Mat&, const Mat&, Mat&)> theirs;  // of two images; null: there is none
+  bool theirs_of_bytes = false;                              // and of no other type
+
+  bool HasPeer(PixelType type) const { return theirs && (type == PixelType::kUint8 || !theirs_of_bytes); }
 };
 
 Node Half(const Node& image, const char* filter) {
@@ -100,6 +103,11 @@ std::vector<Operation> Operations() {
          return Median(a, {5, 5});
        },
        nullptr},
+      {"median 31x31", 1,
+       [](auto& a, auto&) {
+         return Median(a, {31, 31});
+       },
+       nullptr, true},
       {"dilate 5x5", 1,
        [](auto& a, auto&) {
          return Dilate(a, {5, 5});
@@ -135,6 +143,7 @@ std::vector<Operation> Operations() {
   set("box 21x21", [](auto& a, auto&, Mat& d) { cv::blur(a, d, {21, 21}, {-1, -1}, kBorder); });
   set("median 3x3", [](auto& a, auto&, Mat& d) { cv::medianBlur(a, d, 3); });
   set("median 5x5", [](auto& a, auto&, Mat& d) { cv::medianBlur(a, d, 5); });
+  set("median 31x31", [](auto& a, auto&, Mat& d) { cv::medianBlur(a, d, 31); });
   set("dilate 5x5", [](auto& a, auto&, Mat& d) { cv::dilate(a, d, Mat::ones(5, 5, CV_8U)); });
   set("dilate 41x41", [](auto& a, auto&, Mat& d) { cv::dilate(a, d, Mat::ones(41, 41, CV_8U)); });
   set("half box", [](auto& a, auto&, Mat& d) { cv::resize(a, d, d.size(), 0, 0, cv::INTER_AREA); });
@@ -152,7 +161,7 @@ Contest Make(const Operation& operation, int width, int height, int channels, Pi
   c.ways = {{"", operation.ours(FromImage(a), FromImage(b))}};
   c.oracle_rows = 1;
 #if defined(TESSERA_BENCH_OPENCV_IMGPROC)
-  if (operation.theirs) {
+  if (operation.HasPeer(type)) {
     c.peers = {{"OpenCV", [=, call = operation.theirs, d = Wrap(c.output)]() mutable {
                   cv::setNumThreads(threads);
                   call(Wrap(a), Wrap(b), d);
@@ -186,7 +195,7 @@ int main(int argc, char** argv) {
                                  {""},
                                  {}};
 #if defined(TESSERA_BENCH_OPENCV_IMGPROC)
-              if (operation.theirs) names.peers = {"OpenCV"};
+              if (operation.HasPeer(type)) names.peers = {"OpenCV"};
 #endif
               RegisterContest(names, options,
                               [=] { return Make(operation, width, height, channels, type, threads); });

@@ -136,6 +136,45 @@ TEST(RankTest, CodesOfIntegers) {
   });
 }
 
+// Windows that slide over ranked blocks, at places of every kind: corners, edges, seams of blocks and tiles.
+TEST(RankTest, MediansOfLargeWindows) {
+  constexpr int kWidth = 331, kHeight = 290;
+  Image floats = Random(kWidth, kHeight, 2), bytes(ImageSpec(kWidth, kHeight, 2, PixelType::kUint8)),
+        words(ImageSpec(kWidth, kHeight, 2, PixelType::kUint16));
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int c = 0; c < 2; ++c) {
+        float& v = floats.at<float>(x, y, c);
+        bytes.at<uint8_t>(x, y, c) = static_cast<uint8_t>(v * 255);
+        words.at<uint16_t>(x, y, c) = static_cast<uint16_t>(v * 65535);
+        if (y > 200 && x % 3 != 0) v = x % 2 == 0 ? kNaN : -v;
+      }
+    }
+  }
+  const auto check = [](const Image& image, auto sample, const RankParams& p) {
+    using T = decltype(sample);
+    const Image median = Render(Median(FromImage(image), p), image.spec().type);
+    uint32_t random = 5;
+    for (int k = 0; k < 60; ++k) {
+      random = random * 1664525 + 1013904223;
+      const int x = k < 4 ? k % 2 * (kWidth - 1) : static_cast<int>(random >> 8) % kWidth,
+                y = k < 4 ? k / 2 * (kHeight - 1) : static_cast<int>(random >> 16) % kHeight;
+      const double plain = PlainRanks(image, x, y, k % 2, p).median;
+      const double found = median.at<T>(x, y, k % 2);
+      ASSERT_TRUE(found == plain || (std::isnan(found) && std::isnan(plain)))
+          << p.width << "x" << p.height << " at " << x << "," << y << ": " << found << ", not " << plain;
+    }
+  };
+  OnEveryTarget([&] {
+    // Ranks of the last have more than 16 bits.
+    for (const RankParams& p : {RankParams{7, 9}, {31, 31}, {40, 17}, {3, 150}, {255, 2}, {170, 160}}) {
+      check(floats, 0.0f, p);
+      check(bytes, uint8_t{}, p);
+      check(words, uint16_t{}, p);
+    }
+  });
+}
+
 // Of equal zeros the last in reading order is the result; of nothing but NaN there is no number.
 TEST(RankTest, ZerosKeepTheirSigns) {
   for (const int height : {3, 9}) {

@@ -28,11 +28,7 @@ class RankStage final : public graph::TileStage {
     const int height = std::clamp(4 * params_.height, 64, 256);
     return {type_ == PixelType::kFloat ? 1024 : 512, height};
   }
-  bool Accepts(PixelType type) const override {
-    const bool codes = type == PixelType::kUint8 || type == PixelType::kUint16;
-    return type == PixelType::kFloat ||
-           (codes && (kind_ != RankKind::kMedian || params_.width * params_.height <= kMostCodes));
-  }
+  bool Accepts(PixelType type) const override { return type != PixelType::kHalf; }
   void Run(const graph::TileArgs& args) const override {
     switch (args.out.type) {
       case PixelType::kUint8:

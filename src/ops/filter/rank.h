@@ -49,10 +49,12 @@ void RunExtreme(bool largest, const RankTile<uint16_t>& tile, base::Arena& scrat
 // Sample n / 2 of the n that exist under every window, in the order -inf, ..., -0, 0, ..., inf, NaN. `code`:
 // the largest code of an image of integers, whose samples may be codes / largest, or 0.
 void RunMedian(int code, const RankTile<float>& tile, base::Arena& scratch);
-// The same of codes, in windows of at most kMostCodes.
-inline constexpr int kMostCodes = 32767;
+// The same of codes.
 void RunMedian(const RankTile<uint8_t>& tile, base::Arena& scratch);
 void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch);
+// The same for large windows, at a cost that grows with their height alone.
+template <class T>
+void RunSlidingMedian(const RankTile<T>& tile, base::Arena& scratch);
 
 }  // namespace tessera::ops
 

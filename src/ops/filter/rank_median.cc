@@ -289,9 +289,9 @@ void MedianOfFloats(int code, const RankTile<float>& t, const MedianWork& work) 
   const int count = t.width * t.height;
   if (code == 255 && count <= kMostOfBytes) {
     if (Medians<CodeKeys<PixelType::kUint8, int8_t>>(t, work).Run()) return;
-  } else if (code == 255 && count <= kMostCodes) {
+  } else if (code == 255) {
     if (Medians<CodeKeys<PixelType::kUint8, int16_t>>(t, work).Run()) return;
-  } else if (code == 65535 && count <= kMostCodes) {
+  } else if (code == 65535) {
     if (Medians<CodeKeys<PixelType::kUint16, int16_t>>(t, work).Run()) return;
   }
   if (Medians<Bits>(t, work).Run()) return;
@@ -343,15 +343,27 @@ void RunStrips(const Strip& strip_of, int code, const RankTile<T>& tile, base::A
   }
 }
 
+// Nanoseconds a sample with AVX2: selection looks at all of the window for every bit of a key.
+constexpr bool Slides(double selection, int width, int height) {
+  return selection * width * height > 38 + 2.2 * height;
+}
+constexpr double kBytes = 0.13, kWords = 0.3, kFloats = 1.5;  // of selection, for each sample of the window
+static_assert(Slides(kBytes, 128, 255) &&
+              Slides(kBytes, 255, 128));  // counts that are selected fit in 16 bits
+
 }  // namespace
 
 void RunMedian(int code, const RankTile<float>& tile, base::Arena& scratch) {
+  const double selection = code == 255 ? kBytes : code == 65535 ? kWords : kFloats;
+  if (Slides(selection, tile.width, tile.height)) return RunSlidingMedian(tile, scratch);
   RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfFloats), code, tile, scratch);
 }
 void RunMedian(const RankTile<uint8_t>& tile, base::Arena& scratch) {
+  if (Slides(kBytes, tile.width, tile.height)) return RunSlidingMedian(tile, scratch);
   RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfBytes), 0, tile, scratch);
 }
 void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch) {
+  if (Slides(kWords, tile.width, tile.height)) return RunSlidingMedian(tile, scratch);
   RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfWords), 0, tile, scratch);
 }
 
