@@ -160,7 +160,7 @@ Node UnsharpMask(const Node& image, const UnsharpParams& params = {});
 // part, as oiiotool's --median, --dilate and --erode. The window starts max(1, size / 2) pixels before the
 // pixel. The median of an even number is the upper one. NaN ranks above every number in the median, and loses
 // to numbers in dilation (maximum) and erosion (minimum). Exact. Cost: of large medians in proportion to the
-// height; of dilation and erosion hardly more for large windows than for small ones.
+// height, of bytes, of dilation and erosion hardly more for large windows than for small ones.
 struct RankParams {
   int width = 3, height = 3;
 };

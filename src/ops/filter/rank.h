@@ -55,6 +55,8 @@ void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch);
 // The same for large windows, at a cost that grows with their height alone.
 template <class T>
 void RunSlidingMedian(const RankTile<T>& tile, base::Arena& scratch);
+// The same of bytes, at a cost that does not grow with the window.
+void RunHistogramMedian(const RankTile<uint8_t>& tile, base::Arena& scratch);
 
 }  // namespace tessera::ops
 

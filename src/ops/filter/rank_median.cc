@@ -359,7 +359,8 @@ void RunMedian(int code, const RankTile<float>& tile, base::Arena& scratch) {
   RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfFloats), code, tile, scratch);
 }
 void RunMedian(const RankTile<uint8_t>& tile, base::Arena& scratch) {
-  if (Slides(kBytes, tile.width, tile.height)) return RunSlidingMedian(tile, scratch);
+  constexpr int kSelected = 224;  // selection is faster
+  if (tile.width * tile.height > kSelected) return RunHistogramMedian(tile, scratch);
   RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfBytes), 0, tile, scratch);
 }
 void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch) {
