@@ -26,8 +26,9 @@ struct ReadOptions {
 // pipeline uses. Types other than uint8, uint16, half and float, and channels of different types unless all
 // are of the first's, are converted to float by OpenImageIO. Unassociated alpha is multiplied in, as by
 // oiiotool. A tiled file says so with the attributes tile_width and tile_height, and Write then writes tiles
-// where the format has them. Throws Error naming the file: missing, a directory, not an image, truncated
-// header, absurd dimensions, deep data, a volume, an unknown part (those present are listed).
+// where the format has them. The slices of a volume file lie one above the other and are read at once. Throws
+// Error naming the file: missing, a directory, not an image, truncated header, absurd dimensions, deep data,
+// an unknown part (those present are listed).
 Node Read(const std::string& file, const ReadOptions& options = {});
 
 struct WriteOptions {

@@ -159,8 +159,10 @@ enum class MipFilter : uint8_t {
   kMitchell,  // cubic B = C = 1/3 over four cells
   kLanczos3,  // sinc windowed to three cells: sharpest, may leave the range of the entries
 };
-// Filtered axis after axis in double from the level above; entries beyond an axis follow `wrap` (one per
-// axis, as in LookupParams; kClamp and kBorder count as `border`, one per channel). Float storage.
+// Filtered axis after axis in double from level 0 with the filter widened (a box of centred entries from the
+// level above, which is the same); levels of kEnds tables keep to their ends. Entries beyond an axis follow
+// `wrap` (one per axis, as in LookupParams; kClamp and kBorder count as `border`, one per channel). Float
+// storage.
 std::vector<Table> MipChain(const Table& table, MipFilter filter = MipFilter::kBox,
                             const std::vector<TableWrap>& wrap = {}, const std::vector<double>& border = {});
 

@@ -1,4 +1,4 @@
-// Mip chains of tables: each level is the one above, filtered axis after axis to half the edge.
+// Mip chains of tables: each level has half the edge of the one above.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -56,8 +56,11 @@ struct Taps {
   int first = 0;
   std::vector<double> weights;
 };
-Taps TapsOf(MipFilter filter, int fine, int coarse, int index) {
-  const double ratio = static_cast<double>(fine) / coarse, centre = (index + 0.5) * ratio;
+Taps TapsOf(MipFilter filter, int fine, int coarse, int index, TableAlign align) {
+  // The first and last entries of a kEnds table stay at its ends, so that a level is no narrower function.
+  const bool ends = align == TableAlign::kEnds && coarse > 1;
+  const double ratio = ends ? (fine - 1.0) / (coarse - 1) : static_cast<double>(fine) / coarse;
+  const double centre = ends ? index * ratio + 0.5 : (index + 0.5) * ratio;
   const double reach = Support(filter) * ratio;
   Taps taps;
   taps.first = static_cast<int>(std::floor(centre - reach));
@@ -86,13 +89,17 @@ std::vector<Table> MipChain(const Table& table, MipFilter filter, const std::vec
   }
   std::vector<Table> levels = {table};
   const auto channels = static_cast<size_t>(table.channels());
+  // Means of means are means; any other filter, and entries that overlap at the ends, must start from level
+  // 0, or each level widens what the one above has smoothed (spec/accumulation-and-convolution.md).
+  const bool recursive = filter == MipFilter::kBox && table.align() == TableAlign::kCentres;
   while (levels.back().entries() > 1) {
-    const Table& above = levels.back();
-    std::vector<int> sizes = above.sizes();
-    const std::vector<float> samples = above.Samples();
+    const Table& from = recursive ? levels.back() : table;
+    const std::vector<int> above = levels.back().sizes();
+    std::vector<int> sizes = from.sizes();
+    const std::vector<float> samples = from.Samples();
     std::vector<double> values(samples.begin(), samples.end());
     for (size_t a = 0; a < sizes.size(); ++a) {
-      const int fine = sizes[a], coarse = std::max(1, fine / 2);
+      const int fine = sizes[a], coarse = std::max(1, above[a] / 2);
       if (fine == 1) continue;
       const base::TableAxis axis{fine, table.align(), base::WrapOf(wrap, static_cast<int>(a))};
       size_t inner = channels, outer = 1;
@@ -100,7 +107,7 @@ std::vector<Table> MipChain(const Table& table, MipFilter filter, const std::vec
       for (size_t b = a + 1; b < sizes.size(); ++b) outer *= static_cast<size_t>(sizes[b]);
       std::vector<double> next(inner * outer * static_cast<size_t>(coarse), 0.0);
       for (int i = 0; i < coarse; ++i) {
-        const Taps taps = TapsOf(filter, fine, coarse, i);
+        const Taps taps = TapsOf(filter, fine, coarse, i, table.align());
         for (size_t t = 0; t < taps.weights.size(); ++t) {
           const double weight = taps.weights[t];
           const int entry = axis.Entry(taps.first + static_cast<int>(t));

@@ -114,6 +114,9 @@ std::vector<Command> ImageCommands() {
                        .type = ParamType::kText,
                        .default_value = "0",
                        .help = "index from 0, or name, of the part that is read"}}));
+  rows.back().info.help =
+      "The slices of a volume file lie one above the other, the first on top, as --lookup:slices=N takes a "
+      "table of three axes.";
   rows.push_back(Row("o", Effect::kUse, 1, "Writes the top image, which stays on the stack.", WriteOutput,
                      {File("the file to write; its extension names the format")},
                      {{.name = "type",

@@ -21,12 +21,12 @@ constexpr size_t kMostFrames = 1000;  // files that are open at once
 // name.
 std::vector<int> FramesOf(const Step& step, const Session& session) {
   const ops::Arguments& a = step.arguments;
-  if (a.Given("frames")) return ParseFrameRange(step.written + ":frames", a.Text("frames"));
+  if (a.Given("frames")) return ParseFrameRange("--motionblur:frames", a.Text("frames"));
   std::vector<int> frames;
   if (a.Given("window")) {
     const std::vector<double>& window = a.Numbers("window");
     if (window[0] > window[1]) {
-      throw Error(step.written + ":window",
+      throw Error("--motionblur:window",
                   "found a first frame after the last, expected FIRST,LAST with FIRST <= LAST");
     }
     const double centre = a.Number("step") * session.frame;
@@ -64,8 +64,8 @@ void BlurMotion(const Step& step, Session& session) {
   std::vector<double> weights =
       a.Given("weights") ? a.Numbers("weights") : ShutterWeights(a.Text("shutter"), files.size());
   if (weights.size() != files.size()) {
-    throw Error(step.written + ":weights", "found " + std::to_string(weights.size()) + " weights, expected " +
-                                               std::to_string(files.size()) + ", one per frame");
+    throw Error("--motionblur:weights", "found " + std::to_string(weights.size()) + " weights, expected " +
+                                            std::to_string(files.size()) + ", one per frame");
   }
   std::vector<Node> frames;
   for (const std::string& file : files) {

@@ -79,8 +79,6 @@ int64_t CheckFile(const std::string& file) {
 void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_bytes) {
   const std::string size = std::to_string(s.width) + " x " + std::to_string(s.height);
   if (s.deep) throw Error(file, "found deep pixels, expected flat ones");
-  if (s.depth > 1)
-    throw Error(file, "found a volume " + std::to_string(s.depth) + " deep, expected a flat image");
   if (s.width < 1 || s.height < 1) throw Error(file, "found " + size + " pixels, expected at least 1 x 1");
   if (s.nchannels < 1)
     throw Error(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
@@ -88,17 +86,22 @@ void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_b
                             int64_t{s.full_y} + s.full_height}) {
     if (end > INT32_MAX) throw Error(file, "found a window of " + size + " that ends beyond 2147483647");
   }
+  const int depth = std::max(s.depth, 1);
+  if (std::max<int64_t>(s.y, 0) + int64_t{s.height} * depth > INT32_MAX) {
+    throw Error(file, "found a volume of " + std::to_string(depth) + " slices of " + size +
+                          " pixels, expected fewer than 2147483648 rows in all");
+  }
   const int64_t row = int64_t{s.width} * static_cast<int64_t>(PixelBytes(StorageType(s)));  // below 2^33
   const std::string declared = size + " pixels of " + std::to_string(s.nchannels) + " channels";
   if (row > kLargestRowBytes / s.nchannels) {
     throw Error(file, "found " + declared + ", expected rows below 2 GiB");
   }
-  const double bytes = static_cast<double>(row) * s.nchannels * s.height;
+  const double bytes = static_cast<double>(row) * s.nchannels * s.height * depth;
   if (bytes > kUnsuspiciousBytes && bytes / kLargestCompression > static_cast<double>(file_bytes)) {
     throw Error(file, "found " + declared + " declared in a file of " + std::to_string(file_bytes) +
                           " bytes, expected a plausible size");
   }
-  if (s.tile_width < 0 || s.tile_height < 0 || s.tile_depth > 1 ||
+  if (s.tile_width < 0 || s.tile_height < 0 || (s.tile_depth > 1 && s.depth <= 1) ||
       (s.tile_width > 0) != (s.tile_height > 0)) {
     throw Error(file,
                 "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
@@ -250,6 +253,24 @@ class FileSource final : public graph::PixelSource {
   }
   int RowGranularity() const override { return granularity_; }
 
+  bool IsVolume() const { return native_.depth > 1; }
+  // A volume's slices one above the other, the first on top: what look-ups take as a table of three axes.
+  // They are read whole, because formats of volumes are tiled along the depth too.
+  Image Slices() const {
+    ImageSpec stack = spec_;
+    stack.data_window.y1 = stack.data_window.y0 + native_.height * native_.depth;
+    stack.display_window = stack.data_window;
+    const Image image = Image::Uninitialized(std::move(stack));
+    const auto input = OpenInput(file_);
+    const bool ok = Guarded(file_, [&] {
+      return input->seek_subimage(subimage_, 0) &&
+             input->read_image(subimage_, 0, 0, native_.nchannels, TypeDescOf(image.spec().type),
+                               image.view().data);
+    });
+    if (!ok) throw Error(file_, "cannot be read: " + OneLine(input->geterror()));
+    return image;
+  }
+
  private:
   void FindPart(ImageInput& input, const ReadOptions& options) {
     if (options.part.empty()) {
@@ -274,7 +295,9 @@ class FileSource final : public graph::PixelSource {
 }  // namespace io
 
 Node Read(const std::string& file, const ReadOptions& options) {
-  return graph::MakeSource(std::make_shared<io::FileSource>(file, options));
+  auto source = std::make_shared<io::FileSource>(file, options);
+  if (source->IsVolume()) return FromImage(source->Slices());
+  return graph::MakeSource(std::move(source));
 }
 
 std::vector<std::string> Subimages(const std::string& file) {

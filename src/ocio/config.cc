@@ -68,7 +68,9 @@ namespace {
                           const std::vector<std::string>& known) {
   const std::string near = ops::Nearest(name, known);
   std::string reason = "found no " + kind + " \"" + name + "\" in this config";
-  if (!near.empty()) {
+  if (known.empty()) {
+    reason += ", which has none";
+  } else if (!near.empty()) {
     reason += "; did you mean \"" + near + "\"?";
   } else {
     constexpr size_t kShown = 12;

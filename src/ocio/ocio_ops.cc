@@ -169,6 +169,7 @@ OpInfo OcioDisplayInfo() {
       "what its metadata oiio:ColorSpace says, else in the role scene_linear. looks= replaces the view's "
       "own.");
   info.arguments = {TextParam("DISPLAY", "display of the config"), TextParam("VIEW", "view of that display")};
+  for (ParamInfo& name : info.arguments) name.min_count = 0;  // "" is the config's default
   AddConfigModifiers(info);
   info.modifiers.push_back(TextParam("from", "colour space of the image"));
   info.modifiers.push_back(TextParam("looks", "looks in place of the view's own"));

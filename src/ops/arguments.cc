@@ -85,7 +85,8 @@ class ParamParser {
         ParseChoice(text, value);
         break;
       case ParamType::kText:
-        if (text.empty()) Refuse("found nothing, expected " + (param_.help.empty() ? "text" : param_.help));
+        if (text.empty() && param_.min_count > 0)
+          Refuse("found nothing, expected " + (param_.help.empty() ? "text" : param_.help));
         break;
     }
     return value;

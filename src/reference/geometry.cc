@@ -109,10 +109,12 @@ struct Lookup {
     int at;
     double weight;
   };
-  std::vector<Tap> Axis(double position, double wide, int64_t low, int64_t high, Wrap wrap) const {
+  // `black`, where not null: the sum of |weight| of what counts as black, beside the taps.
+  std::vector<Tap> Axis(double position, double wide, int64_t low, int64_t high, Wrap wrap,
+                        double* black = nullptr) const {
     std::vector<Tap> taps;
     if (!(std::fabs(position) < 0x1p40)) return taps;
-    double sum = 0;
+    double sum = 0, unseen = 0;
     if (filter == "box" && nearest_picks_one && wide == 1) {
       auto i = static_cast<int64_t>(std::floor(position + 0.5));
       if (Seen(wrap, low, high, &i)) taps.push_back({static_cast<int>(i), 1});
@@ -125,11 +127,18 @@ struct Lookup {
       int64_t at = i;
       const bool seen = Seen(wrap, low, high, &at);
       if (seen || outside == Outside::kCounts) sum += w;
+      if (!seen && outside == Outside::kCounts) unseen += std::fabs(w);
       if (seen && w != 0) taps.push_back({static_cast<int>(at), w});
     }
     if (sum == 0) return {};
     for (Tap& t : taps) t.weight /= sum;
+    if (black != nullptr) *black = unseen / std::fabs(sum);
     return taps;
+  }
+  static double Absolute(const std::vector<Tap>& taps) {
+    double sum = 0;
+    for (const Tap& t : taps) sum += std::fabs(t.weight);
+    return sum;
   }
   // {value, scale} of a channel; the scale is the largest value under the filter times the sum of |weight|.
   static std::pair<double, double> Sum(const ImageD& image, const std::vector<Tap>& x,
@@ -282,9 +291,16 @@ void PutLookup(const Call& call, const Lookup& look, int x, int y, double px, do
   // A reduction takes in at most 65,536 pixels per axis.
   const double widest = 32768 / KernelOf(look.filter).radius;
   wide_x = std::min(wide_x, widest), wide_y = std::min(wide_y, widest);
-  const auto columns = look.Axis(Snapped(px, 0x1p-17), wide_x, w.x0, w.x1, look.wrap_x);
-  const auto rows = look.Axis(Snapped(py, 0x1p-17), wide_y, w.y0, w.y1, look.wrap_y);
-  for (int c = 0; c < call.out.channels; ++c) Put(call, x, y, c, Lookup::Sum(look.image, columns, rows, c));
+  double black_x = 0, black_y = 0;
+  const auto columns = look.Axis(Snapped(px, 0x1p-17), wide_x, w.x0, w.x1, look.wrap_x, &black_x);
+  const auto rows = look.Axis(Snapped(py, 0x1p-17), wide_y, w.y0, w.y1, look.wrap_y, &black_y);
+  // The weights of what is black take part in the sum that all are divided by, so they belong to the scale.
+  const double seen_x = Lookup::Absolute(columns), seen_y = Lookup::Absolute(rows);
+  const double share = seen_x * seen_y > 0 ? (1 + black_x / seen_x) * (1 + black_y / seen_y) : 1;
+  for (int c = 0; c < call.out.channels; ++c) {
+    const auto [value, scale] = Lookup::Sum(look.image, columns, rows, c);
+    Put(call, x, y, c, {value, scale * share});
+  }
 }
 
 // Solves (x, y, 1) M = q (X, Y, 1) for x and y by Cramer's rule; false where the projector does not see.

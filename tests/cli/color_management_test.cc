@@ -68,6 +68,14 @@ TEST_F(ColorManagementTest, AgreesWithOiiotool) {
   }
 }
 
+TEST_F(ColorManagementTest, EmptyNamesAreTheConfigsDefaults) {
+  Works("--colorconfig config.ocio p.exr --ociodisplay:from=lin monitor film -o film.exr");
+  const CommandResult result = Tessera(
+      {"--colorconfig", "config.ocio", "p.exr", "--ociodisplay:from=lin", "", "", "-o", "default.exr"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(Sample("default.exr", 50, 60, 1), Sample("film.exr", 50, 60, 1));
+}
+
 TEST_F(ColorManagementTest, LutFilesNeedNoConfig) {
   Works("p.exr --lut a.spi3d -o a.exr");
   Works("--colorconfig config.ocio p.exr --ociofiletransform a.spi3d -o b.exr");
@@ -94,6 +102,8 @@ TEST_F(ColorManagementTest, Refusals) {
   };
   EXPECT_THAT(refusal("--colorconfig config.ocio p.exr --colorconvert lin vidoe", 1),
               AllOf(HasSubstr("config.ocio"), HasSubstr("did you mean \"video\"?")));
+  EXPECT_THAT(refusal("--colorconfig built-in p.exr --ociolook warm", 1),
+              HasSubstr("found no look \"warm\" in this config, which has none"));
   EXPECT_THAT(refusal("--colorconfig missing.ocio p.exr --colorconvert lin video", 1),
               HasSubstr("missing.ocio"));
   EXPECT_THAT(refusal("p.exr --lut missing.cube", 1), HasSubstr("missing.cube"));

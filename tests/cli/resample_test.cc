@@ -39,6 +39,17 @@ TEST_F(ResampleTest, ResizeAndWarpAgreeWithOiiotool) {
   ExpectAgreement("--warp:filter=mitchell 0.4,0.1,0,-0.1,0.5,0,20,10,1");
 }
 
+TEST_F(ResampleTest, WarpsListTheFiltersThatTheyHave) {
+  MakePicture("a.exr", 8, 6, 3, OIIO::TypeHalf);
+  for (const std::string command : {"warp", "shift", "st_warp", "distort"}) {
+    const std::string help = Works("--help " + command);
+    EXPECT_NE(help.find("mitchell"), std::string::npos) << command;
+    EXPECT_EQ(help.find("disk"), std::string::npos) << command;
+  }
+  EXPECT_EQ(Tessera("a.exr --warp:filter=disk 1,0,0,0,1,0,0.5,0,1 -o b.exr").exit_code, 2);
+  Works("a.exr --resize:filter=disk 5x5 -o b.exr");
+}
+
 TEST_F(ResampleTest, SumsOfAnyNumberOfImages) {
   std::string images;
   for (int k = 1; k <= 5; ++k) images += "--pattern constant:color=0." + std::to_string(k) + " 4x3 3 ";
@@ -72,7 +83,9 @@ TEST_F(ResampleTest, MotionBlurReadsFrames) {
   const CommandResult missing = Tessera("--motionblur:frames=5-8 f.#.tif -o blur.tif");
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_NE(missing.err.find("f.0007.tif"), std::string::npos) << missing.err;
-  EXPECT_NE(Tessera("--motionblur:frames=1-2:weights=1 f.#.tif -o blur.tif").exit_code, 0);
+  const CommandResult few = Tessera("--motionblur:frames=1-2:weights=1 f.#.tif -o blur.tif");
+  EXPECT_NE(few.exit_code, 0);
+  EXPECT_NE(few.err.find("--motionblur:weights: found 1 weights, expected 2"), std::string::npos) << few.err;
   EXPECT_NE(Tessera("--motionblur f.#.tif -o blur.tif").exit_code, 0);
 }
 

@@ -1,6 +1,8 @@
 // Files into rows: every pixel type, tiles, windows, parts, channel ranges and metadata, against
 // OpenImageIO's writer.
 #include "files.h"
+#include "tessera/ops/lookup.h"
+#include "tessera/render.h"
 
 namespace tessera {
 namespace {
@@ -190,6 +192,41 @@ TEST_F(ReadTest, HeaderGivesWindowsNamesAlphaAndMetadata) {
     }
   }
   EXPECT_EQ(seen, 2);
+}
+
+TEST_F(ReadTest, SlicesOfAVolumeFileLieOneAboveTheOther) {
+  // A DirectDraw surface of 3 x 2 x 4 texels, b, g, r, a.
+  std::string file = "DDS ";
+  const auto put = [&](std::vector<uint32_t> words) {
+    for (const uint32_t w : words) {
+      for (int shift = 0; shift < 32; shift += 8) file += static_cast<char>(w >> shift & 255);
+    }
+  };
+  put({124, 0x80100F, 2, 3, 12, 4, 0});
+  put(std::vector<uint32_t>(11));
+  put({32, 0x41, 0, 32, 0xFF0000, 0xFF00, 0xFF, 0xFF000000, 0x1008, 0x200000, 0, 0, 0});
+  for (uint32_t z = 0; z < 4; ++z) {
+    for (uint32_t y = 0; y < 2; ++y) {
+      for (uint32_t x = 0; x < 3; ++x) put({0xFF000000 + (x << 16) + (y << 8) + z});
+    }
+  }
+  SetContents(Path("a.dds"), file);
+  const Node stack = Read(Path("a.dds"));
+  ASSERT_EQ(stack.spec().data_window, (Roi{0, 0, 3, 8}));
+  const Image image = Render(stack, PixelType::kUint8);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 3; ++x) {
+      const auto* const texel = &image.at<uint8_t>(x, y);
+      ASSERT_THAT(std::vector<int>(texel, texel + 3), ElementsAre(x, y % 2, y / 2));
+    }
+  }
+  // As a table of three axes: (s, t, r) in the middle of texel (1, 0, 2).
+  Image coords(ImageSpec(1, 1, 3));
+  coords.at<float>(0, 0, 0) = 0.5f, coords.at<float>(0, 0, 1) = 0.25f, coords.at<float>(0, 0, 2) = 0.625f;
+  const Image found = Render(Lookup(FromImage(coords), stack, {.slices = {4}}), PixelType::kUint8);
+  EXPECT_EQ(found.at<uint8_t>(0, 0, 0), 1);
+  EXPECT_EQ(found.at<uint8_t>(0, 0, 1), 0);
+  EXPECT_EQ(found.at<uint8_t>(0, 0, 2), 2);
 }
 
 TEST_F(ReadTest, AFileThatChangedSinceItsHeaderWasReadIsRefused) {

@@ -23,6 +23,7 @@
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
+#include "tessera/verify.h"
 
 namespace tessera {
 namespace {
@@ -264,6 +265,17 @@ TEST(GeometryTest, HomographiesSeeNothingBehindTheProjector) {
     const Image image =
         Render(Warp(narrow, {{scale, 0, 0, 0, scale, 0, 4.5, 4.5, 1}, "mitchell", Wrap::kClamp, false}));
     EXPECT_NEAR(image.at<float>(8, 8), 1.0f, 1e-6f) << scale;
+  }
+}
+
+TEST(GeometryTest, TheTailOfAFilterThatSeesTheEdgeIsWithinBound) {
+  // Far from the projector's vanishing line filters are wide, and some reach the picture with their tails
+  // alone.
+  const Node image = FromImage(Noise(50, 37, 3));
+  for (const char* filter : {"lanczos3", "mitchell", "gaussian", "sinc"}) {
+    const VerifyReport report =
+        Verify(Warp(image, {{1, 0, 0.05, 0, 1, 0.05, 0, 0, -1}, filter, Wrap::kBlack, false}));
+    EXPECT_TRUE(report.within_bound) << filter << ": " << report.Summary();
   }
 }
 

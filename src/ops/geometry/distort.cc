@@ -81,8 +81,7 @@ OpInfo DistortInfo() {
   centre.default_value = "0.5";
   centre.help = "the displacement value that moves nothing";
   info.arguments = {amount};
-  info.modifiers = {FilterModifier("triangle", "how values between pixels are found"),
-                    WrapModifier("wrap", "clamp"), centre};
+  info.modifiers = {WarpFilterModifier("triangle"), WrapModifier("wrap", "clamp"), centre};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     DistortParams p;
     p.amount = a.Number("AMOUNT");

@@ -15,6 +15,12 @@ ParamInfo FilterModifier(const std::string& default_value, const std::string& he
   return filter;
 }
 
+ParamInfo WarpFilterModifier(const std::string& default_value) {
+  ParamInfo filter = FilterModifier(default_value, "how values between pixels are found");
+  std::erase_if(filter.choices, [](const std::string& name) { return !FindFilter("", name).separable; });
+  return filter;
+}
+
 ParamInfo WrapModifier(const std::string& name, const std::string& default_value) {
   ParamInfo wrap;
   wrap.name = name;

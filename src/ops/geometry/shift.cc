@@ -66,8 +66,7 @@ OpInfo ShiftInfo() {
   offset.min = -kFarthest, offset.max = kFarthest;
   offset.min_count = offset.max_count = 2;
   info.arguments = {offset};
-  info.modifiers = {FilterModifier("lanczos3", "how values between pixels are found"),
-                    WrapModifier("border", "clamp")};
+  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("border", "clamp")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::vector<double>& by = a.Numbers("X,Y");
     return Shift(in[0], {by[0], by[1], a.Text("filter"), WrapNamed(a.Text("border"))});

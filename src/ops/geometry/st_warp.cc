@@ -60,22 +60,16 @@ class StWarpOp final : public graph::OpWith<StWarpParams> {
 };
 
 ParamInfo Channel(const char* name, const char* default_value, const char* help) {
-  ParamInfo p;
-  p.name = name;
-  p.type = ParamType::kInteger;
-  p.default_value = default_value;
-  p.help = help;
-  p.min = 0, p.max = 1023;
-  return p;
+  return {.name = name,
+          .type = ParamType::kInteger,
+          .default_value = default_value,
+          .help = help,
+          .min = 0,
+          .max = 1023};
 }
 
 ParamInfo Flip(const char* name, const char* help) {
-  ParamInfo p;
-  p.name = name;
-  p.type = ParamType::kFlag;
-  p.default_value = "0";
-  p.help = help;
-  return p;
+  return {.name = name, .type = ParamType::kFlag, .default_value = "0", .help = help};
 }
 
 }  // namespace
@@ -95,7 +89,7 @@ OpInfo StWarpInfo() {
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo wrap_t = WrapModifier("wrap_t", "");
-  info.modifiers = {FilterModifier("lanczos3", "how values between pixels are found"),
+  info.modifiers = {WarpFilterModifier("lanczos3"),
                     WrapModifier("wrap", "black"),
                     wrap_t,
                     Channel("chan_s", "0", "channel of s"),

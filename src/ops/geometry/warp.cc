@@ -117,8 +117,7 @@ OpInfo WarpInfo() {
   recompute.default_value = "0";
   recompute.help = "the data window holds the whole warped image";
   info.arguments = {matrix};
-  info.modifiers = {FilterModifier("lanczos3", "how values between pixels are found"),
-                    WrapModifier("wrap", "black"), recompute};
+  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("wrap", "black"), recompute};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Warp(in[0],
                 {a.Numbers("M"), a.Text("filter"), WrapNamed(a.Text("wrap")), a.Flag("recompute_roi")});
