@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <numeric>
 #include <string_view>
 
@@ -86,6 +87,79 @@ int AnimatedFrames(const Line& line) {
   return count;
 }
 
+constexpr std::string_view kFrameNumber = "FRAME_NUMBER";
+
+// The number that an expression of numbers, FRAME_NUMBER, + - * / and parentheses stands for.
+class FrameExpression {
+ public:
+  FrameExpression(std::string_view text, int frame) : whole_(text), rest_(text), frame_(frame) {}
+
+  double Value() {
+    const double value = Sum();
+    if (!rest_.empty() || !std::isfinite(value)) Refuse();
+    return value;
+  }
+
+ private:
+  [[noreturn]] void Refuse() const {
+    throw UsageError("{" + std::string(whole_) + "}",
+                     "found no finite number, expected an expression of numbers, FRAME_NUMBER, + - * / and "
+                     "parentheses, as FRAME_NUMBER/24");
+  }
+  bool Take(std::string_view word) {
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(' '), rest_.size()));
+    if (!rest_.starts_with(word)) return false;
+    rest_.remove_prefix(word.size());
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(' '), rest_.size()));
+    return true;
+  }
+  double Sum() {
+    double value = Product();
+    while (true) {
+      if (Take("+")) {
+        value += Product();
+      } else if (Take("-")) {
+        value -= Product();
+      } else {
+        return value;
+      }
+    }
+  }
+  double Product() {
+    double value = Factor();
+    while (true) {
+      if (Take("*")) {
+        value *= Factor();
+      } else if (Take("/")) {
+        value /= Factor();
+      } else {
+        return value;
+      }
+    }
+  }
+  double Factor() {
+    if (++depth_ > 100) Refuse();
+    double value = 0;
+    if (Take("-")) {
+      value = -Factor();
+    } else if (Take("(")) {
+      value = Sum();
+      if (!Take(")")) Refuse();
+    } else if (Take(kFrameNumber)) {
+      value = frame_;
+    } else {
+      const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
+      if (error != std::errc()) Refuse();
+      rest_.remove_prefix(static_cast<size_t>(end - rest_.data()));
+    }
+    --depth_;
+    return value;
+  }
+
+  std::string_view whole_, rest_;
+  int frame_, depth_ = 0;
+};
+
 }  // namespace
 
 std::vector<int> ParseFrameRange(const std::string& subject, const std::string& range) {
@@ -120,6 +194,21 @@ std::vector<std::string> SequenceFiles(const std::string& pattern, const std::ve
   return files;
 }
 
+std::vector<std::string> WithFrame(std::vector<std::string> words, int frame) {
+  for (std::string& word : words) {
+    for (size_t open = word.find('{'); open != std::string::npos; open = word.find('{', open + 1)) {
+      const size_t close = word.find('}', open);
+      if (close == std::string::npos) break;
+      const std::string inner = word.substr(open + 1, close - open - 1);
+      if (inner.find(kFrameNumber) == std::string::npos) continue;
+      char number[64];
+      const auto end = std::to_chars(number, number + sizeof number, FrameExpression(inner, frame).Value());
+      word.replace(open, close + 1 - open, number, static_cast<size_t>(end.ptr - number));
+    }
+  }
+  return words;
+}
+
 std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const Line& line) {
   const std::string& range = line.options.frames;
   const std::vector<Pattern> patterns = FindPatterns(words, line);
@@ -131,6 +220,8 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
       throw UsageError("animate", "found no file name with # or %04d, expected one for the frames");
     if (!range.empty())
       throw UsageError("--frames", "found no file name with # or %04d, expected at least one");
+    if (WithFrame(words, 1) != words)
+      throw UsageError("{FRAME_NUMBER}", "found no frames, expected a file name with # or %04d");
     return {{0, words}};
   }
 
@@ -159,6 +250,7 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
   for (size_t f = 0; f < frames.size(); ++f) {
     lines.push_back({frames[f], words});
     for (size_t p = 0; p < patterns.size(); ++p) lines.back().words[patterns[p].word] = files[p][f];
+    lines.back().words = WithFrame(std::move(lines.back().words), frames[f]);
   }
   return lines;
 }

@@ -18,9 +18,13 @@ std::vector<int> ParseFrameRange(const std::string& subject, const std::string& 
 std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames,
                                        int padding);
 
-// The words of the line for each frame: just `words` when there is neither a pattern nor --frames. Frames
-// come from
-// --frames, else from a range in a name, else from the files that match the first name.
+// Expressions in braces that name the frame, such as {FRAME_NUMBER/24}, replaced by their value. Throws
+// UsageError for what is no expression of numbers, FRAME_NUMBER, + - * / and parentheses.
+std::vector<std::string> WithFrame(std::vector<std::string> words, int frame);
+
+// The words of the line for each frame, its number in names and expressions: just `words` when there is
+// neither a pattern nor --frames. Frames come from --frames, else from a range in a name, else from the files
+// that match the first name.
 // Throws UsageError, and Error when no file matches.
 struct FrameLine {
   int frame = 0;

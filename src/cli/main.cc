@@ -79,7 +79,7 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
     if (line.options.verbose && frames.size() > 1)
       std::fprintf(Messages(), "tessera: frame %d\n", frame.frame);
     try {
-      // Names are the only thing that differs; the whole line is checked again with them.
+      // Names and numbers of the frame differ; the whole line is checked again with them.
       Line own = ParseLine(frame.words);
       for (Step& step : own.steps) {
         auto& values = step.arguments.values;
@@ -100,7 +100,7 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
 }
 
 int Main(const std::vector<std::string>& words) {
-  const Line line = ParseLine(words);
+  const Line line = ParseLine(WithFrame(words, 1));
   if (Inform(line.options)) return kDone;
   ChooseTarget(line.options.simd);
   CatchSignals();

@@ -122,7 +122,9 @@ std::vector<Command> OptionCommands() {
       "RANGE is a comma-separated list of frames and of ranges FIRST-LAST, FIRST-LASTxSTEP or "
       "FIRST-LASTySTEP (those that x leaves out), at most a million frames. # stands for four digits, @ for "
       "one, %04d for what printf makes of it. Without --frames, a range in a name (shot.1-10#.exr) or the "
-      "files present decide. Frames are independent.";
+      "files present decide. {FRAME_NUMBER} anywhere in a line with such a name is the frame's number; the "
+      "braces may hold a calculation with + - * / and parentheses: --frames 1-48 --pattern "
+      "clouds:time={FRAME_NUMBER/24} 1920x1080 3 -o clouds.#.exr. Frames are independent.";
   rows.push_back(Option("skip-bad-frames",
                         "A frame that fails does not stop the frames after it; the exit code is 1.",
                         [](const Arguments&, Options& o) { o.skip_bad_frames = true; }));

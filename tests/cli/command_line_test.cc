@@ -133,6 +133,7 @@ TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {
            {"a.png --crop 10by10 -o kept.png", 1, {"crop", "10by10"}},
            {"a.png --attrib:type=int N x -o kept.png", 1, {"--attrib", "x", "int"}},
            {"--create 0x5 3 -o kept.png", 1, {"0x5"}},
+           {"--pattern perlin:period=2.5 8x8 1 -o kept.png", 1, {"period", "2.5", "whole number"}},
            {"--create 2147483647x2147483647 3 -o kept.png", 1, {"2147483647x2147483647"}},
            {"--pattern ramp axb 3 -o kept.png", 1, {"axb"}},
            {"a.png -o gone/out.png", 1, {"gone/out.png", "directory"}},

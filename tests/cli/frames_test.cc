@@ -49,6 +49,24 @@ TEST_F(FramesTest, FramesAreIndependent) {
   EXPECT_EQ(Oiiotool("--fail 0 whole.0002.tif part.0002.tif --diff").exit_code, 0);
 }
 
+TEST_F(FramesTest, TheFrameNumberEntersAnyArgument) {
+  Works("--frames 1-3 in.#.tif --mulc {FRAME_NUMBER*2-1},1 -o odd.#.tif");
+  EXPECT_FLOAT_EQ(Sample("odd.0003.tif", 0, 0, 0), 1.5f);
+  Works("--frames 8,12 --pattern perlin:offset={-(FRAME_NUMBER-4)/8} 4x4 1 -o moved.#.tif");
+  Works("--pattern perlin:offset=-0.5 4x4 1 -o half.tif --pattern perlin:offset=-1 4x4 1 -o one.tif");
+  EXPECT_EQ(Oiiotool("--fail 0 moved.0008.tif half.tif --diff").exit_code, 0);
+  EXPECT_EQ(Oiiotool("--fail 0 moved.0012.tif one.tif --diff").exit_code, 0);
+  EXPECT_NE(Oiiotool("--info -v odd.0002.tif").out.find("--mulc 3,1"), std::string::npos);
+  for (const char* line : {"in.0001.tif --mulc {FRAME_NUMBER} -o x.tif",
+                           "--frames 1-2 in.#.tif --mulc {FRAME_NUMBER/0} -o x.#.tif",
+                           "--frames 1-2 in.#.tif --mulc {FRAME_NUMBER+} -o x.#.tif",
+                           "--frames 1-2 in.#.tif --mulc {(FRAME_NUMBER} -o x.#.tif"}) {
+    const CommandResult result = Tessera(line);
+    EXPECT_EQ(result.exit_code, 2) << line;
+    EXPECT_NE(result.err.find("FRAME_NUMBER"), std::string::npos) << result.err;
+  }
+}
+
 TEST_F(FramesTest, ABadFrameStopsTheRunOrIsSkipped) {
   std::ofstream(Path("in.0002.tif")) << "spoilt";
   CommandResult result = Tessera("--frames 1-3 in.#.tif -o stop.#.tif");

@@ -176,6 +176,31 @@ TEST(TextureTest, FramesFlow) {
   }
 }
 
+// Late ripples move as finely as early ones.
+TEST(TextureTest, RipplesRepeatEverySecond) {
+  const ImageSpec spec(32, 16, 3);
+  const std::vector<float> early = Values(Texture(spec, {.kind = TextureKind::kRipples, .time = 0.3}));
+  const std::vector<float> late = Values(Texture(spec, {.kind = TextureKind::kRipples, .time = 999999.3}));
+  for (size_t i = 0; i < early.size(); ++i) EXPECT_NEAR(early[i], late[i], 1e-6);
+}
+
+// Flames without change of their own stand still in a frame that moves with the wind.
+TEST(TextureTest, WindMovesTheLayersOfFire) {
+  const ImageSpec spec(64, 16, 4);
+  TextureParams p{.kind = TextureKind::kFire, .rise = 0};
+  const std::vector<float> still = Values(Texture(spec, p));
+  p.time = 0.004, p.wind = 62.5;  // a quarter of the width, before they change much by themselves
+  const std::vector<float> blown = Values(Texture(spec, p));
+  double far = 0, same = 0;
+  for (size_t y = 0; y < 16; ++y) {
+    for (size_t x = 16; x < 64; ++x) {
+      const size_t to = 4 * (y * 64 + x);
+      same += std::fabs(blown[to] - still[to]), far += std::fabs(blown[to] - still[to - 4 * 16]);
+    }
+  }
+  EXPECT_GT(same, 20 * far);
+}
+
 TEST(TextureTest, GardnersLimits) {
   const ImageSpec spec(64, 64, 1);
   for (float v : Values(Texture(spec, {.kind = TextureKind::kGardner, .scale = 0}))) EXPECT_EQ(v, 0);

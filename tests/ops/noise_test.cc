@@ -116,7 +116,7 @@ const std::pair<const char*, std::vector<const char*>> kCases[] = {
     {"turbulence",
      {"seed=-5 octaves=3 stitch=1 basefreq=0.07", "basefreq=1.3 octaves=2", "octaves=0", "basefreq=0,0.2"}},
     {"fractalnoise", {"seed=2147483647 octaves=4 stitch=1 basefreq=0.013,0.2"}},
-    {"fire", {"seed=3 time=1.5 freq=2 octaves=4"}},
+    {"fire", {"seed=3 time=1.5 freq=2 octaves=4", "time=2 layers=1 rise=-3 wind=0.7"}},
     {"gardner", {"terms=7 time=2 threshold=1 scale=0.02", "amplitude=0"}}};
 
 // All of them on a window off the origin.
@@ -413,6 +413,7 @@ TEST(NoiseTest, RefusalsNameTheParameter) {
               HasSubstr("octaves: found 10000, expected 0 to 64"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.frequency = kNaN; }), HasSubstr("freq"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.dims = 5; }), HasSubstr("dims"));
+  EXPECT_THAT(refusal([](NoiseParams& p) { p.slices = 2; }), HasSubstr("slices: found 2"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.bias = 1; }), HasSubstr("bias"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.lattice = NoiseLattice::kPerlin, p.dims = 4; }),
               HasSubstr("lattice"));
@@ -432,6 +433,8 @@ TEST(NoiseTest, RefusalsNameTheParameter) {
   EXPECT_THAT(Refusal([&] { NoiseAt(FromImage(Image(ImageSpec(2, 2, 1))), Gradient(3)); }),
               HasSubstr("found 1 channels"));
   EXPECT_THAT(Refusal([&] { Texture(spec, {.octaves = -1}); }), HasSubstr("octaves"));
+  EXPECT_THAT(Refusal([&] { Texture(spec, {.layers = 4}); }), HasSubstr("layers: found 4"));
+  EXPECT_THAT(Refusal([&] { Texture(spec, {.wind = kNaN}); }), HasSubstr("wind"));
 }
 
 }  // namespace

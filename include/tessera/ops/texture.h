@@ -30,6 +30,10 @@ struct TextureParams {
   double frequency = 4;  // features across the width, [0, 2^20]
   int octaves = 8;       // of the noise, 0 to 64
   double time = 0;       // seconds, within 1e6
+  // kFire
+  int layers = 3;   // of noise, 1 to 3, the broadest first
+  double rise = 1;  // factor on the speeds at which they rise, within 100
+  double wind = 0;  // drift to the right, widths per second, within 100
   // kGardner: T = scale * X * Y with X = sum over `terms` of c_i sin(f_i x + p_i) + t0, c_{i+1} = 0.707 c_i.
   int terms = 5;           // 1 to 12
   double amplitude = 1;    // c_1

@@ -1,9 +1,12 @@
 // The words of the noise commands: modifiers, and the parameters that they make.
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 
 #include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
+#include "tessera/error.h"
 
 namespace tessera::ops {
 const char* NoiseName(NoiseKind kind) {
@@ -26,7 +29,8 @@ std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
       IntegerModifier("octaves", "1", 0, 64, "number of octaves summed"),
       NumberModifier("lacunarity", "2", 1, 16, "frequency of an octave over the one before"),
       NumberModifier("gain", "0.5", 0, 4, "weight of an octave over the one before"),
-      ListModifier("weights", "", 64, -1e6, 1e6, "weight per octave instead of gain"),
+      ListModifier("weights", "", 64, -1e6, 1e6,
+                   "weight per octave instead of gain; octaves without one have 0"),
       FlagModifier("turbulence", "sum absolute values: the same as sum=turbulence"),
       ChoiceModifier("sum", {"fbm", "turbulence", "billow", "ridged"},
                      "n, |n|, 2|n|-1 or (1-|n|)^2 per octave"),
@@ -112,6 +116,12 @@ NoiseParams NoiseArguments(NoiseKind kind, const Arguments& a) {
   p.contrast = a.Number("contrast");
   if (has("period")) {
     const std::vector<double>& period = a.Numbers("period");
+    for (double cells : period) {
+      if (cells != std::floor(cells)) {
+        throw Error(std::string(NoiseName(kind)) + ":period",
+                    "found " + std::to_string(cells) + ", expected a whole number of cells");
+      }
+    }
     for (size_t i = 0; i < 4; ++i)
       p.period[i] = static_cast<int>(period.size() == 1 ? period[0] : i < period.size() ? period[i] : 0);
   }

@@ -169,7 +169,7 @@ OpInfo GradientNoiseInfo() {
       "[-1,1]. lattice=perlin: the published permutation and gradients, evaluated in "
       "double. lattice=osl: Open Shading "
       "Language's noise as in MaterialX and Cycles."
-      "\nStored noise: slices= stacks a block (64x4096 with slices=64 and period= is one of 64^3 that "
+      "\nStored noise: slices= stacks a block (64x4096 with dims=3, slices=64 and period= is one of 64^3 that "
       "repeats) in the four packings of Miller and Jones: as it is; pack=octaves, a turbulence's octaves "
       "side by side; pack=normal, the gradient's direction with the density in A; turbulence=1, precomputed.",
       {"dims=3 z=0.5", "octaves=8 gain=0.5 dims=3 z=1.25 freq=3 signed=1", "gradient=1 dims=3 octaves=2",

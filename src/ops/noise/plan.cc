@@ -156,6 +156,8 @@ void CheckNoise(const std::string& op, const NoiseParams& p) {
   Require(p.bias > 0 && p.bias < 1, op, "bias", p.bias, "a number between 0 and 1");
   Require(p.contrast > 0 && p.contrast < 1, op, "contrast", p.contrast, "a number between 0 and 1");
   Require(p.slices >= 1, op, "slices", p.slices, "1 or more");
+  Require(p.slices == 1 || p.dims >= 3, op, "slices", p.slices,
+          "1 where dims is below 3: slices lie along the third coordinate");
   const bool published = p.lattice != NoiseLattice::kTessera;
   if (p.lattice == NoiseLattice::kPerlin && (p.kind != NoiseKind::kGradient || p.dims > 3)) {
     throw Error(op + ":lattice",

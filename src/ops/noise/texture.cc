@@ -58,10 +58,14 @@ std::vector<NoiseParams> FieldsOf(const TextureParams& p) {
     case TextureKind::kWood:
       return {field(0, 1.1 * f, 0.22, 0, 0.1, std::min(p.octaves, 4)),
               field(1, 30 * f, 0.04, 0, 0.1, std::min(p.octaves, 3))};
-    case TextureKind::kFire:
-      return {field(0, f, 1.5, 1.1, 0.45, p.octaves),
-              field(1, 2.1 * f, 1.3, 2.6, 0.9, std::max(p.octaves - 1, 0)),
-              field(2, 4.7 * f, 1.2, 6.1, 1.7, std::max(p.octaves - 2, 0))};
+    case TextureKind::kFire: {
+      std::vector<NoiseParams> fields = {
+          field(0, f, 1.5, 1.1 * p.rise, 0.45, p.octaves),
+          field(1, 2.1 * f, 1.3, 2.6 * p.rise, 0.9, p.layers > 1 ? std::max(p.octaves - 1, 0) : 0),
+          field(2, 4.7 * f, 1.2, 6.1 * p.rise, 1.7, p.layers > 2 ? std::max(p.octaves - 2, 0) : 0)};
+      for (NoiseParams& n : fields) n.offset[0] = -p.wind * p.time * n.frequency * n.aspect;
+      return fields;
+    }
     case TextureKind::kSmoke:
       return {field(0, 0.45 * f, 1e-3, 0.35, 0.2, std::min(p.octaves, 2)),
               field(1, 1.6 * f, 1, 0.9, 0.3, p.octaves),
@@ -136,7 +140,9 @@ class TextureStage final : public graph::TileStage {
       case TextureKind::kSmoke:
         return Smoke(p, n(0), n(1), n(2));
       case TextureKind::kRipples:
-        return Ripples(p, frequency, static_cast<float>(params_.time), params_.seed);
+        // Waves repeat every second; whole ones would cost the float its fraction.
+        return Ripples(p, frequency, static_cast<float>(params_.time - std::floor(params_.time)),
+                       params_.seed);
       default:
         return {gardner, gardner, gardner, 1};
     }
@@ -199,6 +205,11 @@ Node Make(std::span<const Node>, const Arguments& a, const ImageSpec* output) {
   p.frequency = a.Number("freq");
   p.octaves = a.Integer("octaves");
   p.time = a.Number("time");
+  if constexpr (kind == TextureKind::kFire) {
+    p.layers = a.Integer("layers");
+    p.rise = a.Number("rise");
+    p.wind = a.Number("wind");
+  }
   if constexpr (kind == TextureKind::kGardner) {
     p.terms = a.Integer("terms");
     p.amplitude = a.Number("amplitude");
@@ -241,6 +252,10 @@ OpInfo FireInfo() {
       "Heat falls with the height above the lower edge and is torn by three layers of fBm that rise at "
       "different speeds. Premultiplied, with alpha: lay it over anything.",
       "3");
+  info.modifiers.push_back(IntegerModifier("layers", "3", 1, 3, "layers of noise, the broadest first"));
+  info.modifiers.push_back(NumberModifier("rise", "1", -100, 100, "factor on the speeds of rising"));
+  info.modifiers.push_back(NumberModifier("wind", "0", -100, 100, "drift to the right, widths per second"));
+  info.examples = {"", "time=0.7 layers=2 rise=0.5 wind=-0.3"};
   info.make = Make<TextureKind::kFire>;
   return info;
 }
@@ -299,6 +314,10 @@ Node Texture(const ImageSpec& spec, const TextureParams& params) {
     require(std::fabs(v) <= 1e3, "amplitude, threshold or scale", v, "numbers within 1000");
   }
   require(params.slices >= 1, "slices", params.slices, "1 or more");
+  require(params.layers >= 1 && params.layers <= 3, "layers", params.layers, "1 to 3");
+  for (double v : {params.rise, params.wind}) {
+    require(std::fabs(v) <= 100, "rise or wind", v, "numbers within 100");
+  }
   TextureParams p = params;
   p.frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
   p.fields = ops::FieldsOf(p);
