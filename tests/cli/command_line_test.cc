@@ -117,6 +117,18 @@ TEST_F(CommandLineTest, FrameRangesAreChecked) {
   }
 }
 
+TEST_F(CommandLineTest, TablesOfTextAndBordersOfOneNumber) {
+  std::ofstream(Path("curve.txt")) << "\xEF\xBB\xBF# bright\n0 0 0\n0.75, 0.75, 0.75\r\n1 1 1\n";
+  std::ofstream(Path("wide.txt")) << "0 0 0 0 0\n";
+  Works("--pattern ramp 9x8 3 --dup --table curve.txt --swap --table 0,0.75,1 --diff");
+  const CommandResult wide = Tessera("--pattern ramp 9x8 3 --table wide.txt -o kept.png");
+  EXPECT_EQ(wide.exit_code, 1);
+  EXPECT_NE(wide.err.find("wide.txt: line 1: found more than 4 numbers"), std::string::npos) << wide.err;
+  const std::string look_up =
+      "--pattern constant:color=2,2 4x4 2 --pattern constant:color=1,1,1 4x4 3 --lookup:dims=2:wrap=border:border=";
+  Works(look_up + "0.5 " + look_up + "0.5,0.5,0.5 --diff");
+}
+
 TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {
   for (const BadLine& bad : std::vector<BadLine>{
            {"gone.png -o kept.png", 1, {"gone.png"}},

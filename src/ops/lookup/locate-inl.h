@@ -78,41 +78,49 @@ HWY_INLINE V Reduce(V x) {
   }
 }
 
+// A cell, and the place in it, of an axis whose cells are low..last.
+template <Want want>
+HWY_INLINE V WithinEnds(V cell, V g, V low, V last, V& place) {
+  const s::D d;
+  g = hn::IfThenZeroElse(hn::Lt(cell, low), g);
+  place = hn::IfThenElse(hn::Gt(cell, last), hn::Set(d, want == Want::kNearer ? -0.0f : 1.0f), g);
+  return hn::Min(hn::Max(cell, low), last);
+}
+// Where products of coordinates and scale are rounded.
+template <Want want>
+HWY_INLINE V CellFromNearest(V x, V scale, V offset, V low, V last, V& place) {
+  const s::D d;
+  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d), product = hn::Mul(x, scale);
+  const V nearest = hn::Round(hn::Add(product, offset));
+  // The distance from the nearest entry with one rounding. Where it is within the rounding of the coordinate
+  // itself, the coordinate is the entry's.
+  V g = s::Fused(x, scale, hn::Sub(offset, nearest));
+  const auto there = hn::Le(hn::Abs(g), hn::Abs(hn::Mul(product, hn::Set(d, 0x1p-24f))));
+  const V before = hn::IfThenElseZero(hn::Lt(g, zero), one);
+  const V cell = hn::Sub(nearest, hn::IfThenZeroElse(there, before));
+  if constexpr (want == Want::kFraction) g = s::Fused(x, scale, hn::Sub(offset, cell));
+  return WithinEnds<want>(cell, hn::IfThenZeroElse(there, g), low, last, place);
+}
+
 // Where a coordinate lies on an axis: the entry, and the place beyond it that was asked for.
 template <Want want>
 HWY_INLINE V Cell(const GridAxis& axis, V x, V& place) {
   const s::D d;
   const V scale = hn::Set(d, axis.scale), offset = hn::Set(d, axis.offset), low = hn::Set(d, axis.low);
-  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d), product = hn::Mul(x, scale);
   if constexpr (want == Want::kEntry) {
+    const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+    const V product = hn::Mul(x, scale);
     const V v = s::ClampHigh(s::ClampLow(hn::Floor(hn::Add(product, offset)), low), hn::Set(d, axis.high));
     // Rounding may have lifted the position to the next entry.
     const auto lifted = hn::Lt(s::Fused(x, scale, hn::Sub(offset, v)), zero);
     return s::ClampLow(hn::IfThenElse(lifted, hn::Sub(v, one), v), low);
   } else {
-    constexpr bool kNearer = want == Want::kNearer;
     const V last = hn::Set(d, static_cast<float>(axis.last));
-    V cell, g;
-    if (axis.exact) {
-      // The product is exact, so is the subtraction wherever it matters.
-      const V position = hn::Add(product, offset);
-      cell = hn::Floor(position);
-      g = hn::Sub(position, cell);
-      if constexpr (kNearer) g = FromNearer(g);
-    } else {
-      const V nearest = hn::Round(hn::Add(product, offset));
-      // The distance from the nearest entry with one rounding. Where it is within the rounding of the
-      // coordinate itself, the coordinate is the entry's.
-      g = s::Fused(x, scale, hn::Sub(offset, nearest));
-      const auto there = hn::Le(hn::Abs(g), hn::Abs(hn::Mul(product, hn::Set(d, 0x1p-24f))));
-      const V before = hn::IfThenElseZero(hn::Lt(g, zero), one);
-      cell = hn::Sub(nearest, hn::IfThenZeroElse(there, before));
-      if constexpr (!kNearer) g = s::Fused(x, scale, hn::Sub(offset, cell));
-      g = hn::IfThenZeroElse(there, g);
-    }
-    g = hn::IfThenZeroElse(hn::Lt(cell, low), g);
-    place = hn::IfThenElse(hn::Gt(cell, last), hn::Set(d, kNearer ? -0.0f : 1.0f), g);
-    return hn::Min(hn::Max(cell, low), last);
+    if (!axis.exact) return CellFromNearest<want>(x, scale, offset, low, last, place);
+    // The product is exact, so is the subtraction wherever it matters.
+    const V position = hn::Add(hn::Mul(x, scale), offset), cell = hn::Floor(position);
+    const V g = hn::Sub(position, cell);
+    return WithinEnds<want>(cell, want == Want::kNearer ? FromNearer(g) : g, low, last, place);
   }
 }
 

@@ -192,6 +192,7 @@ Node MakeLookup(std::span<const Node> in, const Arguments& a, const ImageSpec*) 
                                            : CubicKernel::kCatmullRom;
   p.wrap = WrapsOf(a.Text("wrap"));
   p.border = a.Numbers("border");
+  if (p.border.size() == 1) p.border.resize(in[1].spec().channels.size(), p.border[0]);
   p.axes = Whole("axes", a.Numbers("axes"));
   p.projective = a.Flag("projective");
   p.propagate_nan = a.Flag("nan");
@@ -248,7 +249,8 @@ OpInfo LookupInfo() {
                      "how entries are combined"),
       wrap,
       FlagModifier("projective", "divide by the next channel"),
-      ListModifier("border", "", 64, -1e38, 1e38, "border colour, one value per channel of the table"),
+      ListModifier("border", "", 64, -1e38, 1e38,
+                   "border colour, one value, or one per channel of the table"),
       ChoiceModifier("align", {"centres", "ends"}, "where the entries lie"),
       ListModifier("slices", "", 2, 1, 1e6, "slices along y: N, or N,M"),
       ListModifier("axes", "", 5, 0, 65535, "channels of COORDS that are s,t,... (and q); default 0,1,..."),

@@ -38,6 +38,8 @@ struct BlockCoordinates {
   int channels;
   int axis[2];
 
+  bool Paired() const { return channels == 2 && axis[0] == 0 && axis[1] == 1; }
+
   HWY_INLINE void Load(int i, V& x, V& y) const {
     const s::D d;
     const float* const p = from + rows.Offset(i, channels);
@@ -60,48 +62,154 @@ struct BlockResults {
 
 // What the first pass leaves for the second.
 struct Taps {
-  alignas(64) int32_t base[kChunk];      // first entry
-  alignas(64) float weight[8][kChunk];   // linear: two distances; cubic: four for each axis
-  alignas(64) int32_t shift[2][kChunk];  // cubic: how far the taps would lie outside of what is stored
+  // First entry. Linear: its place, in units of kUnit<texel> floats, which an address can be scaled by.
+  alignas(64) int32_t base[kChunk];
+  alignas(
+      64) float distance[2 * kChunk + 16];  // linear: along x and y, adjacent; vectors may be read from any
+  alignas(64) float weight[8][kChunk];      // cubic: four for each axis
+  alignas(64) int32_t shift[2][kChunk];     // cubic: how far the taps would lie outside of what is stored
 };
 
 #if HWY_TARGET != HWY_SCALAR
+template <int kTexel>
+inline constexpr int kUnit = kTexel == 4 ? 2 : 1;
+template <int kTexel>
+HWY_INLINE const float* At(const float* data, int32_t place) {
+  return data + size_t{kUnit<kTexel>} * static_cast<uint32_t>(place);
+}
+
 // Asks for the rows of a block's squares in a picture that no cache holds, where they lie close together;
-// apart from each other they are better asked for one by one.
+// apart from each other they are better asked for one by one. unit: floats from place to place.
 template <int kRows>
-HWY_INLINE void AskForRows(const Grid& grid, const Taps& taps, int count) {
+HWY_INLINE void AskForRows(const Grid& grid, const Taps& taps, int unit, int count) {
   if (grid.bytes() < kCacheBytes) return;
-  const int64_t stride = grid.axis(1).stride;
-  const int64_t step = int64_t{taps.base[1]} - taps.base[0];
+  const int64_t stride = int64_t{grid.axis(1).stride} * grid.texel();
+  const int64_t step = (int64_t{taps.base[1]} - taps.base[0]) * unit;
   if (step > 4 * stride || -step > 4 * stride) return;
   for (int i = 0; i < count; ++i) {
-    const float* p = grid.data() + static_cast<ptrdiff_t>(taps.base[i]) * grid.texel();
-    for (int row = 0; row < kRows; ++row, p += stride * grid.texel()) hwy::Prefetch(p);
+    const float* p = grid.data() + int64_t{taps.base[i]} * unit;
+    for (int row = 0; row < kRows; ++row, p += stride) hwy::Prefetch(p);
   }
 }
 
-// --- First passes: true when some coordinate may be no number. The taps are in memory whatever it is. ---
+// Coordinates and what becomes of them stay in pairs, x in the even lanes and y in the odd ones: they need no
+// shuffles until their cells become places.
+HWY_INLINE V InPairs(float x, float y) { return hn::OddEven(hn::Set(s::D(), y), hn::Set(s::D(), x)); }
 
-template <bool kExact>
-HWY_INLINE bool LocateSquares(const Grid& grid, const BlockCoordinates& block, int count, Taps& taps) {
+// The even and the odd lanes of two vectors, in the order that costs one shuffle: where that is not the
+// lanes' own one, InLaneOrder is to follow.
+HWY_INLINE void SplitLanes(V low, V high, V& even, V& odd) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+  even = V{_mm512_shuffle_ps(low.raw, high.raw, 0x88)}, odd = V{_mm512_shuffle_ps(low.raw, high.raw, 0xDD)};
+#elif HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+  even = V{_mm256_shuffle_ps(low.raw, high.raw, 0x88)}, odd = V{_mm256_shuffle_ps(low.raw, high.raw, 0xDD)};
+#else
+  even = hn::ConcatEven(s::D(), high, low), odd = hn::ConcatOdd(s::D(), high, low);
+#endif
+}
+HWY_INLINE V EvenLanes(V low, V high) {
+  V even, odd;
+  SplitLanes(low, high, even, odd);
+  return even;
+}
+template <class Vec>
+HWY_INLINE Vec InLaneOrder(Vec v) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+  // Pairs of lanes alternate between the two vectors.
+  alignas(64) static constexpr int32_t kFrom[2][16] = {
+      {0, 1, 4, 5, 2, 3, 6, 7}, {0, 1, 4, 5, 8, 9, 12, 13, 2, 3, 6, 7, 10, 11, 14, 15}};
+  const hn::DFromV<Vec> d;
+  return hn::TableLookupLanes(v, hn::SetTableIndices(d, kFrom[s::kLanes == 16]));
+#else
+  return v;
+#endif
+}
+
+// First passes: true when some coordinate may be no number. The taps are in memory whatever it is.
+
+// An axis of each of two neighbouring lanes.
+struct AxisPair {
+  V scale, offset, last, end;
+
+  HWY_INLINE explicit AxisPair(const Grid& grid) {
+    const GridAxis &x = grid.axis(0), &y = grid.axis(1);
+    scale = InPairs(x.scale, y.scale), offset = InPairs(x.offset, y.offset);
+    last = InPairs(static_cast<float>(x.last), static_cast<float>(y.last));
+    end = hn::Add(last, hn::Set(s::D(), 1.0f));
+  }
+};
+// Cells and distances from the nearer entries on axes that are clamped to their edges.
+HWY_INLINE V ExactCells(const AxisPair& axis, V at, V& distance) {
+  const s::D d;
+  // Products are exact, so this has one rounding on every target.
+  const V position = hn::MulAdd(at, axis.scale, axis.offset);
+  const V inside = s::ClampHigh(s::ClampLow(position, hn::Zero(d)), axis.end);
+  const V cell = hn::Min(hn::Floor(inside), axis.last);
+  distance = FromNearer(hn::Sub(inside, cell));
+  return cell;
+}
+HWY_INLINE V RoundedCells(const AxisPair& axis, V at, V& distance) {
+  const V x = Reduce<TableWrap::kClampEdge>(at);
+  return CellFromNearest<Want::kNearer>(x, axis.scale, axis.offset, hn::Zero(s::D()), axis.last, distance);
+}
+
+// Which of the axes have exact products.
+enum class Exact : uint8_t { kBoth, kNone, kOne };
+
+// The coordinates of a block in pairs, x and y.
+HWY_NOINLINE inline void PairCoordinates(const BlockCoordinates& block, int count, float* pairs) {
+  for (int i = 0; i < count; i += s::kLanes) {
+    V x, y;
+    block.Load(i, x, y);
+    hn::StoreInterleaved2(x, y, s::D(), pairs + 2 * i);
+  }
+}
+
+template <Exact exact, int kTexel>
+inline bool LocateSquares(const Grid& grid, const BlockCoordinates& block, int count, Taps& taps) {
   const s::D d;
   const s::DI di;
-  V sum = hn::Zero(d);
-  for (int i = 0; i < count; i += s::kLanes) {
-    V at[2];
-    block.Load(i, at[0], at[1]);
-    VI base = hn::Zero(di);
-    for (int a = 0; a < 2; ++a) {
-      const GridAxis& axis = grid.axis(a);
-      sum = hn::MulAdd(at[a], hn::Zero(d), sum);
-      V place;
-      const VI index = SmallInteger(EdgeCell<kExact, Want::kNearer>(axis, at[a], place));
-      hn::Store(place, d, taps.weight[a] + i);
-      base = a == 0 ? index : hn::Add(base, hn::Mul(index, hn::Set(di, axis.stride)));
-    }
-    hn::Store(base, di, taps.base + i);
+  const int width = std::min(count, 1 << block.rows.log_width);
+  const float* from = block.from;
+  ptrdiff_t row = block.rows.stride;
+  alignas(64) float pairs[2 * kChunk];
+  if (!block.Paired()) {
+    PairCoordinates(block, count, pairs);
+    from = pairs, row = 2 * width;
   }
-  AskForRows<2>(grid, taps, count);
+  const AxisPair axes(grid);
+  const auto is_exact =
+      hn::Eq(InPairs(grid.axis(0).exact ? 1.0f : 0.0f, grid.axis(1).exact ? 1.0f : 0.0f), hn::Set(d, 1.0f));
+  const auto cells = [&](V at, V& distance) HWY_ATTR {
+    if constexpr (exact == Exact::kBoth) return ExactCells(axes, at, distance);
+    const V rounded = RoundedCells(axes, at, distance);
+    if constexpr (exact == Exact::kNone) return rounded;
+    V other;
+    const V cell = ExactCells(axes, at, other);
+    distance = hn::IfThenElse(is_exact, other, distance);
+    return hn::IfThenElse(is_exact, cell, rounded);
+  };
+  // Whole numbers plus 2^23 are integers from kOne on in their bits.
+  constexpr uint32_t kZero = 0x4B000000u;
+  const V shift = hn::Set(d, 0x1p23f);
+  const uint32_t stride = static_cast<uint32_t>(grid.axis(1).stride);
+  const VI strides = hn::Set(di, static_cast<int32_t>(stride)),
+           zeros = hn::Set(di, static_cast<int32_t>(kZero + kZero * stride));
+  V sum = hn::Zero(d);
+  for (int first = 0; first < count; first += width, from += row) {
+    for (int k = 0; k < width; k += s::kLanes) {
+      const V low = hn::LoadU(d, from + 2 * k), high = hn::LoadU(d, from + 2 * k + s::kLanes);
+      sum = hn::MulAdd(low, hn::Zero(d), sum), sum = hn::MulAdd(high, hn::Zero(d), sum);
+      V low_distance, high_distance, x, y;
+      const V low_cells = cells(low, low_distance), high_cells = cells(high, high_distance);
+      hn::Store(low_distance, d, taps.distance + 2 * (first + k));
+      hn::Store(high_distance, d, taps.distance + 2 * (first + k) + s::kLanes);
+      SplitLanes(hn::Add(low_cells, shift), hn::Add(high_cells, shift), x, y);
+      const VI entry = hn::Add(hn::Sub(hn::BitCast(di, x), zeros), hn::Mul(hn::BitCast(di, y), strides));
+      hn::Store(InLaneOrder(kUnit<kTexel> == 2 ? hn::Add(entry, entry) : entry), di, taps.base + first + k);
+    }
+  }
+  AskForRows<2>(grid, taps, kTexel / kUnit<kTexel>, count);
   return !hn::AllTrue(d, hn::Eq(sum, hn::Zero(d)));
 }
 
@@ -116,13 +224,14 @@ inline bool LocateCubic(const Grid& grid, const BlockCoordinates& block, int cou
   const s::D d;
   const s::DI di;
   const CubicPolynomials kernel(grid.params().cubic);
+  const GridAxis axes[2] = {grid.axis(0), grid.axis(1)};  // copies, which no store of a weight can change
   V sum = hn::Zero(d);
   for (int i = 0; i < count; i += s::kLanes) {
     V at[2];
     block.Load(i, at[0], at[1]);
     VI base = hn::Zero(di), any = hn::Zero(di);
     for (int a = 0; a < 2; ++a) {
-      const GridAxis& axis = grid.axis(a);
+      const GridAxis& axis = axes[a];
       sum = hn::MulAdd(at[a], hn::Zero(d), sum);
       V fraction, w[4];
       const VI first = hn::Sub(
@@ -146,67 +255,92 @@ inline bool LocateCubic(const Grid& grid, const BlockCoordinates& block, int cou
       }
     }
   }
-  AskForRows<4>(grid, taps, count);
+  AskForRows<4>(grid, taps, grid.texel(), count);
   return !hn::AllTrue(d, hn::Eq(sum, hn::Zero(d)));
 }
 
-// --- Second passes: true when some result may be infinite or no number. Vectors go to memory as they are.
-// ---
+// Second passes: true when some result may be infinite or no number. Vectors go to memory as they are.
 
 // Stores vectors and remembers whether they were finite.
 class Sink {
  public:
-  HWY_INLINE explicit Sink(const BlockResults& results) : results_(results), sum_(hn::Zero(s::D())) {}
-  template <int kTexel>
-  HWY_INLINE void Store(V v, int pixel) {
+  HWY_INLINE explicit Sink(const BlockResults& results) : stream_(results.stream), sum_(hn::Zero(s::D())) {}
+  HWY_INLINE void Store(V v, float* to) {
     sum_ = hn::MulAdd(v, hn::Zero(s::D()), sum_);
-    s::StoreOrStream(v, s::D(), results_.to + results_.rows.Offset(pixel, kTexel), results_.stream);
+    s::StoreOrStream(v, s::D(), to, stream_);
   }
   HWY_INLINE bool Suspicious() const { return !hn::AllTrue(s::D(), hn::Eq(sum_, hn::Zero(s::D()))); }
 
  private:
-  const BlockResults& results_;
+  const bool stream_;
   V sum_;
 };
 
-// kQuarter floats, each four times.
+// kQuarter of the floats p[0], p[kStep], p[2 kStep]..., each four times.
+template <int kStep>
 HWY_INLINE V EachFourTimes(const float* p) {
   const s::D d;
   if constexpr (s::kLanes <= 4) {
     return hn::Set(d, *p);
   } else {
-    alignas(64) static constexpr int32_t kLane[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+    alignas(64) static constexpr int32_t kLane[16] = {
+        0,         0,         0,         0,         kStep,     kStep,     kStep,     kStep,
+        2 * kStep, 2 * kStep, 2 * kStep, 2 * kStep, 3 * kStep, 3 * kStep, 3 * kStep, 3 * kStep};
     return hn::TableLookupLanes(hn::LoadU(d, p), hn::SetTableIndices(d, kLane));
   }
 }
 
-// The pixels' rows are joined for two pixels in 128 bits: along y first, as they lie, then along x.
+// Two pixels' pairs of neighbours are joined in 128 bits: along y first, as they lie, then along x.
 inline bool GatherSquares1(const Grid& grid, const Taps& taps, int count, const BlockResults& results) {
   const s::D d;
-  const float* const low = grid.data();
-  const float* const high = low + grid.axis(1).stride;
+  const float* const below = grid.data();
+  const float* const above = below + grid.axis(1).stride;
+  const int width = std::min(count, 1 << results.rows.log_width);
   Sink sink(results);
-  for (int i = 0; i < count; i += s::kLanes) {
-    const int32_t* const base = taps.base + i;
-    const V x = hn::Load(d, taps.weight[0] + i), y = hn::Load(d, taps.weight[1] + i);
-    sink.Store<1>(LerpSquares(low, high, base, x, y), i);
+  float* to = results.to;
+  const ptrdiff_t row = results.rows.stride;
+  for (int first = 0; first < count; first += width, to += row) {
+    for (int k = 0; k < width; k += s::kLanes) {
+      const int i = first + k;
+      const V low = hn::Load(d, taps.distance + 2 * i), high = hn::Load(d, taps.distance + 2 * i + s::kLanes);
+      const auto rows = [&](int pixel, V distance) HWY_ATTR {
+        const int32_t* const place = taps.base + pixel;
+        const auto pairs = [&](const float* row) HWY_ATTR {
+          return s::VectorOfQuads(
+              [&](int j)
+                  HWY_ATTR { return s::JoinPairs(At<1>(row, place[j / 2]), At<1>(row, place[j / 2 + 1])); },
+              0);
+        };
+        return s::LerpFromNearer(pairs(below), pairs(above), hn::DupOdd(distance));
+      };
+      V left, right;
+      SplitLanes(rows(i, low), rows(i + s::kLanes / 2, high), left, right);
+      sink.Store(InLaneOrder(s::LerpFromNearer(left, right, EvenLanes(low, high))), to + k);
+    }
   }
   return sink.Suspicious();
 }
 // Pairs of neighbours of kQuarter pixels along y first, as they lie, then all pixels of a vector along x.
 inline bool GatherSquares4(const Grid& grid, const Taps& taps, int count, const BlockResults& results) {
-  const ptrdiff_t up = static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
+  const float* const below = grid.data();
+  const float* const above = below + static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
+  const int width = std::min(count, 1 << results.rows.log_width);
   Sink sink(results);
-  for (int i = 0; i < count; i += s::kQuarter) {
-    s::Pair rows[s::kQuarter];
-    for (int k = 0; k < s::kQuarter; ++k) {
-      const float* const p = grid.data() + static_cast<ptrdiff_t>(taps.base[i + k]) * 4;
-      rows[k] =
-          s::LerpFromNearer(s::Pair::Load(p), s::Pair::Load(p + up), s::Pair::Set(taps.weight[1][i + k]));
+  float* to = results.to;
+  const ptrdiff_t row = results.rows.stride;
+  for (int first = 0; first < count; first += width, to += row) {
+    for (int k = 0; k < width; k += s::kQuarter) {
+      const float* const distance = taps.distance + 2 * (first + k);
+      s::Pair rows[s::kQuarter];
+      for (int j = 0; j < s::kQuarter; ++j) {
+        const int32_t place = taps.base[first + k + j];
+        rows[j] = s::LerpFromNearer(s::Pair::Load(At<4>(below, place)), s::Pair::Load(At<4>(above, place)),
+                                    s::Pair::Set(distance[2 * j + 1]));
+      }
+      V low, high;
+      s::SplitPairs(rows, low, high);
+      sink.Store(s::LerpFromNearer(low, high, EachFourTimes<2>(distance)), to + 4 * k);
     }
-    V low, high;
-    s::SplitPairs(rows, low, high);
-    sink.Store<4>(s::LerpFromNearer(low, high, EachFourTimes(taps.weight[0] + i)), i);
   }
   return sink.Suspicious();
 }
@@ -234,7 +368,7 @@ inline bool GatherCubicSquares1(const Grid& grid, const Taps& taps, int count, c
     s::Transpose4(q[0], q[1], q[2], q[3]);
     V sum = hn::Mul(q[0], hn::Load(d, taps.weight[0] + i));
     for (int k = 1; k < 4; ++k) sum = hn::MulAdd(q[k], hn::Load(d, taps.weight[k] + i), sum);
-    sink.Store<1>(sum, i);
+    sink.Store(sum, results.to + results.rows.Offset(i, 1));
   }
   return sink.Suspicious();
 }
@@ -252,12 +386,12 @@ inline bool GatherCubicSquares4(const Grid& grid, const Taps& taps, int count, c
     const auto column = [&](auto quad) HWY_ATTR {
       return s::VectorOfQuads([&](int k) HWY_ATTR { return quad(rows[k / 4]).v[0]; }, 0);
     };
-    const auto weight = [&](int k) HWY_ATTR { return EachFourTimes(taps.weight[k] + i); };
+    const auto weight = [&](int k) HWY_ATTR { return EachFourTimes<1>(taps.weight[k] + i); };
     V sum = hn::Mul(column([](const s::Row& r) HWY_ATTR { return s::Lower(s::Lower(r)); }), weight(0));
     sum = hn::MulAdd(column([](const s::Row& r) HWY_ATTR { return s::Upper(s::Lower(r)); }), weight(1), sum);
     sum = hn::MulAdd(column([](const s::Row& r) HWY_ATTR { return s::Lower(s::Upper(r)); }), weight(2), sum);
     sum = hn::MulAdd(column([](const s::Row& r) HWY_ATTR { return s::Upper(s::Upper(r)); }), weight(3), sum);
-    sink.Store<4>(sum, i);
+    sink.Store(sum, results.to + results.rows.Offset(i, 4));
   }
   return sink.Suspicious();
 }
@@ -268,6 +402,17 @@ struct PictureMethod {
   bool (*locate)(const Grid&, const BlockCoordinates&, int count, Taps&) = nullptr;
   bool (*gather)(const Grid&, const Taps&, int count, const BlockResults& results) = nullptr;
 };
+
+#if HWY_TARGET != HWY_SCALAR
+template <int kTexel>
+PictureMethod SquaresMethod(const Grid& grid) {
+  const bool x = grid.axis(0).exact, y = grid.axis(1).exact;
+  return {x && y   ? LocateSquares<Exact::kBoth, kTexel>
+          : x || y ? LocateSquares<Exact::kOne, kTexel>
+                   : LocateSquares<Exact::kNone, kTexel>,
+          kTexel == 1 ? GatherSquares1 : GatherSquares4};
+}
+#endif
 
 // The method for a grid of two axes that are clamped to their edges; none for others, and with one lane.
 inline PictureMethod PictureMethodOf(const Grid& grid) {
@@ -283,8 +428,7 @@ inline PictureMethod PictureMethodOf(const Grid& grid) {
   if (grid.params().filter == TableFilter::kCubic)
     return {LocateCubic, one ? GatherCubicSquares1 : GatherCubicSquares4};
   if (grid.params().filter != TableFilter::kLinear || !grid.edges()) return {};
-  const bool exact = grid.axis(0).exact && grid.axis(1).exact;
-  return {exact ? LocateSquares<true> : LocateSquares<false>, one ? GatherSquares1 : GatherSquares4};
+  return one ? SquaresMethod<1>(grid) : SquaresMethod<4>(grid);
 #endif
 }
 

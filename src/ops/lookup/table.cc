@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "base/lookup_params.h"
 #include "graph/op.h"
@@ -108,6 +109,8 @@ std::vector<std::vector<float>> ReadColumns(const std::string& file) {
   int line_number = 0;
   for (std::string line; std::getline(in, line);) {
     ++line_number;
+    if (constexpr std::string_view kMark = "\xEF\xBB\xBF"; line_number == 1 && line.starts_with(kMark))
+      line.erase(0, kMark.size());  // some editors begin UTF-8 with it
     line.resize(std::min(line.find('#'), line.size()));
     std::vector<float> row;
     const char* at = line.data();
@@ -117,7 +120,11 @@ std::vector<std::vector<float>> ReadColumns(const std::string& file) {
       if (at == end) break;
       double value = 0;
       const auto [next, error] = std::from_chars(at, end, value);
-      if (error != std::errc() || !std::isfinite(static_cast<float>(value)) || row.size() == kMostColumns) {
+      if (row.size() == kMostColumns) {
+        throw Error(file, "line " + std::to_string(line_number) + ": found more than " +
+                              std::to_string(kMostColumns) + " numbers, expected at most one per channel");
+      }
+      if (error != std::errc() || !std::isfinite(static_cast<float>(value))) {
         throw Error(file, "line " + std::to_string(line_number) + ": found \"" +
                               std::string(at, std::min<size_t>(static_cast<size_t>(end - at), 20)) +
                               "\", expected 1 to 4 finite numbers");

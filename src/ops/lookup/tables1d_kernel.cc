@@ -50,6 +50,48 @@ HWY_INLINE __m512i MapPixels(const CodeMap* maps, __m512i codes) {
   }
   return _mm512_or_si512(HalfOfWord(even_word, even), _mm512_slli_epi16(HalfOfWord(odd_word, odd), 8));
 }
+#elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
+// 256 bytes in sixteen rows of sixteen: each row gives the entry of a code's lower half, and the bits of the
+// upper half choose among the rows. That is half the instructions of a load for each code.
+using DCodes = hn::Repartition<uint8_t, s::D>;
+using Codes = hn::Vec<DCodes>;
+// A choice by a bit of each code: on these targets it is the highest bit of a byte that decides.
+template <int shift>
+HWY_INLINE auto BitOf(Codes codes) {
+  const hn::Repartition<uint16_t, s::D> d16;
+  return hn::MaskFromVec(hn::BitCast(DCodes(), hn::ShiftLeft<shift>(hn::BitCast(d16, codes))));
+}
+// The entries in the 2^levels rows from `row` on.
+template <int levels>
+HWY_INLINE Codes MapRows(const uint8_t* row, Codes low, Codes codes) {
+  if constexpr (levels == 0) {
+    return hn::TableLookupBytes(hn::LoadDup128(DCodes(), row), low);
+  } else {
+    const Codes no = MapRows<levels - 1>(row, low, codes);
+    const Codes yes = MapRows<levels - 1>(row + (16 << (levels - 1)), low, codes);
+    return hn::IfThenElse(BitOf<4 - levels>(codes), yes, no);
+  }
+}
+HWY_INLINE Codes MapCodesOf(const uint8_t* map, Codes codes) {
+  return MapRows<4>(map, hn::And(codes, hn::Set(DCodes(), 15)), codes);
+}
+// Within 128 bits the four samples of a channel side by side, and back.
+alignas(16) inline constexpr uint8_t kByChannel[16] = {0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15};
+// Four vectors of RGBA pixels to vectors of one channel each, and back.
+HWY_INLINE void SplitChannels(Codes* v) {
+  const Codes order = hn::LoadDup128(DCodes(), kByChannel);
+  V w[4];
+  for (int k = 0; k < 4; ++k) w[k] = hn::BitCast(s::D(), hn::TableLookupBytes(v[k], order));
+  s::Transpose4(w[0], w[1], w[2], w[3]);
+  for (int k = 0; k < 4; ++k) v[k] = hn::BitCast(DCodes(), w[k]);
+}
+HWY_INLINE void JoinChannels(Codes* v) {
+  const Codes order = hn::LoadDup128(DCodes(), kByChannel);
+  V w[4];
+  for (int k = 0; k < 4; ++k) w[k] = hn::BitCast(s::D(), v[k]);
+  s::Transpose4(w[0], w[1], w[2], w[3]);
+  for (int k = 0; k < 4; ++k) v[k] = hn::TableLookupBytes(hn::BitCast(DCodes(), w[k]), order);
+}
 #endif
 
 class Tables1DStage final : public graph::PointStage {
@@ -233,6 +275,17 @@ class Tables1DStage final : public graph::PointStage {
       for (; i + 64 <= 4 * count; i += 64) store(MapPixels<true>(maps, _mm512_loadu_si512(from + i)));
     } else {
       for (; i + 64 <= 4 * count; i += 64) store(MapPixels<false>(maps, _mm512_loadu_si512(from + i)));
+    }
+#elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
+    const DCodes d;
+    constexpr int kBytes = static_cast<int>(hn::MaxLanes(d));
+    for (; i + 4 * kBytes <= 4 * count; i += 4 * kBytes) {
+      Codes v[4];
+      for (int k = 0; k < 4; ++k) v[k] = hn::LoadU(d, from + i + k * kBytes);
+      if (!one_map_) SplitChannels(v);
+      for (int k = 0; k < 4; ++k) v[k] = MapCodesOf(map_[k], v[k]);
+      if (!one_map_) JoinChannels(v);
+      for (int k = 0; k < 4; ++k) s::StoreOrStream(v[k], d, to + i + k * kBytes, stream);
     }
 #else
     (void)stream;
