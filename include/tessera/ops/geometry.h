@@ -30,8 +30,9 @@ enum class Wrap : uint8_t { kBlack, kClamp, kRepeat, kMirror };
 // The display window becomes width x height, as oiiotool's --resize; beyond the data window the edge is
 // repeated. The filter's distance is in result pixels when reducing, in source pixels when enlarging, per
 // axis. An empty filter is lanczos3, or blackman-harris when either side grows. The result's data and display
-// windows are (x, y, x + width, y + height). Error unless 1 <= width, height <= 2^24. Cost: O(pixels x
-// (height + width of filter)).
+// windows are (x, y, x + width, y + height). Where a box halves both sides of an image of 8- or 16-bit
+// integers, the result, written as such, is the exact mean of four codes, rounded half to even. Error unless
+// 1 <= width, height <= 2^24. Cost: O(pixels x (height + width of filter)).
 struct ResizeParams {
   int width = 0, height = 0;
   int x = 0, y = 0;
@@ -42,7 +43,8 @@ Node Resize(const Node& image, const ResizeParams& params);
 // Mip levels. Level k has the sides max(1, floor(side / 2^k)) and is filtered from level 0 with the filter
 // widened to 2^k pixels: box, linear, mitchell or lanczos3. A level of its own starts at the image's corner.
 // All levels (-1) make one picture: level 0 on the left, levels 1, 2, ... below each other in a column on its
-// right; what is left over is zero. Error for a level that the image does not have.
+// right; what is left over is zero. Halves of integers by a box are rounded as Resize does. Error for a level
+// that the image does not have.
 struct MipParams {
   std::string filter = "box";
   Wrap wrap = Wrap::kClamp;  // as the texture is wrapped

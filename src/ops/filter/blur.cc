@@ -10,6 +10,7 @@
 #include <string>
 
 #include "graph/op.h"
+#include "ops/filter/box_codes.h"
 #include "ops/filter/box_strips.h"
 #include "ops/filter/decimated.h"
 #include "ops/filter/filter_ops.h"
@@ -225,25 +226,30 @@ class GaussianOp final : public graph::OpWith<GaussianParams> {
 
 class BoxOp final : public graph::OpWith<BoxParams> {
  public:
-  explicit BoxOp(const BoxParams& p) : OpWith(p) {
+  // `codes`: all samples of the image are codes.
+  BoxOp(const BoxParams& p, bool codes) : OpWith(p) {
     const bool small = p.width <= kDirectBox && p.height <= kDirectBox;
     if (p.method == FilterMethod::kSeparable || p.method == FilterMethod::kDirect ||
         (p.method == FilterMethod::kAuto && small)) {
       window_ = BoxWindow(p);
     }
+    sums_codes_ = codes && p.method != FilterMethod::kSeparable && p.method != FilterMethod::kDirect;
   }
   std::string Name() const override { return "blur"; }
-  graph::OpKind Kind() const override { return window_ ? graph::OpKind::kTile : graph::OpKind::kWhole; }
+  graph::OpKind Kind() const override {
+    return window_ || sums_codes_ ? graph::OpKind::kTile : graph::OpKind::kWhole;
+  }
   bool IsIdentity() const override { return params().width == 1 && params().height == 1; }
   std::string Describe() const override {
     return "box " + std::to_string(params().width) + "x" + std::to_string(params().height) +
-           (window_ ? ", summed" : ", running sums");
+           (window_ && !sums_codes_ ? ", summed" : ", running sums");
   }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
   std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec&) const override {
     return result;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
+    if (sums_codes_) return MakeBoxOfCodesStage(params(), context.inputs[0]);
     return std::make_unique<WindowStage>(window_, context.inputs[0]);
   }
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
@@ -252,6 +258,7 @@ class BoxOp final : public graph::OpWith<BoxParams> {
 
  private:
   std::shared_ptr<const Window> window_;
+  bool sums_codes_ = false;
 };
 
 // Rows, then columns, through an accumulation buffer of fixed point.
@@ -298,8 +305,8 @@ OpInfo BlurInfo() {
       "weights (error 1e-6 of the largest sample, cost grows with sigma); recursive costs the same for every "
       "sigma from 2 on (2e-5), decimated a third of that from sigma 16 on (1e-4); auto takes the cheapest. A "
       "box larger than 9 pixels is computed by running sums at a cost that does not depend on its size "
-      "(method=recursive). Recursive forms need the whole image in memory. Borders are as exact as the "
-      "middle. bits= models an accumulation buffer, as --convolve:bits=; with sigma= rows and columns go "
+      "(method=recursive). Recursive forms need the whole image in memory, but for boxes of 8- and 16-bit "
+      "images as they come from a file. Borders are as exact as the middle. bits= models an accumulation buffer, as --convolve:bits=; with sigma= rows and columns go "
       "through it one after the other.";
   info.bound =
       "the named error times the largest sample nearby; box and kernels: (2 + log2 k) u * sum of |weight * "
@@ -403,7 +410,9 @@ Node BoxBlur(const Node& image, const BoxParams& p) {
     throw Error("blur",
                 "found method=lowrank or fft with a box, expected auto, direct, separable or recursive");
   }
-  const Node node = graph::MakeNode(std::make_shared<const ops::BoxOp>(ops::WithoutValid(p)), {image});
+  const BoxParams whole = ops::WithoutValid(p);
+  const bool codes = ops::HoldsCodes(image) && ops::SumsBoxOfCodes(whole, image.spec().type);
+  const Node node = graph::MakeNode(std::make_shared<const ops::BoxOp>(whole, codes), {image});
   return ops::Cropped(node, {p.width, p.height, (p.width - 1) / 2, (p.height - 1) / 2, 1, {}}, p.border);
 }
 

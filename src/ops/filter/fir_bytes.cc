@@ -181,7 +181,8 @@ double ExactSum(const CodesWindow& w, const float* in, ptrdiff_t stride, int cha
 
 }  // namespace
 
-BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, double error) {
+BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, bool separable,
+                            double error) {
   constexpr int kMostTaps = 2500;
   BytesWindow w;
   w.usable = width * height <= kMostTaps;
@@ -205,6 +206,9 @@ BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& we
     if (!all || kLargestByte * sum + divisor >= 0x1p24) continue;
     std::transform(weights.begin(), weights.end(), whole.begin(),
                    [&](double v) { return static_cast<float>(std::round(v * divisor)); });
+    w.words = MakeWholeWindow(width, height, std::vector<double>(whole.begin(), whole.end()),
+                              static_cast<int>(divisor));
+    if (separable) break;
     w.divisor = static_cast<float>(divisor);
     w.whole = MakeDirectWindow(width, height, std::move(whole));
     break;
@@ -256,6 +260,7 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile
 
 void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,
               const std::function<void(const FirTile&)>& sum) {
+  if (window.words.usable) return RunWhole(window.words, tile, scratch);
   // Of small windows a few rows of a strip stay in L1 from bytes to bytes; of products the whole strip in L2.
   const bool few = exact.row.empty();
   constexpr int kFewRows = 8, kFewSamples = 768, kStripFloats = 1 << 15, kLeast = 128, kUnit = 16;

@@ -10,6 +10,7 @@
 #include "base/arena.h"
 #include "ops/filter/fir.h"
 #include "ops/filter/fir_codes.h"
+#include "ops/filter/fir_whole.h"
 
 namespace tessera::ops {
 
@@ -21,10 +22,12 @@ struct BytesWindow {
   float divisor = 0;    // 0: none
   DirectWindow whole;   // weights times divisor
   float band = 0;
+  WholeWindow words;  // where bytes go to bytes
 };
-// `weights` as in MakeCodesWindow, empty for separable windows; `error`: of a float result at samples in
-// [0, 1].
-BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, double error);
+// `weights` as in MakeCodesWindow; `separable`: floats are summed by columns and rows; `error`: of a float
+// result at samples in [0, 1].
+BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, bool separable,
+                            double error);
 
 // Whether every sample is one of the 256 codes / 255.
 bool AreBytes(const float* samples, int count);
@@ -33,15 +36,6 @@ bool AreBytes(const float* samples, int count);
 void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile& tile, base::Arena& scratch,
               const std::function<void(const FirTile&)>& sum);
 
-// A rectangle of bytes, as FirTile has one of floats.
-struct ByteTile {
-  const uint8_t* in = nullptr;
-  ptrdiff_t in_stride = 0;
-  uint8_t* out = nullptr;
-  ptrdiff_t out_stride = 0;
-  int samples = 0, rows = 0;
-  int channels = 1;
-};
 // From bytes to bytes.
 void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,
               const std::function<void(const FirTile&)>& sum);

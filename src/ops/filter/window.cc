@@ -119,7 +119,7 @@ Window::Window(const std::vector<double>& row, int left, const std::vector<doubl
   for (const double c : column) {
     for (const double r : row) kernel_.weights.push_back(c * r);
   }
-  planes_[0].bytes = MakeBytesWindow(width_, height_, {}, ErrorBound());
+  planes_[0].bytes = MakeBytesWindow(width_, height_, kernel_.weights, /*separable=*/true, ErrorBound());
 }
 
 void Window::Choose(const std::string& op, const Kernel& kernel) {
@@ -230,10 +230,8 @@ void Window::Choose(const std::string& op, const Kernel& kernel) {
   }
   for (Plane& plane : planes_) {
     const auto first = kernel.weights.begin() + (&plane - planes_.data()) * static_cast<ptrdiff_t>(area);
-    plane.bytes = MakeBytesWindow(
-        width_, height_,
-        products ? std::vector<double>() : std::vector<double>(first, first + static_cast<ptrdiff_t>(area)),
-        ErrorBound());
+    plane.bytes = MakeBytesWindow(width_, height_, {first, first + static_cast<ptrdiff_t>(area)}, products,
+                                  ErrorBound());
   }
 }
 

@@ -107,6 +107,11 @@ std::vector<std::string> FilterNames() {
 }
 
 void AxisTaps::Range(int i0, int i1, int* s0, int* s1) const {
+  if ((halves || moves) && i0 < i1) {
+    const int each = halves ? 2 : 1;
+    *s0 = each * i0 + shift, *s1 = each * i1 + shift;
+    return;
+  }
   *s0 = INT32_MAX, *s1 = INT32_MIN;
   for (int i = i0; i < i1; ++i) {
     if (Count(i) == 0) continue;

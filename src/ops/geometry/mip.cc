@@ -32,7 +32,8 @@ SeparableMap LevelMap(const Roi& source, const Roi& at, const MipParams& p) {
 // The taps of one level; indices beyond the source are folded onto it, so that the whole image serves.
 class AtlasStage final : public graph::TileStage {
  public:
-  AtlasStage(const ImageSpec& in, const MipParams& p) : run_(ChooseResample()) {
+  AtlasStage(const ImageSpec& in, const MipParams& p)
+      : largest_(LargestCode(in.type)), run_(ChooseResample()) {
     for (int level = 1; level < MipLevelCount(in); ++level) {
       const Roi window = MipLevelWindow(in, level);
       const SeparableMap map = LevelMap(in.data_window, window, p);
@@ -69,7 +70,7 @@ class AtlasStage final : public graph::TileStage {
     }
     for (const Level& level : levels_) {
       const Roi part = Intersection(roi, level.window);
-      if (!part.empty()) run_({in, args.out.Sub(part), level.x, level.y, false, args.scratch});
+      if (!part.empty()) run_({in, args.out.Sub(part), level.x, level.y, false, args.scratch, largest_});
     }
   }
 
@@ -81,6 +82,7 @@ class AtlasStage final : public graph::TileStage {
   std::vector<Level> levels_;
   Roi source_;
   graph::Border border_ = graph::Border::kClamp;
+  int largest_;
   ResampleFunction run_;
 };
 
@@ -115,7 +117,8 @@ class MipOp final : public graph::OpWith<MipParams> {
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
     if (params().level < 0) return std::make_unique<AtlasStage>(context.inputs[0], params());
-    return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, params()));
+    return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, params()),
+                              context.inputs[0].type);
   }
 };
 
@@ -131,7 +134,8 @@ OpInfo MipInfo() {
       "widened to 2^k pixels (applying a filter level by level gives another, wrong one), beyond the edge as "
       "wrap= says, which is the texture's own mode. Without level= the result holds level 0 on the left and "
       "levels 1, 2, ... below each other on its right; what is left over is zero. With level= it is that "
-      "level alone.";
+      "level alone. Where both sides are halved by a box, a pixel of an 8- or 16-bit image is the exact mean of "
+      "four codes, rounded half to even.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo filter = FilterModifier("box", "the filter, in pixels of the level");

@@ -41,6 +41,26 @@ HWY_INLINE void PairSamples(F16& first, F16& second) {
 #endif
 }
 
+// A mean of four samples that is one of four codes half way between two codes, beside it on the side of the
+// even one: a sink then rounds it so. Others stay: they lie a quarter of a code from there at least, and four
+// codes as floats sum to no more than four parts in 2^24 beside.
+template <int N>
+HWY_INLINE s::Floats<N> Settled(s::Floats<N> mean, int largest) {
+  if (largest == 0) return mean;
+  using Tag = typename s::Floats<N>::Tag;
+  const Tag d;
+  const auto all = hn::Set(d, static_cast<float>(largest)), half = hn::Set(d, 0.5f);
+  for (auto& v : mean.v) {
+    const auto four = hn::Mul(v, hn::Set(d, static_cast<float>(4 * largest))), sum = hn::Round(four);
+    const auto code = hn::Mul(sum, hn::Set(d, 0.25f)), even = hn::Round(code), rest = hn::Sub(code, even);
+    const auto tie = hn::And(hn::Eq(hn::Abs(rest), half),
+                             hn::Le(hn::Abs(hn::Sub(four, sum)), hn::Mul(sum, hn::Set(d, 0x1.8p-22f))));
+    const auto aside = hn::NegMulAdd(hn::Add(even, half), hn::Set(d, 0x1.8p-23f), half);
+    v = hn::IfThenElse(tie, hn::Div(hn::Add(even, hn::CopySign(aside, rest)), all), v);
+  }
+  return mean;
+}
+
 // The mean of two by two RGBA pixels: bandwidth is all there is to it. In floats; three roundings.
 inline void HalveRgba(const ResampleJob& job) {
   const Roi& roi = job.out.roi;
@@ -55,14 +75,15 @@ inline void HalveRgba(const ResampleJob& job) {
       F16 first = F16::Load(a + 8 * x) + F16::Load(b + 8 * x);
       F16 second = F16::Load(a + 8 * x + 16) + F16::Load(b + 8 * x + 16);
       s::PairPixels(first, second);
-      StoreSixteen(((first + second) * 0.25f).OneNaN(), out + ptrdiff_t{4} * x, job.stream);
+      StoreSixteen(Settled(((first + second) * 0.25f).OneNaN(), job.largest), out + ptrdiff_t{4} * x,
+                   job.stream);
     }
     for (; x < roi.width(); ++x) {
       const F8 sum = F8::Load(a + 8 * x) + F8::Load(b + 8 * x);
       float pair[8];
       sum.Store(pair);
       for (int c = 0; c < 4; ++c) pair[c] = (pair[c] + pair[c + 4]) * 0.25f;
-      s::Floats<4>::Load(pair).OneNaN().Store(out + ptrdiff_t{4} * x);
+      Settled(s::Floats<4>::Load(pair).OneNaN(), job.largest).Store(out + ptrdiff_t{4} * x);
     }
   }
 }
@@ -80,12 +101,12 @@ inline void HalveGrey(const ResampleJob& job) {
       F16 first = F16::Load(a + 2 * x) + F16::Load(b + 2 * x);
       F16 second = F16::Load(a + 2 * x + 16) + F16::Load(b + 2 * x + 16);
       PairSamples(first, second);
-      StoreSixteen(((first + second) * 0.25f).OneNaN(), out + x, job.stream);
+      StoreSixteen(Settled(((first + second) * 0.25f).OneNaN(), job.largest), out + x, job.stream);
     }
     for (; x < roi.width(); ++x) {
       const float sum[4] = {((a[2 * x] + b[2 * x]) + (a[2 * x + 1] + b[2 * x + 1])) * 0.25f};
       float mean[4];
-      s::Floats<4>::Load(sum).OneNaN().Store(mean);
+      Settled(s::Floats<4>::Load(sum).OneNaN(), job.largest).Store(mean);
       out[x] = mean[0];
     }
   }
@@ -111,7 +132,7 @@ inline void HalveAny(const ResampleJob& job) {
         for (int c = 0; c < channels; c += 4) {
           const F4 first = F4::Load(a + from + c) + F4::Load(b + from + c);
           const F4 second = F4::Load(a + from + channels + c) + F4::Load(b + from + channels + c);
-          ((first + second) * 0.25f).OneNaN().Store(line + i + c);
+          Settled(((first + second) * 0.25f).OneNaN(), job.largest).Store(line + i + c);
         }
       }
       StoreLine(line, count, out + ptrdiff_t{x} * channels, job.stream);

@@ -9,6 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/geometry/resample_codes-inl.h"
 #include "ops/geometry/resample_halves-inl.h"
 #include "ops/geometry/resample_rows-inl.h"
 #include "ops/geometry/resample_sums-inl.h"
@@ -124,7 +125,11 @@ void ResampleRgba(const ResampleJob& job) {
 void Resample(const ResampleJob& job) {
   if (job.out.roi.empty()) return;
   const int channels = job.out.channels;
-  if (job.x.halves && job.y.halves) {
+  if (job.out.type == PixelType::kUint8) {
+    HalveCodes<uint8_t>(job);
+  } else if (job.out.type == PixelType::kUint16) {
+    HalveCodes<uint16_t>(job);
+  } else if (job.x.halves && job.y.halves) {
     (channels == 4 ? HalveRgba : channels == 1 ? HalveGrey : HalveAny)(job);
   } else if (job.x.moves) {
     ResampleDown(job);

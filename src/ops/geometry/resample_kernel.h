@@ -8,8 +8,10 @@
 
 namespace tessera::ops {
 
-// `in` holds every pixel that the taps of out.roi name; dense floats, as many channels as `out`. 64 bytes
-// beyond the end of a row may be read.
+// `in` holds every pixel that the taps of out.roi name; dense floats, or where both axes halve also codes as
+// `out`, and as many channels. 64 bytes beyond the end of a row may be read. `largest`: 0, or the largest
+// code of an integer image: the mean of four codes is then exact and rounded once, half to even; as a float
+// it lies on that side of a tie.
 struct ResampleJob {
   ConstImageView in;
   ImageView out;
@@ -17,7 +19,12 @@ struct ResampleJob {
   const AxisTaps& y;
   bool stream;
   base::Arena& scratch;
+  int largest = 0;
 };
+// Of images of bytes and words; else 0.
+inline int LargestCode(PixelType type) {
+  return type == PixelType::kUint8 ? 255 : type == PixelType::kUint16 ? 65535 : 0;
+}
 using ResampleFunction = void (*)(const ResampleJob&);
 
 // For the SIMD target of this moment.

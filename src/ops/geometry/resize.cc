@@ -75,7 +75,7 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
     // As oiiotool, an axis that keeps its size is not filtered.
     map.filter = &FindFilter("resize", FilterOf(params(), from));
     if (from.width() == to.width() && from.height() == to.height()) map.filter = &FindFilter("resize", "box");
-    return MakeSeparableStage(map);
+    return MakeSeparableStage(map, in.type);
   }
 };
 
@@ -130,7 +130,9 @@ OpInfo ResizeInfo() {
       "the data window is scaled along, and beyond its edge the edge pixels are repeated. Weights are "
       "computed in double at exact positions; the filter spans pixels of the coarser of the two images on "
       "each axis. Without a filter it is lanczos3, or blackman-harris where a side grows, and an image that "
-      "keeps its size keeps its bits: as oiiotool. NaN spreads to pixels whose filter gives it weight.";
+      "keeps its size keeps its bits: as oiiotool. NaN spreads to pixels whose filter gives it weight. "
+      "Where a box halves both sides, a pixel of an 8- or 16-bit image is the exact mean of four codes, rounded "
+      "half to even.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo geometry;

@@ -11,10 +11,11 @@ namespace {
 
 class SeparableStage final : public graph::TileStage {
  public:
-  explicit SeparableStage(const SeparableMap& map)
+  SeparableStage(const SeparableMap& map, PixelType type)
       : x_(MakeAxisTaps(map.x, *map.filter, map.border)),
         y_(MakeAxisTaps(map.y, *map.filter, map.border)),
         border_(map.border),
+        type_(type),
         run_(ChooseResample()) {}
 
   Roi InputRoi(int, const Roi& out) const override {
@@ -38,13 +39,18 @@ class SeparableStage final : public graph::TileStage {
     };
     return {side(x_, 512, 64), side(y_, 128, 16)};
   }
+  bool Accepts(PixelType type) const override {
+    return type == PixelType::kFloat || (type == type_ && LargestCode(type) != 0 && x_.halves && y_.halves);
+  }
   void Run(const graph::TileArgs& args) const override {
-    run_({InputChannels(args, 0), args.out, x_, y_, args.stream, args.scratch});
+    const ConstImageView in = args.out.type == PixelType::kFloat ? InputChannels(args, 0) : args.in[0];
+    run_({in, args.out, x_, y_, args.stream, args.scratch, LargestCode(type_)});
   }
 
  private:
   AxisTaps x_, y_;
   graph::Border border_;
+  PixelType type_;
   ResampleFunction run_;
 };
 
@@ -106,9 +112,9 @@ class RadialStage final : public graph::TileStage {
 
 }  // namespace
 
-std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map) {
+std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map, PixelType type) {
   if (!map.filter->separable) return std::make_unique<RadialStage>(map);
-  return std::make_unique<SeparableStage>(map);
+  return std::make_unique<SeparableStage>(map, type);
 }
 
 ConstImageView InputChannels(const graph::TileArgs& args, size_t k) {

@@ -17,8 +17,9 @@ struct SeparableMap {
   graph::Border border = graph::Border::kClamp;
 };
 
-// A stage of one input, with as many channels in as out.
-std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map);
+// A stage of one input of the type, with as many channels in as out.
+std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map,
+                                                     PixelType type = PixelType::kFloat);
 
 // The input's pixels with exactly the channels that the tile's result holds, copied only where they differ.
 ConstImageView InputChannels(const graph::TileArgs& args, size_t k);
