@@ -165,11 +165,16 @@ HWY_NOINLINE void ConvolveCodes(const Lines& lines, const Strides& strides_of, c
       forward = hn::Set(d, lines.forward[static_cast<size_t>(t)]);
       backward = hn::Set(d, lines.backward[static_cast<size_t>(t)]);
     }
+    // All of them to their edges before the first one's pixel is read: else the processor, which looks only
+    // so far ahead, would wait for one after the other.
     HWY_UNROLL(4)  // else what lines hold goes through memory between taps
     for (int i = 0; i < kBoth; ++i) {
       const VI old = c[i].cell;
       const VI stride = strides.Of(old, Cross(c[i]));
       c[i].at = i < kVectors ? hn::Add(c[i].at, stride) : hn::Sub(c[i].at, stride);
+    }
+    HWY_UNROLL(4)
+    for (int i = 0; i < kBoth; ++i) {
       Enter(GatherCells(cells, c[i].at), c[i]);
       if constexpr (kBox) {
         codes[i] = hn::Add(codes[i], CodeOf(c[i].cell));
@@ -272,13 +277,16 @@ void FollowCells(const Lines& lines, const LineOutput& out) {
   const decltype(&ConvolveCodes<kVectors, true, true>) codes_of[2] = {
       box ? ConvolveCodes<kVectors, true, true> : ConvolveCodes<kVectors, true, false>,
       box ? ConvolveCodes<kVectors, false, true> : ConvolveCodes<kVectors, false, false>};
-  for (int y = out.roi.y0; y < out.roi.y1; ++y) {
-    for (int x = out.roi.x0; x < out.roi.x1;) {
+  const int left = out.roi.x0, width = out.roi.width(), height = out.roi.height();
+  for (int i = 0; i < (width + kStrip - 1) / kStrip * height; ++i) {
+    const int y = out.roi.y0 + i % height, from = left + i / height * kStrip;
+    const int right = std::min(from + kStrip, out.roi.x1);
+    for (int x = from; x < right;) {
       float* const to = out.data + (y - out.roi.y0) * out.row + ptrdiff_t{x - out.roi.x0} * out.step;
       const bool inside =
           x >= far && y >= far && x + kRun + far <= lines.width && y + 1 + far <= lines.height;
       const bool anywhere = !codes || (!inside && lines.border != LicBorder::kStop);
-      const int most = anywhere ? kLanes : kRun, count = std::min(most, out.roi.x1 - x);
+      const int most = anywhere ? kLanes : kRun, count = std::min(most, right - x);
       if (anywhere) {
         ConvolveAnywhere(lines, x, y, count, result);
       } else {

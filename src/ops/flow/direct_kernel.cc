@@ -16,7 +16,7 @@ namespace tessera::ops::flow::HWY_NAMESPACE {
 
 // The sums of one packet. With kChecked lines may leave the picture, meet a mask or end early. kBox: of
 // codes, not checked, with weights of 1, so that integers give what floats would.
-template <int kMost, bool kChecked, bool kLinear, bool kBox>
+template <int kMost, bool kChecked, bool kLinear, bool kBox, Orders kOrders = Orders::kAny>
 HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) {
   const D d;
   const Place place = PlaceOf(lines, x, y);
@@ -24,8 +24,11 @@ HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result
   PixelStarts(lines.width - 1 - x, lines.height - 1 - y, starts);
   const int channels = kMost == 1 ? 1 : lines.channels;
   V sum[kChains][kMost], weight[kChains], alive[kChains];
+  bool whole[kChains];  // no line of the chain has ended
   for (int c = 0; c < kChains; ++c) {
     weight[c] = hn::Zero(d), alive[c] = hn::Set(d, 1.0f);
+    whole[c] =
+        kMost == 1 && !kLinear && place.codes != nullptr && lines.mask == nullptr && lines.reach == nullptr;
     for (int i = 0; i < kMost; ++i) sum[c][i] = hn::Zero(d);
   }
   VI codes[kChains];
@@ -51,6 +54,14 @@ HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result
       if (place.codes != nullptr) {
         const V value = hn::ConvertTo(d, NearestCodes(lines, place, bases[c % kParts], p));
         sum[c][0] = hn::MulAdd(w, value, sum[c][0]);
+        return;
+      }
+    }
+    if constexpr (kChecked && !kLinear) {
+      if (inside && whole[c]) {
+        const V value = hn::ConvertTo(d, NearestCodes(lines, place, bases[c % kParts], p));
+        weight[c] = hn::Add(weight[c], w);
+        sum[c][0] = hn::Add(sum[c][0], hn::Mul(w, value));
         return;
       }
     }
@@ -81,12 +92,13 @@ HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result
     if (check) {
       const Texels<kLinear> texels = FindTexels<true, kLinear>(lines, place, start, p);
       alive[c] = hn::And(alive[c], texels.inside);
+      whole[c] = whole[c] && hn::AllTrue(d, hn::Gt(alive[c], hn::Zero(d)));
       take(texels);
     } else {
       take(FindTexels<false, kLinear>(lines, place, start, p));
     }
   };
-  Walker<kChecked>(lines, place, starts).Run(lines.taps, tap);
+  Walker<kChecked, kOrders>(lines, place, starts).Run(lines.taps, tap);
   if constexpr (kBox) {
     HWY_UNROLL(4)
     for (int c = 0; c < kChains; ++c) sum[c][0] = hn::ConvertTo(d, codes[c]);
@@ -116,19 +128,24 @@ HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result
 
 void FollowFrom(const Lines& lines, const LineOutput& out) {
   const int far = static_cast<int>(lines.farthest) + 2;
-  const bool plain =
-      lines.mask == nullptr && lines.reach == nullptr && lines.channels == 1 && !lines.linear &&
-      (lines.integrator == LicIntegrator::kRk4 || lines.integrator == LicIntegrator::kAdaptive);
+  const bool plain = lines.mask == nullptr && lines.reach == nullptr && lines.channels == 1 && !lines.linear;
   const bool box = lines.box && lines.codes != nullptr && lines.taps < kMostBoxTaps;
+  const decltype(&ConvolvePacket<1, false, false, true, Orders::kHigh>) plain_of[2][2] = {
+      {ConvolvePacket<1, false, false, false, Orders::kHigh>,
+       ConvolvePacket<1, false, false, true, Orders::kHigh>},
+      {ConvolvePacket<1, false, false, false, Orders::kLow>,
+       ConvolvePacket<1, false, false, true, Orders::kLow>}};
+  const auto convolve_plain = plain_of[IsLow(lines.integrator)][box];
   alignas(64) float result[kMostChannels * kPacket];
-  for (int y = out.roi.y0 / kSide * kSide; y < out.roi.y1; y += kSide) {
-    for (int x = out.roi.x0 / kSide * kSide; x < out.roi.x1; x += kSide) {
+  const int left = out.roi.x0 / kSide * kSide, top = out.roi.y0 / kSide * kSide;
+  const int rows = (out.roi.y1 - top + kSide - 1) / kSide, strips = (out.roi.x1 - left + kStrip - 1) / kStrip;
+  for (int i = 0; i < strips * rows; ++i) {
+    const int y = top + i % rows * kSide, from = left + i / rows * kStrip;
+    for (int x = from; x < std::min(from + kStrip, out.roi.x1); x += kSide) {
       const bool inside =
           x >= far && y >= far && x + kSide + far <= lines.width && y + kSide + far <= lines.height;
-      if (inside && plain && box) {
-        ConvolvePacket<1, false, false, true>(lines, x, y, result);
-      } else if (inside && plain) {
-        ConvolvePacket<1, false, false, false>(lines, x, y, result);
+      if (inside && plain) {
+        convolve_plain(lines, x, y, result);
       } else if (lines.linear) {
         ConvolvePacket<kMostChannels, true, true, false>(lines, x, y, result);
       } else if (lines.channels == 1) {

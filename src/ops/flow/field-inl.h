@@ -96,8 +96,30 @@ HWY_INLINE VU WholeBits(V v) { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), 
 // What to add to that for the sum of number and start.
 HWY_INLINE VU WholeBaseOf(VI start) { return hn::Sub(hn::BitCast(DU(), start), hn::Set(DU(), kWhole)); }
 
-// The lanes of a vector, through memory: where each is an address that takes fewer instructions than to move
-// them out one by one, which compilers would do were the memory not volatile.
+// The lanes of a vector, one by one.
+#if HWY_TARGET == HWY_AVX2
+// Two at a time are moved to where they are an address. Through memory takes longer, since few loads a cycle
+// can be served by a store that has not ended.
+class Indices {
+ public:
+  explicit HWY_INLINE Indices(VU v) {
+    const __m128i low = _mm256_castsi256_si128(v.raw), high = _mm256_extracti128_si256(v.raw, 1);
+    pairs_[0] = static_cast<uint64_t>(_mm_cvtsi128_si64(low));
+    pairs_[1] = static_cast<uint64_t>(_mm_extract_epi64(low, 1));
+    pairs_[2] = static_cast<uint64_t>(_mm_cvtsi128_si64(high));
+    pairs_[3] = static_cast<uint64_t>(_mm_extract_epi64(high, 1));
+  }
+  HWY_INLINE uint64_t operator[](int lane) const {
+    const uint64_t pair = pairs_[lane / 2];
+    return lane % 2 == 0 ? static_cast<uint32_t>(pair) : pair >> 32;
+  }
+
+ private:
+  uint64_t pairs_[4];
+};
+#else
+// Through memory: where each is an address that takes fewer instructions than to move them out one by one,
+// which compilers would do were the memory not volatile.
 class Indices {
  public:
   explicit HWY_INLINE Indices(VU v) { hn::Store(v, DU(), lanes_); }
@@ -108,6 +130,7 @@ class Indices {
  private:
   alignas(64) uint32_t lanes_[kLanes];
 };
+#endif
 
 #if HWY_TARGET == HWY_AVX2
 // Four bytes from each index, in units of `Unit`.
@@ -147,8 +170,8 @@ HWY_INLINE VU LoadBytes(const uint8_t* from, VU index) {
 
 #if HWY_TARGET != HWY_SCALAR
 // Four floats for every block of a vector, at every fourth index.
-template <class DF>
-HWY_INLINE hn::Vec<DF> LoadBlocks(DF d, const float* from, const uint32_t* index) {
+template <class DF, typename Index>
+HWY_INLINE hn::Vec<DF> LoadBlocks(DF d, const float* from, const Index* index) {
   if constexpr (hn::MaxLanes(DF()) <= 4) {
     return hn::LoadU(d, from + index[0]);
   } else {
@@ -185,7 +208,7 @@ HWY_INLINE Between BetweenRows(const float* from, ptrdiff_t row, VU index, V sha
 #else
   // Four lanes for a position: what is between the rows is found before the lanes are sorted.
   const auto mix = [&](int lane, V t) HWY_ATTR {
-    uint32_t index_of[kLanes / 4];
+    decltype(at[0]) index_of[kLanes / 4];
     for (int i = 0; i < kLanes / 4; ++i) index_of[i] = at[4 * i + lane];
     const V top = LoadBlocks(d, from, index_of), low = LoadBlocks(d, from + row, index_of);
     const V rise = hn::Sub(low, top);
@@ -201,20 +224,32 @@ HWY_INLINE Between BetweenRows(const float* from, ptrdiff_t row, VU index, V sha
 #endif
 }
 
-// f between the four pixels at `index` and around it, then f / |f| (0 where |f| is below `smallest`) unless
-// vectors keep their lengths.
+// Where a sample of the field is taken: the index of the pixel left above and the shares of the others.
+struct Sampled {
+  VU index;
+  V tx, ty;
+};
+
+// f between the four pixels there.
 template <bool kEven = false>
-HWY_INLINE V2 VelocityAt(const Lines& lines, const Place& place, VU index, V tx, V ty,
-                         Evenness* even = nullptr) {
+HWY_INLINE V2 VectorAt(const Lines& lines, const Place& place, const Sampled& at, Evenness* even = nullptr) {
+  const Between b = BetweenRows<kEven>(place.uv, lines.uv_row, at.index, at.ty, even);
+  return {hn::MulAdd(at.tx, hn::Sub(b.u1, b.u0), b.u0), hn::MulAdd(at.tx, hn::Sub(b.v1, b.v0), b.v0)};
+}
+// f / |f|, 0 where |f| is below `smallest`.
+template <bool kEven = false>
+HWY_INLINE V2 DirectionOf(const Place& place, const V2& f, Evenness* even = nullptr) {
   const D d;
-  const Between b = BetweenRows<kEven>(place.uv, lines.uv_row, index, ty, even);
-  const V u = hn::MulAdd(tx, hn::Sub(b.u1, b.u0), b.u0), v = hn::MulAdd(tx, hn::Sub(b.v1, b.v0), b.v0);
-  if (lines.speed) return {u, v};
-  const V squared = hn::MulAdd(u, u, hn::Mul(v, v));
+  const V squared = hn::MulAdd(f.x, f.x, hn::Mul(f.y, f.y));
   if constexpr (kEven) even->squared = hn::Min(even->squared, squared);
   const auto moves = hn::Ge(squared, hn::Set(d, place.still));
   const V inverse = hn::IfThenElseZero(moves, hn::Div(hn::Set(d, 1.0f), hn::Sqrt(squared)));
-  return {hn::Mul(u, inverse), hn::Mul(v, inverse)};
+  return {hn::Mul(f.x, inverse), hn::Mul(f.y, inverse)};
+}
+// f, or its direction where vectors do not keep their lengths.
+HWY_INLINE V2 VelocityAt(const Lines& lines, const Place& place, const Sampled& at) {
+  const V2 f = VectorAt(lines, place, at);
+  return lines.speed ? f : DirectionOf(place, f);
 }
 
 // At positions that have all four pixels around them. `base`: BaseOf of the starts.
@@ -225,13 +260,11 @@ HWY_INLINE VU BaseOf(const Lines& lines, const Place& place, const Starts& start
   return hn::Add(hn::Add(hn::Mul(y, hn::Set(du, row)), hn::Add(x, x)),
                  hn::Set(du, place.first_uv - kWhole * (row + 2)));
 }
-template <bool kEven = false>
-HWY_INLINE V2 VelocityInside(const Lines& lines, const Place& place, VU base, const V2& p,
-                             Evenness* even = nullptr) {
+HWY_INLINE Sampled SampledInside(const Lines& lines, VU base, const V2& p) {
   const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
   const VU row = hn::Set(DU(), static_cast<uint32_t>(lines.uv_row)), x = WholeBits(floor_x);
   const VU index = hn::Add(hn::Add(hn::Mul(WholeBits(floor_y), row), hn::Add(x, x)), base);
-  return VelocityAt<kEven>(lines, place, index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y), even);
+  return {index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)};
 }
 
 // At any. Where speed does not count, the code is shared.
@@ -250,11 +283,7 @@ inline HWY_NOINLINE V2 VelocityAnywhere(const Lines& lines, const Place& place, 
   }
   const VI offset = hn::Add(hn::Mul(y, hn::Set(di, static_cast<int>(lines.uv_row))), hn::Add(x, x));
   const VU index = hn::Add(hn::BitCast(DU(), offset), hn::Set(DU(), place.first_uv));
-  return VelocityAt(lines, place, index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y));
-}
-
-HWY_INLINE V2 Along(const V2& p, V h, const V2& k) {
-  return {hn::MulAdd(h, k.x, p.x), hn::MulAdd(h, k.y, p.y)};
+  return VelocityAt(lines, place, {index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)});
 }
 
 // What one step found: where it ends and the vector there.

@@ -18,6 +18,9 @@ namespace tessera::ops::flow {
 inline constexpr int kSide = 4;
 inline constexpr int kPacket = kSide * kSide;
 inline constexpr int kMostChannels = 4;
+// Pixels are visited in strips of this width: what the lines of one row of it read stays in the nearest cache
+// until the next row's lines read most of it again.
+inline constexpr int kStrip = 32;
 
 // What a pixel holds for lines that go from pixel to pixel: signs of the direction, its x component as a
 // share of |x| + |y|, and, for the library's own noise, the texture's code. Two bits for each axis say where
@@ -61,6 +64,7 @@ struct Lines {
   const uint32_t* cells = nullptr;  // of pixel (0, 0)
   ptrdiff_t cell_row = 0;
   bool texture_in_cells = false;
+  bool smooth = false;  // the texture changes little from pixel to pixel
   // Taps of each pixel, each way, where lines have different lengths; else null.
   const float* reach = nullptr;
 
@@ -98,11 +102,14 @@ FollowLines CellLines();
 // One part of the picture, one channel, by lines that its pixels share; `scratch` keeps its memory from part
 // to part.
 struct SharedScratch {
-  std::vector<float> sums;  // of the part's pixels and of kPacket for all others: weighted values, weights
+  // Of the part's pixels and of kPacket for all others: weighted values, weights and, of a smooth texture,
+  // weighted places beside the pixel's centre.
+  std::vector<float> sums;
   // kPacket lines side by side, from their last tap backward to their last one forward.
   std::vector<float> samples, weights;
-  std::vector<float> there;     // 1 where the line has a sample
-  std::vector<int32_t> places;  // the part's pixels at the taps
+  std::vector<float> beside_x, beside_y;  // of a smooth texture: how far off the pixel's centre
+  std::vector<float> there;               // 1 where the line has a sample
+  std::vector<int32_t> places;            // the part's pixels at the taps
 };
 // Side of the parts: what does not change with threads. Lines that leave a part are lost to it.
 constexpr int SharedPartSide(int width, int height) { return width >= 1024 && height >= 1024 ? 512 : 256; }

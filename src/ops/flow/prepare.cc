@@ -13,7 +13,8 @@
 namespace tessera::ops::flow {
 namespace {
 
-constexpr int kRows = 16;              // of a task
+constexpr int kRows = 16;  // of a task
+constexpr double kSmoothShare = 1.2;
 constexpr uint32_t kSparseShare = 24;  // one cell of so many is bright
 
 struct Vector {
@@ -311,7 +312,7 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
   lines.cells = cell;
   if (noise) {
     lines.texture_in_cells = cells, lines.unit = cells ? 1.0f / static_cast<float>(kCellNoise) : 1.0f / 255;
-    lines.texture_step = params.method == LicMethod::kShared ? 2 : 1;
+    lines.texture_step = params.method == LicMethod::kShared && params.linear ? 2 : 1;
     lines.texture_row = (ptrdiff_t{width} * lines.texture_step + 2 * kCodeFrame + 127) / 128 * 128 + 64;
     if (!cells) {
       // The kernels read, but do not use, a few rows and columns beyond.
@@ -354,6 +355,27 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
       }
     }
   });
+}
+
+// Whether second differences between neighbours, along some of the rows and columns, are not larger than
+// first ones over two pixels: of white noise their squares are three times as large.
+bool IsSmooth(const Lines& lines) {
+  const auto at = [&](int x, int y) {
+    const ptrdiff_t i = y * lines.texture_row + ptrdiff_t{x} * lines.texture_step;
+    return lines.codes != nullptr ? lines.codes[i] / 255.0 : double{lines.texture[i]};
+  };
+  double slopes = 0, bends = 0;
+  const auto look = [&](double before, double here, double after) {
+    slopes += (after - before) * (after - before);
+    bends += (before + after - 2 * here) * (before + after - 2 * here);
+  };
+  for (int y = 0; y < lines.height; y += 1 + lines.height / 16) {
+    for (int x = 1; x + 1 < lines.width; ++x) look(at(x - 1, y), at(x, y), at(x + 1, y));
+  }
+  for (int x = 0; x < lines.width; x += 1 + lines.width / 16) {
+    for (int y = 1; y + 1 < lines.height; ++y) look(at(x, y - 1), at(x, y), at(x, y + 1));
+  }
+  return bends < kSmoothShare * slopes;
 }
 
 }  // namespace
@@ -419,6 +441,7 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
     lines.texture_step = image.channels, lines.channels = image.channels;
   }
   PrepareTexture(params, vectors, workers, out);
+  if (params.method == LicMethod::kShared && params.linear) lines.smooth = IsSmooth(lines);
   if (params.magnitude == LicMagnitude::kLength) {
     float* reaches = nullptr;
     out.reach = Memory(int64_t{lines.width} * lines.height, &reaches);

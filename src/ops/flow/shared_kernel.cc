@@ -11,6 +11,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/flow/means-inl.h"
 #include "ops/flow/texture-inl.h"
 #include "ops/flow/walk-inl.h"
 
@@ -86,86 +87,167 @@ HWY_INLINE V TextureInside(const Lines& lines, const Place& place, const Starts&
 
 // Samples, places and weights of the lines' taps; whether all samples are finite.
 template <bool kChecked, bool kLinear>
-bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
-  const D d;
-  const DI di;
-  const Place place = PlaceOf(lines, bundle.x, bundle.y);
-  const int all = bundle.served + lines.taps;
-  const VI part_width = hn::Set(di, roi.width()), part_height = hn::Set(di, roi.height());
-  const VI x0 = hn::Set(di, bundle.x - roi.x0), y0 = hn::Set(di, bundle.y - roi.y0);
-  V alive[kChains];
-  for (int c = 0; c < kChains; ++c) alive[c] = hn::Set(d, 1.0f);
-  V2 first[kParts];
-  for (int part = 0; part < kParts; ++part) first[part] = PlacesOf(place, bundle.starts[part]);
-  V watch = hn::Zero(d);
-  const auto tap = [&](int c, int number, const V2& p, bool inside) HWY_ATTR {
-    const Starts& start = bundle.starts[c % kParts];
-    const int at = (c < kParts ? all + number : all - number) * kPacket + c % kParts * kLanes;
-    // A place for each line: sums of one place would wait for each other.
-    const VI nowhere = hn::Iota(di, static_cast<int>(roi.pixels()) + c % kParts * kLanes);
-    if (kChecked && hn::AllFalse(d, hn::Gt(alive[c], hn::Zero(d)))) {
-      // All of these lines have ended.
-      hn::StoreU(hn::Zero(d), d, scratch.there.data() + at);
-      hn::StoreU(hn::Zero(d), d, scratch.samples.data() + at);
-      if (number > bundle.served) return;
-      hn::StoreU(hn::Zero(d), d, scratch.weights.data() + at);
-      hn::StoreU(nowhere, di, scratch.places.data() + at);
-      return;
+class Sampler {
+ public:
+  HWY_INLINE Sampler(const Lines& lines, const Roi& roi, const Bundle& bundle, const Place& place,
+                     SharedScratch& scratch)
+      : lines_(lines),
+        bundle_(bundle),
+        place_(place),
+        scratch_(scratch),
+        all_(bundle.served + lines.taps),
+        width_(roi.width()),
+        height_(roi.height()) {
+    const DI di;
+    const DU du;
+    for (int part = 0; part < kParts; ++part) {
+      const Starts& start = bundle.starts[part];
+      base_[part] = CodeBaseOf(lines, place, start);
+      in_x_[part] = hn::Add(WholeBaseOf(start.x), hn::Set(du, static_cast<uint32_t>(bundle.x - roi.x0)));
+      in_y_[part] = hn::Add(WholeBaseOf(start.y), hn::Set(du, static_cast<uint32_t>(bundle.y - roi.y0)));
+      // A place for each line: sums of one place would wait for each other.
+      nowhere_[part] = hn::Iota(di, static_cast<int>(roi.pixels()) + part * kLanes);
     }
+    for (int c = 0; c < kChains; ++c) alive_[c] = hn::Set(D(), 1.0f), whole_[c] = true;
+    watch_ = hn::Zero(D());
+  }
+  // A tap of lines of which none has ended or does so here.
+  HWY_INLINE void Take(int c, int number, const V2& p) {
+    const D d;
+    const int at = At(c, number);
     V value;
-    if (kChecked && !(inside && lines.mask == nullptr)) {
-      const Texels<kLinear> texels = FindTexels<true, kLinear>(lines, place, start, p);
-      alive[c] = hn::And(alive[c], texels.inside);
-      value = texels.Value(place, 0);
+    if (!kLinear && place_.codes != nullptr) {
+      value = hn::ConvertTo(d, NearestCodes(lines_, place_, base_[c % kParts], p));
     } else {
-      value = TextureInside<kLinear>(lines, place, start, p);
+      value = TextureInside<kLinear>(lines_, place_, bundle_.starts[c % kParts], p);
+      watch_ = hn::MulAdd(value, hn::Zero(d), watch_);
     }
-    if constexpr (kChecked) {
-      value = hn::IfThenElseZero(hn::Gt(alive[c], hn::Zero(d)), value);
-      hn::StoreU(alive[c], d, scratch.there.data() + at);
+    if constexpr (kChecked) hn::StoreU(hn::Set(d, 1.0f), d, scratch_.there.data() + at);
+    hn::StoreU(value, d, scratch_.samples.data() + at);
+    if (number <= bundle_.served) Serve(c, at, p, hn::Set(d, 1.0f));
+  }
+  // Any tap.
+  HWY_NOINLINE void TakeAnywhere(int c, int number, const V2& p) {
+    const D d;
+    const int at = At(c, number);
+    V value = hn::Zero(d);
+    if (!hn::AllFalse(d, hn::Gt(alive_[c], hn::Zero(d)))) {
+      const Texels<kLinear> texels = FindTexels<true, kLinear>(lines_, place_, bundle_.starts[c % kParts], p);
+      alive_[c] = hn::And(alive_[c], texels.inside);
+      const auto there = hn::Gt(alive_[c], hn::Zero(d));
+      whole_[c] = hn::AllTrue(d, there);
+      value = hn::IfThenElseZero(there, texels.Value(place_, 0));
+      watch_ = hn::MulAdd(value, hn::Zero(d), watch_);
     }
-    watch = hn::MulAdd(value, hn::Zero(d), watch);
-    hn::StoreU(value, d, scratch.samples.data() + at);
-    if (number > bundle.served) return;
-    const VI near_x = hn::NearestInt(p.x), near_y = hn::NearestInt(p.y);
-    const VI x = hn::Add(hn::Add(near_x, start.x), x0), y = hn::Add(hn::Add(near_y, start.y), y0);
-    const V off_x = hn::Sub(p.x, hn::ConvertTo(d, near_x)), off_y = hn::Sub(p.y, hn::ConvertTo(d, near_y));
-    const V nearness = hn::Max(hn::NegMulAdd(hn::Add(off_x, off_x), off_x,
-                                             hn::NegMulAdd(hn::Add(off_y, off_y), off_y, hn::Set(d, 1.0f))),
-                               hn::Set(d, kLeastNearness));
-    hn::StoreU(hn::Mul(nearness, nearness), d, scratch.weights.data() + at);
-    const VI before = hn::Set(di, -1);
-    auto here = hn::And(hn::And(hn::Gt(x, before), hn::Lt(x, part_width)),
-                        hn::And(hn::Gt(y, before), hn::Lt(y, part_height)));
-    if constexpr (kChecked) here = hn::And(here, hn::RebindMask(di, hn::Gt(alive[c], hn::Zero(d))));
-    const VI index = hn::IfThenElse(here, hn::Add(hn::Mul(y, part_width), x), nowhere);
-    hn::StoreU(index, di, scratch.places.data() + at);
+    hn::StoreU(alive_[c], d, scratch_.there.data() + at);
+    hn::StoreU(value, d, scratch_.samples.data() + at);
+    if (number <= bundle_.served) Serve(c, at, p, alive_[c]);
+  }
+  HWY_INLINE void Run() {
+    const V2 here{hn::Zero(D()), hn::Zero(D())};
+    for (int c = 0; c < kParts; ++c) {
+      if constexpr (kChecked) {
+        TakeAnywhere(c, 0, here);
+      } else {
+        Take(c, 0, here);
+      }
+      alive_[c + kParts] = alive_[c], whole_[c + kParts] = whole_[c];
+    }
+    const Tap tap{this};
+    if (IsLow(lines_.integrator)) {
+      Walker<kChecked, Orders::kLow>(lines_, place_, bundle_.starts).Run(all_, tap);
+    } else {
+      Walker<kChecked, Orders::kHigh>(lines_, place_, bundle_.starts).Run(all_, tap);
+    }
+  }
+  // What a lambda would be, but inlined for certain.
+  struct Tap {
+    HWY_INLINE void operator()(int c, int number, const V2& p, bool inside) const {
+      if (!kChecked || (inside && sampler->whole_[c] && sampler->lines_.mask == nullptr)) {
+        sampler->Take(c, number, p);
+      } else {
+        sampler->TakeAnywhere(c, number, p);
+      }
+    }
+    Sampler* sampler;
   };
-  for (int c = 0; c < kParts; ++c) tap(c, 0, {hn::Zero(d), hn::Zero(d)}, !kChecked);
-  for (int c = kParts; c < kChains; ++c) alive[c] = alive[c - kParts];
-  Walker<kChecked>(lines, place, bundle.starts).Run(all, tap);
-  return hn::AllTrue(d, hn::Eq(watch, hn::Zero(d)));
+  HWY_INLINE bool finite() const { return hn::AllTrue(D(), hn::Eq(watch_, hn::Zero(D()))); }
+
+ private:
+  HWY_INLINE int At(int c, int number) const {
+    return (c < kParts ? all_ + number : all_ - number) * kPacket + c % kParts * kLanes;
+  }
+  // The pixel of a tap, and what the tap weighs there.
+  HWY_INLINE void Serve(int c, int at, const V2& p, V alive) {
+    const D d;
+    const DI di;
+    const DU du;
+    const V whole = hn::Set(d, kWholeUnit), one = hn::Set(d, 1.0f);
+    const V far_x = hn::Add(p.x, whole), far_y = hn::Add(p.y, whole);
+    const VU x = hn::Add(hn::BitCast(du, far_x), in_x_[c % kParts]);
+    const VU y = hn::Add(hn::BitCast(du, far_y), in_y_[c % kParts]);
+    const V off_x = hn::Sub(p.x, hn::Sub(far_x, whole)), off_y = hn::Sub(p.y, hn::Sub(far_y, whole));
+    const V nearness =
+        hn::Max(hn::NegMulAdd(hn::Add(off_x, off_x), off_x, hn::NegMulAdd(hn::Add(off_y, off_y), off_y, one)),
+                hn::Set(d, kLeastNearness));
+    const V weight = hn::Mul(nearness, nearness);
+    if (kLinear && lines_.smooth) {
+      hn::StoreU(off_x, d, scratch_.beside_x.data() + at);
+      hn::StoreU(off_y, d, scratch_.beside_y.data() + at);
+    }
+    // Where not, a large number takes the place of one below 0.
+    const VU width = hn::Set(du, static_cast<uint32_t>(width_));
+    const auto in_x = hn::Eq(hn::Min(x, hn::Set(du, static_cast<uint32_t>(width_ - 1))), x);
+    const auto in_y = hn::Eq(hn::Min(y, hn::Set(du, static_cast<uint32_t>(height_ - 1))), y);
+    auto here = hn::RebindMask(di, hn::And(in_x, in_y));
+    if constexpr (kChecked) here = hn::And(here, hn::RebindMask(di, hn::Gt(alive, hn::Zero(d))));
+    const VI index = hn::BitCast(di, hn::Add(hn::Mul(y, width), x));
+    hn::StoreU(weight, d, scratch_.weights.data() + at);
+    hn::StoreU(hn::IfThenElse(here, index, nowhere_[c % kParts]), di, scratch_.places.data() + at);
+  }
+
+  const Lines& lines_;
+  const Bundle& bundle_;
+  const Place& place_;
+  SharedScratch& scratch_;
+  const int all_, width_, height_;
+  CodeBase base_[kParts];
+  VU in_x_[kParts], in_y_[kParts];
+  VI nowhere_[kParts];
+  V alive_[kChains], watch_;
+  bool whole_[kChains];  // no line of the chain has ended
+};
+template <bool kChecked, bool kLinear>
+bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
+  const Place place = PlaceOf(lines, bundle.x, bundle.y);
+  Sampler<kChecked, kLinear> sampler(lines, roi, bundle, place, scratch);
+  sampler.Run();
+  return sampler.finite();
 }
 
-// Adds pairs of a weighted value and its weight to the pixels where the lines are.
-HWY_INLINE void Deposit(const float* pairs, const int32_t* places, float* sums) {
+// Floats that a pixel's sums have.
+constexpr int SumsOf(bool smooth) { return smooth ? 4 : 2; }
+
+// Adds what kPacket lines give, kSums floats each, to the pixels where they are.
+template <int kSums>
+HWY_INLINE void Deposit(const float* parts, const int32_t* places, float* sums) {
 #if HWY_TARGET == HWY_SCALAR
   for (int lane = 0; lane < kPacket; ++lane) {
-    float* const to = sums + 2 * ptrdiff_t{places[lane]};
-    to[0] += pairs[2 * lane], to[1] += pairs[2 * lane + 1];
+    float* const to = sums + kSums * ptrdiff_t{places[lane]};
+    for (int i = 0; i < kSums; ++i) to[i] += parts[kSums * lane + i];
   }
 #else
-  const hn::CappedTag<float, 2> pair;
+  const hn::CappedTag<float, kSums> few;
   HWY_UNROLL(4)
   for (int lane = 0; lane < kPacket; ++lane) {
-    float* const to = sums + 2 * ptrdiff_t{places[lane]};
-    hn::StoreU(hn::Add(hn::LoadU(pair, to), hn::LoadU(pair, pairs + 2 * lane)), pair, to);
+    float* const to = sums + kSums * ptrdiff_t{places[lane]};
+    hn::StoreU(hn::Add(hn::LoadU(few, to), hn::LoadU(few, parts + kSums * lane)), few, to);
   }
 #endif
 }
 
 // The convolution at every tap that serves pixels. kRunning: of a box, by sums that go along.
-template <bool kChecked, bool kRunning>
+template <bool kChecked, bool kRunning, bool kSmooth>
 void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) {
   const D d;
   const int taps = lines.taps, all = bundle.served + taps;
@@ -177,7 +259,8 @@ void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) 
     return hn::LoadU(d, scratch.there.data() + at * kPacket + part * kLanes);
   };
   const V unit = hn::Set(d, lines.unit), whole = hn::Set(d, lines.unit / lines.sum);
-  alignas(64) float pairs[2 * kPacket];
+  constexpr int kSums = SumsOf(kSmooth);
+  alignas(64) float parts[kSums * kPacket];
   V sum[kParts], count[kParts];
   for (int part = 0; part < kParts; ++part) sum[part] = count[part] = zero;
   if constexpr (kRunning) {
@@ -214,9 +297,16 @@ void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) 
       } else {
         mean = hn::Mul(sum[part], whole);
       }
-      hn::StoreInterleaved2(hn::Mul(mean, weight), weight, d, pairs + 2 * part * kLanes);
+      float* const to = parts + kSums * part * kLanes;
+      if constexpr (kSmooth) {
+        const V x = hn::LoadU(d, scratch.beside_x.data() + at * kPacket + part * kLanes);
+        const V y = hn::LoadU(d, scratch.beside_y.data() + at * kPacket + part * kLanes);
+        hn::StoreInterleaved4(hn::Mul(mean, weight), weight, hn::Mul(x, weight), hn::Mul(y, weight), d, to);
+      } else {
+        hn::StoreInterleaved2(hn::Mul(mean, weight), weight, d, to);
+      }
     }
-    Deposit(pairs, scratch.places.data() + at * kPacket, scratch.sums.data());
+    Deposit<kSums>(parts, scratch.places.data() + at * kPacket, scratch.sums.data());
     if constexpr (!kRunning) continue;
     for (int part = 0; part < kParts; ++part) {
       sum[part] = hn::Sub(sum[part], sample(at - taps, part));
@@ -230,10 +320,14 @@ void Serve(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScrat
   const bool finite = lines.linear ? Sample<kChecked, true>(lines, roi, bundle, scratch)
                                    : Sample<kChecked, false>(lines, roi, bundle, scratch);
   // A running sum would keep what is not finite to its line's end.
-  if (lines.box && finite) {
-    Convolve<kChecked, true>(lines, bundle, scratch);
+  const bool running = lines.box && finite;
+  if (lines.smooth) {
+    const auto convolve = running ? Convolve<kChecked, true, true> : Convolve<kChecked, false, true>;
+    convolve(lines, bundle, scratch);
+  } else if (running) {
+    Convolve<kChecked, true, false>(lines, bundle, scratch);
   } else {
-    Convolve<kChecked, false>(lines, bundle, scratch);
+    Convolve<kChecked, false, false>(lines, bundle, scratch);
   }
 }
 
@@ -244,6 +338,7 @@ void Run(const Lines& lines, const Roi& roi, const Bundle& bundle, const Roi& st
   if (scratch.samples.size() < rows * kPacket) {
     for (std::vector<float>* v : {&scratch.samples, &scratch.there, &scratch.weights})
       v->resize(rows * kPacket);
+    if (lines.smooth) scratch.beside_x.resize(rows * kPacket), scratch.beside_y.resize(rows * kPacket);
     scratch.places.resize(rows * kPacket);
   }
   const int far = static_cast<int>(static_cast<float>(bundle.served + lines.taps) * lines.step) + 2;
@@ -255,13 +350,11 @@ void Run(const Lines& lines, const Roi& roi, const Bundle& bundle, const Roi& st
   }
 }
 
-bool Masked(const Lines& lines, int x, int y) {
-  return lines.mask != nullptr && lines.mask[ptrdiff_t{y} * lines.width + x] != 0;
-}
-
 // Pixels that no line of the grid crossed, sixteen at a time; lines from them serve their neighbours too.
 void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
+  const D d;
   const DI di;
+  const auto sums = static_cast<size_t>(SumsOf(lines.smooth));
   std::array<int32_t, kPacket> xs{}, ys{};
   size_t found = 0;
   const auto flush = [&]() HWY_ATTR {
@@ -284,7 +377,20 @@ void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
     for (int x = roi.x0; x < roi.x1; ++x) {
       const size_t pixel = static_cast<size_t>(y - roi.y0) * static_cast<size_t>(roi.width()) +
                            static_cast<size_t>(x - roi.x0);
-      if (scratch.sums[2 * pixel + 1] > 0 || Masked(lines, x, y)) continue;
+      // Mostly there is none for long.
+      if (x + kLanes <= roi.x1) {
+        V value, weight;
+        if (lines.smooth) {
+          weight = MeansAt(scratch.sums.data() + 4 * pixel).weight;
+        } else {
+          hn::LoadInterleaved2(d, scratch.sums.data() + 2 * pixel, value, weight);
+        }
+        if (hn::AllTrue(d, hn::Gt(weight, hn::Zero(d)))) {
+          x += kLanes - 1;
+          continue;
+        }
+      }
+      if (scratch.sums[sums * pixel + 1] > 0 || Masked(lines, x, y)) continue;
       xs[found] = x, ys[found] = y;
       if (++found == kPacket) flush();
     }
@@ -293,9 +399,12 @@ void FillHoles(const Lines& lines, const Roi& roi, SharedScratch& scratch) {
 }
 
 void Share(const Lines& lines, const LineOutput& out, SharedScratch& scratch) {
+  const D d;
   const DI di;
   const Roi& roi = out.roi;
-  scratch.sums.assign(2 * (static_cast<size_t>(roi.pixels()) + kPacket), 0.0f);
+  const auto sums = static_cast<size_t>(SumsOf(lines.smooth));
+  // Whole vectors are read from the last pixel on.
+  scratch.sums.assign(sums * (static_cast<size_t>(roi.pixels()) + 2 * kPacket), 0.0f);
   // About three values for a pixel; lines long enough to earn their ends.
   const int served = std::max(80, lines.taps + lines.taps / 2);
   const int grid = static_cast<int>(std::sqrt(2.0 * served / kValues));
@@ -312,10 +421,21 @@ void Share(const Lines& lines, const LineOutput& out, SharedScratch& scratch) {
     }
   }
   FillHoles(lines, roi, scratch);
+  if (lines.smooth) return Centre(lines, out, scratch);
   for (int y = roi.y0; y < roi.y1; ++y) {
     float* const to = out.data + (y - roi.y0) * out.row;
     const size_t row = static_cast<size_t>(y - roi.y0) * static_cast<size_t>(roi.width());
-    for (int x = roi.x0; x < roi.x1; ++x) {
+    int x = roi.x0;
+    if (out.step == 1 && lines.mask == nullptr) {
+      for (; x + kLanes <= roi.x1; x += kLanes) {
+        V value, weight;
+        hn::LoadInterleaved2(d, scratch.sums.data() + 2 * (row + static_cast<size_t>(x - roi.x0)), value,
+                             weight);
+        const auto any = hn::Gt(weight, hn::Zero(d));
+        hn::StoreU(hn::IfThenElseZero(any, hn::Div(value, weight)), d, to + (x - roi.x0));
+      }
+    }
+    for (; x < roi.x1; ++x) {
       const size_t pixel = row + static_cast<size_t>(x - roi.x0);
       const float weight = scratch.sums[2 * pixel + 1];
       to[(x - roi.x0) * out.step] =

@@ -45,8 +45,14 @@ HWY_INLINE bool AllInside(const Lines& lines, const V2& first, const V2& p, int 
   return hn::AllTrue(d, hn::And(in_x, in_y));
 }
 
-// kChecked: lines may leave the picture; any integrator. Else only RK4 and the adaptive one.
-template <bool kChecked>
+HWY_INLINE bool IsLow(LicIntegrator integrator) {
+  return integrator == LicIntegrator::kEuler || integrator == LicIntegrator::kMidpoint;
+}
+// Which integrators code is made for: those of low order, the others, or both.
+enum class Orders { kLow, kHigh, kAny };
+
+// kChecked: lines may leave the picture.
+template <bool kChecked, Orders kOrders = Orders::kAny>
 class Walker {
  public:
   HWY_INLINE Walker(const Lines& lines, const Place& place, const Starts* starts)
@@ -119,7 +125,30 @@ class Walker {
     if (kChecked && !AllInside(lines_, first_[part], p)) {
       return VelocityAnywhere(lines_, place_, starts_[part], p);
     }
-    return VelocityInside(lines_, place_, base_[part], p);
+    return VelocityAt(lines_, place_, SampledInside(lines_, base_[part], p));
+  }
+  HWY_INLINE bool Inside(const V2* p) const {
+    bool inside = true;
+    for (int c = 0; kChecked && c < kChains; ++c)
+      inside = inside && AllInside(lines_, first_[c % kParts], p[c]);
+    return inside;
+  }
+  // The vectors of all chains. Where the samples are is found for all of them before the first one is taken:
+  // the processor, which looks only so far ahead, would else wait for one chain after the other.
+  template <bool kEven = false>
+  HWY_INLINE void AtAll(const V2* p, V2* v, Evenness* even = nullptr) const {
+    Sampled at[kChains];
+    HWY_UNROLL(4)
+    for (int c = 0; c < kChains; ++c) at[c] = SampledInside(lines_, base_[c % kParts], p[c]);
+    HWY_UNROLL(5)
+    for (int c = 0; c <= kChains; ++c) {
+      if (c < kChains) v[c] = VectorAt<kEven>(lines_, place_, at[c], even);
+      if (c > 0 && !lines_.speed) v[c - 1] = DirectionOf<kEven>(place_, v[c - 1], even);
+    }
+  }
+  HWY_INLINE void At(const V2* p, V2* v) const {
+    if (Inside(p)) return AtAll(p, v);
+    for (int c = 0; c < kChains; ++c) v[c] = VelocityAnywhere(lines_, place_, starts_[c % kParts], p[c]);
   }
   // So far inside that a step between two such places is inside: a curve that turns by 0.3 within ten pixels,
   // or by 0.2 within twenty, leaves its chord by less than one and a half.
@@ -134,36 +163,31 @@ class Walker {
   // the field to be not smooth where it is to be `even`.
   HWY_INLINE bool Step(float h, float limit, bool even, Stepped* to, V& turned) const {
     const D d;
-    const bool low =
-        lines_.integrator == LicIntegrator::kEuler || lines_.integrator == LicIntegrator::kMidpoint;
-    if (kChecked && low) {
-      for (int c = 0; c < kChains; ++c) {
-        const float signed_h = SignOf(c) * h;
-        V2 slope = v_[c];
-        if (lines_.integrator == LicIntegrator::kMidpoint) {
-          slope = At(c, Along(p_[c], hn::Set(d, 0.5f * signed_h), slope));
-        }
-        to[c].end = Along(p_[c], hn::Set(d, signed_h), slope);
+    if (kOrders == Orders::kLow || (kOrders == Orders::kAny && IsLow(lines_.integrator))) {
+      V2 slope[kChains];
+      for (int c = 0; c < kChains; ++c) slope[c] = v_[c];
+      if (lines_.integrator == LicIntegrator::kMidpoint) {
+        V2 at[kChains];
+        for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], hn::Set(d, 0.5f * h), slope[c]);
+        At(at, slope);
       }
+      for (int c = 0; c < kChains; ++c) to[c].end = Ahead(c, p_[c], hn::Set(d, h), slope[c]);
     } else {
       const V whole = hn::Set(d, h), half = hn::Set(d, 0.5f * h), sixth = hn::Set(d, h / 6.0f);
       const V two = hn::Set(d, 2.0f);
       const bool adaptive = lines_.integrator == LicIntegrator::kAdaptive;
-      V2 k2[kChains], k3[kChains], k4[kChains];
+      V2 at[kChains], k2[kChains], k3[kChains], k4[kChains];
+      HWY_UNROLL(4)
+      for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], half, v_[c]);
       if (even) {
         Evenness found{hn::Zero(d), hn::Set(d, hwy::HighestValue<float>())};
-        HWY_UNROLL(4)
-        for (int c = 0; c < kChains; ++c) {
-          const V2 middle = Ahead(c, p_[c], half, v_[c]);
-          if (kChecked && !AllInside(lines_, first_[c % kParts], middle)) return false;
-          k2[c] = VelocityInside<true>(lines_, place_, base_[c % kParts], middle, &found);
-        }
+        if (!Inside(at)) return false;
+        AtAll<true>(at, k2, &found);
         const float twist = hn::GetLane(hn::MaxOfLanes(d, found.twist));
         const float squared = hn::GetLane(hn::MinOfLanes(d, found.squared));
         if (!(twist * twist <= kEven * kEven * squared)) return false;
       } else {
-        HWY_UNROLL(4)
-        for (int c = 0; c < kChains; ++c) k2[c] = At(c, Ahead(c, p_[c], half, v_[c]));
+        At(at, k2);
       }
       if (adaptive && limit < kNoLimit) {
         V half_turned = hn::Zero(d);
@@ -172,9 +196,11 @@ class Walker {
         if (!hn::AllFalse(d, hn::Gt(half_turned, hn::Set(d, kHalfTurn * limit)))) return false;
       }
       HWY_UNROLL(4)
-      for (int c = 0; c < kChains; ++c) k3[c] = At(c, Ahead(c, p_[c], half, k2[c]));
+      for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], half, k2[c]);
+      At(at, k3);
       HWY_UNROLL(4)
-      for (int c = 0; c < kChains; ++c) k4[c] = At(c, Ahead(c, p_[c], whole, k3[c]));
+      for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], whole, k3[c]);
+      At(at, k4);
       HWY_UNROLL(4)
       for (int c = 0; c < kChains; ++c) {
         const V2 sum{hn::MulAdd(two, hn::Add(k2[c].x, k3[c].x), hn::Add(v_[c].x, k4[c].x)),
@@ -194,8 +220,12 @@ class Walker {
         }
       }
     }
+    V2 ends[kChains], last[kChains];
     HWY_UNROLL(4)
-    for (int c = 0; c < kChains; ++c) to[c].velocity = At(c, to[c].end);
+    for (int c = 0; c < kChains; ++c) ends[c] = to[c].end;
+    At(ends, last);
+    HWY_UNROLL(4)
+    for (int c = 0; c < kChains; ++c) to[c].velocity = last[c];
     return true;
   }
   static HWY_INLINE V Turn(const V2& a, const V2& b) {
