@@ -1,5 +1,5 @@
-// Volumes: the hypertexture paper's six effects beside its frame rates, its turbulence table with errors, and
-// five ways to composite one density volume, speed against error.
+// Volumes: the hypertexture paper's six effects beside its frame rates, scenes of several volumes, its
+// turbulence table with errors, and five ways to composite one density volume, speed against error.
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -41,6 +41,16 @@ const Volume& Body() {
   static const Volume kBody = DistanceField(
       Solid::Parse("body"), VolumeSpec::Centred({kSide, kSide, kSide}, PixelType::kUint16), 0.25);
   return kBody;
+}
+
+const Volume& Cloud() {
+  static const Volume kCloud(VolumeSpec::Centred({128, 128, 128}, PixelType::kUint16), [](const Vector3& p) {
+    return std::exp(-5 * Dot(p, p)) * (0.6 + 0.4 * std::sin(9 * p[0]) * std::cos(8 * p[1] + 5 * p[2]));
+  });
+  return kCloud;
+}
+VolumeTransferFunction CloudColors() {
+  return {{{0.1, {0.1, 0.2, 1}, 0}, {0.5, {1, 0.6, 0.2}, 0.08}, {1, {1, 1, 1}, 0.3}}, 0.02};
 }
 
 VolumeParams Params(const Volume& volume, VolumeMode mode, int width, int height, double view = kView) {
@@ -126,26 +136,55 @@ void RegisterMethods(const Options& options) {
   static constexpr const char* kNames[] = {"rays", "slices", "shells", "stacks", "shear-warp"};
   for (const bool parallel : {true, false}) {
     const std::vector<std::string> names(std::begin(kNames), std::end(kNames));
-    Register(
-        parallel ? "methods, parallel" : "methods, perspective", "uint16 128^3", kSize, kSize, options, names,
-        [=] {
-          const Volume cloud(VolumeSpec::Centred({128, 128, 128}, PixelType::kUint16), [](const Vector3& p) {
-            return std::exp(-5 * Dot(p, p)) *
-                   (0.6 + 0.4 * std::sin(9 * p[0]) * std::cos(8 * p[1] + 5 * p[2]));
-          });
-          VolumeParams p = Params(cloud, VolumeMode::kUnder, kSize, kSize, parallel ? 0 : kView);
-          p.transfer = {{{0.1, {0.1, 0.2, 1}, 0}, {0.5, {1, 0.6, 0.2}, 0.08}, {1, {1, 1, 1}, 0.3}}, 0.02};
-          Contest c = PictureOf(kSize, kSize);
-          for (int m = 0; m < 5; ++m) {
-            p.method = static_cast<VolumeMethod>(m);
-            c.ways.push_back({kNames[m], RenderVolume(c.output.spec(), cloud, p)});
+    Register(parallel ? "methods, parallel" : "methods, perspective", "uint16 128^3", kSize, kSize, options,
+             names, [=] {
+               const Volume& cloud = Cloud();
+               VolumeParams p = Params(cloud, VolumeMode::kUnder, kSize, kSize, parallel ? 0 : kView);
+               p.transfer = CloudColors();
+               Contest c = PictureOf(kSize, kSize);
+               for (int m = 0; m < 5; ++m) {
+                 p.method = static_cast<VolumeMethod>(m);
+                 c.ways.push_back({kNames[m], RenderVolume(c.output.spec(), cloud, p)});
+               }
+               p.method = VolumeMethod::kRays;
+               p.termination = 0;
+               p.step = cloud.spec().spacing[0] / 10;
+               c.truth = RenderVolume(c.output.spec(), cloud, p);
+               return c;
+             });
+  }
+}
+
+// Several volumes in one march: a surface that ends the rays of a medium, media whose extinctions add up
+// where they overlap, and all three.
+void RegisterScenes(const Options& options) {
+  struct Scene {
+    const char* name;
+    std::vector<VolumeMode> modes;  // of the body, or of the cloud beside it
+  };
+  static const Scene kScenes[] = {
+      {"two volumes, lit and cloud", {VolumeMode::kIso, VolumeMode::kUnder}},
+      {"two volumes, fire and cloud", {VolumeMode::kFire, VolumeMode::kUnder}},
+      {"three volumes, lit, fire and cloud", {VolumeMode::kIso, VolumeMode::kFire, VolumeMode::kUnder}}};
+  for (const Scene& scene : kScenes) {
+    for (const auto [width, height] : kFrames) {
+      Register(scene.name, "uint16", width, height, options, {""}, [&scene, width = width, height = height] {
+        std::vector<PlacedVolume> volumes;
+        for (const VolumeMode mode : scene.modes) {
+          PlacedVolume v;
+          v.volume = mode == VolumeMode::kUnder ? Cloud() : Body();
+          v.params = Params(Body(), mode, width, height);
+          if (mode == VolumeMode::kUnder) {
+            v.params.transfer = CloudColors();
+            v.to_world[3] = 0.5;  // half beside the body
           }
-          p.method = VolumeMethod::kRays;
-          p.termination = 0;
-          p.step = cloud.spec().spacing[0] / 10;
-          c.truth = RenderVolume(c.output.spec(), cloud, p);
-          return c;
-        });
+          volumes.push_back(v);
+        }
+        Contest c = PictureOf(width, height);
+        c.ways = {{"", RenderVolumes(c.output.spec(), volumes)}};
+        return c;
+      });
+    }
   }
 }
 
@@ -165,6 +204,7 @@ int main(int argc, char** argv) {
   }
   return RunSuite(argc, argv, [](const Options& options) {
     RegisterEffects(options);
+    RegisterScenes(options);
     RegisterMethods(options);
     RegisterTurbulence(options);
   });

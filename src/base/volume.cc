@@ -73,7 +73,8 @@ void Check(const VolumeSpec& s) {
                                 "x" + std::to_string(s.size[2]) +
                                 ", expected at least 1 voxel along every axis");
     }
-    voxels = voxels > (int64_t{1} << 32) ? voxels : voxels * (int64_t{n} + base::kVolumeBorder);
+    voxels =
+        voxels > std::numeric_limits<int32_t>::max() ? voxels : voxels * (int64_t{n} + base::kVolumeBorder);
   }
   if (voxels > std::numeric_limits<int32_t>::max()) {
     throw Error(kSubject, "found " + std::to_string(s.size[0]) + "x" + std::to_string(s.size[1]) + "x" +

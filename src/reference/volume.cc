@@ -369,6 +369,10 @@ void Evaluate(const Call& call) {
   const Scene scene(draw);
   const Roi& roi = call.out.roi;
   constexpr double kBound = 168 * 0x1p-24;  // the row's
+  // Rays are moved by 1e-4 voxel for the response. A sheared picture is resampled, which moves them by up to
+  // half a voxel and smooths them.
+  const bool sheared = draw.params.method == VolumeMethod::kShearWarp;
+  const double sway = sheared ? 0.5e4 : 1, resampled = sheared ? 0.02 : 0;
   for (int y = roi.y0; y < roi.y1; ++y) {
     for (int x = roi.x0; x < roi.x1; ++x) {
       const double depth = draw.with_scene ? call.in[0].at(x, y, 0) : kEndless;
@@ -385,8 +389,8 @@ void Evaluate(const Call& call) {
         const auto k = static_cast<size_t>(c);
         call.out.at(x, y, c) = r[k];
         if (call.scale == nullptr) continue;
-        const double ends = scene.termination() * scene.brightest();
-        call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (response[k] + ends) / kBound;
+        const double ends = (scene.termination() + resampled) * scene.brightest();
+        call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (sway * response[k] + ends) / kBound;
       }
     }
   }

@@ -292,6 +292,9 @@ TEST(VolumePicture, MethodsShowTheSame) {
       EXPECT_LT(std::sqrt(sum / 1600), 0.02);
       EXPECT_LT(MaxDifference(image, fine), 0.08);
     }
+    const VerifyReport report = Verify(RenderVolume(Size(40, 40), v, p), PixelType::kFloat,
+                                       {.samples = 2, .tile_size = 12, .render = {}});
+    EXPECT_TRUE(report.within_bound) << azimuth << ": " << report.Summary();
   }
   p.method = VolumeMethod::kShearWarp;
   p.camera = Camera::Perspective({0, 0, 0.5}, {0, 0, 0}, {0, 1, 0}, 30, 1, 0.1, 10);  // within the volume

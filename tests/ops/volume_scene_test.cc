@@ -210,6 +210,23 @@ TEST(VolumeScene, TheCommandAddsToThePictureBelow) {
   EXPECT_THROW(node(ball + "with=1", {FromImage(alone)}), Error);
 }
 
+// Integers keep the distances up to the levels that are drawn.
+TEST(VolumeScene, LevelsFarFromTheSurfaceAreKept) {
+  const ops::OpInfo& op = *ops::FindOp("volume");
+  const auto picture = [&](const std::string& words) {
+    return Render(op.make({}, ops::ParseExample(op, words + " dims=32 size=24x24"), nullptr));
+  };
+  for (const std::string words : {"solid=sphere(0,0,0,.6) mode=hyper soft=0.3",
+                                  "solid=sphere(0,0,0,.4) iso=0.26", "solid=sphere(0,0,0,.6) iso=-0.3"}) {
+    const Image floats = picture(words + " type=float");
+    EXPECT_GT(floats.at<float>(12, 12, 3), 0.5f) << words;
+    EXPECT_LT(floats.at<float>(0, 0, 3), 0.5f) << words;
+    EXPECT_LT(MaxDifference(picture(words), floats), 5e-3) << words;
+    EXPECT_THROW(picture(words + " range=0.2"), Error) << words;
+  }
+  EXPECT_THROW(picture("solid=body file=body.vdb"), Error);
+}
+
 TEST(VolumeScene, RefusesWhatIsNoScene) {
   const PlacedVolume fog = Slab({1, 1, 1}, 0.2, 0, 0);
   std::vector<PlacedVolume> two = {fog, fog};

@@ -69,6 +69,10 @@ TEST(Volume, RefusesWhatIsNone) {
   s.spacing[1] = 0;
   EXPECT_THROW(Volume{s}, Error);
   EXPECT_THROW(Volume(VolumeSpec::Centred({2000, 2000, 2000}, PixelType::kUint8)), Error);
+  VolumeSpec endless = s;
+  endless.spacing[1] = 1;
+  endless.size = {65533, 65533, 2147483645};
+  EXPECT_THROW(Volume{endless}, Error);
   const Image stack(ImageSpec(4, 9, 1));
   EXPECT_THROW(Volume::FromImage(stack.view(), 4), Error);
 }

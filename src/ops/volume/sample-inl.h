@@ -112,9 +112,9 @@ HWY_INLINE Block BlockOf(const Field& field, const Vec3& p) {
   };
   Block b;
   b.at = {axis(p.x, field.last[0]), axis(p.y, field.last[1]), axis(p.z, field.last[2])};
-  // Floats count the blocks of a slice; those of a large volume only integers do.
-  const VI in_slice = WholeOf(hn::MulAdd(b.at.y, Set(static_cast<float>(field.blocks[0])), b.at.x));
-  b.index = hn::Add(hn::Mul(WholeOf(b.at.z), hn::Set(DI(), field.blocks[1])), in_slice);
+  // Floats count the blocks of a row; those of a large slice only integers do.
+  const VI line = hn::Add(hn::Mul(WholeOf(b.at.y), hn::Set(DI(), field.blocks[0])), WholeOf(b.at.x));
+  b.index = hn::Add(hn::Mul(WholeOf(b.at.z), hn::Set(DI(), field.blocks[1])), line);
   return b;
 }
 // Its entry; the lower byte alone is the room.

@@ -123,6 +123,10 @@ class Search {
       active_[k] = rays[k].hits;
       found_[k] = hn::MaskFromVec(hn::Zero(D()));
       last_[k] = value_[k] = hn::Zero(D());
+      outside_[k] = from_[k] = hn::Sub(i_[k], Set(1));
+      free_[k] = Set(kUnknown);
+      // Rounding may put the last place behind the end.
+      final_[k] = hn::Sub(hn::Floor(hn::Div(hn::Sub(rays[k].end, rays[k].begin), step_[k])), Set(1));
     }
   }
 
@@ -165,6 +169,28 @@ class Search {
     active_[k] = hn::AndNot(inside, active_[k]);
     i_[k] = hn::Add(i_[k], hn::Max(steps, Set(1)));
   }
+  // As Step, of a displaced field, whose steps have to be short: as long as free ways of `free` places before
+  // and behind meet, what lies between two places is outside. The free way is taken to shrink as it did
+  // before; where it turns out too short, the place behind what is known is next.
+  HWY_INLINE void Stride(int k, M near, V free) {
+    const V zero = hn::Zero(D()), one = Set(1);
+    free = hn::Max(free, zero);
+    const V whole = hn::Floor(free), i = i_[k], next = hn::Add(outside_[k], one);
+    const M inside = hn::And(near, hn::Le(value_[k], zero));
+    const M gap = hn::Gt(hn::Sub(i, hn::IfThenZeroElse(inside, whole)), next);
+    const M first = hn::AndNot(gap, inside);
+    found_[k] = hn::Or(found_[k], first);
+    last_[k] = hn::IfThenElse(first, i, last_[k]);
+    active_[k] = hn::AndNot(first, active_[k]);
+    // The ways meet after 2 / (1 + rate) of this one; a little less is tried.
+    const V rate = hn::Div(hn::Sub(free_[k], free), hn::Sub(i, from_[k]));
+    const V meet = hn::Div(hn::Mul(Set(1.8f), free), hn::Max(hn::Add(one, rate), Set(0.6f)));
+    const V tried = hn::IfThenElseZero(near, hn::Min(hn::Floor(meet), hn::Sub(final_[k], i)));
+    i_[k] = hn::IfThenElse(gap, next, hn::Add(i, hn::Max(hn::Max(tried, whole), one)));
+    outside_[k] = hn::IfThenElse(gap, outside_[k], hn::Add(i, whole));
+    from_[k] = hn::IfThenElse(gap, from_[k], i);
+    free_[k] = hn::IfThenElse(gap, free_[k], hn::IfThenElse(near, free, Set(kUnknown)));
+  }
   HWY_INLINE void Walk() {
     Vec3 p[kSets];
     Arrive(p);
@@ -189,11 +215,11 @@ class Search {
     };
     for (int k = 0; k < kSets; ++k) {
       near[k] = active_[k];
-      steps[k] = Set(1);
+      steps[k] = hn::Zero(d);
       if (among_) continue;
       look_up(k, field.leap, p[k]);
       near[k] = hn::And(active_[k], hn::Lt(room[k], Set(1)));
-      steps[k] = hn::Floor(hn::Mul(room[k], per_voxel));
+      steps[k] = hn::Mul(room[k], per_voxel);
     }
     if (Some(near)) {
       Vec3 read[kSets];
@@ -215,12 +241,18 @@ class Search {
           away[k] = hn::AndNot(hn::And(near[k], hn::Lt(free, edge)), active_[k]);
           free = hn::Mul(free, SlowDown(args_, rays_[k]).Within(p[k], hn::Max(free, hn::Zero(d))));
         }
-        steps[k] = hn::IfThenElse(near[k], hn::Floor(hn::Mul(free, per_voxel)), steps[k]);
+        steps[k] = hn::IfThenElse(near[k], hn::Mul(free, per_voxel), steps[k]);
         value_[k] = hn::IfThenElse(near[k], v[k], value_[k]);
       }
       if constexpr (kSags) among_ = !Some(away);
     }
-    for (int k = 0; k < kSets; ++k) Step(k, near[k], steps[k]);
+    for (int k = 0; k < kSets; ++k) {
+      if constexpr (kSags) {
+        Stride(k, near[k], steps[k]);
+      } else {
+        Step(k, near[k], hn::Floor(steps[k]));
+      }
+    }
   }
   // Between two neighbours of the grid the field is almost linear: secants, of which the end that stays is
   // weighed half (the Illinois rule), so that both ends close in where the field has a kink.
@@ -265,6 +297,10 @@ class Search {
   V step_[kSets], i_[kSets];
   M active_[kSets], found_[kSets];
   V last_[kSets], value_[kSets];  // of the grid's first place inside
+  // A displaced field's: the last place before which all are outside; where the free way was measured, and
+  // how many places it had; the last place of the ray.
+  V outside_[kSets], from_[kSets], free_[kSets], final_[kSets];
+  static constexpr float kUnknown = 1e9f;
   // A displaced field matters in wide regions: in small steps through one, its leaps are not asked again.
   bool among_ = false;
 };

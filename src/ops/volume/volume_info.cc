@@ -73,7 +73,29 @@ int Operands(const Arguments& a) {
   return (made ? 0 : 1) + (a.Flag("scene") ? 1 : 0) + (a.Flag("with") ? 1 : 0);
 }
 
+// The distances that integers are to keep: beyond the levels that are drawn, or all outside would be taken
+// for the soft region. 0 where the default does.
+double RangeOf(const Arguments& a, const VolumeSpec& spec) {
+  const double range = a.Number("range");
+  const bool integers = spec.type == PixelType::kUint8 || spec.type == PixelType::kUint16;
+  if (!integers || ChoiceOf<VolumeMode>(a, "mode", kModes) >= VolumeMode::kOver) return range;
+  constexpr double kWidestSoft = 0.12;  // where none is given
+  const double soft = a.Number("soft") < 0 ? kWidestSoft : a.Number("soft");
+  const double furthest = std::max(std::fabs(a.Number("iso")), std::fabs(a.Number("iso") + soft));
+  if (range > 0) {
+    if (range > furthest) return range;
+    throw Error("volume:range", "found " + std::to_string(range) + " for integers, expected more than " +
+                                    std::to_string(furthest) + ", the furthest level, or type=float");
+  }
+  double longest = 0;
+  for (size_t k = 0; k < 3; ++k) longest = std::max(longest, spec.size[k] * spec.spacing[k]);
+  constexpr double kMargin = 1.05;
+  return kMargin * furthest > longest / 8 ? kMargin * furthest : 0;
+}
+
 Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
+  if (int{a.Given("solid")} + int{a.Given("mesh")} + int{a.Given("file")} > 1)
+    throw Error(kName, "found more than one of solid=, mesh= and file=, expected one source");
   const auto type = ChoiceOf<PixelType>(a, "type", kTypes);
   const std::vector<double>& dims = a.Numbers("dims");
   Volume volume;
@@ -82,11 +104,11 @@ Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
     const std::array<int, 3> size = SizesOf(a.Given("dims") ? dims : std::vector<double>{128});
     const VolumeSpec spec = VolumeSpec::Centred(size, type, spacing);
     if (a.Given("solid")) {
-      volume = DistanceField(Solid::Parse(a.Text("solid")), spec, a.Number("range"));
+      volume = DistanceField(Solid::Parse(a.Text("solid")), spec, RangeOf(a, spec));
     } else {
       Mesh mesh = ReadMesh(a.Text("mesh"));
       FitMesh(mesh, kMeshSide);
-      volume = DistanceField(mesh, spec, a.Number("range"));
+      volume = DistanceField(mesh, spec, RangeOf(a, spec));
     }
   } else if (a.Given("file")) {
     VolumeFileParams f;
@@ -108,7 +130,9 @@ Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
   DistanceFieldParams d;
   d.iso = a.Number("distance");
   d.type = a.Given("type") && !a.Given("file") ? type : PixelType::kUint16;
-  d.range = a.Number("range");
+  VolumeSpec spec = volume.spec();
+  spec.type = d.type;
+  d.range = RangeOf(a, spec);
   return DistanceField(volume, d);
 }
 
@@ -262,7 +286,7 @@ OpInfo VolumeInfo() {
       "Volumetric Objects, 2005; Lacroute and Levoy, 1994; spec/volume-and-hypertexture.md.";
   info.bound =
       "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
-      "colour";
+      "colour; shearwarp resamples: half a voxel, plus 0.02 * brightest colour";
   info.bound_u = 168;
   info.modifiers = {
       TextModifier("solid", "a solid in words, see below"),
@@ -271,8 +295,10 @@ OpInfo VolumeInfo() {
       Numbers("dims", "128", 1, 3, "voxels: one number, or x,y,z"),
       ChoiceModifier("type", {"uint16", "uint8", "half", "float"}, "sample type of solids and raw files"),
       Numbers("spacing", "1,1,1", 3, 3, "proportions of a voxel"),
-      NumberModifier("range", "0", 0, 1e6,
-                     "distances kept by integer types, world units; 0 is an eighth of the longest side"),
+      NumberModifier(
+          "range", "0", 0, 1e6,
+          "distances kept by integer types, world units; 0 is an eighth of the longest side, or what the "
+          "levels drawn need"),
       IntegerModifier("slices", "1", 1, 65536, "slices one above the other in an image"),
       IntegerModifier("channel", "0", 0, 1023, "channel of images"),
       IntegerModifier("header", "0", 0, 1e9, "bytes before raw samples"),
