@@ -374,6 +374,15 @@ double DifferenceFromTheirs(const Image& ours, const OIIO::ImageBuf& theirs) {
   return LargestDifference(ours, copy);
 }
 
+TEST(FilterTest, UnsharpBlursByEveryMethod) {
+  const Node node = FromImage(Random(60, 45, 3));
+  const Image direct = Render(UnsharpMask(node, {.width = 9, .method = FilterMethod::kDirect}));
+  for (const FilterMethod method : {FilterMethod::kAuto, FilterMethod::kSeparable, FilterMethod::kFft}) {
+    EXPECT_LT(LargestDifference(Render(UnsharpMask(node, {.width = 9, .method = method})), direct), 1e-5);
+  }
+  EXPECT_THROW(UnsharpMask(node, {.kernel = "median", .method = FilterMethod::kDirect}), Error);
+}
+
 TEST(FilterTest, EqualsOpenImageIo) {
   using namespace OIIO;
   const Image image = Random(60, 45, 4);

@@ -153,6 +153,7 @@ struct UnsharpParams {
   double width = 3, contrast = 1, threshold = 0;
   BorderMode border = BorderMode::kClamp;
   int bits = 0;  // 8 to 32: blurred through an accumulation buffer, see Convolve; not with "median"
+  FilterMethod method = FilterMethod::kAuto;  // of the blur, as Convolve has them; "median" has kAuto alone
 };
 Node UnsharpMask(const Node& image, const UnsharpParams& params = {});
 

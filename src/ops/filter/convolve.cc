@@ -169,13 +169,11 @@ Node Apply(const Node& image, const Node& kernel_image, Convolution convolution)
   });
 }
 
-const std::vector<std::string> kWindowMethods = {"auto", "direct", "separable", "lowrank", "fft"};
-
 // Modifiers of every operation with a fixed kernel.
 std::vector<ParamInfo> CommonModifiers() {
   return {BorderModifier(),
           BorderValueModifier(),
-          MethodModifier(kWindowMethods),
+          MethodModifier(),
           {.name = "preservealpha",
            .type = ParamType::kFlag,
            .default_value = "0",

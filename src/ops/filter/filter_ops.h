@@ -25,7 +25,8 @@ OpInfo ErodeInfo();
 // `:border=`, `:bordervalue=`, `:method=` and what they mean.
 ParamInfo BorderModifier();
 ParamInfo BorderValueModifier();
-ParamInfo MethodModifier(std::vector<std::string> methods);
+ParamInfo MethodModifier(std::vector<std::string> methods = {"auto", "direct", "separable", "lowrank",
+                                                             "fft"});
 // `:bits=`: 0, or the binary places of an accumulation buffer.
 ParamInfo BufferBitsModifier();
 BorderMode BorderNamed(const std::string& name);

@@ -196,13 +196,16 @@ OpInfo SobelInfo() {
   info.bound_u = 4;
   ParamInfo border = BorderModifier();
   border.choices = {"clamp", "black", "repeat", "mirror", "mirror101"};
+  ParamInfo method = MethodModifier({"auto", "direct", "separable"});
+  method.help = "all are the same differences and sums";
   info.modifiers = {{.name = "output",
                      .type = ParamType::kChoice,
                      .default_value = "magnitude",
                      .help = "what is written",
                      .choices = {"magnitude", "direction", "xy"}},
                     border,
-                    BufferBitsModifier()};
+                    BufferBitsModifier(),
+                    method};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::string& output = a.Text("output");
     return Sobel(in[0], {output == "xy"          ? SobelOutput::kXY

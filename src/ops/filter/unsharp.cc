@@ -96,12 +96,15 @@ OpInfo UnsharpInfo() {
                      .help = "smaller differences are dropped",
                      .min = 0},
                     BorderModifier(),
-                    BufferBitsModifier()};
+                    BufferBitsModifier(),
+                    MethodModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return UnsharpMask(in[0], {a.Text("kernel"), a.Number("width"), a.Number("contrast"),
-                               a.Number("threshold"), BorderNamed(a.Text("border")), a.Integer("bits")});
+    return UnsharpMask(in[0],
+                       {a.Text("kernel"), a.Number("width"), a.Number("contrast"), a.Number("threshold"),
+                        BorderNamed(a.Text("border")), a.Integer("bits"), MethodNamed(a.Text("method"))});
   };
-  info.examples = {"", "kernel=box width=7 contrast=0.6 border=mirror", "kernel=median width=3"};
+  info.examples = {"", "kernel=box width=7 contrast=0.6 border=mirror", "kernel=median width=3",
+                   "width=5 method=fft"};
   return info;
 }
 
@@ -123,11 +126,13 @@ Node UnsharpMask(const Node& image, const UnsharpParams& p) {
       throw Error("unsharp", "found bits=" + std::to_string(p.bits) +
                                  " with the kernel median, which sums nothing, expected another kernel");
     }
+    if (p.method != FilterMethod::kAuto)
+      throw Error("unsharp", "found a method with the kernel median, which sums nothing, expected auto");
     const int size = static_cast<int>(p.width + 0.999999);
     blurred = Median(image, {size, size});
   } else {
     ConvolveParams c;
-    c.border = p.border, c.bits = p.bits;
+    c.border = p.border, c.bits = p.bits, c.method = p.method;
     blurred = Convolve(image, NamedKernel(p.kernel, p.width, p.width), c);
   }
   return graph::MakeNode(std::make_shared<const ops::UnsharpOp>(p), {image, blurred});
