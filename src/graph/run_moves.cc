@@ -1,11 +1,10 @@
+// Finds, for every byte of a result's pixels, the byte that it is a copy of.
 #include "graph/run_moves.h"
 
 #include <array>
 #include <cstring>
 #include <optional>
 #include <vector>
-
-#include "simd/moves.h"
 
 namespace tessera::graph {
 namespace {

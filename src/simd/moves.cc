@@ -1,11 +1,13 @@
-// Bound by memory: one shuffle of 16 bytes moves as many pixels as fit, through a buffer in the first cache.
-#include "simd/moves.h"
-
+// Bytes moved between rows of pixels. Bound by memory: one shuffle of 16 bytes moves as many pixels as fit,
+// through a buffer in the first cache.
 #include <hwy/cache_control.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
+
+#include "simd/pixels.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/moves.cc"

@@ -32,19 +32,19 @@ HWY_INLINE hn::Vec<D> Settled(D d, hn::Vec<D> exact) {
   return hn::Min(hn::Max(exact, hn::Sub(code, reach)), hn::Add(code, reach));
 }
 
-// ---- Bytes, in floats ----
+// ---- Bytes, and words under small weights, in floats ----
 
 using DB = hn::CappedTag<float, 16>;
 using VB = hn::Vec<DB>;
 constexpr int kByteLanes = static_cast<int>(hn::MaxLanes(DB()));
 
-// The mean of a sum of bytes times whole weights over a whole divisor, settled, as a sample. The sum and the
-// divisor together are below 2^24, so that all products are exact.
-HWY_INLINE VB SettledSample(VB sum, VB divisor) {
+// The mean of a sum of codes times whole weights over a whole divisor, settled, as a sample. The sum and the
+// divisor together are at most 2^24, so that all products are exact.
+HWY_INLINE VB SettledSample(VB sum, VB divisor, float largest = 255) {
   const DB d;
-  // Moved so far from a tie, relatively, a result divided by 255 and multiplied by it again stays on its
-  // side.
-  const auto aside = hn::Set(d, 0x1.8p-23f), half = hn::Set(d, 0.5f), largest = hn::Set(d, 255.0f);
+  // Moved so far from a tie, relatively, a result divided by the largest code and multiplied by it again
+  // stays on its side.
+  const auto aside = hn::Set(d, 0x1.8p-23f), half = hn::Set(d, 0.5f);
   const VB mean = hn::Div(sum, divisor), nearest = hn::Round(mean);
   const VB rest = hn::NegMulAdd(nearest, divisor, sum), twice = hn::Add(hn::Abs(rest), hn::Abs(rest));
   const VB halved = hn::Mul(nearest, half);
@@ -52,7 +52,7 @@ HWY_INLINE VB SettledSample(VB sum, VB divisor) {
   const auto off = hn::Or(hn::Gt(twice, divisor), hn::And(hn::Eq(twice, divisor), odd));
   const VB code = hn::IfThenElse(off, hn::Add(nearest, hn::CopySign(hn::Set(d, 1.0f), rest)), nearest);
   const VB reach = hn::NegMulAdd(hn::Add(hn::Abs(code), half), aside, half);
-  return hn::Div(hn::Min(hn::Max(mean, hn::Sub(code, reach)), hn::Add(code, reach)), largest);
+  return hn::Div(hn::Min(hn::Max(mean, hn::Sub(code, reach)), hn::Add(code, reach)), hn::Set(d, largest));
 }
 
 // As floats; every NaN as the same one.

@@ -1,5 +1,6 @@
-// Bytes are whole numbers below 2^8: floats hold their sums exactly where weights are small whole numbers,
-// and come near to a tie so rarely elsewhere that doubles are wanted for one result in thousands.
+// Bytes are whole numbers below 2^8: floats hold their sums exactly where weights are small whole numbers (of
+// 16-bit codes where they are very small), and come near to a tie so rarely elsewhere that doubles are wanted
+// for one result in thousands.
 #include "ops/filter/fir_bytes.h"
 
 #include <algorithm>
@@ -16,22 +17,23 @@
 #ifndef TESSERA_OPS_FILTER_FIR_BYTES_CC_
 #define TESSERA_OPS_FILTER_FIR_BYTES_CC_
 namespace tessera::ops {
-constexpr float kLargestByte = 255;
+constexpr float kLargestByte = 255, kLargestWord = 65535;
 }  // namespace tessera::ops
 #endif  // TESSERA_OPS_FILTER_FIR_BYTES_CC_
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 
-// The codes of `count` samples, what is none as 0, and zeros up to `padded`, a multiple of 16; whether all
-// are codes. Null: none are kept.
-bool ToBytes(const float* HWY_RESTRICT samples, int count, int padded, float* HWY_RESTRICT codes) {
+// The codes of `count` samples, what is none, to within `near`, as 0, and zeros up to `padded`, a multiple of
+// 16; whether all are codes. Null: none are kept.
+bool ToCodes(float largest_code, float near, const float* HWY_RESTRICT samples, int count, int padded,
+             float* HWY_RESTRICT codes) {
   const DB d;
-  const auto largest = hn::Set(d, kLargestByte), zero = hn::Zero(d);
+  const auto largest = hn::Set(d, largest_code), zero = hn::Zero(d);
   auto all = hn::Eq(zero, zero);
   const auto code_of = [&](auto sample, auto& whole) HWY_ATTR {
     const auto code = hn::Mul(sample, largest), nearest = hn::Round(code);
-    whole = hn::And(hn::Lt(hn::Abs(hn::Sub(code, nearest)), hn::Set(d, static_cast<float>(kWholeCode))),
+    whole = hn::And(hn::Lt(hn::Abs(hn::Sub(code, nearest)), hn::Set(d, near)),
                     hn::And(hn::Ge(nearest, zero), hn::Le(nearest, largest)));
     return hn::IfThenElseZero(whole, nearest);
   };
@@ -66,9 +68,9 @@ HWY_INLINE void ForVectors(float* row, int count, const F& f) {
 }
 
 // Exact sums, whole numbers, over the divisor.
-void SettleWhole(float divisor, float* row, int count) {
+void SettleWhole(float divisor, float largest, float* row, int count) {
   const auto over = hn::Set(DB(), divisor);
-  ForVectors(row, count, [&](VB sum, int) HWY_ATTR { return SettledSample(sum, over); });
+  ForVectors(row, count, [&](VB sum, int) HWY_ATTR { return SettledSample(sum, over, largest); });
 }
 
 // Indices of a row whose lanes of the vector at i are marked.
@@ -159,7 +161,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(ToBytes);
+HWY_EXPORT(ToCodes);
 HWY_EXPORT(SettleWhole);
 HWY_EXPORT(SettleSums);
 HWY_EXPORT(CodesOfBytes);
@@ -208,20 +210,28 @@ BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& we
                    [&](double v) { return static_cast<float>(std::round(v * divisor)); });
     w.words = MakeWholeWindow(width, height, std::vector<double>(whole.begin(), whole.end()),
                               static_cast<int>(divisor));
-    if (separable) break;
-    w.divisor = static_cast<float>(divisor);
-    w.whole = MakeDirectWindow(width, height, std::move(whole));
+    constexpr int kMostTapsOfWords = 25;  // sums in double by columns and rows are faster beyond
+    if (width * height <= kMostTapsOfWords && kLargestWord * sum + divisor <= 0x1p24)
+      w.divisor_of_words = static_cast<float>(divisor);
+    if (!separable) w.divisor = static_cast<float>(divisor);
+    if (w.divisor != 0 || w.divisor_of_words != 0)
+      w.whole = MakeDirectWindow(width, height, std::move(whole));
     break;
   }
   return w;
 }
 
 bool AreBytes(const float* samples, int count) {
-  return HWY_DYNAMIC_DISPATCH(ToBytes)(samples, count, count, nullptr);
+  return HWY_DYNAMIC_DISPATCH(ToCodes)(kLargestByte, static_cast<float>(kWholeCode), samples, count, count,
+                                       nullptr);
 }
 
-void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile& tile, base::Arena& scratch,
-              const std::function<void(const FirTile&)>& sum) {
+void RunBytes(const BytesWindow& window, const CodesWindow& exact, int largest, const FirTile& tile,
+              base::Arena& scratch, const std::function<void(const FirTile&)>& sum) {
+  const bool words = largest > kLargestByte;
+  const float divisor = words ? window.divisor_of_words : window.divisor;
+  // Floats of words are off by up to 0.008 of a code.
+  const auto near = static_cast<float>(words ? 2 * kWholeCode : kWholeCode);
   const int rows = tile.rows + exact.height - 1;
   const int floats = tile.floats + (exact.width - 1) * tile.channels;
   const int stride = (floats + 31) / 16 * 16;  // a vector beyond the last tap may be read
@@ -229,9 +239,10 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile
   auto* const held = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows) + 16);
   codes.in = held, codes.in_stride = stride, codes.stream = false;
   bool all = true;
-  auto* const convert = &HWY_DYNAMIC_DISPATCH(ToBytes);
+  auto* const convert = &HWY_DYNAMIC_DISPATCH(ToCodes);
   for (int y = 0; y < rows; ++y) {
-    all = convert(tile.in + y * tile.in_stride, floats, stride, held + ptrdiff_t{y} * stride) && all;
+    float* const to = held + ptrdiff_t{y} * stride;
+    all = convert(static_cast<float>(largest), near, tile.in + y * tile.in_stride, floats, stride, to) && all;
   }
   std::fill_n(held + ptrdiff_t{rows} * stride, 16, 0.0f);
   if (!all) {
@@ -239,10 +250,12 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile
     codes.out = scratch.Allocate<float>(static_cast<size_t>(tile.floats) * static_cast<size_t>(tile.rows));
     codes.out_stride = tile.floats;
   }
-  if (window.divisor != 0) {
+  if (divisor != 0) {
     RunDirect(window.whole, codes);
     auto* const settle = &HWY_DYNAMIC_DISPATCH(SettleWhole);
-    for (int y = 0; y < tile.rows; ++y) settle(window.divisor, codes.out + y * codes.out_stride, tile.floats);
+    for (int y = 0; y < tile.rows; ++y) {
+      settle(divisor, static_cast<float>(largest), codes.out + y * codes.out_stride, tile.floats);
+    }
   } else {
     sum(codes);
     auto* const settle = &HWY_DYNAMIC_DISPATCH(SettleSums);
@@ -255,7 +268,7 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile
         row[i] = SettledSample(ExactSum(exact, held + ptrdiff_t{y} * stride + i, stride, tile.channels), 255);
     }
   }
-  if (!all) KeepWithoutStrangers(exact, 255, 2 * kWholeCode, tile, codes);
+  if (!all) KeepWithoutStrangers(exact, largest, 2 * kWholeCode, tile, codes);
 }
 
 void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,

@@ -18,9 +18,10 @@ namespace tessera::ops {
 // floats hold the sums of bytes exactly, or floats are off by less than `band` codes, and the few results
 // that lie so near to the middle between two codes are summed anew in double.
 struct BytesWindow {
-  bool usable = false;  // false: too many taps to sum anew
-  float divisor = 0;    // 0: none
-  DirectWindow whole;   // weights times divisor
+  bool usable = false;         // false: too many taps to sum anew
+  float divisor = 0;           // 0: none
+  DirectWindow whole;          // weights times divisor, or divisor_of_words
+  float divisor_of_words = 0;  // where floats hold sums of 16-bit codes exactly too, else 0
   float band = 0;
   WholeWindow words;  // where bytes go to bytes
 };
@@ -32,9 +33,10 @@ BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& we
 // Whether every sample is one of the 256 codes / 255.
 bool AreBytes(const float* samples, int count);
 
-// As RunCodes does, for bytes: `sum` gives the float sums of a tile.
-void RunBytes(const BytesWindow& window, const CodesWindow& exact, const FirTile& tile, base::Arena& scratch,
-              const std::function<void(const FirTile&)>& sum);
+// As RunCodes does, for bytes and, with a divisor of words, 16-bit codes: `sum` gives the float sums of a
+// tile.
+void RunBytes(const BytesWindow& window, const CodesWindow& exact, int largest, const FirTile& tile,
+              base::Arena& scratch, const std::function<void(const FirTile&)>& sum);
 
 // From bytes to bytes.
 void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,

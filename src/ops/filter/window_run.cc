@@ -39,8 +39,8 @@ void Window::RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scra
   const auto sum = [&](const FirTile& t) { Sum(plane, t, scratch); };
   if (largest == 0) return sum(tile);
   constexpr int kByte = 255;
-  if (largest == kByte && plane.bytes.usable) {
-    RunBytes(plane.bytes, plane.codes, tile, scratch, sum);
+  if (largest == kByte ? plane.bytes.usable : plane.bytes.divisor_of_words != 0) {
+    RunBytes(plane.bytes, plane.codes, largest, tile, scratch, sum);
   } else {
     RunCodes(plane.codes, largest, tile, scratch, [&] { sum(tile); });
   }

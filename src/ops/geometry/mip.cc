@@ -140,12 +140,12 @@ OpInfo MipInfo() {
   info.bound_u = 6;
   ParamInfo filter = FilterModifier("box", "the filter, in pixels of the level");
   filter.choices = {"box", "linear", "mitchell", "lanczos3"};
-  ParamInfo level;
-  level.name = "level";
-  level.type = ParamType::kInteger;
-  level.default_value = "-1";
-  level.help = "one level from 0; -1 gives all";
-  level.min = -1, level.max = 31;
+  const ParamInfo level{.name = "level",
+                        .type = ParamType::kInteger,
+                        .default_value = "-1",
+                        .help = "one level from 0; -1 gives all",
+                        .min = -1,
+                        .max = 31};
   info.modifiers = {filter, WrapModifier("wrap", "clamp"), level};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Mip(in[0], {a.Text("filter"), WrapNamed(a.Text("wrap")), a.Integer("level")});
