@@ -1,8 +1,10 @@
 // Finds, for every byte of a result's pixels, the byte that it is a copy of.
 #include "graph/run_moves.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <iterator>
 #include <optional>
 #include <vector>
 
@@ -72,6 +74,18 @@ std::optional<Found> Find(const PointRun& run, std::span<const SourceView> sourc
     }
   }
   if (found.same) return found;
+  // Floats have nothing to convert: planes are as fast, but where parts of wider pixels are taken.
+  const auto taken = [&](size_t input, int channel) {
+    return std::any_of(
+        std::begin(found.moves.result), std::end(found.moves.result), [&](const simd::Moves::Byte& b) {
+          return b.input == static_cast<int>(input) && b.place / static_cast<int>(bytes) == channel;
+        });
+  };
+  bool parts = false;
+  for (size_t k = 0; k < found.inputs.size(); ++k) {
+    for (int c = 0; c < found.inputs[k].channels; ++c) parts = parts || !taken(k, c);
+  }
+  if (out.type == PixelType::kFloat && !parts) return std::nullopt;
   if (out.pixel_stride > simd::kMostMovedBytes || found.inputs.size() > simd::kMostMovedInputs ||
       found.inputs.empty()) {
     return std::nullopt;

@@ -1,11 +1,10 @@
 // Bytes moved between rows of pixels. Bound by memory: one shuffle of 16 bytes moves as many pixels as fit,
-// through a buffer in the first cache.
+// if they do not fill them through a buffer in the first cache.
 #include <hwy/cache_control.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <type_traits>
 
 #include "simd/pixels.h"
 
@@ -47,19 +46,24 @@ HWY_INLINE void MoveSlowly(const Moves& m, const std::byte* const* from, int fir
   }
 }
 
-// Pixels [first, last) of rows of `count` into a buffer with room for 16 bytes more.
+// How many pixels 16 bytes of every input, and of the result, hold.
+int StepOf(const Moves& m) {
+  int step = kMostMovedBytes / m.result_bytes;
+  for (int k = 0; k < m.inputs; ++k) step = std::min(step, kMostMovedBytes / m.input_bytes[k]);
+  return step;
+}
+
+// Pixels [first, last) of rows of `count` to `result`, which has room for 16 bytes more, or is written in
+// whole 16 bytes. `around`: around the cache; then it is aligned to them.
 template <int kInputs>
 HWY_INLINE void MoveChunk(const Moves& m, const std::byte* const* from, int first, int last, int count,
-                          std::byte* result) {
+                          std::byte* result, bool around) {
   int i = first;
 #if HWY_TARGET != HWY_SCALAR
   const hn::FixedTag<uint8_t, 16> d;
-  int step = kMostMovedBytes / m.result_bytes;
+  const int step = StepOf(m);
   int end = last;  // pixels from here on may be too near the end of a row to load 16 bytes
-  for (int k = 0; k < kInputs; ++k) {
-    step = std::min(step, kMostMovedBytes / m.input_bytes[k]);
-    end = std::min(end, count - (kMostMovedBytes - 1) / m.input_bytes[k]);
-  }
+  for (int k = 0; k < kInputs; ++k) end = std::min(end, count - (kMostMovedBytes - 1) / m.input_bytes[k]);
   alignas(16) uint8_t picks[kInputs][16], constants[16] = {};
   std::memset(picks, 128, sizeof(picks));
   for (int s = 0; s < step; ++s) {
@@ -80,40 +84,38 @@ HWY_INLINE void MoveChunk(const Moves& m, const std::byte* const* from, int firs
     const std::byte* const p = from[k] + ptrdiff_t{i} * m.input_bytes[k];
     return hn::TableLookupBytesOr0(hn::LoadU(d, reinterpret_cast<const uint8_t*>(p)), places);
   };
-  for (; i + step <= end; i += step) {
-    auto v = hn::Or(constant, taken(0, pick0));
-    if constexpr (kInputs > 1) v = hn::Or(v, taken(1, pick1));
-    if constexpr (kInputs > 2) v = hn::Or(v, taken(2, pick2));
-    if constexpr (kInputs > 3) v = hn::Or(v, taken(3, pick3));
-    hn::StoreU(v, d, reinterpret_cast<uint8_t*>(result));
-    result += ptrdiff_t{step} * m.result_bytes;
+  const auto run = [&](const auto& store) HWY_ATTR {
+    for (; i + step <= end; i += step) {
+      auto v = hn::Or(constant, taken(0, pick0));
+      if constexpr (kInputs > 1) v = hn::Or(v, taken(1, pick1));
+      if constexpr (kInputs > 2) v = hn::Or(v, taken(2, pick2));
+      if constexpr (kInputs > 3) v = hn::Or(v, taken(3, pick3));
+      store(v, reinterpret_cast<uint8_t*>(result));
+      result += ptrdiff_t{step} * m.result_bytes;
+    }
+  };
+  if (around) {
+    run([d](auto v, uint8_t* to) HWY_ATTR { hn::Stream(v, d, to); });
+  } else {
+    run([d](auto v, uint8_t* to) HWY_ATTR { hn::StoreU(v, d, to); });
   }
 #endif
-  (void)count;
+  (void)count, (void)around;
   MoveSlowly(m, from, i, last, result);
 }
 
-void MoveAll(const Moves& m, const std::byte* const* from, int count, std::byte* to, bool around) {
+template <int kInputs>
+void MoveRow(const Moves& m, const std::byte* const* from, int count, std::byte* to, bool around) {
+  // Whole 16 bytes need no buffer.
+  const bool whole = StepOf(m) * m.result_bytes == kMostMovedBytes;
+  if (whole && (!around || reinterpret_cast<uintptr_t>(to) % kMostMovedBytes == 0)) {
+    return MoveChunk<kInputs>(m, from, 0, count, count, to, around);
+  }
   constexpr int kChunk = 512;
   alignas(64) std::byte buffer[kChunk * kMostMovedBytes + kMostMovedBytes];
   for (int first = 0; first < count; first += kChunk) {
     const int last = std::min(count, first + kChunk);
-    const auto move = [&](auto inputs) HWY_ATTR {
-      MoveChunk<decltype(inputs)::value>(m, from, first, last, count, buffer);
-    };
-    switch (m.inputs) {
-      case 1:
-        move(std::integral_constant<int, 1>());
-        break;
-      case 2:
-        move(std::integral_constant<int, 2>());
-        break;
-      case 3:
-        move(std::integral_constant<int, 3>());
-        break;
-      default:
-        move(std::integral_constant<int, 4>());
-    }
+    MoveChunk<kInputs>(m, from, first, last, count, buffer, false);
     std::byte* const at = to + ptrdiff_t{first} * m.result_bytes;
     const auto bytes = static_cast<size_t>(last - first) * static_cast<size_t>(m.result_bytes);
     if (around) {
@@ -121,6 +123,19 @@ void MoveAll(const Moves& m, const std::byte* const* from, int count, std::byte*
     } else {
       std::memcpy(at, buffer, bytes);
     }
+  }
+}
+
+void MoveAll(const Moves& m, const std::byte* const* from, int count, std::byte* to, bool around) {
+  switch (m.inputs) {
+    case 1:
+      return MoveRow<1>(m, from, count, to, around);
+    case 2:
+      return MoveRow<2>(m, from, count, to, around);
+    case 3:
+      return MoveRow<3>(m, from, count, to, around);
+    default:
+      return MoveRow<4>(m, from, count, to, around);
   }
 }
 
