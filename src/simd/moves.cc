@@ -34,15 +34,17 @@ void CopyAround(const std::byte* from, size_t bytes, std::byte* to) {
 #endif
 }
 
-// Pixels [first, last) one by one.
+// Pixels [first, last) one by one, each read before it is written.
 HWY_INLINE void MoveSlowly(const Moves& m, const std::byte* const* from, int first, int last,
                            std::byte* result) {
-  for (int i = first; i < last; ++i) {
+  for (int i = first; i < last; ++i, result += m.result_bytes) {
+    std::byte pixel[kMostMovedBytes];
     for (int b = 0; b < m.result_bytes; ++b) {
       const Moves::Byte& byte = m.result[b];
-      *result++ = byte.input < 0 ? byte.constant
-                                 : from[byte.input][ptrdiff_t{i} * m.input_bytes[byte.input] + byte.place];
+      pixel[b] = byte.input < 0 ? byte.constant
+                                : from[byte.input][ptrdiff_t{i} * m.input_bytes[byte.input] + byte.place];
     }
+    std::memcpy(result, pixel, static_cast<size_t>(m.result_bytes));
   }
 }
 

@@ -118,13 +118,20 @@ TEST_P(ChannelsTest, MovedSamplesKeepTheirBits) {
 
 TEST_P(ChannelsTest, InPlace) {
   for (const PixelType type : kTypes) {
-    Bits pixels(700, 3, 3, type, 5);
-    const Bits before = pixels;
-    RenderInto(SelectChannels(pixels.AsNode(), "B,R,G"), pixels.View());
-    for (size_t i = 0; i < 2100; ++i) {
-      const int from[] = {2, 0, 1};
-      for (int c = 0; c < 3; ++c)
-        ASSERT_EQ(std::memcmp(pixels.At(i, c), before.At(i, from[c]), before.sample), 0);
+    for (const std::vector<int>& from : {std::vector{2, 0, 1}, {2, 0, 3, 1}, {1, 0}}) {
+      const auto channels = static_cast<int>(from.size());
+      Bits pixels(701, 3, channels, type, 5);
+      const Bits before = pixels;
+      std::vector<ChannelChoice> choices;
+      for (const int c : from) choices.push_back({c, 0, ""});
+      RenderInto(SelectChannels(pixels.AsNode(), choices), pixels.View());
+      for (size_t i = 0; i < size_t{701} * 3; ++i) {
+        for (int c = 0; c < channels; ++c) {
+          ASSERT_EQ(std::memcmp(pixels.At(i, c), before.At(i, from[static_cast<size_t>(c)]), before.sample),
+                    0)
+              << channels << " channels, pixel " << i;
+        }
+      }
     }
   }
 }
