@@ -12,6 +12,20 @@ namespace tessera::ops {
 
 enum class RankKind { kMedian, kDilate, kErode };
 
+// Results [0, across) by [0, down) of one channel, and the columns and rows that exist under their windows.
+struct RankView {
+  int columns, rows;  // that exist
+  int left, top;      // where the first result's window begins, from the first of them: at most 0
+  int width, height;  // of the window
+  int across, down;   // results
+
+  // Columns [FirstColumn(x), LastColumn(x)) lie under the window of result x, and such rows under y's.
+  int FirstColumn(int x) const { return std::max(0, x + left); }
+  int LastColumn(int x) const { return std::min(columns, x + left + width); }
+  int FirstRow(int y) const { return std::max(0, y + top); }
+  int LastRow(int y) const { return std::min(rows, y + top + height); }
+};
+
 // Results and the samples that their windows see. Window samples (x, y) are those under result (0, 0)'s
 // window and on to the right and down; of them only columns [left, right) and rows [top, bottom) exist.
 // Columns are counted in samples.
@@ -28,6 +42,17 @@ struct RankTile {
 
   int window_samples() const { return samples + (width - 1) * channels; }
   int window_rows() const { return rows + height - 1; }
+
+  // The results of pixels [x, x + across) by [y, y + down).
+  RankView View(int x, int y, int across, int down) const {
+    const int first = std::max(x, left / channels), last = std::min(x + across + width - 1, right / channels);
+    const int above = std::max(y, top), below = std::min(y + down + height - 1, bottom);
+    return {last - first, below - above, x - first, y - above, width, height, across, down};
+  }
+  // The first sample that exists under the windows of a view from pixel (x, y) on.
+  const T* First(const RankView& view, int x, int y, int channel) const {
+    return in + (y - view.top - top) * in_stride + ptrdiff_t{x - view.left} * channels - left + channel;
+  }
 
   // The results [first, first + count) of every row.
   RankTile Strip(int first, int count) const {

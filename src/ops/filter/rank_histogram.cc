@@ -23,16 +23,12 @@ struct Histogram {
   alignas(32) uint16_t count[kSlots][16];
 };
 
-// Results [0, across) of every row, of one channel, and the columns that exist under their windows.
+// Some columns of results, of all rows and one channel.
 struct HistogramStrip {
+  RankView view;
   const uint8_t* in;  // the first sample that exists, at `step`
-  ptrdiff_t in_stride, step;
-  int columns, rows;  // that exist
-  int left, top;      // where the first result's window begins, from the first of them: at most 0
-  int width, height;  // of the window
   uint8_t* out;       // at `step`
-  ptrdiff_t out_stride;
-  int across, down;      // results
+  ptrdiff_t in_stride, out_stride, step;
   Histogram* histogram;  // of every column
 };
 
@@ -68,26 +64,25 @@ HWY_INLINE int Find(const uint16_t* counts, int& target) {
 
 class Window {
  public:
-  explicit Window(const HistogramStrip& strip) : s_(strip) {}
+  explicit Window(const HistogramStrip& strip) : s_(strip), v_(strip.view) {}
 
   void Run() {
-    for (int c = 0; c < s_.columns; ++c) s_.histogram[c] = {};
-    for (int j = 0; j < s_.height + s_.top && j < s_.rows; ++j) CountRow(j, 1);
-    for (int y = 0; y < s_.down; ++y) {
+    for (int c = 0; c < v_.columns; ++c) s_.histogram[c] = {};
+    for (int j = 0; j < v_.LastRow(0); ++j) CountRow(j, 1);
+    for (int y = 0; y < v_.down; ++y) {
       if (y > 0) {
-        const int leaves = y - 1 + s_.top, enters = leaves + s_.height;
+        const int leaves = y - 1 + v_.top, enters = leaves + v_.height;
         if (leaves >= 0) CountRow(leaves, -1);
-        if (enters < s_.rows) CountRow(enters, 1);
+        if (enters < v_.rows) CountRow(enters, 1);
       }
-      const int rows = std::min(s_.rows, y + s_.top + s_.height) - std::max(0, y + s_.top);
-      Row(rows, s_.out + y * s_.out_stride);
+      Row(v_.LastRow(y) - v_.FirstRow(y), s_.out + y * s_.out_stride);
     }
   }
 
  private:
   void CountRow(int row, int change) {
     const uint8_t* const in = s_.in + row * s_.in_stride;
-    for (int c = 0; c < s_.columns; ++c) {
+    for (int c = 0; c < v_.columns; ++c) {
       const int level = in[c * s_.step];
       Histogram& h = s_.histogram[c];
       h.count[0][level >> 4] = static_cast<uint16_t>(h.count[0][level >> 4] + change);
@@ -96,28 +91,25 @@ class Window {
     }
   }
 
-  // Columns [First(x), Last(x)) of those that exist lie under the window of result x.
-  int First(int x) const { return std::max(0, x + s_.left); }
-  int Last(int x) const { return std::min(s_.columns, x + s_.left + s_.width); }
-
   // Brings a slot of the window from result `at` to result x.
   HWY_INLINE void Move(int slot, int at, int x) {
     uint16_t* const counts = window_.count[slot];
-    if (x - at >= s_.width) {
+    if (x - at >= v_.width) {
       std::fill_n(counts, 16, uint16_t{0});
-      for (int c = First(x); c < Last(x); ++c) Add(s_.histogram[c].count[slot], counts);
+      for (int c = v_.FirstColumn(x); c < v_.LastColumn(x); ++c) Add(s_.histogram[c].count[slot], counts);
       return;
     }
-    for (int c = Last(at); c < Last(x); ++c) Add(s_.histogram[c].count[slot], counts);
-    for (int c = First(at); c < First(x); ++c) Subtract(s_.histogram[c].count[slot], counts);
+    for (int c = v_.LastColumn(at); c < v_.LastColumn(x); ++c) Add(s_.histogram[c].count[slot], counts);
+    for (int c = v_.FirstColumn(at); c < v_.FirstColumn(x); ++c)
+      Subtract(s_.histogram[c].count[slot], counts);
   }
 
   void Row(int rows, uint8_t* out) {
-    std::fill_n(at_, kSlots, -s_.width);  // nothing counted yet
-    for (int x = 0; x < s_.across; ++x) {
+    std::fill_n(at_, kSlots, -v_.width);  // nothing counted yet
+    for (int x = 0; x < v_.across; ++x) {
       Move(0, at_[0], x);
       at_[0] = x;
-      int target = (Last(x) - First(x)) * rows / 2;
+      int target = (v_.LastColumn(x) - v_.FirstColumn(x)) * rows / 2;
       const int sixteen = Find(window_.count[0], target), slot = 1 + sixteen;
       Move(slot, at_[slot], x);
       at_[slot] = x;
@@ -126,6 +118,7 @@ class Window {
   }
 
   const HistogramStrip s_;
+  const RankView v_;
   Histogram window_;
   int at_[kSlots];  // the result that each slot of the window is of
 };
@@ -147,24 +140,15 @@ void RunHistogramMedian(const RankTile<uint8_t>& t, base::Arena& scratch) {
   const int pixels = t.samples / t.channels, most = std::min(pixels, kAcross) + t.width - 1;
   auto* const histogram = scratch.Allocate<Histogram>(static_cast<size_t>(most));
   for (int x = 0; x < pixels; x += kAcross) {
-    const int across = std::min(kAcross, pixels - x);
-    const int left = std::max(x, t.left / t.channels),
-              right = std::min(x + across + t.width - 1, t.right / t.channels);
+    const RankView view = t.View(x, 0, std::min(kAcross, pixels - x), t.rows);
     for (int c = 0; c < t.channels; ++c) {
       HWY_DYNAMIC_DISPATCH(RunStrip)
-      ({.in = t.in + ptrdiff_t{left} * t.channels - t.left + c,
-        .in_stride = t.in_stride,
-        .step = t.channels,
-        .columns = right - left,
-        .rows = t.bottom - t.top,
-        .left = x - left,
-        .top = -t.top,
-        .width = t.width,
-        .height = t.height,
+      ({.view = view,
+        .in = t.First(view, x, 0, c),
         .out = t.out + ptrdiff_t{x} * t.channels + c,
+        .in_stride = t.in_stride,
         .out_stride = t.out_stride,
-        .across = across,
-        .down = t.rows,
+        .step = t.channels,
         .histogram = histogram});
     }
   }

@@ -29,12 +29,9 @@ struct RankedBlock {
   const Rank* ranks;  // `rows` a column
   const T* values;    // by rank
   uint8_t* flags;     // of all ranks and 64 more, none of them set
-  int columns, rows;  // that exist
-  int left, top;  // those of them under the first result's window begin so far to the left and above: <= 0
-  int width, height;  // of the window
-  T* out;             // samples at `step`
+  RankView view;
+  T* out;  // samples at `step`
   ptrdiff_t step, out_stride;
-  int across, down;  // results
 };
 
 }  // namespace tessera::ops
@@ -99,35 +96,32 @@ struct RankSet {
 template <class T, class Rank>
 void Slide(const RankedBlock<T, Rank>& b) {
   RankSet set{b.flags};
-  // Columns [first, last) of those that exist lie under the window of result x; the same of rows.
-  const auto first = [](int x, int before) { return std::max(0, x + before); };
-  const auto last = [](int x, int before, int size, int all) { return std::min(all, x + before + size); };
+  const RankView& v = b.view;
+  const auto column_of = [&](int c) { return b.ranks + ptrdiff_t{c} * v.rows; };
   int x = 0, step = 1;
-  for (int y = 0; y < b.down; ++y, step = -step) {
-    const int row = first(y, b.top), rows = last(y, b.top, b.height, b.rows) - row;
+  for (int y = 0; y < v.down; ++y, step = -step) {
+    const int row = v.FirstRow(y), rows = v.LastRow(y) - row;
     if (y == 0) {
-      for (int c = first(0, b.left); c < last(0, b.left, b.width, b.columns); ++c) {
-        set.template Change<true>(b.ranks + ptrdiff_t{c} * b.rows + row, rows, 1);
+      for (int c = v.FirstColumn(0); c < v.LastColumn(0); ++c) {
+        set.template Change<true>(column_of(c) + row, rows, 1);
       }
     } else {
-      const int column = first(x, b.left), columns = last(x, b.left, b.width, b.columns) - column;
-      const Rank* const ranks = b.ranks + ptrdiff_t{column} * b.rows;
-      const int leaves = y - 1 + b.top, enters = leaves + b.height;
-      if (leaves >= 0) set.template Change<false>(ranks + leaves, columns, b.rows);
-      if (enters < b.rows) set.template Change<true>(ranks + enters, columns, b.rows);
+      const int columns = v.LastColumn(x) - v.FirstColumn(x);
+      const Rank* const ranks = column_of(v.FirstColumn(x));
+      const int leaves = y - 1 + v.top, enters = leaves + v.height;
+      if (leaves >= 0) set.template Change<false>(ranks + leaves, columns, v.rows);
+      if (enters < v.rows) set.template Change<true>(ranks + enters, columns, v.rows);
     }
     T* const out = b.out + y * b.out_stride;
-    for (int k = 0; k < b.across; ++k) {
+    for (int k = 0; k < v.across; ++k) {
       if (k > 0) {
-        const int before = x + b.left, after = before + b.width;
+        const int before = x + v.left, after = before + v.width;
         const int leaves = step > 0 ? before : after - 1, enters = step > 0 ? after : before - 1;
-        if (leaves >= 0 && leaves < b.columns)
-          set.template Change<false>(b.ranks + ptrdiff_t{leaves} * b.rows + row, rows, 1);
-        if (enters >= 0 && enters < b.columns)
-          set.template Change<true>(b.ranks + ptrdiff_t{enters} * b.rows + row, rows, 1);
+        if (leaves >= 0 && leaves < v.columns) set.template Change<false>(column_of(leaves) + row, rows, 1);
+        if (enters >= 0 && enters < v.columns) set.template Change<true>(column_of(enters) + row, rows, 1);
         x += step;
       }
-      const int columns = last(x, b.left, b.width, b.columns) - first(x, b.left);
+      const int columns = v.LastColumn(x) - v.FirstColumn(x);
       out[x * b.step] = b.values[set.Find(int64_t{columns} * rows / 2)];
     }
   }
@@ -207,17 +201,14 @@ class SlidingMedian {
 
  private:
   void RunBlock(int x, int y, int across, int down, int channel) {
-    // What exists of what the windows see, in window samples.
-    const int left = std::max(x, t_.left / t_.channels),
-              right = std::min(x + across + t_.width - 1, t_.right / t_.channels), top = std::max(y, t_.top),
-              bottom = std::min(y + down + t_.height - 1, t_.bottom);
-    const int columns = right - left, rows = bottom - top;
+    const RankView view = t_.View(x, y, across, down);
+    const T* const first = t_.First(view, x, y, channel);
     size_t n = 0;
-    for (int j = 0; j < rows; ++j) {
-      const T* const in =
-          t_.in + (top - t_.top + j) * t_.in_stride + ptrdiff_t{left} * t_.channels - t_.left + channel;
-      for (int i = 0; i < columns; ++i, ++n) {
-        const auto place = static_cast<uint64_t>(i) * static_cast<uint64_t>(rows) + static_cast<uint64_t>(j);
+    for (int j = 0; j < view.rows; ++j) {
+      const T* const in = first + j * t_.in_stride;
+      for (int i = 0; i < view.columns; ++i, ++n) {
+        const auto place =
+            static_cast<uint64_t>(i) * static_cast<uint64_t>(view.rows) + static_cast<uint64_t>(j);
         sorted_[n] = uint64_t{KeyOf(in[ptrdiff_t{i} * t_.channels])} << 32 | place;
       }
     }
@@ -230,17 +221,10 @@ class SlidingMedian {
     Slide(RankedBlock<T, Rank>{.ranks = ranks_,
                                .values = values_,
                                .flags = flags_,
-                               .columns = columns,
-                               .rows = rows,
-                               .left = x - left,
-                               .top = y - top,
-                               .width = t_.width,
-                               .height = t_.height,
+                               .view = view,
                                .out = t_.out + y * t_.out_stride + ptrdiff_t{x} * t_.channels + channel,
                                .step = t_.channels,
-                               .out_stride = t_.out_stride,
-                               .across = across,
-                               .down = down});
+                               .out_stride = t_.out_stride});
   }
 
   const RankTile<T>& t_;
