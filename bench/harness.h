@@ -1,4 +1,4 @@
-// Measures the contestants of a task against each other and reports them through Google Benchmark.
+// What a benchmark program is made of: flags, the measurement of contestants against each other, tasks.
 #ifndef TESSERA_BENCH_HARNESS_H_
 #define TESSERA_BENCH_HARNESS_H_
 
@@ -12,7 +12,7 @@
 
 namespace tessera::bench {
 
-// What the flags --sizes --types --threads --targets --repetitions --seconds chose; see kUsage in harness.cc.
+// What the flags --sizes --types --threads --targets --repetitions --seconds chose; see kUsage in flags.cc.
 struct Options {
   struct Size {
     int width = 0, height = 0;  // 0 x 0: ten times the last-level cache, whatever the pixel type
