@@ -54,13 +54,17 @@ class PieceTables {
   class Chosen {
    public:
     HWY_INLINE Chosen(const PieceTables& t, s::VI piece) {
-      alignas(64) int32_t at[s::kLanes];
-      hn::Store(hn::And(piece, hn::Set(s::DI(), CurvePieces::kCount - 1)), s::DI(), at);
+      alignas(64) uint32_t at[s::kLanes];  // in floats
+      const hn::RebindToUnsigned<s::DI> du;
+      static_assert(CurvePieces::kPaddedTerms == 16);
+      const s::VI row = hn::And(piece, hn::Set(s::DI(), CurvePieces::kCount - 1));
+      hn::Store(hn::BitCast(du, hn::ShiftLeft<4>(row)), du, at);
+      const float* const rows = t.t_.row[0];
 #pragma GCC unroll 4
       for (int k = 0; k < kTerms; k += 4) {
 #pragma GCC unroll 4
         for (int j = 0; j < 4; ++j) {
-          term_[k + j] = s::LoadQuads([&](int lane) HWY_ATTR { return t.t_.row[at[lane]] + k; }, j);
+          term_[k + j] = s::LoadQuads([&](int lane) HWY_ATTR { return rows + at[lane] + k; }, j);
         }
         s::Transpose4(term_[k], term_[k + 1], term_[k + 2], term_[k + 3]);
       }
@@ -94,11 +98,15 @@ class Pieces {
     using T = CurvePieces;
     const PieceTables::Chosen of(tables_, hn::ShiftRightSame(hn::BitCast(di, v), t_.shift));
     const s::V u = hn::MulAdd(x, of(T::kScale), of(T::kCentre));
-    s::V t = of(T::kTerms - 1);
+    // Two chains, which take half as long as one.
+    const s::V square = hn::Mul(u, u);
+    s::V even = of(T::kTerms - 1), odd = of(T::kTerms - 2);
 #pragma GCC unroll 16
-    for (int k = T::kTerms - 2; k >= T::kC2; --k) t = hn::MulAdd(u, t, of(k));
-    t = hn::MulAdd(u, t, of(T::kRest1));
-    t = hn::MulAdd(u, t, of(T::kRest0));
+    for (int k = T::kTerms - 3; k >= T::kC2; k -= 2) even = hn::MulAdd(square, even, of(k));
+#pragma GCC unroll 16
+    for (int k = T::kTerms - 4; k > T::kC2; k -= 2) odd = hn::MulAdd(square, odd, of(k));
+    const s::V line = hn::MulAdd(u, of(T::kRest1), of(T::kRest0));
+    const s::V t = hn::MulAdd(square, hn::MulAdd(u, odd, even), line);
     const s::V c0 = of(T::kC0), c1 = of(T::kC1);
     const s::V sum = hn::MulAdd(u, c1, c0);
     const s::V lost = hn::MulAdd(u, c1, hn::Sub(c0, sum));
