@@ -3,6 +3,7 @@
 #define TESSERA_MESH_H_
 
 #include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -25,12 +26,16 @@ Mesh ReadMesh(const std::string& file);
 // Moved and scaled, so that its box is centred at 0 and the box's longest side has this length.
 void FitMesh(Mesh& mesh, double longest);
 
+// Edges that an odd number of triangles share, points at the same place taken for one: none where the surface
+// is closed, those around its holes where it is not.
+size_t OpenEdges(const Mesh& mesh);
+
 // Signed distance to a closed mesh, negative inside, world units. Within three voxels of the surface the
 // exact distance to the nearest triangle, by OpenVDB's converter (openvdb::tools::meshToVolume), off by float
 // rounding; farther away the Euclidean transform of that band (DistanceFieldParams: off by less than half a
-// voxel). Where a surface has holes nothing is inside. `range` as for solids. Throws Error: spacing not the
-// same along all axes, corners that are no points, a library that was built without OpenVDB. Cost: triangles,
-// plus O(voxels).
+// voxel). Where a surface has holes wider than a voxel nothing is inside. `range` as for solids. Throws
+// Error: nothing inside anywhere (a surface with holes is named so), spacing not the same along all axes,
+// corners that are no points, a library that was built without OpenVDB. Cost: triangles, plus O(voxels).
 Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range = 0);
 // Whether the library was built with OpenVDB.
 bool HasMeshConverter();

@@ -90,13 +90,15 @@ struct RawVolumeParams {
 };
 // A volume file that OpenImageIO reads (OpenVDB), a stack of slices (`#` or %03d stands for the number, from
 // the first file that exists), an image of slices one above the other (`slices`), or raw samples (raw.size
-// given). `spacing` as for VolumeSpec::proportions; the longest side measures 2. Throws Error naming the
-// file.
+// given). `spacing` as for VolumeSpec::proportions, times the size of a voxel that the file gives (OpenVDB);
+// the longest side measures 2. `part` is the name or number of one of several grids or images of a file. Of a
+// sparse grid the box of its active voxels is read. Throws Error naming the file.
 struct VolumeFileParams {
   RawVolumeParams raw;
   int slices = 0;
   int channel = 0;
   Vector3 spacing = {1, 1, 1};
+  std::string part = {};
 };
 Volume ReadVolume(const std::string& file, const VolumeFileParams& params = {});
 // The samples alone, x fastest, as ReadVolume with the same size and type reads them.

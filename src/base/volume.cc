@@ -81,9 +81,13 @@ void Check(const VolumeSpec& s) {
                               std::to_string(s.size[2]) + " voxels, expected fewer than 2^31");
   }
   for (size_t a = 0; a < 3; ++a) {
-    if (!(s.spacing[a] > 0) || !std::isfinite(s.spacing[a]) || !std::isfinite(s.origin[a])) {
+    if (!(s.spacing[a] > 0) || !std::isfinite(s.spacing[a])) {
       throw Error(kSubject,
                   "found a spacing of " + std::to_string(s.spacing[a]) + ", expected positive numbers");
+    }
+    if (!std::isfinite(s.origin[a])) {
+      throw Error(kSubject,
+                  "found an origin of " + std::to_string(s.origin[a]) + ", expected finite numbers");
     }
   }
   if (!std::isfinite(s.scale) || !std::isfinite(s.bias)) {

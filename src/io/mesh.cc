@@ -6,8 +6,10 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "tessera/error.h"
 
@@ -111,6 +113,33 @@ void FitMesh(Mesh& mesh, double longest) {
   for (Vector3& p : mesh.points) {
     for (size_t a = 0; a < 3; ++a) p[a] = (p[a] - 0.5 * (low[a] + high[a])) * longest / side;
   }
+}
+
+size_t OpenEdges(const Mesh& mesh) {
+  // Exporters repeat points along seams of their texture coordinates.
+  std::map<Vector3, int> places;
+  std::vector<int> place;
+  for (const Vector3& p : mesh.points)
+    place.push_back(places.emplace(p, static_cast<int>(places.size())).first->second);
+  std::vector<std::pair<int, int>> edges;
+  for (const auto& triangle : mesh.triangles) {
+    for (int corner : triangle) {
+      if (corner < 0 || static_cast<size_t>(corner) >= place.size())
+        throw Error("mesh", "found point " + std::to_string(corner) + " of " + std::to_string(place.size()));
+    }
+    for (size_t k = 0; k < 3; ++k) {
+      const int from = place[static_cast<size_t>(triangle[k])],
+                to = place[static_cast<size_t>(triangle[(k + 1) % 3])];
+      if (from != to) edges.emplace_back(std::min(from, to), std::max(from, to));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  size_t open = 0;
+  for (size_t i = 0, end = 0; i < edges.size(); i = end) {
+    while (end < edges.size() && edges[end] == edges[i]) ++end;
+    open += (end - i) % 2;
+  }
+  return open;
 }
 
 }  // namespace tessera

@@ -76,6 +76,15 @@ Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range) {
   const auto values = grid->getConstAccessor();
   const Volume band(band_spec,
                     [&](const Vector3& p) { return static_cast<double>(values.getValue(voxel_of(p))); });
+  // Around a hole the converter leaves half a voxel of inside along the surface's rim.
+  const double deepest = -band.Range()[0];
+  const size_t open = deepest < 0.75 * voxel ? OpenEdges(mesh) : 0;
+  if (open > 0) {
+    throw Error("mesh", "found a surface with holes (" + std::to_string(open) +
+                            " edges of one triangle only), which has no inside, expected a closed one");
+  }
+  if (!(deepest > 0))
+    throw Error("mesh", "found nothing inside, expected a closed surface thicker than a voxel");
   const Volume far = DistanceField(band, {.iso = 0, .inside_below = true, .type = spec.type, .range = range});
   return Volume(far.spec(), [&](const Vector3& p) {
     const openvdb::Coord at = voxel_of(p);

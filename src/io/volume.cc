@@ -4,7 +4,9 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -118,11 +120,39 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
   return names;
 }
 
-std::unique_ptr<OIIO::ImageInput> Open(const std::string& file) {
+// The file at the part of that name or number; its own number in `number`.
+std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::string& part, int& number) {
   if (!fs::exists(file)) throw Error(file, "does not exist");
   auto input = OIIO::ImageInput::open(file);
-  if (!input) throw Error(file, OIIO::geterror());
+  if (!input) {
+    const std::string reason = OIIO::geterror();
+    const bool grids = fs::path(file).extension() == ".vdb";
+    throw Error(file, grids ? "found no grid that can be read, expected one of floats" : reason);
+  }
+  std::string names;
+  for (number = 0; !part.empty(); ++number) {
+    if (!input->seek_subimage(number, 0)) {
+      throw Error(file, "found no part \"" + part + "\", expected one of " + names);
+    }
+    const std::string name = input->spec().get_string_attribute("oiio:subimagename");
+    if (part == name || part == std::to_string(number)) break;
+    names += (number > 0 ? ", " : "") + (name.empty() ? std::to_string(number) : name);
+  }
   return input;
+}
+
+// Lengths of a voxel's sides as a grid gives them; 1 where it does not.
+Vector3 VoxelOf(const OIIO::ImageSpec& spec) {
+  const auto* const m = spec.find_attribute("openvdb:indextoworld");
+  Vector3 sides = {1, 1, 1};
+  if (m == nullptr || m->type().basesize() * 16 != m->type().size()) return sides;
+  for (int a = 0; a < 3; ++a) {
+    const auto at = [&](int c) { return m->get_float_indexed(4 * a + c); };
+    const double side = std::hypot(at(0), at(1), at(2));
+    if (!(side > 0) || !std::isfinite(side)) return {1, 1, 1};
+    sides[static_cast<size_t>(a)] = side;
+  }
+  return sides;
 }
 
 }  // namespace
@@ -131,7 +161,8 @@ Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
   const bool raw = params.raw.size[0] > 0 || params.raw.size[1] > 0 || params.raw.size[2] > 0;
   if (raw) return ReadRaw(file, params);
   const std::vector<std::string> files = SlicesOf(file);
-  auto input = Open(files[0]);
+  int part = 0;
+  auto input = Open(files[0], params.part, part);
   OIIO::ImageSpec spec = input->spec();
   if (params.channel < 0 || params.channel >= spec.nchannels) {
     throw Error(file, "found " + std::to_string(spec.nchannels) + " channels, expected channel " +
@@ -143,19 +174,33 @@ Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
   if (!volume_file && files.size() == 1) {  // slices one above the other
     ImageSpec stack(spec.width, spec.height, 1, type);
     const Image image(stack);
-    if (!input->read_image(0, 0, channel, channel + 1, TypeOf(type), image.view().data)) {
+    if (!input->read_image(part, 0, channel, channel + 1, TypeOf(type), image.view().data)) {
       throw Error(file, input->geterror());
     }
     return Volume::FromImage(image.view(), std::max(params.slices, 1), 0, params.spacing);
   }
-  const int depth = volume_file ? spec.depth : static_cast<int>(files.size());
-  Volume volume(VolumeSpec::Centred({spec.width, spec.height, depth}, type, params.spacing));
+  int depth = volume_file ? spec.depth : static_cast<int>(files.size());
+  const size_t all_rows = static_cast<size_t>(spec.height), row_samples = static_cast<size_t>(spec.width);
+  // Leaves of a sparse grid reach beyond its active voxels.
+  std::array<int, 3> from = {0, 0, 0};
+  Vector3 spacing = params.spacing;
+  const std::array<int, 3> size = {spec.width, spec.height, depth};
+  if (volume_file) {
+    const std::array<int, 3> first = {spec.full_x - spec.x, spec.full_y - spec.y, spec.full_z - spec.z};
+    const std::array<int, 3> full = {spec.full_width, spec.full_height, spec.full_depth};
+    bool within = true;
+    for (size_t a = 0; a < 3; ++a) within &= first[a] >= 0 && full[a] > 0 && full[a] <= size[a] - first[a];
+    if (within) from = first, spec.width = full[0], spec.height = full[1], depth = full[2];
+    const Vector3 sides = VoxelOf(spec);
+    for (size_t a = 0; a < 3; ++a) spacing[a] *= sides[a];
+  }
+  Volume volume(VolumeSpec::Centred({spec.width, spec.height, depth}, type, spacing));
   base::VolumeData& data = *volume.data();
-  const size_t pixel = PixelBytes(type), plane = pixel * static_cast<size_t>(spec.width) * spec.height;
-  std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(depth) : 1));
+  const size_t pixel = PixelBytes(type), line = pixel * row_samples, plane = line * all_rows;
+  std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(size[2]) : 1));
   for (int k = 0; k < depth; ++k) {
     if (!volume_file && k > 0) {
-      input = Open(files[static_cast<size_t>(k)]);
+      input = Open(files[static_cast<size_t>(k)], params.part, part);
       if (input->spec().width != spec.width || input->spec().height != spec.height ||
           input->spec().nchannels <= channel) {
         throw Error(files[static_cast<size_t>(k)],
@@ -165,16 +210,17 @@ Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
       }
     }
     if (!volume_file || k == 0) {
-      if (!input->read_image(0, 0, channel, channel + 1, TypeOf(type), samples.data())) {
+      if (!input->read_image(part, 0, channel, channel + 1, TypeOf(type), samples.data())) {
         throw Error(files[volume_file ? 0 : static_cast<size_t>(k)], input->geterror());
       }
     }
-    const std::byte* const from = samples.data() + (volume_file ? plane * static_cast<size_t>(k) : 0);
+    const std::byte* const slice =
+        samples.data() + (volume_file ? plane * static_cast<size_t>(k + from[2]) : 0);
     for (int j = 0; j < spec.height; ++j) {
       // Images have their first row on top; volume files count upward.
       const int up = volume_file ? j : spec.height - 1 - j;
       std::byte* const to = data.samples + (k * data.slice + up * data.row) * static_cast<int64_t>(pixel);
-      std::memcpy(to, from + static_cast<size_t>(j) * pixel * static_cast<size_t>(spec.width),
+      std::memcpy(to, slice + static_cast<size_t>(j + from[1]) * line + static_cast<size_t>(from[0]) * pixel,
                   pixel * static_cast<size_t>(spec.width));
       if (type == PixelType::kUint8 || type == PixelType::kUint16) continue;
       for (int i = 0; i < spec.width; ++i) {

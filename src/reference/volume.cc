@@ -6,14 +6,14 @@
 #include <limits>
 #include <vector>
 
+#include "ops/volume/settings.h"
 #include "reference/reference.h"
 #include "reference/volume_substance.h"
-#include "tessera/ops/volume_draw.h"
 
 namespace tessera::reference {
 namespace {
 
-using base::VolumeDraw;
+using ops::volume::VolumeDraw;
 using Result = std::array<double, 5>;  // R, G, B, A, Z
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
@@ -95,12 +95,14 @@ class Picture {
   Vector3 MeltPlace(const Vector3& p) const {
     const double bottom = v_.Low()[1], top = v_.High()[1];
     const double down = Clamped((top - p[1]) / (top - bottom));
-    const Vector3 at = {
-        p[0] * p_.frequency,
-        p[1] * p_.frequency * base::kMeltStretch + v_.origin[1] * p_.frequency * (1 - base::kMeltStretch),
-        p[2] * p_.frequency};
-    const double n = Substance::Noise(p_.block, at, 1, {0, base::kMeltDrift * p_.time, 0});
-    return {p[0], p[1] + p_.amount * down * down * (1 - base::kMeltNoise + base::kMeltNoise * n), p[2]};
+    const Vector3 at = {p[0] * p_.frequency,
+                        p[1] * p_.frequency * ops::volume::kMeltStretch +
+                            v_.origin[1] * p_.frequency * (1 - ops::volume::kMeltStretch),
+                        p[2] * p_.frequency};
+    const double n = Substance::Noise(p_.block, at, 1, {0, ops::volume::kMeltDrift * p_.time, 0});
+    return {p[0],
+            p[1] + p_.amount * down * down * (1 - ops::volume::kMeltNoise + ops::volume::kMeltNoise * n),
+            p[2]};
   }
   // Negative inside.
   double Level(const Vector3& p) const {
@@ -116,23 +118,24 @@ class Picture {
     Vector3 slope;
     const double bottom = v_.Low()[1], top = v_.High()[1];
     const double down = Clamped((top - p[1]) / (top - bottom));
-    const Vector3 at = {
-        p[0] * p_.frequency,
-        p[1] * p_.frequency * base::kMeltStretch + v_.origin[1] * p_.frequency * (1 - base::kMeltStretch),
-        p[2] * p_.frequency};
-    const Vector3 drift = {0, base::kMeltDrift * p_.time, 0};
+    const Vector3 at = {p[0] * p_.frequency,
+                        p[1] * p_.frequency * ops::volume::kMeltStretch +
+                            v_.origin[1] * p_.frequency * (1 - ops::volume::kMeltStretch),
+                        p[2] * p_.frequency};
+    const Vector3 drift = {0, ops::volume::kMeltDrift * p_.time, 0};
     for (size_t a = 0; a < 3; ++a) {
       Vector3 step = {0, 0, 0};
       step[a] = texel;
       const double n = (Substance::Noise(p_.block, Add(at, step), 1, drift) -
                         Substance::Noise(p_.block, Add(at, step, -1), 1, drift)) /
                        (2 * texel);
-      slope[a] =
-          p_.amount * down * down * base::kMeltNoise * n * p_.frequency * (a == 1 ? base::kMeltStretch : 1);
+      slope[a] = p_.amount * down * down * ops::volume::kMeltNoise * n * p_.frequency *
+                 (a == 1 ? ops::volume::kMeltStretch : 1);
     }
     if (down > 0 && down < 1) {
       const double n = Substance::Noise(p_.block, at, 1, drift);
-      slope[1] += -2 * p_.amount * down / (top - bottom) * (1 - base::kMeltNoise + base::kMeltNoise * n);
+      slope[1] += -2 * p_.amount * down / (top - bottom) *
+                  (1 - ops::volume::kMeltNoise + ops::volume::kMeltNoise * n);
     }
     return Add(g, slope, g[1]);
   }
@@ -156,7 +159,7 @@ class Picture {
     if (misses) return nothing;
     Vector3 voxels;
     for (size_t a = 0; a < 3; ++a) voxels[a] = ray.direction[a] / v_.spacing[a];
-    const double step = base::kSurfaceStep / Length(voxels);
+    const double step = ops::volume::kSurfaceStep / Length(voxels);
     double t = ray.begin;
     bool cap = true;
     for (int64_t i = 0;; ++i, cap = false) {
@@ -270,7 +273,8 @@ class Picture {
       const double cosine = Dot(m.normal, light.light), view = Dot(m.normal, to_eye);
       const double across = std::sqrt(std::max(1 - cosine * cosine, 0.0)),
                    aside = std::sqrt(std::max(1 - view * view, 0.0));
-      const double facing = 0.5 + 0.5 * cosine, occlusion = base::kFurRoot + (1 - base::kFurRoot) * m.height;
+      const double facing = 0.5 + 0.5 * cosine,
+                   occlusion = ops::volume::kFurRoot + (1 - ops::volume::kFurRoot) * m.height;
       const double lit = occlusion * (light.diffuse * facing * (0.4 + 0.6 * across) + light.ambient);
       const double gleam = std::max(across * aside - cosine * view, 0.0);
       const double gloss =
@@ -365,7 +369,7 @@ class Scene {
 };
 
 void Evaluate(const Call& call) {
-  const VolumeDraw& draw = *std::any_cast<const base::VolumeDrawPointer&>(call.parameters);
+  const VolumeDraw& draw = *std::any_cast<const ops::volume::VolumeDrawPointer&>(call.parameters);
   const Scene scene(draw);
   const Roi& roi = call.out.roi;
   constexpr double kBound = 168 * 0x1p-24;  // the row's

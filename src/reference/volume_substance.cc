@@ -1,8 +1,8 @@
 // What the reference of volume pictures finds at a point.
 #include "reference/volume_substance.h"
 
+#include "ops/volume/settings.h"
 #include "reference/noise_lattice.h"
-#include "tessera/ops/noise_block.h"
 
 namespace tessera::reference {
 namespace {
@@ -42,7 +42,7 @@ std::array<double, 3> Substance::Entry(const std::vector<float>& table, double u
 Substance::Class Substance::Classify(double value) const {
   const double u =
       std::clamp((value - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
-      (base::kTransferSize - 1);
+      (ops::volume::kTransferSize - 1);
   const auto i = static_cast<size_t>(u);
   const double f = u - static_cast<double>(i);
   return {Entry(draw_.transfer, u), (1 - f) * draw_.transfer[4 * i + 3] + f * draw_.transfer[4 * i + 7]};
@@ -72,14 +72,14 @@ Substance::Class Substance::ClassifyVoxels(const Vector3& p) const {
 Substance::Class Substance::ClassifyPair(double front, double back) const {
   const auto place = [&](double v) {
     return std::clamp((v - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
-           (base::kPairSize - 1);
+           (ops::volume::kPairSize - 1);
   };
   const double u = place(front), w = place(back);
   const auto i = static_cast<size_t>(u), j = static_cast<size_t>(w);
   double c[4];
   for (size_t k = 0; k < 4; ++k) {
     const auto at = [&](size_t b, size_t a) {
-      return static_cast<double>(draw_.pairs[(b * (base::kPairSize + 1) + a) * 4 + k]);
+      return static_cast<double>(draw_.pairs[(b * (ops::volume::kPairSize + 1) + a) * 4 + k]);
     };
     const double fu = u - static_cast<double>(i), fw = w - static_cast<double>(j);
     c[k] = (1 - fw) * ((1 - fu) * at(j, i) + fu * at(j, i + 1)) +
@@ -184,13 +184,13 @@ Substance::Matter Substance::Hyper(const Vector3& p) const {
   m.normal = Normalized(FieldGradient(q));
   m.height = 1 - Clamped((outer - d) / std::max(p_.soft, 1e-30));
   if (p_.mode == VolumeMode::kFur) {
-    const Vector3 lean = {base::kFurSway * std::sin(base::kFurPace * p_.time), -1, 0};
+    const Vector3 lean = {ops::volume::kFurSway * std::sin(ops::volume::kFurPace * p_.time), -1, 0};
     const Vector3 across = Add(lean, m.normal, -Dot(lean, m.normal));
     const double h = 1 - t;
     Vector3 foot = Add(p, m.normal, -std::max(d - p_.iso, 0.0));
     foot = Add(foot, across, -p_.amount * h * h);
     m.normal = Normalized(Add(m.normal, across, 2 * p_.amount / p_.soft * h));
-    const double n = Clamped(0.5 + base::kFurSpread * Noise(p_.block, foot, p_.frequency, {}));
+    const double n = Clamped(0.5 + ops::volume::kFurSpread * Noise(p_.block, foot, p_.frequency, {}));
     if (t < 1) t *= n < 0.5 ? 4 * n * n * n : 1 - 4 * (1 - n) * (1 - n) * (1 - n);
   }
   for (const Dmf& step : p_.dmf) t = Modulate(step, p, d, t);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tessera/ops/volume_draw.h"
+#include "ops/volume/settings.h"
 
 namespace tessera::reference {
 
@@ -19,7 +19,8 @@ inline double Clamped(double v) { return std::clamp(v, 0.0, 1.0); }
 
 class Substance {
  public:
-  explicit Substance(const base::VolumeDraw& draw) : draw_(draw), p_(draw.params), v_(draw.volume.spec()) {}
+  explicit Substance(const ops::volume::VolumeDraw& draw)
+      : draw_(draw), p_(draw.params), v_(draw.volume.spec()) {}
 
   double Voxels(double world, size_t axis) const { return (world - v_.origin[axis]) / v_.spacing[axis]; }
   double Field(const Vector3& p) const;
@@ -53,7 +54,7 @@ class Substance {
   double Modulate(const Dmf& step, const Vector3& p, double distance, double t) const;
   Vector3 Moved(const Vector3& p) const;
 
-  const base::VolumeDraw& draw_;
+  const ops::volume::VolumeDraw& draw_;
   const VolumeParams& p_;
   const VolumeSpec& v_;
 };

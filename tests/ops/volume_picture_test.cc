@@ -183,6 +183,17 @@ TEST(VolumePicture, UserChainsLeapOverNothing) {
   EXPECT_GT(covered, 600);
   p.leap = false;
   ExpectSameBits(foggy, Render(RenderVolume(Size(30, 30), v, p)));
+  // What a chain and its colours leave unseen, is not looked at.
+  p.transfer = {{{0, {1, 1, 1}, 0}, {0.3, {1, 1, 1}, 0}, {1, {1, 0.5, 0}, 0.4}}, 0.05};
+  for (const char* words : {"bias(.6)", "gain(.7)", "gain(.2),bias(.3)", "threshold(.2,.6)",
+                            "bias(.7),turbulence(1.4,2),gain(.6)", "lift(.2,1),turbulence(-.5,2)"}) {
+    SCOPED_TRACE(words);
+    p.dmf = ParseDmf(words);
+    p.leap = true;
+    const Image leaping = Render(RenderVolume(Size(30, 30), v, p));
+    p.leap = false;
+    ExpectSameBits(leaping, Render(RenderVolume(Size(30, 30), v, p)));
+  }
   p.transfer = {};
   // A function of C++, against the built-in that it repeats.
   Dmf mine;

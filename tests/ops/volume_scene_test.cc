@@ -3,7 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <initializer_list>
+#include <iterator>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -170,6 +175,30 @@ TEST(VolumeScene, SurfacesEndTheRaysOfMedia) {
   for (int i = 0; i < 24 * 24; ++i) EXPECT_EQ(hidden.at<float>(i % 24, i / 24, 3), 0);
 }
 
+// Volumes far before and behind the first are found where they are.
+TEST(VolumeScene, DepthsOfVolumesMayDifferWidely) {
+  for (const bool perspective : {false, true}) {
+    PlacedVolume first = Ball(VolumeMode::kIso, 0.3, {0, 0, 0}),
+                 near = Ball(VolumeMode::kIso, 0.3, {0.5, 0, 5}),
+                 far = Ball(VolumeMode::kFire, 0.3, {-0.6, 0, -6});
+    first.params.camera = perspective ? Camera::Perspective({0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 40, 1, 0.1, 40)
+                                      : Camera::Parallel({0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 2.5, 1, 0.1, 40);
+    const PlacedVolume all[] = {first, near, far};
+    std::vector<PlacedVolume> walked(std::begin(all), std::end(all));
+    for (PlacedVolume& v : walked) v.params.leap = false;
+    const Image leaping = Render(RenderVolumes(Size(40, 40), all));
+    ExpectSameBits(leaping, Render(RenderVolumes(Size(40, 40), walked)));
+    std::array<int, 2> seen = {0, 0};
+    for (int i = 0; i < 40 * 40; ++i) {
+      seen[0] += leaping.at<float>(i % 40, i / 40, 4) < 6;
+      seen[1] +=
+          std::isfinite(leaping.at<float>(i % 40, i / 40, 4)) && leaping.at<float>(i % 40, i / 40, 4) > 12;
+    }
+    EXPECT_GT(seen[0], 20);
+    EXPECT_GT(seen[1], 2);
+  }
+}
+
 TEST(VolumeScene, LeapingTilesAndThreadsChangeNoBitAndTheReferenceAgrees) {
   std::vector<PlacedVolume> scene = {
       Ball(VolumeMode::kFire, 0.4, {-0.3, 0, 0.2}), Ball(VolumeMode::kFur, 0.4, {0.3, -0.1, 0}),
@@ -183,7 +212,11 @@ TEST(VolumeScene, LeapingTilesAndThreadsChangeNoBitAndTheReferenceAgrees) {
   ExpectSameBits(image, Render(node, PixelType::kFloat, {.threads = 2}));
   for (PlacedVolume& v : scene) v.params.leap = false;
   ExpectSameBits(image, Render(RenderVolumes(Size(40, 36), scene)));
-  // The mean of shifted pictures.
+  // The mean of shifted pictures, also before opaque objects.
+  Image wall(ImageSpec(12, 12, 1));
+  for (int i = 0; i < 144; ++i) wall.at<float>(i % 12, i / 12) = std::numeric_limits<float>::infinity();
+  ExpectSameBits(Render(RenderVolumes(Size(12, 12), scene, FromImage(wall), 4)),
+                 Render(RenderVolumes(Size(12, 12), scene, 4)));
   scene.pop_back();
   const Image many = Render(RenderVolumes(Size(12, 12), scene, 4)),
               one = Render(RenderVolumes(Size(12, 12), scene));
@@ -230,6 +263,72 @@ TEST(VolumeScene, LevelsFarFromTheSurfaceAreKept) {
     EXPECT_THROW(picture(words + " range=0.2"), Error) << words;
   }
   EXPECT_THROW(picture("solid=body file=body.vdb"), Error);
+}
+
+// Modes, methods and chains that would be left out of the picture.
+TEST(VolumeScene, RefusesWhatItWouldIgnore) {
+  const Volume v = DistanceField(Solid::Parse("knot"), VolumeSpec::Centred({16, 16, 16}));
+  const auto refused = [&](const std::function<void(VolumeParams&)>& change) {
+    VolumeParams p = Ahead(VolumeMode::kUnder);
+    p.method = VolumeMethod::kShearWarp;
+    change(p);
+    EXPECT_THROW(RenderVolume(Size(4, 4), v, p), Error);
+  };
+  refused([](VolumeParams& p) { p.dmf = ParseDmf("bias(.3)"), p.method = VolumeMethod::kRays; });
+  refused([](VolumeParams& p) { p.mode = VolumeMode::kIso, p.method = VolumeMethod::kSlices; });
+  refused([](VolumeParams& p) { p.mode = VolumeMode::kFur; });
+  refused([](VolumeParams& p) { p.mode = VolumeMode::kMip; });
+  refused([](VolumeParams& p) { p.classification = Classification::kPre; });
+  refused([](VolumeParams& p) { p.shade = true; });
+  refused([](VolumeParams& p) { p.depth = true; });
+  refused([](VolumeParams& p) { p.planes = {{{0, 0, 1}, 0}}; });
+  // Back to front has a depth too.
+  VolumeParams p = Ahead(VolumeMode::kOver);
+  p.transfer = {{{-0.1, {1, 1, 1}, 0.6}, {0.02, {1, 1, 1}, 0}}, 0.03};
+  p.depth = true;
+  const Image over = Render(RenderVolume(Size(24, 24), v, p));
+  p.mode = VolumeMode::kUnder;
+  p.termination = 0;
+  ExpectSameBits(over, Render(RenderVolume(Size(24, 24), v, p)));
+  float nearest = std::numeric_limits<float>::infinity();
+  for (int i = 0; i < 24 * 24; ++i) nearest = std::min(nearest, over.at<float>(i % 24, i / 24, 4));
+  EXPECT_LT(nearest, 5);
+}
+
+// Words that a mode, a source or another word leaves without a use.
+TEST(VolumeScene, WordsWithoutAUseAreRefused) {
+  const ops::OpInfo& op = *ops::FindOp("volume");
+  const auto message = [&](const std::string& words) {
+    try {
+      op.make({}, ops::ParseExample(op, words + " dims=8 size=4x4"), nullptr);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  struct Case {
+    const char *words, *first, *second;
+  };
+  for (const Case& c :
+       std::initializer_list<Case>{{"solid=knot mode=iso dmf=bias(.3)", "dmf=", "mode=iso"},
+                                   {"solid=knot mode=over dmf=bias(.3)", "dmf=", "mode=over"},
+                                   {"solid=knot mode=melt step=.1", "step=", "mode=melt"},
+                                   {"solid=knot mode=mip iso=.1", "iso=", "mode=mip"},
+                                   {"solid=knot mode=solid color=1,0,0", "color=", "mode=solid"},
+                                   {"solid=knot mode=under specular=.3", "specular=", "shade=1"},
+                                   {"solid=knot mode=xray light=0,1,0", "light=", "mode=xray"},
+                                   {"solid=knot mode=over transferlength=.3", "transferlength=", "transfer="},
+                                   {"solid=knot mode=over method=stacks step=.1", "step=", "method=stacks"},
+                                   {"solid=knot mode=fire dmf=lift(.2,1) freq=3", "freq=", "dmf="},
+                                   {"solid=knot slices=4", "slices=", "solid="},
+                                   {"solid=knot bigendian=1", "bigendian=", "solid="},
+                                   {"file=none.raw signed=1", "signed=", "type=uint16"}}) {
+    const std::string found = message(c.words);
+    EXPECT_NE(found.find(c.first), std::string::npos) << c.words << ": " << found;
+    EXPECT_NE(found.find(c.second), std::string::npos) << c.words << ": " << found;
+  }
+  EXPECT_EQ(message("solid=knot mode=hyper dmf=turbulence(.8,2) lookup=exact shade=1 specular=.2"), "");
+  EXPECT_EQ(message("solid=knot mode=mip transfer=-.1,1,1,1,0,.1,1,1,1,1"), "");
 }
 
 TEST(VolumeScene, RefusesWhatIsNoScene) {

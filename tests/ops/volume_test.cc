@@ -73,6 +73,9 @@ TEST(Volume, RefusesWhatIsNone) {
   endless.spacing[1] = 1;
   endless.size = {65533, 65533, 2147483645};
   EXPECT_THROW(Volume{endless}, Error);
+  VolumeSpec nowhere = VolumeSpec::Centred({4, 4, 4});
+  nowhere.origin[1] = std::nan("");
+  EXPECT_THROW(Volume{nowhere}, Error);
   const Image stack(ImageSpec(4, 9, 1));
   EXPECT_THROW(Volume::FromImage(stack.view(), 4), Error);
 }
@@ -377,6 +380,19 @@ TEST_F(VolumeFiles, DistanceFieldOfAMeshIsThatOfItsSolid) {
   const Volume coded = DistanceField(mesh, VolumeSpec::Centred({40, 40, 40}, PixelType::kUint16), 0.2);
   EXPECT_NEAR(coded.At(20, 20, 20), std::max(box.Distance(spec.Position(20, 20, 20)), -0.2), 0.5 * voxel);
   EXPECT_THROW(DistanceField(mesh, VolumeSpec::Centred({40, 40, 20}, PixelType::kFloat, {1, 1, 1.5})), Error);
+  // A side is missing, and a point is there twice.
+  Mesh open = mesh;
+  open.points.push_back(open.points[0]);
+  open.triangles[0][0] = open.triangles[0][0] == 0 ? 8 : open.triangles[0][0];
+  EXPECT_EQ(OpenEdges(open), 0u);
+  open.triangles.resize(10);
+  EXPECT_EQ(OpenEdges(open), 4u);
+  try {
+    DistanceField(open, spec);
+    ADD_FAILURE() << "nothing is inside";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("holes (4 edges"));
+  }
   mesh.triangles.push_back({0, 1, 8});
   EXPECT_THROW(DistanceField(mesh, spec), Error);
 }

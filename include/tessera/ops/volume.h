@@ -146,6 +146,8 @@ struct PlacedVolume {
 // more volumes, a matrix that is no rigid motion.
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, int samples = 1);
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth);
+Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth,
+                   int samples);
 // The picture that RenderVolume or RenderVolumes made (scene depth included) with one more volume in it, seen
 // by its camera. Throws Error when `picture` is anything else.
 Node AddVolume(const Node& picture, const PlacedVolume& volume, int samples = 1);

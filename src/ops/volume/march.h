@@ -7,18 +7,14 @@
 #include <vector>
 
 #include "base/volume_data.h"
+#include "ops/volume/settings.h"
 #include "tessera/ops/hypertexture.h"
 #include "tessera/ops/volume.h"
-#include "tessera/ops/volume_draw.h"
 
 namespace tessera::ops::volume {
 
 inline constexpr int kPacket = 16;  // rays that go together: 4x4 pixels
 inline constexpr int kTile = 16;    // pixels of a cone's side
-using base::kMostVolumes;
-using base::kPairSize;
-using base::kSurfaceStep;
-using base::kTransferSize;
 
 // Rays in voxels: position = origin + s direction, s = planar depth - middle, both affine in the pixel,
 // counted from the window's middle.
@@ -26,6 +22,7 @@ struct RaySet {
   float origin[3][3], direction[3][3];  // [axis]: constant, times x, times y
   float middle_x = 0, middle_y = 0;     // pixel coordinates
   float middle_depth = 0;               // planar depth of s = 0
+  float centre = 0;                     // s of the volume's centre, not 0 in scenes of several
   float spacing[3] = {1, 1, 1};         // world units a voxel
   float to_world[3] = {0, 0, 0};        // world position of voxel (0, 0, 0)
   float low[3], high[3];                // the box, in voxels
@@ -137,6 +134,9 @@ struct MediumArgs {
   float fur_lean[3] = {0, 0, 0};
   bool zero_stays = false;  // no step makes density of nothing, and nothing is transparent
   float clear = 0;          // values up to here are transparent
+  // Where zero stays: densities before the chain that are not seen behind it; distances of which nothing is
+  // seen, and voxels for each unit of distance beyond in which nothing is either (0: not known).
+  float unseen = 0, far = 0, pace = 0;
   std::vector<DmfStep> steps;
   float mip_times = 1, mip_plus = 0;
 };

@@ -72,8 +72,8 @@ inline HWY_NOINLINE void Shade(const MediumArgs& args, const Sample& sample, con
     const V facing = hn::MulAdd(cosine, Set(0.5f), Set(0.5f));
     const V height =
         Clamp01(hn::Sub(one, hn::Mul(hn::Sub(Set(args.outer), sample.distance), Set(args.per_width))));
-    const V occlusion = hn::MulAdd(height, Set(static_cast<float>(1 - base::kFurRoot)),
-                                   Set(static_cast<float>(base::kFurRoot)));
+    const V occlusion =
+        hn::MulAdd(height, Set(static_cast<float>(1 - kFurRoot)), Set(static_cast<float>(kFurRoot)));
     const V diffuse =
         hn::Mul(hn::Mul(Set(args.light.diffuse), facing), hn::MulAdd(across, Set(0.6f), Set(0.4f)));
     const V lit = hn::Mul(occlusion, hn::Add(diffuse, Set(args.light.ambient)));
@@ -177,8 +177,7 @@ inline HWY_NOINLINE V Strands(const MediumArgs& args, const Vec3& p, Sample& r, 
   // The strand's direction: the surface's normal, bent.
   const V tilt = hn::Mul(Set(2 * args.droop * args.per_width), height);
   r.normal = Unit(AddScaled(r.normal, across, tilt));
-  const V n =
-      Clamp01(hn::MulAdd(NoiseValue(args.fur, foot), Set(static_cast<float>(base::kFurSpread)), Set(0.5f)));
+  const V n = Clamp01(hn::MulAdd(NoiseValue(args.fur, foot), Set(static_cast<float>(kFurSpread)), Set(0.5f)));
   const M low = hn::Lt(n, Set(0.5f));
   const V u = hn::IfThenElse(low, n, hn::Sub(Set(1), n));
   const V cube = hn::Mul(hn::Mul(Set(4), u), hn::Mul(u, u));  // gain of 0.875
@@ -277,7 +276,7 @@ class Medium {
       const V inside = hn::Sub(Set(args_.outer), r[k].distance);
       t[k] = args_.per_width > 0 ? Clamp01(hn::Mul(inside, Set(args_.per_width)))
                                  : hn::IfThenElseZero(hn::Ge(inside, hn::Zero(d)), Set(1));
-      if (args_.zero_stays) lanes[k] = hn::And(lanes[k], hn::Gt(t[k], hn::Zero(d)));
+      if (args_.zero_stays) lanes[k] = hn::And(lanes[k], hn::Gt(t[k], Set(args_.unseen)));
     }
     if (args_.zero_stays && none()) return false;
     if (lit) {

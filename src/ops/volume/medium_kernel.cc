@@ -31,6 +31,15 @@ HWY_INLINE Sums MarchHyper(const MediumArgs& args, const Medium<T>& medium, cons
     V along[K];
     M lanes[K];
     Sample sample[K];
+    if (!among && args.pace > 0) {
+      // All rays go to the soft region before any of them is looked at.
+      const V steps = walk.Free(args, medium.Value(At(ray, walk.Along(i))));
+      const M outside = hn::Gt(steps, zero);
+      i = hn::IfThenElse(outside, hn::Add(i, steps), i);
+      const bool moved = !hn::AllFalse(d, hn::And(active, outside));
+      active = hn::And(active, walk.Holds(i));
+      if (moved) continue;
+    }
     for (int k = 0; k < K; ++k) {
       const V at = hn::Add(i, Set(static_cast<float>(k)));
       along[k] = walk.Along(at);
@@ -57,7 +66,12 @@ HWY_INLINE Sums MarchHyper(const MediumArgs& args, const Medium<T>& medium, cons
         active = hn::And(active, hn::Lt(sums.a, Set(args.opaque)));
       }
     }
-    i = hn::Add(i, Set(static_cast<float>(K)));
+    V next = Set(static_cast<float>(K));
+    if (args.pace > 0) {
+      const V behind = hn::Add(Set(static_cast<float>(K - 1)), walk.Free(args, sample[K - 1].distance));
+      next = hn::Max(next, behind);
+    }
+    i = hn::Add(i, next);
     active = hn::And(active, walk.Holds(i));
   }
   return sums;

@@ -1,6 +1,4 @@
 // Blocks of noise for hypertexture, made by the noise operations.
-#include "tessera/ops/noise_block.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,6 +7,7 @@
 #include <string>
 
 #include "base/arena.h"
+#include "ops/volume/settings.h"
 #include "tessera/error.h"
 #include "tessera/ops/noise.h"
 #include "tessera/render.h"

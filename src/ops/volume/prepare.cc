@@ -6,9 +6,9 @@
 #include <limits>
 #include <string>
 
+#include "ops/volume/settings.h"
 #include "ops/volume/transfer.h"
 #include "tessera/error.h"
-#include "tessera/ops/noise_block.h"
 
 namespace tessera::ops::volume {
 namespace {
@@ -37,7 +37,7 @@ int StackAxis(const Camera& camera, const VolumeSpec& v) {
 }
 double Smallest(const Vector3& v) { return std::min({v[0], v[1], v[2]}); }
 
-RaySet RaysOf(const DrawParams& draw, double middle) {
+RaySet RaysOf(const VolumeDraw& draw, double middle) {
   const VolumeSpec& v = draw.volume.spec();
   const Camera& camera = draw.params.camera;
   const Roi& w = draw.window;
@@ -47,6 +47,7 @@ RaySet RaysOf(const DrawParams& draw, double middle) {
   r.middle_x = static_cast<float>(mx);
   r.middle_y = static_cast<float>(my);
   r.middle_depth = static_cast<float>(middle);
+  r.centre = static_cast<float>(camera.PlanarDepth(Centre(v)) - middle);
   const Camera::Ray at[3] = {camera.PixelRay(w, mx, my), camera.PixelRay(w, mx + 1, my),
                              camera.PixelRay(w, mx, my + 1)};
   for (size_t a = 0; a < 3; ++a) {
@@ -73,7 +74,7 @@ RaySet RaysOf(const DrawParams& draw, double middle) {
   return r;
 }
 
-Field FieldOf(const DrawParams& draw) {
+Field FieldOf(const VolumeDraw& draw) {
   const base::VolumeData& data = *draw.volume.data();
   Field f;
   f.samples = data.samples;
@@ -109,13 +110,42 @@ NoiseView ViewOf(const NoiseBlock& block, const VolumeSpec& v, double frequency,
   return n;
 }
 
+// The density before the chain up to which nothing is seen behind it.
+double Unseen(const std::vector<Dmf>& chain, const MediumArgs& m) {
+  double most = std::clamp<double>(m.clear, 0, 1);
+  for (size_t i = chain.size(); i-- > 0;) {
+    const double exponent = 1 / std::max<double>(m.steps[i].amount, 1e-6);
+    switch (chain[i].kind) {
+      case Dmf::Kind::kBias:
+        most = std::pow(most, exponent);
+        break;
+      case Dmf::Kind::kGain:
+        most = most < 0.5 ? 0.5 * std::pow(2 * most, exponent) : 1 - 0.5 * std::pow(2 - 2 * most, exponent);
+        break;
+      case Dmf::Kind::kTurbulence: {
+        const double amount = chain[i].amount,
+                     factor = 1 - amount + std::fabs(amount) * TurbulenceRange(chain[i]);
+        most = factor > most ? most / factor : 1;
+        break;
+      }
+      case Dmf::Kind::kThreshold:
+        most = std::clamp(chain[i].amount, 0.0, 1.0);
+        break;
+      default:
+        continue;
+    }
+    most *= 1 - 1e-4;  // for rounding
+  }
+  return most;
+}
+
 }  // namespace
 
 bool IsSurface(VolumeMode mode) { return mode <= VolumeMode::kMelt; }
 bool IsHyper(VolumeMode mode) { return mode >= VolumeMode::kFur && mode <= VolumeMode::kHyper; }
 
-DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& given) {
-  DrawParams draw;
+VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& given) {
+  VolumeDraw draw;
   draw.volume = volume;
   draw.params = given;
   draw.window = spec.display_window.empty() ? spec.data_window : spec.display_window;
@@ -161,7 +191,7 @@ DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   };
   switch (p.mode) {
     case VolumeMode::kSolid:
-      otherwise(p.frequency, 0, 1.6 / side);
+      otherwise(p.frequency, 0, 2.7 / side);
       need_block(NoiseContent::kMarble, 4, 5, 1);
       draw.colors = MarbleColors();
       break;
@@ -201,7 +231,7 @@ DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   return draw;
 }
 
-DrawParams CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, const Camera& camera) {
+VolumeDraw CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, const Camera& camera) {
   const Matrix4& m = placed.to_world;
   VolumeParams p = placed.params;
   p.camera = camera;
@@ -225,17 +255,17 @@ DrawParams CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, con
       plane.normal = turned(plane.normal);
     }
   }
-  DrawParams draw = Complete(spec, placed.volume, p);
+  VolumeDraw draw = Complete(spec, placed.volume, p);
   draw.placed = placed;
   draw.placed.params.camera = camera;
   return draw;
 }
 
-double MiddleDepth(const DrawParams& draw) {
+double MiddleDepth(const VolumeDraw& draw) {
   return draw.params.camera.PlanarDepth(Centre(draw.volume.spec()));
 }
 
-void Prepare(const DrawParams& draw, double middle, const graph::Workers& workers, Prepared& out) {
+void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& workers, Prepared& out) {
   const VolumeParams& p = draw.params;
   const base::VolumeData& data = *draw.volume.data();
   const VolumeSpec& v = data.spec;
@@ -303,11 +333,11 @@ void Prepare(const DrawParams& draw, double middle, const graph::Workers& worker
       s.k = static_cast<float>(p.amount);
     } else if (p.mode == VolumeMode::kMelt) {
       // Drops are longer than wide: the noise changes slowly downward.
-      s.noise = ViewOf(p.block, v, p.frequency, {0, base::kMeltDrift * p.time, 0});
-      s.noise.times[1] *= static_cast<float>(base::kMeltStretch);
+      s.noise = ViewOf(p.block, v, p.frequency, {0, kMeltDrift * p.time, 0});
+      s.noise.times[1] *= static_cast<float>(kMeltStretch);
       const double top = v.High()[1], bottom = v.Low()[1], height = (top - bottom) / v.spacing[1];
       const double amount = p.amount / v.spacing[1];
-      constexpr double kShare = base::kMeltNoise;
+      constexpr double kShare = kMeltNoise;
       s.sag[0] = static_cast<float>(amount);
       s.sag[1] = static_cast<float>((v.size[1] - 0.5) / height);
       s.sag[2] = static_cast<float>(1 / height);
@@ -346,6 +376,7 @@ void Prepare(const DrawParams& draw, double middle, const graph::Workers& worker
   m.mip_times = static_cast<float>(1 / domain);
   m.mip_plus = static_cast<float>(-draw.transfer_low / domain);
   m.axis = StackAxis(p.camera, v);
+  double far = 0;
   if (IsHyper(p.mode)) {
     m.hyper = true;
     const double outer = p.iso + p.soft;
@@ -418,11 +449,14 @@ void Prepare(const DrawParams& draw, double middle, const graph::Workers& worker
     const bool clear = !seen || from >= 0 || to <= 0;  // nothing is not seen
     m.clear = static_cast<float>(seen ? from - 1e-6 * std::max(domain, std::fabs(from)) : kEndless);
     m.zero_stays = !anywhere && clear;
-    matter(-kEndless, m.zero_stays ? outer : kEndless);
+    const double unseen = m.zero_stays ? Unseen(p.dmf, m) : 0;
+    m.unseen = static_cast<float>(unseen);
+    far = outer - unseen * p.soft;
+    matter(-kEndless, m.zero_stays ? far : kEndless);
     if (p.mode == VolumeMode::kFur) {
       m.fur = ViewOf(p.block, v, p.frequency);
       m.droop = static_cast<float>(p.amount);
-      const double sway = base::kFurSway * std::sin(base::kFurPace * p.time);
+      const double sway = kFurSway * std::sin(kFurPace * p.time);
       m.fur_lean[0] = static_cast<float>(sway);
       m.fur_lean[1] = -1;
       m.fur_lean[2] = 0;
@@ -448,6 +482,10 @@ void Prepare(const DrawParams& draw, double middle, const graph::Workers& worker
   }
   find_leaps();
   m.field = field;
+  if (m.zero_stays && field.leaps && reach == base::Displacement()) {
+    m.far = static_cast<float>(far + 4e-6 * (std::fabs(far) + std::fabs(data.code_bias)));
+    m.pace = static_cast<float>(field.least_pace / std::fabs(data.code_scale));
+  }
 }
 
 }  // namespace tessera::ops::volume

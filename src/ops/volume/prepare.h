@@ -7,19 +7,17 @@
 
 #include "graph/stage.h"
 #include "ops/volume/march.h"
-#include "tessera/ops/volume_draw.h"
+#include "ops/volume/settings.h"
 
 namespace tessera::ops::volume {
-
-using DrawParams = base::VolumeDraw;
 
 bool IsSurface(VolumeMode mode);
 bool IsHyper(VolumeMode mode);  // distance fields through density modulation
 // Checks, fills in. Throws Error.
-DrawParams Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
+VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
 
 // The same for a volume of a scene, seen by the scene's camera.
-DrawParams CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, const Camera& camera);
+VolumeDraw CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, const Camera& camera);
 
 // What a stage holds; the arguments point into it.
 struct Prepared {
@@ -28,9 +26,9 @@ struct Prepared {
   std::shared_ptr<const base::LeapGrid> leaps, own;
 };
 // Depths are counted from `middle`.
-void Prepare(const DrawParams& draw, double middle, const graph::Workers& workers, Prepared& out);
+void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& workers, Prepared& out);
 // The planar depth of a volume's centre.
-double MiddleDepth(const DrawParams& draw);
+double MiddleDepth(const VolumeDraw& draw);
 
 }  // namespace tessera::ops::volume
 

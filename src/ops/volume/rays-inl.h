@@ -143,9 +143,11 @@ inline Cone ConeOf(const RaySet& set, const Field& field, int x0, int y0, int wi
     square += dir[a] * dir[a];
   }
   const float radius = 0.5f * std::sqrt(bound), per_voxel = 1 / std::sqrt(square);
-  cone.start = std::max(-radius, set.perspective ? -set.middle_depth : -radius);
+  // No point of the volume is nearer or further than that.
+  const float nearest = set.centre - radius, furthest = set.centre + radius;
+  cone.start = std::max(nearest, set.perspective ? -set.middle_depth : nearest);
   if (!field.leaps) return cone;
-  for (float at = cone.start; at < radius;) {
+  for (float at = cone.start; at < furthest;) {
     float wide = 0;
     for (int c = 0; c < 2; ++c) {
       float w = 0;

@@ -18,7 +18,7 @@ namespace {
 
 class ShearWarpStage final : public graph::WholeStage {
  public:
-  ShearWarpStage(base::VolumeDrawPointer draw, const graph::Workers& workers) : draw_(std::move(draw)) {
+  ShearWarpStage(VolumeDrawPointer draw, const graph::Workers& workers) : draw_(std::move(draw)) {
     Prepare(*draw_, MiddleDepth(*draw_), workers, prepared_);
     const RaySet& rays = prepared_.medium.rays;
     Sheared& s = sheared_;
@@ -71,7 +71,7 @@ class ShearWarpStage final : public graph::WholeStage {
   }
 
  private:
-  base::VolumeDrawPointer draw_;
+  VolumeDrawPointer draw_;
   Prepared prepared_;
   Sheared sheared_;
 };
@@ -87,8 +87,7 @@ double Sheared::LengthOf(const std::array<double, 3>& direction) const {
   return std::sqrt(square) / std::fabs(direction[static_cast<size_t>(deep)]);
 }
 
-std::unique_ptr<graph::WholeStage> MakeShearWarp(base::VolumeDrawPointer draw,
-                                                 const graph::StageContext& context) {
+std::unique_ptr<graph::WholeStage> MakeShearWarp(VolumeDrawPointer draw, const graph::StageContext& context) {
   return std::make_unique<ShearWarpStage>(std::move(draw), context.workers);
 }
 

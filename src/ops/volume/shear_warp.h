@@ -7,7 +7,7 @@
 
 #include "graph/op.h"
 #include "ops/volume/march.h"
-#include "tessera/ops/volume_draw.h"
+#include "ops/volume/settings.h"
 
 namespace tessera::ops::volume {
 
@@ -46,8 +46,7 @@ using WarpSheared = void (*)(const Sheared& sheared, const float* picture, const
 CompositeSheared FindCompositeSheared(PixelType type);
 WarpSheared FindWarpSheared();
 
-std::unique_ptr<graph::WholeStage> MakeShearWarp(base::VolumeDrawPointer draw,
-                                                 const graph::StageContext& context);
+std::unique_ptr<graph::WholeStage> MakeShearWarp(VolumeDrawPointer draw, const graph::StageContext& context);
 
 }  // namespace tessera::ops::volume
 

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "ops/noise/plan.h"
+#include "ops/volume/settings.h"
 #include "tessera/error.h"
-#include "tessera/ops/noise_block.h"
 
 namespace tessera::ops::volume {
 namespace {
@@ -47,7 +47,7 @@ VolumeTransferFunction FromStops(const std::vector<Stop>& stops, double length) 
 }
 
 // What a mode shows when the caller gives no transfer function.
-VolumeTransferFunction Preset(const DrawParams& draw) {
+VolumeTransferFunction Preset(const VolumeDraw& draw) {
   const VolumeParams& p = draw.params;
   const Vector3& spacing = draw.volume.spec().spacing;
   const double voxel = std::min({spacing[0], spacing[1], spacing[2]});
@@ -75,11 +75,10 @@ VolumeTransferFunction Preset(const DrawParams& draw) {
 }  // namespace
 
 std::vector<float> MarbleColors() {
-  const std::vector<Stop> stops = {{0, 0.05, 0.055, 0.07, 1},
-                                   {0.12, 0.20, 0.19, 0.20, 1},
-                                   {0.35, 0.55, 0.50, 0.45, 1},
-                                   {0.60, 0.80, 0.76, 0.70, 1},
-                                   {1, 0.94, 0.92, 0.87, 1}};
+  // Veins where the wave of the block is lowest, where it lingers.
+  const std::vector<Stop> stops = {{0, 0.045, 0.05, 0.06, 1},   {0.02, 0.14, 0.135, 0.14, 1},
+                                   {0.08, 0.42, 0.39, 0.36, 1}, {0.25, 0.70, 0.67, 0.62, 1},
+                                   {0.60, 0.86, 0.84, 0.79, 1}, {1, 0.94, 0.92, 0.87, 1}};
   const VolumeTransferFunction ramp = FromStops(stops, 1);
   constexpr int kEntries = 256;
   std::vector<float> table;
@@ -91,7 +90,7 @@ std::vector<float> MarbleColors() {
   return table;
 }
 
-void MakeTransfer(DrawParams& draw) {
+void MakeTransfer(VolumeDraw& draw) {
   VolumeTransferFunction& t = draw.params.transfer;
   if (t.points.empty()) t = Preset(draw);
   if (!(t.length > 0)) throw Error("transfer function", "found a reference length that is not positive");
@@ -151,7 +150,7 @@ void MakeTransfer(DrawParams& draw) {
   }
 }
 
-bool TransferSupport(const DrawParams& draw, double& from, double& to) {
+bool TransferSupport(const VolumeDraw& draw, double& from, double& to) {
   int first = kTransferSize, last = -1;
   for (int i = 0; i < kTransferSize; ++i) {
     if (draw.transfer[static_cast<size_t>(4 * i + 3)] > 0) first = std::min(first, i), last = i;

@@ -11,9 +11,9 @@ namespace tessera::ops::volume {
 // Colours of polished stone over [0, 1], four floats an entry.
 std::vector<float> MarbleColors();
 // Fills transfer, its domain and, where asked for, the pre-integrated pairs.
-void MakeTransfer(DrawParams& draw);
+void MakeTransfer(VolumeDraw& draw);
 // The values between which something is seen; false where nothing ever is.
-bool TransferSupport(const DrawParams& draw, double& from, double& to);
+bool TransferSupport(const VolumeDraw& draw, double& from, double& to);
 
 // Fire's chain: flames rise from the surface. `side`: the volume's longest side.
 std::vector<Dmf> FireChain(const VolumeParams& params, double side);

@@ -24,11 +24,11 @@ constexpr char kName[] = "volume";
 // One volume, or several: surfaces by themselves, the nearest of which ends the rays of the media.
 class DrawStage final : public graph::TileStage {
  public:
-  DrawStage(base::VolumeDrawPointer draw, const graph::Workers& workers)
+  DrawStage(VolumeDrawPointer draw, const graph::Workers& workers)
       : draw_(std::move(draw)), prepared_(1 + draw_->others.size()) {
     const double middle = MiddleDepth(*draw_);
     for (size_t k = 0; k < prepared_.size(); ++k) {
-      const base::VolumeDraw& one = k == 0 ? *draw_ : *draw_->others[k - 1];
+      const VolumeDraw& one = k == 0 ? *draw_ : *draw_->others[k - 1];
       Prepare(one, middle, workers, prepared_[k]);
       const PixelType type = one.volume.spec().type;
       if (IsSurface(one.params.mode)) {
@@ -128,7 +128,7 @@ class DrawStage final : public graph::TileStage {
     }
   }
 
-  base::VolumeDrawPointer draw_;
+  VolumeDrawPointer draw_;
   std::vector<Prepared> prepared_;
   std::vector<Surface> surfaces_;
   std::vector<const MediumArgs*> media_;
@@ -136,9 +136,9 @@ class DrawStage final : public graph::TileStage {
   DrawMixture mixture_ = nullptr;
 };
 
-class VolumeOp final : public graph::OpWith<base::VolumeDrawPointer> {
+class VolumeOp final : public graph::OpWith<VolumeDrawPointer> {
  public:
-  VolumeOp(const ImageSpec& spec, base::VolumeDrawPointer draw) : OpWith(std::move(draw)), spec_(spec) {}
+  VolumeOp(const ImageSpec& spec, VolumeDrawPointer draw) : OpWith(std::move(draw)), spec_(spec) {}
   std::string Name() const override { return kName; }
   graph::OpKind Kind() const override {
     return params()->params.method == VolumeMethod::kShearWarp ? graph::OpKind::kWhole : graph::OpKind::kTile;
@@ -166,19 +166,45 @@ class VolumeOp final : public graph::OpWith<base::VolumeDrawPointer> {
   ImageSpec spec_;
 };
 
+// What would be left out of the picture is refused.
+void RequireUsed(const VolumeParams& p, bool scene) {
+  const auto refuse = [](const std::string& found, const char* expected) {
+    throw Error(kName, "found " + found + ", expected " + expected);
+  };
+  if (!p.dmf.empty() && !IsHyper(p.mode))
+    refuse("a chain of density modulation functions beside a mode without", "the modes fur, fire or hyper");
+  if (IsSurface(p.mode) && p.method != VolumeMethod::kRays)
+    refuse("a method for media beside a surface", "the method rays");
+  if (p.method != VolumeMethod::kShearWarp) return;
+  if (p.mode != VolumeMode::kOver && p.mode != VolumeMode::kUnder)
+    refuse("another mode beside the method shearwarp", "over or under");
+  if (p.classification != Classification::kPost)
+    refuse("another classification beside the method shearwarp", "post");
+  if (p.shade) refuse("shading beside the method shearwarp", "another method, or none");
+  if (p.depth) refuse("depth beside the method shearwarp", "another method, or none");
+  if (!p.planes.empty()) refuse("cutting planes beside the method shearwarp", "another method, or none");
+  if (scene) refuse("the depth of a scene beside the method shearwarp", "another method, or none");
+}
+
 Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::vector<Node> inputs) {
-  if (volumes.empty() || volumes.size() > base::kMostVolumes) {
+  if (volumes.empty() || volumes.size() > kMostVolumes) {
     throw Error(kName, "found " + std::to_string(volumes.size()) + " volumes, expected 1 to " +
-                           std::to_string(base::kMostVolumes));
+                           std::to_string(kMostVolumes));
   }
+  for (const PlacedVolume& v : volumes) RequireUsed(v.params, !inputs.empty());
   const Camera& camera = volumes[0].params.camera;
-  base::VolumeDraw draw = CompletePlaced(given, volumes[0], camera);
+  VolumeDraw draw = CompletePlaced(given, volumes[0], camera);
   draw.with_scene = !inputs.empty();
   bool depth = false;
-  const auto front_to_back = [](base::VolumeDraw& d) {
+  const auto front_to_back = [](VolumeDraw& d) {
     if (d.params.mode == VolumeMode::kOver) d.params.mode = VolumeMode::kUnder;
   };
   if (volumes.size() > 1) front_to_back(draw);
+  if (draw.params.mode == VolumeMode::kOver && draw.params.depth) {
+    // Where alpha passes 1/2 is known from the front; the picture stays the one without an end.
+    front_to_back(draw);
+    draw.params.termination = 0;
+  }
   for (const PlacedVolume& v : volumes) {
     depth |= v.params.depth;
     if (volumes.size() == 1) break;
@@ -188,7 +214,7 @@ Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::ve
                   "under, and method rays, among several volumes");
     }
     if (&v != &volumes[0]) {
-      auto other = std::make_shared<base::VolumeDraw>(CompletePlaced(given, v, camera));
+      auto other = std::make_shared<VolumeDraw>(CompletePlaced(given, v, camera));
       front_to_back(*other);
       draw.others.push_back(std::move(other));
     }
@@ -198,7 +224,7 @@ Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::ve
   spec.alpha = 3;
   spec.type = PixelType::kFloat;
   if (depth) spec.channels.push_back("Z");
-  auto shared = std::make_shared<const base::VolumeDraw>(std::move(draw));
+  auto shared = std::make_shared<const VolumeDraw>(std::move(draw));
   return graph::MakeNode(std::make_shared<const VolumeOp>(spec, std::move(shared)), std::move(inputs));
 }
 
@@ -257,6 +283,11 @@ Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes,
   return ops::volume::Make(spec, volumes, {scene_depth});
 }
 
+Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth,
+                   int samples) {
+  return ops::volume::Jittered(spec, volumes, samples, {scene_depth});
+}
+
 Node AddVolume(const Node& picture, const PlacedVolume& volume, int samples) {
   const auto* const op = picture.data() == nullptr
                              ? nullptr
@@ -264,7 +295,7 @@ Node AddVolume(const Node& picture, const PlacedVolume& volume, int samples) {
   if (op == nullptr) {
     throw Error("volume", "found an image, expected a picture of volumes to which one is added");
   }
-  const base::VolumeDraw& first = *op->params();
+  const ops::volume::VolumeDraw& first = *op->params();
   std::vector<PlacedVolume> all = {first.placed};
   for (const auto& other : first.others) all.push_back(other->placed);
   all.push_back(volume);

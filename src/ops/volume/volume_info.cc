@@ -73,6 +73,89 @@ int Operands(const Arguments& a) {
   return (made ? 0 : 1) + (a.Flag("scene") ? 1 : 0) + (a.Flag("with") ? 1 : 0);
 }
 
+// A modifier, and the words of which one is needed beside it.
+struct Use {
+  const char *name, *words;
+};
+bool Holds(const std::string& words, const std::string& word) {
+  return (" " + words + " ").find(" " + word + " ") != std::string::npos;
+}
+[[noreturn]] void Refuse(const std::string& name, const std::string& beside, const std::string& expected) {
+  throw Error(kName,
+              "found " + name + "= beside " + beside + ", which has no use for it, expected " + expected);
+}
+
+// What a mode does not look at is refused.
+void RequireUsed(const Arguments& a) {
+  static constexpr Use kModesOf[] = {{"iso", "iso solid bump melt fur fire hyper"},
+                                     {"below", "iso solid bump melt"},
+                                     {"soft", "fur fire hyper"},
+                                     {"color", "iso bump melt fur fire hyper"},
+                                     {"step", "fur fire hyper over under attenuate xray mip"},
+                                     {"termination", "fur fire hyper over under"},
+                                     {"method", "fur fire hyper over under attenuate xray mip"},
+                                     {"time", "melt fur fire hyper"},
+                                     {"freq", "solid bump melt fur fire"},
+                                     {"amount", "bump melt fur fire"},
+                                     {"lookup", "fur fire hyper"},
+                                     {"dmf", "fur fire hyper"},
+                                     {"transfer", "fur fire hyper over under attenuate xray mip"},
+                                     {"transferlength", "fur fire hyper over under attenuate xray"},
+                                     {"classify", "over under attenuate xray"},
+                                     {"shade", "fire hyper over under attenuate"},
+                                     {"depth", "iso solid bump melt fur fire hyper over under"}};
+  const std::string& mode = a.Text("mode");
+  for (const Use& use : kModesOf) {
+    if (!a.Given(use.name) || Holds(use.words, mode)) continue;
+    Refuse(use.name, "mode=" + mode, std::string("one of the modes ") + use.words);
+  }
+  for (const char* name : {"light", "ambient", "diffuse", "specular", "exponent", "color"}) {
+    if (!a.Given(name)) continue;
+    if (Holds("xray mip", mode)) Refuse(name, "mode=" + mode, "a mode that is lit");
+    if (Holds("fire hyper over under attenuate", mode) && !a.Flag("shade"))
+      Refuse(name, "mode=" + mode, "shade=1 too");
+  }
+  const std::string& method = a.Text("method");
+  if (a.Given("step") && Holds("stacks shearwarp", method))
+    Refuse("step", "method=" + method, "the volume's own slices, or another method");
+  if (a.Given("transferlength") && !a.Given("transfer")) Refuse("transferlength", "no transfer=", "both");
+  if (a.Given("dmf") && mode == "fire") {
+    for (const char* name : {"freq", "amount"}) {
+      if (a.Given(name)) Refuse(name, "dmf=", "them in the chain");
+    }
+  }
+  if (a.Given("view")) {
+    for (const char* name : {"azimuth", "elevation", "fov", "zoom", "up"}) {
+      if (a.Given(name)) Refuse(name, "view=", "one of them");
+    }
+  }
+  if (a.Given("size") && a.Flag("scene")) Refuse("size", "scene=1", "the size of the depths below");
+}
+// The same for where the volume comes from: a distance field made (field), samples (raw), a file that
+// describes itself (file), or the image below (image).
+void RequireSourceUsed(const Arguments& a) {
+  static constexpr Use kSourcesOf[] = {
+      {"dims", "field raw"},    {"type", "field raw distance"}, {"range", "field distance"},
+      {"slices", "file image"}, {"channel", "file image"},      {"part", "file"},
+      {"header", "raw"},        {"bigendian", "raw"},           {"signed", "raw"}};
+  const bool made = a.Given("solid") || a.Given("mesh");
+  const std::string source = made ? "field" : !a.Given("file") ? "image" : a.Given("dims") ? "raw" : "file";
+  for (const Use& use : kSourcesOf) {
+    if (!a.Given(use.name) || Holds(use.words, source)) continue;
+    if (a.Given("distance") && Holds(use.words, "distance")) continue;
+    Refuse(use.name,
+           source == "field"   ? (a.Given("solid") ? "solid=" : "mesh=")
+           : source == "image" ? "an image as the source"
+           : source == "raw"   ? "raw samples (file= with dims=)"
+                               : "a file that describes itself (file= without dims=)",
+           source == "raw"                               ? "a file that describes itself"
+           : Holds(use.words, "raw") && source == "file" ? "dims= too"
+                                                         : "another source");
+  }
+  const std::string type = a.Given("type") ? a.Text("type") : "uint8";
+  if (a.Flag("signed") && type != "uint16") Refuse("signed", "type=" + type, "type=uint16");
+}
+
 // The distances that integers are to keep: beyond the levels that are drawn, or all outside would be taken
 // for the soft region. 0 where the default does.
 double RangeOf(const Arguments& a, const VolumeSpec& spec) {
@@ -96,6 +179,7 @@ double RangeOf(const Arguments& a, const VolumeSpec& spec) {
 Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
   if (int{a.Given("solid")} + int{a.Given("mesh")} + int{a.Given("file")} > 1)
     throw Error(kName, "found more than one of solid=, mesh= and file=, expected one source");
+  RequireSourceUsed(a);
   const auto type = ChoiceOf<PixelType>(a, "type", kTypes);
   const std::vector<double>& dims = a.Numbers("dims");
   Volume volume;
@@ -108,13 +192,18 @@ Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
     } else {
       Mesh mesh = ReadMesh(a.Text("mesh"));
       FitMesh(mesh, kMeshSide);
-      volume = DistanceField(mesh, spec, RangeOf(a, spec));
+      try {
+        volume = DistanceField(mesh, spec, RangeOf(a, spec));
+      } catch (const Error& error) {
+        throw Error(a.Text("mesh"), error.reason());
+      }
     }
   } else if (a.Given("file")) {
     VolumeFileParams f;
     f.spacing = spacing;
     f.slices = a.Integer("slices");
     f.channel = a.Integer("channel");
+    if (a.Given("part")) f.part = a.Text("part");
     if (a.Given("dims")) f.raw.size = SizesOf(dims);
     f.raw.type = a.Given("type") ? type : PixelType::kUint8;
     f.raw.header = a.Integer("header");
@@ -129,7 +218,7 @@ Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
   if (!a.Given("distance")) return volume;
   DistanceFieldParams d;
   d.iso = a.Number("distance");
-  d.type = a.Given("type") && !a.Given("file") ? type : PixelType::kUint16;
+  d.type = a.Given("type") && !(a.Given("file") && a.Given("dims")) ? type : PixelType::kUint16;
   VolumeSpec spec = volume.spec();
   spec.type = d.type;
   d.range = RangeOf(a, spec);
@@ -176,6 +265,7 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
       }
     }
   }
+  RequireUsed(a);
   const Volume volume = VolumeOf(inputs, a);
   const ImageSpec spec = scene || with ? ImageSpec(inputs[0].spec()) : SizeOf(a.Text("size"));
   PlacedVolume placed;
@@ -216,6 +306,7 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   p.shade = a.Flag("shade");
   p.depth = a.Flag("depth");
   if (a.Given("dmf")) p.dmf = ParseDmf(a.Text("dmf"));
+  for (Dmf& step : p.dmf) step.lookup = p.lookup;
   if (a.Given("transfer")) p.transfer = TransferOf(a.Text("transfer"));
   if (a.Given("transferlength")) p.transfer.length = a.Number("transferlength");
   const std::vector<double>& planes = a.Given("planes") ? a.Numbers("planes") : std::vector<double>{};
@@ -234,7 +325,7 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   const int samples = a.Integer("samples");
   if (with) return AddVolume(inputs[0], placed, samples);
   const PlacedVolume one[] = {placed};
-  return scene ? RenderVolumes(spec, one, inputs[0]) : RenderVolumes(spec, one, samples);
+  return scene ? RenderVolumes(spec, one, inputs[0], samples) : RenderVolumes(spec, one, samples);
 }
 
 }  // namespace
@@ -249,41 +340,32 @@ OpInfo VolumeInfo() {
       "A picture of a volume: a lit, textured or hypertextured distance field, or a density volume";
   info.help =
       "The volume: solid= (a distance field of dims= voxels), mesh= (the distance field of a closed "
-      "Wavefront OBJ mesh, "
-      "scaled to 1.6, where the library was built with OpenVDB), file= (OpenVDB and whatever else "
-      "OpenImageIO reads as a "
-      "volume, slices numbered by # or %03d, an image of slices=, or raw samples where dims= and type= are "
-      "given), or "
-      "the top image, slices one above the other (slices=). distance=LEVEL turns a density volume into its "
-      "distance "
-      "field first. The longest side measures 2, centred at 0; y is up; files' slices come towards the "
-      "viewer. A "
-      "solid: sphere(x,y,z,r), ellipsoid, box(x,y,z,w,h,d half sizes), roundbox, torus(x,y,z,r,tube), "
+      "Wavefront OBJ mesh, scaled to 1.6, where the library was built with OpenVDB), file= (OpenVDB and "
+      "whatever else OpenImageIO reads as a volume, one of its grids by part=, slices numbered by # or "
+      "%03d, an image of slices=, or raw samples where dims= and type= are given), or the top image, slices "
+      "one above the other (slices=). distance=LEVEL turns a density volume into its distance field first. "
+      "The longest side measures 2, centred at 0; y is up; files' slices come towards the viewer. A solid: "
+      "sphere(x,y,z,r), ellipsoid, box(x,y,z,w,h,d half sizes), roundbox, torus(x,y,z,r,tube), "
       "capsule(x,y,z,x,y,z,r), cone(x,y,z,x,y,z,r,r), plane(x,y,z,offset), body, knot, joined by | (union), "
-      "& "
-      "(intersection), - (difference), |.1 and &.1 (blended), parentheses; quote it.\n"
+      "& (intersection), - (difference), |.1 and &.1 (blended), parentheses; quote it.\n"
       "mode: iso, solid, bump and melt show the surface at iso=, lit; fur, fire and hyper show the soft "
-      "region iso to "
-      "iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the chain dmf=: "
-      "bias(b), "
-      "gain(g), noise(amount,freq), turbulence(amount,freq), threshold(from,width), warp(amount,freq), "
-      "lift(amount,freq), swell(amount,freq), a third number is an upward speed; over, under, attenuate, "
-      "xray and mip "
-      "show a density through transfer= (value,r,g,b,opacity,... or a file of such lines; opacity of "
-      "transferlength=). time= animates melt, fur and fire.\n"
+      "region iso to iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the "
+      "chain dmf=: bias(b), gain(g), noise(amount,freq), turbulence(amount,freq), threshold(from,width), "
+      "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed; over, "
+      "under, attenuate, xray and mip show a density through transfer= (value,r,g,b,opacity,... or a file "
+      "of such lines; opacity of transferlength=). time= animates melt, fur and fire.\n"
       "Premultiplied R, G, B, A; depth=1 adds Z. scene=1 takes the planar depths of opaque objects from the "
-      "image "
-      "below (its size is the picture's) and ends rays there. with=1 takes the picture of another --volume "
-      "from below and puts this volume (at=, turn=) into it, up to 8: all media in one march, their "
-      "extinctions added where they overlap, the nearest surface behind them; its size, camera and scene "
-      "stay. lookup: how turbulence is read (one precomputed block, "
-      "four channels, 4 or 8 lookups, or the noise itself at every sample).\nRays "
-      "leap over what is provably empty; the pictures are the same "
-      "bits with "
-      "leap=0. method: where samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own "
-      "slices), "
-      "or shearwarp (sheared slices, one warp).\nSource: Miller and Jones, Texturing and Hypertexturing of "
-      "Volumetric Objects, 2005; Lacroute and Levoy, 1994; spec/volume-and-hypertexture.md.";
+      "image below (its size is the picture's) and ends rays there. with=1 takes the picture of another "
+      "--volume from below and puts this volume (at=, turn=) into it, up to 8: all media in one march, "
+      "their extinctions added where they overlap, the nearest surface behind them; its size, camera and "
+      "scene stay. lookup: how turbulence is read (one precomputed block, four channels, 4 or 8 lookups, or "
+      "the noise itself at every sample), in fire and in the steps of dmf=. Words that a mode or a source "
+      "has no use for are refused.\n"
+      "Rays leap over what is provably empty; the pictures are the same bits with leap=0. method: where "
+      "samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own slices), or shearwarp "
+      "(sheared slices, one warp; over and under alone, unlit).\n"
+      "Source: Miller and Jones, Texturing and Hypertexturing of Volumetric Objects, 2005; Lacroute and "
+      "Levoy, 1994; spec/volume-and-hypertexture.md.";
   info.bound =
       "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
       "colour; shearwarp resamples: half a voxel, plus 0.02 * brightest colour";
@@ -301,6 +383,7 @@ OpInfo VolumeInfo() {
           "levels drawn need"),
       IntegerModifier("slices", "1", 1, 65536, "slices one above the other in an image"),
       IntegerModifier("channel", "0", 0, 1023, "channel of images"),
+      TextModifier("part", "name or number of one of a file's grids or images"),
       IntegerModifier("header", "0", 0, 1e9, "bytes before raw samples"),
       FlagModifier("bigendian", "raw samples are big-endian"),
       FlagModifier("signed", "raw 16-bit samples have a sign"),

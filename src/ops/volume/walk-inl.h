@@ -56,6 +56,7 @@ HWY_INLINE Lattice LatticeOf(const MediumArgs& args, const Ray& ray) {
 // Where rays leave a block of cells, a little before its face so that rounding skips no sample behind it.
 class Exit {
  public:
+  Exit() = default;
   // `direction`: 1 along the rays, -1 against them.
   HWY_INLINE Exit(const Field& field, const Ray& ray, float direction) : direction_(direction) {
     constexpr float kMargin = 0.01f;  // voxels
@@ -82,7 +83,7 @@ class Exit {
   }
 
  private:
-  float direction_;
+  float direction_ = 1;
   Vec3 inverse_, plane_;
 };
 
@@ -138,6 +139,13 @@ struct Walk {
       const M between = hn::And(hn::Gt(at, lattice.first), hn::Lt(hn::Add(at, one), lattice.count));
       share[k] = hn::IfThenElse(between, one, ShareOf(ray, Along(at), per_step));
     }
+  }
+  // How many samples from one at this distance to the next that may be seen; 0 where it may be seen itself.
+  HWY_INLINE V Free(const MediumArgs& args, V distance) const {
+    constexpr float kMargin = 0.01f;  // voxels
+    const V free = hn::MulSub(hn::Sub(distance, Set(args.far)), Set(args.pace), Set(kMargin));
+    const V steps = hn::Add(hn::Floor(hn::Mul(free, per_voxel)), Set(1));
+    return hn::IfThenElseZero(hn::Gt(free, hn::Zero(D())), steps);
   }
   // Leaps until all rays that go on are where something may be; false: none goes on. Rays that have ended
   // leap too: the next place then waits for no sum.
