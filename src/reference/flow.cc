@@ -85,10 +85,7 @@ std::vector<Point> FollowCells(const Scene& scene, const LicParams& p, int x, in
       }
     }
     line.push_back({static_cast<double>(x), static_cast<double>(y)});
-    if (p.border != LicBorder::kStop)
-      x = scene.X(x), y = scene.Y(y);
-    else if (!scene.Open(x, y))
-      x = scene.X(x), y = scene.Y(y);
+    x = scene.X(x), y = scene.Y(y);
   }
   return line;
 }

@@ -75,12 +75,15 @@ class Scene {
   double range(int c) const { return range_[static_cast<size_t>(c)]; }
   double Share(int x, int y) const { return shown_ > 0 ? std::min(1.0, Given(x, y) / shown_) : 0; }
   bool Repeats() const { return p_.border == LicBorder::kRepeat; }
+  // A map of the whole earth is one across the date line too.
+  bool Around() const { return Repeats() || p_.units == LicUnits::kLatLong; }
   // A pixel beyond the picture, as the border has it.
-  int X(int x) const { return Repeats() ? Wrapped(x, width_) : std::clamp(x, 0, width_ - 1); }
+  int X(int x) const { return Around() ? Wrapped(x, width_) : std::clamp(x, 0, width_ - 1); }
   int Y(int y) const { return Repeats() ? Wrapped(y, height_) : std::clamp(y, 0, height_ - 1); }
   // Whether a line may be at this pixel.
   bool Open(int x, int y) const {
-    if (p_.border == LicBorder::kStop && (x < 0 || y < 0 || x >= width_ || y >= height_)) return false;
+    const bool out = y < 0 || y >= height_ || (!Around() && (x < 0 || x >= width_));
+    if (p_.border == LicBorder::kStop && out) return false;
     return masked_[Index(X(x), Y(y))] == 0;
   }
   Point Stored(int x, int y) const { return vectors_[Index(X(x), Y(y))]; }
@@ -136,10 +139,7 @@ class Scene {
     const bool same = fw == width_ && fh == height_;
     double u = 0, v = 0;
     const auto at = [&](int i, int j, int c) { return field_.at(field_.roi.x0 + i, field_.roi.y0 + j, c); };
-    const bool around = p_.units == LicUnits::kLatLong;
-    const auto column = [&](int i) {
-      return Repeats() || around ? Wrapped(i, fw) : std::clamp(i, 0, fw - 1);
-    };
+    const auto column = [&](int i) { return Around() ? Wrapped(i, fw) : std::clamp(i, 0, fw - 1); };
     const auto row = [&](int j) { return Repeats() ? Wrapped(j, fh) : std::clamp(j, 0, fh - 1); };
     if (same) {
       if (!Known(x, y)) return Mask(x, y);

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "ops/registry.h"
 #include "support/fields.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
@@ -25,6 +26,7 @@ namespace tessera {
 namespace {
 
 using namespace testing;  // NOLINT: the fields are this test's language
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST(LicTest, SinksAndShearLinesKeepLinesWhereTheyAre) {
@@ -121,6 +123,31 @@ TEST(LicTest, VectorsFollowTheirUnits) {
   const Image e = EndPoints(both, {.length = 1, .units = LicUnits::kLatLong});
   EXPECT_NEAR((e.at<float>(30, 9, 0) - 30) / (9 - e.at<float>(30, 9, 1)), 1 / std::cos(latitude), 0.05);
   (void)east;
+}
+
+TEST(LicTest, MapsAreOneAcrossTheDateLine) {
+  const Image texture = Texture(72, 36), east = Constant(72, 36, 1, 0), north = Constant(72, 36, 0, 1);
+  OnEveryTarget([&] {
+    for (const LicIntegrator integrator :
+         {LicIntegrator::kAdaptive, LicIntegrator::kRk4, LicIntegrator::kEuler, LicIntegrator::kCell}) {
+      for (const LicBorder border : {LicBorder::kStop, LicBorder::kClamp}) {
+        const LicParams p{
+            .length = 6, .integrator = integrator, .border = border, .units = LicUnits::kLatLong};
+        const Image around = Lines(texture, east, p), up = Lines(texture, north, p);
+        for (int x = 0; x < 72; ++x) {
+          double mean = 0, pole = 0;
+          for (int i = -6; i <= 6; ++i) mean += texture.at<float>((x + i + 72) % 72, 18) / 13.0;
+          ASSERT_NEAR(around.at<float>(x, 18), mean, 1e-6) << x;
+          // Not across the poles.
+          for (int i = -6; i <= 6; ++i) {
+            if (border == LicBorder::kClamp) pole += texture.at<float>(x, std::max(i, 0)) / 13.0;
+            if (border == LicBorder::kStop && i >= 0) pole += texture.at<float>(x, i) / 7.0;
+          }
+          ASSERT_NEAR(up.at<float>(x, 0), pole, 1e-6) << x;
+        }
+      }
+    }
+  });
 }
 
 TEST(LicTest, FieldsOfAnotherSizeBendNoDirection) {
@@ -327,6 +354,37 @@ TEST(EqualizeTest, MaskedPixelsDoNotCount) {
     for (int x = 40; x < 80; ++x) sum += image.at<float>(x, y);
   }
   EXPECT_NEAR(sum / (40 * 60), 0.5, 1e-3);
+}
+
+TEST(LicTest, ModifiersThatOthersSilenceAreRefused) {
+  const ops::OpInfo& info = *ops::FindOp("lic");
+  const Node field = FromImage(Constant(16, 12, 1, 0)), image = FromImage(Texture(16, 12));
+  using Modifiers = std::vector<std::pair<std::string, std::string>>;
+  const auto message = [&](const Modifiers& modifiers, bool with_image) -> std::string {
+    const std::vector<Node> in = with_image ? std::vector<Node>{image, field} : std::vector<Node>{field};
+    try {
+      info.make(in, ops::ParseArguments(info, {}, modifiers), nullptr);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  for (const auto& [name, value] :
+       {std::pair("size", "32,32"), std::pair("noise", "sparse"), std::pair("spot", "2"),
+        std::pair("seed", "3"), std::pair("alpha", "1"), std::pair("magnitude", "noise")}) {
+    EXPECT_THAT(message({{"input", "1"}, {name, value}}, true),
+                AllOf(HasSubstr(std::string(name) + "="), HasSubstr("input=1")));
+    EXPECT_EQ(message({{name, value}}, false), "accepted") << name;
+  }
+  EXPECT_THAT(message({{"phase", "0.5"}}, false), AllOf(HasSubstr("phase="), HasSubstr("kernel=ripple")));
+  EXPECT_THAT(message({{"weights", "1,2,1"}, {"kernel", "tent"}}, false),
+              AllOf(HasSubstr("kernel="), HasSubstr("weights=")));
+  EXPECT_THAT(message({{"gain", "1"}}, false), AllOf(HasSubstr("gain="), HasSubstr("contrast=rescale")));
+  EXPECT_THAT(message({{"integrator", "cell"}, {"step", "2"}}, false),
+              AllOf(HasSubstr("step="), HasSubstr("integrator=cell")));
+  EXPECT_THAT(message({{"frame", "2"}}, false), AllOf(HasSubstr("frame="), HasSubstr("animate=")));
+  EXPECT_EQ(message({{"animate", "4"}, {"frame", "2"}, {"waves", "3"}}, false), "accepted");
+  EXPECT_EQ(message({{"input", "1"}, {"length", "10"}, {"contrast", "equalize"}}, true), "accepted");
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ enum class LicIntegrator : uint8_t {
   kMidpoint,  // second order
   kRk4,       // classical Runge-Kutta, fourth order
   kAdaptive,  // RK4 over up to ten pixels at once, twenty where the field is smooth, taps in between by cubic
-              // Hermite; down to one tap where the line bends
+              // Hermite; down to one tap where the line bends, by third order where it does within every
+              // pixel
   kCell,      // from pixel to pixel, direction constant within each (Cabral and Leedom 1993; rlic): a tap per
               // pixel
 };
@@ -58,7 +59,8 @@ enum class LicNoise : uint8_t {
 enum class LicUnits : uint8_t {
   kPixels,      // components in pixels
   kNormalized,  // x in widths, y in heights of the image
-  kLatLong,     // east and north over a full map of longitude and latitude, the upper edge +90 degrees
+  kLatLong,     // east and north over a full map of longitude and latitude, the upper edge +90 degrees; lines
+                // cross the date line from the last column to the first, whatever the border
 };
 
 // Parameters of Lic. Lengths are in pixels of the result.
@@ -107,8 +109,8 @@ struct LicParams {
 // read other numbers (taps at half the step would differ by 16/1024 too; the picture's own deviation at 20 is
 // 46/1024).
 //
-// Cost per pixel in field samples: kAdaptive about 17 and kRk4 160 at a length of 20; a texture sample per
-// tap. Memory: a copy of the field, the noise.
+// Cost per pixel in field samples at a length of 20: kAdaptive about 17, 120 where the field changes from
+// pixel to pixel; kRk4 160. A texture sample per tap. Memory: a copy of the field, the noise.
 //
 // Errors: fewer than two channels, weights that are not finite or sum to 0, parameters out of range.
 // Source: Cabral, Leedom 1993; Stalling, Hege 1995; spec/lic.md.

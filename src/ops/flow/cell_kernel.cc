@@ -213,7 +213,7 @@ HWY_NOINLINE void ConvolveCodes(const Lines& lines, const Strides& strides_of, c
 void ConvolveAnywhere(const Lines& lines, int x, int y, int count, float* result) {
   const D d;
   const DI di;
-  const Place place = PlaceOf(lines, x, y);
+  const Place place = PlaceOf(lines, x, y, lines.farthest);
   const VI lane = hn::Min(hn::Iota(di, 0), hn::Set(di, count - 1));
   const auto* cells = reinterpret_cast<const int32_t*>(lines.cells) + y * lines.cell_row + x;
   const VI row = hn::Set(di, static_cast<int>(lines.cell_row));
@@ -285,7 +285,7 @@ void FollowCells(const Lines& lines, const LineOutput& out) {
       float* const to = out.data + (y - out.roi.y0) * out.row + ptrdiff_t{x - out.roi.x0} * out.step;
       const bool inside =
           x >= far && y >= far && x + kRun + far <= lines.width && y + 1 + far <= lines.height;
-      const bool anywhere = !codes || (!inside && lines.border != LicBorder::kStop);
+      const bool anywhere = !codes || (!inside && (lines.border != LicBorder::kStop || lines.around_x));
       const int most = anywhere ? kLanes : kRun, count = std::min(most, right - x);
       if (anywhere) {
         ConvolveAnywhere(lines, x, y, count, result);

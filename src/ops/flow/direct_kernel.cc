@@ -14,12 +14,15 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
+// How far lines lead from their packet's first pixel.
+HWY_INLINE double FarOf(const Lines& lines) { return lines.farthest + 2.0 * kSide; }
+
 // The sums of one packet. With kChecked lines may leave the picture, meet a mask or end early. kBox: of
 // codes, not checked, with weights of 1, so that integers give what floats would.
 template <int kMost, bool kChecked, bool kLinear, bool kBox, Orders kOrders = Orders::kAny>
 HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result) {
   const D d;
-  const Place place = PlaceOf(lines, x, y);
+  const Place place = PlaceOf(lines, x, y, FarOf(lines));
   Starts starts[kParts];
   PixelStarts(lines.width - 1 - x, lines.height - 1 - y, starts);
   const int channels = kMost == 1 ? 1 : lines.channels;
@@ -128,7 +131,8 @@ HWY_NOINLINE void ConvolvePacket(const Lines& lines, int x, int y, float* result
 
 void FollowFrom(const Lines& lines, const LineOutput& out) {
   const int far = static_cast<int>(lines.farthest) + 2;
-  const bool plain = lines.mask == nullptr && lines.reach == nullptr && lines.channels == 1 && !lines.linear;
+  const bool plain = lines.mask == nullptr && lines.reach == nullptr && lines.channels == 1 &&
+                     !lines.linear && IsNear(lines, FarOf(lines));
   const bool box = lines.box && lines.codes != nullptr && lines.taps < kMostBoxTaps;
   const decltype(&ConvolvePacket<1, false, false, true, Orders::kHigh>) plain_of[2][2] = {
       {ConvolvePacket<1, false, false, false, Orders::kHigh>,

@@ -41,11 +41,14 @@ struct Starts {
   VI x, y;
 };
 
-// A packet's place in the picture. Indices into `uv` and `codes` count from a row that lines do not leave
-// upward, so that they are not negative: on most processors that spares an instruction for each.
+// A packet's place in the picture. Indices into `uv`, in vectors, and into `codes` count from a row that
+// lines do not leave upward, so that they are not negative: on most processors that spares an instruction for
+// each.
 struct Place {
   int x = 0, y = 0;
   const float* uv = nullptr;
+  const float* near_uv =
+      nullptr;  // of the packet's first pixel less kWhole vectors; null where IsNear is not
   const float* texture = nullptr;  // of the packet's first pixel
   const uint8_t* codes = nullptr;
   const uint32_t* mask = nullptr;         // of the packet's first pixel
@@ -58,12 +61,28 @@ HWY_INLINE ptrdiff_t RowsAbove(int y, ptrdiff_t row) {
   const ptrdiff_t rows = ptrdiff_t{y} + 1, most = ptrdiff_t{1} << 31;
   return rows * row <= most ? rows : most / row;
 }
-HWY_INLINE Place PlaceOf(const Lines& lines, int x, int y) {
+
+// Floats of a size below 2^22 to the nearest integers, even ones where two are: kWhole more than they are.
+// The conversions of the instruction set come with the care that numbers beyond all integers need.
+constexpr float kWholeUnit = 12582912.0f;  // 3 * 2^22, where neighbouring floats are 1 apart
+constexpr uint32_t kWhole = 0x4b400000u;   // its bits
+HWY_INLINE VU WholeBits(V v) { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), kWholeUnit))); }
+// What to add to that for the sum of number and start.
+HWY_INLINE VU WholeBaseOf(VI start) { return hn::Sub(hn::BitCast(DU(), start), hn::Set(DU(), kWhole)); }
+
+// Whether the vectors up to `far` pixels from a packet's first one are so few that floats count them.
+HWY_INLINE bool IsNear(const Lines& lines, double far) {
+  return (far + 2) * (static_cast<double>(lines.uv_row / 2) + 1) < 0x1p22;
+}
+// `far`: how far lines lead from the packet's first pixel.
+HWY_INLINE Place PlaceOf(const Lines& lines, int x, int y, double far) {
   Place p{x, y};
   if (lines.uv != nullptr) {
     const ptrdiff_t rows = RowsAbove(y, lines.uv_row);
     p.uv = lines.uv + (y - rows) * lines.uv_row - 2;
-    p.first_uv = static_cast<uint32_t>(rows * lines.uv_row + 2 * ptrdiff_t{x} + 2);
+    p.first_uv = static_cast<uint32_t>(rows * (lines.uv_row / 2) + x + 1);
+    const auto first = reinterpret_cast<uintptr_t>(lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x});
+    if (IsNear(lines, far)) p.near_uv = reinterpret_cast<const float*>(first - uintptr_t{8} * kWhole);
   }
   const ptrdiff_t at = ptrdiff_t{x} * lines.texture_step;
   if (lines.texture != nullptr) p.texture = lines.texture + y * lines.texture_row + at;
@@ -87,14 +106,6 @@ HWY_INLINE VI Wrap(VI at, int size) {
   r = hn::IfThenElse(hn::Lt(r, hn::Zero(di)), hn::Add(r, n), r);
   return hn::IfThenElse(hn::Lt(r, n), r, hn::Sub(r, n));
 }
-
-// Floats of a size below 2^22 to the nearest integers, even ones where two are: kWhole more than they are.
-// The conversions of the instruction set come with the care that numbers beyond all integers need.
-constexpr float kWholeUnit = 12582912.0f;  // 3 * 2^22, where neighbouring floats are 1 apart
-constexpr uint32_t kWhole = 0x4b400000u;   // its bits
-HWY_INLINE VU WholeBits(V v) { return hn::BitCast(DU(), hn::Add(v, hn::Set(D(), kWholeUnit))); }
-// What to add to that for the sum of number and start.
-HWY_INLINE VU WholeBaseOf(VI start) { return hn::Sub(hn::BitCast(DU(), start), hn::Set(DU(), kWhole)); }
 
 // The lanes of a vector, one by one.
 #if HWY_TARGET == HWY_AVX2
@@ -169,11 +180,11 @@ HWY_INLINE VU LoadBytes(const uint8_t* from, VU index) {
 }
 
 #if HWY_TARGET != HWY_SCALAR
-// Four floats for every block of a vector, at every fourth index.
+// Four floats, which are two vectors, for every block of a vector, at every fourth index.
 template <class DF, typename Index>
 HWY_INLINE hn::Vec<DF> LoadBlocks(DF d, const float* from, const Index* index) {
   if constexpr (hn::MaxLanes(DF()) <= 4) {
-    return hn::LoadU(d, from + index[0]);
+    return hn::LoadU(d, from + 2 * size_t{index[0]});
   } else {
     const hn::Half<DF> half;
     const auto low = LoadBlocks(half, from, index);
@@ -198,7 +209,7 @@ HWY_INLINE Between BetweenRows(const float* from, ptrdiff_t row, VU index, V sha
   (void)even;
   const Indices at(index);
 #if HWY_TARGET == HWY_SCALAR
-  const float* const p = from + at[0];
+  const float* const p = from + 2 * size_t{at[0]};
   const auto rise = [&](int i) HWY_ATTR { return hn::Sub(hn::Set(d, p[row + i]), hn::Set(d, p[i])); };
   for (int i = 0; kEven && i < 2; ++i) {
     even->twist = hn::Max(even->twist, hn::Abs(hn::Sub(rise(i + 2), rise(i))));
@@ -230,10 +241,10 @@ struct Sampled {
   V tx, ty;
 };
 
-// f between the four pixels there.
+// f between the four pixels there; `from`: Place::uv or Place::near_uv.
 template <bool kEven = false>
-HWY_INLINE V2 VectorAt(const Lines& lines, const Place& place, const Sampled& at, Evenness* even = nullptr) {
-  const Between b = BetweenRows<kEven>(place.uv, lines.uv_row, at.index, at.ty, even);
+HWY_INLINE V2 VectorAt(const float* from, ptrdiff_t row, const Sampled& at, Evenness* even = nullptr) {
+  const Between b = BetweenRows<kEven>(from, row, at.index, at.ty, even);
   return {hn::MulAdd(at.tx, hn::Sub(b.u1, b.u0), b.u0), hn::MulAdd(at.tx, hn::Sub(b.v1, b.v0), b.v0)};
 }
 // f / |f|, 0 where |f| is below `smallest`.
@@ -247,43 +258,39 @@ HWY_INLINE V2 DirectionOf(const Place& place, const V2& f, Evenness* even = null
   return {hn::Mul(f.x, inverse), hn::Mul(f.y, inverse)};
 }
 // f, or its direction where vectors do not keep their lengths.
-HWY_INLINE V2 VelocityAt(const Lines& lines, const Place& place, const Sampled& at) {
-  const V2 f = VectorAt(lines, place, at);
+HWY_INLINE V2 VelocityAt(const Lines& lines, const Place& place, const float* from, const Sampled& at) {
+  const V2 f = VectorAt(from, lines.uv_row, at);
   return lines.speed ? f : DirectionOf(place, f);
 }
 
-// At positions that have all four pixels around them. `base`: BaseOf of the starts.
-HWY_INLINE VU BaseOf(const Lines& lines, const Place& place, const Starts& starts) {
-  const DU du;
-  const auto row = static_cast<uint32_t>(lines.uv_row);
-  const VU x = hn::BitCast(du, starts.x), y = hn::BitCast(du, starts.y);
-  return hn::Add(hn::Add(hn::Mul(y, hn::Set(du, row)), hn::Add(x, x)),
-                 hn::Set(du, place.first_uv - kWhole * (row + 2)));
+// At positions near the packet that have all four pixels around them. `row`: Lines::uv_row in vectors.
+HWY_INLINE V NearBaseOf(const Starts& starts, V row) {
+  const D d;
+  const V first = hn::MulAdd(hn::ConvertTo(d, starts.y), row, hn::ConvertTo(d, starts.x));
+  return hn::Add(first, hn::Set(d, kWholeUnit));
 }
-HWY_INLINE Sampled SampledInside(const Lines& lines, VU base, const V2& p) {
+HWY_INLINE Sampled SampledNear(V row, V base, const V2& p) {
   const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
-  const VU row = hn::Set(DU(), static_cast<uint32_t>(lines.uv_row)), x = WholeBits(floor_x);
-  const VU index = hn::Add(hn::Add(hn::Mul(WholeBits(floor_y), row), hn::Add(x, x)), base);
-  return {index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)};
+  const V index = hn::MulAdd(floor_y, row, hn::Add(floor_x, base));
+  return {hn::BitCast(DU(), index), hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)};
 }
 
-// At any. Where speed does not count, the code is shared.
+// At any positions. Where speed does not count, the code is shared.
 inline HWY_NOINLINE V2 VelocityAnywhere(const Lines& lines, const Place& place, const Starts& starts,
                                         const V2& p) {
   const DI di;
   const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
   VI x = hn::Add(hn::ConvertTo(di, floor_x), starts.x), y = hn::Add(hn::ConvertTo(di, floor_y), starts.y);
-  if (lines.border == LicBorder::kRepeat) {
-    x = hn::Sub(Wrap(hn::Add(x, hn::Set(di, place.x)), lines.width), hn::Set(di, place.x));
-    y = hn::Sub(Wrap(hn::Add(y, hn::Set(di, place.y)), lines.height), hn::Set(di, place.y));
-  } else {
-    // The frame repeats the edge: out there the field does not change.
-    x = hn::Min(hn::Max(x, hn::Set(di, -1 - place.x)), hn::Set(di, lines.width - 1 - place.x));
-    y = hn::Min(hn::Max(y, hn::Set(di, -1 - place.y)), hn::Set(di, lines.height - 1 - place.y));
-  }
-  const VI offset = hn::Add(hn::Mul(y, hn::Set(di, static_cast<int>(lines.uv_row))), hn::Add(x, x));
+  // Where the frame repeats the edge the field does not change out there.
+  const auto limit = [&](VI at, int first, int size, bool around) HWY_ATTR {
+    const VI start = hn::Set(di, first);
+    if (around) return hn::Sub(Wrap(hn::Add(at, start), size), start);
+    return hn::Min(hn::Max(at, hn::Set(di, -1 - first)), hn::Set(di, size - 1 - first));
+  };
+  x = limit(x, place.x, lines.width, lines.around_x), y = limit(y, place.y, lines.height, lines.around_y);
+  const VI offset = hn::Add(hn::Mul(y, hn::Set(di, static_cast<int>(lines.uv_row / 2))), x);
   const VU index = hn::Add(hn::BitCast(DU(), offset), hn::Set(DU(), place.first_uv));
-  return VelocityAt(lines, place, {index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)});
+  return VelocityAt(lines, place, place.uv, {index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)});
 }
 
 // What one step found: where it ends and the vector there.

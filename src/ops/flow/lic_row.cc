@@ -1,4 +1,5 @@
 // The registry row of line integral convolution: parameters as users write them.
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,39 @@ Enum Chosen(const Arguments& a, const OpInfo& row, const std::string& name) {
   return Enum{};
 }
 
+[[noreturn]] void Refuse(const std::string& name, const std::string& with, const std::string& expected) {
+  throw Error("lic", "found " + name + " with " + with + ", expected " + expected);
+}
+// Modifiers that others would silence.
+void CheckTogether(const Arguments& a) {
+  const auto refuse = [&](std::initializer_list<const char*> names, const std::string& with,
+                          const char* expected) {
+    for (const char* name : names) {
+      if (a.Given(name)) Refuse(std::string(name) + "=", with, expected);
+    }
+  };
+  if (a.Flag("input")) {
+    refuse({"size", "noise", "spot", "seed", "alpha"}, "input=1", "the library's own noise");
+    if (a.Text("magnitude") == "noise") Refuse("magnitude=noise", "input=1", "the library's own noise");
+  }
+  const bool frames = a.Integer("animate") > 0;
+  if (a.Given("weights")) refuse({"kernel", "animate"}, "weights=", "one of them");
+  if (frames && a.Given("kernel") && a.Text("kernel") != "ripple")
+    Refuse("kernel=" + a.Text("kernel"), "animate=", "kernel=ripple");
+  if (!frames) refuse({"frame"}, "no animate=", "both");
+  if (!frames && (a.Text("kernel") != "ripple" || a.Given("weights"))) {
+    const std::string kernel = a.Given("weights") ? "weights=" : "kernel=" + a.Text("kernel");
+    refuse({"phase", "waves"}, kernel, "kernel=ripple");
+  }
+  if (a.Text("contrast") != "rescale") refuse({"gain"}, "contrast=" + a.Text("contrast"), "contrast=rescale");
+  if (a.Text("integrator") == "cell") {
+    refuse({"step", "speed", "sampling"}, "integrator=cell",
+           "another integrator: it has a tap for every pixel");
+  }
+}
+
 LicParams ParamsOf(const Arguments& a, const OpInfo& row) {
+  CheckTogether(a);
   LicParams p;
   p.length = a.Number("length"), p.step = a.Number("step");
   constexpr LicIntegrator kIntegrators[] = {LicIntegrator::kAdaptive, LicIntegrator::kEuler,
@@ -60,30 +93,24 @@ OpInfo LicInfo() {
   info.summary = "Line integral convolution along a vector field";
   info.help =
       "FIELD's first two channels are a vector's components, x right and y down, at the centres of the "
-      "pixels. Each "
-      "pixel of the result is the weighted mean of a texture along the streamline through it, length pixels "
-      "each way "
-      "with a tap every step. The texture is noise of its own in [0,1] (one channel), or with input=1 the "
-      "image below the "
-      "field on the stack (all of its channels). A field of another size is brought to the picture's.\n"
-      "integrator=adaptive takes Runge-Kutta steps of up to ten pixels, twenty where the field is smooth, with "
-      "taps in between by cubic Hermite "
-      "polynomials: end points of smooth fields within 4e-3 pixels at length 100. euler, midpoint and rk4 "
-      "take one step "
-      "a tap. cell goes from pixel to pixel with one tap each, slopes rounded to 20 bits (Cabral and "
-      "Leedom 1993). "
-      "method=fast shares lines between pixels, which pays from a length of 40: on white noise at length 20 "
-      "RMS 12/1024 from direct with sampling=linear, 31/1024 with nearest.\n"
+      "pixels. Each pixel of the result is the weighted mean of a texture along the streamline through it, "
+      "length pixels each way with a tap every step. The texture is noise of its own in [0,1] (one "
+      "channel), or with input=1 the image below the field on the stack (all of its channels). A field of "
+      "another size is brought to the picture's.\n"
+      "integrator=adaptive takes Runge-Kutta steps of up to ten pixels, twenty where the field is smooth, "
+      "with taps in between by cubic Hermite polynomials: end points of smooth fields within 4e-3 pixels at "
+      "length 100. euler, midpoint and rk4 take one step a tap. cell goes from pixel to pixel with one tap "
+      "each, slopes rounded to 20 bits (Cabral and Leedom 1993). method=fast shares lines between pixels, "
+      "which pays from a length of 40: on white noise at length 20 RMS 12/1024 from direct with "
+      "sampling=linear, 31/1024 with nearest.\n"
       "NaN, infinity and alpha 0 in the field are masked: lines end there, the pixels are 0. A zero vector "
-      "leaves the "
-      "texture as it is; vectors shorter than smallest times the longest are zero. Lines that leave the "
-      "image end and "
-      "the weights used are renormalised (border=stop).\n"
-      "A mask of its own is appended to the field as alpha: FIELD MASK --chnames A --chappend --lic. Sharper lines "
-      "take a high-pass and a second pass: FIELD --lic:length=10 --highpass 3 FIELD "
+      "leaves the texture as it is; vectors shorter than smallest times the longest are zero. Lines that "
+      "leave the image end and the weights used are renormalised (border=stop).\n"
+      "A mask of its own is appended to the field as alpha: FIELD MASK --chnames A --chappend --lic. "
+      "Sharper lines take a high-pass and a second pass: FIELD --lic:length=10 --highpass 3 FIELD "
       "--lic:input=1:length=10:contrast=equalize.\n"
-      "animate=N with a # output writes N frames from 1 that loop: kernel=ripple, phase (frame-1)/N. A field that "
-      "changes in time is a sequence of files, each frame the lines of its own moment.\n"
+      "animate=N with a # output writes N frames from 1 that loop: kernel=ripple, phase (frame-1)/N. A "
+      "field that changes in time is a sequence of files, each frame the lines of its own moment.\n"
       "Source: Cabral, Leedom 1993; Stalling, Hege 1995; spec/lic.md.";
   info.bound =
       "samples within what positions off by 1e-3 pixels and a sixteenth of the bends met (adaptive; 1e-4 "
@@ -126,7 +153,7 @@ OpInfo LicInfo() {
       ChoiceModifier("sampling", {"nearest", "linear"}, "the texture between its pixels"),
       FlagModifier("speed", "lines as long as |f| times the length"),
       ChoiceModifier("units", {"pixels", "normalized", "latlong"},
-                     "of the components; latlong: east and north on a whole map"),
+                     "of the components; latlong: east and north on a whole map, lines cross the date line"),
       scale,
       FlagModifier("yup", "the second component points up"),
       FlagModifier("bicubic", "a field of another size by Catmull-Rom"),

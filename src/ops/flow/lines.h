@@ -69,6 +69,7 @@ struct Lines {
   const float* reach = nullptr;
 
   LicBorder border = LicBorder::kStop;
+  bool around_x = false, around_y = false;  // lines that leave one side come in at the other
   LicIntegrator integrator = LicIntegrator::kAdaptive;
   bool speed = false;      // vectors as they are; else directions
   bool linear = false;     // the texture between its pixels: bilinear; else nearest

@@ -216,7 +216,7 @@ void PrepareField(const LicParams& params, const Field& field, bool keep, const 
         if (scale) row[i] = std::ldexp(row[i], -exponent), row[i + 1] = std::ldexp(row[i + 1], -exponent);
         most = std::max(most, double{row[i]} * row[i] + double{row[i + 1]} * row[i + 1]);
       }
-      const bool turns = params.border == LicBorder::kRepeat;
+      const bool turns = lines.around_x;
       const ptrdiff_t last = 2 * (ptrdiff_t{width} - 1);
       for (int i = 0; i < 2; ++i) {
         row[i - 2] = row[turns ? last + i : i];
@@ -240,7 +240,7 @@ void PrepareField(const LicParams& params, const Field& field, bool keep, const 
     }
     out.longest_shown = static_cast<float>(std::sqrt(shown));
   }
-  const bool turns = params.border == LicBorder::kRepeat;
+  const bool turns = lines.around_y;
   const auto copy = [&](int from, int to) {
     std::copy_n(uv + from * lines.uv_row - 2, lines.uv_row, uv + to * lines.uv_row - 2);
   };
@@ -393,6 +393,8 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
   lines.width = window.width(), lines.height = window.height();
   if (window.empty() || field.roi.empty()) return out;
   lines.border = params.border, lines.integrator = params.integrator;
+  lines.around_y = params.border == LicBorder::kRepeat;
+  lines.around_x = lines.around_y || params.units == LicUnits::kLatLong;
   lines.speed = params.speed, lines.linear = params.linear;
   lines.taps = TapsOf(params);
   lines.step = params.integrator == LicIntegrator::kCell ? 1.0f : static_cast<float>(params.step);
@@ -415,7 +417,10 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
                     vectors.Row(0) == nullptr;
   PrepareField(params, vectors, keep, workers, out);
   // The error of a step grows with the fourth power of its turn: longer lines, shorter steps.
-  const double reach = std::max(1.0, lines.taps * params.step);
+  // Lines that are shared pass beside the pixels' centres anyway: they take the steps of short ones.
+  const bool shared = params.method == LicMethod::kShared;
+  const double whole = lines.taps * params.step,
+               reach = std::max(1.0, shared ? std::min(whole, 20.0) : whole);
   lines.turn = static_cast<float>(std::min(0.3, 0.15 * std::pow(20 / reach, 0.25)));
   // Errors of steps add up along the line, those of the bends between pixels first.
   const double longest_step = reach > 32 ? 4 : 10;

@@ -28,6 +28,7 @@ struct Bundle {
   int x = 0, y = 0;
   Starts starts[kParts];
   int served = 0;  // taps each way
+  double far = 0;  // how far they lead from the first one's start
 };
 
 #if HWY_TARGET != HWY_SCALAR
@@ -172,6 +173,10 @@ class Sampler {
     Sampler* sampler;
   };
   HWY_INLINE bool finite() const { return hn::AllTrue(D(), hn::Eq(watch_, hn::Zero(D()))); }
+  // No line has ended.
+  HWY_INLINE bool whole() const {
+    return std::all_of(whole_, whole_ + kChains, [](bool whole) { return whole; });
+  }
 
  private:
   HWY_INLINE int At(int c, int number) const {
@@ -217,12 +222,16 @@ class Sampler {
   V alive_[kChains], watch_;
   bool whole_[kChains];  // no line of the chain has ended
 };
+// Of the lines of a bundle: all samples are finite; none has ended.
+struct Found {
+  bool finite, whole;
+};
 template <bool kChecked, bool kLinear>
-bool Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
-  const Place place = PlaceOf(lines, bundle.x, bundle.y);
+Found Sample(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
+  const Place place = PlaceOf(lines, bundle.x, bundle.y, bundle.far);
   Sampler<kChecked, kLinear> sampler(lines, roi, bundle, place, scratch);
   sampler.Run();
-  return sampler.finite();
+  return {sampler.finite(), sampler.whole()};
 }
 
 // Floats that a pixel's sums have.
@@ -316,9 +325,7 @@ void Convolve(const Lines& lines, const Bundle& bundle, SharedScratch& scratch) 
 }
 
 template <bool kChecked>
-void Serve(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
-  const bool finite = lines.linear ? Sample<kChecked, true>(lines, roi, bundle, scratch)
-                                   : Sample<kChecked, false>(lines, roi, bundle, scratch);
+void ConvolveWith(const Lines& lines, const Bundle& bundle, bool finite, SharedScratch& scratch) {
   // A running sum would keep what is not finite to its line's end.
   const bool running = lines.box && finite;
   if (lines.smooth) {
@@ -331,9 +338,17 @@ void Serve(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScrat
   }
 }
 
+template <bool kChecked>
+void Serve(const Lines& lines, const Roi& roi, const Bundle& bundle, SharedScratch& scratch) {
+  const Found found = lines.linear ? Sample<kChecked, true>(lines, roi, bundle, scratch)
+                                   : Sample<kChecked, false>(lines, roi, bundle, scratch);
+  // Most lines that might leave the picture do not.
+  if (!kChecked || found.whole) return ConvolveWith<false>(lines, bundle, found.finite, scratch);
+  ConvolveWith<true>(lines, bundle, found.finite, scratch);
+}
+
 // The lines of a bundle whose starts lie within `spread` pixels right of and below its first one.
-void Run(const Lines& lines, const Roi& roi, const Bundle& bundle, const Roi& starts,
-         SharedScratch& scratch) {
+void Run(const Lines& lines, const Roi& roi, Bundle bundle, const Roi& starts, SharedScratch& scratch) {
   const auto rows = static_cast<size_t>(2 * (bundle.served + lines.taps) + 1);
   if (scratch.samples.size() < rows * kPacket) {
     for (std::vector<float>* v : {&scratch.samples, &scratch.there, &scratch.weights})
@@ -343,7 +358,9 @@ void Run(const Lines& lines, const Roi& roi, const Bundle& bundle, const Roi& st
   }
   const int far = static_cast<int>(static_cast<float>(bundle.served + lines.taps) * lines.step) + 2;
   const Roi reach = Inflate(starts, far, far);
-  if (lines.mask == nullptr && Roi{0, 0, lines.width, lines.height}.Contains(reach)) {
+  bundle.far = far + std::max(starts.width(), starts.height());
+  if (lines.mask == nullptr && Roi{0, 0, lines.width, lines.height}.Contains(reach) &&
+      IsNear(lines, bundle.far)) {
     Serve<false>(lines, roi, bundle, scratch);
   } else {
     Serve<true>(lines, roi, bundle, scratch);
@@ -406,8 +423,9 @@ void Share(const Lines& lines, const LineOutput& out, SharedScratch& scratch) {
   // Whole vectors are read from the last pixel on.
   scratch.sums.assign(sums * (static_cast<size_t>(roi.pixels()) + 2 * kPacket), 0.0f);
   // About three values for a pixel; lines long enough to earn their ends.
-  const int served = std::max(80, lines.taps + lines.taps / 2);
-  const int grid = static_cast<int>(std::sqrt(2.0 * served / kValues));
+  const int wanted = std::max(40, lines.taps + lines.taps / 2);
+  const int grid = static_cast<int>(std::ceil(std::sqrt(2.0 * wanted / kValues) - 0.1));
+  const int served = static_cast<int>(std::lround(grid * grid * kValues / 2));
   const int most = (kSide - 1) * grid;
   for (int y = roi.y0 + grid / 2; y < roi.y1; y += kSide * grid) {
     for (int x = roi.x0 + grid / 2; x < roi.x1; x += kSide * grid) {

@@ -51,14 +51,12 @@ template <bool kChecked>
 HWY_INLINE void Limit(const Lines& lines, const Place& place, VI& x, VI& y) {
   if constexpr (kChecked) {
     const DI di;
-    const VI x0 = hn::Set(di, place.x), y0 = hn::Set(di, place.y);
-    if (lines.border == LicBorder::kRepeat) {
-      x = hn::Sub(Wrap(hn::Add(x, x0), lines.width), x0);
-      y = hn::Sub(Wrap(hn::Add(y, y0), lines.height), y0);
-    } else {
-      x = hn::Min(hn::Max(x, hn::Sub(hn::Zero(di), x0)), hn::Sub(hn::Set(di, lines.width - 1), x0));
-      y = hn::Min(hn::Max(y, hn::Sub(hn::Zero(di), y0)), hn::Sub(hn::Set(di, lines.height - 1), y0));
-    }
+    const auto limit = [&](VI at, int first, int size, bool around) HWY_ATTR {
+      const VI start = hn::Set(di, first);
+      if (around) return hn::Sub(Wrap(hn::Add(at, start), size), start);
+      return hn::Min(hn::Max(at, hn::Set(di, -first)), hn::Set(di, size - 1 - first));
+    };
+    x = limit(x, place.x, lines.width, lines.around_x), y = limit(y, place.y, lines.height, lines.around_y);
   }
 }
 
@@ -70,8 +68,10 @@ HWY_INLINE V Inside(const Lines& lines, const Place& place, VI x, VI y) {
   Limit<true>(lines, place, in_x, in_y);
   V inside = hn::Set(d, 1.0f);
   if (lines.border == LicBorder::kStop) {
-    const auto there = hn::And(hn::Eq(in_x, x), hn::Eq(in_y, y));
-    inside = hn::ConvertTo(d, hn::IfThenElseZero(there, hn::Set(di, 1)));
+    const auto there = [&](VI in, VI at, bool around) HWY_ATTR {
+      return around ? hn::Set(di, 1) : hn::IfThenElseZero(hn::Eq(in, at), hn::Set(di, 1));
+    };
+    inside = hn::ConvertTo(d, hn::And(there(in_x, x, lines.around_x), there(in_y, y, lines.around_y)));
   }
   if (lines.mask != nullptr) {
     const VI at = hn::Add(hn::Mul(in_y, hn::Set(di, lines.width)), in_x);

@@ -51,14 +51,15 @@ HWY_INLINE bool IsLow(LicIntegrator integrator) {
 // Which integrators code is made for: those of low order, the others, or both.
 enum class Orders { kLow, kHigh, kAny };
 
-// kChecked: lines may leave the picture.
+// kChecked: lines may leave the picture; else Place::near_uv is there.
 template <bool kChecked, Orders kOrders = Orders::kAny>
 class Walker {
  public:
   HWY_INLINE Walker(const Lines& lines, const Place& place, const Starts* starts)
       : lines_(lines), place_(place), starts_(starts) {
+    row_ = hn::Set(D(), static_cast<float>(lines.uv_row / 2));
     for (int part = 0; part < kParts; ++part) {
-      first_[part] = PlacesOf(place, starts[part]), base_[part] = BaseOf(lines, place, starts[part]);
+      first_[part] = PlacesOf(place, starts[part]), base_[part] = NearBaseOf(starts[part], row_);
     }
     for (int c = 0; c < kChains; ++c) {
       p_[c] = {hn::Zero(D()), hn::Zero(D())};
@@ -73,6 +74,8 @@ class Walker {
     int most = 1;
     if (lines_.integrator == LicIntegrator::kAdaptive) most = lines_.taps_if_even;
     int at_once = most;
+    // Lines that are caught by a sink bend within every pixel too, but have come to it by longer steps.
+    bool rough = false, smooth = false;
     for (int done = 0; done < taps;) {
       int n = std::min(at_once, taps - done);
       const int parts = n == 1 ? lines_.parts : 1;
@@ -80,20 +83,31 @@ class Walker {
       // Of a step that needs a smooth field half: its errors are to be those of two.
       const bool even = n > lines_.taps_at_once;
       const float limit = lines_.turn * lines_.turn * (even ? 0.5f : 1.0f);
+      Asked asked{n > 1 ? limit : kNoLimit, even, rough, true};
       bool tried = true;
       V turned = hn::Zero(D());
       Stepped to[kChains];
       for (int i = 0; i < parts; ++i) {
         if (i > 0) Accept(to);
-        tried = Step(h, n > 1 ? limit : kNoLimit, even, to, turned);
+        // Nobody asks for the vectors at the last tap.
+        asked.ends = n > 1 || i + 1 < parts || done + 1 < taps;
+        tried = Step(h, asked, to, turned);
       }
       if (most > 1) {
         if (!tried || (n > 1 && !hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), limit))))) {
           at_once = n / 2;
           if (even) most = lines_.taps_at_once;
+          // Half of what was tried turns by half as much: what would fail is not tried.
+          V half = hn::Mul(turned, hn::Set(D(), 0.25f));
+          while (!tried && at_once > 1 && TurnsSoon(half, lines_.turn * lines_.turn)) {
+            at_once /= 2, half = hn::Mul(half, hn::Set(D(), 0.25f));
+          }
           continue;
         }
-        if (hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), 0.2f * limit)))) at_once = std::min(2 * n, most);
+        smooth = smooth || n > 1;
+        if (n == 1 && asked.ends) rough = !smooth && Bent(h, to) > kPacket / 2;
+        if (!rough && hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), 0.2f * limit))))
+          at_once = std::min(2 * n, most);
       }
       if (n == 1) {
         HWY_UNROLL(4)
@@ -122,13 +136,13 @@ class Walker {
  private:
   HWY_INLINE V2 At(int chain, const V2& p) const {
     const int part = chain % kParts;
-    if (kChecked && !AllInside(lines_, first_[part], p)) {
+    if (kChecked && (place_.near_uv == nullptr || !AllInside(lines_, first_[part], p))) {
       return VelocityAnywhere(lines_, place_, starts_[part], p);
     }
-    return VelocityAt(lines_, place_, SampledInside(lines_, base_[part], p));
+    return VelocityAt(lines_, place_, place_.near_uv, SampledNear(row_, base_[part], p));
   }
   HWY_INLINE bool Inside(const V2* p) const {
-    bool inside = true;
+    bool inside = !kChecked || place_.near_uv != nullptr;
     for (int c = 0; kChecked && c < kChains; ++c)
       inside = inside && AllInside(lines_, first_[c % kParts], p[c]);
     return inside;
@@ -139,10 +153,10 @@ class Walker {
   HWY_INLINE void AtAll(const V2* p, V2* v, Evenness* even = nullptr) const {
     Sampled at[kChains];
     HWY_UNROLL(4)
-    for (int c = 0; c < kChains; ++c) at[c] = SampledInside(lines_, base_[c % kParts], p[c]);
+    for (int c = 0; c < kChains; ++c) at[c] = SampledNear(row_, base_[c % kParts], p[c]);
     HWY_UNROLL(5)
     for (int c = 0; c <= kChains; ++c) {
-      if (c < kChains) v[c] = VectorAt<kEven>(lines_, place_, at[c], even);
+      if (c < kChains) v[c] = VectorAt<kEven>(place_.near_uv, lines_.uv_row, at[c], even);
       if (c > 0 && !lines_.speed) v[c - 1] = DirectionOf<kEven>(place_, v[c - 1], even);
     }
   }
@@ -158,10 +172,16 @@ class Walker {
   HWY_INLINE void Accept(const Stepped* to) {
     for (int c = 0; c < kChains; ++c) p_[c] = to[c].end, v_[c] = to[c].velocity;
   }
+  struct Asked {
+    float limit;  // of the squared change of direction
+    bool even;    // the field is to be smooth
+    bool rough;   // the lines bend within every pixel
+    bool ends;    // the vectors at the step's ends are wanted
+  };
   // One step of the integrator; `turned`: the largest squared change of direction met. False, with no more
-  // done, where the first half of the step shows that it turns by more than the square root of `limit`, or
-  // the field to be not smooth where it is to be `even`.
-  HWY_INLINE bool Step(float h, float limit, bool even, Stepped* to, V& turned) const {
+  // done, where the first half of the step shows that it turns by more than the square root of the limit,
+  // which is then `turned`, or the field to be not smooth.
+  HWY_INLINE bool Step(float h, const Asked& asked, Stepped* to, V& turned) const {
     const D d;
     if (kOrders == Orders::kLow || (kOrders == Orders::kAny && IsLow(lines_.integrator))) {
       V2 slope[kChains];
@@ -179,47 +199,57 @@ class Walker {
       V2 at[kChains], k2[kChains], k3[kChains], k4[kChains];
       HWY_UNROLL(4)
       for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], half, v_[c]);
-      if (even) {
-        Evenness found{hn::Zero(d), hn::Set(d, hwy::HighestValue<float>())};
+      Evenness found{hn::Zero(d), hn::Set(d, hwy::HighestValue<float>())};
+      if (asked.even) {
         if (!Inside(at)) return false;
         AtAll<true>(at, k2, &found);
-        const float twist = hn::GetLane(hn::MaxOfLanes(d, found.twist));
-        const float squared = hn::GetLane(hn::MinOfLanes(d, found.squared));
-        if (!(twist * twist <= kEven * kEven * squared)) return false;
       } else {
         At(at, k2);
       }
-      if (adaptive && limit < kNoLimit) {
+      if (adaptive && asked.limit < kNoLimit) {
         V half_turned = hn::Zero(d);
         HWY_UNROLL(4)
         for (int c = 0; c < kChains; ++c) half_turned = hn::Max(half_turned, Turn(v_[c], k2[c]));
-        if (!hn::AllFalse(d, hn::Gt(half_turned, hn::Set(d, kHalfTurn * limit)))) return false;
+        if (TurnsSoon(half_turned, asked.limit)) {
+          turned = half_turned;
+          return false;
+        }
       }
-      HWY_UNROLL(4)
-      for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], half, k2[c]);
-      At(at, k3);
-      HWY_UNROLL(4)
-      for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], whole, k3[c]);
-      At(at, k4);
-      HWY_UNROLL(4)
-      for (int c = 0; c < kChains; ++c) {
-        const V2 sum{hn::MulAdd(two, hn::Add(k2[c].x, k3[c].x), hn::Add(v_[c].x, k4[c].x)),
-                     hn::MulAdd(two, hn::Add(k2[c].y, k3[c].y), hn::Add(v_[c].y, k4[c].y))};
-        to[c].end = Ahead(c, p_[c], sixth, sum);
+      if (asked.even) {
+        const float twist = hn::GetLane(hn::MaxOfLanes(d, found.twist));
+        const float squared = hn::GetLane(hn::MinOfLanes(d, found.squared));
+        if (!(twist * twist <= kEven * kEven * squared)) return false;
       }
-      if (adaptive) {
+      if (asked.rough) {
+        Third(h, k2, to);
+      } else {
+        HWY_UNROLL(4)
+        for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], half, k2[c]);
+        At(at, k3);
+        HWY_UNROLL(4)
+        for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], whole, k3[c]);
+        At(at, k4);
         HWY_UNROLL(4)
         for (int c = 0; c < kChains; ++c) {
-          turned = hn::Max(turned, Turn(v_[c], k4[c]));
-          // Where the vector changes evenly k2 and k3 agree.
-          turned = hn::Max(turned, hn::Mul(hn::Set(d, kUneven), Turn(k2[c], k3[c])));
-          // A bend within the step, as at pixels' edges, that its ends do not show.
-          const V2 ends{hn::Add(v_[c].x, k4[c].x), hn::Add(v_[c].y, k4[c].y)};
-          const V2 middles{hn::Add(k2[c].x, k3[c].x), hn::Add(k2[c].y, k3[c].y)};
-          turned = hn::Max(turned, hn::Mul(hn::Set(D(), kBend), Turn(ends, middles)));
+          const V2 sum{hn::MulAdd(two, hn::Add(k2[c].x, k3[c].x), hn::Add(v_[c].x, k4[c].x)),
+                       hn::MulAdd(two, hn::Add(k2[c].y, k3[c].y), hn::Add(v_[c].y, k4[c].y))};
+          to[c].end = Ahead(c, p_[c], sixth, sum);
+        }
+        if (adaptive) {
+          HWY_UNROLL(4)
+          for (int c = 0; c < kChains; ++c) {
+            turned = hn::Max(turned, Turn(v_[c], k4[c]));
+            // Where the vector changes evenly k2 and k3 agree.
+            turned = hn::Max(turned, hn::Mul(hn::Set(d, kUneven), Turn(k2[c], k3[c])));
+            // A bend within the step, as at pixels' edges, that its ends do not show.
+            const V2 ends{hn::Add(v_[c].x, k4[c].x), hn::Add(v_[c].y, k4[c].y)};
+            const V2 middles{hn::Add(k2[c].x, k3[c].x), hn::Add(k2[c].y, k3[c].y)};
+            turned = hn::Max(turned, hn::Mul(hn::Set(D(), kBend), Turn(ends, middles)));
+          }
         }
       }
     }
+    if (!asked.ends) return true;
     V2 ends[kChains], last[kChains];
     HWY_UNROLL(4)
     for (int c = 0; c < kChains; ++c) ends[c] = to[c].end;
@@ -228,6 +258,41 @@ class Walker {
     for (int c = 0; c < kChains; ++c) to[c].velocity = last[c];
     return true;
   }
+  // The end of a step of third order, stages at 1/2 and 4/5. Where the vector has kinks within the step its
+  // error is about that of the fourth order, which then is not one either.
+  HWY_INLINE void Third(float h, const V2* k2, Stepped* to) const {
+    const D d;
+    const V back = hn::Set(d, -0.16f * h), on = hn::Set(d, 0.96f * h);
+    const V b1 = hn::Set(d, h * (5.0f / 24)), b2 = hn::Set(d, h * (4.0f / 9)),
+            b3 = hn::Set(d, h * (25.0f / 72));
+    V2 at[kChains], k3[kChains];
+    HWY_UNROLL(4)
+    for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, Ahead(c, p_[c], back, v_[c]), on, k2[c]);
+    At(at, k3);
+    HWY_UNROLL(4)
+    for (int c = 0; c < kChains; ++c) {
+      to[c].end = Ahead(c, Ahead(c, Ahead(c, p_[c], b1, v_[c]), b2, k2[c]), b3, k3[c]);
+    }
+  }
+  // The number of lines whose mean vector over a step is so far from the mean of those at its ends that no
+  // order helps.
+  HWY_INLINE int Bent(float h, const Stepped* to) const {
+    const D d;
+    size_t bent = 0;
+    HWY_UNROLL(4)
+    for (int c = 0; c < kChains; ++c) {
+      const V twice = hn::Set(d, SignOf(c) * 2 / h);
+      const V2 sum{hn::Add(v_[c].x, to[c].velocity.x), hn::Add(v_[c].y, to[c].velocity.y)};
+      const V x = hn::NegMulAdd(twice, hn::Sub(to[c].end.x, p_[c].x), sum.x);
+      const V y = hn::NegMulAdd(twice, hn::Sub(to[c].end.y, p_[c].y), sum.y);
+      bent += hn::CountTrue(d, hn::Gt(hn::MulAdd(x, x, hn::Mul(y, y)), hn::Set(d, 4 * kBent * kBent)));
+    }
+    return static_cast<int>(bent);
+  }
+  // Whether half a step that turns so much is half of one that turns too much.
+  static HWY_INLINE bool TurnsSoon(V half_turned, float limit) {
+    return !hn::AllFalse(D(), hn::Gt(half_turned, hn::Set(D(), kHalfTurn * limit)));
+  }
   static HWY_INLINE V Turn(const V2& a, const V2& b) {
     const V x = hn::Sub(b.x, a.x), y = hn::Sub(b.y, a.y);
     return hn::MulAdd(x, x, hn::Mul(y, y));
@@ -235,6 +300,7 @@ class Walker {
   static constexpr float kUneven = 4, kBend = 64;
   // What half a step may turn by, as a share of the whole one's; squares.
   static constexpr float kHalfTurn = 0.4f, kNoLimit = 1e9f;
+  static constexpr float kBent = 0.1f;
   // The largest second difference between neighbouring pixels of a smooth field, of the vectors' length.
   static constexpr float kEven = 2e-4f;
 
@@ -242,7 +308,7 @@ class Walker {
   const Place& place_;
   const Starts* starts_;
   V2 first_[kParts];  // the starts as places in the picture
-  VU base_[kParts];
+  V row_, base_[kParts];
   V2 p_[kChains], v_[kChains];
 };
 
