@@ -43,7 +43,7 @@ enum class TableWrap : uint8_t {
             // linear lookup at 0 or 1 of a kCentres table is half border
   kBorder,  // the border colour
   kRepeat,  // period 1 (kEnds: entry N - 1 stands for entry 0)
-  kMirror,  // period 2, the edge entry repeated
+  kMirror,  // period 2; at its turns the edge entry is seen twice, with kEnds once
 };
 
 // Samples in one to four dimensions with one to four result channels: an immutable value, cheap to copy

@@ -57,7 +57,8 @@ double KeysCubic(double x, double a) {
 double Value(const std::string& name, double distance) {
   const double x = std::fabs(distance), radius = KernelOf(name).radius;
   if (name == "box") return x <= 0.5 ? 1 : 0;
-  if (x >= radius) return 0;
+  // 6e-5 at its very edge, where its first cosines cancel but for that: it counts.
+  if (x >= radius && !(name == "blackman-harris" && x < radius + 1e-9)) return 0;
   if (name == "disk") return 1;
   if (name == "triangle" || name == "linear") return 1 - x;
   if (name == "gaussian") return std::exp(-2 * (x / 1.5) * (x / 1.5));
@@ -221,9 +222,11 @@ void EvaluateRadial(const Call& call, const std::string& filter, const Line& lx,
   }
 }
 
-void EvaluateResize(const Call& call) {
-  const auto& p = std::any_cast<const ResizeParams&>(call.parameters);
-  const ImageSpec& in = call.in_specs[0];
+struct ResizeLines {
+  std::string filter;
+  Line x, y;
+};
+ResizeLines LinesOf(const ResizeParams& p, const ImageSpec& in) {
   const Roi from = in.display_window.empty() ? in.data_window : in.display_window;
   std::string filter = p.filter;
   const bool grows = p.width > from.width() || p.height > from.height();
@@ -231,7 +234,31 @@ void EvaluateResize(const Call& call) {
   if (p.width == from.width() && p.height == from.height()) filter = "box";
   const double sx = static_cast<double>(from.width()) / p.width,
                sy = static_cast<double>(from.height()) / p.height;
-  const Line lx{from.x0 - p.x * sx, sx, std::max(1.0, sx)}, ly{from.y0 - p.y * sy, sy, std::max(1.0, sy)};
+  return {filter, {from.x0 - p.x * sx, sx, std::max(1.0, sx)}, {from.y0 - p.y * sy, sy, std::max(1.0, sy)}};
+}
+
+// All that a filter of that radius sees of a line, and the edge where it sees beyond it.
+std::pair<int, int> Reach(const Line& line, double radius, int first, int end, int low, int high) {
+  const double far = radius * line.wide + 1;
+  const auto at = [&](double v) {
+    return static_cast<int>(
+        std::clamp(std::floor(v), static_cast<double>(low), static_cast<double>(high - 1)));
+  };
+  return {at(line.At(first) - far), at(line.At(end - 1) + far + 1) + 1};
+}
+Roi ResizeRoi(const std::any& parameters, const ImageSpec& in, const Roi& out) {
+  const Roi& w = in.data_window;
+  if (out.empty() || w.empty()) return {};
+  const auto [filter, x, y] = LinesOf(std::any_cast<const ResizeParams&>(parameters), in);
+  const double radius = KernelOf(filter).radius;
+  const auto [x0, x1] = Reach(x, radius, out.x0, out.x1, w.x0, w.x1);
+  const auto [y0, y1] = Reach(y, radius, out.y0, out.y1, w.y0, w.y1);
+  return {x0, y0, x1, y1};
+}
+
+void EvaluateResize(const Call& call) {
+  const auto& p = std::any_cast<const ResizeParams&>(call.parameters);
+  const auto [filter, lx, ly] = LinesOf(p, call.in_specs[0]);
   if (KernelOf(filter).radial) {
     EvaluateRadial(call, filter, lx, ly);
   } else {
@@ -272,15 +299,28 @@ void EvaluateMip(const Call& call) {
   }
 }
 
+// The pixel of one axis that a zoom copies to i.
+int Zoomed(double factor, int i, int origin, int low, int high) {
+  const int at = origin + static_cast<int>(std::floor((i + 0.5 - origin) / factor));
+  return std::min(std::max(at, low), high - 1);
+}
+Roi ZoomRoi(const std::any& parameters, const ImageSpec& in, const Roi& out) {
+  const auto& p = std::any_cast<const ZoomParams&>(parameters);
+  const Roi &w = in.data_window, &d = in.display_window;
+  if (out.empty() || w.empty()) return {};
+  // A factor below 0 mirrors.
+  const auto [x0, x1] =
+      std::minmax({Zoomed(p.x, out.x0, d.x0, w.x0, w.x1), Zoomed(p.x, out.x1 - 1, d.x0, w.x0, w.x1)});
+  const auto [y0, y1] =
+      std::minmax({Zoomed(p.y, out.y0, d.y0, w.y0, w.y1), Zoomed(p.y, out.y1 - 1, d.y0, w.y0, w.y1)});
+  return {x0, y0, x1 + 1, y1 + 1};
+}
+
 void EvaluateZoom(const Call& call) {
   const auto& p = std::any_cast<const ZoomParams&>(call.parameters);
   const Roi &w = call.in_specs[0].data_window, &d = call.in_specs[0].display_window;
-  const auto source = [](double factor, int i, int origin, int low, int high) {
-    const int at = origin + static_cast<int>(std::floor((i + 0.5 - origin) / factor));
-    return std::min(std::max(at, low), high - 1);
-  };
   ForEachSample(call, [&](int x, int y, int c) {
-    return Rounded(call.in[0].at(source(p.x, x, d.x0, w.x0, w.x1), source(p.y, y, d.y0, w.y0, w.y1), c));
+    return Rounded(call.in[0].at(Zoomed(p.x, x, d.x0, w.x0, w.x1), Zoomed(p.y, y, d.y0, w.y0, w.y1), c));
   });
 }
 
@@ -376,10 +416,10 @@ Roi AllOfTheFirst(const std::any&, int input, const Roi& out) { return input == 
 
 std::vector<Entry> GeometryEntries() {
   return {
-      {"resize", EvaluateResize, AllOf, 1},
+      {"resize", EvaluateResize, AllOf, 1, {}, ResizeRoi},
       {"shift", EvaluateShift, AllOf, 1},
       {"mip", EvaluateMip, AllOf, 1},
-      {"zoom", EvaluateZoom, AllOf, 1},
+      {"zoom", EvaluateZoom, AllOf, 1, {}, ZoomRoi},
       {"warp", EvaluateWarp, AllOf, 1},
       {"st_warp", EvaluateStWarp, AllOfTheFirst, 1},
       {"distort", EvaluateDistort, AllOfTheFirst, 1},

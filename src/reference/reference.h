@@ -45,6 +45,7 @@ struct Call {
 };
 using Function = void (*)(const Call&);
 using InputRoiFunction = Roi (*)(const std::any& parameters, int input, const Roi& out);
+using SizedRoiFunction = Roi (*)(const std::any& parameters, const ImageSpec& in, const Roi& out);
 
 struct Entry {
   std::string op;  // Op::Name()
@@ -56,6 +57,14 @@ struct Entry {
   uint32_t weighted_sum_of = 0;
   // What a reader of a comparison has to know about this entry, or nothing.
   std::string remark = {};
+  // Asked in place of input_roi where the region of the one input depends on that image's size as well.
+  SizedRoiFunction sized_roi = nullptr;
+
+  // The region of input k that a region of the result comes from.
+  Roi InputRoi(const std::any& parameters, int k, const ImageSpec& in, const Roi& out) const {
+    if (sized_roi != nullptr) return sized_roi(parameters, in, out);
+    return input_roi != nullptr ? input_roi(parameters, k, out) : out;
+  }
 };
 
 // The entry of an operation, or null. Shuffles, crops and sources need none.

@@ -39,6 +39,37 @@ TEST_F(ResampleTest, ResizeAndWarpAgreeWithOiiotool) {
   ExpectAgreement("--warp:filter=mitchell 0.4,0.1,0,-0.1,0.5,0,20,10,1");
 }
 
+TEST_F(ResampleTest, ResizeKeepsTheOriginOfTheDisplayWindow) {
+  const std::string picture = "--pattern fill:top=0,0,0:bottom=1,.5,.2 ";
+  ASSERT_EQ(Oiiotool(picture + "100x80-5+7 3 --fullsize 100x80-5+7 -o a.exr").exit_code, 0);
+  ExpectAgreement("--resize 50%");
+  ExpectAgreement("--resize 0x33");
+  ExpectAgreement("--resize 70x77+3-4");
+  // The data window within and around the display window: oiiotool sees black or the display window's edge
+  // beyond it, the windows are the same.
+  ASSERT_EQ(Oiiotool(picture + "30x20+40+50 3 --fullsize 200x160+30+40 -o b.exr").exit_code, 0);
+  ASSERT_EQ(Oiiotool(picture + "120x90-10-3 3 --fullsize 100x80+0+0 -o c.exr").exit_code, 0);
+  int count = 0;
+  for (const std::string file : {"b", "c"}) {
+    for (const std::string size : {"50%", "50x40+3-4", "0x40", "33%", "70x77"}) {
+      SCOPED_TRACE(file + " " + size);
+      const std::string n = std::to_string(++count) + ".exr";
+      Works(file + ".exr --resize " + size + " -o ours_w" + n);
+      ASSERT_EQ(Oiiotool(file + ".exr --resize " + size + " -o theirs_w" + n).exit_code, 0);
+      EXPECT_EQ(Load("ours_w" + n).roi(), Load("theirs_w" + n).roi());
+      EXPECT_EQ(Load("ours_w" + n).roi_full(), Load("theirs_w" + n).roi_full());
+    }
+  }
+}
+
+TEST_F(ResampleTest, HighlightsAreCompressedAsOiiotoolDoes) {
+  MakePicture("n.exr", 97, 61, 4, OIIO::TypeHalf);
+  ASSERT_EQ(Oiiotool("n.exr --powc 8,8,8,1 --mulc 4,3,2,1 --subc .1,.1,.1,0 -d float -o a.exr").exit_code, 0);
+  ExpectAgreement("--resize:highlightcomp=1:filter=lanczos3 150x90");
+  ExpectAgreement("--resize:highlightcomp=1 50%");
+  ExpectAgreement("--warp:highlightcomp=1 0.9,0.3,0,-0.3,0.9,0,2,-4,1");
+}
+
 TEST_F(ResampleTest, WarpsListTheFiltersThatTheyHave) {
   MakePicture("a.exr", 8, 6, 3, OIIO::TypeHalf);
   for (const std::string command : {"warp", "shift", "st_warp", "distort"}) {

@@ -29,14 +29,17 @@ enum class Wrap : uint8_t { kBlack, kClamp, kRepeat, kMirror };
 
 // The display window becomes width x height, as oiiotool's --resize; beyond the data window the edge is
 // repeated. The filter's distance is in result pixels when reducing, in source pixels when enlarging, per
-// axis. An empty filter is lanczos3, or blackman-harris when either side grows. The result's data and display
-// windows are (x, y, x + width, y + height). Where a box halves both sides of an image of 8- or 16-bit
-// integers, the result, written as such, is the exact mean of four codes, rounded half to even. Error unless
-// 1 <= width, height <= 2^24. Cost: O(pixels x (height + width of filter)).
+// axis. An empty filter is lanczos3, or blackman-harris when either side grows. The result's display window
+// is (x, y, x + width, y + height), its data window is scaled along, the origin rounded down and the size up.
+// Where a box halves both sides of an image of 8- or 16-bit integers, the result, written as such, is the
+// exact mean of four codes, rounded half to even. `compress_highlights`: oiiotool's highlightcomp=,
+// logarithms of what is brighter than 0.18 in R, G and B are filtered. Error unless 1 <= width, height <=
+// 2^24. Cost: O(pixels x (height + width of filter)).
 struct ResizeParams {
   int width = 0, height = 0;
   int x = 0, y = 0;
   std::string filter;
+  bool compress_highlights = false;
 };
 Node Resize(const Node& image, const ResizeParams& params);
 
@@ -79,12 +82,13 @@ Node Shift(const Node& image, const ShiftParams& params);
 // derivatives where it reduces (to at most 65,536 pixels per axis). The windows stay, or with
 // `recompute_window` hold the warped data window. What lies behind the projector (q <= 0 where the centre of
 // the image has q > 0) is black, as is NaN. Error unless M is finite and invertible. An empty filter is
-// lanczos3.
+// lanczos3. `compress_highlights` as in Resize.
 struct WarpParams {
   std::vector<double> matrix;
   std::string filter;
   Wrap wrap = Wrap::kBlack;
   bool recompute_window = false;
+  bool compress_highlights = false;
 };
 Node Warp(const Node& image, const WarpParams& params);
 

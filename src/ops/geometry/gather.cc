@@ -6,6 +6,19 @@
 #include <cstdint>
 
 namespace tessera::ops {
+namespace {
+
+int PixelsPerRow(const std::vector<ConstImageView>& groups, int height) {
+  constexpr ptrdiff_t kPixel = 4 * sizeof(float), kMost = 1 << 30;
+  if (groups.empty()) return 0;
+  const ptrdiff_t stride = groups[0].row_stride;
+  const bool counts = stride > 0 && stride % kPixel == 0 && stride / kPixel * height < kMost;
+  const bool same = std::all_of(groups.begin(), groups.end(),
+                                [&](const ConstImageView& g) { return g.row_stride == stride; });
+  return counts && same ? static_cast<int>(stride / kPixel) : 0;
+}
+
+}  // namespace
 
 GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kernel, Wrap x, Wrap y,
                            bool renormalized, const graph::Workers& workers)
@@ -30,6 +43,8 @@ GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kern
   }
 
   taps = static_cast<int>(std::ceil(filter->width));
+  linear = taps == 2 && filter->value(0.25) == 0.75;
+  pixels_per_row = PixelsPerRow(groups, window.height());
   const int lead = (taps - 1) / 2;  // taps left of the pixel that the phase counts from
   // Of an odd number the middle one is the nearest pixel, of an even number the phase counts from the pixel
   // before.
@@ -45,15 +60,6 @@ GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kern
   for (int i = 0; i <= static_cast<int>(std::ceil(filter->width / 2)) * kPhases + 1; ++i) {
     fine.push_back(filter->value(static_cast<double>(i) / kPhases));
   }
-}
-
-int GatherSource::pixels_per_row() const {
-  constexpr ptrdiff_t kPixel = 4 * sizeof(float);
-  const ptrdiff_t stride = groups[0].row_stride;
-  const bool counts = stride > 0 && stride % kPixel == 0 && stride / kPixel * window.height() < INT32_MAX;
-  const bool same = std::all_of(groups.begin(), groups.end(),
-                                [&](const ConstImageView& g) { return g.row_stride == stride; });
-  return counts && same ? static_cast<int>(stride / kPixel) : 0;
 }
 
 }  // namespace tessera::ops

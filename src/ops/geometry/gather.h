@@ -27,11 +27,12 @@ class GatherSource {
   Wrap wrap_x, wrap_y;
   bool renormalize;                  // black pixels beyond the image are left out instead of counted
   int taps = 0;                      // pixels per axis while nothing is reduced
+  bool linear = false;               // two taps, weighted by their distance
   std::vector<float> phase_weights;  // (kPhases + 1) x taps
   std::vector<double> fine;  // the filter every 1 / kPhases of a pixel from its centre, for reductions
   // From one row of `groups` to the next; 0 where rows are no whole number of pixels, or where there are more
   // pixels than an offset can tell.
-  int pixels_per_row() const;
+  int pixels_per_row = 0;
 
  private:
   std::vector<Image> packed_;  // what `groups` shows where the source has not four channels

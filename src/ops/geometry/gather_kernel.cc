@@ -13,6 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/geometry/plain-inl.h"
 #include "ops/geometry/positions-inl.h"
 #include "ops/geometry/reduce-inl.h"
 #include "simd/floats-inl.h"
@@ -141,69 +142,11 @@ HWY_INLINE void TableWeights(const GatherSource& source, float fraction, float* 
   for (int k = 0; k < source.taps; ++k) w[k] = row[k] + f * (row[k + source.taps] - row[k]);
 }
 
-// (1 - f) * first pixel + f * second pixel.
-template <class Pair>
-HWY_INLINE F4 Blend(const Pair& pair, float f) {
-#if HWY_TARGET != HWY_SCALAR
-  if constexpr (Pair::kVectors == 1) {
-    const F4::Tag half;
-    F4 r;
-    r.v[0] = hn::MulAdd(hn::UpperHalf(half, pair.v[0]), hn::Set(half, f),
-                        hn::Mul(hn::LowerHalf(half, pair.v[0]), hn::Set(half, 1 - f)));
-    return r;
-  } else
-#endif
-  {
-    F4 r;
-    for (int i = 0; i < F4::kVectors; ++i) {
-      const F4::Tag d;
-      r.v[i] = hn::MulAdd(pair.v[i + F4::kVectors], hn::Set(d, f), hn::Mul(pair.v[i], hn::Set(d, 1 - f)));
-    }
-    return r;
-  }
+// Two by two pixels, as BlendSquares4 has many.
+HWY_INLINE F4 Bilinear(const float* p, ptrdiff_t stride, float gx, float gy) {
+  const F8 rows = s::LerpFromNearer(F8::Load(p), F8::Load(p + stride), F8::Set(gy));
+  return s::LerpFromNearer(s::Lower(rows), s::Upper(rows), F4::Set(gx));
 }
-
-// Two by two pixels: along y, then along x.
-HWY_INLINE F4 Bilinear(const float* p, ptrdiff_t stride, float fx, float fy) {
-  F8 rows = F8::Scaled(p, 1 - fy);
-  rows.AddScaled(p + stride, fy);
-  return Blend(rows, fx);
-}
-
-#undef TESSERA_GATHER_FOUR
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-#define TESSERA_GATHER_FOUR 1
-// Bilinear of four pixels in one vector, the same sums. The loads of two neighbours fill half a vector.
-using F16 = s::Floats<16>;
-HWY_INLINE F16 Bilinear4(const float* const (&p)[4], ptrdiff_t stride, const float* fx, const float* fy) {
-  const F16::Tag d;
-  const hn::Half<F16::Tag> half;
-  const auto each = [&](const float* f, const int32_t(&lanes)[16]) HWY_ATTR {
-    return hn::TableLookupLanes(hn::LoadDup128(d, f), hn::SetTableIndices(d, lanes));
-  };
-  static constexpr int32_t kFirst[16] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
-  static constexpr int32_t kSecond[16] = {2, 2, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3};
-  static constexpr int32_t kAll[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
-  static constexpr int32_t kLeft[16] = {0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27};
-  static constexpr int32_t kRight[16] = {4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31};
-  const auto one = hn::Set(d, 1.0f);
-  const auto rows = [&](int i, F16::Vector f) HWY_ATTR {
-    const auto top = hn::Combine(d, hn::LoadU(half, p[i + 1]), hn::LoadU(half, p[i]));
-    const auto bottom = hn::Combine(d, hn::LoadU(half, p[i + 1] + stride), hn::LoadU(half, p[i] + stride));
-    return hn::MulAdd(bottom, f, hn::Mul(top, hn::Sub(one, f)));
-  };
-  const auto a = rows(0, each(fy, kFirst)), b = rows(2, each(fy, kSecond));
-  const auto pixels = [&](const int32_t(&lanes)[16]) HWY_ATTR {
-    return F16::Vector{_mm512_permutex2var_ps(a.raw, _mm512_loadu_si512(lanes), b.raw)};
-  };
-  const auto f = each(fx, kAll);
-  F16 r;
-  r.v[0] = hn::MulAdd(pixels(kRight), f, hn::Mul(pixels(kLeft), hn::Sub(one, f)));
-  return r;
-}
-#else
-#define TESSERA_GATHER_FOUR 0
-#endif
 
 template <int kTaps>
 HWY_INLINE F4 Filtered(const GatherSource& source, const float* p, ptrdiff_t stride, float fx, float fy) {
@@ -226,7 +169,6 @@ HWY_INLINE F4 Filtered(const GatherSource& source, const float* p, ptrdiff_t str
 class Gatherer {
  public:
   explicit Gatherer(const GatherJob& job) : job_(job), source_(job.source) {
-    linear_ = source_.taps == 2 && source_.filter->value(0.25) == 0.75;
     direct_ = job.channels.size() == 4 && job.channels[0] == 0 && job.channels[1] == 1 &&
               job.channels[2] == 2 && job.channels[3] == 3;
   }
@@ -234,17 +176,11 @@ class Gatherer {
   void Run() {
     const Roi& roi = job_.out.roi;
     if (source_.groups.empty() || source_.window.empty()) return Clear();
-    const bool even = source_.taps % 2 == 0 && source_.pixels_per_row() > 0;
     above_.assign(static_cast<size_t>(roi.width() / kRun + 1), 0);
     for (int y = roi.y0; y < roi.y1; ++y) {
       for (int x = roi.x0; x < roi.x1; x += kRun) {
         const int count = std::min(kRun, roi.x1 - x);
-        if (!Plain(even, x, y, count)) {
-          LookUpAny(x, y, count);
-          continue;
-        }
-        const ptrdiff_t ahead = Ahead(x, index_.offset[0]);
-        ForTaps([&](auto taps, auto linear, size_t g) { LookUpPlain<taps, linear>(g, x, y, count, ahead); });
+        job_.map.from_image ? RunImage(x, y, count) : RunMatrix(x, y, count);
       }
     }
   }
@@ -253,17 +189,20 @@ class Gatherer {
   template <int kTaps>
   using Taps = std::integral_constant<int, kTaps>;
 
-  // Whether no pixel of a run needs a second look: then the taps are known, else the positions.
-  bool Plain(bool even, int x, int y, int count) {
-    if (job_.map.from_image) {
-      const Coordinates from(job_, x, y, count);
-      if (even && PlainImageTaps(job_, from, x, y, count, index_)) return true;
-      ImagePositions(job_, from, x, y, count, at_);
-      return false;
-    }
-    if (!job_.map.projective && even && PlainMatrixTaps(job_, x, y, count, index_)) return true;
+  void RunMatrix(int x, int y, int count) {
+#if HWY_TARGET != HWY_SCALAR
+    if (able_ && PlainMatrix(job_, x, y, count, plain_) && LookUpPlain(x, y, count)) return;
+#endif
     MatrixPositions(job_.map, source_.window, x, y, count, at_);
-    return job_.map.projective && even && PlainTaps(source_, at_, count, index_);
+    LookUpAny(x, y, count);
+  }
+  void RunImage(int x, int y, int count) {
+    const Coordinates from(job_, x, y, count);
+#if HWY_TARGET != HWY_SCALAR
+    if (able_ && PlainImage(job_, paired_, from, x, y, count, plain_) && LookUpPlain(x, y, count)) return;
+#endif
+    ImagePositions(job_, from, x, y, count, at_);
+    LookUpAny(x, y, count);
   }
 
   void Clear() {
@@ -280,7 +219,7 @@ class Gatherer {
   HWY_INLINE void ForTaps(const F& look_up) {
     using std::bool_constant;
     for (size_t g = 0; g < source_.groups.size(); ++g) {
-      if (linear_) {
+      if (source_.linear) {
         look_up(Taps<2>(), bool_constant<true>(), g);
       } else if (source_.taps == 4) {
         look_up(Taps<4>(), bool_constant<false>(), g);
@@ -330,40 +269,60 @@ class Gatherer {
 
   void LookUpAny(int x, int y, int count) {
     const Roi& w = source_.window;
-    FindTaps(w.width(), source_.wrap_x, source_.taps, count, at_.x, index_.x, index_.fx);
-    FindTaps(w.height(), source_.wrap_y, source_.taps, count, at_.y, index_.y, index_.fy);
+    const bool nearer = source_.linear;
+    FindTaps(w.width(), source_.wrap_x, source_.taps, nearer, count, at_.x, index_.x, index_.fx);
+    FindTaps(w.height(), source_.wrap_y, source_.taps, nearer, count, at_.y, index_.y, index_.fy);
     if (Beyond(count)) return ClearRun(x, y, count);
-    const ptrdiff_t ahead = Ahead(x, int64_t{index_.y[0]} * source_.pixels_per_row() + index_.x[0]);
+    const ptrdiff_t ahead = Ahead(x, int64_t{index_.y[0]} * source_.pixels_per_row + index_.x[0]);
     ForTaps([&](auto taps, auto linear, size_t g) { LookUp<taps, linear>(g, x, y, count, ahead); });
   }
 
-  // No pixel of the run needs a second look.
-  template <int kTaps, bool kLinear>
-  void LookUpPlain(size_t g, int x, int y, int count, ptrdiff_t ahead) {
+#if HWY_TARGET != HWY_SCALAR
+  // No pixel of the run needs a second look; false where that turns out to be wrong.
+  bool LookUpPlain(int x, int y, int count) {
+    const ptrdiff_t ahead = Ahead(x, static_cast<uint32_t>(plain_.base[0]) / 2);
+    bool sure = true;
+    if (source_.linear) {
+      for (size_t g = 0; g < source_.groups.size() && sure; ++g) sure = BlendRun(g, x, y, count, ahead);
+    } else {
+      ForTaps([&](auto taps, auto, size_t g) { FilterRun<taps>(g, x, y, count, ahead); });
+    }
+    return sure;
+  }
+  HWY_INLINE void AskAhead(const float* pixels, int count, ptrdiff_t ahead) const {
+    for (int i = 0; i < count; i += 4) hwy::Prefetch(At<4>(pixels, plain_.base[i]) + ahead);
+  }
+  bool BlendRun(size_t g, int x, int y, int count, ptrdiff_t ahead) {
     const ConstImageView& group = source_.groups[g];
     const auto* const pixels = reinterpret_cast<const float*>(group.data);
-    const ptrdiff_t stride = group.row_stride / 4;
     auto* const out = reinterpret_cast<float*>(job_.out.At(x, y));
-    const auto at = [&](int i) { return pixels + ptrdiff_t{4} * index_.offset[i]; };
-    int i = 0;
-#if TESSERA_GATHER_FOUR
-    if (kLinear && direct_) {
-      const bool lines = job_.stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
-      for (; i + 4 <= count; i += 4) {
-        const float* const p[4] = {at(i), at(i + 1), at(i + 2), at(i + 3)};
-        hwy::Prefetch(p[0] + ahead);
-        const F16 value = Bilinear4(p, stride, index_.fx + i, index_.fy + i).OneNaN();
-        lines ? value.Stream(out + 4 * i) : value.Store(out + 4 * i);
-      }
+    alignas(64) float copy[4 * kRun];
+    const int whole = (count + s::kQuarter - 1) / s::kQuarter * s::kQuarter;
+    const bool direct = direct_ && whole == count;
+    BlockResults results{copy, {6, 0}, false};
+    if (direct) results.to = out, results.stream = job_.stream && s::CanStream(out);
+    for (int i = count; i < whole; ++i) plain_.base[i] = plain_.base[count - 1];
+    AskAhead(pixels, count, ahead);
+    if (BlendSquares4(pixels, group.row_stride / 4, plain_, whole, results)) return false;
+    for (int i = 0; i < count && !direct; ++i) {
+      Write(F4::Load(copy + 4 * i), g, out + ptrdiff_t{job_.out.channels} * i, false);
     }
-#endif
+    return true;
+  }
+  template <int kTaps>
+  void FilterRun(size_t g, int x, int y, int count, ptrdiff_t ahead) {
+    const ConstImageView& group = source_.groups[g];
+    const auto* const pixels = reinterpret_cast<const float*>(group.data);
+    auto* const out = reinterpret_cast<float*>(job_.out.At(x, y));
     const bool stream = direct_ && job_.stream && reinterpret_cast<uintptr_t>(out) % 16 == 0;
-    for (; i < count; ++i) {
-      if (i % 4 == 0) hwy::Prefetch(at(i) + ahead);
-      Write(Look<kTaps, kLinear>(at(i), stride, index_.fx[i], index_.fy[i]), g,
-            out + ptrdiff_t{job_.out.channels} * i, stream);
+    AskAhead(pixels, count, ahead);
+    for (int i = 0; i < count; ++i) {
+      Write(
+          Look<kTaps, false>(At<4>(pixels, plain_.base[i]), group.row_stride / 4, plain_.fx[i], plain_.fy[i]),
+          g, out + ptrdiff_t{job_.out.channels} * i, stream);
     }
   }
+#endif
 
   template <int kTaps, bool kLinear>
   void LookUp(size_t g, int x, int y, int count, ptrdiff_t ahead) {
@@ -389,12 +348,13 @@ class Gatherer {
       const float fx = index_.fx[i], fy = index_.fy[i];
       // Inside, between pixels, not reduced: no pixel needs a second look.
       const bool plain = (ix >= 0) & (ix <= last_x) & (iy >= 0) & (iy <= last_y) &
-                         ((kTaps == 1) | ((fx > 0) & (fy > 0))) &
+                         ((kTaps == 1) | ((fx != 0) & (fy != 0))) &
                          ((at_.wide_x[i] <= 1) & (at_.wide_y[i] <= 1));
       if (HWY_LIKELY(plain)) {
         const float* const p = pixels + stride * iy + ptrdiff_t{4} * ix;
         if (i % 4 == 0) hwy::Prefetch(p + ahead);
-        write(i, Look<kTaps, kLinear>(p, stride, fx, fy));
+        const F4 value = Look<kTaps, kLinear>(p, stride, fx, fy);
+        write(i, kLinear && !Finite(value) ? Careful(group, i) : value);
       } else {
         write(i, Careful(group, i));
       }
@@ -444,11 +404,25 @@ class Gatherer {
     }
   }
 
+  // Differences of infinite pixels are no numbers.
+  static HWY_INLINE bool Finite(const F4& value) {
+    bool finite = true;
+    for (const F4::Vector& v : value.v) {
+      finite &= hn::AllTrue(F4::Tag(), hn::Eq(hn::Sub(v, v), hn::Zero(F4::Tag())));
+    }
+    return finite;
+  }
+
   static constexpr int kRowsAhead = 3;
 
   const GatherJob& job_;
   const GatherSource& source_;
-  bool linear_, direct_;
+  bool direct_;
+#if HWY_TARGET != HWY_SCALAR
+  const bool able_ = source_.taps % 2 == 0 && source_.pixels_per_row > 0;  // to do plain runs
+  const PairedMap paired_{job_};
+  PlainTaps plain_;
+#endif
   std::vector<int64_t> above_;  // the first pixel of every run of the row above
   Positions at_;
   Indices index_;

@@ -16,6 +16,12 @@ ParamInfo WarpFilterModifier(const std::string& default_value);
 ParamInfo WrapModifier(const std::string& name, const std::string& default_value);
 Wrap WrapNamed(const std::string& name);
 
+// `:highlightcomp=`, and what it does before and after: colours above 0.18 become logarithms, so that a
+// highlight does not ring or shine through its neighbours; signs are kept, alpha is left alone.
+ParamInfo HighlightModifier();
+Node CompressRange(const Node& image);
+Node ExpandRange(const Node& image);
+
 }  // namespace tessera::ops
 
 #endif  // TESSERA_OPS_GEOMETRY_MODIFIERS_H_

@@ -37,62 +37,81 @@ struct Positions {
   bool widened = false;  // anywhere in the run
 };
 
-// The first tap and the fraction of every pixel of a run; where no pixel needs a second look, offset is all
-// that is known of the taps: how many pixels of memory they lie behind the image's first.
+// The first tap of every pixel of a run, and its fraction, or for bilinear look-ups the distance from the
+// nearer pixel, as LerpFromNearer wants it; 0 is a pixel's centre.
 struct Indices {
   alignas(64) int32_t x[kRun], y[kRun];
-  alignas(64) int32_t offset[kRun];
   alignas(64) float fx[kRun], fy[kRun];
 };
 
-// Constants of a run of positions by a matrix: (a x + b) / (a x + b), without a divisor where it is affine.
+// A matrix whose results are indices of the image: the centre of its first pixel is 0.
+struct IndexMatrix {
+  double m[9];
+  IndexMatrix(const GatherMap& map, const Roi& window) {
+    std::copy(map.m, map.m + 9, m);
+    for (int row = 0; row < 9; row += 3) {
+      m[row] -= (window.x0 + 0.5) * m[row + 2], m[row + 1] -= (window.y0 + 0.5) * m[row + 2];
+    }
+  }
+};
+
+// Positions along a row: (a x + b) / (a x + b), or without a divisor where the matrix is affine.
 struct MatrixRow {
-  double ax, bx, ay, by, aq, bq;
-  MatrixRow(const GatherMap& map, const Roi& window, int y) {
-    const double* const m = map.m;
+  VD ax, bx, ay, by, aq, bq;
+
+  MatrixRow(const IndexMatrix& matrix, int y) {
+    const DD d;
+    const double* const m = matrix.m;
     const double row = y + 0.5;
-    ax = m[0], bx = row * m[3] + m[6];
-    ay = m[1], by = row * m[4] + m[7];
-    aq = m[2], bq = row * m[5] + m[8];
-    if (!map.projective) bx -= window.x0 + 0.5, by -= window.y0 + 0.5;
+    ax = hn::Set(d, m[0]), bx = hn::Set(d, row * m[3] + m[6]);
+    ay = hn::Set(d, m[1]), by = hn::Set(d, row * m[4] + m[7]);
+    aq = hn::Set(d, m[2]), bq = hn::Set(d, row * m[5] + m[8]);
+  }
+  HWY_INLINE void Affine(VD x, VD& sx, VD& sy) const {
+    sx = hn::MulAdd(ax, x, bx);
+    sy = hn::MulAdd(ay, x, by);
+  }
+  // Returns the divisor.
+  HWY_INLINE VD Projective(VD x, VD& sx, VD& sy, VD& over) const {
+    const VD q = hn::MulAdd(aq, x, bq);
+    over = hn::Div(hn::Set(DD(), 1.0), q);
+    Affine(x, sx, sy);
+    sx = hn::Mul(sx, over), sy = hn::Mul(sy, over);
+    return q;
   }
 };
 
 void MatrixPositions(const GatherMap& map, const Roi& window, int x0, int y, int count, Positions& p) {
   const DD d;
   const int step = static_cast<int>(hn::Lanes(d));
-  const double* const m = map.m;
-  const MatrixRow row(map, window, y);
-  const VD one = hn::Set(d, 1.0);
-  const VD ax = hn::Set(d, row.ax), bx = hn::Set(d, row.bx);
-  const VD ay = hn::Set(d, row.ay), by = hn::Set(d, row.by);
-  const VD aq = hn::Set(d, row.aq), bq = hn::Set(d, row.bq);
-  const VD nowhere = hn::Set(d, 2 * kFarthest);
+  const IndexMatrix matrix(map, window);
+  const double* const m = matrix.m;
+  const MatrixRow row(matrix, y);
+  const VD one = hn::Set(d, 1.0), nowhere = hn::Set(d, 2 * kFarthest);
   VD widest = one;
   for (int i = 0; i < count; i += step) {
     const VD x = hn::Add(hn::Iota(d, 0), hn::Set(d, x0 + i + 0.5));
-    VD sx = hn::MulAdd(ax, x, bx), sy = hn::MulAdd(ay, x, by);
-    VD wide_x = one, wide_y = one;
+    VD sx, sy, wide_x = one, wide_y = one;
     if (map.projective) {
-      const VD q = hn::MulAdd(aq, x, bq);
-      const auto visible = hn::Gt(q, hn::Zero(d));
-      const VD over = hn::Div(one, q);
-      sx = hn::IfThenElse(visible, hn::Mul(sx, over), nowhere);
-      sy = hn::IfThenElse(visible, hn::Mul(sy, over), nowhere);
+      VD over;
+      const auto visible = hn::Gt(row.Projective(x, sx, sy, over), hn::Zero(d));
+      sx = hn::IfThenElse(visible, sx, nowhere);
+      sy = hn::IfThenElse(visible, sy, nowhere);
       if (map.reduce) {
         const auto steepest = [&](int column, VD at) HWY_ATTR {
-          const VD dx = hn::Mul(hn::NegMulAdd(at, aq, hn::Set(d, m[column])), over);
+          const VD dx = hn::Mul(hn::NegMulAdd(at, hn::Set(d, m[2]), hn::Set(d, m[column])), over);
           const VD dy = hn::Mul(hn::NegMulAdd(at, hn::Set(d, m[5]), hn::Set(d, m[3 + column])), over);
           return hn::Max(one, hn::Max(hn::Abs(dx), hn::Abs(dy)));
         };
         wide_x = steepest(0, sx);
         wide_y = steepest(1, sy);
       }
-      sx = hn::Sub(sx, hn::Set(d, window.x0 + 0.5));
-      sy = hn::Sub(sy, hn::Set(d, window.y0 + 0.5));
-    } else if (map.reduce) {
-      wide_x = hn::Set(d, std::max({1.0, std::fabs(m[0]), std::fabs(m[3])}));
-      wide_y = hn::Set(d, std::max({1.0, std::fabs(m[1]), std::fabs(m[4])}));
+    } else {
+      row.Affine(x, sx, sy);
+      if (map.reduce) {
+        wide_x = hn::Set(d, std::max({1.0, std::fabs(m[0]), std::fabs(m[3])}));
+        wide_y = hn::Set(d, std::max({1.0, std::fabs(m[1]), std::fabs(m[4])}));
+      }
     }
     hn::Store(sx, d, p.x + i);
     hn::Store(sy, d, p.y + i);
@@ -104,7 +123,24 @@ void MatrixPositions(const GatherMap& map, const Roi& window, int x0, int y, int
   p.widened = map.reduce && !hn::AllTrue(d, hn::Le(widest, one));
 }
 
-// Positions from channels s and t of an image.
+// The two channels of a run, adjacent; the last pixel's again up to the next whole vector of any target.
+struct Coordinates {
+  alignas(64) float pairs[2 * kRun];
+
+  Coordinates(const GatherJob& job, int x, int y, int count) {
+    const int channels = job.coordinates.channels;
+    const auto* from = reinterpret_cast<const float*>(job.coordinates.At(x, y)) + job.channel_x;
+    const ptrdiff_t step = job.channel_y - job.channel_x;
+    float* to = pairs;
+    for (const float* const end = from + ptrdiff_t{channels} * count; from != end;
+         from += channels, to += 2) {
+      to[0] = from[0], to[1] = from[step];
+    }
+    for (; (to - pairs) % 32 != 0; to += 2) to[0] = to[-2], to[1] = to[-1];
+  }
+};
+
+// Positions from two channels of an image.
 struct ImageRow {
   VD row, x_scale, y_scale, per_pixel, offset;
   ImageRow(const GatherMap& map, const Roi& window, int y)
@@ -113,24 +149,14 @@ struct ImageRow {
         y_scale(hn::Set(DD(), map.y_scale)),
         per_pixel(hn::Set(DD(), map.x_per_pixel)),
         offset(hn::Set(DD(), map.x_offset - 0.5 - window.x0)) {}
-  HWY_INLINE void At(int x0, hn::Vec<DF> s, hn::Vec<DF> t, VD& x, VD& y) const {
+  // Of the pixels from x0 on, whose coordinates are `pairs`.
+  HWY_INLINE void At(int x0, const float* pairs, VD& x, VD& y) const {
     const DD d;
+    hn::Vec<DF> s, t;
+    hn::LoadInterleaved2(DF(), pairs, s, t);
     const VD centre = hn::Add(hn::Iota(d, 0), hn::Set(d, x0 + 0.5));
     x = hn::Add(hn::Mul(x_scale, hn::PromoteTo(d, s)), hn::Add(hn::Mul(per_pixel, centre), offset));
     y = hn::Add(hn::Mul(y_scale, hn::PromoteTo(d, t)), row);
-  }
-};
-
-// The two channels of a run.
-struct Coordinates {
-  alignas(64) float s[kRun], t[kRun];
-  Coordinates(const GatherJob& job, int x, int y, int count) {
-    const auto* at = reinterpret_cast<const float*>(job.coordinates.At(x, y));
-    for (int i = 0; i < count; ++i, at += job.coordinates.channels) {
-      s[i] = at[job.channel_x];
-      t[i] = at[job.channel_y];
-    }
-    std::fill(s + count, s + kRun, 0.0f), std::fill(t + count, t + kRun, 0.0f);
   }
 };
 
@@ -141,7 +167,7 @@ void ImagePositions(const GatherJob& job, const Coordinates& from, int x0, int y
   const VD one = hn::Set(d, 1.0);
   for (int i = 0; i < count; i += step) {
     VD px, py;
-    row.At(x0 + i, hn::Load(DF(), from.s + i), hn::Load(DF(), from.t + i), px, py);
+    row.At(x0 + i, from.pairs + 2 * i, px, py);
     hn::Store(px, d, p.x + i);
     hn::Store(py, d, p.y + i);
     hn::Store(one, d, p.wide_x + i);
@@ -150,15 +176,18 @@ void ImagePositions(const GatherJob& job, const Coordinates& from, int x0, int y
   p.widened = false;
 }
 
-// One axis of a run: positions are brought back into the image where it repeats, and snapped.
-void FindTaps(int size, Wrap wrap, int taps, int count, double* position, int32_t* first, float* fraction) {
+// One axis of a run: positions are brought back into the image where it repeats, and snapped. `nearer`:
+// distances from the nearer pixel instead of fractions.
+void FindTaps(int size, Wrap wrap, int taps, bool nearer, int count, double* position, int32_t* first,
+              float* fraction) {
   const DD d;
   const int step = static_cast<int>(hn::Lanes(d));
   const VD half = hn::Set(d, 0.5);
   const VD farthest = hn::Set(d, kFarthest);
   const double period = wrap == Wrap::kMirror ? 2.0 * size : static_cast<double>(size);
   for (int i = 0; i < count; i += step) {
-    VD v = hn::Load(d, position + i);
+    const VD raw = hn::Load(d, position + i);
+    VD v = raw;
     const auto somewhere = hn::Lt(hn::Abs(v), farthest);
     if (wrap == Wrap::kRepeat || wrap == Wrap::kMirror) {
       VD edge = hn::Add(v, half);  // distance from the image's edge
@@ -174,100 +203,14 @@ void FindTaps(int size, Wrap wrap, int taps, int count, double* position, int32_
     hn::Store(v, d, position + i);
     const VD counted = taps % 2 == 1 ? hn::Add(v, half) : v;
     const VD base = hn::Floor(counted);
-    const auto f = hn::Min(hn::DemoteTo(DF(), hn::Sub(counted, base)), hn::Set(DF(), 1 - 0x1p-24f));
+    // Half-way between two pixels, the nearer one is that of the position before it was snapped.
+    const VD from = hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(v, raw)), hn::Set(d, kSnap)), raw, v);
+    const auto f = nearer ? hn::DemoteTo(DF(), hn::Sub(v, hn::Round(from)))
+                          : hn::Min(hn::DemoteTo(DF(), hn::Sub(counted, base)), hn::Set(DF(), 1 - 0x1p-24f));
     hn::Store(f, DF(), fraction + i);
     const auto index = hn::DemoteTo(DI(), hn::Sub(base, hn::Set(d, (taps - 1) / 2)));
     hn::Store(index, DI(), first + i);
   }
-}
-
-// Both axes of a run at once, for an even number of taps, while every pixel's taps lie in the image and no
-// position is snapped; false where one is or may be, and nothing is known then. position(i, x, y) gives the
-// vectors from pixel i on. `inside`: all are known to lie in the image. The results are those of FindTaps.
-template <class Position>
-bool FindPlainTaps(const GatherSource& source, int count, bool inside, const Position& position,
-                   Indices& to) {
-  const DD d;
-  const DF f;
-  const int step = static_cast<int>(hn::Lanes(d)), lead = (source.taps - 1) / 2;
-  const VD low = hn::Set(d, lead), stride = hn::Set(d, source.pixels_per_row()),
-           first = hn::Set(d, -lead * (source.pixels_per_row() + 1.0)),
-           end_x = hn::Set(d, source.window.width() - source.taps + lead + 1),
-           end_y = hn::Set(d, source.window.height() - source.taps + lead + 1);
-  const auto one = hn::Set(f, 1.0f), middle = hn::Set(f, 0.5f);
-  // How far twice a fraction is from a whole number: half-way between two pixels nothing is moved.
-  const auto room = [&](auto fraction) HWY_ATTR {
-    const auto twice = hn::Add(fraction, fraction);
-    const auto away = hn::Abs(hn::Sub(twice, hn::Round(twice)));
-    return hn::IfThenElse(hn::Eq(fraction, middle), one, away);
-  };
-  auto within = hn::Eq(low, low);
-  auto least = one;
-  for (int i = 0; i < count; i += step) {
-    VD x, y;
-    position(i, x, y);
-    if (!inside) {
-      within = hn::And(within, hn::And(hn::And(hn::Ge(x, low), hn::Lt(x, end_x)),
-                                       hn::And(hn::Ge(y, low), hn::Lt(y, end_y))));
-    }
-    const VD base_x = hn::Floor(x), base_y = hn::Floor(y);
-    const auto fx = hn::DemoteTo(f, hn::Sub(x, base_x)), fy = hn::DemoteTo(f, hn::Sub(y, base_y));
-    least = hn::Min(least, hn::Min(room(fx), room(fy)));
-    hn::Store(fx, f, to.fx + i);
-    hn::Store(fy, f, to.fy + i);
-    hn::Store(hn::DemoteTo(DI(), hn::MulAdd(base_y, stride, hn::Add(base_x, first))), DI(), to.offset + i);
-  }
-  return hn::AllTrue(d, within) && hn::AllTrue(f, hn::Ge(least, hn::Set(f, static_cast<float>(4 * kSnap))));
-}
-
-bool PlainMatrixTaps(const GatherJob& job, int x0, int y, int count, Indices& to) {
-  const GatherMap& map = job.map;
-  const GatherSource& source = job.source;
-  if (map.projective || (map.reduce && !(std::max({std::fabs(map.m[0]), std::fabs(map.m[3]),
-                                                   std::fabs(map.m[1]), std::fabs(map.m[4])}) <= 1))) {
-    return false;
-  }
-  const MatrixRow row(map, source.window, y);
-  // Along a row both coordinates only grow or only fall: the run's ends are what is furthest out.
-  const double first = x0 + 0.5, last = x0 + count - 0.5;
-  const auto inside = [&](double a, double b, int size) {
-    const int lead = (source.taps - 1) / 2, end = size - source.taps + lead + 1;
-    constexpr double kMargin = 0x1p-8;  // more than the roundings of these sums
-    return std::min(a * first, a * last) + b >= lead + kMargin &&
-           std::max(a * first, a * last) + b < end - kMargin;
-  };
-  if (!inside(row.ax, row.bx, source.window.width()) || !inside(row.ay, row.by, source.window.height())) {
-    return false;
-  }
-  const DD d;
-  const VD ax = hn::Set(d, row.ax), bx = hn::Set(d, row.bx), ay = hn::Set(d, row.ay), by = hn::Set(d, row.by);
-  const VD column = hn::Add(hn::Iota(d, 0), hn::Set(d, x0 + 0.5));
-  return FindPlainTaps(
-      source, count, /*inside=*/true,
-      [&](int i, VD& px, VD& py) HWY_ATTR {
-        const VD x = hn::Add(column, hn::Set(d, i));
-        px = hn::MulAdd(ax, x, bx);
-        py = hn::MulAdd(ay, x, by);
-      },
-      to);
-}
-
-bool PlainTaps(const GatherSource& source, const Positions& at, int count, Indices& to) {
-  if (count != kRun || at.widened) return false;
-  return FindPlainTaps(
-      source, count, /*inside=*/false,
-      [&](int i, VD& px, VD& py) HWY_ATTR { px = hn::Load(DD(), at.x + i), py = hn::Load(DD(), at.y + i); },
-      to);
-}
-
-bool PlainImageTaps(const GatherJob& job, const Coordinates& from, int x0, int y, int count, Indices& to) {
-  if (count != kRun) return false;
-  const ImageRow row(job.map, job.source.window, y);
-  return FindPlainTaps(
-      job.source, count, /*inside=*/false,
-      [&](int i, VD& px, VD& py)
-          HWY_ATTR { row.At(x0 + i, hn::Load(DF(), from.s + i), hn::Load(DF(), from.t + i), px, py); },
-      to);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

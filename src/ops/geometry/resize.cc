@@ -42,13 +42,16 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
       spec.data_window = spec.data_window.empty() ? Roi{} : spec.display_window;
       return spec;
     }
-    const auto moved = [](int v, int from, int size, int to, int new_size) {
-      return static_cast<int>(std::floor(to + (double{1} * v - from) * new_size / size + 0.5));
+    // As oiiotool, in float: the origin is rounded down, the size up.
+    const auto scaled = [](int& v0, int& v1, int from, int size, int to, int new_size) {
+      const float ratio = static_cast<float>(new_size) / static_cast<float>(size);
+      const int length = static_cast<int>(std::ceil(static_cast<float>(v1 - v0) * ratio));
+      v0 = to + static_cast<int>(std::floor(static_cast<float>(v0 - from) * ratio));
+      v1 = v0 + length;
     };
     Roi& w = spec.data_window;
-    w = {moved(w.x0, full.x0, full.width(), p.x, p.width), moved(w.y0, full.y0, full.height(), p.y, p.height),
-         moved(w.x1, full.x0, full.width(), p.x, p.width),
-         moved(w.y1, full.y0, full.height(), p.y, p.height)};
+    scaled(w.x0, w.x1, full.x0, full.width(), p.x, p.width);
+    scaled(w.y0, w.y1, full.y0, full.height(), p.y, p.height);
     w.x1 = std::max(w.x1, w.x0 + 1);
     w.y1 = std::max(w.y1, w.y0 + 1);
     return spec;
@@ -82,6 +85,7 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
 // WxH with 0 for "keep the aspect", percentages, and an origin: as oiiotool's --resize.
 ResizeParams ParseSize(const std::string& text, const Roi& from) {
   ResizeParams p;
+  p.x = from.x0, p.y = from.y0;
   const char* at = text.data();
   const char* const end = at + text.size();
   double side[2] = {0, 0};
@@ -126,13 +130,13 @@ OpInfo ResizeInfo() {
   info.family = "geometry";
   info.summary = "Resize to a geometry with a filter";
   info.help =
-      "GEOM is WxH, WxH+X+Y, W% or W%xH%; a side of 0 keeps the aspect. The display window takes that size, "
-      "the data window is scaled along, and beyond its edge the edge pixels are repeated. Weights are "
-      "computed in double at exact positions; the filter spans pixels of the coarser of the two images on "
-      "each axis. Without a filter it is lanczos3, or blackman-harris where a side grows, and an image that "
-      "keeps its size keeps its bits: as oiiotool. NaN spreads to pixels whose filter gives it weight. "
-      "Where a box halves both sides, a pixel of an 8- or 16-bit image is the exact mean of four codes, rounded "
-      "half to even.";
+      "GEOM is WxH, WxH+X+Y, W% or W%xH%; a side of 0 keeps the aspect. The display window takes that size "
+      "and keeps its origin unless one is given, the data window is scaled along, and beyond its edge the "
+      "edge pixels are repeated. Weights are computed in double at exact positions; the filter spans pixels "
+      "of the coarser of the two images on each axis. Without a filter it is lanczos3, or blackman-harris "
+      "where a side grows, and an image that keeps its size keeps its bits: as oiiotool. NaN spreads to "
+      "pixels whose filter gives it weight. Where a box halves both sides, a pixel of an 8- or 16-bit image "
+      "is the exact mean of four codes, rounded half to even.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo geometry;
@@ -140,12 +144,13 @@ OpInfo ResizeInfo() {
   geometry.type = ParamType::kText;
   geometry.help = "the new size, such as 1920x1080, 50% or 1280x0";
   info.arguments = {geometry};
-  info.modifiers = {FilterModifier("", "the filter")};
+  info.modifiers = {FilterModifier("", "the filter"), HighlightModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const ImageSpec& spec = in[0].spec();
     ResizeParams p =
         ParseSize(a.Text("GEOM"), spec.display_window.empty() ? spec.data_window : spec.display_window);
     if (a.Given("filter")) p.filter = a.Text("filter");
+    p.compress_highlights = a.Flag("highlightcomp");
     return Resize(in[0], p);
   };
   info.examples = {"50%",
@@ -164,6 +169,11 @@ OpInfo ResizeInfo() {
 namespace tessera {
 
 Node Resize(const Node& image, const ResizeParams& params) {
+  if (params.compress_highlights) {
+    ResizeParams plain = params;
+    plain.compress_highlights = false;
+    return ops::ExpandRange(Resize(ops::CompressRange(image), plain));
+  }
   return graph::MakeNode(std::make_shared<const ops::ResizeOp>(params), {image});
 }
 

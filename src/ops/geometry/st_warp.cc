@@ -30,7 +30,9 @@ class StWarpOp final : public graph::OpWith<StWarpParams> {
     return spec;
   }
   std::vector<bool> NeededChannels(int k, const std::vector<bool>&, const ImageSpec& in) const override {
-    std::vector<bool> needed(in.channels.size(), k == 0);
+    // Coordinates of up to four channels are read where they lie.
+    constexpr size_t kMostInPlace = 4;
+    std::vector<bool> needed(in.channels.size(), k == 0 || in.channels.size() <= kMostInPlace);
     if (k == 1) {
       needed[static_cast<size_t>(params().channel_s)] = true;
       needed[static_cast<size_t>(params().channel_t)] = true;

@@ -117,10 +117,11 @@ OpInfo WarpInfo() {
   recompute.default_value = "0";
   recompute.help = "the data window holds the whole warped image";
   info.arguments = {matrix};
-  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("wrap", "black"), recompute};
+  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("wrap", "black"), recompute,
+                    HighlightModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return Warp(in[0],
-                {a.Numbers("M"), a.Text("filter"), WrapNamed(a.Text("wrap")), a.Flag("recompute_roi")});
+    return Warp(in[0], {a.Numbers("M"), a.Text("filter"), WrapNamed(a.Text("wrap")), a.Flag("recompute_roi"),
+                        a.Flag("highlightcomp")});
   };
   info.examples = {"0.9,0.3,0,-0.3,0.9,0,2,-4,1 filter=triangle",
                    "0.9,0.3,0,-0.3,0.9,0,2,-4,1",
@@ -139,6 +140,11 @@ OpInfo WarpInfo() {
 namespace tessera {
 
 Node Warp(const Node& image, const WarpParams& params) {
+  if (params.compress_highlights) {
+    WarpParams plain = params;
+    plain.compress_highlights = false;
+    return ops::ExpandRange(Warp(ops::CompressRange(image), plain));
+  }
   return graph::MakeNode(std::make_shared<const ops::WarpOp>(params), {image});
 }
 

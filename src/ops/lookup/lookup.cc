@@ -215,23 +215,18 @@ OpInfo LookupInfo() {
   info.summary = "Pixel texture: the first image's channels look up the second";
   info.help =
       "COORDS TABLE --lookup. The channels of COORDS are s,t,r,q in [0,1] across TABLE; the result has "
-      "TABLE's "
-      "channels. s runs along x, t along y; a third and a fourth axis are slices stacked along y (slices=N: "
-      "N "
-      "slices; slices=N,M: N varies faster). Entry i of N lies at (i + 1/2)/N (align=centres) or at i/(N-1) "
-      "(align=ends, for tabulated functions).\n"
+      "TABLE's channels. s runs along x, t along y; a third and a fourth axis are slices stacked along y "
+      "(slices=N: N slices; slices=N,M: N varies faster). Entry i of N lies at (i + 1/2)/N (align=centres) "
+      "or at i/(N-1) (align=ends, for tabulated functions).\n"
       "Filters: nearest; linear (2^D entries); tetrahedral (D+1 entries of a simplex); cubic (4^D); mipmap "
-      "(linear, "
-      "between two levels chosen by the differences of neighbouring coordinates, the smaller of both sides "
-      "at an "
-      "object's edge). Coordinates are not rounded.\n"
+      "(linear, between two levels chosen by the differences of neighbouring coordinates, the smaller of "
+      "both sides at an object's edge). Coordinates are not rounded.\n"
       "Wrap, one mode or one per axis: clamp (to the edge entry), glclamp (OpenGL 1.x: half border at 0 and "
       "1), border, repeat, mirror. projective=1 divides by the channel after the last coordinate; where it "
       "is not positive the result is the border colour. A coordinate that is NaN (infinite, with repeat or "
-      "mirror) gives the border colour, or NaN with nan=1; count=1 prints how many there are and where the first is, for one more evaluation of "
-      "COORDS. Where channel mask= is 0 the pixel keeps COORDS' "
-      "bits. NaN and infinite entries reach only results in which they have weight. Source: "
-      "spec/lookup-tables.md.";
+      "mirror) gives the border colour, or NaN with nan=1; count=1 prints how many there are and where the "
+      "first is, for one more evaluation of COORDS. Where channel mask= is 0 the pixel keeps COORDS' bits. "
+      "NaN and infinite entries reach only results in which they have weight. Source: spec/lookup-tables.md.";
   info.bound =
       "3 u (four dimensions 4 u; cubic 8 u per axis) times the largest entry read; an axis whose positions are "
       "no exact products (its size, with align=ends less 1, is no power of two) adds u/2 of the largest "

@@ -14,22 +14,13 @@
 #include <cstdint>
 
 #include "ops/lookup/gather-inl.h"
+#include "ops/lookup/squares-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 
 // A picture of this size is in no cache.
 inline constexpr int64_t kCacheBytes = int64_t{1} << 25;
-
-// Where the kChunk or fewer pixels of a block lie in memory: pixel i in row i >> log_width.
-struct BlockRows {
-  int log_width;
-  ptrdiff_t stride;  // floats from row to row
-
-  HWY_INLINE ptrdiff_t Offset(int pixel, int channels) const {
-    return (pixel >> log_width) * stride + (pixel & ((1 << log_width) - 1)) * channels;
-  }
-};
 
 // Coordinates of a block of pixels, two of `channels` (2 to 4) adjacent floats each.
 struct BlockCoordinates {
@@ -54,30 +45,15 @@ struct BlockCoordinates {
     x = v[axis[0]], y = v[axis[1]];
   }
 };
-struct BlockResults {
-  float* to;
-  BlockRows rows;
-  bool stream;
-};
 
-// What the first pass leaves for the second.
-struct Taps {
-  // First entry. Linear: its place, in units of kUnit<texel> floats, which an address can be scaled by.
-  alignas(64) int32_t base[kChunk];
-  alignas(
-      64) float distance[2 * kChunk + 16];  // linear: along x and y, adjacent; vectors may be read from any
-  alignas(64) float weight[8][kChunk];      // cubic: four for each axis
-  alignas(64) int32_t shift[2][kChunk];     // cubic: how far the taps would lie outside of what is stored
+// What the first pass leaves for the second: squares, or for cubic look-ups first entries and weights.
+struct Taps : Squares {
+  alignas(64) float weight[8][kChunk];   // four for each axis
+  alignas(64) int32_t shift[2][kChunk];  // how far the taps would lie outside of what is stored
 };
+static_assert(kChunk == kSquares);
 
 #if HWY_TARGET != HWY_SCALAR
-template <int kTexel>
-inline constexpr int kUnit = kTexel == 4 ? 2 : 1;
-template <int kTexel>
-HWY_INLINE const float* At(const float* data, int32_t place) {
-  return data + size_t{kUnit<kTexel>} * static_cast<uint32_t>(place);
-}
-
 // Asks for the rows of a block's squares in a picture that no cache holds, where they lie close together;
 // apart from each other they are better asked for one by one. unit: floats from place to place.
 template <int kRows>
@@ -90,39 +66,6 @@ HWY_INLINE void AskForRows(const Grid& grid, const Taps& taps, int unit, int cou
     const float* p = grid.data() + int64_t{taps.base[i]} * unit;
     for (int row = 0; row < kRows; ++row, p += stride) hwy::Prefetch(p);
   }
-}
-
-// Coordinates and what becomes of them stay in pairs, x in the even lanes and y in the odd ones: they need no
-// shuffles until their cells become places.
-HWY_INLINE V InPairs(float x, float y) { return hn::OddEven(hn::Set(s::D(), y), hn::Set(s::D(), x)); }
-
-// The even and the odd lanes of two vectors, in the order that costs one shuffle: where that is not the
-// lanes' own one, InLaneOrder is to follow.
-HWY_INLINE void SplitLanes(V low, V high, V& even, V& odd) {
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-  even = V{_mm512_shuffle_ps(low.raw, high.raw, 0x88)}, odd = V{_mm512_shuffle_ps(low.raw, high.raw, 0xDD)};
-#elif HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-  even = V{_mm256_shuffle_ps(low.raw, high.raw, 0x88)}, odd = V{_mm256_shuffle_ps(low.raw, high.raw, 0xDD)};
-#else
-  even = hn::ConcatEven(s::D(), high, low), odd = hn::ConcatOdd(s::D(), high, low);
-#endif
-}
-HWY_INLINE V EvenLanes(V low, V high) {
-  V even, odd;
-  SplitLanes(low, high, even, odd);
-  return even;
-}
-template <class Vec>
-HWY_INLINE Vec InLaneOrder(Vec v) {
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-  // Pairs of lanes alternate between the two vectors.
-  alignas(64) static constexpr int32_t kFrom[2][16] = {
-      {0, 1, 4, 5, 2, 3, 6, 7}, {0, 1, 4, 5, 8, 9, 12, 13, 2, 3, 6, 7, 10, 11, 14, 15}};
-  const hn::DFromV<Vec> d;
-  return hn::TableLookupLanes(v, hn::SetTableIndices(d, kFrom[s::kLanes == 16]));
-#else
-  return v;
-#endif
 }
 
 // First passes: true when some coordinate may be no number. The taps are in memory whatever it is.
@@ -189,24 +132,17 @@ inline bool LocateSquares(const Grid& grid, const BlockCoordinates& block, int c
     distance = hn::IfThenElse(is_exact, other, distance);
     return hn::IfThenElse(is_exact, cell, rounded);
   };
-  // Whole numbers plus 2^23 are integers from kOne on in their bits.
-  constexpr uint32_t kZero = 0x4B000000u;
-  const V shift = hn::Set(d, 0x1p23f);
-  const uint32_t stride = static_cast<uint32_t>(grid.axis(1).stride);
-  const VI strides = hn::Set(di, static_cast<int32_t>(stride)),
-           zeros = hn::Set(di, static_cast<int32_t>(kZero + kZero * stride));
+  const PairPlaces<kTexel> places(grid.axis(1).stride);
   V sum = hn::Zero(d);
   for (int first = 0; first < count; first += width, from += row) {
     for (int k = 0; k < width; k += s::kLanes) {
       const V low = hn::LoadU(d, from + 2 * k), high = hn::LoadU(d, from + 2 * k + s::kLanes);
       sum = hn::MulAdd(low, hn::Zero(d), sum), sum = hn::MulAdd(high, hn::Zero(d), sum);
-      V low_distance, high_distance, x, y;
+      V low_distance, high_distance;
       const V low_cells = cells(low, low_distance), high_cells = cells(high, high_distance);
       hn::Store(low_distance, d, taps.distance + 2 * (first + k));
       hn::Store(high_distance, d, taps.distance + 2 * (first + k) + s::kLanes);
-      SplitLanes(hn::Add(low_cells, shift), hn::Add(high_cells, shift), x, y);
-      const VI entry = hn::Add(hn::Sub(hn::BitCast(di, x), zeros), hn::Mul(hn::BitCast(di, y), strides));
-      hn::Store(InLaneOrder(kUnit<kTexel> == 2 ? hn::Add(entry, entry) : entry), di, taps.base + first + k);
+      hn::Store(places(low_cells, high_cells), di, taps.base + first + k);
     }
   }
   AskForRows<2>(grid, taps, kTexel / kUnit<kTexel>, count);
@@ -261,35 +197,6 @@ inline bool LocateCubic(const Grid& grid, const BlockCoordinates& block, int cou
 
 // Second passes: true when some result may be infinite or no number. Vectors go to memory as they are.
 
-// Stores vectors and remembers whether they were finite.
-class Sink {
- public:
-  HWY_INLINE explicit Sink(const BlockResults& results) : stream_(results.stream), sum_(hn::Zero(s::D())) {}
-  HWY_INLINE void Store(V v, float* to) {
-    sum_ = hn::MulAdd(v, hn::Zero(s::D()), sum_);
-    s::StoreOrStream(v, s::D(), to, stream_);
-  }
-  HWY_INLINE bool Suspicious() const { return !hn::AllTrue(s::D(), hn::Eq(sum_, hn::Zero(s::D()))); }
-
- private:
-  const bool stream_;
-  V sum_;
-};
-
-// kQuarter of the floats p[0], p[kStep], p[2 kStep]..., each four times.
-template <int kStep>
-HWY_INLINE V EachFourTimes(const float* p) {
-  const s::D d;
-  if constexpr (s::kLanes <= 4) {
-    return hn::Set(d, *p);
-  } else {
-    alignas(64) static constexpr int32_t kLane[16] = {
-        0,         0,         0,         0,         kStep,     kStep,     kStep,     kStep,
-        2 * kStep, 2 * kStep, 2 * kStep, 2 * kStep, 3 * kStep, 3 * kStep, 3 * kStep, 3 * kStep};
-    return hn::TableLookupLanes(hn::LoadU(d, p), hn::SetTableIndices(d, kLane));
-  }
-}
-
 // Two pixels' pairs of neighbours are joined in 128 bits: along y first, as they lie, then along x.
 inline bool GatherSquares1(const Grid& grid, const Taps& taps, int count, const BlockResults& results) {
   const s::D d;
@@ -320,29 +227,8 @@ inline bool GatherSquares1(const Grid& grid, const Taps& taps, int count, const 
   }
   return sink.Suspicious();
 }
-// Pairs of neighbours of kQuarter pixels along y first, as they lie, then all pixels of a vector along x.
 inline bool GatherSquares4(const Grid& grid, const Taps& taps, int count, const BlockResults& results) {
-  const float* const below = grid.data();
-  const float* const above = below + static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
-  const int width = std::min(count, 1 << results.rows.log_width);
-  Sink sink(results);
-  float* to = results.to;
-  const ptrdiff_t row = results.rows.stride;
-  for (int first = 0; first < count; first += width, to += row) {
-    for (int k = 0; k < width; k += s::kQuarter) {
-      const float* const distance = taps.distance + 2 * (first + k);
-      s::Pair rows[s::kQuarter];
-      for (int j = 0; j < s::kQuarter; ++j) {
-        const int32_t place = taps.base[first + k + j];
-        rows[j] = s::LerpFromNearer(s::Pair::Load(At<4>(below, place)), s::Pair::Load(At<4>(above, place)),
-                                    s::Pair::Set(distance[2 * j + 1]));
-      }
-      V low, high;
-      s::SplitPairs(rows, low, high);
-      sink.Store(s::LerpFromNearer(low, high, EachFourTimes<2>(distance)), to + 4 * k);
-    }
-  }
-  return sink.Suspicious();
+  return BlendSquares4(grid.data(), static_cast<ptrdiff_t>(grid.axis(1).stride) * 4, taps, count, results);
 }
 // Cubic: rows of four entries along y first, four pixels' rows side by side.
 template <int kQuadOf>

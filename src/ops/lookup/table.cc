@@ -248,10 +248,11 @@ OpInfo TableInfo() {
       "TABLE is a list of numbers (0,0.25,1) or a text file with one entry per line, one column for all "
       "channels or one for each. Entry j of N lies at j/(N-1); samples are clamped to [0,1] to find their "
       "place, NaN reads entry 0 (count=1 prints how often), entries may have any value. channels=color (the "
-      "first three but alpha), all, or a list of names; the others keep their bits: channels=A is OpenGL's ALPHA table, channels=all "
-      "its INTENSITY table. filter=nearest is OpenGL's own rule. stage= names the place in the "
-      "pixel-transfer pipeline that the table stands for; on a command line the order of the commands is "
-      "what counts. 8-bit pixels are mapped code by code. LUT files: --lut. Source: spec/pixel-transfer.md.";
+      "first three but alpha), all, or a list of names; the others keep their bits: channels=A is OpenGL's "
+      "ALPHA table, channels=all its INTENSITY table. filter=nearest is OpenGL's own rule. stage= names the "
+      "place in the pixel-transfer pipeline that the table stands for; on a command line the order of the "
+      "commands is what counts. 8-bit pixels are mapped code by code. LUT files: --lut. Source: "
+      "spec/pixel-transfer.md.";
   info.bound = "2 u times the larger entry read (cubic 8 u); entries are exact";
   info.bound_u = 2;
   ParamInfo table;
