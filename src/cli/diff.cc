@@ -112,22 +112,10 @@ Command Threshold(const std::string& name, const std::string& summary, double ma
   return c;
 }
 
-}  // namespace
-
-void DiffImages(const Step&, Session& session) {
+// `pair` holds the channels of both.
+void Compare(const Entry& a, const Entry& b, const Node& pair, const DiffLimits& limits, Session& session) {
   const Options& options = session.options();
-  const Entry &a = session.Top(1), &b = session.Top(0);
   const ImageSpec &sa = a.node.spec(), &sb = b.node.spec();
-  if (sa.display_window != sb.display_window) {
-    throw Error("--diff", sprintf("found images of different sizes: %s is %d x %d, %s is %d x %d", a.name,
-                                  sa.display_window.width(), sa.display_window.height(), b.name,
-                                  sb.display_window.width(), sb.display_window.height()));
-  }
-  const Roi window = Union(sa.data_window, sb.data_window);
-  const Node pair = AppendChannels(Crop(a.node, window), Crop(b.node, window));
-  if (options.explain || options.dry_run) return;
-
-  const DiffLimits& limits = session.diff;
   DiffSink sink(sa.channel_count(), sb.channel_count(), limits);
   graph::RenderToSink(pair, PixelType::kFloat, sink, options.render);
 
@@ -141,6 +129,24 @@ void DiffImages(const Step&, Session& session) {
   std::cout << "Computing diff of \"" << a.name << "\" vs \"" << b.name << "\"\n";
   if (options.verbose || failed || warned) PrintReport(sink, limits, sa, sb);
   std::cout << (failed ? "FAILURE" : warned ? "WARNING" : "PASS") << std::endl;
+}
+
+}  // namespace
+
+void DiffImages(const Step&, Session& session) {
+  const Options& options = session.options();
+  const Entry &a = session.Top(1), &b = session.Top(0);
+  const ImageSpec &sa = a.node.spec(), &sb = b.node.spec();
+  if (sa.display_window != sb.display_window) {
+    throw Error("--diff", sprintf("found images of different sizes: %s is %d x %d, %s is %d x %d", a.name,
+                                  sa.display_window.width(), sa.display_window.height(), b.name,
+                                  sb.display_window.width(), sb.display_window.height()));
+  }
+  const Roi window = Union(sa.data_window, sb.data_window);
+  const Node pair = AppendChannels(Crop(a.node, window), Crop(b.node, window));
+  RequireSize(a), RequireSize(b);
+  if (options.explain || options.dry_run) return;
+  session.Later([a, b, pair, limits = session.diff, &session] { Compare(a, b, pair, limits, session); });
 }
 
 std::vector<Command> ReportCommands() {

@@ -65,7 +65,7 @@ void PrintOverview(std::ostream& out) {
   out << "\nExit codes\n"
          "  0  done\n"
          "  1  an error while working, a --diff that is a FAILURE, a --verify that is out of bounds\n"
-         "  2  a wrong command line; nothing was read or written\n"
+         "  2  a wrong command line, or a value that no image makes right; nothing was computed\n"
          "  128 + N  ended by signal N (130 for Ctrl-C)\n"
          "  No file is left behind by a run that failed.\n";
 }

@@ -16,9 +16,6 @@ namespace {
 using ops::ParamInfo;
 using ops::ParamType;
 
-constexpr int64_t kLongestSide = int64_t{1} << 24;
-constexpr int64_t kMostSamples = int64_t{1} << 40;
-
 const std::vector<std::string> kTypes = {"uint8", "uint16", "half", "float"};
 
 Command Row(const std::string& name, Effect effect, int inputs, const std::string& summary,
@@ -58,32 +55,39 @@ void ReadImage(const Step& step, Session& session) {
 
 // The spec of an image made from nothing.
 ImageSpec SpecOf(const Step& step) {
-  const std::string& geometry = step.arguments.Text("GEOM");
-  const Roi window = ParseGeometry(geometry, Roi{});
-  const int64_t channels = step.arguments.Integer("NCHANS");
-  // As 64-bit differences: a window may reach from one end of int to the other.
-  const int64_t width = int64_t{window.x1} - window.x0, height = int64_t{window.y1} - window.y0;
-  if (width < 1 || height < 1 || width > kLongestSide || height > kLongestSide ||
-      width * height > kMostSamples / channels) {
-    throw Error(step.written, "found a geometry of \"" + geometry + "\" with " + std::to_string(channels) +
-                                  " channels, expected sides from 1 to " + std::to_string(kLongestSide) +
-                                  " and at most 2^40 samples");
-  }
-  ImageSpec spec(static_cast<int>(width), static_cast<int>(height), static_cast<int>(channels));
+  const Roi window = ParseGeometry(step.arguments.Text("GEOM"), Roi{});
+  const int channels = step.arguments.Integer("NCHANS");
+  RequireSize(step, window, channels);
+  ImageSpec spec(window.width(), window.height(), channels);
   spec.data_window = spec.display_window = window;
   return spec;
 }
 
-void CreateImage(const Step& step, Session& session) { session.Push({Create(SpecOf(step)), "create", {}}); }
+// An image that a step makes from its words alone: what is wrong is the line.
+template <typename Make>
+void PushFromWords(const Step& step, Session& session, const std::string& name, const Make& make) {
+  try {
+    session.Push({make(), name, {}}, WordsOf(step));
+  } catch (const Error& e) {
+    throw UsageError(SubjectOf(step.command->info, e), e.reason());
+  }
+}
+
+void CreateImage(const Step& step, Session& session) {
+  PushFromWords(step, session, "create", [&] { return Create(SpecOf(step)); });
+}
 
 void CreateKernel(const Step& step, Session& session) {
-  session.Push(
-      {KernelImage(NamedKernel(step.arguments.Text("NAME"), step.arguments.Text("GEOM"))), "kernel", {}});
+  const ops::Arguments& a = step.arguments;
+  PushFromWords(step, session, "kernel",
+                [&] { return KernelImage(NamedKernel(a.Text("NAME"), a.Text("GEOM"))); });
 }
 
 void CreatePattern(const Step& step, Session& session) {
-  const ImageSpec spec = SpecOf(step);
-  session.Push({step.generator->make({}, step.generator_arguments, &spec), step.generator->name, {}});
+  PushFromWords(step, session, step.generator->name, [&] {
+    const ImageSpec spec = SpecOf(step);
+    return step.generator->make({}, step.generator_arguments, &spec);
+  });
 }
 
 std::vector<ParamInfo> Shape() {
@@ -128,7 +132,9 @@ std::vector<Command> ImageCommands() {
   rows.back().info.help =
       "Without a type, here or by -d, the image keeps the type it has where the format can hold it. All "
       "outputs of a line (of a frame) are written beside their names and put in place together when the line "
-      "has succeeded, so an output may be one of the inputs, and a run that fails leaves what was there.";
+      "has succeeded, so an output may be one of the inputs, and a run that fails leaves what was there. "
+      "Sides are up to 2^24 pixels and samples at most 2^40; an image that is cut down before it is written "
+      "may be larger.";
   rows.push_back(Row("d", Effect::kSetting, 0, "Pixel type of the outputs that follow.",
                      [](const Step& step, Session& session) {
                        session.output_type = PixelTypeNamed(step.arguments.Text("TYPE"));

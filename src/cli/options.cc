@@ -114,10 +114,12 @@ std::vector<Command> OptionCommands() {
                         [](const Arguments&, Options& o) { o.progress = true; }));
   rows.push_back(
       Option("no-progress", "Shows no progress.", [](const Arguments&, Options& o) { o.progress = false; }));
-  rows.push_back(Option("frames",
-                        "Runs the line once per frame; # or %04d in file names becomes the frame's number.",
-                        [](const Arguments& a, Options& o) { o.frames = a.Text("RANGE"); },
-                        {Text("RANGE", "frames such as 1-10, 1-100x2 or 3,7,10-20")}));
+  rows.push_back(
+      Option("frames",
+             "Runs the line once per frame; # or %04d in file names, {FRAME_NUMBER} in any word, becomes "
+             "the frame's number.",
+             [](const Arguments& a, Options& o) { o.frames = a.Text("RANGE"); },
+             {Text("RANGE", "frames such as 1-10, 1-100x2 or 3,7,10-20")}));
   rows.back().info.help =
       "RANGE is a comma-separated list of frames and of ranges FIRST-LAST, FIRST-LASTxSTEP or "
       "FIRST-LASTySTEP (those that x leaves out), at most a million frames. # stands for four digits, @ for "

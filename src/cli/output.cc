@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <new>
 
 #include "cli/messages.h"
 #include "cli/report.h"
@@ -53,23 +54,16 @@ void CheckAgainstReference(const Entry& entry, const std::string& file, PixelTyp
   }
 }
 
-}  // namespace
+[[noreturn]] void RefuseMemory(const Entry& entry, const std::string& file, const std::string& reason) {
+  const LargestImage& largest = entry.largest;
+  throw Error(file, "memory: " + reason + "; its largest image is " +
+                        (largest.words.empty() ? "an input" : "the result of " + largest.words) + ", " +
+                        std::to_string(largest.width) + " x " + std::to_string(largest.height) + " pixels");
+}
 
-void WriteOutput(const Step& step, Session& session) {
+// Writes beside the file's name, or tells what would be done.
+void Compute(const Entry& entry, const std::string& file, WriteOptions write, Session& session) {
   const Options& options = session.options();
-  const Entry& entry = session.Top();
-  const std::string& file = step.arguments.Text("FILE");
-
-  WriteOptions write;
-  write.render = options.render;
-  write.attributes = entry.attributes;
-  if (step.arguments.Given("type")) {
-    write.type = PixelTypeNamed(step.arguments.Text("type"));
-  } else if (session.output_type) {
-    write.type = session.output_type;
-  }
-  if (options.software_attribute) AddHistory(entry, session.history(), write.attributes);
-
   if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", file.c_str());
   if (options.explain) {
     std::cout << file << ":\n"
@@ -92,6 +86,33 @@ void WriteOutput(const Step& step, Session& session) {
   if (options.verify) CheckAgainstReference(entry, file, output.type(), options);
   session.AddOutput(std::move(output));
   if (options.runstats) PrintRunStats(file, stats);
+}
+
+}  // namespace
+
+void WriteOutput(const Step& step, Session& session) {
+  const Entry& entry = session.Top();
+  const std::string& file = step.arguments.Text("FILE");
+  RequireSize(entry);
+  WriteOptions write;
+  write.render = session.options().render;
+  write.attributes = entry.attributes;
+  if (step.arguments.Given("type")) {
+    write.type = PixelTypeNamed(step.arguments.Text("type"));
+  } else if (session.output_type) {
+    write.type = session.output_type;
+  }
+  if (session.options().software_attribute) AddHistory(entry, session.history(), write.attributes);
+  session.Later([entry, file, write, &session] {
+    try {
+      Compute(entry, file, write, session);
+    } catch (const Error& e) {
+      if (e.subject() != "memory") throw;
+      RefuseMemory(entry, file, e.reason());
+    } catch (const std::bad_alloc&) {
+      RefuseMemory(entry, file, "refused by the system");
+    }
+  });
 }
 
 }  // namespace tessera::cli

@@ -26,8 +26,8 @@ std::vector<int> FramesOf(const Step& step, const Session& session) {
   if (a.Given("window")) {
     const std::vector<double>& window = a.Numbers("window");
     if (window[0] > window[1]) {
-      throw Error("--motionblur:window",
-                  "found a first frame after the last, expected FIRST,LAST with FIRST <= LAST");
+      throw UsageError("--motionblur:window",
+                       "found a first frame after the last, expected FIRST,LAST with FIRST <= LAST");
     }
     const double centre = a.Number("step") * session.frame;
     for (double f = std::ceil(centre + window[0] - 1e-9); f <= centre + window[1] + 1e-9; ++f) {
@@ -58,14 +58,15 @@ void BlurMotion(const Step& step, Session& session) {
   const std::vector<std::string> files =
       SequenceFiles(name, FramesOf(step, session), session.options().frame_padding);
   if (files.empty() || files.size() > kMostFrames) {
-    throw Error(name, "found " + std::to_string(files.size()) + " frames, expected 1 to " +
-                          std::to_string(kMostFrames));
+    throw UsageError(name, "found " + std::to_string(files.size()) + " frames, expected 1 to " +
+                               std::to_string(kMostFrames));
   }
   std::vector<double> weights =
       a.Given("weights") ? a.Numbers("weights") : ShutterWeights(a.Text("shutter"), files.size());
   if (weights.size() != files.size()) {
-    throw Error("--motionblur:weights", "found " + std::to_string(weights.size()) + " weights, expected " +
-                                            std::to_string(files.size()) + ", one per frame");
+    throw UsageError("--motionblur:weights", "found " + std::to_string(weights.size()) +
+                                                 " weights, expected " + std::to_string(files.size()) +
+                                                 ", one per frame");
   }
   std::vector<Node> frames;
   for (const std::string& file : files) {

@@ -1,10 +1,112 @@
-// Runs a checked line: steps in order, then all outputs at once.
+// Runs a checked line: steps in order, then what they compute, then all outputs at once.
 #include "cli/session.h"
 
+#include <algorithm>
+#include <cstdlib>
 #include <iostream>
 #include <span>
 
+#include "tessera/ocio.h"
+#include "tessera/ops/generate.h"
+
 namespace tessera::cli {
+namespace {
+
+// Whatever an image is cut down to later is computed where it is needed only, and may come from one of any
+// size.
+constexpr int64_t kLongestSide = int64_t{1} << 24;
+constexpr int64_t kMostSamples = int64_t{1} << 40;
+
+bool Fits(int64_t width, int64_t height, int64_t channels) {
+  return width >= 1 && height >= 1 && width <= kLongestSide && height <= kLongestSide &&
+         width * height <= kMostSamples / channels;
+}
+
+std::string TooLarge(int64_t width, int64_t height, int64_t channels) {
+  return "found a result of " + std::to_string(width) + " x " + std::to_string(height) + " pixels with " +
+         std::to_string(channels) + (channels == 1 ? " channel" : " channels") +
+         ", expected sides from 1 to " + std::to_string(kLongestSide) + " and at most 2^40 samples";
+}
+
+// A window may reach from one end of int to the other.
+int64_t WidthOf(const Roi& r) { return int64_t{r.x1} - r.x0; }
+int64_t HeightOf(const Roi& r) { return int64_t{r.y1} - r.y0; }
+
+// The first where they are equal.
+const LargestImage& Larger(const LargestImage& a, const LargestImage& b) {
+  const auto pixels = [](const LargestImage& l) {
+    return static_cast<double>(l.width) * static_cast<double>(l.height);
+  };
+  return pixels(b) > pixels(a) ? b : a;
+}
+
+// An image of a size and with channels that no file of a line has.
+Node SomeImage() {
+  ImageSpec spec(1021, 509, 6);
+  spec.data_window = spec.display_window = {13, 7, 1034, 516};
+  spec.channels = {"R", "G", "B", "A", "Z", "of some image"};
+  spec.alpha = 3;
+  return Constant(spec);
+}
+
+// Whether an operation refuses its arguments whatever its images are: then the line is wrong. The subject of
+// an error about a file is the file.
+bool ArgumentsAreWrong(const ops::OpInfo& op, const ops::Arguments& arguments, const Error& error) {
+  const auto names_the_file = [&](const ops::ParamInfo& p) {
+    return p.type == ops::ParamType::kText && arguments.Text(p.name) == error.subject();
+  };
+  if (std::any_of(op.arguments.begin(), op.arguments.end(), names_the_file) ||
+      std::any_of(op.modifiers.begin(), op.modifiers.end(), names_the_file)) {
+    return false;
+  }
+  try {
+    op.make(std::vector<Node>(static_cast<size_t>(op.Operands(arguments)), SomeImage()), arguments, nullptr);
+  } catch (const Error& other) {
+    return std::string(other.what()) == error.what();
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string WordsOf(const Step& step) {
+  std::string words = step.written;
+  for (const ops::ParamInfo& param : step.command->info.arguments) {
+    const auto it = step.arguments.values.find(param.name);
+    if (it != step.arguments.values.end() && it->second.given) words += " " + it->second.text;
+  }
+  return words;
+}
+
+std::string SubjectOf(const ops::OpInfo& op, const Error& error) {
+  return "--" + (error.subject().starts_with(op.name) ? "" : op.name + " ") + error.subject();
+}
+
+void RequireSize(const Entry& entry) {
+  const ImageSpec& spec = entry.node.spec();
+  const int64_t width = WidthOf(spec.data_window), height = HeightOf(spec.data_window);
+  // A file that large has been written before.
+  if (entry.largest.words.empty() || spec.data_window.empty() || Fits(width, height, spec.channel_count()))
+    return;
+  throw Error(entry.largest.words, TooLarge(width, height, spec.channel_count()));
+}
+
+void RequireSize(const Step& step, const Roi& window, int channels) {
+  if (!Fits(WidthOf(window), HeightOf(window), channels))
+    throw UsageError(WordsOf(step), TooLarge(WidthOf(window), HeightOf(window), channels));
+}
+
+Session::Session(const Options& options, std::string history)
+    : options_(options), history_(std::move(history)) {
+  const char* const variable = std::getenv("OCIO");
+  color_config = variable != nullptr && *variable != 0 ? variable : kBuiltInConfig;
+}
+
+void Session::Push(Entry entry, const std::string& words) {
+  const Roi& window = entry.node.spec().data_window;
+  entry.largest = Larger(entry.largest, {words, WidthOf(window), HeightOf(window)});
+  stack_.push_back(std::move(entry));
+}
 
 Entry Session::Pop() {
   Entry entry = std::move(stack_.back());
@@ -14,6 +116,7 @@ Entry Session::Pop() {
 
 int Session::Run(const std::vector<Step>& steps) {
   for (const Step& step : steps) step.command->run(step, *this);
+  for (; !work_.empty(); work_.pop_front()) work_.front()();
   for (PendingOutput& output : outputs_) output.Commit();
   return exit_code;
 }
@@ -33,14 +136,15 @@ void ApplyOperation(const Step& step, Session& session) {
   try {
     result.node = op.make(inputs, arguments, nullptr);
   } catch (const Error& e) {
-    // The operation knows its own name; the line knows it with its dashes.
-    throw Error("--" + (e.subject().starts_with(op.name) ? e.subject() : op.name + " " + e.subject()),
-                e.reason());
+    arguments.notes = nullptr;
+    if (ArgumentsAreWrong(op, arguments, e)) throw UsageError(SubjectOf(op, e), e.reason());
+    throw Error(SubjectOf(op, e), e.reason());
   }
   for (const std::string& note : notes) std::cout << step.written << ": " << note << std::endl;
   result.name = step.written;
   if (!operands.empty()) result.attributes = std::move(operands.front().attributes);
-  session.Push(std::move(result));
+  for (const Entry& e : operands) result.largest = Larger(result.largest, e.largest);
+  session.Push(std::move(result), WordsOf(step));
 }
 
 }  // namespace tessera::cli

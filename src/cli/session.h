@@ -3,6 +3,7 @@
 #ifndef TESSERA_CLI_SESSION_H_
 #define TESSERA_CLI_SESSION_H_
 
+#include <functional>
 #include <limits>
 #include <list>
 #include <optional>
@@ -14,12 +15,24 @@
 
 namespace tessera::cli {
 
+// The largest of the images that one is made from.
+struct LargestImage {
+  std::string words;  // the command that made it, with its arguments; empty for a file
+  int64_t width = 0, height = 0;
+};
+
 // An image on the stack.
 struct Entry {
   Node node;
   std::string name;                   // the file or the command it came from, for reports
   std::vector<Attribute> attributes;  // set by --attrib; they travel with the lowest operand
+  LargestImage largest = {};
 };
+
+// A step as written, with its arguments.
+std::string WordsOf(const Step& step);
+// What an error is about: an operation knows its own name, the line knows it with its dashes.
+std::string SubjectOf(const ops::OpInfo& op, const Error& error);
 
 // The thresholds of --diff, as oiiotool has them.
 struct DiffLimits {
@@ -30,24 +43,30 @@ struct DiffLimits {
 class Session {
  public:
   // `options` must outlive the session; `history` is the line as written to the outputs' metadata.
-  Session(const Options& options, std::string history) : options_(options), history_(std::move(history)) {}
+  Session(const Options& options, std::string history);
 
-  // Runs the steps of a checked line in order and puts the outputs in their places. Returns the exit code.
+  // Runs the steps of a checked line in order, then what they left for later, and puts the outputs in their
+  // places. Returns the exit code.
   int Run(const std::vector<Step>& steps);
 
   const Options& options() const { return options_; }
   const std::string& history() const { return history_; }
 
-  void Push(Entry entry) { stack_.push_back(std::move(entry)); }
+  // `words`: what made it, for messages about its size; empty for a file.
+  void Push(Entry entry, const std::string& words = "");
   Entry Pop();
   // The entry `depth` below the top.
   Entry& Top(int depth = 0) { return stack_[stack_.size() - 1 - static_cast<size_t>(depth)]; }
+
+  // What computes pixels waits until all steps have made their images, so that whatever is wrong with one of
+  // them is said before hours of work.
+  void Later(std::function<void()> work) { work_.push_back(std::move(work)); }
 
   // A file that appears when the run succeeds.
   void AddOutput(PendingOutput output) { outputs_.push_back(std::move(output)); }
 
   std::optional<PixelType> output_type;  // -d
-  std::string color_config;              // --colorconfig
+  std::string color_config;              // --colorconfig, else OCIO's variable, else the built-in one
   DiffLimits diff;
   int exit_code = 0;  // set by --diff
   int frame = 0;      // that the line is run for
@@ -56,15 +75,21 @@ class Session {
   const Options& options_;
   std::string history_;
   std::vector<Entry> stack_;
+  std::list<std::function<void()>> work_;
   std::list<PendingOutput> outputs_;
 };
+
+// Throws Error where an image is larger than what is computed whole: the words that asked for it, its size.
+void RequireSize(const Entry& entry);
+// The same for the words of a step alone; throws UsageError.
+void RequireSize(const Step& step, const Roi& window, int channels);
 
 // The type of that name, which must be one of the four.
 PixelType PixelTypeNamed(const std::string& name);
 
 // The action of every command that is an operation of the registry.
 void ApplyOperation(const Step& step, Session& session);
-// -o: writes the top of the stack beside its name, with --explain and --verify.
+// -o: has the top of the stack written beside its name, with --explain and --verify.
 void WriteOutput(const Step& step, Session& session);
 // --diff, --printstats.
 void DiffImages(const Step& step, Session& session);

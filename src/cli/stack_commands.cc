@@ -42,8 +42,8 @@ Attribute MakeAttribute(const std::string& name, const std::string& text, const 
   } else if (type.empty() || type == "string") {
     attribute.strings = {text};
   } else {
-    throw Error("--attrib " + name,
-                "found \"" + text + "\", expected " + (type == "int" ? "an int" : "a float"));
+    throw UsageError("--attrib " + name,
+                     "found \"" + text + "\", expected " + (type == "int" ? "an int" : "a float"));
   }
   return attribute;
 }

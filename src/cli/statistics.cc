@@ -105,15 +105,10 @@ void PrintCounts(const char* label, const StatisticsSink& sink, Get get) {
   std::cout << " \n";
 }
 
-}  // namespace
-
-void PrintStatistics(const Step&, Session& session) {
-  const Options& options = session.options();
-  const Entry& entry = session.Top();
-  if (options.explain || options.dry_run) return;
+void Print(const Entry& entry, const RenderOptions& render) {
   const ImageSpec& spec = entry.node.spec();
   StatisticsSink sink(spec.channel_count());
-  graph::RenderToSink(entry.node, PixelType::kFloat, sink, options.render);
+  graph::RenderToSink(entry.node, PixelType::kFloat, sink, render);
 
   const auto& stats = sink.channels;
   // An empty or wholly non-finite channel has no extremes.
@@ -132,6 +127,15 @@ void PrintStatistics(const Step&, Session& session) {
     PrintRow("Constant Color", sink, spec.type, true, [&](size_t c) { return sink.first[c]; });
   }
   std::cout << "    Monochrome: " << (sink.monochrome ? "Yes" : "No") << std::endl;
+}
+
+}  // namespace
+
+void PrintStatistics(const Step&, Session& session) {
+  const Options& options = session.options();
+  RequireSize(session.Top());
+  if (options.explain || options.dry_run) return;
+  session.Later([entry = session.Top(), &options] { Print(entry, options.render); });
 }
 
 }  // namespace tessera::cli

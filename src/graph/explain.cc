@@ -75,6 +75,7 @@ void DescribeRun(const Plan& plan, const PointRun& run, bool last, std::string& 
 }  // namespace
 
 std::string Explain(const Node& node, PixelType type, const RenderOptions& options) {
+  static_cast<void>(node.spec());  // throws for an empty node
   std::vector<std::string> passes;
   int operations = 0;
   for (const Node& n : TopologicalOrder(node)) operations += n.data()->op->Kind() != OpKind::kSource;

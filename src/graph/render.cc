@@ -161,6 +161,8 @@ void RenderInto(const Node& node, const ImageView& out, const RenderOptions& opt
   const ImageSpec& spec = node.spec();
   if (!spec.data_window.Contains(out.roi))
     throw Error("render", "the region reaches outside the image's data window");
+  if (out.data == nullptr && !out.roi.empty())
+    throw Error("render", "found an output without pixels, expected an address");
   if (out.channels != spec.channel_count()) {
     throw Error("render", "the output has " + std::to_string(out.channels) + " channels, expected " +
                               std::to_string(spec.channel_count()));

@@ -23,6 +23,13 @@ constexpr const char* kStale[] = {"oiio:SHA-1",        "oiio:ConstantColor", "oi
                                   "openexr:lineOrder", "textureformat",      "thumbnail_image",
                                   "thumbnail_width",   "thumbnail_height",   "thumbnail_nchannels"};
 
+// The longest sides of formats whose writers do not say them: OpenImageIO writes a GIF of the rest modulo
+// 2^16, libjpeg ends the program, the others call it invalid data.
+constexpr struct {
+  const char* format;
+  int side;
+} kLongestSides[] = {{"gif", 65535}, {"jpeg", 65500}, {"webp", 16383}, {"png", 1000000}};
+
 int TileHint(const ImageSpec& spec, const std::vector<Attribute>& attributes, const std::string& name) {
   int value = 0;
   const auto take = [&](const std::vector<Attribute>& list) {
@@ -104,6 +111,13 @@ void FileSink::ChooseWindow(const ImageSpec& spec) {
   file_spec_.height = window_.height();
   file_spec_.full_x += file_spec_.x - place.x0;
   file_spec_.full_y += file_spec_.y - place.y0;
+  for (const auto& [format, side] : kLongestSides) {
+    if (std::string(output_->format_name()) != format || std::max(window_.width(), window_.height()) <= side)
+      continue;
+    throw Error(shown_, "found " + std::to_string(window_.width()) + " x " +
+                            std::to_string(window_.height()) + " pixels, expected sides up to " +
+                            std::to_string(side) + " for " + format);
+  }
 }
 
 void FileSink::ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& attributes) {

@@ -8,6 +8,7 @@
 
 #include "graph/op.h"
 #include "ocio/color_difference.h"
+#include "ocio/config.h"
 #include "tessera/error.h"
 #include "tessera/ocio.h"
 #include "tessera/ops/color.h"
@@ -178,7 +179,9 @@ Node Bake(const Node& image, const std::function<Node(const Node&)>& transform, 
   }
   if (params.tiles < 1)
     throw Error("bake", "found " + std::to_string(params.tiles) + " tiles, expected at least 1");
-  graph::RequireColor("bake", image.spec());
+  if (image.spec().channel_count() < 3) {
+    return ocio::OnColor(image, [&](const Node& colors) { return Bake(colors, transform, params, report); });
+  }
   if (!std::isfinite(params.low) || !std::isfinite(params.high))
     throw Error("bake", "expected a finite domain");
 

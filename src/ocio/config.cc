@@ -141,6 +141,11 @@ lib::TransformDirection Direction(bool inverse) {
 // `transform` of the config on the image, between division and multiplication by alpha where asked.
 Node Apply(const Node& image, const Config& config, const lib::ConstTransformRcPtr& transform, bool inverse,
            bool unpremult, const std::string& subject, const TableFilter* filter = nullptr) {
+  if (image.spec().channel_count() < 3) {
+    return OnColor(image, [&](const Node& colors) {
+      return Apply(colors, config, transform, inverse, unpremult, subject, filter);
+    });
+  }
   const lib::ConstProcessorRcPtr processor = Guarded(
       subject, [&] { return config.config->getProcessor(config.context, transform, Direction(inverse)); });
   if (!unpremult) return Translate(image, processor, subject, filter);

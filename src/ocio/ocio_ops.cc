@@ -109,15 +109,16 @@ OpInfo Row(const std::string& name, const std::string& summary, const std::strin
   info.name = name;
   info.family = "ocio";
   info.summary = summary;
-  info.help = help +
-              " What OpenColorIO's optimised processor holds of matrices, ranges, CDLs, exponents, "
-              "logarithms, 1-D and 3-D LUTs runs as this program's own operations and folds with its "
-              "neighbours; the rest (inverse, half-domain and hue-preserving LUTs, fixed functions, grading) "
-              "runs in OpenColorIO's CPU processor within the same pass. Alpha takes part only where a "
-              "transform has it. bake=N samples the whole transform into a shaper curve and an N x N x N "
-              "table read with tetrahedra and prints the domain (the range of the image's colours) and the "
-              "largest and RMS error and largest CIEDE2000 against the transform itself on 64 tiles of the "
-              "image.";
+  info.help =
+      help +
+      "What OpenColorIO's optimised processor holds of matrices, ranges, CDLs, exponents, logarithms, 1-D "
+      "and 3-D LUTs runs as this program's own operations and folds with its neighbours; the rest (inverse, "
+      "half-domain and hue-preserving LUTs, fixed functions, grading) runs in OpenColorIO's CPU processor "
+      "within the same pass. Alpha takes part only where a transform has it. A single channel, alone or "
+      "beside alpha, is a grey, of which the result's red is kept; two without alpha are red and green, "
+      "blue is 0, as in oiiotool. bake=N samples the whole transform into a shaper curve and an N x N x N "
+      "table read with tetrahedra and prints the domain (the range of the image's colours) and the largest "
+      "and RMS error and largest CIEDE2000 against the transform itself on 64 tiles of the image.";
   info.bound =
       "1e-5 of OpenColorIO's own result without optimisation losses; each operation as its own page says";
   return info;

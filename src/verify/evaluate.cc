@@ -5,11 +5,13 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <unordered_map>
 #include <utility>
 
 #include "graph/border.h"
 #include "graph/op.h"
 #include "graph/source.h"
+#include "graph/topology.h"
 #include "tessera/error.h"
 #include "verify/pixels.h"
 
@@ -144,6 +146,26 @@ const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
   return statistics_.emplace(node.data(), std::move(values)).first->second;
 }
 
+double ReferenceEngine::Work(const Node& node, const Roi& roi) {
+  const std::vector<Node> order = graph::TopologicalOrder(node);
+  std::unordered_map<const NodeData*, Roi> wanted{{node.data(), roi}};
+  double pixels = 0;
+  for (auto it = order.rbegin(); it != order.rend(); ++it) {
+    const NodeData& d = *it->data();
+    const Roi own = wanted[&d];
+    pixels += static_cast<double>(own.width()) * own.height();
+    const reference::Entry* const entry = reference::Find(d.op->Name());
+    for (size_t k = 0; k < d.inputs.size(); ++k) {
+      const ImageSpec& in = d.inputs[k].spec();
+      const Roi from =
+          entry == nullptr ? own : entry->InputRoi(d.op->Parameters(), static_cast<int>(k), in, own);
+      Roi& all = wanted[d.inputs[k].data()];
+      all = Union(all, Intersection(from, in.data_window));
+    }
+  }
+  return pixels;
+}
+
 Evaluated ReferenceEngine::Evaluate(const Node& node, const Roi& roi) {
   // Nested calls (statistics) must not clear what their caller has gathered.
   std::map<Key, Evaluated> outer = std::exchange(shared_, {});
@@ -188,13 +210,14 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   std::vector<Evaluated> in;
   std::vector<ImageSpec> specs;
   for (size_t k = 0; k < d.inputs.size(); ++k) {
+    const ImageSpec& spec = d.inputs[k].spec();
     Roi wanted = roi;
     if (entry != nullptr && entry->input_roi != nullptr) {
-      wanted = Intersection(entry->input_roi(d.op->Parameters(), static_cast<int>(k), roi),
-                            d.inputs[k].spec().data_window);
+      wanted =
+          Intersection(entry->InputRoi(d.op->Parameters(), static_cast<int>(k), spec, roi), spec.data_window);
     }
     in.push_back(Shared(d.inputs[k], wanted));
-    specs.push_back(d.inputs[k].spec());
+    specs.push_back(spec);
   }
   if (d.op->Kind() == OpKind::kShuffle) return Shuffle(d, in, roi);
 

@@ -27,6 +27,9 @@ class ReferenceEngine {
   // Evaluates a region inside the node's data window. Throws Error for an operation without a reference.
   Evaluated Evaluate(const Node& node, const Roi& roi);
 
+  // How many pixels of all images on the way an evaluation of the region takes.
+  static double Work(const Node& node, const Roi& roi);
+
   // What is to be known about the references that were used.
   const std::set<std::string>& remarks() const { return remarks_; }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ops/registry.h"
+#include "tessera/error.h"
 #include "verify/evaluate.h"
 #include "verify/pixels.h"
 
@@ -114,6 +115,42 @@ std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
   return tiles;
 }
 
+// What one tile may take of all images on its way, as the default size does under windows of a thousand
+// pixels a side, and how much is never evaluated: double pixels of that many fill some gigabytes.
+constexpr double kTileWork = 1 << 20;
+constexpr double kMostWork = 1 << 26;
+
+// Smaller tiles and fewer of them where a pixel of the result comes from very many.
+VerifyOptions Affordable(const Node& node, VerifyOptions options) {
+  const Roi& window = node.spec().data_window;
+  const auto work = [&](int size) {
+    const int w = std::min(size, window.width()), h = std::min(size, window.height());
+    const int x = window.x0 + (window.width() - w) / 2, y = window.y0 + (window.height() - h) / 2;
+    return ReferenceEngine::Work(node, {x, y, x + w, y + h});
+  };
+  int& size = options.tile_size;
+  size = std::min(size, std::max(window.width(), window.height()));
+  double now = work(size);
+  // Large tiles have the most pixels for their work, but there should be some of them.
+  const double most = kTileWork * std::max(1, options.samples / 4);
+  while (now > most && size > 1) {
+    const double smaller = work(size / 2);
+    if (smaller > 0.75 * now) break;  // what they come from hardly depends on their own size
+    now = smaller, size /= 2;
+  }
+  if (now > kMostWork) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "found a result whose %d x %d pixels come from %.3g others, expected at most 2^26 for the "
+                  "reference",
+                  std::min(size, window.width()), std::min(size, window.height()), now);
+    throw Error("verify", text);
+  }
+  options.samples =
+      static_cast<int>(std::clamp(options.samples * kTileWork / now, 1.0, double(options.samples)));
+  return options;
+}
+
 class Comparison {
  public:
   explicit Comparison(VerifyReport& report) : r_(report) {}
@@ -201,9 +238,10 @@ std::string VerifyReport::Summary() const {
   return s;
 }
 
-VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& options) {
+VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& asked) {
   VerifyReport report;
   const ImageSpec& spec = node.spec();
+  const VerifyOptions options = spec.data_window.empty() ? asked : verify::Affordable(node, asked);
   verify::Comparison comparison(report);
   verify::ReferenceEngine engine(&verify::BoundOf);
   const bool integer = type == PixelType::kUint8 || type == PixelType::kUint16;
@@ -236,6 +274,12 @@ VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& optio
   }
   comparison.Finish();
   report.remarks.assign(engine.remarks().begin(), engine.remarks().end());
+  if (options.samples < asked.samples ||
+      options.tile_size < std::min(asked.tile_size, std::max(spec.width(), spec.height()))) {
+    const std::string side = std::to_string(options.tile_size);
+    report.remarks.push_back("sampled in " + std::to_string(options.samples) + " tiles of " + side + "x" +
+                             side + " pixels, which come from very many others");
+  }
   return report;
 }
 

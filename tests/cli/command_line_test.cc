@@ -142,12 +142,6 @@ TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {
            {"a.png small.png --add -o kept.png", 1, {"add", "32", "16"}},
            {"a.png small.png --diff", 1, {"32 x 24", "16 x 24"}},
            {"a.png --ch R,Q -o kept.png", 1, {"ch", "Q", "R", "G", "B"}},
-           {"a.png --crop 10by10 -o kept.png", 1, {"crop", "10by10"}},
-           {"a.png --attrib:type=int N x -o kept.png", 1, {"--attrib", "x", "int"}},
-           {"--create 0x5 3 -o kept.png", 1, {"0x5"}},
-           {"--pattern perlin:period=2.5 8x8 1 -o kept.png", 1, {"period", "2.5", "whole number"}},
-           {"--create 2147483647x2147483647 3 -o kept.png", 1, {"2147483647x2147483647"}},
-           {"--pattern ramp axb 3 -o kept.png", 1, {"axb"}},
            {"a.png -o gone/out.png", 1, {"gone/out.png", "directory"}},
            {"a.png -o folder.png", 1, {"folder.png", "directory"}},
            {"a.png -o out.nosuch", 1, {"out.nosuch", "extension"}},
@@ -160,6 +154,63 @@ TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {
        }) {
     Check(bad);
   }
+}
+
+TEST_F(CommandLineTest, ValuesThatNoImageMakesRightAreAWrongLine) {
+  for (const BadLine& bad : std::vector<BadLine>{
+           {"a.png --crop 10by10 -o kept.png", 2, {"crop", "10by10"}},
+           {"a.png --attrib:type=int N x -o kept.png", 2, {"--attrib", "x", "int"}},
+           {"--create 0x5 3 -o kept.png", 2, {"--create", "0x5"}},
+           {"--create 64 3 -o kept.png", 2, {"--create", "64", "WxH"}},
+           {"--pattern perlin:period=2.5 8x8 1 -o kept.png", 2, {"period", "2.5", "whole number"}},
+           {"--create 2147483647x2147483647 3 -o kept.png", 2, {"2147483647x2147483647", "16777216"}},
+           {"--pattern ramp axb 3 -o kept.png", 2, {"axb"}},
+           {"--kernel foo 3x3 -o kept.exr", 2, {"error: --kernel: ", "foo"}},
+           {"a.png --blur 0x0 -o kept.png", 2, {"--blur", "0x0"}},
+           {"a.png --resize 3by4 -o kept.png", 2, {"--resize", "3by4"}},
+           {"a.png --zoom 0,1 -o kept.png", 2, {"--zoom", "0"}},
+           {"a.png --convolve:kernel=fox -o kept.png", 2, {"--convolve", "box"}},
+           {"a.png --warp 1,1,1,1,1,1,1,1,1 -o kept.png", 2, {"--warp", "inverse"}},
+           {"a.png a.png --lookup:wrap=round -o kept.png", 2, {"--lookup:wrap", "round"}},
+           {"--volume:solid=ball:mode=solid -o kept.png", 2, {"--volume", "sphere"}},
+           // What another file could make right is no wrong line.
+           {"a.png --table gone.txt -o kept.png", 1, {"gone.txt"}},
+           {"a.png --lut gone.cube -o kept.png", 1, {"gone.cube"}},
+           {"--volume:file=gone.vol -o kept.png", 1, {"gone.vol"}},
+           {"a.png --colorconvert linear Q -o kept.png", 1, {"built-in", "Q"}},
+           {"a.png --table:channels=R,Q 0,1 -o kept.png", 1, {"Q", "R,G,B"}},
+           {"a.png --ch R --ccmatrix 1,0,0,0,1,0,0,0,1 -o kept.png", 1, {"ccmatrix", "three"}},
+       }) {
+    Check(bad);
+  }
+}
+
+TEST_F(CommandLineTest, AllImagesAreMadeBeforeAnythingIsComputed) {
+  for (const char* const wrong : {"--blur 0x0", "--ch Q", "--zoom 1e6,1e6"}) {
+    const CommandResult result =
+        Tessera("a.png --printstats --runstats -o first.png " + std::string(wrong) + " -o second.png");
+    EXPECT_NE(result.exit_code, 0);
+    EXPECT_EQ(result.out, "") << "computed before " << wrong << " was looked at";
+  }
+}
+
+TEST_F(CommandLineTest, SizesThatNobodyCanWriteAreNamed) {
+  for (const BadLine& bad : std::vector<BadLine>{
+           {"a.png --zoom 1e6,1e6 --invert -o kept.exr",
+            1,
+            {"--zoom 1e6,1e6", "32000000 x 24000000", "2^40"}},
+           {"a.png --zoom 1e6,1e6 --printstats", 1, {"--zoom 1e6,1e6", "32000000 x 24000000"}},
+           {"a.png --zoom 1e5,1e5 a.png --diff", 1, {"--diff", "3200000 x 2400000"}},
+           {"--pattern ramp 70000x3 3 -d uint8 -o kept.gif", 1, {"kept.gif", "70000 x 3", "65535"}},
+           {"--pattern ramp 3x70000 3 -d uint8 -o kept.jpg", 1, {"kept.jpg", "3 x 70000", "65500"}},
+           {"--pattern ramp 20000x3 3 -d uint8 -o kept.webp", 1, {"kept.webp", "20000 x 3", "16383"}},
+           {"a.png --resize 2000000x1 -o kept.png", 1, {"kept.png", "2000000 x 1", "1000000"}},
+       }) {
+    Check(bad);
+  }
+  // What is cut down is computed where it is needed only.
+  Works("a.png --zoom 1e6,1e6 --crop 8x8+16000000+12000000 -d float -o part.exr");
+  EXPECT_EQ(Sample("part.exr", 16000000, 12000000, 0), Sample("a.png", 16, 12, 0));
 }
 
 TEST_F(CommandLineTest, DashesAreEqualAndModifiersMayBeQuoted) {

@@ -28,6 +28,11 @@ TEST_F(HelpTest, EveryCommandHasAPage) {
   EXPECT_GT(commands, 40);
 }
 
+TEST_F(HelpTest, FrameNumbersOutsideFileNamesAreTold) {
+  EXPECT_NE(Works("--help").find("{FRAME_NUMBER}"), std::string::npos);
+  EXPECT_NE(Works("--help frames").find("{FRAME_NUMBER/24}"), std::string::npos);
+}
+
 TEST_F(HelpTest, PagesAndListsHoldWhatTheRegistrySays) {
   const std::string tsv = Works("--list-commands"), json = Works("--list-commands:format=json"),
                     page = Works("--list-commands:format=markdown"), overview = Works("--help");

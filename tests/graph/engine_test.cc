@@ -223,6 +223,8 @@ TEST(Engine, EmptyImagesAndSingleRegions) {
   for (int c = 0; c < 3; ++c) EXPECT_EQ(one.at<float>(7, 9, c), whole.at<float>(7, 9, c));
   spec.data_window = {30, 30, 41, 40};
   EXPECT_THROW(RenderInto(node, Image(spec).view()), Error);
+  EXPECT_THROW(RenderInto(node, ImageView(nullptr, {7, 9, 8, 10}, 3, PixelType::kFloat)), Error);
+  EXPECT_THROW(Explain(Node()), Error);
 }
 
 TEST(Engine, ProgressGrowsAndCancels) {

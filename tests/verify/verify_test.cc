@@ -7,6 +7,10 @@
 
 #include "reference/reference.h"
 #include "support/test_ops.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/generate.h"
+#include "tessera/ops/geometry.h"
+#include "verify/evaluate.h"
 #include "verify/pixels.h"
 
 namespace tessera {
@@ -114,6 +118,44 @@ TEST_F(VerifyTest, HalfIsReadExactly) {
   EXPECT_EQ(verify::HalfToDouble(0x7BFF), 65504.0);
   EXPECT_TRUE(std::isinf(verify::HalfToDouble(0x7C00)));
   EXPECT_TRUE(std::isnan(verify::HalfToDouble(0x7E00)));
+}
+
+TEST_F(VerifyTest, PixelsThatComeFromVeryManyAreSampled) {
+  const Node large = Ramp(ImageSpec(4000, 3000, 1));
+  const VerifyReport report = Verify(Resize(large, {40, 30}));
+  EXPECT_TRUE(report.within_bound) << report.Summary();
+  EXPECT_LT(report.samples, 40 * 30);
+  EXPECT_NE(report.Summary().find("sampled in "), std::string::npos) << report.Summary();
+  // One pixel of gigabytes.
+  EXPECT_THROW(Verify(Resize(Ramp(ImageSpec(100000, 100000, 1)), {1, 1})), Error);
+  // A window as wide as the image does not get cheaper with smaller tiles.
+  const VerifyReport small = Verify(Resize(Ramp(ImageSpec(400, 300, 1)), {40, 30}));
+  EXPECT_EQ(small.samples, 40 * 30);
+  EXPECT_TRUE(small.remarks.empty());
+}
+
+// The reference of a region takes what it needs of the input and nothing less.
+TEST_F(VerifyTest, PiecesOfAReductionAreThoseOfTheWhole) {
+  const Node in = Crop(FromImage(in_), {-9, 11, 170, 140});
+  ResizeParams disk{61, 33};
+  disk.filter = "disk", disk.x = 3, disk.y = -2;
+  for (const Node& node : {Resize(in, {17, 23}), Resize(in, {333, 11}), Resize(in, disk),
+                           Zoom(in, {0.3, -1.7}), Zoom(in, {-2.5, 0.6})}) {
+    verify::ReferenceEngine engine([](const std::string&) { return 1.0; });
+    const Roi window = node.spec().data_window;
+    const verify::Evaluated whole = engine.Evaluate(node, window);
+    for (int y0 = window.y0; y0 < window.y1; y0 += 7) {
+      for (int x0 = window.x0; x0 < window.x1; x0 += 13) {
+        const Roi piece = Intersection({x0, y0, x0 + 13, y0 + 7}, window);
+        const verify::Evaluated part = engine.Evaluate(node, piece);
+        for (int y = piece.y0; y < piece.y1; ++y) {
+          for (int x = piece.x0; x < piece.x1; ++x) {
+            ASSERT_EQ(part.value.at(x, y, 2), whole.value.at(x, y, 2)) << x << "," << y;
+          }
+        }
+      }
+    }
+  }
 }
 
 TEST_F(VerifyTest, AnOperationWithoutReferenceIsRefused) {
