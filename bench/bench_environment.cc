@@ -238,7 +238,8 @@ void RegisterTables(const Options& options) {
                  if (way.rfind("3-D", 0) == 0) {
                    const FunctionTable table = PhongTable(std::stoi(way.substr(10)), p.light, exponent);
                    const Node vectors = TransformNormals(
-                       FromImage(normals), {.reflect = Vector3{0, 0, 1}, .normalize = false, .pack = true});
+                       FromImage(normals),
+                       {.matrix = {}, .reflect = Vector3{0, 0, 1}, .normalize = false, .pack = true});
                    c.ways.push_back({way, SelectChannels(Lookup(vectors, table.table),
                                                          {{0, 0, "R"}, {0, 0, "G"}, {0, 0, "B"}})});
                    continue;

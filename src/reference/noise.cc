@@ -237,13 +237,14 @@ void EvaluateGrid(const Call& call) {
 void EvaluateAt(const Call& call) {
   const auto& p = std::any_cast<const NoiseParams&>(call.parameters);
   const ImageD& in = call.in[0];
+  const bool two_parts = in.channels == 2 * p.dims;
   ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
     Query q;
     bool finite = true;
     for (int a = 0; a < p.dims; ++a) {
       Wide position = in.at(x, y, a);
       finite = finite && std::fabs(in.at(x, y, a)) < 0x1p100;
-      if (in.channels >= 2 * p.dims) {
+      if (two_parts) {
         position += in.at(x, y, p.dims + a);
         finite = finite && std::fabs(in.at(x, y, p.dims + a)) < 0x1p100;
       }

@@ -12,11 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "support/pictures.h"
 #include "support/refusal.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
+#include "tessera/verify.h"
 
 namespace tessera {
 namespace {
@@ -280,6 +282,23 @@ TEST(DepthOfFieldTest, SharpStaysSharpAndEnergyIsKept) {
   EXPECT_THAT(Refusal([&] { DepthOfField(c, d, {0}); }), HasSubstr("above 0"));
   EXPECT_THAT(Refusal([&] { DepthOfField(c, d, {1, 1, 129}); }), HasSubstr("0 to 128"));
   EXPECT_THAT(Refusal([&] { DepthOfField(c, d, {1, 1, 1, 2}); }), HasSubstr("depth channel 2"));
+}
+
+TEST(DepthOfFieldTest, ThousandsOfNeighboursStayWithinTheBound) {
+  const Roi window{0, 0, 96, 96};
+  const Node color = FromImage(testing::Picture(window, 2, PixelType::kFloat, 5));
+  const Image depth(ImageSpec(96, 96, 1));
+  std::mt19937 random(7);
+  for (int y = 0; y < 96; ++y) {
+    for (int x = 0; x < 96; ++x) {
+      depth.at<float>(x, y) = std::ldexp(static_cast<float>(random() % 4096 + 1), -12);
+    }
+  }
+  const Node blurred = DepthOfField(color, FromImage(depth), {0.5, 300, 40});
+  OnEveryTarget([&] {
+    const VerifyReport report = Verify(blurred, PixelType::kFloat, {.samples = 1, .tile_size = 16});
+    EXPECT_TRUE(report.within_bound) << report.Summary();
+  });
 }
 
 }  // namespace

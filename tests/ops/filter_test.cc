@@ -12,6 +12,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,7 @@
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
+#include "tessera/verify.h"
 
 namespace tessera {
 namespace {
@@ -313,6 +315,23 @@ TEST(ConvolveTest, KernelsPerChannelAndKernelImages) {
   EXPECT_THAT(Refusal([&] { Convolve(FromImage(Random(9, 9, 3)), k); }), HasSubstr("2 planes"));
 }
 
+TEST(ConvolveTest, ProductsOfAKernelOfFullRank) {
+  Kernel k{21, 21, 10, 10, 1, {}};
+  std::mt19937 random(4);
+  for (int i = 0; i < 21 * 21; ++i) k.weights.push_back(static_cast<int>(random() % 2001) - 1000);
+  const Node image = FromImage(Random(40, 30, 2));
+  const Node sums = Convolve(image, k, {.method = FilterMethod::kLowRank});
+  const VerifyReport report = Verify(sums, PixelType::kFloat, {.samples = 1, .tile_size = 16, .render = {}});
+  EXPECT_TRUE(report.within_bound) << report.Summary();
+}
+
+TEST(ConvolveTest, AKernelImageThatIsNotThereYetIsExplained) {
+  const Node image = FromImage(Random(40, 30, 3)), kernel = KernelImage(NamedKernel("gaussian", 9, 9));
+  for (const FilterMethod method : {FilterMethod::kSeparable, FilterMethod::kLowRank}) {
+    EXPECT_THAT(Explain(Convolve(image, kernel, {.method = method})), HasSubstr("9x9 image"));
+  }
+}
+
 TEST(ConvolveTest, Refusals) {
   const Node image = FromImage(Flat(4, 4, 1, 0));
   EXPECT_THAT(Refusal([&] { Convolve(image, Kernel{3, 3, 1, 1, 1, {1, 2}}); }), HasSubstr("found 2 weights"));
@@ -322,6 +341,9 @@ TEST(ConvolveTest, Refusals) {
               HasSubstr("expected 1x1 to 255x255"));
   EXPECT_THAT(Refusal([&] { Convolve(image, Kernel{1, 1, 0, 0, 1, {kNaN}}); }), HasSubstr("finite"));
   EXPECT_THAT(Refusal([&] { Convolve(image, Kernel{1, 1, 1, 0, 1, {1}}); }), HasSubstr("anchor"));
+  EXPECT_THAT(Refusal([&] { Convolve(image, Kernel(), {.divisor = kNaN}); }), HasSubstr("divisor"));
+  EXPECT_THAT(Refusal([&] { Convolve(image, Kernel(), {.method = FilterMethod::kDecimated}); }),
+              HasSubstr("method=decimated"));
   EXPECT_THAT(Refusal([&] { GaussianBlur(image, -1); }), HasSubstr("expected 0 to 10000"));
   EXPECT_THAT(Refusal([&] { GaussianBlur(image, kNaN); }), HasSubstr("expected 0 to 10000"));
   EXPECT_THAT(Refusal([&] { GaussianBlur(image, 1e6); }), HasSubstr("expected 0 to 10000"));

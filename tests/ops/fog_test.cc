@@ -202,6 +202,13 @@ TEST_P(FogTest, HardCases) {
     f.density = bad;
     EXPECT_THROW(Fog(White(1), White(1), f), Error);
   }
+  // One channel is a distance, no position.
+  f.distance = false;
+  f.density = 1;
+  const Node scalar = Pixels({2}, 1);
+  EXPECT_THROW(Fog(White(1), scalar, f), Error);
+  f.distance = true;
+  EXPECT_NO_THROW(Fog(White(1), scalar, f));
   LayerFogParams layers;
   layers.layers = {{0, 0.1}, {0, 0.2}};
   EXPECT_THROW(LayerFog(White(1), White(1), layers), Error);

@@ -309,6 +309,8 @@ TEST(SpriteTest, PuffsFadeAndGrow) {
     EXPECT_LT(puffs[i].radius, puffs[i - 1].radius);
     EXPECT_GT(puffs[i].alpha, puffs[i - 1].alpha);
   }
+  p.interval = 1e-6;
+  EXPECT_THROW(Puffs(p), Error);
   // The far one is hidden where the near one is opaque; both are premultiplied.
   const Image image =
       Render(Sprites(ImageSpec(9, 9, 4), {{4.5, 4.5, 4, 1, 1, 0, 0, 1}, {4.5, 4.5, 4, 0.5, 0, 1, 0, 5}}));

@@ -16,8 +16,10 @@
 
 #include "ops/registry.h"
 #include "support/noise_values.h"
+#include "support/pictures.h"
 #include "support/refusal.h"
 #include "tessera/error.h"
+#include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/texture.h"
 #include "tessera/render.h"
@@ -368,6 +370,18 @@ TEST(NoiseTest, FarFromTheOriginNothingIsLost) {
   EXPECT_NEAR(at, Values(Noise(ImageSpec(1, 1, 1), q))[0], 1e-6);
 }
 
+TEST(NoiseTest, PositionsInTwoPartsOfAnySize) {
+  const Node sums = FromImage(testing::Picture({0, 0, 40, 20}, 4, PixelType::kFloat, 3));
+  const Node parts = MulConstant(sums, {1000});  // both parts are large
+  NoiseParams p = Gradient(2);
+  p.frequency = 3;
+  const VerifyReport report = Verify(NoiseAt(parts, p), PixelType::kFloat, Sampled(4, 20));
+  EXPECT_TRUE(report.within_bound) << report.Summary();
+  // A fifth channel: these are no pairs, the further channels are something else.
+  const Node more = AppendChannels(parts, SelectChannels(parts, "0"));
+  EXPECT_EQ(Values(NoiseAt(more, p)), Values(NoiseAt(SelectChannels(parts, "0,1"), p)));
+}
+
 TEST(NoiseTest, SlopesAreDerivatives) {
   for (const NoiseKind kind :
        {NoiseKind::kValue, NoiseKind::kGradient, NoiseKind::kSimplex, NoiseKind::kSparse, NoiseKind::kSpot}) {
@@ -414,6 +428,7 @@ TEST(NoiseTest, RefusalsNameTheParameter) {
   EXPECT_THAT(refusal([](NoiseParams& p) { p.frequency = kNaN; }), HasSubstr("freq"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.dims = 5; }), HasSubstr("dims"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.slices = 2; }), HasSubstr("slices: found 2"));
+  EXPECT_THAT(refusal([](NoiseParams& p) { p.offset[2] = 1e20; }), HasSubstr("offset: found 1000000000"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.bias = 1; }), HasSubstr("bias"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.lattice = NoiseLattice::kPerlin, p.dims = 4; }),
               HasSubstr("lattice"));
@@ -435,6 +450,7 @@ TEST(NoiseTest, RefusalsNameTheParameter) {
   EXPECT_THAT(Refusal([&] { Texture(spec, {.octaves = -1}); }), HasSubstr("octaves"));
   EXPECT_THAT(Refusal([&] { Texture(spec, {.layers = 4}); }), HasSubstr("layers: found 4"));
   EXPECT_THAT(Refusal([&] { Texture(spec, {.wind = kNaN}); }), HasSubstr("wind"));
+  EXPECT_THAT(Refusal([&] { SvgTurbulence(spec, {.seed = kNaN}); }), HasSubstr("seed"));
 }
 
 }  // namespace

@@ -185,6 +185,7 @@ TEST_P(ShadowTest, HardCases) {
   Matrix4 singular = kOwn;
   singular[10] = singular[11] = 0;
   EXPECT_THROW(Shadow(Points({0, 0, 0}), map, {singular, 0}), Error);
+  EXPECT_THROW(Shadow(map, map, {kIdentity4, 0}), Error);  // no positions: one channel
 }
 
 // Positions of 1e7 with details of 1e-3: what the floats hold is judged exactly.

@@ -82,6 +82,7 @@ TEST_P(SolidTest, CoordinatesAreTheBoxAndRotateAboutItsCentre) {
   for (size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(again[i], points[i], 2e-7);
   p.rotation = {2, 0, 0, 0, 1, 0, 0, 0, 1};
   EXPECT_THROW(SolidCoordinates(White(1), p), Error);
+  EXPECT_THROW(SolidCoordinates(FromImage(Image(ImageSpec(2, 2, 1))), {}), Error);
 }
 
 TEST_P(SolidTest, HugeCoordinatesKeepTheirDetail) {

@@ -93,10 +93,10 @@ class RunningTotal {
   std::vector<double> total_;
 };
 
-// Where the samples of a pixel lie, in [0, 1) pixels; subtract 1/2 for shifts of mean zero. For 2, 3, 4, 5,
-// 6, 8, 9, 12 and 16 the sets of the SGI course notes, for other counts (up to 65,536) a lattice of rank one
-// with the widest smallest distance among those that have every x and every y once; its mean is (1/2, 1/2).
-// Error for other counts.
+// Where the samples of a pixel lie, in [0, 1) pixels; subtract 1/2 for shifts of mean zero (of 3: 0.003). For
+// 2, 3, 4, 5, 6, 8, 9, 12 and 16 the sets of the SGI course notes, for other counts (up to 65,536) a lattice
+// of rank one with the widest smallest distance among those that have every x and every y once; its mean is
+// (1/2, 1/2). Error for other counts.
 struct JitterPoint {
   double x = 0, y = 0;
 };

@@ -21,7 +21,8 @@ namespace tessera {
 
 // The first over the second, to oiiotool's letter: a + (1 - clamp(alpha of a, 0, 1)) b in every channel but
 // depth, which is a's where that clamped alpha is not 0, else b's. |error| <= 3 u (|a| + |(1 - alpha) b|);
-// 8-bit results are correctly rounded. Error where neither has alpha.
+// 8-bit results are correctly rounded. Error where neither has alpha, but for R, G, B alone, which are
+// opaque.
 Node Over(const Node& a, const Node& b);
 
 // As Over, but whichever image is nearer by its depth channel goes over the other: a where depth of a <=

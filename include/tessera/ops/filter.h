@@ -23,7 +23,7 @@ enum class BorderMode {
   kMirror,       // the image mirrored, edge pixel shown twice
   kMirror101,    // the image mirrored, edge pixel shown once
   kRenormalize,  // nothing: the sum is scaled by (sum of all weights) / (sum of the weights inside)
-  kValid,        // not needed: the result shrinks to the pixels whose whole kernel lies inside
+  kValid,        // not needed: the result shrinks to the pixels whose whole kernel lies inside, perhaps none
 };
 
 // How a result is computed. All give the same picture within their bounds; kAuto takes the cheapest that
@@ -32,7 +32,7 @@ enum class FilterMethod {
   kAuto,
   kDirect,     // every weight of the kernel
   kSeparable,  // one column and one row; error where the kernel is not their product
-  kLowRank,    // a sum of such products, as many as float32 can tell apart
+  kLowRank,    // a sum of such products, as many as float32 can tell apart; NaN spreads over the rectangle
   kFft,        // fast Fourier transform in blocks; blocks that hold NaN or infinity are computed directly
   kRecursive,  // Gaussian: three pairs of complex poles, constant time; box: running sums in double
   kDecimated,  // Gaussian with sigma of 16 and more: at a quarter of the resolution
@@ -58,7 +58,8 @@ struct Kernel {
 // any size, sampled at whole pixels and divided by their sum as oiiotool's --kernel: box, triangle, gaussian
 // (sigma width/4), sharp-gaussian, catmull-rom, blackman-harris, sinc, lanczos3, radial-lanczos3, mitchell,
 // bspline, disk, cubic, keys, simon, rifman, binomial, and laplacian (3x3 only, not divided). Sizes are
-// rounded up to whole odd numbers. Throws Error naming the nearest known name.
+// rounded up to whole odd numbers, at most 255. Throws Error: other sizes, other names (with the nearest
+// known one).
 Kernel NamedKernel(const std::string& name, double width = 3, double height = 3);
 // The size as text, "7x5" or "7".
 Kernel NamedKernel(const std::string& name, const std::string& size);
@@ -161,7 +162,8 @@ Node UnsharpMask(const Node& image, const UnsharpParams& params = {});
 // part, as oiiotool's --median, --dilate and --erode. The window starts max(1, size / 2) pixels before the
 // pixel. The median of an even number is the upper one. NaN ranks above every number in the median, and loses
 // to numbers in dilation (maximum) and erosion (minimum). Exact. Cost: of large medians in proportion to the
-// height, of bytes, of dilation and erosion hardly more for large windows than for small ones.
+// height, of bytes, of dilation and erosion hardly more for large windows than for small ones. Error for
+// sizes other than 1 to 255.
 struct RankParams {
   int width = 3, height = 3;
 };

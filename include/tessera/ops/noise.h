@@ -24,7 +24,8 @@ enum class NoiseKind : uint8_t {
 };
 // Where the random numbers of lattice points come from. Colour noise of kOsl is OSL's too.
 enum class NoiseLattice : uint8_t {
-  kTessera,  // integer hash, any seed, no period but the one asked for
+  kTessera,  // integer hash of cells modulo 2^32, any seed. Where no period is asked for the noise comes back
+             // 2^32 cells away along an axis, and 2^31 away along two axes at once
   kPerlin,  // Perlin's published permutation and gradients (2002), evaluated in double in the published order
   kOsl,  // Open Shading Language, as MaterialX and Cycles: Jenkins' hash, OSL's gradients and scales; kinds
          // kGradient (OSL's perlin), kWhite (cell), kSimplex and kHash, with periods as OSL's pnoise has them
@@ -85,8 +86,9 @@ struct NoiseParams {
   bool is_signed = true;  // false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
   NoiseMethod method = NoiseMethod::kAuto;  // grids
   bool antialias = false;                   // grids: octaves fade to their mean from 1/2 to 1 cell per pixel
-  int slices = 1;                 // grids: the image is that many slices stacked along y; slice s has third
-                                  // coordinate offset[2] + s * step, as a table of three dimensions wants it
+  int slices = 1;                 // grids: the image is that many slices stacked along y, rows that are left
+                                  // over belong to the last; slice s has third coordinate offset[2] + s *
+                                  // step, as a table of three dimensions wants it
   double jitter = 1;              // kCell: [0,1], 0 puts feature points at cell centres
   double density = 2;             // kSparse, kSpot: impulses per cell, (0, 8]
   double stretch = 1, angle = 0;  // kSpot: length over width of a spot, [1, 64], and its direction in degrees
@@ -106,19 +108,22 @@ struct NoiseParams {
 Node Noise(const ImageSpec& spec, const NoiseParams& params);
 
 // Noise at the positions held in an image (a G-buffer's P): `dims` channels, times frequency plus offset; or
-// twice as many, where channel dims + i is added to channel i, so that a position may have 48 bits. Positions
-// that are NaN or infinite give noise 0. The result has position's windows and `channels` channels. Error:
-// 1e-6 * (sum of weights) plus the noise's slope times 2^-24 cells per octave's scale.
+// exactly twice as many, where channel dims + i is added to channel i, so that a position may have 48 bits;
+// of any other number the further channels are not read. Positions that are NaN or infinite give noise 0. The
+// result has position's windows and `channels` channels. Error: 1e-6 * (sum of weights) plus the noise's
+// slope times 2^-24 cells per octave's scale. Throws Error as Noise does, for fewer channels than dims, and
+// for what only grids have (slices, kAccumulate).
 Node NoiseAt(const Node& position, const NoiseParams& params, int channels = 1);
 
-// SVG 1.1's feTurbulence, to the letter, in up to four channels: the reference function at user-space points
-// (x, y) = whole pixel coordinates; results clamped to [0,1]. Values agree with the specification's C code
-// within 1e-5. `seed` follows SVG's rules for zero and negative seeds. stitch: base frequencies are adjusted
-// so that the frame tiles.
+// SVG 1.1's feTurbulence, to the letter, in the first four channels, further ones 0: the reference function
+// at user-space points (x, y) = whole pixel coordinates; results clamped to [0,1]. Values agree with the
+// specification's C code within 1e-5. `seed` follows SVG's rules for zero and negative seeds. stitch: base
+// frequencies are adjusted so that the frame tiles. Throws Error for numbers outside the ranges below and a
+// seed that is not finite.
 struct SvgTurbulenceParams {
   bool fractal_noise = false;
   double seed = 0;
-  std::array<double, 2> base_frequency = {0.05, 0.05};  // [0, inf), cycles per pixel
+  std::array<double, 2> base_frequency = {0.05, 0.05};  // [0, 1e6], cycles per pixel
   int octaves = 1;                                      // 0 to 64
   bool stitch = false;
   Roi frame = {};

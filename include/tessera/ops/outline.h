@@ -81,7 +81,8 @@ Node Sprites(const ImageSpec& output, const std::vector<Sprite>& sprites, double
 
 // Puffs of smoke or vapour that rise from (x, y): born every `interval`, each lives `life`, moves with its
 // own velocity, grows from `radius` by `growth` times its age and fades as (1 - age / life)^2. Everything
-// depends on `seed` and `time` only; any time may be asked for.
+// depends on `seed` and `time` only; any time may be asked for. Error unless interval and life are above 0,
+// and for more than 100,000 puffs alive at once.
 struct PuffParams {
   double x = 0, y = 0, time = 1;
   double interval = 0.02, life = 1;

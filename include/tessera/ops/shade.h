@@ -16,11 +16,11 @@
 
 namespace tessera {
 
-// Rules of all: positions are the first three channels of an image of the colour's data window, in world
-// units unless said otherwise; they are never filtered. Alpha and channels beyond the third keep their bits.
-// Where a position or depth is NaN the pixel passes unchanged (a light sees it, visibility 1). Matrices and
-// eyes are used in double; distances, optical depths and projections are computed in double from the
-// positions as stored.
+// Rules of all: positions are the first three channels of an image of the colour's data window (fewer:
+// Error), in world units unless said otherwise; they are never filtered. Alpha and channels beyond the third
+// keep their bits. Where a position or depth is NaN the pixel passes unchanged (a light sees it, visibility
+// 1). Matrices and eyes are used in double; distances, optical depths and projections are computed in double
+// from the positions as stored.
 
 // --- AOVs: what a renderer's channels are called. ---
 
@@ -174,7 +174,7 @@ struct ShadowParams {
 };
 Node Shadow(const Node& position, const Node& light_depth, const ShadowParams& params);
 
-// The mean of the visibilities of several light samples: jittered lights, 2 to 256 maps and matrices.
+// The mean of the visibilities of several light samples: jittered lights, 1 to 256 maps and matrices.
 Node SoftShadow(const Node& position, const std::vector<Node>& light_depths,
                 const std::vector<Matrix4>& lights, const ShadowParams& params);
 

@@ -42,8 +42,8 @@ Node StoredNoiseImage(const StoredNoiseParams& params = {});
 // in edges of the block (three channels; period 1). One lookup per octave (kSingle, kNormal), per four
 // octaves (kOctaves), or one in all (kPrecomputed, which has its own octaves). `table` is StoredNoise's of
 // that packing, or read from a file of it. The result has one channel and position's windows. Largest error
-// against turbulence by formula, 8 octaves from 64 samples for 4 cells: 8e-3 (kSingle, kNormal), 6e-2
-// (kOctaves), 9e-2 (kPrecomputed): octaves stored beside each other have fewer samples per cell. Cost: 5 to 8
+// against turbulence by formula, 8 octaves from 64 samples for 4 cells: 9e-3 (kSingle, kNormal), 6e-2
+// (kOctaves), 0.1 (kPrecomputed): octaves stored beside each other have fewer samples per cell. Cost: 5 to 8
 // ns per lookup. Throws Error for octaves outside 1 to 16, for another wrap than kRepeat and kMirror, and for
 // a table that is none of this packing.
 struct StoredTurbulenceParams {

@@ -7,6 +7,7 @@
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/sum_kernel.h"
 #include "ops/geometry/separable.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/accumulate.h"
 
 namespace tessera::ops {
@@ -86,14 +87,9 @@ class AccumOp final : public graph::OpWith<WeightedSumParams> {
 };
 
 ParamInfo BitsModifier() {
-  ParamInfo bits;
-  bits.name = "bits";
-  bits.type = ParamType::kInteger;
-  bits.default_value = "0";
-  bits.help =
-      "models an accumulation buffer in fixed point with that many binary places, 8 to 32; 0 is exact";
-  bits.min = 0, bits.max = 32;
-  return bits;
+  return IntegerModifier(
+      "bits", "0", 0, 32,
+      "models an accumulation buffer in fixed point with that many binary places, 8 to 32; 0 is exact");
 }
 
 }  // namespace

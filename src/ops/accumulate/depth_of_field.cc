@@ -9,6 +9,7 @@
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/disc_kernel.h"
 #include "ops/geometry/separable.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/accumulate.h"
 
 namespace tessera::ops {
@@ -72,12 +73,12 @@ class DepthOfFieldStage final : public graph::TileStage {
     row.padded = (out.width() + kPad - 1) / kPad * kPad;
     const size_t sums = static_cast<size_t>(row.padded) * static_cast<size_t>(channels + 1);
     row.sums = args.scratch.Allocate<float>(sums);
+    row.parts = args.scratch.Allocate<float>(sums);
     for (int y = out.y0; y < out.y1; ++y) {
       const ptrdiff_t first = (y - in.y0) * row.stride + (out.x0 - in.x0);
       row.radius = radius + first, row.density = density + first, row.depth = depth + first;
       row.values.clear();
       for (const float* v : values) row.values.push_back(v + first);
-      std::fill_n(row.sums, sums, 0.0f);
       gather_(row);
       Finish(row, channels, reinterpret_cast<float*>(args.out.At(out.x0, y)));
     }
@@ -138,15 +139,6 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
   }
 };
 
-ParamInfo Number(const char* name, const char* default_value, double min, double max, const char* help) {
-  ParamInfo p;
-  p.name = name;
-  p.default_value = default_value;
-  p.help = help;
-  p.min = min, p.max = max;
-  return p;
-}
-
 }  // namespace
 
 OpInfo DepthOfFieldInfo() {
@@ -164,15 +156,10 @@ OpInfo DepthOfFieldInfo() {
       "others. Approximate where one object hides another.";
   info.bound = "64 u * (largest |value| gathered)";
   info.bound_u = 64;
-  info.arguments = {Number("FOCUS", "", 1e-30, 1e38, "the depth that is sharp")};
-  ParamInfo channel;
-  channel.name = "channel";
-  channel.type = ParamType::kInteger;
-  channel.default_value = "0";
-  channel.help = "channel of the depth image";
-  channel.min = 0, channel.max = 1023;
-  info.modifiers = {Number("aperture", "8", 0, 1e30, "radius in pixels times depth"),
-                    Number("max", "32", 0, kLargestRadius, "largest radius in pixels"), channel};
+  info.arguments = {NumberModifier("FOCUS", "", 1e-30, 1e38, "the depth that is sharp")};
+  info.modifiers = {NumberModifier("aperture", "8", 0, 1e30, "radius in pixels times depth"),
+                    NumberModifier("max", "32", 0, kLargestRadius, "largest radius in pixels"),
+                    IntegerModifier("channel", "0", 0, 1023, "channel of the depth image")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return DepthOfField(in[0], in[1],
                         {a.Number("FOCUS"), a.Number("aperture"), a.Number("max"), a.Integer("channel")});

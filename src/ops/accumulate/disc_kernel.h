@@ -15,9 +15,10 @@ struct DiscRow {
   std::vector<const float*> values;  // a plane per channel
   ptrdiff_t stride = 0;
   int width = 0;
-  int reach = 0;          // pixels to look at, each way
-  float* sums = nullptr;  // per channel `padded` sums of weight * value, then `padded` sums of weights
-  int padded = 0;         // the width in whole groups of 16
+  int reach = 0;           // pixels to look at, each way
+  float* sums = nullptr;   // per channel `padded` sums of weight * value, then `padded` sums of weights
+  float* parts = nullptr;  // room for as many
+  int padded = 0;          // the width in whole groups of 16
 };
 using DiscFunction = void (*)(const DiscRow&);
 

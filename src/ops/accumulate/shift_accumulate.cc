@@ -9,6 +9,7 @@
 #include "ops/accumulate/sum_kernel.h"
 #include "ops/filter/window.h"
 #include "ops/geometry/separable.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/accumulate.h"
 
 namespace tessera::ops {
@@ -105,16 +106,6 @@ class ShiftAccumulateOp final : public graph::OpWith<ShiftAccumulateParams> {
   }
 };
 
-ParamInfo Integer(const char* name, const char* default_value, double min, double max, const char* help) {
-  ParamInfo p;
-  p.name = name;
-  p.type = ParamType::kInteger;
-  p.default_value = default_value;
-  p.help = help;
-  p.min = min, p.max = max;
-  return p;
-}
-
 }  // namespace
 
 OpInfo ShiftAccumulateInfo() {
@@ -149,8 +140,9 @@ OpInfo ShiftAccumulateInfo() {
   range.help = "least and greatest sample expected";
   range.min_count = range.max_count = 2;
   info.arguments = {taps};
-  info.modifiers = {Integer("width", "3", 1, kWidest, "taps per row"), anchor,
-                    Integer("bits", "0", 0, 32, "binary places of the buffer, 8 to 32; 0 is exact"), range};
+  info.modifiers = {IntegerModifier("width", "3", 1, kWidest, "taps per row"), anchor,
+                    IntegerModifier("bits", "0", 0, 32, "binary places of the buffer, 8 to 32; 0 is exact"),
+                    range};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     ShiftAccumulateParams p;
     p.taps = a.Numbers("TAPS");

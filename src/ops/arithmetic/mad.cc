@@ -58,10 +58,8 @@ OpInfo MadInfo() {
   info.summary = "Multiply two images and add a third";
   info.help =
       "Each sample of the result is A * B + C, where A is the lowest and C the uppermost of three images on "
-      "the "
-      "stack; alpha and further channels are treated like the others. All need the same data window and the "
-      "same "
-      "number of channels. The result keeps the names, alpha and metadata of A.\n"
+      "the stack; alpha and further channels are treated like the others. All need the same data window and "
+      "the same number of channels. The result keeps the names, alpha and metadata of A.\n"
       "NaN and infinities follow IEEE 754. Product and sum are rounded once where the processor can (fused "
       "multiply-add), twice elsewhere. Nothing is clamped.";
   info.bound = "2 u * (|A B| + |C|)";

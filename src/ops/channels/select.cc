@@ -109,13 +109,11 @@ OpInfo SelectChannelsInfo() {
   info.summary = "Select, reorder, rename channels or set them to constants";
   info.help =
       "LIST holds comma-separated entries: a channel's name (upper and lower case are equal unless both "
-      "exist) or its "
-      "index from 0; NEW=CHANNEL renames; NEW=VALUE makes a constant channel, =VALUE one with the usual name "
-      "of its "
-      "position. Examples: B,G,R   R,G,B,A=1.0   Y,Y,Y   R=0.5,G,B. A channel that is missing is an error "
-      "that lists those present (oiiotool warns and fills with 0). Alpha is the channel named A or alpha, or "
-      "else the image's own where it was selected. Samples keep their bits, and channels that nobody selects "
-      "are neither read nor computed.";
+      "exist) or its index from 0; NEW=CHANNEL renames; NEW=VALUE makes a constant channel, =VALUE one with "
+      "the usual name of its position. Examples: B,G,R   R,G,B,A=1.0   Y,Y,Y   R=0.5,G,B. A channel that is "
+      "missing is an error that lists those present (oiiotool warns and fills with 0). Alpha is the channel "
+      "named A or alpha, or else the image's own where it was selected. Samples keep their bits, and "
+      "channels that nobody selects are neither read nor computed.";
   info.bound = "exact";
   ParamInfo list;
   list.name = "LIST";

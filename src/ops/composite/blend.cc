@@ -147,23 +147,20 @@ OpInfo BlendInfo() {
   info.inputs = 2;
   info.summary = "Two images by any operator, blend equation or blend mode";
   info.help =
-      "FG BG --blend MODE on premultiplied pixels; s, d are samples of FG and BG, as, ad their alphas.\n"
+      "FG BG --blend MODE on premultiplied pixels; s, d are samples of FG and BG, as, ad their "
+      "alphas.\n"
       "Porter-Duff, Fs s + Fd d: clear 0,0; src 1,0; dst 0,1; over 1,1-as; dst-over 1-ad,1; in ad,0; dst-in "
-      "0,as; out "
-      "1-ad,0; dst-out 0,1-as; atop ad,1-as; dst-atop 1-ad,as; xor 1-ad,1-as; plus 1,1.\n"
-      "GL: add, subtract (s - d), revsubtract (d - s) with factors src=, dst=, srcalpha=, dstalpha= (default "
-      "one; those "
-      "of alpha as the colours'), constant=r,g,b,a for the constant factors; min, max (a number wins over "
-      "NaN, no "
-      "factors); modulate s d; constant c s + (1-c) d; straight-over: FG is not premultiplied.\n"
+      "0,as; out 1-ad,0; dst-out 0,1-as; atop ad,1-as; dst-atop 1-ad,as; xor 1-ad,1-as; plus 1,1.\n"
+      "GL: add, subtract (s - d), revsubtract (d - s) with factors src=, dst=, srcalpha=, dstalpha= "
+      "(default one; those of alpha as the colours'), constant=r,g,b,a for the constant factors; min, max "
+      "(a number wins over NaN, no factors); modulate s d; constant c s + (1-c) d; straight-over: FG is not "
+      "premultiplied.\n"
       "SVG and CSS, T + (1-ad) s + (1-as) d with T = as ad B(d/ad, s/as): normal (over), multiply, screen, "
-      "overlay, "
-      "darken, lighten, color-dodge, color-burn, hard-light, soft-light, difference, exclusion; plus-lighter "
-      "min(1, "
-      "s+d); on R,G,B only: hue, saturation, color, luminosity.\n"
+      "overlay, darken, lighten, color-dodge, color-burn, hard-light, soft-light, difference, exclusion; "
+      "plus-lighter min(1, s+d); on R,G,B only: hue, saturation, color, luminosity.\n"
       "Nothing is limited in float; integers saturate and are rounded once. T is 0 unless both alphas are "
-      "positive. The non-separable modes limit colours to [0, alpha] first. Images without alpha are opaque; "
-      "the result covers both windows. Source: Porter and Duff 1984, OpenGL 4.6 section 17.3.6, W3C "
+      "positive. The non-separable modes limit colours to [0, alpha] first. Images without alpha are "
+      "opaque; the result covers both windows. Source: Porter and Duff 1984, OpenGL 4.6 section 17.3.6, W3C "
       "Compositing and Blending Level 1 sections 9 and 10, spec/compositing.md.";
   info.bound =
       "4 u (Porter-Duff, GL), 8 u (separable), 32 u (non-separable) * sum of the magnitudes of the terms";

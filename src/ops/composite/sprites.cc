@@ -221,6 +221,12 @@ std::vector<Sprite> Puffs(const PuffParams& p) {
   std::vector<Sprite> puffs;
   if (!(p.interval > 0 && p.life > 0))
     throw Error("puffs", "found an interval or life of 0, expected numbers above 0");
+  constexpr double kMostPuffs = 100000;
+  if (const double alive = std::min(p.time, p.life) / p.interval; alive > kMostPuffs) {
+    throw Error("puffs", "found " + std::to_string(static_cast<int64_t>(std::min(alive, 1e18))) +
+                             " puffs alive at once, expected at most 100000: a longer interval or a "
+                             "shorter life");
+  }
   const auto first = static_cast<int64_t>(std::floor(std::max(0.0, p.time - p.life) / p.interval));
   const auto last = static_cast<int64_t>(std::floor(p.time / p.interval));
   for (int64_t k = std::max<int64_t>(0, first); k <= last; ++k) {

@@ -111,16 +111,12 @@ OpInfo PhongInfo() {
   info.summary = "Light a normal image after Phong";
   info.help =
       "NORMAL --phong:light=x,y,z:exponent=E gives R,G,B = emission + a f (ambient + max(l.n,0) diffuse + "
-      "[l.n > 0] "
-      "h^E specular); h is max(s.n,0) with s = (l+v)/|l+v| (highlight=halfway) or max(r.l,0) with r the "
-      "mirrored view "
-      "(highlight=reflection). light= and view= point to a distant light and viewer. NORMAL POSITION "
-      "--phong:position=1 takes a viewer's place, eye=, and with point=1 the light's place: a = 1/(kc + kl d "
-      "+ kq d^2) "
-      "of attenuation=kc,kl,kq, and f a spotlight's cone: spot= its direction, spotcutoff= half its angle, "
-      "spotexponent= the power of the cosine. Coefficients are one number or three; specular=1 when only "
-      "exponent is "
-      "given.\n"
+      "[l.n > 0] h^E specular); h is max(s.n,0) with s = (l+v)/|l+v| (highlight=halfway) or max(r.l,0) with "
+      "r the mirrored view (highlight=reflection). light= and view= point to a distant light and viewer. "
+      "NORMAL POSITION --phong:position=1 takes a viewer's place, eye=, and with point=1 the light's place: "
+      "a = 1/(kc + kl d + kq d^2) of attenuation=kc,kl,kq, and f a spotlight's cone: spot= its direction, "
+      "spotcutoff= half its angle, spotexponent= the power of the cosine. Coefficients are one number or "
+      "three; specular=1 when only exponent is given.\n"
       "table=N reads the power from N entries as the papers do, bits=8 or 12 through a framebuffer of so "
       "many bits: the bands of 8 bits at exponent 50 are the papers'. Normals (and positions) that are 0, "
       "NaN or infinite give 0. Source: spec/environment.md, Phong.";

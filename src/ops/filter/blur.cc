@@ -302,12 +302,13 @@ OpInfo BlurInfo() {
       "--blur WxH convolves with a kernel of that size, as oiiotool: its gaussian has sigma W/4 and ends at "
       "W/2 (--blur with kernel=box, triangle, disk, ... for others). --blur:sigma=S is a whole Gaussian of "
       "standard deviation S pixels, up to 10000; sigma=X,Y for two. method=direct or separable sums all "
-      "weights (error 1e-6 of the largest sample, cost grows with sigma); recursive costs the same for every "
-      "sigma from 2 on (2e-5), decimated a third of that from sigma 16 on (1e-4); auto takes the cheapest. A "
-      "box larger than 9 pixels is computed by running sums at a cost that does not depend on its size "
-      "(method=recursive). Recursive forms need the whole image in memory, but for boxes of 8- and 16-bit "
-      "images as they come from a file. Borders are as exact as the middle. bits= models an accumulation buffer, as --convolve:bits=; with sigma= rows and columns go "
-      "through it one after the other.";
+      "weights (error 1e-6 of the largest sample, cost grows with sigma); recursive costs the same for "
+      "every sigma from 2 on (2e-5), decimated a third of that from sigma 16 on (1e-4); auto takes the "
+      "cheapest. A box larger than 9 pixels is computed by running sums at a cost that does not depend on "
+      "its size (method=recursive). Recursive forms need the whole image in memory, but for boxes of 8- and "
+      "16-bit images as they come from a file. Borders are as exact as the middle. bits= models an "
+      "accumulation buffer, as --convolve:bits=; with sigma= rows and columns go through it one after the "
+      "other.";
   info.bound =
       "the named error times the largest sample nearby; box and kernels: (2 + log2 k) u * sum of |weight * "
       "sample|";
@@ -407,8 +408,9 @@ Node BoxBlur(const Node& image, const BoxParams& p) {
   }
   if (p.method == FilterMethod::kLowRank || p.method == FilterMethod::kFft ||
       p.method == FilterMethod::kDecimated) {
-    throw Error("blur",
-                "found method=lowrank or fft with a box, expected auto, direct, separable or recursive");
+    throw Error(
+        "blur",
+        "found method=lowrank, fft or decimated with a box, expected auto, direct, separable or recursive");
   }
   const BoxParams whole = ops::WithoutValid(p);
   const bool codes = ops::HoldsCodes(image) && ops::SumsBoxOfCodes(whole, image.spec().type);

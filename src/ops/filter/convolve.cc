@@ -1,5 +1,6 @@
 // Convolution with a named kernel or a kernel image, and the operations that are one named kernel each.
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -153,6 +154,10 @@ Node Buffered(const Node& image, const Kernel& kernel, const ConvolveParams& p) 
 }
 
 Node Apply(const Node& image, const Node& kernel_image, Convolution convolution) {
+  const ConvolveParams& p = convolution.params;
+  if (!std::isfinite(p.divisor) || !std::isfinite(p.bias) || !std::isfinite(p.border_value)) {
+    throw Error("convolve", "found a divisor, bias or border value that is not finite, expected numbers");
+  }
   if (convolution.params.bits != 0) {
     if (kernel_image) throw Error("convolve", "found bits= with a kernel image, expected a kernel by name");
     return Buffered(image, convolution.kernel, convolution.params);

@@ -19,8 +19,8 @@ struct Factors {
   bool elementwise = false;  // every weight is met within 4 u of itself: as good as rounding it to float
 };
 
-// One plane as up to `most_terms` products, by cross approximation with full pivoting in double, each term
-// refined by alternating least squares. Stops when the weights are met within float rounding.
+// One plane as up to `most_terms` products, by cross approximation with full pivoting in double, the first
+// one refined by alternating least squares. Stops when the weights are met within float rounding.
 Factors Factorize(const Kernel& kernel, int plane, int most_terms);
 
 // Weights as floats whose exact sum is as close to that of the doubles as one float allows: the rounding

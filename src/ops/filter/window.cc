@@ -24,7 +24,7 @@ double DirectCost(double taps, int width, int height) {
 }
 double FftCost(int width, int height) { return 110 * (1 + std::max(width, height) / 90.0); }
 double SeparableCost(int width, int height, int terms) { return 4 + 1.2 * terms * (width + height + 4); }
-constexpr int kMostTerms = 8;
+constexpr int kMostTerms = 8;  // that are looked for where nobody asked for products
 
 bool HasZero(const std::vector<double>& v) { return std::find(v.begin(), v.end(), 0.0) != v.end(); }
 
@@ -125,18 +125,24 @@ Window::Window(const std::vector<double>& row, int left, const std::vector<doubl
 void Window::Choose(const std::string& op, const Kernel& kernel) {
   const FilterMethod wanted = options_.method;
   if (wanted == FilterMethod::kRecursive || wanted == FilterMethod::kDecimated) {
-    throw Error(
-        op,
-        "found method=recursive, expected direct, separable, lowrank or fft: only a Gaussian and a box are "
-        "recursive");
+    const std::string found = wanted == FilterMethod::kRecursive ? "recursive" : "decimated";
+    throw Error(op, "found method=" + found +
+                        ", expected auto, direct, separable, lowrank or fft: blurs by a Gaussian or a box "
+                        "(--blur) have further ones");
   }
   double taps = 0;
   bool factored = true, exact = true;
   std::vector<Factors> factors;
   // Products cover whole rectangles: where a weight is 0 they would let a NaN through.
   const bool full = !HasZero(kernel.weights);
+  // As --explain sees a kernel image, whose pixels are not there yet.
+  const bool zeros =
+      std::all_of(kernel.weights.begin(), kernel.weights.end(), [](double w) { return w == 0; });
   for (int p = 0; p < kernel.planes; ++p) {
-    Factors f = Factorize(kernel, p, wanted == FilterMethod::kSeparable ? 1 : kMostTerms);
+    const int most = wanted == FilterMethod::kSeparable ? 1
+                     : wanted == FilterMethod::kLowRank ? std::min(width_, height_)
+                                                        : kMostTerms;
+    Factors f = Factorize(kernel, p, most);
     factored = factored && !f.terms.empty();
     exact = exact && f.elementwise;
     terms_ = std::max(terms_, static_cast<int>(f.terms.size()));
@@ -160,6 +166,7 @@ void Window::Choose(const std::string& op, const Kernel& kernel) {
       break;
     }
     case FilterMethod::kSeparable:
+      if (zeros) break;
       if (!full || !factored || !exact) {
         throw Error(op,
                     "found method=separable with a kernel that is no product of a column and a row without "
@@ -168,10 +175,7 @@ void Window::Choose(const std::string& op, const Kernel& kernel) {
       method_ = wanted;
       break;
     case FilterMethod::kLowRank:
-      if (!factored) {
-        throw Error(op, "found method=lowrank with a kernel of zeros, expected a weight that is not 0");
-      }
-      method_ = wanted;
+      if (factored) method_ = wanted;  // else a plane has nothing but zeros
       break;
     default:
       method_ = wanted;

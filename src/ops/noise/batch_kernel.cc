@@ -71,10 +71,20 @@ void Position(const PositionBatch& a) {
   const V offset = hn::Set(d, a.scale.offset), limit = hn::Set(d, 0x1p100f);
   for (int i = 0; i < a.count; i += static_cast<int>(hn::Lanes(d))) {
     V p = hn::LoadU(d, a.high + i);
-    V low = a.low != nullptr ? hn::LoadU(d, a.low + i) : hn::Zero(d);
-    const auto valid = hn::And(hn::Lt(hn::Abs(p), limit), hn::Lt(hn::Abs(low), limit));  // false for NaN
+    auto valid = hn::Lt(hn::Abs(p), limit);  // false for NaN
+    V low = hn::Zero(d);
+    if (a.low != nullptr) {
+      low = hn::LoadU(d, a.low + i);
+      valid = hn::And(valid, hn::Lt(hn::Abs(low), limit));
+    }
     p = hn::IfThenElseZero(valid, p);
-    low = hn::IfThenElseZero(valid, low);
+    if (a.low != nullptr) {
+      // Whatever the two parts are: their sum, and its rounding error (Knuth's two-sum).
+      low = hn::IfThenElseZero(valid, low);
+      const V sum = hn::Add(p, low), back = hn::Sub(sum, p);
+      low = hn::Add(hn::Sub(p, hn::Sub(sum, back)), hn::Sub(low, back));
+      p = sum;
+    }
     // floor of the product, and what is left of the exact product.
     const auto whole_of = [&](V v) HWY_ATTR { return a.scale.nearest ? hn::Round(v) : hn::Floor(v); };
     V whole = whole_of(hn::Mul(p, f0));

@@ -116,8 +116,9 @@ constexpr char kCommonHelp[] =
     "width of the display window; z= and w= add to the third and fourth coordinate. Octave k has "
     "lacunarity^k times the frequency, weight gain^k and, but for the first one and for published lattices, "
     "a pseudo-random shift. Values are 0.5 + N / 2, with signed=1 N, with sums of absolute values the sum. "
-    "Alpha is 1. Cells and fractions are kept apart, so that noise at 2^31 is as good as at 0, and all "
-    "instruction sets with FMA give the same bits.";
+    "Alpha is 1. Cells and fractions are kept apart, so that noise at 2^31 is as good as at 0 (it comes "
+    "back 2^32 cells away along an axis, and 2^31 away along two at once), and all instruction sets with "
+    "FMA give the same bits.";
 
 OpInfo NoiseRow(NoiseKind kind, const char* summary, const std::string& help,
                 std::vector<std::string> examples) {
@@ -162,14 +163,11 @@ OpInfo ValueNoiseInfo() {
 OpInfo GradientNoiseInfo() {
   OpInfo info = NoiseRow(
       NoiseKind::kGradient, "Gradient noise (Perlin)",
-      "Gradients at lattice points, interpolated with the fade (Perlin 1985: fade=cubic, "
-      "2002: quintic); 0 at every lattice "
-      "point. Gradients of lattice=tessera: unit vectors (2-D), edges of the cube (3-D), "
-      "of the hypercube (4-D), scaled to "
-      "[-1,1]. lattice=perlin: the published permutation and gradients, evaluated in "
-      "double. lattice=osl: Open Shading "
-      "Language's noise as in MaterialX and Cycles."
-      "\nStored noise: slices= stacks a block (64x4096 with dims=3, slices=64 and period= is one of 64^3 that "
+      "Gradients at lattice points, interpolated with the fade (Perlin 1985: fade=cubic, 2002: quintic); 0 "
+      "at every lattice point. Gradients of lattice=tessera: unit vectors (2-D), edges of the cube (3-D), "
+      "of the hypercube (4-D), scaled to [-1,1]. lattice=perlin: the published permutation and gradients, "
+      "evaluated in double. lattice=osl: Open Shading Language's noise as in MaterialX and Cycles.\n"
+      "Stored noise: slices= stacks a block (64x4096 with dims=3, slices=64 and period= is one of 64^3 that "
       "repeats) in the four packings of Miller and Jones: as it is; pack=octaves, a turbulence's octaves "
       "side by side; pack=normal, the gradient's direction with the density in A; turbulence=1, precomputed.",
       {"dims=3 z=0.5", "octaves=8 gain=0.5 dims=3 z=1.25 freq=3 signed=1", "gradient=1 dims=3 octaves=2",

@@ -200,6 +200,9 @@ class PointField {
   bool slopes_ = false;
 };
 
+// Whether coordinates are sums of two channels. Of more channels the further ones are something else.
+bool HasLowParts(const ImageSpec& position, int dims) { return position.channel_count() == 2 * dims; }
+
 class NoiseAtStage final : public graph::TileStage {
  public:
   NoiseAtStage(const NoiseParams& params, const ImageSpec& in, const ImageSpec& out)
@@ -207,7 +210,7 @@ class NoiseAtStage final : public graph::TileStage {
         kernels_(FindNoiseKernels()),
         alpha_(out.alpha),
         width_(out.width()),
-        low_(in.channel_count() >= 2 * params.dims) {
+        low_(HasLowParts(in, params.dims)) {
     const int fields = HasFieldPerChannel(params) ? out.channel_count() : 1;
     for (int c = 0; c < fields; ++c) {
       fields_.emplace_back(FieldParams(params, c), params.output == NoiseOutput::kColor ? c : 0);
@@ -358,7 +361,7 @@ class NoiseAtOp final : public graph::OpWith<NoiseParams> {
     return spec;
   }
   std::vector<bool> NeededChannels(int, const std::vector<bool>&, const ImageSpec& in) const override {
-    const int coordinates = in.channel_count() >= 2 * params().dims ? 2 * params().dims : params().dims;
+    const int coordinates = HasLowParts(in, params().dims) ? 2 * params().dims : params().dims;
     std::vector<bool> needed(in.channels.size(), false);
     std::fill_n(needed.begin(), coordinates, true);
     return needed;
@@ -379,13 +382,11 @@ OpInfo NoiseAtInfo() {
   info.family = "noise";
   info.summary = "Noise at the positions held in an image";
   info.help =
-      "The first dims= channels are coordinates (a G-buffer's P), times freq= (cells per unit) plus offset=; "
-      "where the image "
-      "has twice as many channels, channel dims + i is added to channel i, for positions of 48 bits. type= "
-      "is one of the "
-      "noise generators, whose modifiers apply. The result has channels= channels. A position that is NaN or "
-      "infinite "
-      "gives noise 0.\nSource: van Wijk's spot noise on position buffers, spec/noise.md.";
+      "The first dims= channels are coordinates (a G-buffer's P), times freq= (cells per unit) plus "
+      "offset=; where the image has exactly twice as many channels, channel dims + i is added to channel i, "
+      "for positions of 48 bits. type= is one of the noise generators, whose modifiers apply. The result "
+      "has channels= channels. A position that is NaN or infinite gives noise 0.\n"
+      "Source: van Wijk's spot noise on position buffers, spec/noise.md.";
   info.bound = "3e-6 times the sum of the octaves' weights, for positions whose product with freq is exact";
   info.bound_u = 20;
   ParamInfo type = ChoiceModifier(

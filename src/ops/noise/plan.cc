@@ -138,12 +138,10 @@ NoiseParams FieldParams(const NoiseParams& params, int channel) {
 }
 
 void CheckNoise(const std::string& op, const NoiseParams& p) {
-  const bool finite_offset =
-      std::all_of(p.offset.begin(), p.offset.end(), [](double v) { return std::fabs(v) <= 0x1p40; });
   Require(p.dims >= 1 && p.dims <= 4, op, "dims", p.dims, "1 to 4");
   Require(p.frequency >= 0 && p.frequency <= 0x1p40, op, "freq", p.frequency, "0 to 2^40 cells");
   Require(p.aspect >= 1e-3 && p.aspect <= 1e3, op, "aspect", p.aspect, "0.001 to 1000");
-  Require(finite_offset, op, "offset", p.offset[0], "numbers within 2^40 cells");
+  for (double v : p.offset) Require(std::fabs(v) <= 0x1p40, op, "offset", v, "numbers within 2^40 cells");
   Require(p.octaves >= 0 && p.octaves <= 64, op, "octaves", p.octaves, "0 to 64");
   Require(p.lacunarity >= 1 && p.lacunarity <= 16, op, "lacunarity", p.lacunarity, "1 to 16");
   Require(p.gain >= 0 && p.gain <= 4, op, "gain", p.gain, "0 to 4");

@@ -171,15 +171,12 @@ OpInfo ShapedSpotsInfo() {
   info.family = "noise";
   info.summary = "Spot noise that is round on a surface, from the image of its positions";
   info.help =
-      "The image's first two or three channels are the surface's point at every texel. Spots of random sign, "
-      "Poisson "
-      "with density= per cell of the texture (freq= cells across the width), are ellipses there so that they "
-      "are "
-      "round on the surface: (1 - |J (p - c)|^2 / R^2)^2 with J the Jacobian at the spot's centre. R is "
-      "radius=, or "
-      "what lets the spot fill its cell; standard deviation 1/3 everywhere. Where the Jacobian is singular "
-      "there is "
-      "no spot.\nSource: van Wijk, Spot noise, 1991.";
+      "The image's first two or three channels are the surface's point at every texel. Spots of random "
+      "sign, Poisson with density= per cell of the texture (freq= cells across the width), are ellipses "
+      "there so that they are round on the surface: (1 - |J (p - c)|^2 / R^2)^2 with J the Jacobian at the "
+      "spot's centre. R is radius=, or what lets the spot fill its cell; standard deviation 1/3 everywhere. "
+      "Where the Jacobian is singular there is no spot.\n"
+      "Source: van Wijk, Spot noise, 1991.";
   info.bound = "1e-6 on a range of 2, times the stretch of spots";
   info.bound_u = 16.7;
   info.modifiers = {

@@ -225,15 +225,12 @@ OpInfo SvgRow(const char* name, const char* summary) {
   info.inputs = 0;
   info.summary = summary;
   info.help =
-      "SVG 1.1's feTurbulence to the letter: Park and Miller's generator fills a permutation of 256 and unit "
-      "gradients for "
-      "each of four channels; cubic fade; octave k has weight 2^-k. Channel c of pixel (x, y) is the "
-      "specification's "
-      "turbulence(c, (x, y)), for fractalnoise (sum + 1) / 2, clamped to [0,1]; channels beyond the fourth "
-      "are 0. Results are "
-      "not premultiplied and in linearRGB, as the specification has them before its colour "
-      "conversion.\nSource: SVG 1.1, "
-      "section 15.24.";
+      "SVG 1.1's feTurbulence to the letter: Park and Miller's generator fills a permutation of 256 and "
+      "unit gradients for each of four channels; cubic fade; octave k has weight 2^-k. Channel c of pixel "
+      "(x, y) is the specification's turbulence(c, (x, y)), for fractalnoise (sum + 1) / 2, clamped to "
+      "[0,1]; channels beyond the fourth are 0. Results are not premultiplied and in linearRGB, as the "
+      "specification has them before its colour conversion.\n"
+      "Source: SVG 1.1, section 15.24.";
   info.bound = "1e-5 * sum of weights, and the seed's rules exactly";
   info.bound_u = 84;
   info.modifiers = {
@@ -277,6 +274,9 @@ Node SvgTurbulence(const ImageSpec& spec, const SvgTurbulenceParams& params) {
   for (double f : params.base_frequency) {
     if (!(f >= 0 && f <= 1e6))
       throw Error(name, "found base frequency " + std::to_string(f) + ", expected 0 to 1e6");
+  }
+  if (!std::isfinite(params.seed)) {
+    throw Error(name, "found a seed of " + std::to_string(params.seed) + ", expected a finite number");
   }
   if (params.octaves < 0 || params.octaves > 64) {
     throw Error(name, "found " + std::to_string(params.octaves) + " octaves, expected 0 to 64");

@@ -121,7 +121,10 @@ Node MakeFogNode(FogSettings settings, const Node& color, const Node& position, 
     // A factor of one channel is spread, so that it can be a colour operation's input.
     inputs.push_back(ThreeChannels(density_factor));
   }
-  inputs[1] = ThreeChannels(inputs[1]);
+  // Distances and transmittances have one channel; a position of one is refused.
+  const bool scalar =
+      !settings.layered && (settings.fog.distance || settings.fog.mode == FogMode::kTransmittance);
+  if (scalar || position.spec().channel_count() >= 3) inputs[1] = ThreeChannels(inputs[1]);
   return graph::MakeNode(std::make_shared<const FogOp>(std::move(settings)), std::move(inputs));
 }
 

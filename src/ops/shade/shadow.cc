@@ -186,8 +186,7 @@ Node Shadow(const Node& position, const Node& light_depth, const ShadowParams& p
   settings.map_step = ops::StepOf(light_depth.spec().type, params.map_bits, false);
   settings.position_step = ops::StepOf(position.spec().type, params.position_bits, true);
   const Node map = SelectChannels(light_depth, {{depth.empty() ? 0 : depth[0], 0, "Z"}});
-  return graph::MakeNode(std::make_shared<const ops::ShadowOp>(settings),
-                         {ops::ThreeChannels(position), map});
+  return graph::MakeNode(std::make_shared<const ops::ShadowOp>(settings), {position, map});
 }
 
 Node SoftShadow(const Node& position, const std::vector<Node>& light_depths,

@@ -176,7 +176,8 @@ std::array<double, 9> RotationAbout(const Vector3& axis, double degrees) {
 
 Node SolidCoordinates(const Node& position, const SolidParams& params) {
   ops::CheckSolid(params);
-  return TransformPoints(ops::ThreeChannels(position), {ops::ToSolid(params), false});
+  graph::RequireColor("solid positions", position.spec());
+  return TransformPoints(position, {ops::ToSolid(params), false});
 }
 
 Node SolidTexture(const Node& color, const Node& position, const SolidParams& params) {
