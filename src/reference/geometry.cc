@@ -57,7 +57,7 @@ double KeysCubic(double x, double a) {
 double Value(const std::string& name, double distance) {
   const double x = std::fabs(distance), radius = KernelOf(name).radius;
   if (name == "box") return x <= 0.5 ? 1 : 0;
-  // 6e-5 at its very edge, where its first cosines cancel but for that: it counts.
+  // Blackman-Harris is 6e-5 at its very edge, not 0: a pixel there counts.
   if (x >= radius && !(name == "blackman-harris" && x < radius + 1e-9)) return 0;
   if (name == "disk") return 1;
   if (name == "triangle" || name == "linear") return 1 - x;

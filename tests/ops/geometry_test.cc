@@ -279,6 +279,18 @@ TEST(GeometryTest, TheTailOfAFilterThatSeesTheEdgeIsWithinBound) {
   }
 }
 
+// At these ratios pixels lie at the very edge of filters, some of which end with a jump.
+TEST(GeometryTest, PixelsAtTheEdgeOfAFilterAreWithinBound) {
+  const Node image = FromImage(testing::RandomImage({0, 0, 64, 40}, 3, 5));
+  for (const char* filter : {"blackman-harris", "box", "gaussian", "sharp-gaussian", "lanczos3", "disk"}) {
+    for (const auto& [width, height] : {std::array{96, 60}, {80, 50}, {48, 30}, {32, 20}, {192, 120}}) {
+      SCOPED_TRACE(std::string(filter) + " to " + std::to_string(width));
+      const VerifyReport report = Verify(Resize(image, {.width = width, .height = height, .filter = filter}));
+      EXPECT_TRUE(report.within_bound) << report.Summary();
+    }
+  }
+}
+
 TEST(GeometryTest, MipLevels) {
   const Image image = Noise(16, 8, 3);
   const Node node = FromImage(image);

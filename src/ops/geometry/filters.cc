@@ -23,7 +23,7 @@ double Box(double x) { return std::fabs(x) <= 0.5 ? 1 : 0; }
 double Triangle(double x) { return std::max(0.0, 1 - std::fabs(x)); }
 double Gaussian(double x) { return std::fabs(x) < 1.5 ? std::exp(-2 * x * x / 2.25) : 0; }
 double SharpGaussian(double x) { return std::fabs(x) < 1 ? std::exp(-4 * x * x) : 0; }
-// Its edge, 6e-5, is in, however the distance was rounded.
+// 6e-5 at its very edge, not 0: a pixel there counts, however its distance was rounded.
 double BlackmanHarris(double x) {
   if (std::fabs(x) > 1.5 + 1e-9) return 0;
   const double c = std::cos(2 * kPi * x / 3), c2 = 2 * c * c - 1, c3 = c * (2 * c2 - 1);
