@@ -19,6 +19,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/fused-inl.h"
 #include "simd/pixels-inl.h"
 #include "simd/point-inl.h"
 
@@ -182,6 +183,11 @@ class Pair {
   One first_, second_;
 };
 
+// Results that lie in planes; one for all kernels.
+void StoreResults(const graph::PointArgs& args) {
+  s::StoreChunk(args, 0, args.count, [&args](int i) HWY_ATTR { return s::LoadPlanes(args.out, i); });
+}
+
 // Kernel: Affine or Pair, on values and on codes of 8 and 16 bits.
 template <class Kernel>
 class AffineStage final : public graph::PointStage {
@@ -234,8 +240,9 @@ class AffineStage final : public graph::PointStage {
           return RunFrom<PixelType::kFloat>(args, values_);
       }
     } else {
-      const auto load = [in = args.in[0]](int i) HWY_ATTR { return s::LoadPlanes(in, i); };
-      RunTo(args, load, Kernel(values_));
+      s::StoreChunk(args, 0, args.count, [in = args.in[0], f = Kernel(values_)](int i) HWY_ATTR {
+        return f(s::LoadPlanes(in, i));
+      });
     }
   }
 
@@ -272,31 +279,7 @@ class AffineStage final : public graph::PointStage {
     for (int i = 0; i < count; i += s::kLanes) {
       s::StorePlanes(on_values(s::ValuesOf<type>(s::LoadRgbaCodes<type>(from + 4 * i))), args.out, i);
     }
-    if (args.sink.write == nullptr) return;
-    const auto load = [&args](int i) HWY_ATTR { return s::LoadPlanes(args.out, i); };
-    RunTo(args, load, [](const Pixels& p) HWY_ATTR { return p; });
-  }
-
-  // From planes to pixels.
-  template <class Load, class F>
-  static HWY_INLINE void RunTo(const graph::PointArgs& args, const Load& load, const F& f) {
-    switch (args.sink.type) {
-      case PixelType::kUint8:
-        return StoreAll<PixelType::kUint8>(args, load, f);
-      case PixelType::kUint16:
-        return StoreAll<PixelType::kUint16>(args, load, f);
-      case PixelType::kHalf:
-        return StoreAll<PixelType::kHalf>(args, load, f);
-      case PixelType::kFloat:
-        return StoreAll<PixelType::kFloat>(args, load, f);
-    }
-  }
-  template <PixelType type, class Load, class F>
-  static HWY_INLINE void StoreAll(const graph::PointArgs& args, const Load& load, const F& f) {
-    using T = typename s::Samples<type>::T;
-    T* const to = reinterpret_cast<T*>(args.sink.write);
-    const bool stream = args.sink.stream && s::CanStream(to);
-    for (int i = 0; i < args.count; i += s::kLanes) s::StoreRgba<type, true>(f(load(i)), to + 4 * i, stream);
+    if (args.sink.write != nullptr) StoreResults(args);
   }
 
   Kernel values_, codes8_, codes16_;

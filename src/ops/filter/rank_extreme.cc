@@ -24,9 +24,10 @@ namespace tessera::ops {
 // its rows are.
 constexpr int kStripBytes = 4096;
 constexpr int kAhead = 2;  // rows
-// Windows up to this height hold their rows in registers, two results at a time; higher ones are built from
-// running extremes of blocks of rows.
+// Windows of odd heights up to this hold their rows in registers, two results at a time; others are built
+// from running extremes of blocks of rows.
 constexpr int kShort = 7;
+constexpr bool IsShort(int height) { return height <= kShort && height % 2 == 1; }
 constexpr int kRing = 8;       // rows that short windows keep: a power of two above kShort
 constexpr int kMostTerms = 5;  // of one step along a row
 
@@ -59,7 +60,7 @@ namespace tessera::ops::HWY_NAMESPACE {
 template <bool kLargest>
 struct OfNumbers {
   using T = float;
-  static constexpr bool kNumbersOnly = true;
+  static constexpr bool kNumbersOnly = true, kRare = false;
   static constexpr float kNothing =
       kLargest ? -std::numeric_limits<float>::infinity() : std::numeric_limits<float>::infinity();
   static HWY_INLINE V Of(V a, V b) { return kLargest ? s::ClampLow(a, b) : s::ClampHigh(a, b); }
@@ -67,7 +68,7 @@ struct OfNumbers {
 template <bool kLargest>
 struct OfAll {
   using T = float;
-  static constexpr bool kNumbersOnly = false;
+  static constexpr bool kNumbersOnly = false, kRare = true;
   static constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
   static HWY_INLINE V Of(V a, V b) { return kLargest ? s::MaxNumber(a, b) : s::MinNumber(a, b); }
 };
@@ -75,7 +76,7 @@ struct OfAll {
 template <bool kLargest, class TT>
 struct OfCodes {
   using T = TT;
-  static constexpr bool kNumbersOnly = false;
+  static constexpr bool kNumbersOnly = false, kRare = false;
   static constexpr T kNothing = kLargest ? T{0} : std::numeric_limits<T>::max();
   static HWY_INLINE VK<T> Of(VK<T> a, VK<T> b) { return kLargest ? hn::Max(a, b) : hn::Min(a, b); }
 };
@@ -120,11 +121,14 @@ class Extremes {
 
   // False when there are samples that E is not made for.
   bool Run() {
-    if (t_.height <= kShort) {
-      Short();
-    } else {
-      High();
+    // What is rare need not be fastest: it is compiled once for all heights.
+    if constexpr (!E::kRare) {
+      if (IsShort(t_.height)) {
+        Short();
+        return !strange_;
+      }
     }
+    High();
     return !strange_;
   }
 
@@ -223,20 +227,11 @@ class Extremes {
                      t_.samples, t_.stream);
           }
           break;
-        case 2:
-          Pair<2>(y, two);
-          break;
         case 3:
           Pair<3>(y, two);
           break;
-        case 4:
-          Pair<4>(y, two);
-          break;
         case 5:
           Pair<5>(y, two);
-          break;
-        case 6:
-          Pair<6>(y, two);
           break;
         default:
           Pair<7>(y, two);
@@ -335,7 +330,7 @@ void RunStrips(const Strip& strip_of, bool largest, const RankTile<T>& tile, bas
   const ptrdiff_t line = LineStride<T>(strip + margin);
   for (T*& p : work.lines) p = scratch.Allocate<T>(static_cast<size_t>(line));
   work.stride = LineStride<T>(strip);
-  const int rows = tile.height <= kShort ? kRing : 2 * tile.height + 1;
+  const int rows = std::max(kRing, 2 * tile.height + 1);
   work.rows = scratch.Allocate<T>(static_cast<size_t>(work.stride) * static_cast<size_t>(rows));
   for (int x = 0; x < tile.samples; x += strip) {
     strip_of(largest, tile.Strip(x, std::min(strip, tile.samples - x)), work);
