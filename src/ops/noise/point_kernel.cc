@@ -117,11 +117,15 @@ HWY_INLINE V NoiseOf(const PointRow& a, const PointOctave& o, const Place<kDims>
   V corner[1 << kDims];
 #pragma GCC unroll 16
   for (int c = 0; c < 1 << kDims; ++c) {
-    VU h = side[0][c & 1];
     V from[kDims];
-    from[0] = offset[0][c & 1];
 #pragma GCC unroll 16
-    for (int k = 1; k < kDims; ++k) h = hn::Xor(h, side[k][c >> k & 1]), from[k] = offset[k][c >> k & 1];
+    for (int k = 0; k < kDims; ++k) from[k] = offset[k][c >> k & 1];
+    VU h = hn::Xor(side[0][c & 1], side[1][c >> 1 & 1]);
+    if constexpr (kDims == 3) {
+      // One instruction with AVX-512; without it pairs are shared by two corners.
+      h = HWY_TARGET <= HWY_AVX3 ? hn::Xor3(side[0][c & 1], side[1][c >> 1 & 1], side[2][c >> 2])
+                                 : hn::Xor(h, side[2][c >> 2]);
+    }
     corner[c] = s::LatticeProjection<kDims>(s::LatticeMix(h), from);
   }
 #pragma GCC unroll 16
