@@ -178,8 +178,9 @@ void RegisterCase(const Case& c, const Options& options) {
   });
 }
 
-// End point after `length` pixels from a pixel's centre, in steps of 1/16, of the flow itself or of its
-// samples between which it is bilinear.
+// End point after `length` pixels from a pixel's centre, of the flow itself or of its samples between which
+// it is bilinear: by steps halved until third and fourth order agree, and ended where it turns round within
+// the smallest of them, which is a sink.
 Point Exact(const Flow& flow, const Image* samples, Point at, double length, int size) {
   const auto velocity = [&](Point p) {
     Point v;
@@ -198,12 +199,23 @@ Point Exact(const Flow& flow, const Image* samples, Point at, double length, int
     const double n = std::hypot(v.x, v.y);
     return n > 0 ? Point{v.x / n, v.y / n} : Point{};
   };
-  const double h = 1.0 / 16;
-  for (int i = 0; i < static_cast<int>(length / h + 0.5); ++i) {
+  constexpr double kLongest = 1.0 / 16, kLeast = 1.0 / (1 << 16), kAgree = 1e-9;
+  double h = kLongest;
+  for (double left = length; left > 0;) {
+    h = std::min(h, left);
     const Point a = velocity(at), b = velocity({at.x + h / 2 * a.x, at.y + h / 2 * a.y});
     const Point c = velocity({at.x + h / 2 * b.x, at.y + h / 2 * b.y}),
                 d = velocity({at.x + h * c.x, at.y + h * c.y});
-    at = {at.x + h / 6 * (a.x + 2 * b.x + 2 * c.x + d.x), at.y + h / 6 * (a.y + 2 * b.y + 2 * c.y + d.y)};
+    const Point end{at.x + h / 6 * (a.x + 2 * b.x + 2 * c.x + d.x),
+                    at.y + h / 6 * (a.y + 2 * b.y + 2 * c.y + d.y)};
+    const Point last = velocity(end);
+    if (h > kLeast && h / 6 * std::hypot(d.x - last.x, d.y - last.y) > kAgree) {
+      h /= 2;
+      continue;
+    }
+    if (h <= kLeast && a.x * b.x + a.y * b.y < 0) return at;
+    at = end, left -= h;
+    h = std::min(2 * h, kLongest);
   }
   return at;
 }

@@ -53,6 +53,34 @@ TEST(LicTest, SinksAndShearLinesKeepLinesWhereTheyAre) {
   (void)texture;
 }
 
+TEST(LicTest, LongLinesEndInSinksAndKeepTheirWaysAroundCentres) {
+  const int n = 97;
+  // Lines to a node and to a focus end there, between pixels too; those of a centre half a pixel off go on.
+  const auto toward = [](double x, double y) { return std::pair(48.3 - x, 1.5 * (47.6 - y)); };
+  const auto spiral = [](double x, double y) {
+    return std::pair(48.3 - x - 3 * (y - 47.6), 47.6 - y + 3 * (x - 48.3));
+  };
+  const auto centre = [](double x, double y) { return std::pair(47.6 - y, x - 48.3); };
+  OnEveryTarget([&] {
+    const Image node = EndPoints(FieldOf(n, n, toward), {.length = 80});
+    const Image focus = EndPoints(FieldOf(n, n, spiral), {.length = 160});
+    const Image around = EndPoints(FieldOf(n, n, centre), {.length = 100});
+    for (int y = 32; y < 64; ++y) {
+      for (int x = 32; x < 64; ++x) {
+        for (const Image* end : {&node, &focus}) {
+          ASSERT_NEAR(end->at<float>(x, y, 0), 48.3, 1e-3) << x << "," << y;
+          ASSERT_NEAR(end->at<float>(x, y, 1), 47.6, 1e-3) << x << "," << y;
+        }
+        const double radius = std::hypot(x - 48.3, y - 47.6), angle = std::atan2(y - 47.6, x - 48.3);
+        if (radius < 0.7) continue;  // more than twenty times around
+        const double to = angle + 100 / radius;
+        ASSERT_NEAR(around.at<float>(x, y, 0), 48.3 + radius * std::cos(to), 2e-2) << x << "," << y;
+        ASSERT_NEAR(around.at<float>(x, y, 1), 47.6 + radius * std::sin(to), 2e-2) << x << "," << y;
+      }
+    }
+  });
+}
+
 TEST(LicTest, MasksEndLinesAndAreTransparent) {
   Image field(ImageSpec(24, 24, 4));
   for (int y = 0; y < 24; ++y) {

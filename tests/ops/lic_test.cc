@@ -224,8 +224,8 @@ TEST(LicTest, AdaptiveEndPointsAreThoseOfSmallSteps) {
       worst = std::max(worst, off), sum += off;
     }
   }
-  EXPECT_LT(sum / count, 1e-3);
-  EXPECT_LT(worst, 5e-3);
+  EXPECT_LT(sum / count, 5e-4);
+  EXPECT_LT(worst, 2e-3);
   EXPECT_GT(worst, 0);
 }
 

@@ -275,9 +275,9 @@ HWY_INLINE Sampled SampledNear(V row, V base, const V2& p) {
   return {hn::BitCast(DU(), index), hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)};
 }
 
-// At any positions. Where speed does not count, the code is shared.
-inline HWY_NOINLINE V2 VelocityAnywhere(const Lines& lines, const Place& place, const Starts& starts,
-                                        const V2& p) {
+// At any positions.
+HWY_INLINE Sampled SampledAnywhere(const Lines& lines, const Place& place, const Starts& starts,
+                                   const V2& p) {
   const DI di;
   const V floor_x = hn::Floor(p.x), floor_y = hn::Floor(p.y);
   VI x = hn::Add(hn::ConvertTo(di, floor_x), starts.x), y = hn::Add(hn::ConvertTo(di, floor_y), starts.y);
@@ -290,12 +290,22 @@ inline HWY_NOINLINE V2 VelocityAnywhere(const Lines& lines, const Place& place, 
   x = limit(x, place.x, lines.width, lines.around_x), y = limit(y, place.y, lines.height, lines.around_y);
   const VI offset = hn::Add(hn::Mul(y, hn::Set(di, static_cast<int>(lines.uv_row / 2))), x);
   const VU index = hn::Add(hn::BitCast(DU(), offset), hn::Set(DU(), place.first_uv));
-  return VelocityAt(lines, place, place.uv, {index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)});
+  return {index, hn::Sub(p.x, floor_x), hn::Sub(p.y, floor_y)};
+}
+// Where speed does not count, the code is shared.
+inline HWY_NOINLINE V2 VelocityAnywhere(const Lines& lines, const Place& place, const Starts& starts,
+                                        const V2& p) {
+  return VelocityAt(lines, place, place.uv, SampledAnywhere(lines, place, starts, p));
+}
+inline HWY_NOINLINE V2 VectorAnywhere(const Lines& lines, const Place& place, const Starts& starts,
+                                      const V2& p) {
+  return VectorAt(place.uv, lines.uv_row, SampledAnywhere(lines, place, starts, p));
 }
 
 // What one step found: where it ends and the vector there.
 struct Stepped {
   V2 end, velocity;
+  V wrong;  // an estimate of the end's error, squared, where it was asked for
 };
 
 // The places between two ends of a step: cubic Hermite polynomials, share t in [0, 1] of the step.

@@ -98,7 +98,7 @@ OpInfo LicInfo() {
       "channel), or with input=1 the image below the field on the stack (all of its channels). A field of "
       "another size is brought to the picture's.\n"
       "integrator=adaptive takes Runge-Kutta steps of up to ten pixels, twenty where the field is smooth, "
-      "with taps in between by cubic Hermite polynomials: end points of smooth fields within 4e-3 pixels at "
+      "with taps in between by cubic Hermite polynomials: end points of smooth fields within 1e-3 pixels at "
       "length 100. euler, midpoint and rk4 take one step a tap. cell goes from pixel to pixel with one tap "
       "each, slopes rounded to 20 bits (Cabral and Leedom 1993). method=fast shares lines between pixels, "
       "which pays from a length of 40: on white noise at length 20 RMS 12/1024 from direct with "

@@ -79,6 +79,7 @@ struct Lines {
   int taps_at_once = 1;    // kAdaptive: taps of its longest step
   int taps_if_even = 1;    // and of one through a field that is smooth from pixel to pixel
   float turn = 0;          // kAdaptive: the largest change of direction within a step
+  float error = 0;         // and the largest error of a step from tap to tap, in pixels; 0: any
   float farthest = 0;      // pixels that a line can lead away, upper bound
 
   int taps = 0;                          // each way

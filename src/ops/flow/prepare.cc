@@ -423,7 +423,10 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
                reach = std::max(1.0, shared ? std::min(whole, 20.0) : whole);
   lines.turn = static_cast<float>(std::min(0.3, 0.15 * std::pow(20 / reach, 0.25)));
   // Errors of steps add up along the line, those of the bends between pixels first.
-  const double longest_step = reach > 32 ? 4 : 10;
+  const double longest_step = reach > 64 ? 2 : reach > 32 ? 4 : 10;
+  // Lines that go far pass by saddles, which take what they are off by further apart, and go around centres.
+  if (lines.integrator == LicIntegrator::kAdaptive && reach > 64)
+    lines.error = static_cast<float>(std::clamp(0.3 / (reach * reach), 1e-5, 1e-3));
   const auto most_taps = [&](double pixels) {
     return std::clamp(static_cast<int>(pixels / params.step), 1, 40);
   };
@@ -435,6 +438,7 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
     fastest = out.longest;
     const double pixels = std::ceil(fastest * params.step);
     if (lines.integrator == LicIntegrator::kAdaptive) lines.integrator = LicIntegrator::kRk4;
+    lines.error = 0;
     lines.parts = static_cast<int>(std::clamp(pixels, 1.0, 64.0));
   }
   lines.farthest =

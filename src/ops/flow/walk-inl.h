@@ -10,7 +10,9 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 
+#include "ops/flow/close-inl.h"
 #include "ops/flow/field-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -76,9 +78,14 @@ class Walker {
     int at_once = most;
     // Lines that are caught by a sink bend within every pixel too, but have come to it by longer steps.
     bool rough = false, smooth = false;
+    // Of steps from tap to tap: whether their errors are looked at, how many parts of them most lines need,
+    // and a bit for each line that has ended in a sink.
+    bool known = false, watched = false;
+    int finer = 1;
+    uint32_t still = 0;
     for (int done = 0; done < taps;) {
       int n = std::min(at_once, taps - done);
-      const int parts = n == 1 ? lines_.parts : 1;
+      const int parts = n == 1 ? lines_.parts * finer : 1;
       const float h = lines_.step * static_cast<float>(n) / static_cast<float>(parts);
       // Of a step that needs a smooth field half: its errors are to be those of two.
       const bool even = n > lines_.taps_at_once;
@@ -87,11 +94,21 @@ class Walker {
       bool tried = true;
       V turned = hn::Zero(D());
       Stepped to[kChains];
+      Mended mended;
+      if (n == 1 && !known && lines_.error > 0) {
+        known = true, watched = IsEvenAround(lines_, place_);
+      }
       for (int i = 0; i < parts; ++i) {
         if (i > 0) Accept(to);
+        asked.watched = n == 1 && watched;
         // Nobody asks for the vectors at the last tap.
-        asked.ends = n > 1 || i + 1 < parts || done + 1 < taps;
+        asked.ends = n > 1 || asked.watched || i + 1 < parts || done + 1 < taps;
+        if (still == ~0u) {
+          for (int c = 0; c < kChains; ++c) to[c] = {p_[c], v_[c], hn::Zero(D())};
+          continue;
+        }
         tried = Step(h, asked, to, turned);
+        if (asked.watched) Mend(h, still, to, mended);
       }
       if (most > 1) {
         if (!tried || (n > 1 && !hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), limit))))) {
@@ -105,8 +122,14 @@ class Walker {
           continue;
         }
         smooth = smooth || n > 1;
-        if (n == 1 && asked.ends) rough = !smooth && Bent(h, to) > kPacket / 2;
-        if (!rough && hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), 0.2f * limit))))
+        if (mended.most > kLines / 8) {
+          finer = std::min(2 * finer, kMostParts);
+        } else if (n == 1 && !mended.close) {
+          finer = std::max(finer / 2, 1);
+        }
+        if (n == 1 && asked.ends) rough = !smooth && !watched && Bent(h, to) > kPacket / 2;
+        if (!rough && still == 0 && finer == 1 &&
+            hn::AllFalse(D(), hn::Gt(turned, hn::Set(D(), 0.2f * limit))))
           at_once = std::min(2 * n, most);
       }
       if (n == 1) {
@@ -172,17 +195,58 @@ class Walker {
   HWY_INLINE void Accept(const Stepped* to) {
     for (int c = 0; c < kChains; ++c) p_[c] = to[c].end, v_[c] = to[c].velocity;
   }
+  // What was mended within a tap: the most lines of a step; whether twice the step would have been too wrong.
+  struct Mended {
+    int most = 0;
+    bool close = false;
+  };
+  // Steps of their own for those lines for which the step taken is too wrong; lines in `still` stay.
+  HWY_INLINE void Mend(float h, uint32_t& still, Stepped* to, Mended& mended) const {
+    const D d;
+    uint32_t wrong = 0, close = 0;
+    HWY_UNROLL(4)
+    for (int c = 0; c < kChains; ++c) {
+      const auto lanes = hn::Gt(to[c].wrong, hn::Set(d, lines_.error * lines_.error));
+      wrong |= BitsOf(lanes) << (c * kLanes);
+      const auto near = hn::Gt(to[c].wrong, hn::Set(d, lines_.error * lines_.error / 512));
+      close |= BitsOf(near) << (c * kLanes);
+    }
+    mended.close |= (close & ~still) != 0;
+    if (HWY_LIKELY((wrong | still) == 0)) return;
+    mended.most = std::max(mended.most, std::popcount(wrong & ~still));
+    Tapped at;
+    for (int c = 0; c < kChains; ++c) {
+      const int i = c * kLanes;
+      hn::Store(p_[c].x, d, at.x + i), hn::Store(p_[c].y, d, at.y + i);
+      hn::Store(v_[c].x, d, at.u + i), hn::Store(v_[c].y, d, at.v + i);
+      hn::Store(to[c].end.x, d, at.end_x + i), hn::Store(to[c].end.y, d, at.end_y + i);
+      hn::Store(to[c].velocity.x, d, at.end_u + i), hn::Store(to[c].velocity.y, d, at.end_v + i);
+    }
+    wrong &= ~still;
+    for (uint32_t left = still; left != 0; left &= left - 1) {
+      const int l = std::countr_zero(left);
+      at.end_x[l] = at.x[l], at.end_y[l] = at.y[l], at.end_u[l] = at.u[l], at.end_v[l] = at.v[l];
+    }
+    if (wrong != 0) still |= FollowClosely(lines_, place_, starts_, h, wrong, at);
+    for (int c = 0; c < kChains; ++c) {
+      const int i = c * kLanes;
+      to[c].end = {hn::Load(d, at.end_x + i), hn::Load(d, at.end_y + i)};
+      to[c].velocity = {hn::Load(d, at.end_u + i), hn::Load(d, at.end_v + i)};
+    }
+  }
   struct Asked {
-    float limit;  // of the squared change of direction
-    bool even;    // the field is to be smooth
-    bool rough;   // the lines bend within every pixel
-    bool ends;    // the vectors at the step's ends are wanted
+    float limit;           // of the squared change of direction
+    bool even;             // the field is to be smooth
+    bool rough;            // the lines bend within every pixel
+    bool ends;             // the vectors at the step's ends are wanted
+    bool watched = false;  // and Stepped::wrong
   };
   // One step of the integrator; `turned`: the largest squared change of direction met. False, with no more
   // done, where the first half of the step shows that it turns by more than the square root of the limit,
   // which is then `turned`, or the field to be not smooth.
   HWY_INLINE bool Step(float h, const Asked& asked, Stepped* to, V& turned) const {
     const D d;
+    V2 k4[kChains];
     if (kOrders == Orders::kLow || (kOrders == Orders::kAny && IsLow(lines_.integrator))) {
       V2 slope[kChains];
       for (int c = 0; c < kChains; ++c) slope[c] = v_[c];
@@ -196,7 +260,7 @@ class Walker {
       const V whole = hn::Set(d, h), half = hn::Set(d, 0.5f * h), sixth = hn::Set(d, h / 6.0f);
       const V two = hn::Set(d, 2.0f);
       const bool adaptive = lines_.integrator == LicIntegrator::kAdaptive;
-      V2 at[kChains], k2[kChains], k3[kChains], k4[kChains];
+      V2 at[kChains], k2[kChains], k3[kChains];
       HWY_UNROLL(4)
       for (int c = 0; c < kChains; ++c) at[c] = Ahead(c, p_[c], half, v_[c]);
       Evenness found{hn::Zero(d), hn::Set(d, hwy::HighestValue<float>())};
@@ -256,6 +320,10 @@ class Walker {
     At(ends, last);
     HWY_UNROLL(4)
     for (int c = 0; c < kChains; ++c) to[c].velocity = last[c];
+    if (kOrders != Orders::kLow && asked.watched) {
+      const V sixth = hn::Set(d, h * h / 36);
+      for (int c = 0; c < kChains; ++c) to[c].wrong = hn::Mul(sixth, Turn(k4[c], last[c]));
+    }
     return true;
   }
   // The end of a step of third order, stages at 1/2 and 4/5. Where the vector has kinks within the step its
@@ -297,6 +365,7 @@ class Walker {
     const V x = hn::Sub(b.x, a.x), y = hn::Sub(b.y, a.y);
     return hn::MulAdd(x, x, hn::Mul(y, y));
   }
+  static constexpr int kMostParts = 8;
   static constexpr float kUneven = 4, kBend = 64;
   // What half a step may turn by, as a share of the whole one's; squares.
   static constexpr float kHalfTurn = 0.4f, kNoLimit = 1e9f;
