@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/number_text.h"
 #include "tessera/error.h"
 
 namespace tessera {
@@ -42,8 +43,8 @@ Matrix4 LookAt(const Vector3& eye, const Vector3& target, const Vector3& up) {
 
 void RequireRange(double near, double far, double aspect) {
   if (!(near < far) || !(aspect > 0) || !std::isfinite(far) || !std::isfinite(aspect)) {
-    throw Error("camera", "found near " + std::to_string(near) + ", far " + std::to_string(far) +
-                              ", aspect " + std::to_string(aspect) +
+    throw Error("camera", "found near " + base::NumberText(near) + ", far " + base::NumberText(far) +
+                              ", aspect " + base::NumberText(aspect) +
                               ", expected near < far and a positive aspect");
   }
 }
@@ -227,8 +228,8 @@ Camera Camera::Perspective(const Vector3& eye, const Vector3& target, const Vect
                            double aspect, double near, double far) {
   RequireRange(near, far, aspect);
   if (!(field_of_view > 0 && field_of_view < 180) || !(near > 0)) {
-    throw Error("camera", "found a field of view of " + std::to_string(field_of_view) + " and near " +
-                              std::to_string(near) +
+    throw Error("camera", "found a field of view of " + base::NumberText(field_of_view) + " and near " +
+                              base::NumberText(near) +
                               ", expected between 0 and 180 degrees and a positive distance");
   }
   const Matrix4 view = LookAt(eye, target, up);
@@ -243,7 +244,7 @@ Camera Camera::Parallel(const Vector3& eye, const Vector3& target, const Vector3
                         double aspect, double near, double far) {
   RequireRange(near, far, aspect);
   if (!(height > 0))
-    throw Error("camera", "found height " + std::to_string(height) + ", expected a positive one");
+    throw Error("camera", "found height " + base::NumberText(height) + ", expected a positive one");
   const Matrix4 view = LookAt(eye, target, up);
   const Matrix4 projection = {
       2 / (height * aspect),       0, 0, 0, 0, 2 / height, 0, 0, 0, 0, 2 / (near - far),

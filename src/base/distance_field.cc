@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/distance_transform.h"
+#include "base/number_text.h"
 #include "base/volume_data.h"
 #include "tessera/error.h"
 #include "tessera/volume.h"
@@ -18,7 +19,7 @@ bool IsInteger(PixelType type) { return type == PixelType::kUint8 || type == Pix
 VolumeSpec DistanceSpec(VolumeSpec spec, double range) {
   if (!(range >= 0) || !std::isfinite(range)) {
     throw Error("distance field",
-                "found a range of " + std::to_string(range) + ", expected a positive number");
+                "found a range of " + base::NumberText(range) + ", expected a positive number");
   }
   spec.scale = 1;
   spec.bias = 0;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "base/number_text.h"
 #include "tessera/error.h"
 #include "tessera/volume.h"
 
@@ -18,7 +19,7 @@ double Length(const Vector3& v) { return std::sqrt(Dot(v, v)); }
 
 void Require(bool valid, const char* what, double found) {
   if (!valid) {
-    throw Error("solid", std::string("found ") + what + " of " + std::to_string(found) +
+    throw Error("solid", std::string("found ") + what + " of " + base::NumberText(found) +
                              ", expected a positive number");
   }
 }

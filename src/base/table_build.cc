@@ -8,6 +8,7 @@
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
+#include "base/number_text.h"
 #include "base/table_axis.h"
 #include "tessera/error.h"
 #include "tessera/table.h"
@@ -196,8 +197,8 @@ Table InverseTable(const Table& table, int size) {
   const bool falling = y.back() < y.front();
   for (size_t i = 1; i < y.size(); ++i) {
     if (falling ? y[i] < y[i - 1] : y[i] > y[i - 1]) continue;
-    throw Error("inverse", "entry " + std::to_string(i) + ": found " + std::to_string(y[i]) + " after " +
-                               std::to_string(y[i - 1]) + ", expected entries that " +
+    throw Error("inverse", "entry " + std::to_string(i) + ": found " + base::NumberText(y[i]) + " after " +
+                               base::NumberText(y[i - 1]) + ", expected entries that " +
                                (falling ? "decrease" : "increase") + " strictly");
   }
   if (falling) std::reverse(y.begin(), y.end());

@@ -55,8 +55,7 @@ class LineReader {
       if (next_ < words_.size()) values.push_back(words_[next_++]);
     } else {
       for (const ops::ParamInfo& param : params) {
-        const auto replaces = [&](const auto& m) { return m.first == param.omitted_with; };
-        if (std::any_of(token.modifiers.begin(), token.modifiers.end(), replaces)) continue;
+        if (ops::IsLeftOut(param, token.modifiers)) continue;
         if (next_ >= words_.size()) {
           throw UsageError(word, "found the end of the line, expected " + param.name +
                                      (param.help.empty() ? "" : " (" + param.help + ")"));
@@ -88,7 +87,7 @@ class LineReader {
         step.arguments = ops::ParseArguments(command.info, values, modifiers);
       }
     } catch (const Error& e) {
-      throw UsageError("--" + e.subject(), e.reason());
+      throw UsageError("--" + e.subject(), e.reason() + ModifiersBehind(command.info, values));
     }
     if (command.effect == Effect::kOption) {
       command.set(step.arguments, line_.options);
@@ -126,6 +125,19 @@ class LineReader {
 };
 
 }  // namespace
+
+std::string ModifiersBehind(const ops::OpInfo& row, const std::vector<std::string>& values) {
+  for (const std::string& value : values) {
+    const size_t colon = std::min(value.find(':'), value.size());
+    const std::string key = value.substr(std::min(colon + 1, value.size()));
+    const auto begins = [&](const ops::ParamInfo& p) { return key.starts_with(p.name); };
+    if (std::any_of(row.modifiers.begin(), row.modifiers.end(), begins)) {
+      return "; modifiers follow the name: --" + row.name + value.substr(colon) + " " +
+             value.substr(0, colon);
+    }
+  }
+  return "";
+}
 
 Token SplitToken(const std::string& word) {
   // Pieces between colons; a quote protects what it encloses.

@@ -38,6 +38,10 @@ struct Token {
 // `word` without its dashes.
 Token SplitToken(const std::string& word);
 
+// What to say of modifiers that stand behind an argument (--hue 30:preserve=none): where they belong. Empty
+// when there are none.
+std::string ModifiersBehind(const ops::OpInfo& row, const std::vector<std::string>& values);
+
 // A whole line.
 struct Line {
   Options options;

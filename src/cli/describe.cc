@@ -1,15 +1,12 @@
 // Commands in words: synopsis, operands, what a parameter may be.
 #include "cli/describe.h"
 
-#include <charconv>
+#include "base/number_text.h"
 
 namespace tessera::cli {
 namespace {
 
-std::string Shown(double value) {
-  char text[32];
-  return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
-}
+using base::NumberText;
 
 std::string Modifiers(const ops::OpInfo& row) {
   std::string text;
@@ -45,9 +42,9 @@ std::string Count(const ops::ParamInfo& p) {
 
 std::string Range(const ops::ParamInfo& p) {
   const bool low = p.min > -1e38, high = p.max < 1e38;
-  if (low && high) return " from " + Shown(p.min) + " to " + Shown(p.max);
-  if (low) return " of at least " + Shown(p.min);
-  if (high) return " of at most " + Shown(p.max);
+  if (low && high) return " from " + NumberText(p.min) + " to " + NumberText(p.max);
+  if (low) return " of at least " + NumberText(p.min);
+  if (high) return " of at most " + NumberText(p.max);
   return "";
 }
 
@@ -138,6 +135,9 @@ std::string AllowedValues(const ops::ParamInfo& p) {
       break;
   }
   if (!p.default_value.empty()) text += (text.empty() ? "Default " : "; default ") + p.default_value;
+  if (const std::string use = ops::UseOf(p); !use.empty())
+    text +=
+        (text.empty() ? std::string() + static_cast<char>(std::toupper(use[0])) + use.substr(1) : "; " + use);
   return text.empty() ? "" : text + ".";
 }
 

@@ -79,7 +79,9 @@ std::string WordsOf(const Step& step) {
 }
 
 std::string SubjectOf(const ops::OpInfo& op, const Error& error) {
-  return "--" + (error.subject().starts_with(op.name) ? "" : op.name + " ") + error.subject();
+  const std::string& subject = error.subject();
+  const bool own = subject.substr(0, subject.find_first_of(": ")) == op.name;
+  return "--" + (own ? "" : op.name + " ") + subject;
 }
 
 void RequireSize(const Entry& entry) {
@@ -137,7 +139,10 @@ void ApplyOperation(const Step& step, Session& session) {
     result.node = op.make(inputs, arguments, nullptr);
   } catch (const Error& e) {
     arguments.notes = nullptr;
-    if (ArgumentsAreWrong(op, arguments, e)) throw UsageError(SubjectOf(op, e), e.reason());
+    std::vector<std::string> values;
+    for (const ops::ParamInfo& p : op.arguments) values.push_back(arguments.Text(p.name));
+    if (ArgumentsAreWrong(op, arguments, e))
+      throw UsageError(SubjectOf(op, e), e.reason() + ModifiersBehind(op, values));
     throw Error(SubjectOf(op, e), e.reason());
   }
   for (const std::string& note : notes) std::cout << step.written << ": " << note << std::endl;

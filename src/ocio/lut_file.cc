@@ -15,6 +15,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/number_text.h"
 #include "ocio/config.h"
 
 namespace tessera::ocio {
@@ -63,7 +64,7 @@ class Checker {
     }
     for (int c = 0; c < 3; ++c) {
       if (!(low_[c] < high_[c])) {
-        Refuse("found a domain from " + Shown(low_[c]) + " to " + Shown(high_[c]) +
+        Refuse("found a domain from " + base::NumberText(low_[c]) + " to " + base::NumberText(high_[c]) +
                ", expected it to increase");
       }
     }
@@ -93,11 +94,6 @@ class Checker {
  private:
   [[noreturn]] void Refuse(const std::string& reason) const { throw Error(file_, reason); }
   std::string Where() const { return " in line " + std::to_string(line_); }
-  static std::string Shown(double v) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", v);
-    return text;
-  }
 
   // The next line that has words, comments left out.
   bool Next() {

@@ -9,11 +9,14 @@
 #include <optional>
 #include <string_view>
 
+#include "base/number_text.h"
 #include "ops/registry.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
 namespace {
+
+using base::NumberText;
 
 std::string Quoted(std::string_view text) {
   constexpr size_t kLongest = 40;
@@ -22,12 +25,6 @@ std::string Quoted(std::string_view text) {
     if (std::iscntrl(static_cast<unsigned char>(c))) c = '?';
   }
   return "\"" + shown + (text.size() > kLongest ? "…" : "") + "\"";
-}
-
-std::string Shown(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value);
-  return std::string(text, end.ptr);
 }
 
 // "a", "a or b", "a, b or c".
@@ -97,9 +94,9 @@ class ParamParser {
 
   std::string Range() const {
     const bool low = param_.min > -1e38, high = param_.max < 1e38;
-    if (low && high) return " from " + Shown(param_.min) + " to " + Shown(param_.max);
-    if (low) return " of at least " + Shown(param_.min);
-    if (high) return " of at most " + Shown(param_.max);
+    if (low && high) return " from " + NumberText(param_.min) + " to " + NumberText(param_.max);
+    if (low) return " of at least " + NumberText(param_.min);
+    if (high) return " of at most " + NumberText(param_.max);
     return "";
   }
 
@@ -111,8 +108,8 @@ class ParamParser {
     }
     if (!std::isfinite(*value)) Refuse("found " + Quoted(text) + ", expected a finite number" + Range());
     if (*value < param_.min || *value > param_.max) {
-      Refuse("found " + Quoted(text) + ", expected " + what + " from " + Shown(param_.min) + " to " +
-             Shown(param_.max));
+      Refuse("found " + Quoted(text) + ", expected " + what + " from " + NumberText(param_.min) + " to " +
+             NumberText(param_.max));
     }
     return *value;
   }
@@ -204,6 +201,70 @@ const Arguments::Value& Find(const Arguments& arguments, const std::string& name
   return it->second;
 }
 
+// One of the conditions of ParamInfo::only_with.
+struct Condition {
+  bool holds = true;  // what is asked for
+  std::string name;
+  std::vector<std::string> values;  // none: written or not
+
+  std::string Words() const {
+    std::vector<std::string> words;
+    for (const std::string& value : values) words.push_back(name + "=" + value);
+    return values.empty() ? name + "=" : Alternatives(words);
+  }
+};
+
+std::vector<std::string_view> Split(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find(separator, begin), text.size());
+    if (end > begin) parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+std::vector<Condition> ConditionsOf(const ParamInfo& param) {
+  std::vector<Condition> conditions;
+  for (std::string_view text : Split(param.only_with, ' ')) {
+    Condition c;
+    c.holds = text[0] != '!';
+    text.remove_prefix(c.holds ? 0 : 1);
+    const size_t equals = std::min(text.find('='), text.size());
+    c.name = text.substr(0, equals);
+    for (const std::string_view value : Split(text.substr(std::min(equals + 1, text.size())), '|'))
+      c.values.emplace_back(value);
+    conditions.push_back(std::move(c));
+  }
+  return conditions;
+}
+
+// Refuses what would be read by nobody.
+void RequireUsed(const OpInfo& op, const Arguments& a) {
+  const auto written = [&](const ParamInfo& p) {
+    return a.Given(p.name) && (p.type != ParamType::kFlag || a.Text(p.name) != p.default_value);
+  };
+  const auto check = [&](const ParamInfo& param, const std::string& shown) {
+    if (!written(param)) return;
+    for (const Condition& c : ConditionsOf(param)) {
+      const std::string& value = a.Text(c.name);
+      const bool holds = c.values.empty()
+                             ? std::any_of(op.modifiers.begin(), op.modifiers.end(),
+                                           [&](const ParamInfo& p) { return p.name == c.name && written(p); })
+                             : std::find(c.values.begin(), c.values.end(), value) != c.values.end();
+      if (holds == c.holds) continue;
+      if (!c.values.empty()) {
+        throw Error(op.name, "found " + shown + " with " + c.name + "=" + value + ", expected " +
+                                 (c.holds ? c.Words() : "another " + c.name + "="));
+      }
+      throw Error(op.name, "found " + shown + (c.holds ? " without " : " with ") + c.Words() + ", expected " +
+                               (c.holds ? "both" : "one of them"));
+    }
+  };
+  for (const ParamInfo& param : op.arguments) check(param, param.name);
+  for (const ParamInfo& param : op.modifiers) check(param, param.name + "=");
+}
+
 // The default of an optional parameter; an empty one stays empty (no numbers), and is asked for through
 // Given().
 Arguments::Value DefaultValue(const std::string& subject, const ParamInfo& param) {
@@ -243,6 +304,22 @@ std::string Nearest(const std::string& word, std::span<const std::string> known)
   return best;
 }
 
+std::string UseOf(const ParamInfo& param) {
+  std::string text;
+  for (const Condition& c : ConditionsOf(param))
+    text += (text.empty() ? "" : ", ") + std::string(c.holds ? "only with " : "not with ") + c.Words();
+  return text;
+}
+
+bool IsLeftOut(const ParamInfo& param, std::span<const std::pair<std::string, std::string>> modifiers) {
+  const std::vector<Condition> conditions = ConditionsOf(param);
+  return std::any_of(modifiers.begin(), modifiers.end(), [&](const auto& modifier) {
+    return std::any_of(conditions.begin(), conditions.end(), [&](const Condition& c) {
+      return !c.holds && c.values.empty() && c.name == modifier.first;
+    });
+  });
+}
+
 Arguments ParseArguments(const OpInfo& op, std::span<const std::string> positional,
                          std::span<const std::pair<std::string, std::string>> modifiers) {
   Arguments result;
@@ -280,6 +357,7 @@ Arguments ParseArguments(const OpInfo& op, std::span<const std::string> position
     }
     result.values[key] = ParamParser(op.name + ":" + key, *param).Parse(text, true);
   }
+  RequireUsed(op, result);
   return result;
 }
 

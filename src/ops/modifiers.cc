@@ -49,5 +49,9 @@ ParamInfo ListModifier(const char* name, const char* default_value, int most, do
   param.max_count = most;
   return param;
 }
+ParamInfo OnlyWith(const char* conditions, ParamInfo param) {
+  param.only_with = conditions;
+  return param;
+}
 
 }  // namespace tessera::ops

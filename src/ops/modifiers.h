@@ -21,6 +21,8 @@ ParamInfo TextModifier(const char* name, const char* help);
 // One to `most` numbers.
 ParamInfo ListModifier(const char* name, const char* default_value, int most, double min, double max,
                        const char* help);
+// The parameter with its ParamInfo::only_with.
+ParamInfo OnlyWith(const char* conditions, ParamInfo param);
 
 }  // namespace tessera::ops
 

@@ -30,8 +30,11 @@ struct ParamInfo {
   std::vector<int> counts = {};  // kNumbers: when not empty, the only counts allowed (9,12,16,20)
   std::vector<std::string> choices = {};
   bool numbers_too = false;
-  std::string omitted_with =
-      {};  // a positional argument with a default that is not written where this modifier is
+  // Where it has a use; written elsewhere it is refused, and a positional argument with a default is left out
+  // of the line. Blank-separated, all must hold: "mode=linear|exp" (that parameter has one of these values),
+  // "table" (that modifier is written), and either with a ! before it for the opposite. A flag counts as
+  // written where it is not its default.
+  std::string only_with = {};
 };
 
 // Parsed and range-checked values, by parameter name; every parameter of the row is present.
@@ -83,6 +86,10 @@ const OpInfo* FindOp(const std::string& name);
 // expected and, for an unknown key or choice, the nearest known one.
 Arguments ParseArguments(const OpInfo& op, std::span<const std::string> positional,
                          std::span<const std::pair<std::string, std::string>> modifiers);
+// ParamInfo::only_with in words, "only with mode=linear or mode=exp, not with table="; empty for none.
+std::string UseOf(const ParamInfo& param);
+// Whether a positional argument is left out of a line with these modifiers.
+bool IsLeftOut(const ParamInfo& param, std::span<const std::pair<std::string, std::string>> modifiers);
 // From one of OpInfo::examples.
 Arguments ParseExample(const OpInfo& op, const std::string& example);
 // The nearest of `known` by edit distance, or empty when nothing is near.

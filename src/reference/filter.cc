@@ -242,12 +242,12 @@ void EvaluateSobel(const Call& call) {
       return in.at(x + dx, y + dy, c, &inside);
     };
     double gx = 0, gy = 0, sx = 0, sy = 0;
-    for (int k = -1; k <= 1 && p.bits == 0; ++k) {
+    for (int k = -1; k <= 1 && !p.by_parts(); ++k) {
       const double w = k == 0 ? 2 : 1;
       gx += w * (at(1, k) - at(-1, k)), sx += w * std::fabs(at(1, k) - at(-1, k));
       gy += w * (at(k, 1) - at(k, -1)), sy += w * std::fabs(at(k, 1) - at(k, -1));
     }
-    if (p.bits != 0) {
+    if (p.by_parts()) {
       // The inputs are the components.
       gx = call.in[0].at(x, y, c), gy = call.in[1].at(x, y, c);
       sx = std::fabs(gx), sy = std::fabs(gy);
@@ -265,7 +265,7 @@ void EvaluateSobel(const Call& call) {
 }
 Roi SobelInput(const std::any& parameters, int, const Roi& out) {
   const auto& p = std::any_cast<const SobelParams&>(parameters);
-  return p.bits != 0 ? out : Around(out, 1, 1, 1, 1, p.border);
+  return p.by_parts() ? out : Around(out, 1, 1, 1, 1, p.border);
 }
 
 void EvaluateUnsharp(const Call& call) {

@@ -54,6 +54,11 @@ TEST_F(HelpTest, PagesAndListsHoldWhatTheRegistrySays) {
   }
 }
 
+TEST_F(HelpTest, SaysWhereAParameterHasAUse) {
+  EXPECT_NE(Works("--help fog").find("default 100; only with mode=linear."), std::string::npos);
+  EXPECT_NE(Works("--help blur").find("not with sigma="), std::string::npos);
+}
+
 TEST_F(HelpTest, JsonIsJson) {
   Works("--list-commands:format=json");
   const CommandResult result = RunCommand(

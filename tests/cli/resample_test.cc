@@ -45,20 +45,20 @@ TEST_F(ResampleTest, ResizeKeepsTheOriginOfTheDisplayWindow) {
   ExpectAgreement("--resize 50%");
   ExpectAgreement("--resize 0x33");
   ExpectAgreement("--resize 70x77+3-4");
-  // The data window within and around the display window: oiiotool sees black or the display window's edge
-  // beyond it, the windows are the same.
+  // The data window within the display window: black beyond it. Around it the windows are the same, but there
+  // oiiotool sees the display window's edge.
   ASSERT_EQ(Oiiotool(picture + "30x20+40+50 3 --fullsize 200x160+30+40 -o b.exr").exit_code, 0);
   ASSERT_EQ(Oiiotool(picture + "120x90-10-3 3 --fullsize 100x80+0+0 -o c.exr").exit_code, 0);
+  for (const char* const size : {"50%", "50x40+3-4", "0x40", "33%", "70x77", "300x170"})
+    ExpectAgreement("--resize " + std::string(size), "b.exr ");
   int count = 0;
-  for (const std::string file : {"b", "c"}) {
-    for (const std::string size : {"50%", "50x40+3-4", "0x40", "33%", "70x77"}) {
-      SCOPED_TRACE(file + " " + size);
-      const std::string n = std::to_string(++count) + ".exr";
-      Works(file + ".exr --resize " + size + " -o ours_w" + n);
-      ASSERT_EQ(Oiiotool(file + ".exr --resize " + size + " -o theirs_w" + n).exit_code, 0);
-      EXPECT_EQ(Load("ours_w" + n).roi(), Load("theirs_w" + n).roi());
-      EXPECT_EQ(Load("ours_w" + n).roi_full(), Load("theirs_w" + n).roi_full());
-    }
+  for (const std::string size : {"50%", "50x40+3-4", "0x40", "33%", "70x77"}) {
+    SCOPED_TRACE(size);
+    const std::string n = std::to_string(++count) + ".exr";
+    Works("c.exr --resize " + size + " -o ours_w" + n);
+    ASSERT_EQ(Oiiotool("c.exr --resize " + size + " -o theirs_w" + n).exit_code, 0);
+    EXPECT_EQ(Load("ours_w" + n).roi(), Load("theirs_w" + n).roi());
+    EXPECT_EQ(Load("ours_w" + n).roi_full(), Load("theirs_w" + n).roi_full());
   }
 }
 

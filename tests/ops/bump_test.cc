@@ -351,7 +351,7 @@ TEST(BumpRefusalTest, NamesWhatIsWrong) {
     return Refusal([&] { Bump(height, p); });
   };
   EXPECT_EQ(with([](BumpParams& p) { p.shift = 1e-4; }),
-            "bump: found shift=0.000100, expected 0.001 to 64 pixels");
+            "bump: found shift=1e-04, expected 0.001 to 64 pixels");
   EXPECT_THAT(with([](BumpParams& p) { p.light = {0, 0, 0}; }), HasSubstr("not all 0"));
   EXPECT_THAT(with([](BumpParams& p) { p.exponent = -1; }), HasSubstr("expected 0 to 10000"));
   EXPECT_THAT(with([](BumpParams& p) { p.scale = kNaN; }), HasSubstr("scale"));

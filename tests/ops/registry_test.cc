@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -130,6 +131,63 @@ TEST(ArgumentsTest, RefusalsNameParameterFoundAndExpected) {
             "quantize: found \"99999999999999999999\", expected a whole number from 1 to 24");
   EXPECT_EQ(Refusal("quantize", {"8"}, {{"dither", "2"}}), "quantize:dither: found \"2\", expected 0 or 1");
   EXPECT_THAT(Refusal("hue", {"30"}, {{"preserve", "luminence"}}), HasSubstr("did you mean luminance?"));
+}
+
+TEST(ArgumentsTest, WhatWouldBeReadByNobodyIsRefused) {
+  EXPECT_EQ(Refusal("perlin", {}, {{"turbulence", "1"}, {"sum", "ridged"}}),
+            "perlin: found turbulence= with sum=, expected one of them");
+  EXPECT_EQ(Refusal("perlin", {}, {{"color", ""}, {"gradient", "1"}}),
+            "perlin: found color= with gradient=, expected one of them");
+  EXPECT_EQ(Refusal("perlin", {}, {{"gradient", "1"}, {"pack", "normal"}}),
+            "perlin: found gradient= with pack=normal, expected pack=none");
+  EXPECT_EQ(Refusal("perlin", {}, {{"turbulence", "0"}, {"sum", "ridged"}}), "accepted");
+  EXPECT_EQ(Refusal("noiseat", {}, {{"type", "cell"}, {"fade", "linear"}}),
+            "noiseat: found fade= with type=cell, expected type=perlin or type=value");
+  EXPECT_EQ(Refusal("fog", {}, {{"start", "5"}}), "fog: found start= with mode=exp, expected mode=linear");
+  EXPECT_EQ(Refusal("phong", {}, {{"bits", "8"}}), "phong: found bits= without table=, expected both");
+  EXPECT_EQ(Refusal("solid", {}, {{"freq", "8"}}),
+            "solid: found freq= with procedure=table, expected another procedure=");
+  EXPECT_EQ(Refusal("blend", {"over"}, {{"src", "zero"}}),
+            "blend: found src= with MODE=over, expected MODE=add, MODE=subtract or MODE=revsubtract");
+  EXPECT_EQ(Refusal("unsharp", {}, {{"kernel", "median"}, {"border", "black"}}),
+            "unsharp: found border= with kernel=median, expected another kernel=");
+  EXPECT_EQ(Refusal("blur", {"3x3"}, {{"sigma", "2"}}), "blur: found SIZE with sigma=, expected one of them");
+  EXPECT_EQ(Refusal("blur", {}, {{"sigma", "2"}, {"kernel", "gaussian"}}), "accepted");
+  const OpInfo* const blur = FindOp("blur");
+  EXPECT_EQ(UseOf(blur->arguments[0]), "not with sigma=");
+  EXPECT_TRUE(IsLeftOut(blur->arguments[0], Modifiers{{"border", "black"}, {"sigma", "2"}}));
+  EXPECT_FALSE(IsLeftOut(blur->arguments[0], Modifiers{{"border", "black"}}));
+}
+
+// What only_with asks about exists, or a parameter could never be written.
+TEST(ArgumentsTest, ConditionsNameParametersAndChoices) {
+  for (const OpInfo& op : Registry()) {
+    std::vector<ParamInfo> all = op.arguments;
+    all.insert(all.end(), op.modifiers.begin(), op.modifiers.end());
+    for (const ParamInfo& p : all) {
+      std::istringstream conditions(p.only_with);
+      for (std::string word; conditions >> word;) {
+        SCOPED_TRACE(op.name + ":" + p.name + " " + word);
+        if (word[0] == '!') word.erase(0, 1);
+        const size_t equals = std::min(word.find('='), word.size());
+        const auto other = std::find_if(all.begin(), all.end(), [&](const ParamInfo& o) {
+          return o.name == word.substr(0, equals) && o.name != p.name;
+        });
+        ASSERT_NE(other, all.end());
+        std::istringstream values(word.substr(std::min(equals + 1, word.size())));
+        for (std::string value; other->type == ParamType::kChoice && std::getline(values, value, '|');)
+          EXPECT_THAT(other->choices, ::testing::Contains(value));
+      }
+    }
+  }
+}
+
+TEST(ArgumentsTest, EveryNoiseTakesALattice) {
+  for (const OpInfo& op : Registry()) {
+    if (op.family != "noise" || op.modifiers.size() < 15) continue;  // textures have none
+    EXPECT_EQ(Refusal(op.name, {}, {{"lattice", "tessera"}}), "accepted") << op.name;
+  }
+  EXPECT_EQ(Refusal("spot", {}, {{"lattice", "osl"}}), "spot:lattice: found \"osl\", expected tessera");
 }
 
 TEST(ArgumentsTest, UnknownModifiersNameTheNearest) {

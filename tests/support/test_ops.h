@@ -40,6 +40,23 @@ inline void ExpectSameBits(const Image& a, const Image& b) {
   EXPECT_EQ(std::memcmp(a.view().data, b.view().data, bytes), 0);
 }
 
+// Gives every NaN of a float or half image the same bits. Of two NaN operands x86 passes one on, by an order
+// that is the compiler's choice: between targets a NaN's sign and payload mean nothing.
+inline void UnifyNans(const Image& image) {
+  const auto unify = [&](auto infinity) {
+    using Bits = decltype(infinity);
+    const auto magnitudes = static_cast<Bits>(~Bits{0}) >> 1;
+    Bits* const samples = reinterpret_cast<Bits*>(image.view().data);
+    const size_t count =
+        static_cast<size_t>(image.spec().data_window.pixels()) * image.spec().channels.size();
+    for (size_t i = 0; i < count; ++i) {
+      if ((samples[i] & magnitudes) > infinity) samples[i] = static_cast<Bits>(magnitudes);
+    }
+  };
+  if (image.spec().type == PixelType::kFloat) unify(uint32_t{0x7f800000});
+  if (image.spec().type == PixelType::kHalf) unify(uint16_t{0x7c00});
+}
+
 // v -> factor * v + offset on every channel, one rounding each; counts the pixels that were computed.
 struct SlowAffine {
   float factor = 1, offset = 0;

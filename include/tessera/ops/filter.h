@@ -144,6 +144,12 @@ struct SobelParams {
   SobelOutput output = SobelOutput::kMagnitude;
   BorderMode border = BorderMode::kClamp;
   int bits = 0;  // 8 to 32: X and Y are summed in an accumulation buffer, see ShiftAccumulate; else Error
+  // kFft: X and Y are convolutions by block transforms, with their error; all others but kRecursive and
+  // kDecimated, which are an Error, are the same differences and sums.
+  FilterMethod method = FilterMethod::kAuto;
+
+  // X and Y are images of their own.
+  bool by_parts() const { return bits != 0 || method == FilterMethod::kFft; }
 };
 Node Sobel(const Node& image, const SobelParams& params = {});
 

@@ -27,10 +27,11 @@ namespace tessera {
 // picture reflected, the edge pixel twice; kBlack zero.
 enum class Wrap : uint8_t { kBlack, kClamp, kRepeat, kMirror };
 
-// The display window becomes width x height, as oiiotool's --resize; beyond the data window the edge is
-// repeated. The filter's distance is in result pixels when reducing, in source pixels when enlarging, per
-// axis. An empty filter is lanczos3, or blackman-harris when either side grows. The result's display window
-// is (x, y, x + width, y + height), its data window is scaled along, the origin rounded down and the size up.
+// The display window becomes width x height, as oiiotool's --resize; beyond the data window the rest of
+// the display window is black, beyond both the edge is repeated. The filter's distance is in result pixels
+// when reducing, in source pixels when enlarging, per axis. An empty filter is lanczos3, or blackman-harris
+// when either side grows. The result's display window is (x, y, x + width, y + height), its data window is
+// scaled along, the origin rounded down and the size up.
 // Where a box halves both sides of an image of 8- or 16-bit integers, the result, written as such, is the
 // exact mean of four codes, rounded half to even. `compress_highlights`: oiiotool's highlightcomp=,
 // logarithms of what is brighter than 0.18 in R, G and B are filtered. Error unless 1 <= width, height <=

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/disc_kernel.h"
@@ -112,13 +113,14 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const DepthOfFieldParams& p = params();
     if (!(p.focus > 0))
-      throw Error("dof", "found a focus of " + std::to_string(p.focus) + ", expected a depth above 0");
+      throw Error("dof", "found a focus of " + base::NumberText(p.focus) + ", expected a depth above 0");
     if (!(p.aperture >= 0) || std::isinf(p.aperture)) {
-      throw Error("dof", "found an aperture of " + std::to_string(p.aperture) +
+      throw Error("dof", "found an aperture of " + base::NumberText(p.aperture) +
                              ", expected a finite one of at least 0");
     }
     if (!(p.max_radius >= 0 && p.max_radius <= kLargestRadius)) {
-      throw Error("dof", "found a radius of " + std::to_string(p.max_radius) + " pixels, expected 0 to 128");
+      throw Error("dof",
+                  "found a radius of " + base::NumberText(p.max_radius) + " pixels, expected 0 to 128");
     }
     if (p.depth_channel < 0 || p.depth_channel >= inputs[1].channel_count()) {
       throw Error("dof", "found the depth channel " + std::to_string(p.depth_channel) + ", expected 0 to " +

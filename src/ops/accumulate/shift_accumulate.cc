@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/sum_kernel.h"
@@ -93,7 +94,7 @@ class ShiftAccumulateOp final : public graph::OpWith<ShiftAccumulateParams> {
           "found a border that changes weights or sizes, expected black, clamp, repeat, mirror or mirror101");
     }
     if (!(p.low <= p.high) || !std::isfinite(p.low) || !std::isfinite(p.high)) {
-      refuse("found a range from " + std::to_string(p.low) + " to " + std::to_string(p.high) +
+      refuse("found a range from " + base::NumberText(p.low) + " to " + base::NumberText(p.high) +
              ", expected low <= high");
     }
     return inputs[0];
@@ -139,6 +140,7 @@ OpInfo ShiftAccumulateInfo() {
   range.default_value = "0,1";
   range.help = "least and greatest sample expected";
   range.min_count = range.max_count = 2;
+  range.only_with = "bits";
   info.arguments = {taps};
   info.modifiers = {IntegerModifier("width", "3", 1, kWidest, "taps per row"), anchor,
                     IntegerModifier("bits", "0", 0, 32, "binary places of the buffer, 8 to 32; 0 is exact"),

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/number_text.h"
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/arithmetic/operands.h"
 #include "ops/color/affine.h"
@@ -225,8 +226,8 @@ Node Clamp(const Node& image, const ClampParams& params) {
     const double low = ops::ChannelValue(params.min, c, -ops::kNoLimit);
     const double high = ops::ChannelValue(params.max, c, ops::kNoLimit);
     if (low > high) {
-      throw Error("clamp", "found a minimum " + std::to_string(low) + " above the maximum " +
-                               std::to_string(high) + " in channel " + std::to_string(c) +
+      throw Error("clamp", "found a minimum " + base::NumberText(low) + " above the maximum " +
+                               base::NumberText(high) + " in channel " + std::to_string(c) +
                                ", expected min <= max");
     }
     affine.limits[static_cast<size_t>(c)] = ops::MakeLimits(low, high);

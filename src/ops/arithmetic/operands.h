@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/registry.h"
 #include "tessera/error.h"
@@ -52,7 +53,7 @@ inline double ChannelValue(const std::vector<double>& values, int channel, doubl
 inline void RequireFinite(const std::string& op, const std::vector<double>& values) {
   for (double v : values) {
     if (!(std::fabs(v) <= double{FLT_MAX})) {
-      throw Error(op, "found " + std::to_string(v) + ", expected finite numbers within float32's range");
+      throw Error(op, "found " + base::NumberText(v) + ", expected finite numbers within float32's range");
     }
   }
 }

@@ -178,6 +178,7 @@ OpInfo QuantizeInfo() {
   seed.type = ParamType::kInteger;
   seed.default_value = "0";
   seed.help = "another seed, another dither pattern";
+  seed.only_with = "dither";
   seed.min = 0;
   seed.max = 4294967295.0;
   info.modifiers = {dither, seed};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/bump/bump_ops.h"
 #include "ops/environment/environment_ops.h"
@@ -156,7 +157,7 @@ Node TangentNormals(const Node& map, const Node& normals, const Node& tangents,
 Node SurfaceBump(const Node& map, const Node& normals, const Node& pu, const Node& pv,
                  const SurfaceBumpParams& params) {
   if (!(std::fabs(params.scale) <= 1e30)) {
-    throw Error("surfacebump", "found scale=" + std::to_string(params.scale) + ", expected -1e30 to 1e30");
+    throw Error("surfacebump", "found scale=" + base::NumberText(params.scale) + ", expected -1e30 to 1e30");
   }
   return graph::MakeNode(std::make_shared<const ops::SurfaceBumpOp>(params), {map, normals, pu, pv});
 }
@@ -164,7 +165,7 @@ Node SurfaceBump(const Node& map, const Node& normals, const Node& pu, const Nod
 Node CombineNormals(const Node& normals, const Node& bump, const CombineNormalsParams& p) {
   const bool sum = p.method == CombineMethod::kSum;
   if (!(sum ? p.k > 0 && p.k <= 1e6 : p.k >= -1e6 && p.k <= 1e6)) {
-    throw Error("combinenormals", "found k=" + std::to_string(p.k) + ", expected " +
+    throw Error("combinenormals", "found k=" + base::NumberText(p.k) + ", expected " +
                                       (sum ? "more than 0, at most 1000000" : "-1000000 to 1000000"));
   }
   return graph::MakeNode(std::make_shared<const ops::CombineNormalsOp>(p), {normals, bump});

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/arena.h"
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/bump/bump_ops.h"
 #include "ops/environment/environment_ops.h"
@@ -167,7 +168,7 @@ class BumpOp final : public HeightOp<BumpParams> {
 
 void RequireScale(const std::string& op, double scale) {
   if (!(std::fabs(scale) <= 1e30))
-    throw Error(op, "found scale=" + std::to_string(scale) + ", expected a finite number");
+    throw Error(op, "found scale=" + base::NumberText(scale) + ", expected a finite number");
 }
 
 ParamInfo SlopeChoice() {
@@ -219,16 +220,17 @@ OpInfo BumpInfo() {
       "without it did. bits=8 or 12 models its framebuffer. Source: spec/bump.md.";
   info.bound = "4 u (1 + |E|/s), specular times 1 + exponent";
   info.bound_u = 4;
-  info.modifiers = {NumbersModifier("light", {3}, "to the light", "-1,1,1"),
-                    NumberModifier("scale", "1", -1e30, 1e30, "of the heights"),
-                    ChoiceModifier("method", {"normals", "shift", "forward"}, "how n'.L is found"),
-                    ChoiceModifier("output", {"diffuse", "specular", "emboss"}, "what is written"),
-                    NumberModifier("shift", "1", 1e-3, 64, "s, in pixels"),
-                    NumberModifier("exponent", "20", 0, 10000, "of the highlight"),
-                    FlagModifier("length", "divide by the normal's length", "1"),
-                    SlopeChoice(),
-                    WrapModifier("wrap", "clamp"),
-                    IntegerModifier("bits", "0", 0, 24, "of the framebuffer; 0: none")};
+  info.modifiers = {
+      NumbersModifier("light", {3}, "to the light", "-1,1,1"),
+      NumberModifier("scale", "1", -1e30, 1e30, "of the heights"),
+      ChoiceModifier("method", {"normals", "shift", "forward"}, "how n'.L is found"),
+      ChoiceModifier("output", {"diffuse", "specular", "emboss"}, "what is written"),
+      OnlyWith("method=shift|forward", NumberModifier("shift", "1", 1e-3, 64, "s, in pixels")),
+      OnlyWith("output=specular", NumberModifier("exponent", "20", 0, 10000, "of the highlight")),
+      FlagModifier("length", "divide by the normal's length", "1"),
+      SlopeChoice(),
+      WrapModifier("wrap", "clamp"),
+      IntegerModifier("bits", "0", 0, 24, "of the framebuffer; 0: none")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     BumpParams p;
     p.light = VectorOf(a.Numbers("light"));
@@ -267,10 +269,10 @@ Node Bump(const Node& height, const BumpParams& p) {
   ops::RequireScale("bump", p.scale);
   ops::RequireVector("bump", "light", p.light, true);
   if (!(p.shift >= 1e-3 && p.shift <= 64)) {
-    throw Error("bump", "found shift=" + std::to_string(p.shift) + ", expected 0.001 to 64 pixels");
+    throw Error("bump", "found shift=" + base::NumberText(p.shift) + ", expected 0.001 to 64 pixels");
   }
   if (!(p.exponent >= 0 && p.exponent <= 10000)) {
-    throw Error("bump", "found exponent=" + std::to_string(p.exponent) + ", expected 0 to 10000");
+    throw Error("bump", "found exponent=" + base::NumberText(p.exponent) + ", expected 0 to 10000");
   }
   if (p.bits < 0 || p.bits > 24)
     throw Error("bump", "found bits=" + std::to_string(p.bits) + ", expected 0 to 24");

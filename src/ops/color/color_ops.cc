@@ -4,20 +4,22 @@
 #include <cmath>
 #include <limits>
 
+#include "base/number_text.h"
+
 namespace tessera::ops {
 
 void RequireFinite(const std::string& op, const std::string& what, double value) {
   if (std::fabs(value) <= std::numeric_limits<float>::max()) return;  // false for NaN
-  throw Error(
-      op, "found " + what + " " + std::to_string(value) + ", expected a finite number within float's range");
+  throw Error(op, "found " + what + " " + base::NumberText(value) +
+                      ", expected a finite number within float's range");
 }
 
 LuminanceWeights NormalizedWeights(const std::string& op, const LuminanceWeights& w) {
   for (const double v : {w.r, w.g, w.b}) RequireFinite(op, "weight", v);
   const double sum = w.r + w.g + w.b;
   if (std::fabs(sum) < 1e-6) {
-    throw Error(op, "found luminance weights " + std::to_string(w.r) + "," + std::to_string(w.g) + "," +
-                        std::to_string(w.b) + " that sum to " + std::to_string(sum) +
+    throw Error(op, "found luminance weights " + base::NumberText(w.r) + "," + base::NumberText(w.g) + "," +
+                        base::NumberText(w.b) + " that sum to " + base::NumberText(sum) +
                         ", expected a sum whose magnitude is at least 1e-6");
   }
   return {w.r / sum, w.g / sum, w.b / sum};

@@ -70,7 +70,9 @@ OpInfo HueInfo() {
   preserve.default_value = "luminance";
   preserve.help = "what the rotation keeps";
   preserve.choices = {"luminance", "none"};
-  info.modifiers = {preserve, WeightsParam()};
+  ParamInfo weights = WeightsParam();
+  weights.only_with = "preserve=luminance";
+  info.modifiers = {preserve, weights};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return RotateHue(in[0], HueParams{a.Number("DEG"), a.Text("preserve") == "luminance", WeightsOf(a)});
   };

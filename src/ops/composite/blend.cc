@@ -166,11 +166,13 @@ OpInfo BlendInfo() {
       "4 u (Porter-Duff, GL), 8 u (separable), 32 u (non-separable) * sum of the magnitudes of the terms";
   info.bound_u = 4;
   info.arguments = {ChoiceArgument("MODE", BlendModeNames(), "operator, equation or mode")};
-  info.modifiers = {FactorModifier("src", "factor of FG in add, subtract, revsubtract"),
-                    FactorModifier("dst", "factor of BG"), FactorModifier("srcalpha", "factor of FG's alpha"),
-                    FactorModifier("dstalpha", "factor of BG's alpha"),
-                    ListModifier("constant", "0,0,0,0", 4, -double{FLT_MAX}, double{FLT_MAX},
-                                 "constant colour r,g,b,a; one number serves all")};
+  info.modifiers = {
+      OnlyWith("MODE=add|subtract|revsubtract", FactorModifier("src", "factor of FG")),
+      OnlyWith("MODE=add|subtract|revsubtract", FactorModifier("dst", "factor of BG")),
+      OnlyWith("MODE=add|subtract|revsubtract", FactorModifier("srcalpha", "factor of FG's alpha")),
+      OnlyWith("MODE=add|subtract|revsubtract", FactorModifier("dstalpha", "factor of BG's alpha")),
+      ListModifier("constant", "0,0,0,0", 4, -double{FLT_MAX}, double{FLT_MAX},
+                   "constant colour r,g,b,a; one number serves all")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     BlendParams p;
     p.mode = ChoiceOf<BlendMode>(BlendModeNames(), a.Text("MODE"));

@@ -122,7 +122,7 @@ OpInfo DissolveInfo() {
   t.min = 0, t.max = 1;
   info.arguments = {t};
   info.modifiers = {ChoiceModifier("pattern", PatternNames(), "where pixels turn first"),
-                    NumberModifier("seed", "0", 0, 4294967295.0, "of the noise")};
+                    OnlyWith("pattern=noise", NumberModifier("seed", "0", 0, 4294967295.0, "of the noise"))};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const DissolveParams p{static_cast<float>(a.Number("T")),
                            ChoiceOf<DissolvePattern>(PatternNames(), a.Text("pattern")),
@@ -143,7 +143,7 @@ OpInfo ThresholdsInfo() {
       "plane from pixel (0, 0). For --dissolve, screen doors and halftones. Exact.";
   info.bound = "exact";
   info.modifiers = {ChoiceModifier("pattern", {"noise", "ordered"}, "which pixels come first"),
-                    NumberModifier("seed", "0", 0, 4294967295.0, "of the noise")};
+                    OnlyWith("pattern=noise", NumberModifier("seed", "0", 0, 4294967295.0, "of the noise"))};
   info.make = [](std::span<const Node>, const Arguments& a, const ImageSpec* output) {
     return Thresholds(*output, {a.Text("pattern") == "ordered", static_cast<uint32_t>(a.Number("seed"))});
   };

@@ -4,6 +4,7 @@
 #include <random>
 #include <utility>
 
+#include "base/number_text.h"
 #include "ops/composite/composite_ops.h"
 #include "ops/generate/generators.h"
 #include "ops/modifiers.h"
@@ -88,7 +89,7 @@ ImageSpec SpecWith(ImageSpec spec, std::vector<std::string> channels) {
 
 void RequireRound(const char* op, double radius, double opacity) {
   if (radius > 0 && radius < 1e9 && opacity >= 0 && opacity <= 1) return;
-  throw Error(op, "found radius " + std::to_string(radius) + " and opacity " + std::to_string(opacity) +
+  throw Error(op, "found radius " + base::NumberText(radius) + " and opacity " + base::NumberText(opacity) +
                       ", expected a radius above 0 and an opacity in [0, 1]");
 }
 
@@ -179,7 +180,7 @@ Node AirbrushMask(const ImageSpec& output, const std::vector<Dab>& dabs) {
 
 std::vector<Dab> Stroke(const std::vector<std::array<double, 2>>& points, double spacing, const Dab& brush) {
   if (!(spacing > 0))
-    throw Error("stroke", "found spacing " + std::to_string(spacing) + ", expected a number above 0");
+    throw Error("stroke", "found spacing " + base::NumberText(spacing) + ", expected a number above 0");
   std::vector<Dab> dabs;
   const auto add = [&](double x, double y) {
     dabs.push_back(brush);

@@ -113,12 +113,13 @@ OpInfo StencilInfo() {
   info.arguments = {
       TestArgument("how ref compares with the stencil: never, less, equal, lequal, greater, notequal, "
                    "gequal or always")};
-  info.modifiers = {IntegerModifier("ref", "1", 0, 255, "reference, 0 to 255"),
-                    IntegerModifier("mask", "255", 0, 255, "bits that are compared"),
-                    FlagModifier("update", "1: takes the stencil alone and gives it after the actions"),
-                    ChoiceModifier("pass", StencilActionNames(), "action where the test passes"),
-                    ChoiceModifier("fail", StencilActionNames(), "action where it fails"),
-                    IntegerModifier("writemask", "255", 0, 255, "bits that actions may change")};
+  info.modifiers = {
+      IntegerModifier("ref", "1", 0, 255, "reference, 0 to 255"),
+      IntegerModifier("mask", "255", 0, 255, "bits that are compared"),
+      FlagModifier("update", "1: takes the stencil alone and gives it after the actions"),
+      OnlyWith("update", ChoiceModifier("pass", StencilActionNames(), "action where the test passes")),
+      OnlyWith("update", ChoiceModifier("fail", StencilActionNames(), "action where it fails")),
+      OnlyWith("update", IntegerModifier("writemask", "255", 0, 255, "bits that actions may change"))};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     StencilParams p{TestOf(a),           a.Integer("ref"),   a.Integer("mask"), a.Integer("writemask"),
                     ActionOf(a, "fail"), ActionOf(a, "pass")};

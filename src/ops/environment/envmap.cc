@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/environment_stages.h"
@@ -79,7 +80,7 @@ void Check(const EnvironmentParams& p, bool positions) {
   const Matrix4& m = p.matrix;
   Inverse({m[0], m[1], m[2], 0, m[4], m[5], m[6], 0, m[8], m[9], m[10], 0, 0, 0, 0, 1}, "envmap matrix");
   if (!(p.lobe >= 0 && p.lobe <= 10000)) {
-    throw Error("envmap", "found gloss=" + std::to_string(p.lobe) + ", expected 0 (a mirror) to 10000");
+    throw Error("envmap", "found gloss=" + base::NumberText(p.lobe) + ", expected 0 (a mirror) to 10000");
   }
   if (p.lobe > 0 && p.lobe < 1e-3)
     throw Error("envmap", "found gloss below 0.001, expected 0 or more than that");
@@ -91,7 +92,7 @@ void Check(const EnvironmentParams& p, bool positions) {
     throw Error("envmap", "found filter=mip with gloss, expected a mirror: a lobe is an average already");
   }
   if (p.fresnel && !(*p.fresnel >= 0 && *p.fresnel <= 1)) {
-    throw Error("envmap", "found fresnel=" + std::to_string(*p.fresnel) + ", expected 0 to 1");
+    throw Error("envmap", "found fresnel=" + base::NumberText(*p.fresnel) + ", expected 0 to 1");
   }
   if (p.bits < 0 || p.bits > 24) {
     throw Error("envmap", "found bits=" + std::to_string(p.bits) + ", expected 0 (none) to 24");
@@ -181,10 +182,11 @@ OpInfo EnvironmentInfo() {
        .type = ParamType::kChoice,
        .default_value = "reflection",
        .help = "what is looked up",
-       .choices = {"reflection", "normal"}},
+       .choices = {"reflection", "normal"},
+       .only_with = "!diffuse"},
       FlagModifier("position", "positions are given, below the map"),
-      NumbersModifier("view", {3}, "to a distant viewer"),
-      NumbersModifier("eye", {3}, "the viewer's place, with positions"),
+      OnlyWith("!position !camera", NumbersModifier("view", {3}, "to a distant viewer")),
+      OnlyWith("position", NumbersModifier("eye", {3}, "the viewer's place")),
       camera,
       NumberModifier("fresnel", "1", 0, 1, "reflectance at normal incidence"),
       IntegerModifier("table", "0", -1, 4096, "texels along an edge of a lobe's table"),
@@ -200,7 +202,7 @@ OpInfo EnvironmentInfo() {
                    "gloss=20 table=-1",
                    "diffuse=1 table=-1 map=sphere",
                    "filter=mip map=sphere fresnel=0.1",
-                   "camera=1,0,0,0,0,1,0,0,0,0,-1,0,0,0,-1,0 view=0,0,1"};
+                   "camera=1,0,0,0,0,1,0,0,0,0,-1,0,0,0,-1,0"};
   return info;
 }
 

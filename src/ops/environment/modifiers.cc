@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/number_text.h"
 #include "ops/environment/environment_ops.h"
 #include "tessera/error.h"
 
@@ -54,9 +55,9 @@ void RequireVector(const std::string& subject, const char* name, const Vector3& 
   double largest = 0;
   for (const double c : v) largest = std::max(largest, std::isfinite(c) ? std::fabs(c) : 1e300);
   if (largest <= 1e38 && (largest > 0 || !nonzero)) return;
-  throw Error(subject, std::string("found ") + name + "=" + std::to_string(v[0]) + "," +
-                           std::to_string(v[1]) + "," + std::to_string(v[2]) + ", expected finite numbers" +
-                           (nonzero ? ", not all 0" : ""));
+  throw Error(subject, std::string("found ") + name + "=" + base::NumberText(v[0]) + "," +
+                           base::NumberText(v[1]) + "," + base::NumberText(v[2]) +
+                           ", expected finite numbers" + (nonzero ? ", not all 0" : ""));
 }
 
 }  // namespace tessera::ops

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/point_stages.h"
@@ -79,8 +80,8 @@ void Check(const PhongParams& p, bool positions) {
   }
   const auto range = [](const char* name, double v, double low, double high) {
     if (v >= low && v <= high) return;
-    throw Error("phong", std::string("found ") + name + "=" + std::to_string(v) + ", expected " +
-                             std::to_string(low) + " to " + std::to_string(high));
+    throw Error("phong", std::string("found ") + name + "=" + base::NumberText(v) + ", expected " +
+                             base::NumberText(low) + " to " + base::NumberText(high));
   };
   range("exponent", p.exponent, 0, 10000);
   range("spotcutoff", p.spot_cutoff, 0, 180);
@@ -137,16 +138,17 @@ OpInfo PhongInfo() {
        .default_value = "halfway",
        .help = "its cosine",
        .choices = {"halfway", "reflection"}},
-      NumbersModifier("view", {3}, "to a distant viewer", "0,0,1"),
+      OnlyWith("!eye", NumbersModifier("view", {3}, "to a distant viewer", "0,0,1")),
       FlagModifier("position", "positions are given, above the normals"),
-      NumbersModifier("eye", {3}, "the viewer's place"),
-      FlagModifier("point", "light= is a place"),
-      NumbersModifier("attenuation", {3}, "constant, linear, quadratic", "1,0,0"),
-      NumbersModifier("spot", {3}, "where a spotlight shines", "0,0,-1"),
-      NumberModifier("spotcutoff", "180", 0, 180, "half the cone's angle in degrees; 180: none"),
-      NumberModifier("spotexponent", "0", 0, 10000, "of the cone"),
+      OnlyWith("position", NumbersModifier("eye", {3}, "the viewer's place")),
+      OnlyWith("position", FlagModifier("point", "light= is a place")),
+      OnlyWith("point", NumbersModifier("attenuation", {3}, "constant, linear, quadratic", "1,0,0")),
+      OnlyWith("point", NumbersModifier("spot", {3}, "where a spotlight shines", "0,0,-1")),
+      OnlyWith("point",
+               NumberModifier("spotcutoff", "180", 0, 180, "half the cone's angle in degrees; 180: none")),
+      OnlyWith("point", NumberModifier("spotexponent", "0", 0, 10000, "of the cone")),
       IntegerModifier("table", "0", 0, 1 << 20, "entries of a table of powers; 0: none"),
-      IntegerModifier("bits", "0", 0, 24, "of a framebuffer, with table=; 0: none")};
+      OnlyWith("table", IntegerModifier("bits", "0", 0, 24, "of a framebuffer; 0: none"))};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     PhongParams p;
     p.light = VectorOf(a.Numbers("light"));

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/filter/box_codes.h"
 #include "ops/filter/box_strips.h"
@@ -280,7 +281,7 @@ Node Buffered(const Node& image, const GaussianParams& p) {
     if (taps == 1) continue;
     ShiftAccumulateParams s{.taps = row, .width = along_row ? taps : 1, .height = along_row ? 1 : taps};
     s.bits = p.bits, s.border = p.border;
-    result = ShiftAccumulate(result, s);
+    result = MadeOf("blur", [&] { return ShiftAccumulate(result, s); });
   }
   return result;
 }
@@ -317,14 +318,15 @@ OpInfo BlurInfo() {
                      .type = ParamType::kText,
                      .default_value = "3x3",
                      .help = "WxH in pixels",
-                     .omitted_with = "sigma"}};
+                     .only_with = "!sigma"}};
   ParamInfo sigma{.name = "sigma",
                   .type = ParamType::kNumbers,
                   .default_value = "0",
                   .help = "standard deviation in pixels, or one for x and one for y",
                   .min = 0,
                   .max = kLargestSigma,
-                  .max_count = 2};
+                  .max_count = 2,
+                  .only_with = "kernel=gaussian"};
   info.modifiers = {
       {.name = "kernel", .type = ParamType::kText, .default_value = "gaussian", .help = "the kernel's name"},
       sigma,
@@ -337,9 +339,6 @@ OpInfo BlurInfo() {
     const FilterMethod method = MethodNamed(a.Text("method"));
     const double value = a.Number("bordervalue");
     if (a.Given("sigma")) {
-      if (a.Given("SIZE")) throw Error("blur", "found a size and sigma=, expected one of them");
-      if (a.Text("kernel") != "gaussian")
-        throw Error("blur", "found sigma= with kernel=" + a.Text("kernel") + ", expected a size");
       const std::vector<double>& s = a.Numbers("sigma");
       return GaussianBlur(in[0], {s.front(), s.back(), border, value, method, a.Integer("bits")});
     }
@@ -350,7 +349,7 @@ OpInfo BlurInfo() {
     }
     ConvolveParams p;
     p.border = border, p.border_value = value, p.method = method, p.bits = a.Integer("bits");
-    return Convolve(in[0], NamedKernel(a.Text("kernel"), width, height), p);
+    return MadeOf("blur", [&] { return Convolve(in[0], NamedKernel(a.Text("kernel"), width, height), p); });
   };
   info.examples = {"9x9",
                    "sigma=20",
@@ -380,7 +379,7 @@ namespace tessera {
 Node GaussianBlur(const Node& image, const GaussianParams& p) {
   for (const double sigma : {p.sigma_x, p.sigma_y}) {
     if (!(sigma >= 0 && sigma <= ops::kLargestSigma)) {
-      throw Error("blur", "found a sigma of " + std::to_string(sigma) + ", expected 0 to 10000 pixels");
+      throw Error("blur", "found a sigma of " + base::NumberText(sigma) + ", expected 0 to 10000 pixels");
     }
   }
   if (p.method == FilterMethod::kLowRank || p.method == FilterMethod::kFft) {

@@ -148,7 +148,7 @@ Node Buffered(const Node& image, const Kernel& kernel, const ConvolveParams& p) 
   const Kernel k = Prepared(kernel, p);
   ShiftAccumulateParams s{k.weights, k.width, k.height, k.anchor_x, k.anchor_y, p.bits};
   s.border = p.border == BorderMode::kValid ? BorderMode::kClamp : p.border;
-  const Node result = ShiftAccumulate(image, s);
+  const Node result = MadeOf("convolve", [&] { return ShiftAccumulate(image, s); });
   return p.border == BorderMode::kValid ? Crop(result, OutputWindow(image.spec().data_window, k, p.border))
                                         : result;
 }
@@ -242,7 +242,8 @@ OpInfo ConvolveInfo() {
       {.name = "size",
        .type = ParamType::kText,
        .default_value = "3x3",
-       .help = "WxH of a named kernel, in pixels"},
+       .help = "WxH of a named kernel, in pixels",
+       .only_with = "kernel"},
       {.name = "correlate",
        .type = ParamType::kFlag,
        .default_value = "0",
@@ -259,23 +260,20 @@ OpInfo ConvolveInfo() {
        .min = 0,
        .max = 254,
        .min_count = 2,
-       .max_count = 2},
+       .max_count = 2,
+       .only_with = "kernel"},
       {.name = "normalize",
        .type = ParamType::kFlag,
        .default_value = "1",
-       .help = "divide a kernel image by its sum"}};
+       .help = "divide a kernel image by its sum",
+       .only_with = "!kernel"}};
   info.modifiers.insert(info.modifiers.begin(), own.begin(), own.end());
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     ConvolveParams p = CommonParams(a);
     p.correlate = a.Flag("correlate");
     p.divisor = a.Number("divisor");
     p.bias = a.Number("bias");
-    if (a.Text("kernel").empty()) {
-      Node kernel = in[1];
-      if (a.Given("anchor"))
-        throw Error("convolve", "found anchor= with a kernel image, expected its data window to say it");
-      return Convolve(in[0], kernel, p, a.Flag("normalize"));
-    }
+    if (a.Text("kernel").empty()) return Convolve(in[0], in[1], p, a.Flag("normalize"));
     Kernel kernel = NamedKernel(a.Text("kernel"), a.Text("size"));
     if (a.Given("anchor")) {
       kernel.anchor_x = static_cast<int>(a.Numbers("anchor")[0]);
@@ -311,7 +309,7 @@ OpInfo EmbossInfo() {
     std::string name = "emboss_";
     for (const char c : a.Text("DIRECTION"))
       name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return Convolve(in[0], NamedKernel(name), CommonParams(a));
+    return MadeOf("emboss", [&] { return Convolve(in[0], NamedKernel(name), CommonParams(a)); });
   };
   info.examples = {"N", "SW border=repeat", "E preservealpha=1"};
   return info;
@@ -323,7 +321,7 @@ OpInfo LaplacianInfo() {
       "As oiiotool's --laplacian. Differences from the centre are summed, so flat images give exactly 0. The "
       "course's kernels of that name are its negative: --convolve:kernel=laplacian3, laplacian5.";
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return Convolve(in[0], NamedKernel("laplacian"), CommonParams(a));
+    return MadeOf("laplacian", [&] { return Convolve(in[0], NamedKernel("laplacian"), CommonParams(a)); });
   };
   info.examples = {"", "border=mirror101"};
   return info;
@@ -340,7 +338,8 @@ OpInfo HighPassInfo() {
                      .help = "3 or 5",
                      .choices = {"3", "5"}}};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return Convolve(in[0], NamedKernel("highpass" + a.Text("SIZE")), CommonParams(a));
+    return MadeOf("highpass",
+                  [&] { return Convolve(in[0], NamedKernel("highpass" + a.Text("SIZE")), CommonParams(a)); });
   };
   info.examples = {"3", "5 border=black"};
   return info;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ops/registry.h"
+#include "tessera/error.h"
 #include "tessera/ops/filter.h"
 
 namespace tessera::ops {
@@ -33,6 +34,16 @@ BorderMode BorderNamed(const std::string& name);
 FilterMethod MethodNamed(const std::string& name);
 // `WxH` or `W`; throws Error(subject, ...) unless both are numbers in [1, 65535].
 std::pair<double, double> ParseSize(const std::string& subject, const std::string& text);
+// An operation made of others: what those refuse is refused under its own name.
+template <class F>
+Node MadeOf(const std::string& op, F make) {
+  try {
+    return make();
+  } catch (const Error& e) {
+    const bool inner = e.subject() == "convolve" || e.subject() == "shiftaccum";
+    throw Error(inner ? op : e.subject(), e.reason());
+  }
+}
 
 }  // namespace tessera::ops
 

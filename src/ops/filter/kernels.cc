@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "base/number_text.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/geometry/filters.h"
 #include "ops/registry.h"
@@ -107,8 +108,8 @@ std::vector<std::string> KernelNames() {
 
 Kernel NamedKernel(const std::string& name, double width, double height) {
   if (!(width > 0 && width <= 65535 && height > 0 && height <= 65535)) {
-    throw Error("kernel " + name, "found a size of " + std::to_string(width) + "x" + std::to_string(height) +
-                                      ", expected above 0 and up to 65535");
+    throw Error("kernel " + name, "found a size of " + base::NumberText(width) + "x" +
+                                      base::NumberText(height) + ", expected above 0 and up to 65535");
   }
   for (const TableKernel& k : kTable) {
     if (name != k.name) continue;

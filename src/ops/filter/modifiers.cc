@@ -52,7 +52,8 @@ ParamInfo BorderValueModifier() {
   return {.name = "bordervalue",
           .type = ParamType::kNumber,
           .default_value = "0",
-          .help = "every channel's value beyond the image with border=black"};
+          .help = "every channel's value beyond the image",
+          .only_with = "border=black"};
 }
 
 ParamInfo MethodModifier(std::vector<std::string> methods) {

@@ -96,7 +96,7 @@ class SobelStage final : public graph::TileStage {
  public:
   explicit SobelStage(const SobelParams& p)
       : run_(&HWY_DYNAMIC_DISPATCH(SobelRow)), length_(&HWY_DYNAMIC_DISPATCH(LengthRow)), params_(p) {}
-  Roi InputRoi(int, const Roi& out) const override { return params_.bits != 0 ? out : Inflate(out, 1, 1); }
+  Roi InputRoi(int, const Roi& out) const override { return params_.by_parts() ? out : Inflate(out, 1, 1); }
   graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
   void Run(const graph::TileArgs& args) const override {
     const Roi& o = args.out.roi;
@@ -107,7 +107,7 @@ class SobelStage final : public graph::TileStage {
                    ? nullptr
                    : args.scratch.Allocate<float>(static_cast<size_t>(samples) + 16);
     for (int row = o.y0; row < o.y1; ++row) {
-      if (params_.bits != 0) {
+      if (params_.by_parts()) {
         const auto* const first = reinterpret_cast<const float*>(in.At(o.x0, row));
         const auto* const second = reinterpret_cast<const float*>(args.in[1].At(o.x0, row));
         if (y == nullptr) {
@@ -148,13 +148,21 @@ class SobelStage final : public graph::TileStage {
   SobelParams params_;
 };
 
-// With bits: the inputs are X and Y, else the image.
+// By parts the inputs are X and Y, else the image.
 class SobelOp final : public graph::OpWith<SobelParams> {
  public:
   explicit SobelOp(const SobelParams& p) : OpWith(p) {
     if (p.border == BorderMode::kRenormalize || p.border == BorderMode::kValid) {
       throw Error("sobel",
                   "found border=renormalize or valid, expected clamp, black, repeat, mirror or mirror101");
+    }
+    if (p.method == FilterMethod::kRecursive || p.method == FilterMethod::kDecimated) {
+      throw Error("sobel",
+                  "found method=recursive or decimated, expected auto, direct, separable, lowrank or fft");
+    }
+    if (p.bits != 0 && p.method != FilterMethod::kAuto && p.method != FilterMethod::kDirect) {
+      throw Error("sobel", "found bits=" + std::to_string(p.bits) +
+                               " with another method than direct, expected method=auto or direct");
     }
   }
   std::string Name() const override { return "sobel"; }
@@ -191,13 +199,13 @@ OpInfo SobelInfo() {
       "slope g per pixel gives 8 g, a flat image exactly 0, whatever its value. output=magnitude is sqrt(X^2 "
       "+ Y^2), direction is atan2(Y, X) in radians (y down: the direction in which the image grows "
       "brighter), xy makes two channels c.x and c.y of each channel c. Every channel is treated, alpha "
-      "too. bits= sums X and Y in an accumulation buffer, as --shiftaccum:bits=.";
+      "too. bits= sums X and Y in an accumulation buffer, as --shiftaccum:bits=. direct, separable and "
+      "lowrank are the same differences and sums; fft convolves with sobel_x and sobel_y in blocks, whose "
+      "error (--convolve) gives flat parts a direction by chance.";
   info.bound = "4 u * sum of |weight * difference| (X, Y, magnitude); direction: that over the magnitude";
   info.bound_u = 4;
   ParamInfo border = BorderModifier();
   border.choices = {"clamp", "black", "repeat", "mirror", "mirror101"};
-  ParamInfo method = MethodModifier({"auto", "direct", "separable"});
-  method.help = "all are the same differences and sums";
   info.modifiers = {{.name = "output",
                      .type = ParamType::kChoice,
                      .default_value = "magnitude",
@@ -205,15 +213,16 @@ OpInfo SobelInfo() {
                      .choices = {"magnitude", "direction", "xy"}},
                     border,
                     BufferBitsModifier(),
-                    method};
+                    MethodModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::string& output = a.Text("output");
     return Sobel(in[0], {output == "xy"          ? SobelOutput::kXY
                          : output == "direction" ? SobelOutput::kDirection
                                                  : SobelOutput::kMagnitude,
-                         BorderNamed(a.Text("border")), a.Integer("bits")});
+                         BorderNamed(a.Text("border")), a.Integer("bits"), MethodNamed(a.Text("method"))});
   };
-  info.examples = {"", "output=xy border=mirror101", "output=direction", "output=xy bits=12"};
+  info.examples = {"", "output=xy border=mirror101", "output=direction", "output=xy bits=12",
+                   "output=xy method=fft border=mirror"};
   return info;
 }
 
@@ -223,12 +232,21 @@ namespace tessera {
 
 Node Sobel(const Node& image, const SobelParams& params) {
   auto op = std::make_shared<const ops::SobelOp>(params);
-  if (params.bits == 0) return graph::MakeNode(std::move(op), {image});
+  if (!params.by_parts()) return graph::MakeNode(std::move(op), {image});
+  if (params.bits == 0) {
+    const auto part = [&](const char* kernel) {
+      return Convolve(image, NamedKernel(kernel),
+                      {.correlate = true, .border = params.border, .method = params.method});
+    };
+    return graph::MakeNode(std::move(op), {part("sobel_x"), part("sobel_y")});
+  }
   ShiftAccumulateParams x{
       .taps = {-1, 0, 1, -2, 0, 2, -1, 0, 1}, .bits = params.bits, .border = params.border};
   ShiftAccumulateParams y = x;
   y.taps = {-1, -2, -1, 0, 0, 0, 1, 2, 1};
-  return graph::MakeNode(std::move(op), {ShiftAccumulate(image, x), ShiftAccumulate(image, y)});
+  return ops::MadeOf("sobel", [&] {
+    return graph::MakeNode(std::move(op), {ShiftAccumulate(image, x), ShiftAccumulate(image, y)});
+  });
 }
 
 }  // namespace tessera

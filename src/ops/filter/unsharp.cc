@@ -76,6 +76,8 @@ OpInfo UnsharpInfo() {
       "alpha included. bits= blurs through an accumulation buffer, as --convolve:bits=.";
   info.bound = "4 u * (|image| + contrast * |image - blurred|)";
   info.bound_u = 4;
+  ParamInfo border = BorderModifier();
+  border.only_with = "!kernel=median";
   info.modifiers = {{.name = "kernel",
                      .type = ParamType::kText,
                      .default_value = "gaussian",
@@ -95,7 +97,7 @@ OpInfo UnsharpInfo() {
                      .default_value = "0",
                      .help = "smaller differences are dropped",
                      .min = 0},
-                    BorderModifier(),
+                    border,
                     BufferBitsModifier(),
                     MethodModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
@@ -133,7 +135,8 @@ Node UnsharpMask(const Node& image, const UnsharpParams& p) {
   } else {
     ConvolveParams c;
     c.border = p.border, c.bits = p.bits, c.method = p.method;
-    blurred = Convolve(image, NamedKernel(p.kernel, p.width, p.width), c);
+    blurred =
+        ops::MadeOf("unsharp", [&] { return Convolve(image, NamedKernel(p.kernel, p.width, p.width), c); });
   }
   return graph::MakeNode(std::make_shared<const ops::UnsharpOp>(p), {image, blurred});
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/number_text.h"
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
@@ -19,8 +20,8 @@ class DistortOp final : public graph::OpWith<DistortParams> {
   bool IsIdentity() const override { return params().amount == 0; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     if (!(std::fabs(params().amount) <= 1e9) || !std::isfinite(params().centre)) {
-      throw Error("distort",
-                  "found an amount of " + std::to_string(params().amount) + " pixels, expected at most 1e9");
+      throw Error("distort", "found an amount of " + base::NumberText(params().amount) +
+                                 " pixels, expected at most 1e9");
     }
     RequireWarpFilter("distort", Filter());
     graph::RequireSameWindow("distort", inputs);

@@ -20,9 +20,25 @@ std::string FilterOf(const ResizeParams& p, const Roi& from) {
   return p.width > from.width() || p.height > from.height() ? "blackman-harris" : "lanczos3";
 }
 
+// The data window of the result, as oiiotool in float: the origin is rounded down, the size up.
+Roi ScaledWindow(Roi w, const Roi& full, const ResizeParams& p) {
+  const auto scaled = [](int& v0, int& v1, int from, int size, int to, int new_size) {
+    const float ratio = static_cast<float>(new_size) / static_cast<float>(size);
+    const int length = static_cast<int>(std::ceil(static_cast<float>(v1 - v0) * ratio));
+    v0 = to + static_cast<int>(std::floor(static_cast<float>(v0 - from) * ratio));
+    v1 = v0 + length;
+  };
+  scaled(w.x0, w.x1, full.x0, full.width(), p.x, p.width);
+  scaled(w.y0, w.y1, full.y0, full.height(), p.y, p.height);
+  w.x1 = std::max(w.x1, w.x0 + 1);
+  w.y1 = std::max(w.y1, w.y0 + 1);
+  return w;
+}
+
 class ResizeOp final : public graph::OpWith<ResizeParams> {
  public:
-  using OpWith::OpWith;
+  // `data`: what is resized of the input's data window.
+  ResizeOp(const ResizeParams& params, const Roi& data) : OpWith(params), data_(data) {}
   std::string Name() const override { return "resize"; }
   std::string Describe() const override {
     return "resize " + std::to_string(params().width) + "x" + std::to_string(params().height);
@@ -38,22 +54,9 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
     FindFilter("resize", FilterOf(p, spec.display_window));
     const Roi full = spec.display_window.empty() ? spec.data_window : spec.display_window;
     spec.display_window = {p.x, p.y, p.x + p.width, p.y + p.height};
-    if (spec.data_window == full || spec.data_window.empty()) {
-      spec.data_window = spec.data_window.empty() ? Roi{} : spec.display_window;
-      return spec;
-    }
-    // As oiiotool, in float: the origin is rounded down, the size up.
-    const auto scaled = [](int& v0, int& v1, int from, int size, int to, int new_size) {
-      const float ratio = static_cast<float>(new_size) / static_cast<float>(size);
-      const int length = static_cast<int>(std::ceil(static_cast<float>(v1 - v0) * ratio));
-      v0 = to + static_cast<int>(std::floor(static_cast<float>(v0 - from) * ratio));
-      v1 = v0 + length;
-    };
-    Roi& w = spec.data_window;
-    scaled(w.x0, w.x1, full.x0, full.width(), p.x, p.width);
-    scaled(w.y0, w.y1, full.y0, full.height(), p.y, p.height);
-    w.x1 = std::max(w.x1, w.x0 + 1);
-    w.y1 = std::max(w.y1, w.y0 + 1);
+    spec.data_window = data_.empty()   ? Roi{}
+                       : data_ == full ? spec.display_window
+                                       : ScaledWindow(data_, full, p);
     return spec;
   }
   std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec&) const override {
@@ -80,6 +83,9 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
     if (from.width() == to.width() && from.height() == to.height()) map.filter = &FindFilter("resize", "box");
     return MakeSeparableStage(map, in.type);
   }
+
+ private:
+  Roi data_;
 };
 
 // WxH with 0 for "keep the aspect", percentages, and an origin: as oiiotool's --resize.
@@ -131,12 +137,13 @@ OpInfo ResizeInfo() {
   info.summary = "Resize to a geometry with a filter";
   info.help =
       "GEOM is WxH, WxH+X+Y, W% or W%xH%; a side of 0 keeps the aspect. The display window takes that size "
-      "and keeps its origin unless one is given, the data window is scaled along, and beyond its edge the "
-      "edge pixels are repeated. Weights are computed in double at exact positions; the filter spans pixels "
-      "of the coarser of the two images on each axis. Without a filter it is lanczos3, or blackman-harris "
-      "where a side grows, and an image that keeps its size keeps its bits: as oiiotool. NaN spreads to "
-      "pixels whose filter gives it weight. Where a box halves both sides, a pixel of an 8- or 16-bit image "
-      "is the exact mean of four codes, rounded half to even.";
+      "and keeps its origin unless one is given, and the data window is scaled along. Beyond its edge the "
+      "rest of the display window is black, and beyond both the edge pixels are repeated. Weights are "
+      "computed in double at exact positions; the filter spans pixels of the coarser of the two images on "
+      "each axis. Without a filter it is lanczos3, or blackman-harris where a side grows, and an image that "
+      "keeps its size keeps its bits: as oiiotool. NaN spreads to pixels whose filter gives it weight. "
+      "Where a box halves both sides, a pixel of an 8- or 16-bit image is the exact mean of four codes, "
+      "rounded half to even.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo geometry;
@@ -174,7 +181,10 @@ Node Resize(const Node& image, const ResizeParams& params) {
     plain.compress_highlights = false;
     return ops::ExpandRange(Resize(ops::CompressRange(image), plain));
   }
-  return graph::MakeNode(std::make_shared<const ops::ResizeOp>(params), {image});
+  const Roi& data = image.spec().data_window;
+  const Roi framed = data.empty() ? data : Union(data, image.spec().display_window);
+  return graph::MakeNode(std::make_shared<const ops::ResizeOp>(params, data),
+                         {framed == data ? image : Crop(image, framed)});
 }
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/number_text.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/geometry/separable.h"
@@ -20,7 +21,7 @@ class ShiftOp final : public graph::OpWith<ShiftParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     for (const double v : {params().x, params().y}) {
       if (!(std::fabs(v) <= kFarthest)) {
-        throw Error("shift", "found " + std::to_string(v) + ", expected a distance of at most 2^24 pixels");
+        throw Error("shift", "found " + base::NumberText(v) + ", expected a distance of at most 2^24 pixels");
       }
     }
     if (!FindFilter("shift", params().filter).separable) {

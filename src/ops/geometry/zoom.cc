@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/number_text.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/separable.h"
 
@@ -24,7 +25,7 @@ struct ZoomAxis {
     constexpr double kFarthest = 1 << 30;
     if (!(std::fabs(first) < kFarthest && std::fabs(last) < kFarthest)) {
       throw Error("zoom",
-                  "found a result of " + std::to_string(last - first) + " pixels, expected at most 2^30");
+                  "found a result of " + base::NumberText(last - first) + " pixels, expected at most 2^30");
     }
     out0 = origin + static_cast<int>(first);
     out1 = origin + static_cast<int>(last);
@@ -84,7 +85,7 @@ class ZoomOp final : public graph::OpWith<ZoomParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const ZoomParams& p = params();
     if (p.x == 0 || p.y == 0 || !std::isfinite(p.x) || !std::isfinite(p.y)) {
-      throw Error("zoom", "found the factors " + std::to_string(p.x) + "," + std::to_string(p.y) +
+      throw Error("zoom", "found the factors " + base::NumberText(p.x) + "," + base::NumberText(p.y) +
                               ", expected finite ones other than 0");
     }
     ImageSpec spec = inputs[0];

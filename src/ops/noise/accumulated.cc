@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/number_text.h"
 #include "ops/noise/field.h"
 #include "tessera/error.h"
 
@@ -26,7 +27,7 @@ void CheckAccumulation(const std::string& op, const NoiseParams& params) {
   const NoisePlan plan = MakeNoisePlan(params, true, 0);
   for (const NoiseOctave& octave : plan.octaves) {
     if (PixelsPerCell(plan, octave) != 0) continue;
-    throw Error(op + ":method", "found " + std::to_string(1 / (plan.step[0] * octave.scale)) +
+    throw Error(op + ":method", "found " + base::NumberText(1 / (plan.step[0] * octave.scale)) +
                                     " pixels per cell of " +
                                     "an octave, expected a whole number for accumulate");
   }

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/number_text.h"
 #include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
 #include "tessera/error.h"
@@ -28,15 +29,16 @@ std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
       IntegerModifier("dims", "2", 1, 4, "dimensions of the lattice"),
       IntegerModifier("octaves", "1", 0, 64, "number of octaves summed"),
       NumberModifier("lacunarity", "2", 1, 16, "frequency of an octave over the one before"),
-      NumberModifier("gain", "0.5", 0, 4, "weight of an octave over the one before"),
+      OnlyWith("!weights", NumberModifier("gain", "0.5", 0, 4, "weight of an octave over the one before")),
       ListModifier("weights", "", 64, -1e6, 1e6,
                    "weight per octave instead of gain; octaves without one have 0"),
-      FlagModifier("turbulence", "sum absolute values: the same as sum=turbulence"),
+      OnlyWith("!sum", FlagModifier("turbulence", "sum absolute values: the same as sum=turbulence")),
       ChoiceModifier("sum", {"fbm", "turbulence", "billow", "ridged"},
                      "n, |n|, 2|n|-1 or (1-|n|)^2 per octave"),
       FlagModifier("signed", "values in [-1,1] instead of around 0.5"),
-      FlagModifier("color", "independent noise in every channel"),
-      FlagModifier("gradient", "channel 0 the value, further ones its slopes per cell"),
+      OnlyWith("!gradient pack=none", FlagModifier("color", "independent noise in every channel")),
+      OnlyWith("pack=none",
+               FlagModifier("gradient", "channel 0 the value, further ones its slopes per cell")),
       ChoiceModifier("pack", {"none", "octaves", "normal"},
                      "octaves: one in each channel; normal: R, G, B the gradient's direction, A the value"),
       NumberModifier("aspect", "1", 1e-3, 1e3, "cells along x for one along y"),
@@ -55,6 +57,8 @@ std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
                                : kind == NoiseKind::kHash
                                    ? "hash; osl is OSL's hashnoise"
                                    : "hash and gradients; osl is OSL's simplex noise"));
+  } else {
+    m.push_back(ChoiceModifier("lattice", {"tessera"}, "the only one: none is published for this noise"));
   }
   if (kind == NoiseKind::kGradient || kind == NoiseKind::kValue) {
     m.push_back(
@@ -119,7 +123,7 @@ NoiseParams NoiseArguments(NoiseKind kind, const Arguments& a) {
     for (double cells : period) {
       if (cells != std::floor(cells)) {
         throw Error(std::string(NoiseName(kind)) + ":period",
-                    "found " + std::to_string(cells) + ", expected a whole number of cells");
+                    "found " + base::NumberText(cells) + ", expected a whole number of cells");
       }
     }
     for (size_t i = 0; i < 4; ++i)

@@ -392,10 +392,16 @@ OpInfo NoiseAtInfo() {
   ParamInfo type = ChoiceModifier(
       "type", {"perlin", "white", "value", "simplex", "cell", "sparse", "spot", "hash"}, "kind of noise");
   info.modifiers = {type, IntegerModifier("channels", "1", 1, 64, "channels of the result")};
+  constexpr std::pair<const char*, const char*> kTypesOf[] = {
+      {"fade", "perlin|value"},   {"distance", "cell"}, {"jitter", "cell"},
+      {"density", "sparse|spot"}, {"stretch", "spot"},  {"angle", "spot"}};
   for (NoiseKind kind : {NoiseKind::kGradient, NoiseKind::kWhite, NoiseKind::kCell, NoiseKind::kSpot}) {
     for (ParamInfo& param : NoiseModifiers(kind)) {
       if (param.name == "freq") param.default_value = "1", param.help = "cells per unit of position";
       if (param.name == "dims") param.default_value = "3", param.min = 1;
+      for (const auto& [name, types] : kTypesOf) {
+        if (param.name == name) param.only_with = std::string("type=") + types;
+      }
       if (param.name == "slices" || param.name == "antialias" || param.name == "method") continue;
       const bool known = std::any_of(info.modifiers.begin(), info.modifiers.end(),
                                      [&](const ParamInfo& other) { return other.name == param.name; });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/number_text.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -71,10 +72,7 @@ NoiseShape ShapeOf(const NoiseParams& p) {
 void Require(bool valid, const std::string& op, const std::string& name, double found,
              const std::string& expected) {
   if (valid) return;
-  std::string number = std::to_string(found);
-  number.erase(number.find_last_not_of('0') + 1);
-  if (number.back() == '.') number.pop_back();
-  throw Error(op + ":" + name, "found " + number + ", expected " + expected);
+  throw Error(op + ":" + name, "found " + base::NumberText(found) + ", expected " + expected);
 }
 
 // The share of an octave that is left at `cells` per pixel.

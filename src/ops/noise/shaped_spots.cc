@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
@@ -22,6 +23,9 @@ namespace {
 using simd::LatticeMix;
 using simd::LatticeNext;
 double Unit(uint32_t h) { return std::ldexp(h >> 8, -24); }
+
+// Of coordinates that may lie far outside.
+int PixelOf(double v) { return static_cast<int>(std::clamp(std::floor(v), -0x1p30, 0x1p30)); }
 
 // A spot in pixels: height * (1 - (e x^2 + 2 f x y + g y^2))^2 around its centre.
 struct Spot {
@@ -43,8 +47,9 @@ class ShapedSpotsStage final : public graph::TileStage {
     cell_ = std::max(params.frame.width(), 1) / params.frequency;
   }
   Roi InputRoi(int, const Roi& out) const override {
-    const int reach = static_cast<int>(std::ceil(2 * cell_)) + 2;
-    return Inflate(out, reach, reach);
+    // Shapes are taken at the nearest pixel that exists: a cell may be far larger than the image.
+    const int reach = PixelOf(2 * cell_ + 3);
+    return Intersection(Inflate(out, reach, reach), data_);
   }
 
   void Run(const graph::TileArgs& args) const override {
@@ -90,8 +95,8 @@ class ShapedSpotsStage final : public graph::TileStage {
 
   // The metric of the surface at a texel, as an ellipse of the spot's size.
   Spot ShapeAt(const ConstImageView& position, double x, double y) const {
-    const int px = std::clamp(static_cast<int>(std::floor(x)), data_.x0, data_.x1 - 1);
-    const int py = std::clamp(static_cast<int>(std::floor(y)), data_.y0, data_.y1 - 1);
+    const int px = std::clamp(PixelOf(x), data_.x0, data_.x1 - 1);
+    const int py = std::clamp(PixelOf(y), data_.y0, data_.y1 - 1);
     const int x0 = std::max(px - 1, data_.x0), x1 = std::min(px + 1, data_.x1 - 1);
     const int y0 = std::max(py - 1, data_.y0), y1 = std::min(py + 1, data_.y1 - 1);
     const auto point = [&](int u, int v) { return reinterpret_cast<const float*>(position.At(u, v)); };
@@ -119,10 +124,10 @@ class ShapedSpotsStage final : public graph::TileStage {
   static void Add(const Spot& spot, const Roi& r, std::vector<double>& sum) {
     const double determinant = spot.e * spot.g - spot.f * spot.f;
     const double wide = std::sqrt(spot.g / determinant), high = std::sqrt(spot.e / determinant);
-    const int x0 = std::max(static_cast<int>(std::floor(spot.x - wide - 0.5)), r.x0);
-    const int x1 = std::min(static_cast<int>(std::ceil(spot.x + wide + 0.5)), r.x1);
-    const int y0 = std::max(static_cast<int>(std::floor(spot.y - high - 0.5)), r.y0);
-    const int y1 = std::min(static_cast<int>(std::ceil(spot.y + high + 0.5)), r.y1);
+    const int x0 = std::max(PixelOf(spot.x - wide - 0.5), r.x0);
+    const int x1 = std::min(PixelOf(spot.x + wide + 1.5), r.x1);
+    const int y0 = std::max(PixelOf(spot.y - high - 0.5), r.y0);
+    const int y1 = std::min(PixelOf(spot.y + high + 1.5), r.y1);
     for (int y = y0; y < y1; ++y) {
       const double dy = y + 0.5 - spot.y;
       double* const row = sum.data() + static_cast<size_t>(y - r.y0) * static_cast<size_t>(r.width());
@@ -214,7 +219,7 @@ Node ShapedSpots(const Node& position, const ShapedSpotParams& params) {
   const auto require = [](bool valid, const char* name, double found, const char* expected) {
     if (!valid)
       throw Error(std::string("shapedspots:") + name,
-                  "found " + std::to_string(found) + ", expected " + expected);
+                  "found " + base::NumberText(found) + ", expected " + expected);
   };
   require(p.frequency > 0 && p.frequency <= 65536, "freq", p.frequency, "more than 0, at most 65536 cells");
   p.frequency = std::min<double>(p.frequency, std::max(p.frame.width(), 1));  // a pixel per cell

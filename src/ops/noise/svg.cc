@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
 #include "ops/noise/field.h"
@@ -273,10 +274,10 @@ Node SvgTurbulence(const ImageSpec& spec, const SvgTurbulenceParams& params) {
   if (spec.channels.empty()) throw Error(name, "found no channels, expected at least one");
   for (double f : params.base_frequency) {
     if (!(f >= 0 && f <= 1e6))
-      throw Error(name, "found base frequency " + std::to_string(f) + ", expected 0 to 1e6");
+      throw Error(name, "found base frequency " + base::NumberText(f) + ", expected 0 to 1e6");
   }
   if (!std::isfinite(params.seed)) {
-    throw Error(name, "found a seed of " + std::to_string(params.seed) + ", expected a finite number");
+    throw Error(name, "found a seed of " + base::NumberText(params.seed) + ", expected a finite number");
   }
   if (params.octaves < 0 || params.octaves > 64) {
     throw Error(name, "found " + std::to_string(params.octaves) + " octaves, expected 0 to 64");

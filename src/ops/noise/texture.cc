@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
 #include "ops/noise/field.h"
@@ -197,13 +198,18 @@ OpInfo TextureRow(TextureKind kind, const char* summary, const std::string& help
   return info;
 }
 
+// Sums of sines have terms of their own, ripples none.
+constexpr bool HasOctaves(TextureKind kind) {
+  return kind != TextureKind::kGardner && kind != TextureKind::kRipples;
+}
+
 template <TextureKind kind>
 Node Make(std::span<const Node>, const Arguments& a, const ImageSpec* output) {
   TextureParams p;
   p.kind = kind;
   p.seed = static_cast<uint32_t>(static_cast<int64_t>(a.Number("seed")));
   p.frequency = a.Number("freq");
-  p.octaves = a.Integer("octaves");
+  if constexpr (HasOctaves(kind)) p.octaves = a.Integer("octaves");
   p.time = a.Number("time");
   if constexpr (kind == TextureKind::kFire) {
     p.layers = a.Integer("layers");
@@ -274,6 +280,7 @@ OpInfo RipplesInfo() {
       "Rings of waves from three drops: channel 0 is the displacement to the right, channel 1 down, around "
       "0.5; further channels are the height.",
       "18");
+  std::erase_if(info.modifiers, [](const ParamInfo& m) { return m.name == "octaves"; });
   info.make = Make<TextureKind::kRipples>;
   return info;
 }
@@ -284,6 +291,7 @@ OpInfo GardnerInfo() {
       "c_{i+1} = 0.707 c_i, f_{i+1} = 2 f_i, phases p_i = pi/2 sin(f_{i-1} y). With slices= a volume: a "
       "third factor, inside the ellipsoid that touches the volume's sides, fading towards its rim.",
       "3");
+  std::erase_if(info.modifiers, [](const ParamInfo& m) { return m.name == "octaves"; });
   info.bound = "2e-5 * scale * (terms * (|t0| + |c_1|))^2";
   info.bound_u = 336;
   info.modifiers.push_back(IntegerModifier("terms", "5", 1, 12, "sines per axis"));
@@ -304,7 +312,7 @@ Node Texture(const ImageSpec& spec, const TextureParams& params) {
   const std::string name = ops::TextureName(params.kind);
   if (spec.channels.empty()) throw Error(name, "found no channels, expected at least one");
   const auto require = [&](bool valid, const char* what, double found, const char* expected) {
-    if (!valid) throw Error(name + ":" + what, "found " + std::to_string(found) + ", expected " + expected);
+    if (!valid) throw Error(name + ":" + what, "found " + base::NumberText(found) + ", expected " + expected);
   };
   require(params.frequency >= 0 && params.frequency <= 1048576, "freq", params.frequency, "0 to 2^20");
   require(params.octaves >= 0 && params.octaves <= 64, "octaves", params.octaves, "0 to 64");

@@ -219,6 +219,7 @@ OpInfo AovInfo() {
   channels.name = "channels", channels.help = "the channels, instead of searching";
   ParamInfo mask = layer;
   mask.name = "mask", mask.help = "a channel that is 0 on background";
+  layer.only_with = "!channels";
   info.modifiers = {layer, channels, mask};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const auto convention = std::find_if(Conventions().begin(), Conventions().end(),

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/shade/fog_kernel.h"
 #include "ops/shade/settings.h"
@@ -91,7 +92,7 @@ void CheckLayers(const LayerFogParams& p) {
       RequireFinite3("layerfog", "height", std::array{layer.height});
       if (!(layer.falloff > 0) || !std::isfinite(layer.falloff)) {
         throw Error("layerfog",
-                    "found falloff " + std::to_string(layer.falloff) + ", expected a positive height");
+                    "found falloff " + base::NumberText(layer.falloff) + ", expected a positive height");
       }
     }
     return;
@@ -103,8 +104,8 @@ void CheckLayers(const LayerFogParams& p) {
     RequireAtLeast("layerfog", "density", p.layers[k].density, 0);
     RequireFinite3("layerfog", "height", std::array{p.layers[k].height});
     if (k > 0 && !(p.layers[k].height > p.layers[k - 1].height)) {
-      throw Error("layerfog", "found height " + std::to_string(p.layers[k].height) + " after " +
-                                  std::to_string(p.layers[k - 1].height) + ", expected increasing heights");
+      throw Error("layerfog", "found height " + base::NumberText(p.layers[k].height) + " after " +
+                                  base::NumberText(p.layers[k - 1].height) + ", expected increasing heights");
     }
   }
 }
@@ -156,8 +157,8 @@ Node LayerFog(const Node& color, const Node& position, const LayerFogParams& par
 std::vector<FogLayer> SampleProfile(const std::function<double(double)>& density, double low, double high,
                                     int samples) {
   if (samples < 2 || !(low < high)) {
-    throw Error("fog profile", "found " + std::to_string(samples) + " samples from " + std::to_string(low) +
-                                   " to " + std::to_string(high) +
+    throw Error("fog profile", "found " + std::to_string(samples) + " samples from " + base::NumberText(low) +
+                                   " to " + base::NumberText(high) +
                                    ", expected at least 2 and increasing heights");
   }
   std::vector<FogLayer> layers;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/number_text.h"
 #include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
@@ -26,7 +27,8 @@ ParamInfo ColorModifier() {
   return param;
 }
 ParamInfo RampModifier() {
-  ParamInfo param = ListModifier("ramp", "", 256, -1e38, 1e38, "y0,r,g,b,y1,r,g,b,… for color=height");
+  ParamInfo param =
+      OnlyWith("color=height", ListModifier("ramp", "", 256, -1e38, 1e38, "y0,r,g,b,y1,r,g,b,…"));
   for (int n = 8; n <= 256; n += 4) param.counts.push_back(n);
   return param;
 }
@@ -44,8 +46,8 @@ Node RampImage(const Node& position, const std::vector<double>& ramp) {
   const size_t stops = ramp.size() / 4;
   for (size_t k = 1; k < stops; ++k) {
     if (ramp[4 * k] > ramp[4 * k - 4]) continue;
-    throw Error("fog:ramp", "found height " + std::to_string(ramp[4 * k]) + " after " +
-                                std::to_string(ramp[4 * k - 4]) + ", expected increasing heights");
+    throw Error("fog:ramp", "found height " + base::NumberText(ramp[4 * k]) + " after " +
+                                base::NumberText(ramp[4 * k - 4]) + ", expected increasing heights");
   }
   const double low = ramp[0], high = ramp[4 * (stops - 1)];
   std::vector<float> samples;
@@ -116,11 +118,13 @@ void AddPlaceModifiers(OpInfo& info) {
   ParamInfo eye = VectorModifier("eye", "", 3, "x,y,z; default the camera's, or the origin");
   ParamInfo depth = ChoiceModifier("depth", {"auto", "planar", "euclidean", "window", "reversed"},
                                    "the second image is a depth of that kind");
-  for (ParamInfo& m :
-       std::vector{eye, CameraModifier("camera", "16 or 32 numbers; default the image's metadata"), depth,
-                   NumberModifier("near", "0.1", 1e-30, 1e30, "near plane of window depths, world units"),
-                   NumberModifier("far", "1000", 1e-30, 1e38, "far plane, world units"), MaskModifier(),
-                   RampModifier()}) {
+  for (ParamInfo& m : std::vector{
+           eye, CameraModifier("camera", "16 or 32 numbers; default the image's metadata"), depth,
+           OnlyWith("depth=window|reversed",
+                    NumberModifier("near", "0.1", 1e-30, 1e30, "near plane of window depths, world units")),
+           OnlyWith("depth=window|reversed",
+                    NumberModifier("far", "1000", 1e-30, 1e38, "far plane, world units")),
+           MaskModifier(), RampModifier()}) {
     info.modifiers.push_back(std::move(m));
   }
 }
@@ -153,10 +157,10 @@ OpInfo FogInfo() {
   info.bound = "4 u * (T |C| + (1 - T) |A F|); T within 2 ULP";
   info.bound_u = 4;
   info.modifiers = {
-      NumberModifier("density", "0.1", 0, 1e38, "per world unit"), ColorModifier(),
+      OnlyWith("mode=exp|exp2", NumberModifier("density", "0.1", 0, 1e38, "per world unit")), ColorModifier(),
       ChoiceModifier("mode", {"exp", "exp2", "linear", "transmittance"}, "law of transmittance"),
-      NumberModifier("start", "0", -1e38, 1e38, "distance where linear fog begins"),
-      NumberModifier("end", "100", -1e38, 1e38, "distance where it hides all")};
+      OnlyWith("mode=linear", NumberModifier("start", "0", -1e38, 1e38, "distance where linear fog begins")),
+      OnlyWith("mode=linear", NumberModifier("end", "100", -1e38, 1e38, "distance where it hides all"))};
   AddPlaceModifiers(info);
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     FogParams p;
@@ -211,9 +215,10 @@ OpInfo LayerFogInfo() {
       ChoiceModifier("profile", {"layers", "linear", "exp"}, "how density depends on height"),
       ColorModifier(),
       IntegerModifier("table", "0", 0, 4096, "entries per axis of the look-up; 0: exact"),
-      ChoiceModifier("form", {"1d", "2d", "3d"}, "axes of the table"),
-      VectorModifier("range", "100,0,10", 3, "distance, lowest and highest height of the table"),
-      IntegerModifier("bits", "0", 0, 16, "depth of the table's numbers; 0: floats")};
+      OnlyWith("table", ChoiceModifier("form", {"1d", "2d", "3d"}, "axes of the table")),
+      OnlyWith("table",
+               VectorModifier("range", "100,0,10", 3, "distance, lowest and highest height of the table")),
+      OnlyWith("table", IntegerModifier("bits", "0", 0, 16, "depth of the table's numbers; 0: floats"))};
   AddPlaceModifiers(info);
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     LayerFogParams p;
@@ -235,6 +240,10 @@ OpInfo LayerFogInfo() {
     p.eye = EyeOf(a, in.subspan(1, 1));
     const Node place = FogPlaceOf("layerfog", in, a).place;
     if (a.Integer("table") > 0) {
+      if (in.size() > 2 || a.Text("color") == "height") {
+        throw Error("layerfog:table",
+                    "found a table with a colour per pixel or a mask, expected color=r,g,b and no mask");
+      }
       FogTableParams t;
       t.form = a.Text("form") == "1d"   ? FogTable::kMeanOfHeight
                : a.Text("form") == "2d" ? FogTable::kDistanceHeight

@@ -3,6 +3,7 @@
 #include <memory>
 #include <numbers>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
 #include "ops/shade/light_kernel.h"
@@ -118,7 +119,7 @@ OpInfo SpotlightInfo() {
       VectorModifier("attenuation", "1,0,0", 3, "kc,kl,kq"),
       NumberModifier("exponent", "0", 0, 1e6, "of the cosine to the axis"),
       NumberModifier("cone", "0", 0, 89.9, "half angle in degrees; 0: the whole frame"),
-      NumberModifier("rim", "0", 0, 89.9, "degrees of soft edge inside the cone"),
+      OnlyWith("cone", NumberModifier("rim", "0", 0, 89.9, "degrees of soft edge inside the cone")),
       FlagModifier("slide", "one more operand: the slide")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     SpotlightParams p;
@@ -150,8 +151,8 @@ Node Spotlight(const Node& position, const SpotlightParams& p, const Node& slide
   ops::RequireAtLeast("spotlight", "exponent", p.exponent, 0);
   ops::RequireAtLeast("spotlight", "cone", p.cone, 0);
   if (!(p.rim >= 0 && p.rim <= p.cone) || p.cone >= 90) {
-    throw Error("spotlight", "found cone " + std::to_string(p.cone) + " and rim " + std::to_string(p.rim) +
-                                 ", expected 0 <= rim <= cone < 90 degrees");
+    throw Error("spotlight", "found cone " + base::NumberText(p.cone) + " and rim " +
+                                 base::NumberText(p.rim) + ", expected 0 <= rim <= cone < 90 degrees");
   }
   ops::SpotlightSettings settings{p, static_cast<bool>(slide)};
   std::vector<Node> inputs = {position};

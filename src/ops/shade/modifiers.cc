@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "base/number_text.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
@@ -56,14 +57,14 @@ Node ThreeChannels(const Node& image) {
 
 void RequireAtLeast(const std::string& op, const std::string& what, double value, double low) {
   if (std::isfinite(value) && value >= low) return;
-  throw Error(op + " " + what, "found " + std::to_string(value) + ", expected a finite number of at least " +
-                                   std::to_string(low));
+  throw Error(op + " " + what, "found " + base::NumberText(value) +
+                                   ", expected a finite number of at least " + base::NumberText(low));
 }
 
 void RequireFinite3(const std::string& op, const std::string& what, std::span<const double> values) {
   for (const double v : values) {
     if (!std::isfinite(v))
-      throw Error(op + " " + what, "found " + std::to_string(v) + ", expected finite numbers");
+      throw Error(op + " " + what, "found " + base::NumberText(v) + ", expected finite numbers");
   }
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
 #include "ops/shade/place_kernel.h"
@@ -18,7 +19,7 @@ bool IsWindow(DepthKind kind) { return kind == DepthKind::kWindow || kind == Dep
 void CheckDepth(const std::string& op, const DepthParams& p) {
   if (!IsWindow(p.from) && !IsWindow(p.to)) return;
   if (!(p.near > 0) || !(p.far > p.near) || !std::isfinite(p.near)) {
-    throw Error(op, "found near " + std::to_string(p.near) + " and far " + std::to_string(p.far) +
+    throw Error(op, "found near " + base::NumberText(p.near) + " and far " + base::NumberText(p.far) +
                         ", expected 0 < near < far");
   }
 }

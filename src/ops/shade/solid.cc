@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/noise/plan.h"
@@ -116,7 +117,7 @@ void CheckSolid(const SolidParams& p) {
   RequireAtLeast("solid", "strength", p.strength, -1e6);
   for (size_t k = 0; k < 3; ++k) {
     if (p.high[k] < p.low[k]) {
-      throw Error("solid:box", "found " + std::to_string(p.low[k]) + " to " + std::to_string(p.high[k]) +
+      throw Error("solid:box", "found " + base::NumberText(p.low[k]) + " to " + base::NumberText(p.high[k]) +
                                    ", expected the low corner before the high one");
     }
   }
@@ -124,14 +125,14 @@ void CheckSolid(const SolidParams& p) {
     throw Error("solid:octaves", "found " + std::to_string(p.octaves) + ", expected 0 to 24");
   }
   if (!(p.width >= 0 && p.width <= 1)) {
-    throw Error("solid:width", "found " + std::to_string(p.width) + ", expected 0 to 1 of the spacing");
+    throw Error("solid:width", "found " + base::NumberText(p.width) + ", expected 0 to 1 of the spacing");
   }
   // Drift over many rotations shows as a texture that swells.
   const auto& r = p.rotation;
   const double det = r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
                      r[2] * (r[3] * r[7] - r[4] * r[6]);
   if (!(std::fabs(std::fabs(det) - 1) < 1e-3)) {
-    throw Error("solid:rotate", "found a matrix of determinant " + std::to_string(det) +
+    throw Error("solid:rotate", "found a matrix of determinant " + base::NumberText(det) +
                                     ", expected a rotation (1, or -1 for a mirror image)");
   }
 }
