@@ -12,9 +12,15 @@ trap 'rm -f "$scan"' EXIT
 gunzip -c /usr/share/mricron/templates/ch2.nii.gz >"$scan"
 
 # A NIfTI file is 352 bytes of header, then samples: left to right, back to front, feet to head.
-head="file=$scan:dims=181,217,181:type=uint8:header=352:up=z:azimuth=35:elevation=8:zoom=1.3:size=640x640"
-"$tessera" "--volume:$head:mode=iso:iso=0.2:color=.82,.62,.5:specular=.15:samples=4" -o "$skin"
-# Nothing below 0.22; grey matter about 0.45, white matter 0.65. The front is cut away.
-"$tessera" "--volume:$head:mode=under:planes=0,-1,-.35,-.12:shade=1:specular=0:ambient=.55:\
-transfer=.22,.5,.25,.2,0,.3,.8,.5,.4,.25,.5,.85,.6,.5,.6,.62,1,.92,.85,.8,1,1,1,1,.9:transferlength=.02:samples=4" -o "$cut"
+head="file=$scan:dims=181,217,181:type=uint8:header=352:up=z"
+seen="azimuth=35:elevation=8:zoom=1.3:size=640x640"
+skin_of="mode=iso:iso=.2:color=.82,.62,.5:specular=.15"
+"$tessera" "--volume:$head:$seen:$skin_of:samples=4" -o "$skin"
+# The front is cut away, the rest closed by a thin slab of tissue as it is, unlit: fluid is clear below .24; grey matter
+# has about .37, white matter .44, fat .7. value,r,g,b,opacity of .003 (the head is 2 long):
+tissue=.24,.1,.03,.02,0,.27,.3,.09,.07,.9,.33,.55,.31,.26,.99,.38,.66,.45,.38,.99
+tissue=$tissue,.44,.93,.84,.75,.99,.6,.94,.86,.74,.99,.8,1,.86,.55,.99
+"$tessera" "--volume:$head:$seen:$skin_of:planes=0,-1,-.35,-.09" \
+  "--volume:with=1:$head:mode=under:planes=0,-1,-.35,-.12:step=.003:transfer=$tissue:transferlength=.003:samples=4" \
+  -o "$cut"
 echo "$skin, $cut: 640x640"

@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
     const Volume body =
         DistanceField(Solid::Parse("body"), VolumeSpec::Centred({128, 128, 128}, PixelType::kUint16));
     VolumeParams p;
-    p.camera = OrbitCamera(body, 25, 15, 30, 1, 1.75);
+    p.camera = OrbitCamera(body, 25, 15, 30, 1, 1.6);
     const ImageSpec size(side, side, 4);
     const VolumeMode surfaces[] = {VolumeMode::kIso, VolumeMode::kSolid, VolumeMode::kBump};
     for (int k = 0; k < 3; ++k) {
@@ -91,13 +91,13 @@ int main(int argc, char** argv) {
       for (int k = 0; k < 4; ++k) {
         p.mode = moving[row];
         p.time = (row == 1 ? 1.4 : 0.7) * (k + 0.5);
-        Show(Render(RenderVolumeSupersampled(size, body, p, 2)), sheet, k, row + 1);
+        Show(Render(RenderVolumeSupersampled(size, body, p, 4)), sheet, k, row + 1);
       }
     }
     const Volume cloud = Cloud();
     VolumeParams c;
     c.mode = VolumeMode::kUnder;
-    c.camera = OrbitCamera(cloud, 25, 8, 30, 1, 1.4);
+    c.camera = OrbitCamera(cloud, 25, 8, 30, 1, 1.3);
     c.shade = true;
     c.step = cloud.spec().spacing[0] / 2;
     c.material = {{1, 1, 1}, 0.62, 0.42, 0, 1, {-0.45, 0.85, 0.35}};

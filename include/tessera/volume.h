@@ -46,7 +46,8 @@ struct VolumeData;
 class Volume {
  public:
   Volume() = default;
-  // Zero everywhere. Throws Error: sizes of at least 1, positive spacing, finite numbers, memory.
+  // Zero everywhere. All constructors throw Error: sizes of at least 1, positive spacing, finite numbers,
+  // memory, a null function or pointer.
   explicit Volume(const VolumeSpec& spec);
   // f(position in world units) at every voxel. f is called from this thread only.
   Volume(const VolumeSpec& spec, const std::function<double(const Vector3&)>& f);

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/arena.h"
+#include "base/number_text.h"
 #include "base/volume_data.h"
 #include "tessera/error.h"
 
@@ -83,11 +84,11 @@ void Check(const VolumeSpec& s) {
   for (size_t a = 0; a < 3; ++a) {
     if (!(s.spacing[a] > 0) || !std::isfinite(s.spacing[a])) {
       throw Error(kSubject,
-                  "found a spacing of " + std::to_string(s.spacing[a]) + ", expected positive numbers");
+                  "found a spacing of " + base::NumberText(s.spacing[a]) + ", expected positive numbers");
     }
     if (!std::isfinite(s.origin[a])) {
       throw Error(kSubject,
-                  "found an origin of " + std::to_string(s.origin[a]) + ", expected finite numbers");
+                  "found an origin of " + base::NumberText(s.origin[a]) + ", expected finite numbers");
     }
   }
   if (!std::isfinite(s.scale) || !std::isfinite(s.bias)) {
@@ -170,6 +171,7 @@ VolumeSpec VolumeSpec::Centred(const std::array<int, 3>& size, PixelType type, c
 Volume::Volume(const VolumeSpec& spec) : data_(std::make_shared<base::VolumeData>(spec)) {}
 
 Volume::Volume(const VolumeSpec& spec, const std::function<double(const Vector3&)>& f) : Volume(spec) {
+  if (!f) throw Error(kSubject, "found no function, expected one");
   const bool zero = data_->code_scale == 0;
   for (int k = 0; k < spec.size[2]; ++k) {
     for (int j = 0; j < spec.size[1]; ++j) {
@@ -183,6 +185,7 @@ Volume::Volume(const VolumeSpec& spec, const std::function<double(const Vector3&
 }
 
 Volume::Volume(const VolumeSpec& spec, const void* samples, PixelType type) : Volume(spec) {
+  if (samples == nullptr) throw Error(kSubject, "found no samples, expected those of all voxels");
   const double factor = MostOf(spec.type) / MostOf(type);
   const auto* p = static_cast<const std::byte*>(samples);
   const bool same = type == spec.type;

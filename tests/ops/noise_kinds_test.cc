@@ -278,6 +278,11 @@ TEST(NoiseKinds, SpotsOnASurface) {
   // A position without extent has no spots, and no NaN.
   for (const float n : Values(ShapedSpots(Plane(32, 1, 0, 0, 0), p))) EXPECT_EQ(n, 0);
   for (const float n : Values(ShapedSpots(Plane(32, std::nan(""), 0, 0, 1), p))) EXPECT_EQ(n, 0);
+  // Cells a million times as wide as the image ask for no more than the image.
+  for (const double frequency : {1e-3, 1e-6}) {
+    for (const float n : Values(ShapedSpots(Plane(32, 1, 0, 0, 1), {.frequency = frequency, .density = 8})))
+      EXPECT_TRUE(std::isfinite(n));
+  }
 }
 
 }  // namespace

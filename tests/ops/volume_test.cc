@@ -18,6 +18,7 @@
 #include "tessera/error.h"
 #include "tessera/io.h"
 #include "tessera/mesh.h"
+#include "tessera/ops/hypertexture.h"
 
 namespace tessera {
 namespace {
@@ -50,6 +51,74 @@ TEST(Volume, TrilinearInterpolationIsExactAtVoxelsAndOnLinearFields) {
     EXPECT_NEAR(g[0] / v.spec().spacing[0], 0.2, 40 * rounding);
     EXPECT_NEAR(g[2] / v.spec().spacing[2], 0.25, 40 * rounding);
   }
+}
+
+TEST(Volume, NullSamplesAndFunctionsAreRefused) {
+  const VolumeSpec spec = VolumeSpec::Centred({4, 4, 4});
+  EXPECT_THROW(Volume(spec, nullptr, PixelType::kFloat), Error);
+  EXPECT_THROW(Volume(spec, std::function<double(const Vector3&)>()), Error);
+}
+
+TEST(Volume, WordsOfChainsAreThoseOfTheGrammar) {
+  const std::vector<Dmf> chain = ParseDmf(" bias(.3), noise( .4 , 6 ),lift(.2,1,.5),threshold(-.3,.1),gain");
+  ASSERT_EQ(chain.size(), 5u);
+  EXPECT_EQ(chain[0].amount, 0.3);
+  EXPECT_EQ(chain[1].frequency, 6);
+  EXPECT_EQ(chain[2].drift[1], -0.5);
+  EXPECT_EQ(chain[3].softness, 0.1);
+  EXPECT_EQ(chain[4].amount, 0.5);
+  const auto message = [](const char* words) -> std::string {
+    try {
+      ParseDmf(words);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  struct Case {
+    const char *words, *found, *expected;
+  };
+  for (const Case& c : std::initializer_list<Case>{{"", "an empty step", "bias(.3)"},
+                                                   {"bias(.3),,gain(.7)", "an empty step", "bias(.3)"},
+                                                   {"bias(.3),", "an empty step", "bias(.3)"},
+                                                   {"blur(3)", "\"blur\"", "name(numbers)"},
+                                                   {"bias:.3", "\"bias:.3\"", "name(numbers)"},
+                                                   {"bias(x)", "\"x\"", "a finite number"},
+                                                   {"noise()", "\"\"", "a finite number"},
+                                                   {"noise(nan)", "\"nan\"", "a finite number"},
+                                                   {"bias(2)", "found 2 in \"bias(2)\"", "between 0 and 1"},
+                                                   {"gain(0)", "found 0", "between 0 and 1"},
+                                                   {"bias(.3,1)", "2 numbers", "at most 1"},
+                                                   {"noise(.3,-1)", "found -1", "from 0 to 1e6"},
+                                                   {"threshold(.3,-1)", "found -1", "from 0 to 1e6"},
+                                                   {"noise(.3,1,2,3)", "4 numbers", "at most 3"},
+                                                   {"bias(.3", "parentheses", "name(numbers)"},
+                                                   {"bias(.3))", "parentheses", "name(numbers)"},
+                                                   {"bias(.3)gain(.7)", "parentheses", "name(numbers)"}}) {
+    EXPECT_THAT(message(c.words), HasSubstr(c.found)) << c.words;
+    EXPECT_THAT(message(c.words), HasSubstr(c.expected)) << c.words;
+  }
+}
+
+TEST(Volume, NoiseBlocksHoldOctavesOfOneNoiseOrSamplesOfTheCaller) {
+  // Samples of the coarser block lie at twice the positions of the finer one's.
+  const NoiseBlock noise(NoiseContent::kNoise, 4, 1, 7, 16), octaves(NoiseContent::kFourOctaves, 4, 1, 7, 32);
+  for (int i = 0; i < 32; ++i) {
+    const Vector3 p = {(i + 0.5) / 32, 5.5 / 32, (31.5 - i) / 32};
+    double one, four[4];
+    noise.Sample({2 * p[0], 2 * p[1], 2 * p[2]}, &one);
+    octaves.Sample(p, four);
+    EXPECT_NEAR(four[1], one, 1e-4);
+  }
+  std::vector<float> samples(64);
+  for (size_t i = 0; i < 64; ++i) samples[i] = static_cast<float>(i);
+  double value;
+  NoiseBlock(samples, 4, 1).Sample({2.5 / 4, 1.5 / 4, 3.5 / 4}, &value);
+  EXPECT_NEAR(value, 2 + 4 * 1 + 16 * 3, 1e-3);
+  EXPECT_THROW(NoiseBlock(samples, 4, 4), Error);
+  EXPECT_THROW(NoiseBlock(samples, 4, 2), Error);
+  samples[5] = std::numeric_limits<float>::infinity();
+  EXPECT_THROW(NoiseBlock(samples, 4, 1), Error);
 }
 
 TEST(Volume, OneVoxelAxesAndNaNAreLegal) {

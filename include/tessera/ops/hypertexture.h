@@ -21,7 +21,7 @@ enum class NoiseContent : uint8_t {
   kTurbulence,   // sum over octaves of |n| / 2^k: precomputed turbulence
   kFbm,          // sum over octaves of n / 2^k
   kMarble,       // 1/2 + 1/2 sin(2 pi (2 x + 0.8 T))
-  kFourOctaves,  // four channels: noise at 1, 2, 4 and 8 times the frequency
+  kFourOctaves,  // four channels: the noise of kNoise at 1, 2, 4 and 8 times the frequency
   kVector,       // four channels: independent noises, for position warps
   kGradient,     // four channels: unit gradient of the noise, and the noise
 };
@@ -35,6 +35,9 @@ class NoiseBlock {
   NoiseBlock() = default;
   // Throws Error: size 4 to 256, cells 1 to size, octaves 1 to 16. Cost: size^3 noise samples.
   NoiseBlock(NoiseContent content, int cells, int octaves = 4, uint32_t seed = 0, int size = 64);
+  // Of the caller's own samples: size^3 of them, `channels` (1 or 4) each, x fastest, then y, then z; the
+  // first at (1/2, 1/2, 1/2) / size. Throws Error: size 4 to 256, finite samples, their count.
+  NoiseBlock(std::span<const float> samples, int size, int channels);
 
   bool empty() const { return data_ == nullptr; }
   int size() const;
@@ -99,7 +102,9 @@ struct Dmf {
 };
 
 // A chain from words: "bias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1),
-// swell(.3,1), threshold(.3,.1)": name(amount, frequency). Throws Error naming the word.
+// swell(.3,1), threshold(.3,.1)": steps between commas, each name(amount, frequency, upward drift); threshold
+// takes amount and softness, bias and gain an amount. What is left out has its default. Throws Error naming
+// the step: other names, words or numbers, amounts of bias and gain outside (0, 1), negative frequencies.
 std::vector<Dmf> ParseDmf(const std::string& words);
 
 }  // namespace tessera

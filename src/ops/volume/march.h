@@ -44,9 +44,9 @@ struct Field {
   const uint16_t *leap = nullptr, *own = nullptr;
   int32_t blocks[2] = {0, 0};  // along x; along x times y
   int shift = 2;
-  float per_edge = 0.25f;  // one over the block's edge
-  float pace = 0;          // of the upper byte: voxels per code of the field and unit
-  float least_pace = 0;    // of all blocks, with that factor
+  float edge = 4, per_edge = 0.25f;  // of a block, and one over it
+  float pace = 0;                    // of the upper byte: voxels per code of the field and unit
+  float least_pace = 0;              // of all blocks, with that factor
   bool leaps = true;
 };
 

@@ -117,7 +117,7 @@ class Part {
     if (hn::AllFalse(D(), due)) return;
     const V along = hn::MulAdd(i, step_, base_);
     const Block block = BlockOf(field, At(ray_, along));
-    const V room = RoomOf(LeapOf(field.leap, block));
+    const V room = RoomOf(LeapOf(field.leap, block.index));
     const M empty = hn::And(due, hn::Ge(room, hn::Zero(D())));
     const V steps = StepsOf(field, exit_, block.at, room, along, per_voxel_, per_step_);
     next_ = hn::IfThenElse(empty, hn::Add(i, steps), next_);

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <string>
 
 #include "base/arena.h"
@@ -18,10 +19,11 @@ namespace {
 constexpr int kBefore = 1, kBorder = 3;
 
 // size^3 samples of a periodic noise, slice after slice; channel 0, or the first `channels` of it.
-std::vector<float> Samples(NoiseParams params, int cells, int size, int channels) {
+std::vector<float> Samples(NoiseParams params, int cells, int size, int channels, int period = 0) {
+  if (period == 0) period = cells;
   params.dims = 3;
   params.frequency = cells;
-  params.period = {cells, cells, cells, 0};
+  params.period = {period, period, period, 0};
   params.slices = size;
   params.offset[2] = 0.5 * cells / size;
   ImageSpec spec(size, size * size, channels);
@@ -66,7 +68,9 @@ std::vector<float> Content(NoiseContent content, int cells, int octaves, uint32_
       std::vector<float> v(static_cast<size_t>(4) * size * size * size);
       for (int c = 0; c < 4; ++c) {
         noise.seed = seed + static_cast<uint32_t>(octave ? 0 : 101 * c);
-        const std::vector<float> one = Samples(noise, octave ? std::min(cells << c, size) : cells, size, 1);
+        // Octaves are the one noise, repeated, as lookups at higher frequencies find it.
+        const int across = octave ? std::min(cells << c, size) : cells;
+        const std::vector<float> one = Samples(noise, across, size, 1, across % cells == 0 ? cells : across);
         for (size_t i = 0; i < one.size(); ++i) v[4 * i + static_cast<size_t>(c)] = one[i];
       }
       return v;
@@ -90,16 +94,21 @@ std::shared_ptr<uint16_t[]> Codes(size_t count) {
 
 }  // namespace
 
-NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t seed, int size) {
+// As the march reads samples.
+NoiseBlock::NoiseBlock(std::span<const float> values, int size, int channel_count) {
   Require(size >= 4 && size <= 256, "size", size, "4 to 256");
-  Require(cells >= 1 && cells <= size, "cells", cells, "1 to the size");
-  Require(octaves >= 1 && octaves <= 16, "octaves", octaves, "1 to 16");
-  const std::vector<float> values = Content(content, cells, octaves, seed, size);
+  Require(channel_count == 1 || channel_count == 4, "channels", channel_count, "1 or 4");
+  const auto expected = static_cast<size_t>(channel_count) * static_cast<size_t>(size * size * size);
+  if (values.size() != expected) {
+    throw Error("noise block",
+                "found " + std::to_string(values.size()) + " samples, expected " + std::to_string(expected));
+  }
+  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+    throw Error("noise block", "found samples that are not finite, expected numbers");
   auto data = std::make_shared<Data>();
   Data& d = *data;
-  d.content = content;
   d.size = size;
-  d.channels = content >= NoiseContent::kFourOctaves ? 4 : 1;
+  d.channels = channel_count;
   d.row = size + kBorder;
   d.slice = d.row * d.row;
   const auto channels = static_cast<size_t>(d.channels);
@@ -148,6 +157,14 @@ NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t se
   }
   d.mean /= static_cast<double>(size) * size * size;
   data_ = std::move(data);
+}
+
+NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t seed, int size) {
+  Require(size >= 4 && size <= 256, "size", size, "4 to 256");
+  Require(cells >= 1 && cells <= size, "cells", cells, "1 to the size");
+  Require(octaves >= 1 && octaves <= 16, "octaves", octaves, "1 to 16");
+  *this = NoiseBlock(Content(content, cells, octaves, seed, size), size,
+                     content >= NoiseContent::kFourOctaves ? 4 : 1);
 }
 
 int NoiseBlock::size() const { return empty() ? 0 : data_->size; }

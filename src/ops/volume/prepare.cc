@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "base/number_text.h"
 #include "ops/volume/settings.h"
 #include "ops/volume/transfer.h"
 #include "tessera/error.h"
@@ -17,8 +18,8 @@ constexpr char kName[] = "volume";
 
 void RequireRange(const char* what, double v, double low, double high) {
   if (v >= low && v <= high) return;
-  throw Error(kName, std::string("found ") + what + " " + std::to_string(v) + ", expected " +
-                         std::to_string(low) + " to " + std::to_string(high));
+  throw Error(kName, std::string("found ") + what + " " + base::NumberText(v) + ", expected " +
+                         base::NumberText(low) + " to " + base::NumberText(high));
 }
 
 Vector3 Centre(const VolumeSpec& s) {
@@ -306,7 +307,8 @@ void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& worker
     field.blocks[0] = out.own->size[0];
     field.blocks[1] = out.own->size[0] * out.own->size[1];
     field.shift = out.own->shift;
-    field.per_edge = 1 / static_cast<float>(1 << field.shift);
+    field.edge = static_cast<float>(1 << field.shift);
+    field.per_edge = 1 / field.edge;
     field.pace = out.own->pace;
     field.least_pace = out.own->least_pace;
   };

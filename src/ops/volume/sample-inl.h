@@ -117,9 +117,16 @@ HWY_INLINE Block BlockOf(const Field& field, const Vec3& p) {
   b.index = hn::Add(hn::Mul(WholeOf(b.at.z), hn::Set(DI(), field.blocks[1])), line);
   return b;
 }
-// Its entry; the lower byte alone is the room.
-HWY_INLINE VI LeapOf(const uint16_t* leaps, const Block& b) {
-  return s::GatherWords<1>(leaps, hn::Add(b.index, b.index));
+// The entry of a block; the lower byte alone is the room.
+HWY_INLINE VI LeapOf(const uint16_t* leaps, VI block) {
+  return s::GatherWords<1>(leaps, hn::Add(block, block));
+}
+// The block that a cell lies in.
+HWY_INLINE VI BlockIndexOf(const Field& field, const Cell& c) {
+  const DI di;
+  const auto block = [&](VI cell) HWY_ATTR { return hn::ShiftRightSame(cell, field.shift); };
+  const VI line = hn::Add(hn::Mul(block(c.j), hn::Set(di, field.blocks[0])), block(c.i));
+  return hn::Add(hn::Mul(block(c.k), hn::Set(di, field.blocks[1])), line);
 }
 
 // --- 16 bytes for every lane, as four vectors of words. ---

@@ -15,7 +15,6 @@ namespace tessera {
 // Sample (x, y, z) of channel c lies at ((z + 1) * slice + (y + 1) * row + x + 1) * channels + c, x, y, z
 // from -1 to size + 1: one periodic sample before and two behind, at positions (x + 1/2) / size of the block.
 struct NoiseBlock::Data {
-  NoiseContent content = NoiseContent::kNoise;
   int size = 0, channels = 1;
   int row = 0, slice = 0;               // in texels
   std::shared_ptr<uint16_t[]> samples;  // 32 bytes beyond the end may be read

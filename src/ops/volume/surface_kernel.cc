@@ -203,33 +203,39 @@ class Search {
     const D d;
     const DI di;
     const Field& field = args_.field;
-    const V edge = Set(static_cast<float>(1 << field.shift)), per_voxel = Set(kPerVoxel);
+    const V edge = Set(field.edge), per_voxel = Set(kPerVoxel);
     Vec3 p[kSets];
     Arrive(p);
     VI entry[kSets];
     V room[kSets], steps[kSets];
     M near[kSets];
-    const auto look_up = [&](int k, const uint16_t* leaps, const Vec3& at) HWY_ATTR {
-      entry[k] = LeapOf(leaps, BlockOf(field, at));
+    Cell cells[kSets];
+    const auto look_up = [&](int k, const uint16_t* leaps, VI block) HWY_ATTR {
+      entry[k] = LeapOf(leaps, block);
       room[k] = hn::Sub(hn::ConvertTo(d, hn::And(entry[k], hn::Set(di, 255))), Set(1));
     };
     for (int k = 0; k < kSets; ++k) {
       near[k] = active_[k];
       steps[k] = hn::Zero(d);
-      if (among_) continue;
-      look_up(k, field.leap, p[k]);
+      if constexpr (kSags) {
+        if (among_) continue;
+        look_up(k, field.leap, BlockOf(field, p[k]).index);
+      } else {
+        // The cell is the one that is read where something is near.
+        cells[k] = Locate(field, p[k]);
+        look_up(k, field.leap, BlockIndexOf(field, cells[k]));
+      }
       near[k] = hn::And(active_[k], hn::Lt(room[k], Set(1)));
       steps[k] = hn::Mul(room[k], per_voxel);
     }
     if (Some(near)) {
-      Vec3 read[kSets];
       V v[kSets];
-      for (int k = 0; k < kSets; ++k) read[k] = level_.Place(p[k]);
       if constexpr (kSags) {
         // Where a displaced field is read, it has leaps of its own, as long as displacement allows.
-        for (int k = 0; k < kSets; ++k) look_up(k, field.own, read[k]);
+        for (int k = 0; k < kSets; ++k) cells[k] = Locate(field, level_.Place(p[k]));
+        for (int k = 0; k < kSets; ++k) look_up(k, field.own, BlockIndexOf(field, cells[k]));
       }
-      for (int k = 0; k < kSets; ++k) v[k] = level_.AtCell(Locate(field, read[k]));
+      for (int k = 0; k < kSets; ++k) v[k] = level_.AtCell(cells[k]);
       M away[kSets];
       for (int k = 0; k < kSets; ++k) {
         const V q = hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(entry[k]), hn::Set(di, 255)));

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <string>
 
+#include "base/number_text.h"
 #include "ops/noise/plan.h"
 #include "ops/volume/settings.h"
 #include "tessera/error.h"
@@ -184,7 +185,7 @@ void CompleteDmf(Dmf& step) {
   const auto require = [&](bool valid, const char* what, double found, const char* expected) {
     if (!valid)
       throw Error("dmf",
-                  std::string("found ") + what + " " + std::to_string(found) + ", expected " + expected);
+                  std::string("found ") + what + " " + base::NumberText(found) + ", expected " + expected);
   };
   require(std::isfinite(step.amount), "an amount of", step.amount, "a finite number");
   require(step.frequency >= 0 && step.frequency < 1e6, "a frequency of", step.frequency, "0 to 1e6");

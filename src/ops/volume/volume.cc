@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/volume/prepare.h"
 #include "ops/volume/shear_warp.h"
@@ -305,7 +306,7 @@ Node AddVolume(const Node& picture, const PlacedVolume& volume, int samples) {
 Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, double field_of_view,
                    double aspect, double zoom) {
   if (!(zoom > 0))
-    throw Error("camera", "found zoom " + std::to_string(zoom) + ", expected a positive number");
+    throw Error("camera", "found zoom " + base::NumberText(zoom) + ", expected a positive number");
   const VolumeSpec& v = volume.spec();
   const Vector3 low = v.Low(), high = v.High();
   Vector3 centre, half;

@@ -60,13 +60,12 @@ class Exit {
   // `direction`: 1 along the rays, -1 against them.
   HWY_INLINE Exit(const Field& field, const Ray& ray, float direction) : direction_(direction) {
     constexpr float kMargin = 0.01f;  // voxels
-    const float edge = static_cast<float>(1 << field.shift);
     const auto axis = [&](V origin, V along, V& inverse, V& plane) HWY_ATTR {
       const V way = hn::Mul(along, Set(direction));
       const M down = hn::Lt(way, hn::Zero(D()));
       const V size = hn::Max(hn::Abs(way), Set(1e-20f));
       inverse = hn::Div(Set(1), hn::IfThenElse(down, hn::Neg(size), size));
-      plane = hn::Sub(hn::IfThenElse(down, Set(kMargin), Set(edge - kMargin)), origin);
+      plane = hn::Sub(hn::IfThenElse(down, Set(kMargin), Set(field.edge - kMargin)), origin);
     };
     axis(ray.origin.x, ray.direction.x, inverse_.x, plane_.x);
     axis(ray.origin.y, ray.direction.y, inverse_.y, plane_.y);
@@ -74,7 +73,7 @@ class Exit {
   }
   // How far it is from `along` to the end of the block.
   HWY_INLINE V Of(const Field& field, const Vec3& block, V along) const {
-    const V edge = Set(static_cast<float>(1 << field.shift));
+    const V edge = Set(field.edge);
     const auto axis = [&](V at, V inverse, V plane)
                           HWY_ATTR { return hn::Mul(hn::MulAdd(at, edge, plane), inverse); };
     const V leave = hn::Min(hn::Min(axis(block.x, inverse_.x, plane_.x), axis(block.y, inverse_.y, plane_.y)),
@@ -154,7 +153,7 @@ struct Walk {
     while (field.leaps) {
       const V along = Along(i);
       const Block block = BlockOf(field, At(ray, along));
-      const V room = RoomOf(LeapOf(field.leap, block));
+      const V room = RoomOf(LeapOf(field.leap, block.index));
       const M empty = hn::Ge(room, hn::Zero(d));
       if (hn::AllFalse(d, hn::And(active, empty))) break;
       const V steps = StepsOf(field, exit, block.at, room, along, per_voxel, per_step);
