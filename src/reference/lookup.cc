@@ -188,7 +188,7 @@ Found LookUp(const Source& table, const LookupParams& p, const std::vector<doubl
     Found found = gather.found();
     const auto dims = static_cast<int>(table.sizes.size());
     if (p.filter == TableFilter::kCubic) {
-      found.units = 8 * dims;  // the rounding of positions included
+      found.units = 8 * dims * std::pow(1.25, dims - 1);  // the rounding of positions included
       return found;
     }
     found.units = dims < 4 ? 3 : 4;

@@ -4,11 +4,13 @@
 #define TESSERA_OPS_TRANSFER_H_
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tessera/node.h"
 #include "tessera/ops/filter.h"
 #include "tessera/ops/lookup.h"
+#include "tessera/render.h"
 #include "tessera/table.h"
 
 namespace tessera {
@@ -43,12 +45,14 @@ enum class TransferClamp : uint8_t {
 //  3 maps                 7 table_convolved                    10 table2
 //  4 table1               8 matrix                             12 lookup (pixel texture)
 //  5 kernel                                                    13 clamp, bits
-// Scales and biases: one value for every channel, alpha included, or one per channel. Maps: one table for all
+// Scales and biases: one value for every channel, alpha included, one per channel, or OpenGL's four for R, G,
+// B and alpha of an image that has others (which keep their bits) or lacks some. Maps: one table for all
 // of R, G, B, A or one each, nearest entry. The matrix acts on columns: (R,G,B,A)' = M (R,G,B,A); 9 numbers
 // leave alpha alone. bits = 1 to 24 rounds to codes / (2^bits - 1) after every stage that is there, as a
 // framebuffer of that depth does. Everything is one graph of the library's own nodes: scales, matrices and
-// limits fold into one matrix. NaN reads entry 0 of a table. |error|: each stage's own bound. Errors: counts
-// of numbers and tables, numbers that are not finite.
+// limits fold into one matrix. NaN reads entry 0 of a table; CountLostSamples says how often. |error|: each
+// stage's own bound. Errors: other counts of numbers and tables, tables of other than one dimension and
+// channel, numbers that are not finite.
 struct TransferParams {
   std::vector<double> scale = {}, bias = {};
   std::vector<Table> maps = {};
@@ -66,6 +70,17 @@ struct TransferParams {
   int bits = 0;
 };
 Node Transfer(const Node& image, const TransferParams& params);
+
+// Pixels that look up a stage's tables with NaN in some channel, and so read entry 0 of it; for the pixel
+// texture those that have no place in it.
+struct LostSamples {
+  std::string stage;  // "map", "table1", "tablec", "table2" or "lookup"
+  LostCoordinates lost;
+};
+// Counts them for every stage that looks up, in the pipeline's order: each time one evaluation of what comes
+// before it, streamed; the same numbers for any threads.
+std::vector<LostSamples> CountLostSamples(const Node& image, const TransferParams& params,
+                                          const RenderOptions& options = {});
 
 }  // namespace tessera
 

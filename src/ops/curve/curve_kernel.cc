@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
-#include <functional>
-#include <iterator>
 #include <limits>
 
-#include "base/block.h"
 #include "ops/curve/curve_constants.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -18,6 +15,7 @@
 
 #include "ops/curve/curve_pieces-inl.h"
 #include "ops/curve/fast_curve-inl.h"
+#include "ops/curve/plane_stage-inl.h"
 #include "simd/fused-inl.h"
 #include "simd/gather-inl.h"
 #include "simd/math-inl.h"
@@ -104,6 +102,8 @@ float JoinOf(const CurveFormula& f) {
 // and without inner and outer scales.
 enum class Way : uint8_t { kDouble, kFast, kFastInner, kFastOuter, kFastBoth };
 
+constexpr int kMostSamples = 256;  // between the two passes of tables of pieces
+
 // A plane's curve and the loop that was made for it.
 struct CurveWork {
   using Loop = void (*)(const CurveWork&, const float*, float*, int);
@@ -115,6 +115,7 @@ struct CurveWork {
 #endif
   bool active() const { return curve.active; }
   bool quick() const { return curve.formula.kind == Kind::kLinear; }  // quicker than to look it up
+  static CurveWork Of(const PlaneCurve& curve);
   void operator()(const float* in, float* out, int count) const { loop(*this, in, out, count); }
 };
 
@@ -198,6 +199,20 @@ void RunPlane(const CurveWork& work, const float* in, float* out, int count) {
 }
 
 #if TESSERA_DOUBLE_FLOAT
+// A vector in which some samples have no piece: powers are computed, where they are moderate.
+template <Kind kKind>
+HWY_NOINLINE V BesidePieces(V x, V v, V y, hn::Mask<s::D> able, const CurveWork& work) {
+  if constexpr (kKind == Kind::kPower || kKind == Kind::kHlgInverse) {
+    if (work.fast.able) {
+      hn::Mask<s::D> computed;
+      const V power = FastValue<kKind, false, false>(v, work.fast, computed);
+      computed = hn::AndNot(able, hn::And(computed, hn::Ge(v, s::SetF(JoinOf(work.curve.formula)))));
+      y = hn::IfThenElse(computed, power, y);
+      able = hn::Or(able, computed);
+    }
+  }
+  return AnyValue<kKind>(x, v, y, able, work.curve);
+}
 // One plane by tables of pieces, which have the join and the linear part in them.
 template <Kind kKind>
 void RunPieces(const CurveWork& work, const float* in, float* out, int count) {
@@ -205,29 +220,37 @@ void RunPieces(const CurveWork& work, const float* in, float* out, int count) {
   const CurveFormula& f = work.curve.formula;
   const bool keep = f.negatives == Negatives::kKeep, limit = TakesNegativesAsZero(f);
   const V zero = hn::Zero(d), sign = hn::Set(d, f.negatives == Negatives::kMirror ? -0.0f : 0.0f);
+  const auto argument = [&](V x) HWY_ATTR {
+    const V v = hn::AndNot(sign, x);
+    return limit ? hn::IfThenElse(hn::Lt(v, zero), zero, v) : v;
+  };
   const Pieces pieces(work.pieces);
-  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
-    const V x = hn::LoadU(d, in + i);
-    V v = hn::AndNot(sign, x);
-    if (limit) v = hn::IfThenElse(hn::Lt(v, zero), zero, v);
-    hn::Mask<s::D> able;
-    V y = pieces.At<kKind == Kind::kPqInverse>(v, able);
-    if (keep) able = hn::And(able, hn::Ge(v, zero));
-    if (HWY_LIKELY(hn::AllTrue(d, able))) {
-      y = hn::Xor(y, hn::And(x, sign));
-    } else {
-      y = AnyValue<kKind>(x, v, y, able, work.curve);
+  constexpr bool kByBits = kKind == Kind::kPqInverse;
+  // In two passes, so that neighbouring samples overlap on their way from index through memory to load.
+  alignas(64) uint32_t at[kMostSamples];
+  for (int first = 0; first < count; first += kMostSamples) {
+    const int end = std::min(count, first + kMostSamples);
+    for (int i = first; i < end; i += s::kLanes)
+      pieces.Locate<kByBits>(argument(hn::LoadU(d, in + i)), at + (i - first));
+    for (int i = first; i < end; i += s::kLanes) {
+      const V x = hn::LoadU(d, in + i), v = argument(x);
+      V y = pieces.At<kByBits>(v, at + (i - first));
+      auto able = hn::Eq(y, y);
+      if (keep) able = hn::And(able, hn::Ge(v, zero));
+      if (HWY_LIKELY(hn::AllTrue(d, able))) {
+        y = hn::Xor(y, hn::And(x, sign));
+      } else {
+        y = BesidePieces<kKind>(x, v, y, able, work);
+      }
+      hn::StoreU(y, d, out + i);
     }
-    hn::StoreU(y, d, out + i);
   }
 }
 
 template <Kind kKind>
 CurveWork::Loop LoopOfKind(const CurveWork& work) {
   const FastCurve& fast = work.fast;
-  if constexpr (kKind != Kind::kHlgInverse) {
-    if (work.pieces.able) return RunPieces<kKind>;
-  }
+  if (work.pieces.able) return RunPieces<kKind>;
   if constexpr (kKind == Kind::kExp) {
     if (fast.able && fast.inner && fast.outer) return RunPlane<kKind, Way::kFastBoth>;
     if (fast.able && fast.inner) return RunPlane<kKind, Way::kFastInner>;
@@ -247,7 +270,7 @@ CurveWork::Loop LoopOfKind(const CurveWork&) {
 }
 #endif
 
-CurveWork WorkOf(const PlaneCurve& curve) {
+CurveWork CurveWork::Of(const PlaneCurve& curve) {
   CurveWork work;
   work.curve = curve;
 #if TESSERA_DOUBLE_FLOAT
@@ -296,27 +319,52 @@ struct PowerWork {
   PlanePower power;
 #if TESSERA_DOUBLE_FLOAT
   FastCurve fast;
+  CurvePieces pieces;
 #endif
+  static PowerWork Of(const PlanePower& power);
   bool active() const { return power.active; }
   bool quick() const { return power.exponent == 2; }
 
-  // |x|^e where x is neither 0 nor infinite nor NaN.
-  HWY_INLINE V Magnitude(V x) const {
+  // The first pass of two, over pieces.
+  HWY_INLINE void Locate(const float* in, int count, uint32_t* at) const {
 #if TESSERA_DOUBLE_FLOAT
-    if (fast.able) {
-      const s::D d;
-      const V size = hn::Abs(x);
-      hn::Mask<s::D> able;
-      const V y = FastValue<Kind::kPower, false, false>(size, fast, able);
-      const auto special = hn::Not(
-          hn::And(hn::Gt(size, hn::Zero(d)), hn::Lt(size, s::SetF(std::numeric_limits<float>::infinity()))));
-      const auto done = hn::Or(able, special);
-      if (HWY_LIKELY(hn::AllTrue(d, done))) return y;
-      return hn::IfThenElse(done, y, MagnitudeInDouble(x, power.exponent));
+    if (!pieces.able) return;
+    const Pieces table(pieces);
+    for (int i = 0; i < count; i += s::kLanes)
+      table.Locate<false>(hn::Abs(hn::LoadU(s::D(), in + i)), at + i);
+#else
+    (void)in, (void)count, (void)at;
+#endif
+  }
+  // |x|^e where x is neither 0 nor infinite nor NaN.
+  HWY_INLINE V Magnitude(V x, const uint32_t* at) const {
+    (void)at;
+#if TESSERA_DOUBLE_FLOAT
+    if (pieces.able) {
+      const V y = Pieces(pieces).At<false>(hn::Abs(x), at);
+      return HWY_LIKELY(hn::AllTrue(s::D(), hn::Eq(y, y))) ? y : BesidePieces(x, y);
     }
 #endif
     return MagnitudeInDouble(x, power.exponent);
   }
+#if TESSERA_DOUBLE_FLOAT
+  // The samples whose y is NaN.
+  HWY_NOINLINE V BesidePieces(V x, V y) const {
+    const s::D d;
+    const V size = hn::Abs(x);
+    auto done = hn::Eq(y, y);
+    if (fast.able) {
+      hn::Mask<s::D> able;
+      y = hn::IfThenElse(done, y, FastValue<Kind::kPower, false, false>(size, fast, able));
+      done = hn::Or(done, able);
+    }
+    const auto special = hn::Not(
+        hn::And(hn::Gt(size, hn::Zero(d)), hn::Lt(size, s::SetF(std::numeric_limits<float>::infinity()))));
+    done = hn::Or(done, special);
+    if (hn::AllTrue(d, done)) return y;
+    return hn::IfThenElse(done, y, MagnitudeInDouble(x, power.exponent));
+  }
+#endif
 
   void operator()(const float* in, float* out, int count) const {
     const s::D d;
@@ -333,114 +381,33 @@ struct PowerWork {
     const double kind = e == 0 ? 0 : !whole ? 0.5 : even ? 2 : 1;
     const V y = hn::Set(d, static_cast<float>(std::copysign(kind, e)));
     const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-    for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
-      const V x = hn::LoadU(d, in + i);
-      V r = Magnitude(x);
-      const auto ordinary = hn::And(hn::Gt(x, hn::Zero(d)), hn::Lt(x, infinity));
-      if (HWY_UNLIKELY(!hn::AllTrue(d, ordinary)) || kind == 0) r = s::PowSpecial(x, y, r);
-      hn::StoreU(r, d, out + i);
+    alignas(64) uint32_t at[kMostSamples];
+    for (int first = 0; first < count; first += kMostSamples) {
+      const int end = std::min(count, first + kMostSamples);
+      Locate(in + first, end - first, at);
+      for (int i = first; i < end; i += s::kLanes) {
+        const V x = hn::LoadU(d, in + i);
+        V r = Magnitude(x, at + (i - first));
+        const auto ordinary = hn::And(hn::Gt(x, hn::Zero(d)), hn::Lt(x, infinity));
+        if (HWY_UNLIKELY(!hn::AllTrue(d, ordinary)) || kind == 0) r = s::PowSpecial(x, y, r);
+        hn::StoreU(r, d, out + i);
+      }
     }
   }
 };
 
-PowerWork WorkOf(const PlanePower& power) {
+PowerWork PowerWork::Of(const PlanePower& power) {
   PowerWork work;
   work.power = power;
 #if TESSERA_DOUBLE_FLOAT
   work.fast.able = IsModerateExponent(power.exponent);
   work.fast.exponent = s::SplitDouble(power.exponent);
+  CurveFormula formula;
+  formula.kind = Kind::kPower, formula.exponent = power.exponent;
+  if (work.fast.able) work.pieces = PiecesOf(formula);
 #endif
   return work;
 }
-
-// What work makes of the samples of 8-bit pixels.
-class ByteTable {
- public:
-  template <class Work>
-  explicit ByteTable(const Work& work) {
-    for (int c = 0; c < kCodes; ++c) results_[c] = static_cast<float>(c) / (kCodes - 1);
-    work(results_, results_, kCodes);
-  }
-  // work(samples, samples, count), looked up where a whole vector's samples are code / 255.
-  template <class Work>
-  void Run(const Work& work, float* samples, int count) const {
-    const s::D d;
-    const s::DI di;
-    for (int i = 0; i < count; i += s::kLanes) {
-      const V v = hn::Load(d, samples + i);
-      const s::VI code =
-          hn::And(hn::NearestInt(hn::Mul(v, hn::Set(d, kCodes - 1.0f))), hn::Set(di, kCodes - 1));
-      const V sample = s::FromUnorm8(hn::ConvertTo(d, code));
-      // Bit by bit: minus zero is none.
-      if (HWY_LIKELY(hn::AllTrue(di, hn::Eq(hn::BitCast(di, sample), hn::BitCast(di, v))))) {
-        hn::Store(s::GatherFloats(results_, code), d, samples + i);
-      } else {
-        work(samples + i, samples + i, s::kLanes);
-      }
-    }
-  }
-
- private:
-  static constexpr int kCodes = 256;
-  alignas(64) float results_[kCodes];
-};
-
-// Runs each active plane's work(in, out, count), from and to planes or interleaved pixels.
-template <class Work>
-class PlaneStage final : public graph::PointStage {
- public:
-  template <class Plane>
-  PlaneStage(const Plane (&planes)[4], bool bytes) {
-    for (int p = 0; p < 4; ++p) {
-      alike_[p] = p > 0 && planes[p] == planes[p - 1];
-      work_[p] = alike_[p] ? work_[p - 1] : WorkOf(planes[p]);
-      const bool looks_up = bytes && work_[p].active() && !work_[p].quick();
-      if (looks_up && !alike_[p]) tables_[p] = std::make_shared<ByteTable>(work_[p]);
-    }
-  }
-  bool CanFuse(bool, PixelType) const override { return true; }
-  std::unique_ptr<graph::PointStage> OfSamples(int channels) const override {
-    if (!work_[0].active() || !std::all_of(alike_ + 1, alike_ + channels, std::identity())) return nullptr;
-    auto stage = std::make_unique<PlaneStage>(*this);
-    for (int p = 1; p < 4; ++p) {
-      stage->work_[p] = work_[0];
-      stage->alike_[p] = true;
-      stage->tables_[p] = nullptr;
-    }
-    return stage;
-  }
-  void Run(const graph::PointArgs& args) const override {
-    // Results may lie where other planes' samples do, so that all are read before any is written.
-    // Short chunks: reading and writing memory goes on beside the arithmetic.
-    constexpr int kChunk = 64;
-    static_assert(kBlockPixels % kChunk == 0);
-    alignas(64) float samples[4 * kChunk];
-    const s::D d;
-    for (int first = 0; first < args.count; first += kChunk) {
-      const int count = std::min(kChunk, args.count - first);
-      float* const planes[4] = {samples, samples + count, samples + 2 * count, samples + 3 * count};
-      s::LoadChunk(args, first, count, planes);
-      // Planes with the same curve are one run: its tables are loaded once.
-      for (int p = 0, next = 1; p < 4; p = next) {
-        for (next = p + 1; next < 4 && alike_[next]; ++next) continue;
-        if (tables_[p]) {
-          tables_[p]->Run(work_[p], planes[p], (next - p) * count);
-        } else if (work_[p].active()) {
-          work_[p](planes[p], planes[p], (next - p) * count);
-        }
-      }
-      s::StoreChunk(args, first, count, [&](int i) HWY_ATTR {
-        return s::Pixels{hn::Load(d, planes[0] + i), hn::Load(d, planes[1] + i), hn::Load(d, planes[2] + i),
-                         hn::Load(d, planes[3] + i)};
-      });
-    }
-  }
-
- private:
-  Work work_[4];
-  bool alike_[4];  // the plane before has the same
-  std::shared_ptr<const ByteTable> tables_[4];
-};
 
 std::unique_ptr<graph::PointStage> NewCurveStage(const PlaneCurve (&planes)[4], bool bytes) {
   return std::make_unique<PlaneStage<CurveWork>>(planes, bytes);

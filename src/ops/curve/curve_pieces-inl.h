@@ -1,4 +1,4 @@
-// Curves as 32 polynomials on float vectors: the scheme that curve_pieces.h describes.
+// Curves as cubic polynomials on float vectors: the scheme that curve_pieces.h describes.
 #if defined(TESSERA_OPS_CURVE_CURVE_PIECES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_OPS_CURVE_CURVE_PIECES_INL_H_
 #undef TESSERA_OPS_CURVE_CURVE_PIECES_INL_H_
@@ -19,103 +19,47 @@ namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace s = simd::HWY_NAMESPACE;
 
-#if HWY_TARGET == HWY_AVX3
-// The coefficients of each lane's piece, from columns of 32 floats in two registers each.
-class PieceTables {
- public:
-  HWY_INLINE explicit PieceTables(const CurvePieces& t) {
-    const s::D d;
-#pragma GCC unroll 16
-    for (int k = 0; k < CurvePieces::kTerms; ++k) {
-      low_[k] = hn::Load(d, t.column[k]), high_[k] = hn::Load(d, t.column[k] + 16);
-    }
-  }
-  class Chosen {
-   public:
-    HWY_INLINE Chosen(const PieceTables& t, s::VI piece) : t_(t), piece_(piece) {}
-    HWY_INLINE s::V operator()(int term) const {
-      return s::V{_mm512_permutex2var_ps(t_.low_[term].raw, piece_.raw, t_.high_[term].raw)};
-    }
-
-   private:
-    const PieceTables& t_;
-    s::VI piece_;
-  };
-
- private:
-  s::V low_[CurvePieces::kTerms], high_[CurvePieces::kTerms];
-};
-#else
-// The same from rows in memory, four terms of each lane's piece at a time: looking up half of a column in a
-// register takes longer.
-class PieceTables {
- public:
-  HWY_INLINE explicit PieceTables(const CurvePieces& t) : t_(t) {}
-  class Chosen {
-   public:
-    HWY_INLINE Chosen(const PieceTables& t, s::VI piece) {
-      alignas(64) uint32_t at[s::kLanes];  // in floats
-      const hn::RebindToUnsigned<s::DI> du;
-      static_assert(CurvePieces::kPaddedTerms == 16);
-      const s::VI row = hn::And(piece, hn::Set(s::DI(), CurvePieces::kCount - 1));
-      hn::Store(hn::BitCast(du, hn::ShiftLeft<4>(row)), du, at);
-      const float* const rows = t.t_.row[0];
-#pragma GCC unroll 4
-      for (int k = 0; k < kTerms; k += 4) {
-#pragma GCC unroll 4
-        for (int j = 0; j < 4; ++j) {
-          term_[k + j] = s::LoadQuads([&](int lane) HWY_ATTR { return rows + at[lane] + k; }, j);
-        }
-        s::Transpose4(term_[k], term_[k + 1], term_[k + 2], term_[k + 3]);
-      }
-    }
-    HWY_INLINE s::V operator()(int term) const { return term_[term]; }
-
-   private:
-    static constexpr int kTerms = CurvePieces::kPaddedTerms;
-    s::V term_[kTerms];
-  };
-
- private:
-  const CurvePieces& t_;
-};
-#endif
-
-// A formula's tables, loaded.
+// A formula's table, ready for use.
 class Pieces {
  public:
-  HWY_INLINE explicit Pieces(const CurvePieces& t) : t_(t), tables_(t) {}
+  HWY_INLINE explicit Pieces(const CurvePieces& t) : t_(t), rows_(&t.rows->front().centre) {}
 
-  // The curve at x; `able` marks the samples that have a piece, the others are anything.
+  // Where the rows of the samples' pieces are, in floats.
   template <bool kByBits>
-  HWY_INLINE s::V At(s::V x, hn::Mask<s::D>& able) const {
-    const s::DI di;
-    s::V v = hn::MulAdd(x, s::SetF(t_.place_scale), s::SetF(t_.place_offset));
-    if constexpr (kByBits) {
-      v = hn::MulAdd(hn::ConvertTo(s::D(), hn::BitCast(di, x)), s::SetF(t_.place_bits), v);
+  HWY_INLINE void Locate(s::V x, uint32_t* at) const {
+    const hn::RebindToUnsigned<s::DI> du;
+    // What is below the first piece, negative or NaN comes out beyond the last one.
+    const auto beyond = hn::Sub(hn::BitCast(du, Place<kByBits>(x)), hn::Set(du, t_.first));
+    const auto piece = hn::ShiftRightSame(hn::Min(beyond, hn::Set(du, t_.span)), t_.shift);
+    hn::Store(hn::ShiftLeft<2>(piece), du, at);
+  }
+  // The curve at x by these rows; NaN where it has no piece.
+  template <bool kByBits>
+  HWY_INLINE s::V At(s::V x, const uint32_t* at) const {
+    s::V row[4];
+#pragma GCC unroll 4
+    for (int j = 0; j < 4; ++j) {
+      row[j] = s::LoadQuads([&](int lane) HWY_ATTR { return rows_ + at[lane]; }, j);
     }
-    able = hn::And(hn::Ge(v, s::SetF(t_.low)), hn::Lt(v, s::SetF(t_.high)));
-    using T = CurvePieces;
-    const PieceTables::Chosen of(tables_, hn::ShiftRightSame(hn::BitCast(di, v), t_.shift));
-    const s::V u = hn::MulAdd(x, of(T::kScale), of(T::kCentre));
-    // Two chains, which take half as long as one.
-    const s::V square = hn::Mul(u, u);
-    s::V even = of(T::kTerms - 1), odd = of(T::kTerms - 2);
-#pragma GCC unroll 16
-    for (int k = T::kTerms - 3; k >= T::kC2; k -= 2) even = hn::MulAdd(square, even, of(k));
-#pragma GCC unroll 16
-    for (int k = T::kTerms - 4; k > T::kC2; k -= 2) odd = hn::MulAdd(square, odd, of(k));
-    const s::V line = hn::MulAdd(u, of(T::kRest1), of(T::kRest0));
-    const s::V t = hn::MulAdd(square, hn::MulAdd(u, odd, even), line);
-    const s::V c0 = of(T::kC0), c1 = of(T::kC1);
-    const s::V sum = hn::MulAdd(u, c1, c0);
-    const s::V lost = hn::MulAdd(u, c1, hn::Sub(c0, sum));
-    return hn::Add(sum, hn::Add(lost, t));
+    s::Transpose4(row[0], row[1], row[2], row[3]);
+    const s::V u = hn::Sub(x, row[0]);
+    const s::V z = hn::Mul(u, row[3]);
+    s::V k = s::SetF(t_.cubic);
+    if constexpr (kByBits) k = hn::MulAdd(Place<kByBits>(x), s::SetF(t_.cubic_slope), k);
+    const s::V bend = hn::Mul(z, hn::MulAdd(z, k, s::SetF(1)));
+    return hn::MulAdd(u, hn::MulAdd(row[2], bend, row[2]), row[1]);
   }
 
  private:
+  template <bool kByBits>
+  HWY_INLINE s::V Place(s::V x) const {
+    const s::V v = hn::MulAdd(x, s::SetF(t_.place_scale), s::SetF(t_.place_offset));
+    if constexpr (!kByBits) return v;
+    return hn::MulAdd(hn::ConvertTo(s::D(), hn::BitCast(s::DI(), x)), s::SetF(t_.place_bits), v);
+  }
+
   const CurvePieces& t_;
-  PieceTables tables_;
+  const float* const rows_;
 };
 
 }  // namespace tessera::ops::HWY_NAMESPACE

@@ -1,12 +1,16 @@
-// Tables of curves as 32 polynomials: chooses the pieces, fits them at Chebyshev's points, checks them.
+// Tables of curves as cubic polynomials: chooses the pieces, fits and checks them.
 #include "ops/curve/curve_pieces.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <limits>
+#include <mutex>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include "ops/curve/curve_constants.h"
 #include "ops/curve/curve_value.h"
@@ -15,8 +19,12 @@ namespace tessera::ops {
 namespace {
 
 using Kind = CurveFormula::Kind;
-constexpr int kDegree = CurvePieces::kDegree;
+using Row = CurvePieces::Row;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+// What the roundings before the last one, the fit and the coefficients' own may add to an error, in ULP; and
+// where a few pieces have more, how much.
+constexpr double kGoodUlps = 0.2, kMostUlps = 0.45;
 
 // The vectors' v.
 float PlaceOf(const CurvePieces& t, float x) {
@@ -43,127 +51,168 @@ float BeginOf(const CurvePieces& t, float v) {
   return float_of(low);
 }
 
-// A float without its last two bits: what c0 must be for c0 - s to be exact also where s is larger.
-float ShortOf(double v) { return std::bit_cast<float>(std::bit_cast<uint32_t>(static_cast<float>(v)) & ~3u); }
+// A piece as a polynomial in t = (x - middle) / half, and how far that is from the curve.
+struct Polynomial {
+  double middle, half, p[4], error = 0;
+};
+Polynomial PolynomialOf(const CurveFormula& f, double begin, double end) {
+  Polynomial c{(begin + end) / 2, (end - begin) / 2, {}};
+  double chebyshev[4] = {};
+  for (int k = 0; k < 4; ++k) {
+    const double angle = std::numbers::pi * (k + 0.5) / 4,
+                 y = ValueOf(f, c.middle + c.half * std::cos(angle));
+    for (int j = 0; j < 4; ++j) chebyshev[j] += (j == 0 ? 0.25 : 0.5) * y * std::cos(j * angle);
+  }
+  c.p[0] = chebyshev[0] - chebyshev[2], c.p[1] = chebyshev[1] - 3 * chebyshev[3];
+  c.p[2] = 2 * chebyshev[2], c.p[3] = 4 * chebyshev[3];
+  const double ends[2] = {c.p[0] + c.p[2] - c.p[1] - c.p[3], c.p[0] + c.p[2] + c.p[1] + c.p[3]};
+  c.error = std::max({std::fabs(ends[0] - ValueOf(f, begin)), std::fabs(ends[1] - ValueOf(f, end)),
+                      std::fabs(c.p[0] - ValueOf(f, c.middle))});
+  return c;
+}
 
-// The polynomial of a piece from `begin` to `end` about `centre`; false where it is not accurate enough.
-bool FitAbout(const CurveFormula& f, double begin, double end, double centre, int index, CurvePieces& t) {
-  const double half = std::max(end - centre, centre - begin);
-  int exponent = 0;
-  std::frexp(half, &exponent);
-  const double scale = std::ldexp(1.0, -exponent), at_centre = ValueOf(f, centre);
-  // (f(x) - f(c)) / u at Chebyshev's points: divided differences, then coefficients of powers.
-  double u[kDegree], newton[kDegree], sum[kDegree] = {};
-  for (int k = 0; k < kDegree; ++k) {
-    const double x = (begin + end) / 2 + (end - begin) / 2 * std::cos(std::numbers::pi * (k + 0.5) / kDegree);
-    u[k] = (x - centre) * scale;
-    newton[k] = (ValueOf(f, x) - at_centre) / u[k];
+// A piece's row and what its error has beside the last rounding, in ULP.
+struct Piece {
+  Row row;
+  double ulps;
+};
+// About one of the floats near the middle; nothing where it is not accurate enough.
+std::optional<Piece> PieceOf(const Polynomial& cubic, double begin, double end, double k) {
+  const double* const p = cubic.p;
+  const double h = cubic.half, first = p[0] - p[1] + p[2] - p[3], last = p[0] + p[1] + p[2] + p[3];
+  if (!(first * last > 0)) return {};
+  // Where the curve is nearest to a float; steps that grow, as the distances might repeat with equal ones.
+  constexpr int kAttempts = 128;
+  const double apart = std::max(std::min(std::fabs(begin), std::fabs(end)), h);
+  const double near = std::min(0x1p-29 * std::fabs(p[0]), 0x1p-27 * std::fabs(p[1] / h) * apart);
+  Row row{};
+  double s = 0, closest = kInfinity;
+  const auto middle = std::bit_cast<uint32_t>(static_cast<float>(cubic.middle));
+  const auto room = std::abs(static_cast<int64_t>(std::bit_cast<uint32_t>(static_cast<float>(end))) - middle);
+  const auto step = static_cast<uint32_t>(std::clamp<int64_t>(room / (8 * kAttempts), 1, 1 << 8));
+  for (uint32_t i = 0; i < kAttempts && closest > near; ++i) {
+    const auto centre = std::bit_cast<float>(middle + i * step + i * i / 8);
+    const double at = (centre - cubic.middle) / h, p0 = p[0] + at * (p[1] + at * (p[2] + at * p[3]));
+    const auto c0 = static_cast<float>(p0);
+    if (std::fabs(p0 - c0) < closest) closest = std::fabs(p0 - c0), s = at, row.centre = centre, row.c0 = c0;
   }
-  for (int k = 1; k < kDegree; ++k) {
-    for (int j = kDegree - 1; j >= k; --j) newton[j] = (newton[j] - newton[j - 1]) / (u[j] - u[j - k]);
-  }
-  for (int k = kDegree - 1; k >= 0; --k) {
-    for (int j = kDegree - 1; j > 0; --j) sum[j] = sum[j - 1] - u[k] * sum[j];
-    sum[0] = newton[k] - u[k] * sum[0];
-  }
-  const bool zero = std::fabs(at_centre) < 0x1p-10 * std::fabs(sum[0]);  // c0 is but a rest there
-  const float c0 = zero ? 0 : ShortOf(at_centre);
-  const auto c1 = static_cast<float>(sum[0]);
-  float* const row = t.row[index];
-  row[CurvePieces::kScale] = static_cast<float>(scale);
-  row[CurvePieces::kCentre] = static_cast<float>(-centre * scale);
-  row[CurvePieces::kC0] = c0, row[CurvePieces::kRest0] = static_cast<float>(at_centre - c0);
-  row[CurvePieces::kC1] = c1, row[CurvePieces::kRest1] = static_cast<float>(sum[0] - c1);
-  for (int k = 2; k <= kDegree; ++k) row[CurvePieces::kC2 + k - 2] = static_cast<float>(sum[k - 1]);
-  for (const double x : {begin, end}) {
-    const double v = (x - centre) * scale, exact = ValueOf(f, x), line = at_centre + v * sum[0];
-    double rest = 0;
-    for (int k = kDegree - 1; k > 0; --k) rest = (rest + sum[k]) * v;
-    rest *= v;
-    // Less than what tells neighbouring floats apart, so that results are monotone from piece to piece.
-    const double step = 0x1p-25 * std::fabs(sum[0] * scale) * std::max(std::fabs(x), end - begin);
-    if (!(std::fabs(line + rest - exact) <= std::min(0x1p-27 * std::fabs(exact), step)) ||
-        !(std::fabs(rest) <= 0.11 * std::fabs(exact)) || std::fabs(line) < std::fabs(c0) / 2) {
-      return false;
+  // About it. What the cubic term that follows from the others leaves is a cube, of which a line takes three
+  // quarters.
+  double p1 = p[1] + s * (2 * p[2] + 3 * s * p[3]);
+  const double p2 = p[2] + 3 * s * p[3], rest3 = p[3] - (p2 == 0 ? 0 : k * p2 * p2 / p1);
+  p1 += 0.75 * rest3;
+  row.c1 = static_cast<float>(p1 / h), row.r = static_cast<float>(p2 / (p1 * h));
+  const double error = cubic.error + std::fabs(rest3) / 4 + std::fabs(p1 - row.c1 * h) + closest;
+  // A line's slope is not rounded again; x - centre is exact within an octave.
+  const double roundings = (row.r == 0 ? 0 : 1) + (begin > 0 && end <= 2 * begin ? 0 : 1);
+  const double rest = std::fabs(p[1]) + std::fabs(p[2]) + std::fabs(p[3]);
+  const double least = std::min(std::fabs(first), std::fabs(last));
+  const double ulps = (error * 0x1p24 + roundings * rest) / least;
+  // Errors below what tells neighbouring floats apart leave results monotone from piece to piece.
+  if (!(ulps <= kMostUlps) || !(error <= 0x1p-25 * std::fabs(p[1] / h) * apart)) return {};
+  return Piece{row, ulps};
+}
+
+// The piece that begins and ends at these samples.
+std::optional<Piece> FitPiece(const CurveFormula& f, float begin, float end, double k) {
+  const double middle = (double{begin} + end) / 2, last = std::nextafter(end, begin);
+  if (!std::isfinite(ValueOf(f, begin)) || !std::isfinite(ValueOf(f, last))) return {};
+  const bool joined = f.kind <= Kind::kExp, line = joined && middle < f.join;
+  std::optional<Piece> piece;
+  if (line) {
+    const auto slope = static_cast<float>(f.slope);
+    const double ulps = std::fabs(slope / f.slope - 1) * 0x1p24;
+    if (f.offset == 0 && ulps <= kGoodUlps) {
+      piece = {{0, 0, slope, 0}, ulps};
+    } else {
+      const double half = last - middle;
+      piece = PieceOf({middle, half, {f.slope * middle + f.offset, f.slope * half}}, begin, last, k);
+      // About the line's zero the rounding of its slope is all that is lost, as long as x - zero is exact.
+      const auto zero = static_cast<float>(-f.offset / f.slope);
+      if (!piece && ulps <= kMostUlps && begin >= zero / 2 && last <= 2 * zero) {
+        piece = {{zero, static_cast<float>(f.slope * zero + f.offset), slope, 0}, ulps};
+      }
     }
+  } else {
+    const double first = joined ? std::max<double>(begin, f.join) : begin;
+    if (!(first < last)) return {};
+    piece = PieceOf(PolynomialOf(f, first, last), first, last, k);
   }
-  return true;
+  // A few samples on the other side of the join, where rounding has put it.
+  if (piece && joined && begin < f.join && f.join <= last) {
+    const Row& row = piece->row;
+    const double x = line ? last : begin, u = x - row.centre, z = u * row.r, exact = ValueOf(f, x);
+    const double got = row.c0 + u * row.c1 * (1 + z * (1 + z * k));
+    if (!(std::fabs(got - exact) <= kGoodUlps * 0x1p-24 * std::fabs(exact))) return {};
+  }
+  return piece;
 }
 
-// Piece `index`, which begins and ends at these samples.
-bool FitPiece(const CurveFormula& f, float begin, float end, double zero, int index, CurvePieces& t) {
-  if (f.kind <= Kind::kExp && (double{begin} + end) / 2 < f.join) {  // a line about 0
-    const float c0 = ShortOf(f.offset), c1 = static_cast<float>(f.slope);
-    float* const row = t.row[index];
-    std::fill_n(row, CurvePieces::kTerms, 0.0f);
-    row[CurvePieces::kScale] = 1;
-    row[CurvePieces::kC0] = c0, row[CurvePieces::kRest0] = static_cast<float>(f.offset - c0);
-    row[CurvePieces::kC1] = c1, row[CurvePieces::kRest1] = static_cast<float>(f.slope - c1);
-    const double least = std::fabs(f.offset) / 2;
-    return std::fabs(f.slope * begin + f.offset) >= least && std::fabs(f.slope * end + f.offset) >= least;
-  }
-  const double first = f.kind <= Kind::kExp ? std::max<double>(begin, f.join) : begin;
-  if (!std::isfinite(ValueOf(f, first)) || !std::isfinite(ValueOf(f, end))) return false;
-  if (first < zero && zero < end) return FitAbout(f, first, end, static_cast<float>(zero), index, t);
-  if (first <= 0 && 0 < end) return FitAbout(f, first, end, 0, index, t);  // x - c is not exact near 0
-  // Where the curve is steep a centre nearer its small end keeps s above c0 / 2.
-  for (const double part : {0.5, 0.4, 0.6, 0.3, 0.7}) {
-    if (FitAbout(f, first, end, static_cast<float>(first + part * (end - first)), index, t)) return true;
-  }
-  return false;
-}
-
-// Fits all pieces from v = `low` on. Those before the one of `main`, where the curve proper begins, may fail.
-bool FitPieces(const CurveFormula& f, float low, float main, double zero, CurvePieces& t) {
-  const auto first = std::bit_cast<uint32_t>(low);
+// Fits the pieces from v = `low` to before v = `high`, 2^(23 - shift) of them in an octave. Able where all
+// but a few that come after `main` are accurate.
+void FitPieces(const CurveFormula& f, float low, float high, float main, int shift, CurvePieces& t) {
+  t.shift = shift, t.first = std::bit_cast<uint32_t>(low);
+  const uint32_t count = (std::bit_cast<uint32_t>(high) - t.first) >> shift;
+  std::vector<Row> rows(count + 1, Row{kNaN, kNaN, kNaN, kNaN});
   const float main_place = PlaceOf(t, main);
-  t.low = low;
+  uint32_t failed = 0;
   float begin = BeginOf(t, low);
-  for (int j = 0; j < CurvePieces::kCount; ++j) {
-    t.high = std::bit_cast<float>(first + (static_cast<uint32_t>(j + 1) << t.shift));
-    const float end = BeginOf(t, t.high);
-    const auto index = static_cast<int>((first >> t.shift) + j) % CurvePieces::kCount;
-    if (!FitPiece(f, begin, end, zero, index, t)) {
-      if (t.high > main_place) return false;
-      t.low = t.high;
-    }
+  for (uint32_t j = 0; j < count; ++j) {
+    const float next = std::bit_cast<float>(t.first + ((j + 1) << shift)), end = BeginOf(t, next);
+    const auto piece = FitPiece(f, begin, end, t.cubic + t.cubic_slope * next);
+    if (piece) rows[j] = piece->row;
+    if (next > main_place && !(piece && piece->ulps <= kGoodUlps)) ++failed;
     begin = end;
   }
-  return true;
+  t.span = count << shift;
+  t.able = failed <= count / 16;
+  t.rows = std::make_shared<const std::vector<Row>>(std::move(rows));
 }
 
-// The rows of the table, if there is one.
-CurvePieces RowsOf(const CurveFormula& f) {
+// c3 c1 / c2^2 of v^e; of a logarithm with e = 0, of exponentials its limit.
+float CubicOfPower(double e) { return e == 1 ? 0 : static_cast<float>(2 * (e - 2) / (3 * (e - 1))); }
+constexpr float kCubicOfExp = 2.0f / 3;
+
+CurvePieces Fitted(const CurveFormula& f) {
   CurvePieces t;
-  const double steepness = f.in_scale * kLn2;
+  // As few pieces as will do.
+  const auto fit = [&](float low, float high, float main, int shift, int least_shift) {
+    for (; shift >= least_shift && !t.able; --shift) FitPieces(f, low, high, main, shift, t);
+  };
   switch (f.kind) {
     case Kind::kPq:
-      t.shift = 23;
-      t.able = FitPieces(f, 0x1p-28f, 1, kInfinity, t);
+      t.cubic = 1.55f;  // 2 to 1.3
+      fit(0x1p-26f, 8, 0x1p-26f, 17, 17);
       return t;
     case Kind::kHlg:  // its join is at 1/12
-      t.place_scale = 12, t.shift = 23;
-      t.able = FitPieces(f, 0x1p-28f, 1, kInfinity, t);
+      t.place_scale = 12, t.cubic = (CubicOfPower(0.5) + CubicOfPower(0)) / 2;
+      fit(0x1p-24f, 128, 0x1p-24f, 17, 17);
       return t;
-    case Kind::kPqInverse: {
-      // Piece 32 ends near a signal of 1.04; the factors make steps of light about equal.
-      t.place_scale = 12.0f / 32, t.place_bits = 1.8f / 32 * 0x1p-23f, t.shift = 18;
-      t.place_offset = 0;
+    case Kind::kPqInverse:
+      // The last piece ends near a signal of 1.04; the factors make steps of light about equal.
+      t.place_scale = 12.0f / 32, t.place_bits = 1.8f / 32 * 0x1p-23f;
       t.place_offset = 1.9999f - PlaceOf(t, 1.04f);
-      t.able = FitPieces(f, 1, 0.01f, kInfinity, t);
+      // 0.29 and 0.68 at signals of 0.03 and 0.8.
+      t.cubic_slope = (0.68f - 0.29f) / (PlaceOf(t, 0.8f) - PlaceOf(t, 0.03f));
+      t.cubic = 0.29f - t.cubic_slope * PlaceOf(t, 0.03f);
+      fit(1, 2, 0.01f, 13, 13);
       return t;
-    }
+    case Kind::kHlgInverse:  // its join is at 1/2
+      t.place_scale = 2, t.cubic = kCubicOfExp;
+      fit(0x1p-7f, 2.5f, 0x1p-7f, 15, 15);
+      return t;
     case Kind::kExp: {
-      // Only where light of 0 lies on it: there a sum cancels, and is the centre of a piece.
-      const double start = std::isfinite(f.join) ? f.join : 0;
-      const double zero = (std::log2(-f.out_offset / f.out_scale) - f.in_offset) / f.in_scale;
-      if (!(f.in_scale > 0) || !(zero > start)) return t;
-      const double pieces = std::max(1.0, std::ceil((zero - start) * steepness / 0.42 - 0.5));
-      const double range = CurvePieces::kCount * (zero - start) / (pieces + 0.5);
-      if (!(range * steepness < 100)) return t;
+      const double steepness = f.in_scale * kLn2, range = 18 / steepness;
+      const bool joined = std::isfinite(f.join);
+      if (!(steepness > 0) || !(range > 0x1p-20 && range < 0x1p20) || (!joined && f.out_offset == 0))
+        return t;
+      const double start = joined ? f.join : 0;
+      t.cubic = kCubicOfExp;
       t.place_scale = static_cast<float>(1 / range), t.place_offset = static_cast<float>(1 - start / range);
-      t.shift = 18;
-      t.able = FitPieces(f, 1, static_cast<float>(start + range / 64), zero, t);
+      // About a zero narrow pieces leave less to other ways.
+      const double zero = (std::log2(-f.out_offset / f.out_scale) - f.in_offset) / f.in_scale;
+      const int shift = zero > start ? 13 : 14;
+      fit(0.5f, 2, static_cast<float>(start), shift, shift);
       return t;
     }
     case Kind::kPower:
@@ -172,35 +221,49 @@ CurvePieces RowsOf(const CurveFormula& f) {
     default:
       return t;
   }
-  if (!std::isfinite(f.join) && f.in_offset == 0 && (f.kind == Kind::kLog || f.out_offset == 0)) return t;
+  t.cubic = CubicOfPower(f.kind == Kind::kPower ? f.exponent : 0);
+  const bool joined = std::isfinite(f.join);
+  if (!joined && f.in_offset == 0 && (f.kind == Kind::kLog || f.out_offset == 0)) {
+    if (f.kind == Kind::kPower) fit(0x1p-16f, 0x1p8f, 0x1p-16f, 18, 16);
+    return t;
+  }
   if (!(f.in_scale > 0)) return t;
   // v is the distance from a little below the place where the formula ends, in that of the join.
   const double end = -f.in_offset / f.in_scale;
-  const bool joined = std::isfinite(f.join);
   const double reach = joined ? f.join - end : end == 0 ? 1 : std::fabs(end);
   const double from = joined ? end - reach / 4 : end, size = joined ? f.join - from : reach;
-  if (!(reach > 0) || !(size > 0x1p-60) || !(size < 0x1p60)) return t;
+  if (!(reach > 0) || !(size > 0x1p-30) || !(size < 0x1p30)) return t;
   t.place_scale = static_cast<float>(1 / size), t.place_offset = static_cast<float>(-from / size);
   const float start = joined ? std::max(static_cast<float>(f.join), 0.0f) : static_cast<float>(from + size);
-  for (t.shift = 23; t.shift >= 21; --t.shift) {
-    // Down to 0 where that lies on the linear part; else half of the pieces at most for what is below `size`.
-    const float at_zero = t.place_offset;
-    const int octaves = CurvePieces::kCount >> (23 - t.shift);
-    const int below = at_zero > 0 && at_zero < 1 ? -std::ilogb(at_zero) : joined || end < 0 ? 1 : octaves / 2;
-    if (below > octaves / 2) return t;
-    t.able = FitPieces(f, std::ldexp(1.0f, -below), start, kInfinity, t);
-    if (t.able) return t;
-  }
+  // From 0 where that lies on the linear part.
+  const float at_zero = t.place_offset;
+  const int below = at_zero > 0 && at_zero < 1 ? std::min(-std::ilogb(at_zero), 8)
+                    : joined || end < 0        ? 1
+                                               : 12;
+  constexpr float kMost = 256;
+  const float high = std::max(2.0f, std::ldexp(1.0f, std::ilogb(PlaceOf(t, kMost)) + 1));
+  fit(std::ldexp(1.0f, -below), high, start, 18, 16);
   return t;
 }
 
 }  // namespace
 
 CurvePieces PiecesOf(const CurveFormula& formula) {
-  CurvePieces t = RowsOf(formula);
-  for (int k = 0; k < CurvePieces::kTerms; ++k) {
-    for (int j = 0; j < CurvePieces::kCount; ++j) t.column[k][j] = t.row[j][k];
+  // Fitting takes as long as some 10^5 samples: what was asked for last is kept for the next picture or tile.
+  constexpr size_t kKept = 16;
+  static std::mutex mutex;
+  static std::deque<std::pair<CurveFormula, CurvePieces>> kept;
+  const auto find = [&] {
+    return std::find_if(kept.begin(), kept.end(), [&](const auto& k) { return k.first == formula; });
+  };
+  {
+    const std::lock_guard lock(mutex);
+    if (const auto found = find(); found != kept.end()) return found->second;
   }
+  CurvePieces t = Fitted(formula);
+  const std::lock_guard lock(mutex);
+  if (find() == kept.end()) kept.emplace_front(formula, t);
+  if (kept.size() > kKept) kept.pop_back();
   return t;
 }
 

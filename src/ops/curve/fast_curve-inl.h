@@ -133,7 +133,9 @@ HWY_INLINE s::V FastValue(s::V x, const FastCurve& c, hn::Mask<s::D>& able) {
       able = hn::And(able, HasPower(t.hi));
       return Power<false>(t, c, able);
     } else if constexpr (kOuter) {
-      const s::V y = s::ToFloat(s::Plus(s::Times(l, c.out_scale), c.out_offset));
+      const s::DoubleFloat scaled = s::Times(l, c.out_scale);
+      if (c.out_offset.hi == 0) return s::ToFloat(scaled);
+      const s::V y = s::ToFloat(s::Plus(scaled, c.out_offset));
       able = hn::And(able, hn::Ge(hn::Abs(y), s::SetF(c.least)));
       return y;
     } else {

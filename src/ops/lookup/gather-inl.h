@@ -201,6 +201,14 @@ HWY_INLINE void GatherSimplex1(const Grid& grid, Chunk& chunk, int count) {
   }
 }
 
+// The error of a cubic lookup, for entries up to 1, by adding up what every operation may round, over all
+// fractions f: the four weights are off by 4.1 u together (Horner's steps; the fraction's own rounding, u / 2
+// times the weights' slopes; 1 - f), their sum rounds partial sums of at most |w0|, |w0| + |w1|, ..., 3.4 u.
+// Where both together are worst that is 7.5 u for catmull-rom (f = 0.29), 7.1 u for mitchell, 6.1 u for
+// b-spline; 10.2, 9.6 and 7.9 u where products are rounded too. An axis above multiplies the errors below it
+// by the sum L of its weights' magnitudes, 1.25, 1.14 and 1 at most, and adds its own for values up to L for
+// each axis below. So D axes stay within 8 u D L^(D-1).
+
 // Cubic weights of the fraction in weight[a], into weight[4a .. 4a + 3]; from the last axis to the first, as
 // they take the fractions' places. k0..k3: polynomials in f, lowest power first, so that 0 and 1 have exact
 // weights.

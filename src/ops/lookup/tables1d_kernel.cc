@@ -136,48 +136,40 @@ class Tables1DStage final : public graph::PointStage {
   }
 
  private:
-  // What the first pass over a chunk leaves for the second: first entries and distances, or the values of a
-  // plane without a table.
+  // What the passes over a chunk leave for the next: samples, then distances, then results, in the same
+  // place; first entries.
   struct Cells {
-    alignas(64) int32_t entry[4][kChunk];
-    alignas(64) float distance[4][kChunk];
+    alignas(64) int32_t entry[kChunk];
+    alignas(64) float plane[4][kChunk];
   };
-  static HWY_INLINE void Locate(const GridAxis& axis, V x, int32_t* entry, float* distance) {
+  // Linear through a finite table whose last cell is chosen at its own end, in place. Both passes are loops
+  // over one plane: its table's numbers stay in registers.
+  static HWY_INLINE void MapPlane(const Grid& grid, int32_t* entry, float* plane, int count) {
     const s::D d;
-    V f;
+    const GridAxis& axis = grid.axis(0);
+    const float* const data = grid.data();
     const V scale = hn::Set(d, axis.scale), last = hn::Set(d, static_cast<float>(axis.last));
-    hn::Store(SmallInteger(CellInside<false, Want::kNearer>(Unit(x), scale, last, f)), s::DI(), entry);
-    hn::Store(f, d, distance);
+    for (int i = 0; i < count; i += s::kLanes) {
+      V f;
+      const V cell = CellInside<false, Want::kNearer>(Unit(hn::Load(d, plane + i)), scale, last, f);
+      hn::Store(SmallInteger(cell), s::DI(), entry + i);
+      hn::Store(f, d, plane + i);
+    }
+    for (int i = 0; i < count; i += s::kLanes) {
+      V a, b;
+      s::LoadPairs([&](int k) HWY_ATTR { return data + static_cast<uint32_t>(entry[i + k]); }, a, b);
+      hn::Store(s::LerpFromNearer(a, b, hn::Load(d, plane + i)), d, plane + i);
+    }
   }
-  static HWY_INLINE V Interpolate(const float* data, const int32_t* entry, const float* distance) {
-    V a, b;
-    s::LoadPairs([&](int k) HWY_ATTR { return data + entry[k]; }, a, b);
-    return s::LerpFromNearer(a, b, hn::Load(s::D(), distance));
-  }
-  // Linear through finite tables whose last cell is chosen at its own end: load(i) -> Pixels, store(i,
-  // Pixels).
+  // load(i) -> Pixels, store(i, Pixels).
   template <class Load, class Store>
   HWY_INLINE void MapLinear(Cells& cells, int count, const Load& load, const Store& store) const {
-    const s::D d;
-    for (int i = 0; i < count; i += s::kLanes) {
-      const s::Pixels q = load(i);
-      const V plane[4] = {q.r, q.g, q.b, q.a};
-      for (int p = 0; p < 4; ++p) {
-        if (grids_[p] != nullptr) {
-          Locate(grids_[p]->axis(0), plane[p], cells.entry[p] + i, cells.distance[p] + i);
-        } else {
-          hn::Store(plane[p], d, cells.distance[p] + i);
-        }
-      }
+    float* const planes[4] = {cells.plane[0], cells.plane[1], cells.plane[2], cells.plane[3]};
+    for (int i = 0; i < count; i += s::kLanes) s::StorePlanes(load(i), planes, i);
+    for (int p = 0; p < 4; ++p) {
+      if (grids_[p] != nullptr) MapPlane(*grids_[p], cells.entry, planes[p], count);
     }
-    for (int i = 0; i < count; i += s::kLanes) {
-      store(i, s::Pixels{Interpolated(0, cells, i), Interpolated(1, cells, i), Interpolated(2, cells, i),
-                         Interpolated(3, cells, i)});
-    }
-  }
-  HWY_INLINE V Interpolated(int p, const Cells& cells, int i) const {
-    if (grids_[p] == nullptr) return hn::Load(s::D(), cells.distance[p] + i);
-    return Interpolate(grids_[p]->data(), cells.entry[p] + i, cells.distance[p] + i);
+    for (int i = 0; i < count; i += s::kLanes) store(i, s::LoadPlanes(planes, i));
   }
   // Planes and float pixels are read and written where they are, others by way of a copy.
   void RunLinear(const graph::PointArgs& args) const {
@@ -218,14 +210,7 @@ class Tables1DStage final : public graph::PointStage {
   // One plane through its table, in place.
   void Map(const Grid& grid, float* plane, int count, Chunk& chunk) const {
     const s::D d;
-    if (linear_inside_) {
-      for (int i = 0; i < count; i += s::kLanes) {
-        const GridAxis& axis = grid.axis(0);
-        Locate(axis, hn::Load(d, plane + i), chunk.base + i, chunk.weight[0] + i);
-        hn::Store(Interpolate(grid.data(), chunk.base + i, chunk.weight[0] + i), d, plane + i);
-      }
-      return;
-    }
+    if (linear_inside_) return MapPlane(grid, chunk.base, plane, count);
     for (int i = 0; i < count; i += s::kLanes) hn::Store(hn::Load(d, plane + i), d, chunk.coord[0] + i);
     lookup_(grid, chunk, count);
     if (!grid.finite() && AnyNotFinite(chunk.result, count)) {
