@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
+#include "support/every_target.h"
 #include "support/pictures.h"
 #include "support/refusal.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 #include "tessera/verify.h"
 
 namespace tessera {
@@ -25,20 +25,11 @@ namespace {
 
 using testing::ExpectSameBits;
 using ::testing::HasSubstr;
+using testing::OnEveryTarget;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 using Format = AccumulationFormat;
-
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
-}
 
 Image Row(const std::vector<float>& values) {
   const Image image(ImageSpec(static_cast<int>(values.size()), 1, 1));

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/every_target.h"
 #include "support/pictures.h"
 #include "support/refusal.h"
 #include "support/test_ops.h"
@@ -25,13 +26,13 @@
 #include "tessera/ops/curve.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 
 namespace tessera {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::OnEveryTarget;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -55,15 +56,6 @@ uint32_t Bits(float v) {
   return bits;
 }
 // Runs a check on every instruction set of this machine.
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
-}
 TEST(ArithmeticTest, SumsFollowIeee) {
   const Node a = FromImage(Row({FLT_MAX, kInf, kInf, -0.0f, 1e-45f, 16777216.0f, kNaN}));
   const Node b = FromImage(Row({FLT_MAX, -kInf, 1.0f, -0.0f, 1e-45f, 1.0f, 1.0f}));

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "reference/reference.h"
+#include "support/every_target.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/render.h"
@@ -25,6 +26,7 @@
 namespace tessera {
 namespace {
 
+using testing::OnEveryTarget;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 using Samples = std::vector<float>;
@@ -41,15 +43,6 @@ Samples Values(const Node& node) {
   const Image image = Render(node);
   const auto* const data = reinterpret_cast<const float*>(image.view().data);
   return {data, data + image.spec().data_window.pixels() * image.spec().channel_count()};
-}
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
 }
 TransferFunction Named(const std::string& name) {
   const auto& names = TransferFunctionNames();

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ops/geometry/filters.h"
+#include "support/every_target.h"
 #include "support/pictures.h"
 #include "support/refusal.h"
 #include "support/test_ops.h"
@@ -22,7 +23,6 @@
 #include "tessera/ops/channels.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 #include "tessera/verify.h"
 
 namespace tessera {
@@ -31,20 +31,11 @@ namespace {
 using testing::Content;
 using testing::ExpectSameBits;
 using ::testing::HasSubstr;
+using testing::OnEveryTarget;
 using testing::Picture;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
-
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
-}
 
 // An image at the origin filled by f(x, y, c).
 template <class F>

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "support/every_target.h"
 #include "support/noise_values.h"
 #include "tessera/ops/noise.h"
 #include "tessera/ops/shaped_spots.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 
 namespace tessera {
 namespace {
@@ -22,16 +22,7 @@ namespace {
 using tessera::testing::At;
 using tessera::testing::Gradient;
 using tessera::testing::Values;
-
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
-}
+using testing::OnEveryTarget;
 
 // What OSL 1.14's own headers return at a position of up to four coordinates: values of 1 to 4 dimensions,
 // and colours of 3.

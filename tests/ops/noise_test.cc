@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ops/registry.h"
+#include "support/every_target.h"
 #include "support/noise_values.h"
 #include "support/pictures.h"
 #include "support/refusal.h"
@@ -33,6 +34,7 @@ using tessera::testing::At;
 using tessera::testing::Gradient;
 using tessera::testing::Values;
 using ::testing::HasSubstr;
+using testing::OnEveryTarget;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -42,15 +44,6 @@ VerifyOptions Sampled(int samples, int tile_size) {
   options.samples = samples;
   options.tile_size = tile_size;
   return options;
-}
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
 }
 RenderOptions Tiles() {
   RenderOptions options;

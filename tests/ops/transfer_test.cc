@@ -5,48 +5,32 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "support/every_target.h"
+#include "support/lookups.h"
 #include "support/refusal.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 
 namespace tessera {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-using Samples = std::vector<float>;
+using testing::OnEveryTarget;
+using testing::Pixels;
+using testing::Samples;
+using testing::Values;
 
-Node Row(const Samples& values, int channels) {
-  const Image image(ImageSpec(static_cast<int>(values.size()) / channels, 1, channels));
-  std::memcpy(image.view().data, values.data(), values.size() * sizeof(float));
-  return FromImage(image);
-}
-Samples Values(const Node& node) {
-  const Image image = Render(node);
-  const auto* const data = reinterpret_cast<const float*>(image.view().data);
-  return {data, data + image.spec().data_window.pixels() * image.spec().channel_count()};
-}
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
-}
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 Table Ends(const Samples& entries) {
   return Table({static_cast<int>(entries.size())}, 1, entries, TableAlign::kEnds);
 }
 
 TEST(TransferTest, StagesComeInTheirOrder) {
-  const Node image = Row({0.2f, 0.4f, 0.6f, 0.5f}, 4);
+  const Node image = Pixels({0.2f, 0.4f, 0.6f, 0.5f}, 4);
   OnEveryTarget([&] {
     // Scale, then table: 0.2 * 2 = 0.4 is nearest to entry 0 of (0, 10); 0.4 * 2 = 0.8 to entry 1.
     TransferParams p{.scale = {2}, .table1 = {{Ends({0, 10})}, ColorTableFormat::kLuminance}};
@@ -65,7 +49,7 @@ TEST(TransferTest, StagesComeInTheirOrder) {
 
 TEST(TransferTest, FormatsReplaceTheirChannels) {
   const Samples in = {0.9f, 0.8f, 0.7f, 0.6f};
-  const Node image = Row(in, 4);
+  const Node image = Pixels(in, 4);
   const Table a = Ends({1, 11}), b = Ends({2, 12}), c = Ends({3, 13}), d = Ends({4, 14});
   const struct {
     ColorTableFormat format;
@@ -87,7 +71,7 @@ TEST(TransferTest, FormatsReplaceTheirChannels) {
 }
 
 TEST(TransferTest, ClampsAndCodesWhereAsked) {
-  const Node image = Row({1.5f, -0.5f, 0.3f, 1}, 4);
+  const Node image = Pixels({1.5f, -0.5f, 0.3f, 1}, 4);
   const std::vector<double> half = {0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5};
   EXPECT_THAT(Values(Transfer(image, {.scale = {2, 2, 2, 1}, .matrix = half})),
               ::testing::ElementsAre(1.5f, -0.5f, 0.3f, 1));
@@ -111,12 +95,12 @@ TEST(TransferTest, RotationAboutTheMiddleOfTheCube) {
                          .matrix = {0, -1, 0, 1, 0, 0, 0, 0, 1},
                          .scale2 = {0.5, 0.5, 0.5, 1},
                          .bias2 = {0.5, 0.5, 0.5, 0}};
-  const Samples v = Values(Transfer(Row({0.5f, 0.5f, 0.5f, 1, 1, 0.5f, 0.25f, 1}, 4), p));
+  const Samples v = Values(Transfer(Pixels({0.5f, 0.5f, 0.5f, 1, 1, 0.5f, 0.25f, 1}, 4), p));
   EXPECT_THAT(v, ::testing::ElementsAre(0.5f, 0.5f, 0.5f, 1, 0.5f, 1, 0.25f, 1));
 }
 
 TEST(TransferTest, ConvolutionStandsBetweenTheTables) {
-  const Node image = Row({0, 0, 1, 0, 0}, 1);
+  const Node image = Pixels({0, 0, 1, 0, 0}, 1);
   Kernel mean;
   mean.width = 3, mean.anchor_x = 1, mean.weights = {1 / 3.0, 1 / 3.0, 1 / 3.0};
   const Samples v = Values(Transfer(image, {.kernel = mean, .scale_convolved = {3}, .bias_convolved = {1}}));
@@ -129,11 +113,13 @@ TEST(TransferTest, ListsAreForAllChannelsForEachOrForRgba) {
   using ::testing::HasSubstr;
   const Samples in = {0.5f, 0.25f, 1, 0.75f};
   // Three channels have no alpha to be scaled, one has R alone; the fifth of five keeps its bits.
-  EXPECT_EQ(Values(Transfer(Row({in[0], in[1], in[2]}, 3), {.scale = {2, 4, 8, 16}})), (Samples{1, 1, 8}));
-  EXPECT_EQ(Values(Transfer(Row({in[0]}, 1), {.bias = {2, 4, 8, 16}})), (Samples{2.5f}));
-  EXPECT_EQ(Values(Transfer(Row({1, 1, 1, 1, 1}, 5), {.scale2 = {2, 4, 8, 16}})), (Samples{2, 4, 8, 16, 1}));
-  EXPECT_EQ(Values(Transfer(Row({1, 1, 1, 1, 1}, 5), {.scale2 = {2, 3, 4, 5, 6}})), (Samples{2, 3, 4, 5, 6}));
-  const Node rgba = Row(in, 4), rgb = Row({in[0], in[1], in[2]}, 3);
+  EXPECT_EQ(Values(Transfer(Pixels({in[0], in[1], in[2]}, 3), {.scale = {2, 4, 8, 16}})), (Samples{1, 1, 8}));
+  EXPECT_EQ(Values(Transfer(Pixels({in[0]}, 1), {.bias = {2, 4, 8, 16}})), (Samples{2.5f}));
+  EXPECT_EQ(Values(Transfer(Pixels({1, 1, 1, 1, 1}, 5), {.scale2 = {2, 4, 8, 16}})),
+            (Samples{2, 4, 8, 16, 1}));
+  EXPECT_EQ(Values(Transfer(Pixels({1, 1, 1, 1, 1}, 5), {.scale2 = {2, 3, 4, 5, 6}})),
+            (Samples{2, 3, 4, 5, 6}));
+  const Node rgba = Pixels(in, 4), rgb = Pixels({in[0], in[1], in[2]}, 3);
   const auto refusal = [](const Node& image, const TransferParams& p) {
     return Refusal([&] { Transfer(image, p); });
   };
@@ -157,7 +143,7 @@ TEST(TransferTest, ListsAreForAllChannelsForEachOrForRgba) {
 
 TEST(TransferTest, CountsTheSamplesThatTablesTakeForTheirFirstEntry) {
   // NaN in R of the second pixel and in A of the third; the first table replaces what is NaN in the colours.
-  const Node image = Row({0, 0.5f, 1, 1, kNaN, 0.5f, 1, 1, 0.25f, 0.5f, 1, kNaN}, 4);
+  const Node image = Pixels({0, 0.5f, 1, 1, kNaN, 0.5f, 1, 1, 0.25f, 0.5f, 1, kNaN}, 4);
   const Table ends = Ends({0.25f, 1});
   TransferParams p{.table1 = {{ends}, ColorTableFormat::kLuminance},
                    .table2 = {{ends}, ColorTableFormat::kIntensity}};

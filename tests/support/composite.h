@@ -12,25 +12,15 @@
 #include <string>
 #include <vector>
 
+#include "support/every_target.h"
 #include "tessera/error.h"
 #include "tessera/ops/composite.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 
 namespace tessera::testing {
 
 inline constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 inline constexpr float kInf = std::numeric_limits<float>::infinity();
-
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
-}
 
 // Random premultiplied RGBA pixels; one in eight opaque, one in eight clear.
 inline Image Premultiplied(int width, int height, uint32_t seed) {

@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "support/every_target.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/flow.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 
 namespace tessera::testing {
 
@@ -69,15 +69,6 @@ inline Image EndPoints(const Image& field, LicParams p) {
   p.linear = true;
   const Roi w = field.spec().data_window;
   return Lines(Coordinates(w.width(), w.height()), field, p);
-}
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
 }
 inline std::string Refusal(const std::function<void()>& build) {
   try {

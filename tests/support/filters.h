@@ -10,11 +10,11 @@
 #include <limits>
 #include <string>
 
+#include "support/every_target.h"
 #include "support/pictures.h"
 #include "tessera/error.h"
 #include "tessera/ops/filter.h"
 #include "tessera/render.h"
-#include "tessera/targets.h"
 
 namespace tessera::testing {
 
@@ -32,15 +32,6 @@ inline Image Flat(int width, int height, int channels, float value) {
 }
 inline Image Random(int width, int height, int channels, uint32_t seed = 1) {
   return Picture({0, 0, width, height}, channels, PixelType::kFloat, seed);
-}
-template <class F>
-void OnEveryTarget(F check) {
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    check();
-  }
-  SetSimdTarget("auto");
 }
 template <class F>
 std::string Refusal(F build) {
