@@ -11,6 +11,7 @@
 #include "ocio/config.h"
 #include "tessera/error.h"
 #include "tessera/ocio.h"
+#include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
 #include "tessera/ops/curve.h"
 #include "tessera/ops/lookup.h"
@@ -180,7 +181,7 @@ Node Bake(const Node& image, const std::function<Node(const Node&)>& transform, 
   if (params.tiles < 1)
     throw Error("bake", "found " + std::to_string(params.tiles) + " tiles, expected at least 1");
   if (image.spec().channel_count() < 3) {
-    return ocio::OnColor(image, [&](const Node& colors) { return Bake(colors, transform, params, report); });
+    return AsColors(image, [&](const Node& colors) { return Bake(colors, transform, params, report); });
   }
   if (!std::isfinite(params.low) || !std::isfinite(params.high))
     throw Error("bake", "expected a finite domain");

@@ -8,6 +8,7 @@
 
 #include "ocio/built_in_config.h"
 #include "ops/registry.h"
+#include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
 
 namespace tessera {
@@ -142,7 +143,7 @@ lib::TransformDirection Direction(bool inverse) {
 Node Apply(const Node& image, const Config& config, const lib::ConstTransformRcPtr& transform, bool inverse,
            bool unpremult, const std::string& subject, const TableFilter* filter = nullptr) {
   if (image.spec().channel_count() < 3) {
-    return OnColor(image, [&](const Node& colors) {
+    return AsColors(image, [&](const Node& colors) {
       return Apply(colors, config, transform, inverse, unpremult, subject, filter);
     });
   }

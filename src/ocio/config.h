@@ -5,7 +5,6 @@
 #include <OpenColorIO/OpenColorIO.h>
 
 #include <exception>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -59,9 +58,6 @@ class CheckedLutFile {
   bool temporary_ = false;
 };
 
-// A transform of colours on an image of fewer than three channels: one beside alpha is a grey, of which the
-// result's red is kept, two are red and green without blue, as in oiiotool.
-Node OnColor(const Node& image, const std::function<Node(const Node&)>& transform);
 // A processor as nodes on top of `image`; `filter` serves its tables.
 Node Translate(const Node& image, const lib::ConstProcessorRcPtr& processor, const std::string& subject,
                const TableFilter* filter = nullptr);

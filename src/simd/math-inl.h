@@ -1,10 +1,9 @@
-// Elementary functions on float vectors: exp, log and pow of base e, 2 and 10, rounded from double.
+// Logarithms and exponentials in double, of which functions on float vectors are made (curves, powers).
 //
 // A vector of floats is computed as two vectors of doubles: polynomials without tables, whose relative error
 // (2^-34 for exponentials, 2^-45 for logarithms) leaves little but the final rounding to float. Every float,
-// subnormals included, is a normal double, so there are no special ranges. Measured over all floats: at most
-// 0.501 ULP (pow on random pairs 0.501), subnormal results included. Targets with fused multiply-add give the
-// same bits.
+// subnormals included, is a normal double, so there are no special ranges. Targets with fused multiply-add
+// give the same bits.
 #if defined(TESSERA_SIMD_MATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_MATH_INL_H_
 #undef TESSERA_SIMD_MATH_INL_H_
@@ -15,7 +14,6 @@
 #include <hwy/highway.h>
 
 #include <cstdint>
-#include <limits>
 
 #include "simd/point-inl.h"
 
@@ -44,17 +42,6 @@ HWY_INLINE V InDouble(const F& f, V x) {
   const hn::Half<D> dh;
   const VD low = f(hn::PromoteTo(DD(), hn::LowerHalf(dh, x)));
   const VD high = f(hn::PromoteTo(DD(), hn::UpperHalf(dh, x)));
-  return hn::Combine(D(), hn::DemoteTo(dh, high), hn::DemoteTo(dh, low));
-#endif
-}
-template <class F>
-HWY_INLINE V InDouble(const F& f, V x, V y) {
-#if HWY_TARGET == HWY_SCALAR
-  return Rounded(f(hn::PromoteTo(DD(), x), hn::PromoteTo(DD(), y)));
-#else
-  const hn::Half<D> dh;
-  const VD low = f(hn::PromoteTo(DD(), hn::LowerHalf(dh, x)), hn::PromoteTo(DD(), hn::LowerHalf(dh, y)));
-  const VD high = f(hn::PromoteTo(DD(), hn::UpperHalf(dh, x)), hn::PromoteTo(DD(), hn::UpperHalf(dh, y)));
   return hn::Combine(D(), hn::DemoteTo(dh, high), hn::DemoteTo(dh, low));
 #endif
 }
@@ -135,80 +122,6 @@ constexpr double kMaxExponent = 160;
 HWY_INLINE VD ClampExponent(VD t) {
   const DD d;
   return hn::Max(hn::Min(t, hn::Set(d, kMaxExponent)), hn::Set(d, -kMaxExponent));
-}
-
-// base^x by 2^(x log2 base); NaN gives itself, infinities as in the limit.
-HWY_INLINE V ExpOfBase(V x, double log2_of_base) {
-  const D d;
-  const V limit = hn::Set(d, static_cast<float>(kMaxExponent / log2_of_base));
-  const V inside = ClampHigh(ClampLow(x, hn::Neg(limit)), limit);
-  const V result =
-      InDouble([&](VD v) HWY_ATTR { return Exp2OfDouble(hn::Mul(v, hn::Set(DD(), log2_of_base))); }, inside);
-  return hn::IfThenElse(hn::IsNaN(x), x, result);
-}
-HWY_INLINE V Exp(V x) { return ExpOfBase(x, 1.4426950408889634074); }
-HWY_INLINE V Exp2(V x) { return ExpOfBase(x, 1.0); }
-
-// log2(x) * factor: 0 (of either sign) gives -infinity, infinity itself, negative numbers NaN.
-HWY_INLINE V LogTimes(V x, double factor) {
-  const D d;
-  V result = InDouble([&](VD v) HWY_ATTR { return hn::Mul(Log2OfDouble(v), hn::Set(DD(), factor)); }, x);
-  const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-  const auto ordinary = hn::And(hn::Gt(x, hn::Zero(d)), hn::Lt(x, infinity));
-  if (HWY_UNLIKELY(!hn::AllTrue(d, ordinary))) {
-    const V nan = hn::Set(d, std::numeric_limits<float>::quiet_NaN());
-    const V special = hn::IfThenElse(hn::Eq(x, hn::Zero(d)), hn::Neg(infinity),
-                                     hn::IfThenElse(hn::Lt(x, hn::Zero(d)), nan, x));
-    result = hn::IfThenElse(ordinary, result, special);
-  }
-  return result;
-}
-HWY_INLINE V Log2(V x) { return LogTimes(x, 1.0); }
-HWY_INLINE V Log(V x) { return LogTimes(x, 0.69314718055994530942); }
-HWY_INLINE V Log10(V x) { return LogTimes(x, 0.30102999566398119521); }
-
-// What pow gives where its magnitude is not 2^(y log2 x) of ordinary numbers, or where a sign is needed: C's
-// rules.
-inline HWY_NOINLINE V PowSpecial(V x, V y, V magnitude) {
-  const D d;
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-  const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-  const V nan = hn::Set(d, std::numeric_limits<float>::quiet_NaN());
-  const V size = hn::Abs(x);
-  const auto x_zero = hn::Eq(x, zero), x_endless = hn::Eq(size, infinity),
-             y_endless = hn::Eq(hn::Abs(y), infinity);
-  // |x| = 0 or infinity: to 0 or infinity by the sign of y.
-  V r = hn::IfThenElse(x_zero, hn::IfThenElse(hn::Lt(y, zero), infinity, zero), magnitude);
-  r = hn::IfThenElse(x_endless, hn::IfThenElse(hn::Lt(y, zero), zero, infinity), r);
-  // y infinite: by whether |x| is above or below 1; 1 at 1.
-  const auto grows = hn::Xor(hn::VecFromMask(d, hn::Gt(size, one)), hn::VecFromMask(d, hn::Lt(y, zero)));
-  r = hn::IfThenElse(y_endless, hn::IfThenElse(hn::MaskFromVec(grows), infinity, zero), r);
-  r = hn::IfThenElse(hn::And(y_endless, hn::Eq(size, one)), one, r);
-  // Integers and odd integers; every float of 2^24 and above is an even integer.
-  const V whole = hn::Trunc(y), half = hn::Mul(y, hn::Set(d, 0.5f));
-  const auto is_whole = hn::Eq(whole, y);
-  const auto is_even = hn::Eq(hn::Trunc(half), half);
-  const auto negative = hn::MaskFromVec(hn::BitCast(d, hn::BroadcastSignBit(hn::BitCast(DI(), x))));
-  const auto odd = hn::AndNot(is_even, is_whole);
-  r = hn::IfThenElse(hn::And(negative, odd), hn::Neg(r), r);
-  const auto ordinary_negative = hn::AndNot(x_zero, hn::AndNot(x_endless, hn::Lt(x, zero)));
-  r = hn::IfThenElse(hn::AndNot(is_whole, ordinary_negative), nan, r);
-  r = hn::IfThenElse(hn::Or(hn::IsNaN(x), hn::IsNaN(y)), nan, r);
-  return hn::IfThenElse(hn::Or(hn::Eq(x, one), hn::Eq(y, zero)), one, r);
-}
-
-// x^y with C's special values: pow(x, 0) = pow(1, y) = 1 even of NaN, a negative x needs an integer y.
-HWY_INLINE V Pow(V x, V y) {
-  const D d;
-  const V magnitude = InDouble(
-      [](VD vx, VD vy)
-          HWY_ATTR { return Exp2OfDouble(ClampExponent(hn::Mul(vy, Log2OfDouble<Precision::kPower>(vx)))); },
-      hn::Abs(x), y);
-  const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-  const auto ordinary =
-      hn::And(hn::And(hn::Gt(x, hn::Zero(d)), hn::Lt(x, infinity)), hn::Lt(hn::Abs(y), infinity));
-  if (HWY_UNLIKELY(!hn::AllTrue(d, ordinary))) return PowSpecial(x, y, magnitude);
-  return magnitude;
 }
 
 }  // namespace tessera::simd::HWY_NAMESPACE

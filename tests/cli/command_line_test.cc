@@ -146,6 +146,8 @@ TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {
            {"a.png small.png --add -o kept.png", 1, {"add", "32", "16"}},
            {"a.png small.png --diff", 1, {"32 x 24", "16 x 24"}},
            {"a.png --ch R,Q -o kept.png", 1, {"ch", "Q", "R", "G", "B"}},
+           {"a.png --dup --blend:constant=1 over -o kept.png", 2, {"--blend", "constant="}},
+           {"a.png --dup --blend:src=src-color:constant=1 add -o kept.png", 2, {"--blend", "constant="}},
            {"a.png -o gone/out.png", 1, {"gone/out.png", "directory"}},
            {"a.png -o folder.png", 1, {"folder.png", "directory"}},
            {"a.png -o out.nosuch", 1, {"out.nosuch", "extension"}},

@@ -19,6 +19,7 @@
 #include "reference/reference.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
+#include "tessera/ops/channels.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
 
@@ -389,6 +390,33 @@ TEST_P(ColorTest, SameBitsOnTargetsWithFusedMultiplyAdd) {
   if (GetParam() == "SSE4" || GetParam() == "SCALAR") GTEST_SKIP() << "no fused multiply-add";
   SetSimdTarget("AVX2");
   EXPECT_TRUE(SameBits(Values(node), here));
+}
+
+TEST(GreyTest, GreysHaveTheValuesOfTheirColors) {
+  const Samples y = {0.5f, -2, kInf, 0.25f}, ya = {0.5f, 0.25f, 2, 0.5f, -1, 0};
+  const auto grey_alpha = [&] {
+    ImageSpec spec(3, 1, 2);
+    spec.channels = {"Y", "A"}, spec.alpha = 1;
+    Image image(spec);
+    for (int x = 0; x < 3; ++x) {
+      for (int c = 0; c < 2; ++c) image.at<float>(x, 0, c) = ya[static_cast<size_t>(2 * x + c)];
+    }
+    return FromImage(image);
+  }();
+  EXPECT_EQ(Values(Brightness(Pixels(y, 1), 2)), (Samples{1, -4, kInf, 0.5f}));
+  EXPECT_EQ(Values(Contrast(Pixels(y, 1), {.x = 2, .pivot = 0.5, .weights = kRec709})),
+            (Samples{0.5f, -4.5f, kInf, 0}));
+  EXPECT_EQ(Values(Cmy(grey_alpha)), (Samples{0.5f, 0.25f, -1, 0.5f, 2, 0}));
+  EXPECT_EQ(Values(Premultiply(grey_alpha)), (Samples{0.125f, 0.25f, 1, 0.5f, 0, 0}));
+  EXPECT_EQ(Values(Unpremultiply(grey_alpha)), (Samples{2, 0.25f, 4, 0.5f, -1, 0}));
+  EXPECT_EQ(Values(Premultiply(Unpremultiply(grey_alpha))), Samples({0.5f, 0.25f, 2, 0.5f, 0, 0}));
+  const Node contrast = Contrast(grey_alpha, 3);  // the mean is 0.5
+  EXPECT_LT(MaxDifference(Values(contrast), {0.5f, 0.25f, 5, 0.5f, -4, 0}), 1e-6);
+  EXPECT_EQ(contrast.spec().channels, (std::vector<std::string>{"Y", "A"}));
+  EXPECT_EQ(contrast.spec().alpha, 1);
+  // Two colours without alpha: the mean takes the third as 0.
+  const Node red_green = SelectChannels(Pixels({1}, 1), std::vector<ChannelChoice>{{0, 0, "R"}, {0, 0, "G"}});
+  EXPECT_LT(MaxDifference(Values(Contrast(red_green, 0)), {0.9278f, 0.9278f}), 1e-6);
 }
 
 TEST(ColorErrorTest, RefusesBadParameters) {

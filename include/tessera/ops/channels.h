@@ -2,6 +2,7 @@
 #ifndef TESSERA_OPS_CHANNELS_H_
 #define TESSERA_OPS_CHANNELS_H_
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,11 @@ Node AppendChannels(const Node& a, const Node& b);
 // Renames channels in order; an empty name, or one that the list does not reach, stays; names beyond the last
 // channel are ignored, as oiiotool. Alpha is then the channel named A or alpha, or else stays where it was.
 Node RenameChannels(const Node& image, const std::vector<std::string>& names);
+
+// `transform`, which takes R,G,B at least, on an image of any channels. With three or more it is called as it
+// is. One channel beside alpha is a grey, in R, G and B alike, of which the result's R is kept; two are R and
+// G of a colour without blue, as in oiiotool; alpha goes along; alpha alone is returned as it is.
+Node AsColors(const Node& image, const std::function<Node(const Node&)>& transform);
 
 // The data window becomes `window`; the display window stays. Pixels that the image does not have are zero.
 Node Crop(const Node& image, const Roi& window);

@@ -11,11 +11,12 @@
 namespace tessera {
 
 // All act on the channels R, G, B (the first three) and, where said, on alpha; other channels pass through.
-// Values are linear light, unbounded: nothing is clamped. Fewer than three channels: Error naming those
-// present. Neighbours that are affine (all but Cmyk, Interpolate, Premultiply, Unpremultiply, and a contrast
-// about the image's own mean) fold into one matrix in double. A NaN or infinity in R, G or B reaches R, G and
-// B of its pixel in matrices (not in scale and bias); alpha is not touched by it. u = 2^-24. Formulas:
-// spec/color.md.
+// Values are linear light, unbounded: nothing is clamped. Of fewer than three channels Cmy, Brightness,
+// Contrast, Premultiply and Unpremultiply take greys as AsColors does (ops/channels.h); else Error naming the
+// channels present. Neighbours that are affine (all but Cmyk, Interpolate, Premultiply, Unpremultiply, and a
+// contrast about the image's own mean) fold into one matrix in double. A NaN or infinity in R, G or B reaches
+// R, G and B of its pixel in matrices (not in scale and bias); alpha is not touched by it. u = 2^-24.
+// Formulas: spec/color.md.
 
 // Weights of R, G, B in the luminance L = w . (R,G,B). They are divided by their sum when an operation is
 // built; Error when one is not finite or the sum's magnitude is below 1e-6. Zero and negative weights are

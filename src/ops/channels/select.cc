@@ -2,6 +2,7 @@
 #include <cfloat>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -140,6 +141,27 @@ Node SelectChannels(const Node& image, const std::string& list) {
   for (const std::string& word : ops::SplitCommas(list))
     choices.push_back(ops::ParseChoice(image.spec(), word));
   return SelectChannels(image, choices);
+}
+
+Node AsColors(const Node& image, const std::function<Node(const Node&)>& transform) {
+  const ImageSpec& spec = image.spec();
+  if (spec.channel_count() >= 3) return transform(image);
+  std::vector<int> own;
+  for (int c = 0; c < spec.channel_count(); ++c) {
+    if (c != spec.alpha) own.push_back(c);
+  }
+  if (own.empty()) return image;
+  const bool grey = own.size() == 1;
+  std::vector<ChannelChoice> colors = {
+      {own[0], 0, "R"}, {own[grey ? 0 : 1], 0, "G"}, {grey ? own[0] : -1, 0, "B"}};
+  std::vector<ChannelChoice> back(spec.channels.size());
+  if (spec.alpha >= 0) {
+    colors.push_back({spec.alpha, 0, "A"});
+    back[static_cast<size_t>(spec.alpha)].channel = 3;
+  }
+  for (size_t k = 0; k < own.size(); ++k) back[static_cast<size_t>(own[k])].channel = static_cast<int>(k);
+  for (size_t c = 0; c < back.size(); ++c) back[c].name = spec.channels[c];
+  return SelectChannels(transform(SelectChannels(image, colors)), back);
 }
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/number_text.h"
+#include "tessera/ops/channels.h"
 
 namespace tessera::ops {
 
@@ -38,7 +39,10 @@ Node MakeRgbNode(const std::string& op, const Node& image, const Matrix3& m, std
 Node MakeScaleBiasNode(const std::string& op, const Node& image, double scale, double bias,
                        std::any parameters) {
   const ImageSpec& spec = image.spec();
-  graph::RequireColor(op, spec);
+  if (spec.channel_count() < 3) {
+    return AsColors(
+        image, [&](const Node& colors) { return MakeScaleBiasNode(op, colors, scale, bias, parameters); });
+  }
   AffineParams p;
   p.channels = spec.channel_count(), p.alpha = spec.alpha;
   p.scale.assign(static_cast<size_t>(p.channels), 1.0);

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "ops/color/color_ops.h"
+#include "tessera/ops/channels.h"
 
 namespace tessera {
 namespace ops {
@@ -13,10 +14,7 @@ class ContrastOp final : public graph::OpWith<ContrastParams> {
   explicit ContrastOp(ContrastParams params) : OpWith(std::move(params)) {}
   std::string Name() const override { return "contrast"; }
   graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
-  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
-    graph::RequireColor(Name(), inputs[0]);
-    return inputs[0];
-  }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
   bool IsIdentity() const override { return params().x == 1; }
   std::vector<graph::StatisticRequest> Statistics() const override {
     const LuminanceWeights w = NormalizedWeights(Name(), params().weights);
@@ -75,6 +73,9 @@ OpInfo ContrastInfo() {
 
 Node Contrast(const Node& image, const ContrastParams& params) {
   ops::RequireFinite("contrast", "factor", params.x);
+  if (image.spec().channel_count() < 3) {
+    return AsColors(image, [&params](const Node& colors) { return Contrast(colors, params); });
+  }
   if (!params.pivot) return graph::MakeNode(std::make_shared<const ops::ContrastOp>(params), {image});
   ops::RequireFinite("contrast", "pivot", *params.pivot);
   return ops::MakeScaleBiasNode("contrast", image, params.x, (1 - params.x) * *params.pivot, params);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "ops/color/color_ops.h"
+#include "tessera/ops/channels.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/color/premultiply.cc"
@@ -87,6 +88,9 @@ class PremultiplyOp final : public graph::Op {
 Node MakePremultiplyNode(const Node& image, bool inverse) {
   // Without alpha there is nothing to do, whatever the channels: the input itself.
   if (image.spec().alpha < 0) return image;
+  if (image.spec().channel_count() < 3) {
+    return AsColors(image, [inverse](const Node& colors) { return MakePremultiplyNode(colors, inverse); });
+  }
   return graph::MakeNode(std::make_shared<const PremultiplyOp>(inverse, true), {image});
 }
 

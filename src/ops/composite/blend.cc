@@ -138,6 +138,13 @@ BlendFactor FactorOf(const std::string& word) {
   return static_cast<BlendFactor>(static_cast<int>(ChoiceOf<BlendFactor>(BlendFactorNames(), word)) + 1);
 }
 
+bool ReadsConstant(const BlendParams& p) {
+  const std::array factors = {p.source, p.destination, p.source_alpha, p.destination_alpha};
+  return p.mode == BlendMode::kConstant || std::any_of(factors.begin(), factors.end(), [](BlendFactor f) {
+           return f >= BlendFactor::kConstantColor;
+         });
+}
+
 }  // namespace
 
 OpInfo BlendInfo() {
@@ -178,6 +185,11 @@ OpInfo BlendInfo() {
     p.mode = ChoiceOf<BlendMode>(BlendModeNames(), a.Text("MODE"));
     p.source = FactorOf(a.Text("src")), p.destination = FactorOf(a.Text("dst"));
     p.source_alpha = FactorOf(a.Text("srcalpha")), p.destination_alpha = FactorOf(a.Text("dstalpha"));
+    if (a.Given("constant") && !ReadsConstant(p)) {
+      throw Error("blend",
+                  "found constant= with nothing that reads it, expected MODE constant or a factor "
+                  "with constant in its name");
+    }
     const std::vector<double>& constant = a.Numbers("constant");
     for (size_t i = 0; i < 4; ++i) {
       p.constant[i] = constant.size() == 1 ? constant[0] : i < constant.size() ? constant[i] : 0;

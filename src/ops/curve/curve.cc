@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/arithmetic/operands.h"
 #include "ops/curve/curve_kernel.h"
@@ -189,11 +190,12 @@ Node ApplyCurve(const Node& image, const CurveParams& params) {
   for (const CurveFormula& f : params.formulas) {
     for (const double v :
          {f.in_scale, f.in_offset, f.exponent, f.out_scale, f.out_offset, f.floor, f.slope, f.offset}) {
-      if (!std::isfinite(v)) throw Error("curve", "found " + std::to_string(v) + ", expected finite numbers");
+      if (!std::isfinite(v))
+        throw Error("curve", "found " + base::NumberText(v) + ", expected finite numbers");
     }
     if (std::isnan(f.join)) throw Error("curve", "found a join of nan, expected a number");
     if (f.kind == CurveFormula::Kind::kPower && !(f.exponent > 0)) {
-      throw Error("curve", "found an exponent of " + std::to_string(f.exponent) + ", expected one above 0");
+      throw Error("curve", "found an exponent of " + base::NumberText(f.exponent) + ", expected one above 0");
     }
   }
   return graph::MakeNode(std::make_shared<const ops::CurveOp>(params), {image});
