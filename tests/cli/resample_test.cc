@@ -62,6 +62,21 @@ TEST_F(ResampleTest, ResizeKeepsTheOriginOfTheDisplayWindow) {
   }
 }
 
+TEST_F(ResampleTest, FiltersSeeBlackInTheRestOfTheDisplayWindow) {
+  for (const char* const window : {"44x40+30+50", "44x40+0+20", "100x30+0+70"}) {
+    SCOPED_TRACE(window);
+    const std::string file = "part" + std::to_string(compared_) + ".exr";
+    ASSERT_EQ(Oiiotool("--pattern noise:type=uniform " + std::string(window) +
+                       " 3 --fullsize 100x100+0+0 -o " + file)
+                  .exit_code,
+              0);
+    for (const char* const command : {"--blur 9x9", "--blur:kernel=box 15x3", "--kernel disk 5x7 --convolve",
+                                      "--unsharp", "--laplacian", "--median 5x5", "--dilate 3x3"}) {
+      ExpectAgreement(command, file + " ");
+    }
+  }
+}
+
 TEST_F(ResampleTest, HighlightsAreCompressedAsOiiotoolDoes) {
   MakePicture("n.exr", 97, 61, 4, OIIO::TypeHalf);
   ASSERT_EQ(Oiiotool("n.exr --powc 8,8,8,1 --mulc 4,3,2,1 --subc .1,.1,.1,0 -d float -o a.exr").exit_code, 0);

@@ -30,8 +30,14 @@ inline Image Flat(int width, int height, int channels, float value) {
   std::fill_n(p, static_cast<size_t>(width) * height * channels, value);
   return image;
 }
+// The values of Picture; the display window is the data window.
 inline Image Random(int width, int height, int channels, uint32_t seed = 1) {
-  return Picture({0, 0, width, height}, channels, PixelType::kFloat, seed);
+  const Image values = Picture({0, 0, width, height}, channels, PixelType::kFloat, seed);
+  const Image image(ImageSpec(width, height, channels));
+  const auto* const from = reinterpret_cast<const float*>(values.view().data);
+  std::copy_n(from, static_cast<size_t>(width) * height * channels,
+              reinterpret_cast<float*>(image.view().data));
+  return image;
 }
 template <class F>
 std::string Refusal(F build) {

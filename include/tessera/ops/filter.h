@@ -18,7 +18,7 @@ namespace tessera {
 // What lies beyond the image.
 enum class BorderMode {
   kBlack,        // `border_value`, 0 by default
-  kClamp,        // the nearest pixel
+  kClamp,        // the nearest pixel; black towards a display window that goes further than the data window
   kRepeat,       // the image again
   kMirror,       // the image mirrored, edge pixel shown twice
   kMirror101,    // the image mirrored, edge pixel shown once

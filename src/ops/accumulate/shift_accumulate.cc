@@ -8,6 +8,7 @@
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/sum_kernel.h"
+#include "ops/filter/frame.h"
 #include "ops/filter/window.h"
 #include "ops/geometry/separable.h"
 #include "ops/modifiers.h"
@@ -187,7 +188,9 @@ AccumulationRange KernelRange(const std::vector<double>& taps, double low, doubl
 }
 
 Node ShiftAccumulate(const Node& image, const ShiftAccumulateParams& params) {
-  return graph::MakeNode(std::make_shared<const ops::ShiftAccumulateOp>(ops::WithAnchor(params)), {image});
+  return ops::InDisplayWindow(image, params.border, [&](const Node& framed) {
+    return graph::MakeNode(std::make_shared<const ops::ShiftAccumulateOp>(ops::WithAnchor(params)), {framed});
+  });
 }
 
 }  // namespace tessera

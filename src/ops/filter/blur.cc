@@ -16,6 +16,7 @@
 #include "ops/filter/decimated.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/fir_codes.h"
+#include "ops/filter/frame.h"
 #include "ops/filter/integer_sums.h"
 #include "ops/filter/recursive.h"
 #include "ops/filter/running_sum.h"
@@ -387,8 +388,11 @@ Node GaussianBlur(const Node& image, const GaussianParams& p) {
                 "found method=lowrank or fft with a Gaussian, expected auto, direct, separable or recursive");
   }
   const GaussianParams whole = ops::WithoutValid(p);
-  const Node node = p.bits != 0 ? ops::Buffered(image, whole)
-                                : graph::MakeNode(std::make_shared<const ops::GaussianOp>(whole), {image});
+  const Node node = p.bits != 0
+                        ? ops::Buffered(image, whole)
+                        : ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
+                            return graph::MakeNode(std::make_shared<const ops::GaussianOp>(whole), {framed});
+                          });
   const auto radius = [](double sigma) { return static_cast<int>(std::ceil(5.1 * sigma)); };
   return ops::Cropped(
       node,
@@ -413,7 +417,9 @@ Node BoxBlur(const Node& image, const BoxParams& p) {
   }
   const BoxParams whole = ops::WithoutValid(p);
   const bool codes = ops::HoldsCodes(image) && ops::SumsBoxOfCodes(whole, image.spec().type);
-  const Node node = graph::MakeNode(std::make_shared<const ops::BoxOp>(whole, codes), {image});
+  const Node node = ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
+    return graph::MakeNode(std::make_shared<const ops::BoxOp>(whole, codes), {framed});
+  });
   return ops::Cropped(node, {p.width, p.height, (p.width - 1) / 2, (p.height - 1) / 2, 1, {}}, p.border);
 }
 

@@ -10,6 +10,7 @@
 
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
+#include "ops/filter/frame.h"
 #include "ops/filter/window.h"
 #include "ops/filter/window_stage.h"
 #include "tessera/error.h"
@@ -162,16 +163,15 @@ Node Apply(const Node& image, const Node& kernel_image, Convolution convolution)
     if (kernel_image) throw Error("convolve", "found bits= with a kernel image, expected a kernel by name");
     return Buffered(image, convolution.kernel, convolution.params);
   }
-  std::vector<Node> inputs = {image};
-  if (kernel_image) inputs.push_back(kernel_image);
-  if (!std::exchange(convolution.params.preserve_alpha, false)) {
-    const int alpha = image.spec().alpha;
-    return graph::MakeNode(std::make_shared<const ConvolveOp>(std::move(convolution), alpha), inputs);
-  }
-  return OnColorsOnly(image, [&](const Node& colors) {
-    inputs[0] = colors;
-    return graph::MakeNode(std::make_shared<const ConvolveOp>(convolution, -1), inputs);
-  });
+  const bool colors_only = std::exchange(convolution.params.preserve_alpha, false);
+  const int alpha = colors_only ? -1 : image.spec().alpha;
+  const auto convolved = [&](const Node& framed) {
+    std::vector<Node> inputs = {framed};
+    if (kernel_image) inputs.push_back(kernel_image);
+    return graph::MakeNode(std::make_shared<const ConvolveOp>(convolution, alpha), inputs);
+  };
+  const auto filter = [&](const Node& samples) { return InDisplayWindow(samples, p.border, convolved); };
+  return colors_only ? OnColorsOnly(image, filter) : filter(image);
 }
 
 // Modifiers of every operation with a fixed kernel.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 
 namespace tessera::ops {
@@ -76,18 +77,34 @@ Factors Factorize(const Kernel& kernel, int plane, int most_terms) {
 }
 
 std::vector<float> RoundWeights(const std::vector<double>& weights) {
-  std::vector<float> rounded;
+  const size_t n = weights.size();
+  std::vector<float> rounded(n);
   double error = 0;
-  for (const double w : weights) {
-    rounded.push_back(static_cast<float>(w));
-    error += w - double{rounded.back()};
+  for (size_t i = 0; i < n; ++i) {
+    rounded[i] = static_cast<float>(weights[i]);
+    error += weights[i] - double{rounded[i]};
   }
-  const auto less = [](float a, float b) { return std::fabs(a) < std::fabs(b); };
-  auto largest = std::max_element(rounded.begin(), rounded.end(), less);
-  // The middle one, if it may be: symmetric weights stay symmetric.
-  const auto middle = rounded.begin() + static_cast<ptrdiff_t>(rounded.size() / 2);
-  if (middle != rounded.end() && !less(*middle, *largest)) largest = middle;
-  if (largest != rounded.end()) *largest = static_cast<float>(*largest + error);
+  const float towards = std::copysign(std::numeric_limits<float>::infinity(), static_cast<float>(error));
+  // Weights that go to the other neighbour, those first that are nearest to it; opposite ones go together, so
+  // that what is symmetric stays so.
+  struct Step {
+    size_t index, opposite;
+    double size, cost;  // of the sum; what the weight is off by afterwards, in its own units
+  };
+  std::vector<Step> steps;
+  for (size_t i = 0; i < n; ++i) {
+    const size_t opposite = rounded[n - 1 - i] == rounded[i] ? n - 1 - i : i;
+    if (rounded[i] == 0 || opposite < i) continue;
+    const double step = double{std::nextafter(rounded[i], towards)} - double{rounded[i]};
+    steps.push_back(
+        {i, opposite, opposite == i ? step : 2 * step, (step - (weights[i] - double{rounded[i]})) / step});
+  }
+  std::stable_sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) { return a.cost < b.cost; });
+  for (const Step& s : steps) {
+    if (std::fabs(error - s.size) >= std::fabs(error)) continue;
+    rounded[s.index] = rounded[s.opposite] = std::nextafter(rounded[s.index], towards);
+    error -= s.size;
+  }
   return rounded;
 }
 

@@ -23,8 +23,8 @@ struct Factors {
 // one refined by alternating least squares. Stops when the weights are met within float rounding.
 Factors Factorize(const Kernel& kernel, int plane, int most_terms);
 
-// Weights as floats whose exact sum is as close to that of the doubles as one float allows: the rounding
-// errors are taken up by the largest weight, so that constant images stay constant.
+// Weights as floats whose exact sum is that of the doubles but for half a unit of one of them, so that
+// constant images stay constant: some go to the second nearest float, symmetric ones together. 0 stays 0.
 std::vector<float> RoundWeights(const std::vector<double>& weights);
 
 }  // namespace tessera::ops

@@ -42,8 +42,9 @@ ParamInfo BorderModifier() {
       .type = ParamType::kChoice,
       .default_value = "clamp",
       .help =
-          "what lies beyond the image: its nearest pixel, bordervalue, the image again, its mirror image "
-          "(edge pixel twice or once); or nothing (weights inside count), or a smaller result"};
+          "what lies beyond the image: its nearest pixel (black where a display window goes further than "
+          "the data window), bordervalue, the image again, its mirror image (edge pixel twice or once); or "
+          "nothing (weights inside count), or a smaller result"};
   for (const auto& row : kBorders) p.choices.emplace_back(row.first);
   return p;
 }

@@ -8,6 +8,7 @@
 #include "graph/border.h"
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
+#include "ops/filter/frame.h"
 #include "ops/filter/window.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
@@ -232,7 +233,10 @@ namespace tessera {
 
 Node Sobel(const Node& image, const SobelParams& params) {
   auto op = std::make_shared<const ops::SobelOp>(params);
-  if (!params.by_parts()) return graph::MakeNode(std::move(op), {image});
+  if (!params.by_parts()) {
+    return ops::InDisplayWindow(image, params.border,
+                                [&](const Node& framed) { return graph::MakeNode(op, {framed}); });
+  }
   if (params.bits == 0) {
     const auto part = [&](const char* kernel) {
       return Convolve(image, NamedKernel(kernel),
