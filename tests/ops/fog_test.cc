@@ -229,6 +229,20 @@ TEST_P(FogTest, LinearFogMayBeAStepOrReversed) {
   EXPECT_EQ(Transmittance(p, f), (std::vector<float>{1, 1, 0.5f, 0, 0}));
 }
 
+TEST_P(FogTest, AGreyIsTheRedOfItsColors) {
+  const Node grey = Pixels({0.1f, 0.6f, 2}, 1),
+             color = Pixels({0.1f, 0.1f, 0.1f, 0.6f, 0.6f, 0.6f, 2, 2, 2}, 3);
+  const Node position = Pixels(Positions(3, 60, 8), 3);
+  LayerFogParams layers;
+  layers.layers = {{-5, 0.1}, {10, 0.01}};
+  const auto red = [](const Node& n) {
+    const std::vector<float> v = Values(n);
+    return std::vector<float>{v[0], v[3], v[6]};
+  };
+  EXPECT_EQ(Values(Fog(grey, position, {})), red(Fog(color, position, {})));
+  EXPECT_EQ(Values(LayerFog(grey, position, layers)), red(LayerFog(color, position, layers)));
+}
+
 TEST_P(FogTest, AlphaIsKeptAndScalesTheFog) {
   FogParams f;
   f.density = 0.5, f.color = {1, 1, 1};

@@ -84,7 +84,8 @@ enum class FogMode : uint8_t {
 // Euclidean distance to the eye, or with `distance` the position image's first channel. T = 1 keeps C's bits,
 // T = 0 gives A F exactly; the result lies between C and A F. d < 0 counts as 0, an infinite d gives F.
 // |error| <= 4 u (T |C| + (1 - T) |A F|); T itself within 2 ULP of the exact one for the stored positions.
-// `fog_color`, when given, is F per pixel (R,G,B). `density_factor`'s first channel multiplies the density
+// Colours of fewer than three channels are greys, as AsColors takes them. `fog_color`, when given, is F per
+// pixel (R,G,B). `density_factor`'s first channel multiplies the density
 // (kLinear and kTransmittance: 1 - T): below 1 for pixels that emit light, 0 (or NaN) for pixels to be left
 // alone. Cost: about 5 ns per pixel and core. Errors: density below 0, ranges that are not finite. Source:
 // spec/fog.md; Heidrich et al., "Applications of Pixel Textures in Visualization and Realistic Image

@@ -11,6 +11,7 @@
 #include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
+#include "tessera/ops/channels.h"
 
 namespace tessera::ops {
 namespace {
@@ -112,6 +113,11 @@ void CheckLayers(const LayerFogParams& p) {
 
 Node MakeFogNode(FogSettings settings, const Node& color, const Node& position, const Node& fog_color,
                  const Node& density_factor) {
+  if (color.spec().channel_count() < 3) {
+    return AsColors(color, [&](const Node& colors) {
+      return MakeFogNode(settings, colors, position, fog_color, density_factor);
+    });
+  }
   std::vector<Node> inputs = {color, position};
   if (fog_color) {
     settings.color_input = static_cast<int>(inputs.size());

@@ -9,6 +9,7 @@
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
+#include "tessera/ops/channels.h"
 #include "tessera/ops/lookup.h"
 
 namespace tessera::ops {
@@ -40,6 +41,9 @@ namespace tessera {
 
 Node LayerFogByTable(const Node& color, const Node& position, const LayerFogParams& params,
                      const FogTableParams& t) {
+  if (color.spec().channel_count() < 3) {
+    return AsColors(color, [&](const Node& colors) { return LayerFogByTable(colors, position, params, t); });
+  }
   const int most = t.form == FogTable::kDistanceHeightHeight ? 256 : 4096;
   if (t.size < 2 || t.size > most) {
     throw Error("layerfog:table", "found " + std::to_string(t.size) + ", expected 2 to " +
