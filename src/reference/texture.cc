@@ -81,19 +81,21 @@ Color Shade(const TextureParams& p, double s, double t, double h, const std::vec
   switch (p.kind) {
     case TextureKind::kClouds: {
       const Color zenith = {0.075, 0.20, 0.50}, horizon = {0.42, 0.60, 0.80}, lit = {1, 0.985, 0.96},
-                  shade = {0.50, 0.545, 0.62};
+                  shade = {0.27, 0.32, 0.42};
       const double body = 1.15 * gardner + 0.95 * n[0] - 0.12;
-      const double cover = Smooth(1.9 * body), depth = Smooth(1.15 * body - 0.25 - 0.35 * n[1]);
+      const double cover = Smooth(1.9 * body), depth = body > 0 ? body / (body + 0.9) : 0;
+      const double shadow = Smooth(0.10 + 0.85 * depth + 0.8 * (n[1] - n[0]));
       Color c = {0, 0, 0, 1};
       for (size_t k = 0; k < 3; ++k) {
         const double sky = horizon[k] * (1 - h) + zenith[k] * h,
-                     cloud = lit[k] + 0.85 * depth * (shade[k] - lit[k]);
+                     cloud = lit[k] * (1 - shadow) + shade[k] * shadow;
         c[k] = sky * (1 - cover) + cloud * cover;
       }
       return c;
     }
     case TextureKind::kMarble:
-      return Ramp({{0, {0.075, 0.085, 0.105}},
+      return Ramp({{0, {0.030, 0.035, 0.048}},
+                   {0.02, {0.115, 0.125, 0.15}},
                    {0.10, {0.24, 0.25, 0.27}},
                    {0.35, {0.62, 0.61, 0.59}},
                    {1, {0.90, 0.88, 0.84}}},
@@ -108,24 +110,27 @@ Color Shade(const TextureParams& p, double s, double t, double h, const std::vec
       return c;
     }
     case TextureKind::kFire: {
-      const double heat = Clamped(1.12 - 1.55 * h + (0.30 + 1.05 * h) * (n[0] + 0.62 * n[1] + 0.38 * n[2]));
+      const double tongues = n[0] + 0.62 * n[1] + 0.38 * n[2], low = 1 - h;
+      const double heat = std::clamp(
+          1.12 - 1.54 * h + (0.38 + 0.97 * h) * tongues + 0.30 * low * low * (n[1] + n[2]), 0.0, 1.6);
       Color c = Ramp({{0, {0, 0, 0}},
                       {0.15, {0.10, 0.008, 0}},
                       {0.38, {0.72, 0.085, 0.004}},
-                      {0.62, {1, 0.36, 0.03}},
-                      {0.85, {1, 0.78, 0.22}},
-                      {1, {1, 0.95, 0.66}}},
+                      {0.66, {1, 0.30, 0.02}},
+                      {1.15, {1, 0.82, 0.25}},
+                      {1.6, {1, 0.97, 0.76}}},
                      heat);
       c[3] = Smooth(2.2 * heat);
       for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
       return c;
     }
     case TextureKind::kSmoke: {
-      const double x = (s - 0.5 - (0.04 + 0.22 * h) * n[0]) / (0.055 + 0.30 * h),
-                   profile = std::max(0.0, 1 - x * x);
-      const double density = Clamped(profile * (0.62 + 0.95 * n[1] + 0.35 * n[2]) * (1.18 - 0.95 * h) - 0.05);
+      const double x = (s - 0.5 - (0.04 + 0.22 * h) * n[0]) / (0.075 + 0.32 * h);
+      const double out = std::max(0.0, std::fabs(x) - 0.33 * n[1]), inside = std::max(0.0, 1 - out * out);
+      const double lumps = 0.85 + (0.35 + 0.7 * h) * (n[1] + 0.45 * n[2]);
+      const double density = Clamped(inside * inside * lumps * (1.18 - 0.95 * h));
       const double alpha = density * (1.75 - 0.85 * density),
-                   grey = 0.30 + 0.42 * Clamped(0.5 + 0.6 * n[1] - 0.35 * x);
+                   grey = 0.30 + 0.42 * Clamped(0.5 + 0.6 * n[1] + 0.25 * n[2] - 0.35 * x);
       return {grey * alpha, grey * alpha * 1.01, grey * alpha * 1.04, alpha};
     }
     case TextureKind::kRipples:

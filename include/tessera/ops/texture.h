@@ -12,7 +12,7 @@
 namespace tessera {
 
 enum class TextureKind : uint8_t {
-  kClouds,   // Gardner's sines broken up by fBm, over a blue sky
+  kClouds,   // Gardner's sines broken up by fBm, lit from the upper left, over a blue sky
   kMarble,   // ramp(sin(2 pi (x freq + T))), T turbulence
   kWood,     // ramp of rings around an axis below the board, bent by noise, with grain
   kFire,     // three layers of rising fBm, heat falling with height; premultiplied with alpha

@@ -46,17 +46,28 @@ HWY_INLINE s::V EdgeProjection(s::VU top_edge, const s::V* from) {
   return hn::MulAdd(b, OneOfFour(hn::Load(d, kB), signs), hn::Xor(a, OneOfFour(hn::Load(d, kA), signs)));
 }
 
-// As LatticeGradient<3>.
-HWY_INLINE void EdgeGradient(s::VU top_edge, s::V* g) {
+// Twice the gradients: of 2, 0 and -2 only the upper bytes differ, so a look-up of bytes makes a coordinate.
+constexpr float kEdgeUnit = 2;
+// A lattice point's edge in the upper byte; the others look up zeros.
+HWY_INLINE s::VU EdgeBytes(s::VU h) {
+  const s::DU du;
+  const hn::Repartition<uint16_t, s::DU> du16;
+  const s::VU edge =
+      hn::BitCast(du, hn::MulHigh(hn::BitCast(du16, h), hn::BitCast(du16, hn::Set(du, 12u << 24))));
+  return hn::Or(edge, hn::Set(du, 0x00808080u));
+}
+// Coordinate `axis` of kEdgeUnit times the gradient.
+template <int axis>
+HWY_INLINE s::V EdgeCoordinate(s::VU edge_bytes) {
   const s::D d;
-  HWY_ALIGN static constexpr float kA[8] = {1, -1, 1, -1, 1, -1, 1, -1};
-  HWY_ALIGN static constexpr float kB[8] = {1, 1, -1, -1, 1, 1, -1, -1};
-  const s::V zero = hn::Zero(d), not_first = NotFirstEdges(top_edge), last = hn::BitCast(d, top_edge);
-  const s::VU signs = hn::ShiftRight<28>(top_edge);
-  const s::V a = OneOfFour(hn::Load(d, kA), signs), b = OneOfFour(hn::Load(d, kB), signs);
-  g[0] = hn::IfNegativeThenElse(not_first, a, zero);
-  g[1] = hn::IfNegativeThenElse(not_first, hn::IfNegativeThenElse(last, b, zero), a);
-  g[2] = hn::IfNegativeThenElse(last, zero, b);
+  const hn::Repartition<uint8_t, s::D> du8;
+  constexpr uint8_t kPlus = 0x40, kMinus = 0xc0;  // of 2 and -2
+  HWY_ALIGN static constexpr uint8_t kUpper[3][16] = {
+      {0, 0, 0, 0, kPlus, kMinus, kPlus, kMinus, kPlus, kMinus, kPlus, kMinus},
+      {kPlus, kMinus, kPlus, kMinus, 0, 0, 0, 0, kPlus, kPlus, kMinus, kMinus},
+      {kPlus, kPlus, kMinus, kMinus, kPlus, kPlus, kMinus, kMinus}};
+  const auto table = hn::LoadDup128(du8, kUpper[axis]);
+  return hn::BitCast(d, hn::TableLookupBytesOr0(table, hn::BitCast(du8, edge_bytes)));
 }
 #endif
 

@@ -184,6 +184,7 @@ GridCursor::GridCursor(const GridField& field, int x0, int x1, base::Arena& aren
   const NoisePlan& plan = field.plan_;
   const size_t octaves = plan.octaves.size();
   for (auto& place : place_) place.resize(octaves);
+  bent_ = plan.params.bias != 0.5 || plan.params.contrast != 0.5;
   if (field.collapses_) {
     Collapse(arena);
     return;
@@ -209,6 +210,7 @@ void GridCursor::Collapse(base::Arena& arena) {
   const NoisePlan& plan = field_.plan_;
   rows_.resize(plan.octaves.size());
   const auto from = static_cast<size_t>(x0_ - field_.x0_), width = static_cast<size_t>(x1_ - x0_);
+  const bool gradient = plan.params.kind == NoiseKind::kGradient;
   size_t most = 0;
   for (size_t k = 0; k < rows_.size(); ++k) {
     const GridField::Columns& columns = field_.columns_[k];
@@ -222,7 +224,7 @@ void GridCursor::Collapse(base::Arena& arena) {
       lattice->rest = arena.Allocate<float>(padded);
     }
     row.count = x1_ - x0_;
-    row.scale = plan.shape.scale;
+    row.scale = plan.shape.scale / field_.grid_.fill_unit(plan.params.dims, gradient);
     row.sum = plan.params.sum;
     row.weight = plan.octaves[k].weight;
     row.bias = plan.bias;
@@ -231,7 +233,7 @@ void GridCursor::Collapse(base::Arena& arena) {
     fill.column_hash = columns.hash.data() + row.columns.first;
     fill.count = row.columns.count;
     fill.dims = plan.params.dims;
-    fill.gradient = plan.params.kind == NoiseKind::kGradient;
+    fill.gradient = gradient;
   }
   float* const scratch = arena.Allocate<float>(4 * most);
   for (Rows& rows : rows_) rows.row.scratch = scratch;
@@ -242,20 +244,14 @@ void GridCursor::Collapse(base::Arena& arena) {
   }
 }
 
-void GridCursor::Place(int y) {
-  const NoisePlan& plan = field_.plan_;
-  const NoiseParams& p = plan.params;
-  const bool moved = y < slice_begin_ || y >= slice_end_;
-  if (moved) {
-    const int height = std::max(p.frame.height() / p.slices, 1), row = y - p.frame.y0;
-    const int slice = std::clamp(row / height - (row % height < 0 ? 1 : 0), 0, p.slices - 1);
-    slice_top_ = p.frame.y0 + slice * height;
-    slice_begin_ = slice > 0 ? slice_top_ : std::numeric_limits<int>::min();
-    slice_end_ = slice < p.slices - 1 ? slice_top_ + height : std::numeric_limits<int>::max();
-    for (size_t k = 0; k < plan.octaves.size(); ++k) PlaceSlice(k, slice);
-  }
-  row_ = y - slice_top_;
-  for (size_t k = 0; k < plan.octaves.size() && !field_.collapses_; ++k) place_[0][k] = RowPlaceOf(k);
+void GridCursor::EnterSlice(int y) {
+  const NoiseParams& p = field_.plan_.params;
+  const int height = std::max(p.frame.height() / p.slices, 1), row = y - p.frame.y0;
+  const int slice = std::clamp(row / height - (row % height < 0 ? 1 : 0), 0, p.slices - 1);
+  slice_top_ = p.frame.y0 + slice * height;
+  slice_begin_ = slice > 0 ? slice_top_ : std::numeric_limits<int>::min();
+  slice_end_ = slice < p.slices - 1 ? slice_top_ + height : std::numeric_limits<int>::max();
+  for (size_t k = 0; k < field_.plan_.octaves.size(); ++k) PlaceSlice(k, slice);
 }
 
 LatticePlace GridCursor::RowPlaceOf(size_t k) const {
@@ -292,55 +288,65 @@ float GridCursor::FadeOf(float fraction) const {
 }
 
 void GridCursor::Row(int y, float* out, float* const* slopes, bool stream) {
-  Place(y);
+  if (y < slice_begin_ || y >= slice_end_) EnterSlice(y);
+  row_ = y - slice_top_;
   const NoisePlan& plan = field_.plan_;
+  const size_t octaves = plan.octaves.size();
   const int width = x1_ - x0_;
-  if (!field_.collapses_ || plan.octaves.empty()) std::fill_n(out, width, plan.bias);
   if (slopes != nullptr) {
     for (int a = 0; a < plan.params.dims; ++a) std::fill_n(slopes[a], width, 0.0f);
   }
-  if (field_.collapses_) {
-    for (size_t k = 0; k < plan.octaves.size(); ++k) CollapsedRow(k, out, stream && plan.octaves.size() == 1);
-  } else if (plan.params.lattice == NoiseLattice::kPerlin && plan.params.warp == 0) {
-    PerlinRow(out, slopes);
+  if (field_.collapses_ && octaves > 0) {
+    for (size_t k = 0; k < octaves; ++k) CollapsedRow(k, out, stream && octaves == 1);
   } else {
-    BatchRow(y, out, slopes);
+    std::fill_n(out, width, plan.bias);
+    for (size_t k = 0; k < octaves; ++k) place_[0][k] = RowPlaceOf(k);
+    if (plan.params.lattice == NoiseLattice::kPerlin && plan.params.warp == 0) {
+      PerlinRow(out, slopes);
+    } else {
+      BatchRow(y, out, slopes);
+    }
   }
-  if (slopes == nullptr && (plan.params.bias != 0.5 || plan.params.contrast != 0.5)) Finish(out);
+  if (bent_ && slopes == nullptr) Finish(out);
+}
+
+// The lattice rows on both sides of an octave's row.
+void GridCursor::FillLattice(Rows& rows, const uint32_t* hash) {
+  GridRow& row = rows.row;
+  const auto make = [&](uint32_t of, const GridLatticeRow& lattice) {
+    rows.fill.row_hash = of;
+    rows.fill.out = lattice;
+    field_.grid_.fill(rows.fill);
+  };
+  if (rows.valid && hash[0] == rows.upper_hash) {
+    std::swap(row.lower, row.upper);
+  } else {
+    make(hash[0], row.lower);
+  }
+  make(hash[1], row.upper);
+  rows.lower_hash = hash[0];
+  rows.upper_hash = hash[1];
+  rows.valid = true;
 }
 
 void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
-  const NoiseOctave& octave = field_.plan_.octaves[k];
   Rows& rows = rows_[k];
   GridRow& row = rows.row;
   const std::vector<GridField::RowPlace>& known = field_.rows_[k].between;
   const auto index = static_cast<size_t>(row_ - field_.first_row_);
-  GridField::RowPlace y;
+  GridField::RowPlace unknown;
+  const GridField::RowPlace* y = &unknown;
   if (index < known.size()) {
-    y = known[index];
+    y = &known[index];
   } else {
     const LatticePlace place = RowPlaceOf(k);
-    y = field_.Between(octave, place, FadeOf(static_cast<float>(place.fraction)));
+    unknown = field_.Between(field_.plan_.octaves[k], place, FadeOf(static_cast<float>(place.fraction)));
   }
-  const auto [low, high] = y.hash;
-  if (!rows.valid || low != rows.lower_hash || high != rows.upper_hash) {
-    const auto make = [&](uint32_t hash, const GridLatticeRow& lattice) {
-      rows.fill.row_hash = hash;
-      rows.fill.out = lattice;
-      field_.grid_.fill(rows.fill);
-    };
-    if (rows.valid && low == rows.upper_hash) {
-      std::swap(row.lower, row.upper);
-    } else {
-      make(low, row.lower);
-    }
-    make(high, row.upper);
-    rows.lower_hash = low;
-    rows.upper_hash = high;
-    rows.valid = true;
+  if (!rows.valid || y->hash[0] != rows.lower_hash || y->hash[1] != rows.upper_hash) {
+    FillLattice(rows, y->hash);
   }
-  row.fraction = y.fraction;
-  row.fade = y.fade;
+  row.fraction = y->fraction;
+  row.fade = y->fade;
   row.out = out;
   row.stream = stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
   if (field_.plan_.params.method == NoiseMethod::kAccumulate) {

@@ -78,10 +78,11 @@ class GridCursor {
     bool valid = false;
   };
   void Collapse(base::Arena& arena);
-  void Place(int y);
+  void EnterSlice(int y);
   void PlaceSlice(size_t octave, int slice);
   float FadeOf(float fraction) const;
   LatticePlace RowPlaceOf(size_t octave) const;
+  void FillLattice(Rows& rows, const uint32_t* hash);
   void CollapsedRow(size_t k, float* out, bool stream);
   void AccumulatedRow(const GridRow& row, const GridField::Columns& columns, float* out);
   void AddBatch(const NoiseOctave& octave, int at, int count, float* out, float* const* slopes);
@@ -91,6 +92,7 @@ class GridCursor {
 
   const GridField& field_;
   int x0_, x1_;
+  bool bent_ = false;                                    // by bias and gain
   int slice_begin_ = 0, slice_end_ = 0, slice_top_ = 0;  // rows y of the slice; its first
   std::vector<Rows> rows_;
   int row_ = 0;                         // of the slice, from its first

@@ -47,15 +47,7 @@ HWY_INLINE Corner At(VU hash, float fz, float fw) {
     return {hn::Zero(d), hn::Zero(d), s::SignedUnit(h)};
   } else {
     V g[kDims];
-#if HWY_TARGET == HWY_AVX2
-    if constexpr (kDims == 3) {
-      EdgeGradient(TopEdge(h), g);
-    } else {
-      s::LatticeGradient<kDims>(h, g);
-    }
-#else
     s::LatticeGradient<kDims>(h, g);
-#endif
     V rest = hn::Zero(d);
     if constexpr (kDims == 4) rest = hn::Mul(g[3], hn::Set(d, fw));
     if constexpr (kDims >= 3) rest = hn::MulAdd(g[2], hn::Set(d, fz), rest);
@@ -63,7 +55,26 @@ HWY_INLINE Corner At(VU hash, float fz, float fw) {
   }
 }
 
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+#if HWY_TARGET == HWY_AVX2
+// Gradients of two lattice planes, blended, times kEdgeUnit.
+class BlendedEdges {
+ public:
+  explicit HWY_INLINE BlendedEdges(const GridPlace& z) : fraction_(z.fraction), fade_(z.fade) {}
+  // Of mixed hashes of the same point in both planes.
+  HWY_INLINE Corner operator()(VU lower, VU upper) const {
+    return Blend(At(lower, fraction_), At(upper, fraction_ - 1), fade_);
+  }
+
+ private:
+  static HWY_INLINE Corner At(VU hash, float fz) {
+    const s::D d;
+    const VU edge = EdgeBytes(hash);
+    return {EdgeCoordinate<0>(edge), EdgeCoordinate<1>(edge),
+            hn::MulAdd(EdgeCoordinate<2>(edge), hn::Set(d, fz), hn::Zero(d))};
+  }
+  const float fraction_, fade_;
+};
+#elif HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
 // Gradients of two lattice planes blended by table: of each coordinate there are three a plane, so nine
 // pairs.
 class BlendedEdges {
@@ -101,15 +112,19 @@ class BlendedEdges {
  private:
   V across_, along_;
 };
+#endif
+
+#if HWY_TARGET <= HWY_AVX2 && HWY_ARCH_X86
 void FillSlice(const GridFill& a) {
   const s::D d;
   const s::DU du;
   const BlendedEdges blended(a.z);
   const VU lower = hn::Set(du, a.row_hash ^ a.z.hash[0]), upper = hn::Set(du, a.row_hash ^ a.z.hash[1]);
+  const uint32_t* const column_hash = a.column_hash;
   const GridLatticeRow out = a.out;
   const int count = a.count;
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
-    const VU column = hn::LoadU(du, a.column_hash + i);
+    const VU column = hn::LoadU(du, column_hash + i);
     const Corner c = blended(s::LatticeMix(hn::Xor(column, lower)), s::LatticeMix(hn::Xor(column, upper)));
     hn::StoreU(c.gx, d, out.gx + i);
     hn::StoreU(c.gy, d, out.gy + i);
@@ -152,7 +167,7 @@ void Fill(const GridFill& a) {
     case 6:
       return FillRow<3, false>(a);
     case 7:
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+#if HWY_TARGET <= HWY_AVX2 && HWY_ARCH_X86
       return FillSlice(a);
 #else
       return FillRow<3, true>(a);
@@ -164,14 +179,22 @@ void Fill(const GridFill& a) {
   }
 }
 
+float FillUnit([[maybe_unused]] int dims, [[maybe_unused]] bool gradient) {
+#if HWY_TARGET == HWY_AVX2
+  if (dims == 3 && gradient) return kEdgeUnit;
+#endif
+  return 1;
+}
+
 struct Coefficients {
   V c0, c1, c2, c3;
 };
 
-// Calls store(i, coefficients) for the row's first `used` columns, a vector at a time. What a column needs of
-// its neighbour is moved between registers: a load so soon after the stores would wait for them.
-template <class Store>
-HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store) {
+// Calls store(i, coefficients) for the row's first `used` columns, all or all but the last, a vector at a
+// time; last() has the last vector, which may be a part. What a column needs of its neighbour is moved
+// between registers: a load so soon after the stores would wait for them.
+template <class Store, class Last>
+HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store, const Last& last) {
   const s::D d;
   const int lanes = static_cast<int>(hn::Lanes(d)), count = a.columns.count;
   const V fy = hn::Set(d, a.fraction), fy1 = hn::Set(d, a.fraction - 1), v = hn::Set(d, a.fade);
@@ -206,19 +229,28 @@ HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store) {
 #endif
     return c;
   };
-  Column here = column(0);
-  for (int i = 0; i < used; i += lanes) {  // the entry after the last column is never used
-    const Column next = i + lanes < count ? column(i + lanes) : here;
+  const auto between = [&](const Column& here, const Column& next) HWY_ATTR {
 #if HWY_TARGET == HWY_AVX2
     const V right = shifted(here.constant, next.constant), right_slope = shifted(here.slope, next.slope);
 #else
     const V right = hn::IfThenElse(inner, here.turned_constant, next.turned_constant);
     const V right_slope = hn::IfThenElse(inner, here.turned_slope, next.turned_slope);
 #endif
-    store(i, Coefficients{here.constant, here.slope, hn::Sub(hn::Sub(right, right_slope), here.constant),
-                          hn::Sub(right_slope, here.slope)});
+    return Coefficients{here.constant, here.slope, hn::Sub(hn::Sub(right, right_slope), here.constant),
+                        hn::Sub(right_slope, here.slope)};
+  };
+  Column here = column(0);
+  int i = 0;
+  for (; i + lanes < count; i += lanes) {
+    const Column next = column(i + lanes);
+    store(i, between(here, next));
     here = next;
   }
+  if (i < used) last(i, between(here, here));  // the entry after the last column is never used
+}
+template <class Store>
+HWY_INLINE void Collapse(const GridRow& a, const Store& store) {
+  Collapse(a, a.columns.count, store, store);
 }
 
 // One of half as many entries as a vector has lanes.
@@ -364,14 +396,24 @@ class Writer {
         weight_(hn::Set(s::D(), row.weight)),
         bias_(hn::Set(s::D(), row.bias)) {}
   HWY_INLINE void operator()(int x, const Coefficients& k) const {
+    const V n = Noise(x, k);
+    if (HWY_UNLIKELY(x + static_cast<int>(hn::Lanes(s::D())) > count_)) return WriteTail(row_, x, n);
+    Write(x, n);
+  }
+  // Where all of the vector is of the row.
+  HWY_INLINE void Whole(int x, const Coefficients& k) const { Write(x, Noise(x, k)); }
+
+ private:
+  HWY_INLINE V Noise(int x, const Coefficients& k) const {
     const s::D d;
     const V f = hn::LoadU(d, fraction_ + x), u = hn::LoadU(d, fade_ + x);
-    const V n = Shaped<kSum>(hn::MulAdd(u, hn::MulAdd(k.c3, f, k.c2), hn::MulAdd(k.c1, f, k.c0)));
-    if (HWY_UNLIKELY(x + static_cast<int>(hn::Lanes(d)) > count_)) return WriteTail(row_, x, n);
+    return Shaped<kSum>(hn::MulAdd(u, hn::MulAdd(k.c3, f, k.c2), hn::MulAdd(k.c1, f, k.c0)));
+  }
+  HWY_INLINE void Write(int x, V n) const {
+    const s::D d;
     s::StoreOrStream(hn::MulAdd(n, weight_, add_ ? hn::LoadU(d, out_ + x) : bias_), d, out_ + x, stream_);
   }
 
- private:
   const GridRow& row_;
   const float *const fraction_, *const fade_;
   float* const out_;
@@ -383,27 +425,34 @@ class Writer {
 // By itself: narrow rows, as those of blocks, would notice what the other kinds prepare.
 template <NoiseSum kSum>
 HWY_NOINLINE void ConsecutiveRow(const GridRow& a) {
-  Collapse(a, a.count, Writer<kSum>(a));
+  const Writer<kSum> write(a);
+  Collapse(
+      a, a.count, [&](int x, const Coefficients& k) HWY_ATTR { write.Whole(x, k); }, write);
 }
 
 template <NoiseSum kSum>
-void RowOf(const GridRow& a) {
-  if (a.columns.layout.consecutive) return ConsecutiveRow<kSum>(a);
+HWY_NOINLINE void SpreadRow(const GridRow& a) {
   const s::D d;
   const Writer<kSum> write(a);
   if (a.columns.count <= static_cast<int>(hn::Lanes(d))) {
     InRegisters source{};
-    Collapse(a, a.columns.count, [&](int, const Coefficients& k) HWY_ATTR { source.all = k; });
+    Collapse(a, [&](int, const Coefficients& k) HWY_ATTR { source.all = k; });
     ForPixels(a.columns.layout, source, write);
   } else {
     float* c[4];
     for (int k = 0; k < 4; ++k) c[k] = a.scratch + k * (a.columns.count + 2 * kNoisePadding);
-    Collapse(a, a.columns.count, [&](int i, const Coefficients& k) HWY_ATTR {
+    Collapse(a, [&](int i, const Coefficients& k) HWY_ATTR {
       hn::StoreU(k.c0, d, c[0] + i), hn::StoreU(k.c1, d, c[1] + i);
       hn::StoreU(k.c2, d, c[2] + i), hn::StoreU(k.c3, d, c[3] + i);
     });
     ForPixels(a.columns.layout, InMemory{{c[0], c[1], c[2], c[3]}}, write);
   }
+}
+
+template <NoiseSum kSum>
+void RowOf(const GridRow& a) {
+  if (a.columns.layout.consecutive) return ConsecutiveRow<kSum>(a);
+  SpreadRow<kSum>(a);
 }
 
 void Row(const GridRow& a) {
@@ -432,7 +481,7 @@ void Stamp(const GridStamp& a) {
   }
 }
 
-GridKernels MakeGridKernels() { return {Arrange, Fill, Row, Stamp}; }
+GridKernels MakeGridKernels() { return {Arrange, FillUnit, Fill, Row, Stamp}; }
 
 }  // namespace tessera::ops::noise::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

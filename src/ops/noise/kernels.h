@@ -202,6 +202,8 @@ struct GridKernels {
   // `left`: per pixel, with kNoisePadding more, the column at its left; its neighbour is at its right. The
   // layout's arrays have room for `count` + kNoisePadding entries.
   void (*arrange)(const int32_t* left, int count, GridLayout& layout);
+  // A power of two that filled lattice rows are multiplied by.
+  float (*fill_unit)(int dims, bool gradient);
   void (*fill)(const GridFill&);
   void (*row)(const GridRow&);
   void (*stamp)(const GridStamp&);

@@ -45,10 +45,16 @@ std::vector<NoiseParams> FieldsOf(const TextureParams& p) {
   const double f = p.frequency;
   switch (p.kind) {
     case TextureKind::kClouds: {
+      // The same noise twice, the second time without its finest octaves and nearer to the sun, which is at
+      // the upper left.
       std::vector<NoiseParams> fields = {field(0, f, 1, 0, 0.12, p.octaves),
-                                         field(1, 3 * f, 1, 0, 0.2, std::min(p.octaves, 5))};
-      for (NoiseParams& n : fields) n.offset[0] = -0.25 * p.time * n.frequency / std::max(f, 1e-9);
-      fields[0].gain = 0.55;
+                                         field(0, f, 1, 0, 0.12, std::min(p.octaves, 5))};
+      for (NoiseParams& n : fields) {
+        n.offset[0] = -0.25 * p.time;
+        n.gain = 0.55;
+      }
+      fields[1].offset[0] -= 0.09;
+      fields[1].offset[1] -= 0.12;
       return fields;
     }
     case TextureKind::kMarble: {
@@ -61,9 +67,9 @@ std::vector<NoiseParams> FieldsOf(const TextureParams& p) {
               field(1, 30 * f, 0.04, 0, 0.1, std::min(p.octaves, 3))};
     case TextureKind::kFire: {
       std::vector<NoiseParams> fields = {
-          field(0, f, 1.5, 1.1 * p.rise, 0.45, p.octaves),
-          field(1, 2.1 * f, 1.3, 2.6 * p.rise, 0.9, p.layers > 1 ? std::max(p.octaves - 1, 0) : 0),
-          field(2, 4.7 * f, 1.2, 6.1 * p.rise, 1.7, p.layers > 2 ? std::max(p.octaves - 2, 0) : 0)};
+          field(0, f, 1.7, 1.1 * p.rise, 0.45, p.octaves),
+          field(1, 1.7 * f, 1.9, 2.2 * p.rise, 0.8, p.layers > 1 ? std::max(p.octaves - 1, 0) : 0),
+          field(2, 3.5 * f, 2, 4.7 * p.rise, 1.4, p.layers > 2 ? std::max(p.octaves - 2, 0) : 0)};
       for (NoiseParams& n : fields) n.offset[0] = -p.wind * p.time * n.frequency * n.aspect;
       return fields;
     }
@@ -232,7 +238,8 @@ OpInfo CloudsInfo() {
   OpInfo info = TextureRow(
       TextureKind::kClouds, "Clouds (Gardner) over a blue sky",
       "Gardner's product of sums of sines, broken up by fBm, decides where clouds are; the sky pales "
-      "towards the horizon. They drift to the right.\nSource: Gardner, Visual simulation of clouds, 1985.",
+      "towards the horizon. The sun is at the upper left: thick parts, and those behind others, are in shadow. "
+      "They drift to the right.\nSource: Gardner, Visual simulation of clouds, 1985.",
       "3");
   info.make = Make<TextureKind::kClouds>;
   return info;

@@ -46,7 +46,8 @@ struct TexturePlace {
 };
 
 inline Rgba Marble(const TexturePlace& p, float bands, float turbulence) {
-  static constexpr RampStop kRamp[] = {{0.0f, {0.075f, 0.085f, 0.105f}},
+  static constexpr RampStop kRamp[] = {{0.0f, {0.030f, 0.035f, 0.048f}},
+                                       {0.02f, {0.115f, 0.125f, 0.15f}},
                                        {0.10f, {0.24f, 0.25f, 0.27f}},
                                        {0.35f, {0.62f, 0.61f, 0.59f}},
                                        {1.0f, {0.90f, 0.88f, 0.84f}}};
@@ -68,16 +69,19 @@ inline Rgba Wood(const TexturePlace& p, float rings, float bend, float grain) {
   return c;
 }
 
-inline Rgba Clouds(const TexturePlace& p, float gardner, float detail, float fine) {
+// `ahead`: the broad part of `detail` a little nearer to the sun.
+inline Rgba Clouds(const TexturePlace& p, float gardner, float detail, float ahead) {
   const float zenith[3] = {0.075f, 0.20f, 0.50f}, horizon[3] = {0.42f, 0.60f, 0.80f};
-  const float lit[3] = {1.0f, 0.985f, 0.96f}, shade[3] = {0.50f, 0.545f, 0.62f};
+  const float lit[3] = {1.0f, 0.985f, 0.96f}, shade[3] = {0.27f, 0.32f, 0.42f};
   const float body = 1.15f * gardner + 0.95f * detail - 0.12f;
   const float cover = SmoothStep(1.9f * body);
-  const float depth = SmoothStep(1.15f * body - 0.25f - 0.35f * fine);
+  // Depth grows with the body but never stops; less cloud towards the sun lets more light in.
+  const float thick = std::max(body, 0.0f), depth = thick / (thick + 0.9f);
+  const float shadow = SmoothStep(0.10f + 0.85f * depth + 0.8f * (ahead - detail));
   Rgba c = {0, 0, 0, 1};
   for (size_t k = 0; k < 3; ++k) {
     const float sky = horizon[k] + (zenith[k] - horizon[k]) * p.h;
-    const float cloud = lit[k] + 0.85f * depth * (shade[k] - lit[k]);
+    const float cloud = lit[k] + shadow * (shade[k] - lit[k]);
     c[k] = sky + cover * (cloud - sky);
   }
   return c;
@@ -85,11 +89,14 @@ inline Rgba Clouds(const TexturePlace& p, float gardner, float detail, float fin
 
 inline Rgba Fire(const TexturePlace& p, float broad, float middle, float fine) {
   static constexpr RampStop kRamp[] = {{0.0f, {0.0f, 0.0f, 0.0f}},       {0.15f, {0.10f, 0.008f, 0.0f}},
-                                       {0.38f, {0.72f, 0.085f, 0.004f}}, {0.62f, {1.0f, 0.36f, 0.03f}},
-                                       {0.85f, {1.0f, 0.78f, 0.22f}},    {1.0f, {1.0f, 0.95f, 0.66f}}};
-  // Noise eats into the flame more with height; the base stays closed.
+                                       {0.38f, {0.72f, 0.085f, 0.004f}}, {0.66f, {1.0f, 0.30f, 0.02f}},
+                                       {1.15f, {1.0f, 0.82f, 0.25f}},    {1.6f, {1.0f, 0.97f, 0.76f}}};
+  // Noise eats into the flame more with height: the base stays closed, and is broken up by the finer layers.
   const float tongues = 1.0f * broad + 0.62f * middle + 0.38f * fine;
-  const float heat = Saturated(1.12f - 1.55f * p.h + (0.30f + 1.05f * p.h) * tongues);
+  const float low = 1 - p.h;
+  const float heat =
+      std::clamp(1.12f - 1.54f * p.h + (0.38f + 0.97f * p.h) * tongues + 0.30f * low * low * (middle + fine),
+                 0.0f, 1.6f);
   Rgba c = Ramp(kRamp, heat);
   c[3] = SmoothStep(2.2f * heat);
   for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
@@ -97,12 +104,14 @@ inline Rgba Fire(const TexturePlace& p, float broad, float middle, float fine) {
 }
 
 inline Rgba Smoke(const TexturePlace& p, float sway, float body, float fine) {
-  const float centre = 0.5f + (0.04f + 0.22f * p.h) * sway, width = 0.055f + 0.30f * p.h;
-  const float x = (p.s - centre) / width, profile = std::max(0.0f, 1 - x * x);
-  const float lumps = 0.62f + 0.95f * body + 0.35f * fine;
-  const float density = Saturated(profile * lumps * (1.18f - 0.95f * p.h) - 0.05f);
+  const float centre = 0.5f + (0.04f + 0.22f * p.h) * sway, width = 0.075f + 0.32f * p.h;
+  // Puffs push the plume's edge in and out; it thins out towards it.
+  const float x = (p.s - centre) / width, out = std::max(std::fabs(x) - 0.33f * body, 0.0f);
+  const float inside = std::max(0.0f, 1 - out * out), profile = inside * inside;
+  const float lumps = 0.85f + (0.35f + 0.7f * p.h) * (body + 0.45f * fine);
+  const float density = Saturated(profile * lumps * (1.18f - 0.95f * p.h));
   const float alpha = density * (1.75f - 0.85f * density);
-  const float grey = 0.30f + 0.42f * Saturated(0.5f + 0.6f * body - 0.35f * x);
+  const float grey = 0.30f + 0.42f * Saturated(0.5f + 0.6f * body + 0.25f * fine - 0.35f * x);
   return {grey * alpha, grey * alpha * 1.01f, grey * alpha * 1.04f, alpha};
 }
 
