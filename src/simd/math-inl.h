@@ -1,4 +1,5 @@
-// Logarithms and exponentials in double, of which functions on float vectors are made (curves, powers).
+// Logarithms and exponentials in double, of which functions on float vectors are made (curves, powers), and
+// the special values of powers.
 //
 // A vector of floats is computed as two vectors of doubles: polynomials without tables, whose relative error
 // (2^-34 for exponentials, 2^-45 for logarithms) leaves little but the final rounding to float. Every float,
@@ -14,6 +15,7 @@
 #include <hwy/highway.h>
 
 #include <cstdint>
+#include <limits>
 
 #include "simd/point-inl.h"
 
@@ -122,6 +124,36 @@ constexpr double kMaxExponent = 160;
 HWY_INLINE VD ClampExponent(VD t) {
   const DD d;
   return hn::Max(hn::Min(t, hn::Set(d, kMaxExponent)), hn::Set(d, -kMaxExponent));
+}
+
+// What pow gives where its magnitude is not 2^(y log2 x) of ordinary numbers, or where a sign is needed: C's
+// rules.
+inline HWY_NOINLINE V PowSpecial(V x, V y, V magnitude) {
+  const D d;
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
+  const V nan = hn::Set(d, std::numeric_limits<float>::quiet_NaN());
+  const V size = hn::Abs(x);
+  const auto x_zero = hn::Eq(x, zero), x_endless = hn::Eq(size, infinity),
+             y_endless = hn::Eq(hn::Abs(y), infinity);
+  // |x| = 0 or infinity: to 0 or infinity by the sign of y.
+  V r = hn::IfThenElse(x_zero, hn::IfThenElse(hn::Lt(y, zero), infinity, zero), magnitude);
+  r = hn::IfThenElse(x_endless, hn::IfThenElse(hn::Lt(y, zero), zero, infinity), r);
+  // y infinite: by whether |x| is above or below 1; 1 at 1.
+  const auto grows = hn::Xor(hn::VecFromMask(d, hn::Gt(size, one)), hn::VecFromMask(d, hn::Lt(y, zero)));
+  r = hn::IfThenElse(y_endless, hn::IfThenElse(hn::MaskFromVec(grows), infinity, zero), r);
+  r = hn::IfThenElse(hn::And(y_endless, hn::Eq(size, one)), one, r);
+  // Integers and odd integers; every float of 2^24 and above is an even integer.
+  const V whole = hn::Trunc(y), half = hn::Mul(y, hn::Set(d, 0.5f));
+  const auto is_whole = hn::Eq(whole, y);
+  const auto is_even = hn::Eq(hn::Trunc(half), half);
+  const auto negative = hn::MaskFromVec(hn::BitCast(d, hn::BroadcastSignBit(hn::BitCast(DI(), x))));
+  const auto odd = hn::AndNot(is_even, is_whole);
+  r = hn::IfThenElse(hn::And(negative, odd), hn::Neg(r), r);
+  const auto ordinary_negative = hn::AndNot(x_zero, hn::AndNot(x_endless, hn::Lt(x, zero)));
+  r = hn::IfThenElse(hn::AndNot(is_whole, ordinary_negative), nan, r);
+  r = hn::IfThenElse(hn::Or(hn::IsNaN(x), hn::IsNaN(y)), nan, r);
+  return hn::IfThenElse(hn::Or(hn::Eq(x, one), hn::Eq(y, zero)), one, r);
 }
 
 }  // namespace tessera::simd::HWY_NAMESPACE
