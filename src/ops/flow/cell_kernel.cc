@@ -30,19 +30,23 @@ struct Crossing {
   V x, y;
 };
 
-// Lanes that are negative, and those in which one bit of a cell is set, to be used by IfThenElse alone: on
-// AVX2 that looks at the sign only.
-HWY_INLINE hn::Mask<D> Negative(V v) {
+// `yes` in lanes where `sign` is negative, else `no`.
+HWY_INLINE V IfNegative(V sign, V yes, V no) {
 #if HWY_TARGET == HWY_AVX2
-  return hn::MaskFromVec(v);
+  // The instruction looks at the sign only; compilers that know what it does compare with 0 first.
+  V r;
+  asm("vblendvps %3, %2, %1, %0" : "=x"(r.raw) : "x"(no.raw), "x"(yes.raw), "x"(sign.raw));
+  return r;
 #else
-  return hn::Lt(v, hn::Zero(D()));
+  return hn::IfThenElse(hn::Lt(sign, hn::Zero(D())), yes, no);
 #endif
 }
+// Lanes in which one bit of a cell is set, to be used by IfThenElse alone: on AVX2 that looks at the sign
+// only.
 template <int kBit>
 HWY_INLINE hn::Mask<D> BitOf(VI cell) {
 #if HWY_TARGET == HWY_AVX2
-  return Negative(hn::BitCast(D(), hn::ShiftLeft<31 - kBit>(cell)));
+  return hn::MaskFromVec(hn::BitCast(D(), hn::ShiftLeft<31 - kBit>(cell)));
 #else
   return hn::RebindMask(D(), hn::TestBit(cell, hn::Set(DI(), 1 << kBit)));
 #endif
@@ -68,13 +72,12 @@ class Strides {
   HWY_INLINE VI Of(VI cell, V left) const {
     const D d;
     const DI di;
-    const auto first_y = Negative(left);
 #if HWY_TARGET == HWY_AVX2
     const V x = V{_mm256_permutevar_ps(hn::BitCast(d, x_).raw, cell.raw)};
     const V y = V{_mm256_permutevar_ps(hn::BitCast(d, y_).raw, hn::ShiftRight<kCellUpShift>(cell).raw)};
-    return hn::BitCast(di, hn::IfThenElse(first_y, y, x));
+    return hn::BitCast(di, IfNegative(left, y, x));
 #else
-    const auto y_first = hn::RebindMask(di, first_y);
+    const auto y_first = hn::RebindMask(di, hn::Lt(left, hn::Zero(d)));
     if constexpr (kLanes >= 16) {
       const auto index = hn::IndicesFromVec(di, hn::And(cell, hn::Set(di, 15)));
       return hn::IfThenElse(y_first, hn::TableLookupLanes(y_, index), hn::TableLookupLanes(x_, index));
@@ -86,7 +89,6 @@ class Strides {
       const VI turned = hn::IfThenElse(hn::Lt(sign, hn::Zero(di)), hn::Sub(hn::Zero(di), step), step);
       return hn::IfThenZeroElse(still, turned);
     }
-    (void)d;
 #endif
   }
 
@@ -111,9 +113,8 @@ HWY_INLINE V Cross(Crossing& c) {
   // What is left along y where the edge ahead in x is met, or less than 0. On an edge lines along y, whose
   // share is 0, go along y too.
   const V left = hn::MulAdd(c.x, minus_y, hn::MulSub(c.y, along_x, hn::Set(d, 0x1p-30f)));
-  const auto first_y = Negative(left);
-  const V rest = hn::Div(left, hn::IfThenElse(first_y, minus_y, along_x));
-  c.x = hn::IfThenElse(first_y, rest, one), c.y = hn::IfThenElse(first_y, one, rest);
+  const V rest = hn::Div(left, IfNegative(left, minus_y, along_x));
+  c.x = IfNegative(left, rest, one), c.y = IfNegative(left, one, rest);
   return left;
 }
 
@@ -132,6 +133,9 @@ HWY_INLINE void Enter(VI cell, Crossing& c) {
 HWY_INLINE VI CodeOf(VI cell) { return hn::And(cell, hn::Set(DI(), static_cast<int>(kCellNoise))); }
 HWY_INLINE V NoiseOf(VI cell) { return hn::ConvertTo(D(), CodeOf(cell)); }
 
+// What Iota gives, which compilers would put together lane by lane.
+alignas(64) constexpr int32_t kNumbers[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
 // kVectors times kLanes pixels, the first one's cell cells[first]; `room` more cells of its row can be read.
 // Of each of its ends a vector is in flight together with the others. No index is negative. kEnds: lines may
 // end. kBox: all weights are 1 and sums of codes below 2^24, so that integers give what floats would.
@@ -144,18 +148,20 @@ HWY_NOINLINE void ConvolveCodes(const Lines& lines, const Strides& strides_of, c
   const Strides strides = strides_of;
   const VI end = hn::Set(di, static_cast<int>(kCellEnd));
   Crossing c[kBoth];
-  VI codes[kBoth], missing[kBoth];
+  VI codes[kVectors], missing[kVectors];  // of both ways together
   V sum[kBoth], weight[kBoth], own[kVectors];
   for (int i = 0; i < kVectors; ++i) {
-    VI at = hn::Iota(di, first + i * kLanes);
+    VI at = hn::Add(hn::Load(di, kNumbers), hn::Set(di, first + i * kLanes));
     if constexpr (kEnds) at = hn::Min(at, hn::Set(di, first + room));
     c[i] = c[i + kVectors] =
         StartAt(at, kEnds ? hn::GatherIndex(di, cells, at) : hn::LoadU(di, cells + first + i * kLanes));
   }
   for (int i = 0; i < kBoth; ++i) {
-    sum[i] = weight[i] = hn::Zero(d), codes[i] = missing[i] = hn::Zero(di);
+    sum[i] = weight[i] = hn::Zero(d);
   }
-  for (int i = 0; i < kVectors; ++i) own[i] = NoiseOf(c[i].cell);
+  for (int i = 0; i < kVectors; ++i) {
+    own[i] = NoiseOf(c[i].cell), codes[i] = missing[i] = hn::Zero(di);
+  }
   const auto masked = [&](int i) HWY_ATTR { return hn::Eq(c[i].cell, end); };
   hn::Mask<D> none[kVectors];
   for (int i = 0; i < kVectors; ++i) none[i] = hn::RebindMask(d, masked(i));
@@ -177,8 +183,9 @@ HWY_NOINLINE void ConvolveCodes(const Lines& lines, const Strides& strides_of, c
     for (int i = 0; i < kBoth; ++i) {
       Enter(GatherCells(cells, c[i].at), c[i]);
       if constexpr (kBox) {
-        codes[i] = hn::Add(codes[i], CodeOf(c[i].cell));
-        if constexpr (kEnds) missing[i] = hn::Add(missing[i], hn::VecFromMask(di, masked(i)));
+        const int v = i % kVectors;
+        codes[v] = hn::Add(codes[v], CodeOf(c[i].cell));
+        if constexpr (kEnds) missing[v] = hn::Add(missing[v], hn::VecFromMask(di, masked(i)));
       } else {
         const V w = i < kVectors ? forward : backward;
         sum[i] = hn::MulAdd(w, NoiseOf(c[i].cell), sum[i]);
@@ -189,9 +196,10 @@ HWY_NOINLINE void ConvolveCodes(const Lines& lines, const Strides& strides_of, c
     }
   }
   if constexpr (kBox) {
-    const VI taps = hn::Set(di, lines.taps);
-    HWY_UNROLL(4)
-    for (int i = 0; i < kBoth; ++i) {
+    // Whole numbers, which floats add up as exactly.
+    const VI taps = hn::Set(di, 2 * lines.taps);
+    HWY_UNROLL(2)
+    for (int i = 0; i < kVectors; ++i) {
       sum[i] = hn::ConvertTo(d, codes[i]), weight[i] = hn::ConvertTo(d, hn::Add(taps, missing[i]));
     }
   }

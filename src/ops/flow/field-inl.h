@@ -153,9 +153,10 @@ HWY_INLINE VU LoadWords(const Unit* from, VU index) {
     std::memcpy(&v, from + at[i], 4);
     return v;
   };
-  const auto two = [&](int i)
-                       HWY_ATTR { return _mm_insert_epi32(_mm_cvtsi32_si128(word(i)), word(i + 1), 1); };
-  const auto four = [&](int i) HWY_ATTR { return _mm_unpacklo_epi64(two(i), two(i + 2)); };
+  const auto four = [&](int i) HWY_ATTR {
+    const __m128i two = _mm_insert_epi32(_mm_cvtsi32_si128(word(i)), word(i + 1), 1);
+    return _mm_insert_epi32(_mm_insert_epi32(two, word(i + 2), 2), word(i + 3), 3);
+  };
   return VU{_mm256_inserti128_si256(_mm256_castsi128_si256(four(0)), four(4), 1)};
 }
 #endif

@@ -73,21 +73,18 @@ class Picture {
     return l;
   }
 
+  // Whether the convolution of a region is the result's, as it stands.
+  bool IsResult(const ImageView& out, std::span<const int> listed) const {
+    return contrast_ == 1 && IsSingle(out, listed);
+  }
   // From the convolution of a region, channels() floats a pixel, to the result's channels listed.
   void Finish(const Roi& local, const float* sums, const ImageView& out, std::span<const int> listed) const {
     const Lines& l = lines();
     const int width = local.width();
-    // One channel of the lines to one of the result.
-    const bool first = listed.empty() || (listed.size() == 1 && listed[0] == 0);
-    const bool single = channels() == 1 && out.channels == 1 && first && p_.magnitude != LicMagnitude::kColor;
-    if (single && l.mask == nullptr) {
+    if (IsSingle(out, listed)) {
       for (int y = local.y0; y < local.y1; ++y, sums += width) {
         auto* const to = reinterpret_cast<float*>(out.At(out.roi.x0, out.roi.y0 + y - local.y0));
-        if (contrast_ == 1) {
-          std::copy_n(sums, width, to);
-        } else {
-          for (int x = 0; x < width; ++x) to[x] = mean_ + contrast_ * (sums[x] - mean_);
-        }
+        for (int x = 0; x < width; ++x) to[x] = mean_ + contrast_ * (sums[x] - mean_);
       }
       return;
     }
@@ -107,6 +104,12 @@ class Picture {
   }
 
  private:
+  // One channel of the lines to one of the result.
+  bool IsSingle(const ImageView& out, std::span<const int> listed) const {
+    const bool first = listed.empty() || (listed.size() == 1 && listed[0] == 0);
+    return channels() == 1 && out.channels == 1 && first && p_.magnitude != LicMagnitude::kColor &&
+           lines().mask == nullptr;
+  }
   float Sample(const float* sums, int channel, const std::array<float, 3>& color) const {
     if (p_.with_image) return contrast_ == 1 ? sums[channel] : mean_ + contrast_ * (sums[channel] - mean_);
     const bool colored = p_.magnitude == LicMagnitude::kColor;
@@ -121,14 +124,22 @@ class Picture {
   float contrast_ = 1, mean_ = 0.5f;
 };
 
+// Lines of one channel that go to an image of one.
+LineOutput OutputTo(const Roi& local, const ImageView& out) {
+  return {local, reinterpret_cast<float*>(out.data), out.row_stride / 4, 1};
+}
+
 class DirectStage final : public graph::TileStage {
  public:
   DirectStage(const LicParams& p, const graph::StageContext& context)
       : picture_(p, context), follow_(p.integrator == LicIntegrator::kCell ? CellLines() : DirectLines()) {}
   Roi InputRoi(int, const Roi&) const override { return {}; }
-  graph::TileSize Preferred() const override { return {256, 64}; }
+  // Small enough for threads to end together.
+  graph::TileSize Preferred() const override { return {128, 64}; }
   void Run(const graph::TileArgs& args) const override {
     const Roi local = picture_.Local(args.out.roi);
+    if (picture_.IsResult(args.out, args.channels))
+      return follow_(picture_.lines(), OutputTo(local, args.out));
     const int channels = picture_.channels();
     float* const sums =
         args.scratch.Allocate<float>(static_cast<size_t>(local.pixels()) * static_cast<size_t>(channels));
@@ -161,16 +172,17 @@ class SharedStage final : public graph::WholeStage {
     workers.For(int64_t{across} * down, [&](int64_t i, int worker) {
       const int x = static_cast<int>(i % across) * side, y = static_cast<int>(i / across) * side;
       const Roi part = Intersection({x, y, x + side, y + side}, all);
+      const ImageView to =
+          out.Sub({part.x0 + out.roi.x0, part.y0 + out.roi.y0, part.x1 + out.roi.x0, part.y1 + out.roi.y0});
       Memory& m = memory[static_cast<size_t>(worker)];
+      if (picture_.IsResult(to, {})) return share_(picture_.lines(), OutputTo(part, to), m.scratch);
       const int channels = picture_.channels();
       m.sums.resize(static_cast<size_t>(part.pixels()) * static_cast<size_t>(channels));
       for (int c = 0; c < channels; ++c) {
         share_(picture_.Group(c, 1), {part, m.sums.data() + c, ptrdiff_t{part.width()} * channels, channels},
                m.scratch);
       }
-      const Roi window{part.x0 + out.roi.x0, part.y0 + out.roi.y0, part.x1 + out.roi.x0,
-                       part.y1 + out.roi.y0};
-      picture_.Finish(part, m.sums.data(), out.Sub(window), {});
+      picture_.Finish(part, m.sums.data(), to, {});
     });
   }
 

@@ -159,26 +159,35 @@ void PrepareField(const LicParams& params, const Field& field, bool keep, const 
     uv += lines.uv_row + 2;
     lines.uv = uv;
   }
+  // What lies left and right of a row.
+  const auto frame = [&](float* row) {
+    const bool turns = lines.around_x;
+    const ptrdiff_t last = 2 * (ptrdiff_t{width} - 1);
+    for (int i = 0; i < 2; ++i) {
+      row[i - 2] = row[turns ? last + i : i];
+      row[last + 2 + i] = row[turns ? i : last + i];
+    }
+  };
   const RowKernels kernels = RowKernelsOf();
   std::vector<RowFound> found(static_cast<size_t>((height + kRows - 1) / kRows));
   ForRows(height, workers, [&](int y0, int y1) {
     RowFound f;
-    std::vector<float> unkept(keep ? 0 : 2 * static_cast<size_t>(width));
     for (int y = y0; y < y1; ++y) {
-      float* to = keep ? uv + y * lines.uv_row : unkept.data();
-      if (const float* const from = field.Row(y)) {
+      float* to = keep ? uv + y * lines.uv_row : nullptr;
+      const float* const from = field.Row(y);
+      if (from != nullptr) {
         const RowFound row = kernels.copy_vectors(from, width, to);
         f.largest = std::max(f.largest, row.largest), f.squared = std::max(f.squared, row.squared);
         f.masked |= row.masked;
-        continue;
       }
-      for (int x = 0; x < width; ++x, to += 2) {
+      for (int x = 0; from == nullptr && x < width; ++x) {
         const Vector v = field.At(x, y);
-        to[0] = v.u, to[1] = v.v;
+        to[2 * x] = v.u, to[2 * x + 1] = v.v;
         f.largest = std::max(f.largest, std::max(std::fabs(v.u), std::fabs(v.v)));
         f.squared = std::max(f.squared, v.u * v.u + v.v * v.v);
         f.masked |= !v.known;
       }
+      if (keep) frame(to);
     }
     found[static_cast<size_t>(y0 / kRows)] = f;
   });
@@ -207,25 +216,22 @@ void PrepareField(const LicParams& params, const Field& field, bool keep, const 
     lines.smallest = std::max(static_cast<float>(params.smallest * out.longest), 1e-18f);
     return;
   }
-  std::vector<double> longest(found.size());
-  ForRows(height, workers, [&](int y0, int y1) {
-    double most = 0;
-    for (int y = y0; y < y1; ++y) {
-      float* const row = uv + y * lines.uv_row;
-      for (int i = 0; extreme && i < 2 * width; i += 2) {
-        if (scale) row[i] = std::ldexp(row[i], -exponent), row[i + 1] = std::ldexp(row[i + 1], -exponent);
-        most = std::max(most, double{row[i]} * row[i] + double{row[i + 1]} * row[i + 1]);
+  double most = all.squared;
+  if (extreme) {
+    std::vector<double> longest(found.size());
+    ForRows(height, workers, [&](int y0, int y1) {
+      double& here = longest[static_cast<size_t>(y0 / kRows)];
+      for (int y = y0; y < y1; ++y) {
+        float* const row = uv + y * lines.uv_row;
+        for (int i = 0; i < 2 * width; i += 2) {
+          if (scale) row[i] = std::ldexp(row[i], -exponent), row[i + 1] = std::ldexp(row[i + 1], -exponent);
+          here = std::max(here, double{row[i]} * row[i] + double{row[i + 1]} * row[i + 1]);
+        }
+        frame(row);
       }
-      const bool turns = lines.around_x;
-      const ptrdiff_t last = 2 * (ptrdiff_t{width} - 1);
-      for (int i = 0; i < 2; ++i) {
-        row[i - 2] = row[turns ? last + i : i];
-        row[last + 2 + i] = row[turns ? i : last + i];
-      }
-    }
-    longest[static_cast<size_t>(y0 / kRows)] = most;
-  });
-  const double most = extreme ? *std::max_element(longest.begin(), longest.end()) : double{all.squared};
+    });
+    most = *std::max_element(longest.begin(), longest.end());
+  }
   out.longest = static_cast<float>(std::sqrt(most));
   out.longest_shown = out.longest;
   if (params.units == LicUnits::kLatLong) {
@@ -327,7 +333,6 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
   ForRows(lines.height, workers, [&](int y0, int y1) {
     std::vector<uint32_t> row(static_cast<size_t>(width) + kRowSlack), below(row.size());
     const bool pairs = codes != nullptr && lines.texture_step == 2;
-    std::vector<float> again(lines.uv == nullptr ? 2 * (static_cast<size_t>(width) + kRowSlack) : 0);
     for (int y = y0; y < y1; ++y) {
       if (noise && (!pairs || y == y0)) row_of.Fill(y, row.data());
       if (codes != nullptr) {
@@ -346,8 +351,7 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
       }
       if (!cells) continue;
       uint32_t* const to = cell + y * lines.cell_row;
-      if (lines.uv == nullptr) kernels.copy_vectors(field.Row(y), width, again.data());
-      const float* const vectors = lines.uv == nullptr ? again.data() : lines.uv + y * lines.uv_row;
+      const float* const vectors = lines.uv == nullptr ? field.Row(y) : lines.uv + y * lines.uv_row;
       kernels.cell_codes(vectors, row.data(), width, lines.smallest, to);
       to[-1] = to[width] = kCellEnd;
       for (int x = 0; lines.mask != nullptr && x < width; ++x) {

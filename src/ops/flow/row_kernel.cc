@@ -26,33 +26,46 @@ using simd::HWY_NAMESPACE::VU;
 
 constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
 
-RowFound CopyVectors(const float* from, int width, float* to) {
+// Which of the vectors are finite.
+HWY_INLINE hn::Mask<D> Known(V u, V v) {
+  const D d;
+  const V most = hn::Set(d, hwy::HighestValue<float>());
+  // False for NaN too.
+  return hn::And(hn::Le(hn::Abs(u), most), hn::Le(hn::Abs(v), most));
+}
+
+template <bool kCopy>
+RowFound LookAt(const float* from, int width, float* to) {
   const D d;
   V largest = hn::Zero(d), longest = hn::Zero(d);
-  RowFound found;
-  const V most = hn::Set(d, hwy::HighestValue<float>());
+  auto all_known = hn::Eq(largest, largest);
   const auto take = [&](const float* p, float* out) HWY_ATTR {
     V u, v;
     hn::LoadInterleaved2(d, p, u, v);
-    // False for NaN too.
-    const auto known = hn::And(hn::Le(hn::Abs(u), most), hn::Le(hn::Abs(v), most));
-    found.masked |= !hn::AllTrue(d, known);
+    const auto known = Known(u, v);
+    all_known = hn::And(all_known, known);
     u = hn::IfThenElseZero(known, u), v = hn::IfThenElseZero(known, v);
     largest = hn::Max(largest, hn::Max(hn::Abs(u), hn::Abs(v)));
     longest = hn::Max(longest, hn::MulAdd(u, u, hn::Mul(v, v)));
-    hn::StoreInterleaved2(u, v, d, out);
+    if constexpr (kCopy) hn::StoreInterleaved2(u, v, d, out);
+    (void)out;
   };
   int x = 0;
-  for (; x + kLanes <= width; x += kLanes) take(from + 2 * x, to + 2 * x);
+  for (; x + kLanes <= width; x += kLanes) take(from + 2 * x, to + (kCopy ? 2 * x : 0));
   if (x < width) {
     float rest[2 * kLanes] = {};
     std::copy(from + 2 * x, from + 2 * width, rest);
     take(rest, rest);
-    std::copy(rest, rest + 2 * (width - x), to + 2 * x);
+    if constexpr (kCopy) std::copy(rest, rest + 2 * (width - x), to + 2 * x);
   }
+  RowFound found;
+  found.masked = !hn::AllTrue(d, all_known);
   found.largest = hn::GetLane(hn::MaxOfLanes(d, largest));
   found.squared = hn::GetLane(hn::MaxOfLanes(d, longest));
   return found;
+}
+RowFound CopyVectors(const float* from, int width, float* to) {
+  return to != nullptr ? LookAt<true>(from, width, to) : LookAt<false>(from, width, to);
 }
 
 HWY_INLINE VU Scramble(VU h) {
@@ -64,8 +77,9 @@ HWY_INLINE VU Scramble(VU h) {
 
 void WhiteCodes(uint32_t row_key, int width, uint32_t* to) {
   const DU du;
-  for (int x = 0; x < width; x += kLanes) {
-    const VU place = hn::Mul(hn::Iota(du, static_cast<uint32_t>(x)), hn::Set(du, kMixPlace));
+  const VU step = hn::Set(du, kMixPlace * static_cast<uint32_t>(kLanes));
+  VU place = hn::Mul(hn::Iota(du, 0), hn::Set(du, kMixPlace));
+  for (int x = 0; x < width; x += kLanes, place = hn::Add(place, step)) {
     hn::StoreU(hn::ShiftRight<24>(Scramble(hn::Xor(place, hn::Set(du, row_key)))), du, to + x);
   }
 }
@@ -75,9 +89,11 @@ void CellCodes(const float* uv, const uint32_t* noise, int width, float smallest
   const DI di;
   const DU du;
   const V half = hn::Set(d, 0.5f), one = hn::Set(d, 1.0f);
-  for (int x = 0; x < width; x += kLanes) {
+  const auto code_of = [&](const float* p, VU texel) HWY_ATTR {
     V u, v;
-    hn::LoadInterleaved2(d, uv + 2 * x, u, v);
+    hn::LoadInterleaved2(d, p, u, v);
+    const auto known = Known(u, v);
+    u = hn::IfThenElseZero(known, u), v = hn::IfThenElseZero(known, v);
     const auto still = hn::Lt(hn::MulAdd(u, u, hn::Mul(v, v)), hn::Set(d, smallest * smallest));
     // Halves: the sum is finite.
     const V size_u = hn::IfThenElse(still, one, hn::Mul(hn::Abs(u), half));
@@ -89,7 +105,16 @@ void CellCodes(const float* uv, const uint32_t* noise, int width, float smallest
     const VI stays = hn::Set(di, static_cast<int>(kCellStill));
     code = hn::IfThenElse(hn::RebindMask(du, still), hn::BitCast(du, stays), code);
     code = hn::Or(code, hn::ShiftLeft<kCellShareShift>(hn::BitCast(du, rounded)));
-    hn::StoreU(hn::Or(code, hn::ShiftLeft<kCellNoiseShift>(hn::LoadU(du, noise + x))), du, to + x);
+    return hn::Or(code, hn::ShiftLeft<kCellNoiseShift>(texel));
+  };
+  int x = 0;
+  for (; x + kLanes <= width; x += kLanes) {
+    hn::StoreU(code_of(uv + 2 * x, hn::LoadU(du, noise + x)), du, to + x);
+  }
+  if (x < width) {
+    float rest[2 * kLanes] = {};
+    std::copy(uv + 2 * x, uv + 2 * width, rest);
+    hn::StoreU(code_of(rest, hn::LoadU(du, noise + x)), du, to + x);
   }
 }
 

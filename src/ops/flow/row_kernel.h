@@ -12,15 +12,17 @@ struct RowFound {
   bool masked = false;
 };
 
-// Kernels on rows write whole SIMD vectors: what they read and write, but the vectors given by a user, must
-// have kRowSlack elements beyond the row's end.
+// Kernels on rows write whole SIMD vectors: what they read and write, but vectors given by a user, must have
+// kRowSlack elements beyond the row's end.
 inline constexpr int kRowSlack = 32;
 struct RowKernels {
-  // Pairs (u, v) as they were given; those that are not finite become 0.
+  // Pairs (u, v) as they were given; those that are not finite become 0. Without `to` they are only looked
+  // at.
   RowFound (*copy_vectors)(const float* from, int width, float* to);
   // White noise of a row, 0 to 255.
   void (*white_codes)(uint32_t row_key, int width, uint32_t* to);
-  // Lines::cells of a row; vectors shorter than `smallest` are 0.
+  // Lines::cells of a row; vectors shorter than `smallest` are 0, and so are those, as they were given, that
+  // are not finite.
   void (*cell_codes)(const float* uv, const uint32_t* noise, int width, float smallest, uint32_t* to);
 };
 RowKernels RowKernelsOf();
