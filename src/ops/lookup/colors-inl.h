@@ -31,18 +31,14 @@ struct Cells {
 };
 inline constexpr int kPlacesPerEntry = 2;
 inline constexpr int64_t kMostPlaces = int64_t{1} << 23;
-
-HWY_INLINE const float* Entry(const float* data, int32_t place) {
-  return data + 2 * static_cast<size_t>(static_cast<uint32_t>(place));
-}
-
+using Entries = EntriesByPlace<2>;
 // First pass for the pixels from i on, in plane order.
 template <bool kSimplex, bool kExact>
 HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells, int i) {
   const s::D d;
   const s::DI di;
   const V x[3] = {p.r, p.g, p.b};
-  V f[3], sum = hn::Zero(d);
+  V f[3], sum = hn::Set(d, kFirstPlace);
   VI step[3];
   for (int a = 0; a < 3; ++a) {
     const GridAxis& axis = grid.axis(a);
@@ -54,7 +50,7 @@ HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells,
                                         hn::Set(d, static_cast<float>(axis.last)), f[a]);
     sum = hn::MulAdd(cell, hn::Set(d, static_cast<float>(length)), sum);
   }
-  const VI place = SmallInteger(sum);
+  const VI place = hn::BitCast(di, sum);
   if constexpr (!kSimplex) {
     VI near = place, along[3];
     for (int a = 1; a < 3; ++a) {
@@ -77,10 +73,11 @@ HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells,
     const auto pick = [&](auto mask, VI yes, VI no)
                           HWY_ATTR { return hn::IfThenElse(hn::RebindMask(di, mask), yes, no); };
     const VI first = pick(hn::And(ge01, ge02), step[0], pick(ge12, step[1], step[2]));
-    const VI last = pick(hn::And(ge12, ge02), step[2], pick(ge01, step[1], step[0]));
-    const VI end = hn::Add(hn::Add(place, step[0]), hn::Add(step[1], step[2]));
+    // All but the last.
+    const VI both = pick(hn::And(ge12, ge02), hn::Add(step[0], step[1]),
+                         pick(ge01, hn::Add(step[0], step[2]), hn::Add(step[1], step[2])));
     hn::Store(hn::Add(place, first), di, cells.place[1] + i);
-    hn::Store(hn::Sub(end, last), di, cells.place[2] + i);
+    hn::Store(hn::Add(place, both), di, cells.place[2] + i);
     const V high01 = hn::Max(f[0], f[1]), low01 = hn::Min(f[0], f[1]);
     const V high = hn::Max(high01, f[2]), low = hn::Min(low01, f[2]);
     const V middle = hn::Max(low01, hn::Min(high01, f[2]));
@@ -94,33 +91,32 @@ HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells,
 // Second pass: store(j, vector), j an integral constant, gets the quarters of the kLanes pixels from i on, as
 // they lie in memory.
 template <int j, class Store>
-HWY_INLINE void SimplexQuarter(const float* data, ptrdiff_t last, const Cells& cells, int i, const V* w,
-                               const Store& store) {
-  const auto at = [&](int k, const float* from) HWY_ATTR {
-    return s::LoadQuads([&](int lane) HWY_ATTR { return Entry(from, cells.place[k][i + lane]); }, j);
+HWY_INLINE void SimplexQuarter(const Entries& entries, const Entries& last, const Cells& cells, int i,
+                               const V* w, const Store& store) {
+  const auto entry = [&](int k) HWY_ATTR {
+    const int32_t* const place = cells.place[k % 3] + i;
+    return s::LoadQuads([&](int lane) HWY_ATTR { return (k == 3 ? last : entries)(place[lane]); }, j);
   };
-  const auto entry = [&](int k) HWY_ATTR { return k == 3 ? at(0, data + last) : at(k, data); };
   store(std::integral_constant<int, j>(),
         SimplexSum<3>(entry, [&](int k) HWY_ATTR { return hn::Broadcast<j>(w[k]); }));
 }
 template <class Store>
-HWY_INLINE void GatherSimplexColors(const Grid& grid, const Cells& cells, int i, const Store& store) {
+HWY_INLINE void GatherSimplexColors(const Entries& entries, const Entries& last, const Cells& cells, int i,
+                                    const Store& store) {
   const s::D d;
-  ptrdiff_t last = 0;
-  for (int a = 0; a < 3; ++a) last += static_cast<ptrdiff_t>(grid.axis(a).stride) * 4;
   V w[4];
   for (int k = 0; k < 4; ++k) w[k] = hn::Load(d, cells.weight[k] + i);
-  SimplexQuarter<0>(grid.data(), last, cells, i, w, store);
-  SimplexQuarter<1>(grid.data(), last, cells, i, w, store);
-  SimplexQuarter<2>(grid.data(), last, cells, i, w, store);
-  SimplexQuarter<3>(grid.data(), last, cells, i, w, store);
+  SimplexQuarter<0>(entries, last, cells, i, w, store);
+  SimplexQuarter<1>(entries, last, cells, i, w, store);
+  SimplexQuarter<2>(entries, last, cells, i, w, store);
+  SimplexQuarter<3>(entries, last, cells, i, w, store);
 }
 // Linear: along axes 1 and 2 from the nearer entries, pairs of neighbours along axis 0 as they lie; along
 // that all pixels of a vector.
 template <class Store>
-HWY_INLINE void GatherLinearColors(const float* data, const Cells& cells, int i, const Store& store) {
+HWY_INLINE void GatherLinearColors(const Entries& entries, const Cells& cells, int i, const Store& store) {
   const auto pair = [&](int k) HWY_ATTR {
-    const auto load = [&](int p) HWY_ATTR { return s::Pair::Load(Entry(data, cells.place[p][k])); };
+    const auto load = [&](int p) HWY_ATTR { return s::Pair::Load(entries(cells.place[p][k])); };
     const s::Pair h1 = s::Pair::Set(cells.weight[1][k]), h2 = s::Pair::Set(cells.weight[2][k]);
     return s::LerpFrom(s::LerpFrom(load(0), load(1), h1), s::LerpFrom(load(2), load(3), h1), h2);
   };
@@ -142,13 +138,16 @@ HWY_INLINE void GatherLinearColors(const float* data, const Cells& cells, int i,
 template <bool kSimplex, bool kExact, class Load, class Store>
 HWY_INLINE void LookupColors(const Grid& grid, Cells& cells, int count, const Load& load,
                              const Store& store) {
+  ptrdiff_t end = 0;
+  for (int a = 0; a < 3; ++a) end += static_cast<ptrdiff_t>(grid.axis(a).stride) * 4;
+  const Entries entries(grid.data()), last(grid.data() + end);
   for (int i = 0; i < count; i += s::kLanes) LocateColors<kSimplex, kExact>(grid, load(i), cells, i);
   for (int i = 0; i < count; i += s::kLanes) {
     const auto store_here = [&](auto j, V v) HWY_ATTR { store(i, j, v); };
     if constexpr (kSimplex) {
-      GatherSimplexColors(grid, cells, i, store_here);
+      GatherSimplexColors(entries, last, cells, i, store_here);
     } else {
-      GatherLinearColors(grid.data(), cells, i, store_here);
+      GatherLinearColors(entries, cells, i, store_here);
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include <hwy/highway.h>
 
+#include <cstdint>
 #include <type_traits>
 
 #include "ops/lookup/grid.h"
@@ -61,6 +62,23 @@ HWY_INLINE VI SmallInteger(V whole) {
   const s::DI di;
   return hn::And(hn::BitCast(di, hn::Add(whole, hn::Set(s::D(), 0x1p23f))), hn::Set(di, 0x7fffff));
 }
+
+// Places in [0, 2^23) may stay as what kFirstPlace + place is in bits: entries `kUnit` floats from place to
+// place, by these.
+inline constexpr float kFirstPlace = 0x1p23f;
+template <int kUnit>
+class EntriesByPlace {
+ public:
+  HWY_INLINE explicit EntriesByPlace(const float* data)
+      : origin_(reinterpret_cast<uintptr_t>(data) - kBytes * 0x4B000000u) {}
+  HWY_INLINE const float* operator()(int32_t place) const {
+    return reinterpret_cast<const float*>(origin_ + kBytes * static_cast<uint32_t>(place));
+  }
+
+ private:
+  static constexpr uintptr_t kBytes = kUnit * sizeof(float);
+  uintptr_t origin_;
+};
 
 template <TableWrap wrap>
 HWY_INLINE V Reduce(V x) {

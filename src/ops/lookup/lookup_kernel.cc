@@ -51,10 +51,13 @@ class LookupStage final : public graph::TileStage {
   Roi InputRoi(int, const Roi& out) const override { return mipmap() ? Inflate(out, 1, 1) : out; }
 
   // Squares, whose texels lie close together wherever the coordinates are smooth, once a table is larger than
-  // the nearer caches.
+  // the nearer caches. Single samples of a picture that no cache holds are so few bytes that the rows of
+  // coordinates count for more: they are asked for farther ahead in wider tiles.
   graph::TileSize Preferred() const override {
     int64_t bytes = 0;
     for (const auto& levels : plan_.groups) bytes += levels.front()->bytes();
+    if (picture_.gather != nullptr && plan_.groups[0][0]->texel() == 1 && bytes >= kCacheBytes)
+      return {256, 64};
     return bytes > (int64_t{1} << 19) ? graph::TileSize{64, 64} : graph::TileSize{};
   }
 

@@ -51,7 +51,7 @@ class Table3DStage final : public graph::PointStage {
       s::LoadChunk(args, first, count, planes);
       lookup_(*grid_, chunk, count);
       if (!grid_->finite() && AnyNotFinite(chunk.result, 4 * count)) Mend(count, chunk);
-      s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return Result(chunk, i); });
+      s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return Result(chunk, chunk.coord[3], i); });
     }
   }
 
@@ -59,11 +59,10 @@ class Table3DStage final : public graph::PointStage {
   template <bool kSimplex, bool kExact>
   void RunFast(const graph::PointArgs& args) const {
     const s::D d;
-    const s::DI di;
-    const auto color = hn::RebindMask(d, hn::Ne(hn::And(hn::Iota(di, 0), hn::Set(di, 3)), hn::Set(di, 3)));
     const bool planes = args.source.read == nullptr;
     const bool from_floats = !planes && args.source.type == PixelType::kFloat;
     const bool to_floats = args.sink.write != nullptr && args.sink.type == PixelType::kFloat;
+    if (from_floats && to_floats) return RunFloats<kSimplex, kExact>(args);
     const bool stream = args.sink.stream && s::CanStream(args.sink.write);
     Cells cells;
     Chunk chunk;
@@ -77,32 +76,54 @@ class Table3DStage final : public graph::PointStage {
         const s::Pixels p = from_floats ? s::LoadRgbaCodes<PixelType::kFloat>(from + 4 * i)
                             : planes    ? s::LoadPlanes(args.in[0], first + i)
                                         : s::LoadPlanes(copied, i);
-        hn::Store(p.a, d, chunk.coord[3] + i);
+        if (from_floats) hn::Store(p.a, d, chunk.coord[3] + i);
         return p;
       };
+      const float* const alphas = planes ? args.in[0][3] + first : chunk.coord[3];
       if (!to_floats) {
         LookupColors<kSimplex, kExact>(*grid_, cells, count, load, [&](int i, auto j, V v) HWY_ATTR {
           hn::Store(v, d, chunk.result + 4 * i + j * s::kLanes);
         });
-        s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return Result(chunk, i); });
+        s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return Result(chunk, alphas, i); });
         continue;
       }
       LookupColors<kSimplex, kExact>(*grid_, cells, count, load, [&](int i, auto j, V v) HWY_ATTR {
-        const int at = 4 * i + j * s::kLanes;
-        // Look-ups keep the processor from prefetching the source by itself; asked for at once, its lines
-        // would stand in the way of the table's.
-        if (from_floats) hwy::Prefetch(from + kAhead + at);
         // Lane j of four has the alpha of the pixel that lies there.
-        const V alpha = hn::Broadcast<decltype(j)::value>(hn::Load(d, chunk.coord[3] + i));
-        s::StoreOrStream(hn::IfThenElse(color, v, alpha), d, to + at, stream);
+        const V alpha = hn::Broadcast<decltype(j)::value>(hn::Load(d, alphas + i));
+        s::StoreOrStream(WithAlpha(v, alpha), d, to + 4 * i + j * s::kLanes, stream);
       });
     }
   }
+  // Pixels of floats, the alphas from where they lie.
+  template <bool kSimplex, bool kExact>
+  void RunFloats(const graph::PointArgs& args) const {
+    const s::D d;
+    const bool stream = args.sink.stream && s::CanStream(args.sink.write);
+    const auto* from = reinterpret_cast<const float*>(args.source.read);
+    auto* to = reinterpret_cast<float*>(args.sink.write);
+    Cells cells;
+    for (int first = 0; first < args.count; first += kChunk, from += 4 * kChunk, to += 4 * kChunk) {
+      const auto load = [&](int i) HWY_ATTR { return s::LoadRgbaCodes<PixelType::kFloat>(from + 4 * i); };
+      const auto store = [&](int i, auto j, V v) HWY_ATTR {
+        const int at = 4 * i + j * s::kLanes;
+        // Look-ups keep the processor from prefetching the source by itself; asked for at once, its lines
+        // would stand in the way of the table's.
+        if constexpr (j * s::kLanes % 16 == 0) hwy::Prefetch(from + kAhead + at);
+        s::StoreOrStream(WithAlpha(v, hn::LoadU(d, from + at)), d, to + at, stream);
+      };
+      LookupColors<kSimplex, kExact>(*grid_, cells, std::min(kChunk, args.count - first), load, store);
+    }
+  }
 
+  static HWY_INLINE V WithAlpha(V v, V alpha) {
+    const s::DI di;
+    const VI three = hn::Set(di, 3);
+    return hn::IfThenElse(hn::RebindMask(s::D(), hn::Ne(hn::And(hn::Iota(di, 0), three), three)), v, alpha);
+  }
   // Planes of the results, alpha as it came.
-  static HWY_INLINE s::Pixels Result(const Chunk& chunk, int i) {
+  static HWY_INLINE s::Pixels Result(const Chunk& chunk, const float* alphas, int i) {
     s::Pixels p = s::LoadRgbaCodes<PixelType::kFloat>(chunk.result + 4 * i);
-    p.a = hn::Load(s::D(), chunk.coord[3] + i);
+    p.a = hn::Load(s::D(), alphas + i);
     return p;
   }
   // Entries that are not finite count only where they have weight.

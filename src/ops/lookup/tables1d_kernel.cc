@@ -105,6 +105,10 @@ class Tables1DStage final : public graph::PointStage {
     }
     for (const auto& grid : grids_)
       linear_inside_ = linear_inside_ && (grid == nullptr || (grid->ends_inside() && grid->finite()));
+    // Floats hold the places in any table of fewer entries.
+    colors_ = linear_inside_ && grids_[3] == nullptr;
+    for (int p = 0; p < 3; ++p)
+      colors_ = colors_ && grids_[p] != nullptr && grids_[p]->axis(0).last < 1 << 23;
     MapCodes();
   }
 
@@ -161,6 +165,47 @@ class Tables1DStage final : public graph::PointStage {
       hn::Store(s::LerpFromNearer(a, b, hn::Load(d, plane + i)), d, plane + i);
     }
   }
+  // The same for tables of the three colours, both passes from vectors of pixels to vectors of pixels.
+  struct ColorCells {
+    alignas(64) int32_t entry[3][kChunk];
+    alignas(64) float plane[4][kChunk];  // distances, alpha
+  };
+  struct ColorAxes {
+    V scale[3], last[3];
+    HWY_INLINE explicit ColorAxes(const std::shared_ptr<const Grid> (&grids)[4]) {
+      for (int p = 0; p < 3; ++p) {
+        const GridAxis& axis = grids[p]->axis(0);
+        scale[p] = hn::Set(s::D(), axis.scale), last[p] = hn::Set(s::D(), static_cast<float>(axis.last));
+      }
+    }
+  };
+  template <class Load, class Store>
+  HWY_INLINE void MapColors(ColorCells& cells, int count, const Load& load, const Store& store) const {
+    const s::D d;
+    const ColorAxes axes(grids_);
+    const EntriesByPlace<1> entries[3] = {EntriesByPlace<1>(grids_[0]->data()),
+                                          EntriesByPlace<1>(grids_[1]->data()),
+                                          EntriesByPlace<1>(grids_[2]->data())};
+    for (int i = 0; i < count; i += s::kLanes) {
+      const s::Pixels q = load(i);
+      const V x[3] = {q.r, q.g, q.b};
+      for (int p = 0; p < 3; ++p) {
+        V f;
+        const V cell = CellInside<false, Want::kNearer>(Unit(x[p]), axes.scale[p], axes.last[p], f);
+        hn::Store(hn::BitCast(s::DI(), hn::Add(cell, hn::Set(d, kFirstPlace))), s::DI(), cells.entry[p] + i);
+        hn::Store(f, d, cells.plane[p] + i);
+      }
+      hn::Store(q.a, d, cells.plane[3] + i);
+    }
+    for (int i = 0; i < count; i += s::kLanes) {
+      const auto value = [&](int p) HWY_ATTR {
+        V a, b;
+        s::LoadPairs([&](int k) HWY_ATTR { return entries[p](cells.entry[p][i + k]); }, a, b);
+        return s::LerpFromNearer(a, b, hn::Load(d, cells.plane[p] + i));
+      };
+      store(i, s::Pixels{value(0), value(1), value(2), hn::Load(d, cells.plane[3] + i)});
+    }
+  }
   // load(i) -> Pixels, store(i, Pixels).
   template <class Load, class Store>
   HWY_INLINE void MapLinear(Cells& cells, int count, const Load& load, const Store& store) const {
@@ -179,6 +224,7 @@ class Tables1DStage final : public graph::PointStage {
     const bool stream = args.sink.stream && s::CanStream(args.sink.write);
     float* const out[4] = {args.out[0], args.out[1], args.out[2], args.out[3]};
     Cells cells;
+    ColorCells color_cells;
     alignas(64) float copy[4][kChunk];
     float* const copied[4] = {copy[0], copy[1], copy[2], copy[3]};
     for (int first = 0; first < args.count; first += kChunk) {
@@ -202,7 +248,11 @@ class Tables1DStage final : public graph::PointStage {
           s::StorePlanes(q, copied, i);
         }
       };
-      MapLinear(cells, count, load, store);
+      if (colors_) {
+        MapColors(color_cells, count, load, store);
+      } else {
+        MapLinear(cells, count, load, store);
+      }
       if (!to_floats && !to_planes)
         s::StoreChunk(args, first, count, [&](int i) HWY_ATTR { return s::LoadPlanes(copied, i); });
     }
@@ -287,6 +337,7 @@ class Tables1DStage final : public graph::PointStage {
   LookupFunction lookup_ = nullptr;
   bool linear_inside_ =
       false;              // every table takes the short way: linear, finite, its last cell chosen at its end
+  bool colors_ = false;   // that, and there is one for every colour, none for alpha
   bool one_map_ = false;  // all four maps are equal
   alignas(64) uint8_t map_[4][256];
 };
