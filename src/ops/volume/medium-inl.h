@@ -159,7 +159,7 @@ inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, cons
 
 // Hair: where the noise at a strand's foot is strong. The foot lies along the gradient, and up where
 // strands droop.
-inline HWY_NOINLINE V Strands(const MediumArgs& args, const Vec3& p, Sample& r, V t) {
+inline HWY_NOINLINE NoisePlace FootOf(const MediumArgs& args, const Vec3& p, Sample& r, V t) {
   const D d;
   const RaySet& set = args.rays;
   const V height = hn::Sub(Set(1), t);
@@ -176,8 +176,13 @@ inline HWY_NOINLINE V Strands(const MediumArgs& args, const Vec3& p, Sample& r, 
                      axis(p.z, r.normal.z, across.z, set.spacing[2])};
   // The strand's direction: the surface's normal, bent.
   const V tilt = hn::Mul(Set(2 * args.droop * args.per_width), height);
+  const NoisePlace at = LocateNoise(args.fur, foot);
+  FetchNoise(args.fur, at);
   r.normal = Unit(AddScaled(r.normal, across, tilt));
-  const V n = Clamp01(hn::MulAdd(NoiseValue(args.fur, foot), Set(static_cast<float>(kFurSpread)), Set(0.5f)));
+  return at;
+}
+HWY_INLINE V Strands(const MediumArgs& args, const NoisePlace& foot, V t) {
+  const V n = Clamp01(hn::MulAdd(NoiseAt(args.fur, foot), Set(static_cast<float>(kFurSpread)), Set(0.5f)));
   const M low = hn::Lt(n, Set(0.5f));
   const V u = hn::IfThenElse(low, n, hn::Sub(Set(1), n));
   const V cube = hn::Mul(hn::Mul(Set(4), u), hn::Mul(u, u));  // gain of 0.875
@@ -241,8 +246,13 @@ class Medium {
     for (const DmfStep& step : args_.steps) {
       if (step.kind == Kind::kLift && step.lookup == TurbulenceLookup::kBlock) {
         // Flames: without a call, so that the vectors stay in registers.
+        NoisePlace at[K];
         for (int k = 0; k < K; ++k) {
-          turbulence[k] = NoiseValue(step.noise, p[k]);
+          at[k] = LocateNoise(step.noise, p[k]);
+          FetchNoise(step.noise, at[k]);
+        }
+        for (int k = 0; k < K; ++k) {
+          turbulence[k] = NoiseAt(step.noise, at[k]);
           q[k].y = hn::NegMulAdd(turbulence[k], Set(step.amount), q[k].y);
         }
       } else if (Moves(step.kind)) {
@@ -288,7 +298,9 @@ class Medium {
       }
     }
     if (args_.look == Look::kFur) {
-      for (int k = 0; k < K; ++k) t[k] = Strands(args_, p[k], r[k], t[k]);
+      NoisePlace foot[K];
+      for (int k = 0; k < K; ++k) foot[k] = FootOf(args_, p[k], r[k], t[k]);
+      for (int k = 0; k < K; ++k) t[k] = Strands(args_, foot[k], t[k]);
     }
     for (const DmfStep& step : args_.steps) {
       if (step.again) {

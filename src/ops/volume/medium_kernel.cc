@@ -15,12 +15,13 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::volume::HWY_NAMESPACE {
 
-// Hypertexture, two samples of every ray at a time, so that one's reads go on while the other waits.
+// Hypertexture, four samples of every ray at a time, so that one's reads go on while the others wait. Sixteen
+// rays have enough reads in two.
 template <typename T>
 HWY_INLINE Sums MarchHyper(const MediumArgs& args, const Medium<T>& medium, const Ray& ray, float from) {
   const D d;
   const V zero = hn::Zero(d);
-  constexpr int K = 2;
+  constexpr int K = kLanes < 16 ? 4 : 2;
   const Walk walk(args, ray, from, 1);
   Sums sums = {zero, zero, zero, zero, zero, hn::MaskFromVec(zero)};
   V i = walk.First();

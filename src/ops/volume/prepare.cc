@@ -208,7 +208,8 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
       break;
     case VolumeMode::kFur:
       otherwise(p.frequency, 0, 14 / side);
-      if (p.amount < 0) p.amount = 0.6 * p.soft;
+      // Farther, feet of strands on an ear of the body would leave its tip and meet on its axis.
+      if (p.amount < 0) p.amount = 0.375 * p.soft;
       need_block(NoiseContent::kNoise, 16, 1, 1);
       break;
     default:
