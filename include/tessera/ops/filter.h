@@ -79,7 +79,9 @@ Node KernelImage(const Kernel& kernel);
 // ULP under kernels up to 5x5 whose sum is 1, 3 ULP under larger ones, and give exactly 0 under kernels up to
 // 5x5 whose sum is 0. Images of 8- and 16-bit integers: the result, written as such, is the exact sum rounded
 // once, half to even; blurs and BoxBlur with kernels up to 255x255 too. With kFft |error| <= 16 u times the
-// root of the sum of squared weights times that of a block's squared deviations from its mean.
+// root of the sum of squared weights times that of a block's squared deviations from its mean; blocks in
+// which a sample deviates by more than 16 times the mean magnitude are transformed in double and keep to the
+// bound of sums.
 struct ConvolveParams {
   bool correlate = false;
   double divisor = 0, bias = 0;

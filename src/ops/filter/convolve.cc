@@ -229,7 +229,8 @@ OpInfo ConvolveInfo() {
       "even on NaN. Methods: direct sums every tap; separable needs a product of a column and a row, found "
       "by factorisation; lowrank sums several products (NaN then spreads over the whole rectangle), and "
       "--explain prints the bound of what is cut off; fft works in blocks, whose error is up to 16 u times "
-      "the root of the sum of squared weights times that of the block's squared deviations from its mean. "
+      "the root of the sum of squared weights times that of the block's squared deviations from its mean, and "
+      "where lights are above 16 times the mean it works in double. "
       "auto takes the cheapest within the bound. Results of 8- and 16-bit images are exact sums of integers, "
       "rounded once. bits= models an accumulation buffer: shifted images are added in fixed point, "
       "as --shiftaccum says. " +

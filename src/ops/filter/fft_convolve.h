@@ -12,10 +12,15 @@ namespace tessera::ops {
 // A kernel ready for blocks of size x size pixels, of which all but its own width and height less 1 are
 // results.
 struct FftKernel {
+  template <class T>
+  struct Spectrum {
+    std::vector<T> twiddles;  // cos, sin of -2 pi j / size
+    std::vector<T> re, im;    // in the transform's own order, size x size, scaled by 1 / size^2
+  };
   int size = 0, width = 0, height = 0;
-  std::vector<float> twiddles;  // cos, sin of -2 pi j / size
-  std::vector<float> re, im;    // spectrum in the transform's own order, size x size, scaled by 1 / size^2
-  double sum = 0;               // of the weights
+  Spectrum<float> single;
+  Spectrum<double> precise;
+  double sum = 0;  // of the weights
 
   int step_x() const { return size - width + 1; }
   int step_y() const { return size - height + 1; }
@@ -28,7 +33,9 @@ size_t FftScratchFloats(const FftKernel& kernel);
 // writes the results [x0, x1) x [y0, y1) of them, (x0, y0) at `out`. A NaN or infinity anywhere in a block
 // makes all of its channel NaN. Two channels go through each transform as the real and the imaginary part;
 // the block's mean is taken out and put back. |error| <= 16 u times the root of the sum of squared weights
-// times that of the squared deviations of the block.
+// times that of the squared deviations of the block. That would bury the dark beside a bright light: where a
+// sample deviates by more than 16 times the mean magnitude of either channel the transform is in double, and
+// |error| <= u |result| + 2^-48 times those roots. A channel that is the same everywhere is exact.
 struct FftBlock {
   const float* in;
   ptrdiff_t in_stride;
