@@ -126,7 +126,9 @@ TEST(IntegerFilterTest, PixelsAsTheyAreAndThroughFloatsAgree) {
             Erode(image, {9, 12}), Convolve(image, NamedKernel("gaussian", 3, 3)),
             Convolve(image, NamedKernel("laplacian"), {.border = BorderMode::kMirror}),
             Convolve(image, NamedKernel("disk", 9, 7), {.border = BorderMode::kRepeat}),
-            GaussianBlur(image, 2.3), Convolve(image, NamedKernel("gaussian", 15, 15))}) {
+            GaussianBlur(image, 2.3), Convolve(image, NamedKernel("gaussian", 15, 15)),
+            Convolve(image, NamedKernel("gaussian", 5, 5), {.border = BorderMode::kRepeat}),
+            Convolve(image, NamedKernel("gaussian", 9, 3), {.border = BorderMode::kMirror101})}) {
         OnEveryTarget([&] {
           const Image direct = Render(node, type, options);
           RenderInto(node, gaps, options);
@@ -169,37 +171,96 @@ TEST(IntegerFilterTest, BytesOfAnyChannelsOnEveryTarget) {
   }
 }
 
-// Weights that are no whole numbers: results are the sums in long double, rounded.
-TEST(IntegerFilterTest, BytesUnderRealWeights) {
-  constexpr int kWidth = 397, kHeight = 61;
-  const Image image = Codes<uint8_t>(kWidth, kHeight, PixelType::kUint8);
-  const Image out{ImageSpec(kWidth, kHeight, 3, PixelType::kUint8)};
-  for (const auto& [name, side] :
-       {std::pair{"gaussian", 3}, {"gaussian", 15}, {"disk", 7}, {"lanczos3", 9}}) {
-    SCOPED_TRACE(name);
-    const Kernel k = NamedKernel(name, side, side);
-    RenderInto(Convolve(FromImage(image), k, {.correlate = true}), out.view());
-    int wrong = 0;
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        for (int c = 0; c < 3; ++c) {
-          long double sum = 0;
-          for (int j = 0; j < k.height; ++j) {
-            for (int i = 0; i < k.width; ++i) {
-              const int sx = std::clamp(x + i - k.anchor_x, 0, kWidth - 1),
-                        sy = std::clamp(y + j - k.anchor_y, 0, kHeight - 1);
-              sum += static_cast<long double>(k.weights[static_cast<size_t>(j * k.width + i)]) *
-                     image.at<uint8_t>(sx, sy, c);
-            }
+// The number of samples that are not the sum over the clamped image in long double, rounded; sums next to the
+// middle between two codes may round either way.
+template <class T>
+int WrongReals(const Image& image, const Image& result, const Kernel& k) {
+  const int width = image.spec().width(), height = image.spec().height();
+  const long double largest = static_cast<T>(~T{0});
+  int wrong = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < image.spec().channel_count(); ++c) {
+        long double sum = 0;
+        for (int j = 0; j < k.height; ++j) {
+          for (int i = 0; i < k.width; ++i) {
+            const int sx = std::clamp(x + i - k.anchor_x, 0, width - 1),
+                      sy = std::clamp(y + j - k.anchor_y, 0, height - 1);
+            sum += static_cast<long double>(k.weights[static_cast<size_t>(j * k.width + i)]) *
+                   image.at<T>(sx, sy, c);
           }
-          const long double code = std::clamp(std::round(sum), 0.0L, 255.0L);
-          const bool tie = std::fabs(std::fabs(sum - std::floor(sum)) - 0.5L) < 1e-7L;
-          wrong += !tie && code != out.at<uint8_t>(x, y, c);
         }
+        const long double code = std::clamp(std::round(sum), 0.0L, largest);
+        const bool tie = std::fabs(std::fabs(sum - std::floor(sum)) - 0.5L) < 1e-7L;
+        wrong += !tie && code != result.at<T>(x, y, c);
       }
     }
-    EXPECT_EQ(wrong, 0);
   }
+  return wrong;
+}
+
+template <class T>
+void ExpectReals(PixelType type, int width, int height,
+                 const std::vector<std::pair<const char*, std::pair<int, int>>>& kernels) {
+  const Image image = Codes<T>(width, height, type);
+  const Image out{ImageSpec(width, height, 3, type)};
+  for (const auto& [name, size] : kernels) {
+    SCOPED_TRACE(std::string(name) + " " + std::to_string(size.first) + "x" + std::to_string(size.second));
+    const Kernel k = NamedKernel(name, size.first, size.second);
+    RenderInto(Convolve(FromImage(image), k, {.correlate = true}), out.view());
+    EXPECT_EQ(WrongReals<T>(image, out, k), 0);
+  }
+}
+
+// Weights that are no whole numbers.
+TEST(IntegerFilterTest, BytesUnderRealWeights) {
+  ExpectReals<uint8_t>(
+      PixelType::kUint8, 397, 61,
+      {{"gaussian", {3, 3}}, {"gaussian", {15, 15}}, {"disk", {7, 7}}, {"lanczos3", {9, 9}}});
+}
+
+// Products of a column and a row, unrolled and long, negative weights, lines, and so large that bytes are
+// summed in double too.
+TEST(IntegerFilterTest, ProductsOfRealWeightsOnEveryTarget) {
+  const std::vector<std::pair<const char*, std::pair<int, int>>> kernels = {
+      {"gaussian", {5, 9}}, {"gaussian", {13, 3}},  {"gaussian", {1, 7}},
+      {"gaussian", {7, 1}}, {"lanczos3", {11, 5}},  {"gaussian", {31, 21}},
+      {"mitchell", {5, 5}}, {"gaussian", {61, 91}}, {"sharp-gaussian", {3, 3}}};
+  OnEveryTarget([&] {
+    ExpectReals<uint8_t>(PixelType::kUint8, 45, 11, kernels);
+    ExpectReals<uint16_t>(PixelType::kUint16, 45, 11, kernels);
+  });
+}
+
+// Half of an odd code goes to the even one, by any real weights.
+template <class T>
+void ExpectEvenHalves(PixelType type, int side) {
+  constexpr int kWidth = 83, kHeight = 9;
+  Kernel k = NamedKernel("gaussian", side, side);
+  double sum = 0;
+  for (const double w : k.weights) sum += w;
+  for (double& w : k.weights) w /= 2 * sum;
+  const Image image{ImageSpec(kWidth, kHeight, 1, type)}, out{ImageSpec(kWidth, kHeight, 1, type)};
+  for (const int code : {1, 3, 253, 255}) {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) image.at<T>(x, y, 0) = static_cast<T>(code);
+    }
+    RenderInto(Convolve(FromImage(image), k), out.view());
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(out.at<T>(x, y, 0), (code + 1) / 4 * 2) << code << " at " << x << "," << y;
+      }
+    }
+  }
+}
+
+TEST(IntegerFilterTest, TiesOfRealWeightsGoToEvenCodes) {
+  OnEveryTarget([] {
+    for (const int side : {3, 15, 61}) {
+      ExpectEvenHalves<uint8_t>(PixelType::kUint8, side);
+      ExpectEvenHalves<uint16_t>(PixelType::kUint16, side);
+    }
+  });
 }
 
 // Whole codes that no byte has: what an operation before has made.

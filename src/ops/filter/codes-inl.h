@@ -8,6 +8,8 @@
 
 #include <hwy/highway.h>
 
+#include "ops/filter/fir_codes.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -21,12 +23,10 @@ constexpr int kDoubles = static_cast<int>(hn::MaxLanes(DD()));
 // than a float's rounding: no more than its last two bits.
 template <class D>
 HWY_INLINE hn::Vec<D> Settled(D d, hn::Vec<D> exact) {
-  // Weights that are not whole numbers leave ties by their own roundings.
-  constexpr double kTie = 1e-8;
   const auto half = hn::Set(d, 0.5);
   const auto up = hn::Add(exact, half);
-  const auto even = hn::Mul(hn::Floor(hn::Mul(hn::Add(up, hn::Set(d, kTie)), half)), hn::Set(d, 2.0));
-  const auto tie = hn::Lt(hn::Abs(hn::Sub(up, hn::Round(up))), hn::Set(d, kTie));
+  const auto even = hn::Mul(hn::Floor(hn::Mul(hn::Add(up, hn::Set(d, kTieOfCodes)), half)), hn::Set(d, 2.0));
+  const auto tie = hn::Lt(hn::Abs(hn::Sub(up, hn::Round(up))), hn::Set(d, kTieOfCodes));
   const auto code = hn::IfThenElse(tie, even, hn::Floor(up));
   const auto reach = hn::Sub(half, hn::Mul(hn::Add(hn::Abs(code), half), hn::Set(d, 0x1.2p-24)));
   return hn::Min(hn::Max(exact, hn::Sub(code, reach)), hn::Add(code, reach));

@@ -189,6 +189,7 @@ BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& we
   BytesWindow w;
   w.usable = width * height <= kMostTaps;
   w.band = static_cast<float>(std::min(0.5, (error + 0x1p-21) * kLargestByte));
+  w.product = MakeProductWindow(width, height, weights);
   double least = 0, divisor = 0;
   for (const double v : weights) {
     if (v != 0 && (least == 0 || std::fabs(v) < least)) least = std::fabs(v);
@@ -274,6 +275,7 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, int largest, 
 void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,
               const std::function<void(const FirTile&)>& sum) {
   if (window.words.usable) return RunWhole(window.words, tile, scratch);
+  if (window.product.usable) return RunProducts(window.product, tile, scratch);
   // Of small windows a few rows of a strip stay in L1 from bytes to bytes; of products the whole strip in L2.
   const bool few = exact.row.empty();
   constexpr int kFewRows = 8, kFewSamples = 768, kStripFloats = 1 << 15, kLeast = 128, kUnit = 16;

@@ -10,6 +10,7 @@
 #include "base/arena.h"
 #include "ops/filter/fir.h"
 #include "ops/filter/fir_codes.h"
+#include "ops/filter/fir_products.h"
 #include "ops/filter/fir_whole.h"
 
 namespace tessera::ops {
@@ -23,7 +24,9 @@ struct BytesWindow {
   DirectWindow whole;          // weights times divisor, or divisor_of_words
   float divisor_of_words = 0;  // where floats hold sums of 16-bit codes exactly too, else 0
   float band = 0;
-  WholeWindow words;  // where bytes go to bytes
+  // Where bytes go to bytes, and of products where words go to words.
+  WholeWindow words;
+  ProductWindow product;
 };
 // `weights` as in MakeCodesWindow; `separable`: floats are summed by columns and rows; `error`: of a float
 // result at samples in [0, 1].

@@ -232,11 +232,10 @@ void RunCodes(const CodesWindow& window, int largest, const FirTile& tile, base:
 }
 
 float SettledSample(double exact, double largest) {
-  // Weights that are not whole numbers leave ties by their own roundings; the sink's product is exact.
-  constexpr double kTie = 1e-8;
+  // The sink's product is exact.
   double code = std::floor(exact + 0.5);
-  if (std::fabs(exact + 0.5 - std::nearbyint(exact + 0.5)) < kTie)
-    code = 2 * std::floor((exact + 0.5 + kTie) / 2);
+  if (std::fabs(exact + 0.5 - std::nearbyint(exact + 0.5)) < kTieOfCodes)
+    code = 2 * std::floor((exact + 0.5 + kTieOfCodes) / 2);
   const double margin = (std::fabs(code) + 0.5) * 0x1.2p-24;  // more than the float's own rounding
   return static_cast<float>(std::clamp(exact, code - 0.5 + margin, code + 0.5 - margin) / largest);
 }

@@ -25,6 +25,9 @@ struct CodesWindow {
 CodesWindow MakeCodesWindow(int width, int height, const std::vector<double>& weights);
 CodesWindow MakeCodesWindow(const std::vector<double>& column, const std::vector<double>& row);
 
+// Weights that are not whole numbers leave ties by their own roundings, by less than this.
+inline constexpr double kTieOfCodes = 1e-8;
+
 inline constexpr double kWholeCode = 0.005;  // farther from a whole number a float is no code
 
 // Whether every sample is a code / largest, as far as a float can tell.

@@ -26,15 +26,18 @@ struct WholeWindow {
 // `weights`: whole numbers, row by row; not usable where they are too large or too many.
 WholeWindow MakeWholeWindow(int width, int height, const std::vector<double>& weights, int divisor);
 
-// A rectangle of bytes, as FirTile has one of floats.
-struct ByteTile {
-  const uint8_t* in = nullptr;
+// A rectangle of bytes or words, as FirTile has one of floats; strides in samples.
+template <class T>
+struct CodeTile {
+  const T* in = nullptr;
   ptrdiff_t in_stride = 0;
-  uint8_t* out = nullptr;
+  T* out = nullptr;
   ptrdiff_t out_stride = 0;
   int samples = 0, rows = 0;
   int channels = 1;
 };
+using ByteTile = CodeTile<uint8_t>;
+using WordTile = CodeTile<uint16_t>;
 
 // Sums over the divisor, rounded half to even, from 0 to 255.
 void RunWhole(const WholeWindow& window, const ByteTile& tile, base::Arena& scratch);

@@ -49,8 +49,13 @@ class Window {
   // Whether Run takes codes of such pixels: where that costs more than it is worth, or what borders and bias
   // add is no whole code, IntegerSums mends sums of floats.
   bool SumsCodes(PixelType type) const;
-  // Whether Run, where it sums codes, goes from bytes to bytes too.
-  bool SumsBytes() const { return planes_.size() == 1 && planes_[0].bytes.usable; }
+  // Whether Run, where it sums codes, goes from bytes to bytes, or from words to words, too.
+  bool SumsAsTheyAre(PixelType type) const {
+    if (planes_.size() != 1) return false;
+    const BytesWindow& bytes = planes_[0].bytes;
+    return type == PixelType::kUint8 ? bytes.usable || bytes.product.usable
+                                     : bytes.divisor_of_words == 0 && bytes.product.usable;
+  }
   // The same for a whole image, tile by tile.
   void RunWhole(const ConstImageView& in, const ImageView& out, const graph::Workers& workers) const;
   // Method, size and error bound in a few words.
@@ -82,7 +87,8 @@ class Window {
   void Sum(const Plane& plane, const FirTile& tile, base::Arena& scratch) const;
   void RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const;
   void RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part, int largest) const;
-  void RunBytesPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const;
+  template <class T>
+  CodeTile<T> TileOfCodes(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const;
   void RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out,
                  int largest) const;
   void Finish(const graph::TileArgs& args, const Roi& data_window) const;

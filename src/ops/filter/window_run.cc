@@ -108,24 +108,30 @@ void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, co
   }
 }
 
-void Window::RunBytesPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const {
-  const Plane& plane = planes_[0];
+template <class T>
+CodeTile<T> Window::TileOfCodes(const graph::TileArgs& args, const ConstImageView& in,
+                                const Roi& part) const {
   const Roi needed = Footprint(part);
-  const ByteTile tile{reinterpret_cast<const uint8_t*>(in.At(needed.x0, needed.y0)),
-                      in.row_stride,
-                      reinterpret_cast<uint8_t*>(args.out.At(part.x0, part.y0)),
-                      args.out.row_stride,
-                      part.width() * in.channels,
-                      part.height(),
-                      in.channels};
-  RunBytes(plane.bytes, plane.codes, tile, args.scratch,
-           [&](const FirTile& t) { Sum(plane, t, args.scratch); });
+  constexpr ptrdiff_t kBytes = sizeof(T);
+  return {reinterpret_cast<const T*>(in.At(needed.x0, needed.y0)),
+          in.row_stride / kBytes,
+          reinterpret_cast<T*>(args.out.At(part.x0, part.y0)),
+          args.out.row_stride / kBytes,
+          part.width() * in.channels,
+          part.height(),
+          in.channels};
 }
 
 // `in` covers the part's whole footprint.
 void Window::RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part,
                      int largest) const {
-  if (args.out.type == PixelType::kUint8) return RunBytesPart(args, in, part);
+  const BytesWindow& bytes = planes_[0].bytes;
+  if (args.out.type == PixelType::kUint8) {
+    return RunBytes(bytes, planes_[0].codes, TileOfCodes<uint8_t>(args, in, part), args.scratch,
+                    [&](const FirTile& t) { Sum(planes_[0], t, args.scratch); });
+  }
+  if (args.out.type == PixelType::kUint16)
+    return RunProducts(bytes.product, TileOfCodes<uint16_t>(args, in, part), args.scratch);
   const ImageView out = args.out.Sub(part);
   if (planes_.size() != 1 || in.channels != out.channels) return RunPlanes(args, in, out, largest);
   const Roi needed = Footprint(part);

@@ -27,7 +27,8 @@ class WindowStage final : public graph::TileStage {
   graph::TileSize Preferred() const override { return window_->PreferredTile(); }
   bool Accepts(PixelType type) const override {
     return type == PixelType::kFloat ||
-           (type == PixelType::kUint8 && largest_ == IntegerSums::Largest(type) && window_->SumsBytes());
+           (IntegerSums::Applies(type) && largest_ == IntegerSums::Largest(type) &&
+            window_->SumsAsTheyAre(type));
   }
   void Run(const graph::TileArgs& args) const override {
     window_->Run(args, data_window_, largest_);
