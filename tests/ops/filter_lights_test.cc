@@ -75,5 +75,33 @@ TEST(LightsTest, LightsLeaveTheDarkRight) {
   }
 }
 
+// In a picture that is flat but for it, at whatever place of a transform's block, beside flat channels.
+TEST(LightsTest, WhatIsNotFiniteReachesItsWindowAlone) {
+  const Kernel k = NamedKernel("disk", 31, 31);
+  for (const float special : {testing::kNaN, testing::kInf}) {
+    for (const int channels : {1, 2, 4}) {
+      for (const int place : {80, 83}) {
+        const Image image = Flat(160, 150, channels, 0.5f);
+        image.at<float>(place, place - 7, channels - 1) = special;
+        OnEveryTarget([&] {
+          const Image result = Render(Convolve(FromImage(image), k));
+          int wrong = 0;
+          for (int y = 0; y < 150; ++y) {
+            for (int x = 0; x < 160; ++x) {
+              const int i = x - place + 15, j = y - place + 22;
+              const bool reached = i >= 0 && i < 31 && j >= 0 && j < 31 && k.at(i, j) != 0;
+              for (int c = 0; c < channels; ++c) {
+                const float got = result.at<float>(x, y, c);
+                wrong += reached && c == channels - 1 ? std::isfinite(got) : !(std::fabs(got - 0.5f) < 1e-6f);
+              }
+            }
+          }
+          EXPECT_EQ(wrong, 0) << special << ", " << channels << " channels, at " << place;
+        });
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera

@@ -2,6 +2,7 @@
 #include "ops/filter/fft_convolve.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -88,16 +89,16 @@ HWY_NOINLINE void FilterInDouble(const FftKernel& k, float* re, float* im, doubl
   std::transform(p[1], p[1] + plane, im, [](double v) { return static_cast<float>(v); });
 }
 
-// The largest |v| of the block's rows in a plane. NaN is passed over: it spreads by the transform.
+// The largest |v| of a plane's block, NaN where there is one: as bits these are in order.
 float Largest(const float* plane, int size) {
-  const D d;
-  V largest = hn::Zero(d);
+  const s::DI di;
+  auto largest = hn::Zero(di);
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; x += kLanes) {
-      largest = hn::Max(hn::Abs(hn::LoadU(d, plane + y * Stride(size) + x)), largest);
+      largest = hn::Max(largest, hn::BitCast(di, hn::Abs(hn::LoadU(D(), plane + y * Stride(size) + x))));
     }
   }
-  return hn::GetLane(hn::MaxOfLanes(d, largest));
+  return std::bit_cast<float>(hn::GetLane(hn::MaxOfLanes(di, largest)));
 }
 
 // A vector of every channel of RGBA pixels.
@@ -163,12 +164,9 @@ void Block(const FftKernel& k, const FftBlock& b, float* scratch) {
     const float largest[2] = {Largest(re, size), Largest(im, size)};
     // What is the same everywhere is its mean alone, and the other's transform must not leak into it.
     const bool flat[2] = {largest[0] == 0, largest[1] == 0};
-    const bool wide = [&] {
-      const double most = std::max(largest[0], largest[1]);
-      return (!flat[0] && most > kWidest * magnitude[0] / samples) ||
-             (!flat[1] && most > kWidest * magnitude[1] / samples);
-    }();
-    if (wide) {
+    const double most = std::max(largest[0], largest[1]);
+    const auto hides = [&](int i) { return !flat[i] && most > kWidest * magnitude[i] / samples; };
+    if (hides(0) || hides(1)) {
       // Not even the mean is taken out: in floats that would round the dark away.
       for (int i = 0; i < 2; ++i) m[i] = flat[i] ? m[i] : 0.0f;
       Load(b, size, c, m, re, im);
