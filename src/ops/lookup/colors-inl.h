@@ -32,6 +32,7 @@ struct Cells {
 inline constexpr int kPlacesPerEntry = 2;
 inline constexpr int64_t kMostPlaces = int64_t{1} << 23;
 using Entries = EntriesByPlace<2>;
+
 // First pass for the pixels from i on, in plane order.
 template <bool kSimplex, bool kExact>
 HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells, int i) {
