@@ -63,6 +63,27 @@ HWY_INLINE VU UpperLatticeEdge(VU h) {
 }
 HWY_INLINE VU LatticeEdge(VU h) { return hn::ShiftRight<16>(UpperLatticeEdge(h)); }
 
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+// The gradient that UpperLatticeEdge() chose: coordinate e / 4 is 0, bits 0 and 1 of e the other two's signs.
+HWY_INLINE void EdgeGradient(VU edge, V* g) {
+  // Of 1.0f and -1.0f the lower half is 0: words are looked up, by the edges where they are, in the upper
+  // ones.
+  alignas(64) static constexpr uint16_t kX[32] = {0,      0,      0,      0,      0x3f80, 0xbf80,
+                                                  0x3f80, 0xbf80, 0x3f80, 0xbf80, 0x3f80, 0xbf80};
+  alignas(64) static constexpr uint16_t kY[32] = {0x3f80, 0xbf80, 0x3f80, 0xbf80, 0,      0,
+                                                  0,      0,      0x3f80, 0x3f80, 0xbf80, 0xbf80};
+  alignas(64) static constexpr uint16_t kZ[32] = {0x3f80, 0x3f80, 0xbf80, 0xbf80, 0x3f80, 0x3f80,
+                                                  0xbf80, 0xbf80, 0,      0,      0,      0};
+  const auto of = [&](const uint16_t* table) HWY_ATTR {
+    return V{
+        _mm512_castsi512_ps(_mm512_maskz_permutexvar_epi16(0xaaaaaaaau, edge.raw, _mm512_load_si512(table)))};
+  };
+  g[0] = of(kX);
+  g[1] = of(kY);
+  g[2] = of(kZ);
+}
+#endif
+
 // Gradient of a lattice point. 1-D: slope in [-1,1]. 2-D: unit vector of any direction. 3-D: one of the 12
 // edges of the cube, length sqrt 2. 4-D: one of the 32 edges of the hypercube's kind (one coordinate 0, the
 // others +-1).
@@ -96,22 +117,7 @@ HWY_INLINE void LatticeGradient(VU h, V* g) {
   } else if constexpr (kDims == 3) {
     // Edge e in 0..11: coordinate e / 4 is 0, bits 0 and 1 are the other two's signs.
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-    // Of 1.0f and -1.0f the lower half is 0: words are looked up, by the edges where they are, in the upper
-    // ones.
-    alignas(64) static constexpr uint16_t kX[32] = {0,      0,      0,      0,      0x3f80, 0xbf80,
-                                                    0x3f80, 0xbf80, 0x3f80, 0xbf80, 0x3f80, 0xbf80};
-    alignas(64) static constexpr uint16_t kY[32] = {0x3f80, 0xbf80, 0x3f80, 0xbf80, 0,      0,
-                                                    0,      0,      0x3f80, 0x3f80, 0xbf80, 0xbf80};
-    alignas(64) static constexpr uint16_t kZ[32] = {0x3f80, 0x3f80, 0xbf80, 0xbf80, 0x3f80, 0x3f80,
-                                                    0xbf80, 0xbf80, 0,      0,      0,      0};
-    const VU edge = UpperLatticeEdge(h);
-    const auto of = [&](const uint16_t* table) HWY_ATTR {
-      return V{_mm512_castsi512_ps(
-          _mm512_maskz_permutexvar_epi16(0xaaaaaaaau, edge.raw, _mm512_load_si512(table)))};
-    };
-    g[0] = of(kX);
-    g[1] = of(kY);
-    g[2] = of(kZ);
+    EdgeGradient(UpperLatticeEdge(h), g);
 #else
     const VU edge = LatticeEdge(h);
     const V s1 = SignOfBit<0>(edge), s2 = SignOfBit<1>(edge);

@@ -153,6 +153,21 @@ TEST(NoiseTest, TargetsWithFusedMultiplyAddAgreeInEveryBit) {
   SetSimdTarget("auto");
 }
 
+// A row of a cell a pixel must end with its tile: its neighbour may be finished already.
+TEST(NoiseTest, TilesOfOneCellAPixelLeaveTheirNeighboursAlone) {
+  const ops::OpInfo& op = *ops::FindOp("perlin");
+  const ImageSpec spec(2048, 64, 1);
+  const Node node = op.make({}, ops::ParseExample(op, "dims=3 octaves=2 freq=1024"), &spec);
+  OnEveryTarget([&] {
+    const std::vector<float> whole = Values(node);
+    RenderOptions options;
+    options.threads = 4;
+    options.tile_width = 32;
+    options.tile_height = 1;
+    for (int i = 0; i < 20; ++i) EXPECT_TRUE(Values(node, options) == whole) << i;
+  });
+}
+
 TEST(NoiseTest, PositionImagesAreWithinTheirBound) {
   std::mt19937 random(4);
   std::uniform_real_distribution<float> value(-9, 9);

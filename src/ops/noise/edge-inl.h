@@ -69,6 +69,14 @@ HWY_INLINE s::V EdgeCoordinate(s::VU edge_bytes) {
   const auto table = hn::LoadDup128(du8, kUpper[axis]);
   return hn::BitCast(d, hn::TableLookupBytesOr0(table, hn::BitCast(du8, edge_bytes)));
 }
+#elif HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+// The same steps where whole gradients are looked up: the edge is in the upper sixteen bits.
+HWY_INLINE s::VU TopEdge(s::VU h) { return s::UpperLatticeEdge(h); }
+HWY_INLINE s::V EdgeProjection(s::VU edge, const s::V* from) {
+  s::V g[3];
+  s::EdgeGradient(edge, g);
+  return s::Projection<3>(g, from);
+}
 #endif
 
 }  // namespace tessera::ops::noise::HWY_NAMESPACE

@@ -74,7 +74,9 @@ GridColumns TileColumns(const GridKernels& grid, const std::vector<int32_t>& lef
                         size_t width, base::Arena& arena) {
   GridColumns columns;
   columns.first = left[from];
-  columns.count = left[from + width - 1 + kNoisePadding] + 2 - columns.first;
+  // The last vector's pixels beyond the row look columns up too.
+  const size_t whole = (width + kNoisePadding - 1) / kNoisePadding * kNoisePadding;
+  columns.count = left[from + whole - 1] + 2 - columns.first;
   columns.fraction = fraction.data() + from;
   columns.fade = fade.data() + from;
   columns.layout.base = arena.Allocate<int32_t>(width + kNoisePadding);

@@ -5,6 +5,7 @@
 // gradients blended over the other axes. That is c0 + c1 f + u (c2 + c3 f): three multiply-adds per pixel
 // with four numbers per cell. The blend over the third and fourth axis is kept as long as rows stay between
 // the same two lattice rows.
+#include <algorithm>
 #include <cstdint>
 
 #include "graph/op.h"
@@ -92,7 +93,6 @@ class BlendedEdges {
   }
   // Of mixed hashes of the same point in both planes.
   HWY_INLINE Corner operator()(VU lower, VU upper) const {
-    const s::D d;
     const s::DU du;
     // Which of 0, 1, -1 (as 0, 1, 2) the coordinates of the 12 edges are, four bits each; thrice that.
     alignas(64) static constexpr uint32_t kLower[16] = {0x110, 0x120, 0x210, 0x220, 0x101, 0x102,
@@ -102,14 +102,14 @@ class BlendedEdges {
     const auto code = [&](const uint32_t* table, VU h) HWY_ATTR {
       return hn::TableLookupLanes(hn::Load(du, table), hn::IndicesFromVec(du, s::LatticeEdge(h)));
     };
-    const VU pair = hn::Add(code(kLower, lower), code(kUpper, upper)), mask = hn::Set(du, 15u);
-    const auto pick = [&](V table, VU index)
-                          HWY_ATTR { return hn::TableLookupLanes(table, hn::IndicesFromVec(d, index)); };
-    return {pick(across_, hn::And(pair, mask)), pick(across_, hn::And(hn::ShiftRight<4>(pair), mask)),
-            pick(along_, hn::ShiftRight<8>(pair))};
+    const VU pair = hn::Add(code(kLower, lower), code(kUpper, upper));
+    return {Pick(across_, pair), Pick(across_, hn::ShiftRight<4>(pair)),
+            Pick(along_, hn::ShiftRight<8>(pair))};
   }
 
  private:
+  // By an index's lower four bits.
+  static HWY_INLINE V Pick(V table, VU index) { return V{_mm512_permutexvar_ps(index.raw, table.raw)}; }
   V across_, along_;
 };
 #endif
@@ -190,9 +190,8 @@ struct Coefficients {
   V c0, c1, c2, c3;
 };
 
-// Calls store(i, coefficients) for the row's first `used` columns, all or all but the last, a vector at a
-// time; last() has the last vector, which may be a part. What a column needs of its neighbour is moved
-// between registers: a load so soon after the stores would wait for them.
+// Calls store(i, coefficients) for the row's first `used` columns, a vector at a time, and last() for a part
+// of one. Neighbours are moved between registers: a load so soon after the stores would wait for them.
 template <class Store, class Last>
 HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store, const Last& last) {
   const s::D d;
@@ -241,7 +240,7 @@ HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store, const L
   };
   Column here = column(0);
   int i = 0;
-  for (; i + lanes < count; i += lanes) {
+  for (const int whole = std::min(used, count - 1) / lanes * lanes; i < whole; i += lanes) {
     const Column next = column(i + lanes);
     store(i, between(here, next));
     here = next;
@@ -434,9 +433,11 @@ template <NoiseSum kSum>
 HWY_NOINLINE void SpreadRow(const GridRow& a) {
   const s::D d;
   const Writer<kSum> write(a);
-  if (a.columns.count <= static_cast<int>(hn::Lanes(d))) {
+  const int spans = a.columns.count - 1;  // between columns; only they are looked up
+  if (spans <= static_cast<int>(hn::Lanes(d))) {
     InRegisters source{};
-    Collapse(a, [&](int, const Coefficients& k) HWY_ATTR { source.all = k; });
+    const auto keep = [&](int, const Coefficients& k) HWY_ATTR { source.all = k; };
+    Collapse(a, spans, keep, keep);
     ForPixels(a.columns.layout, source, write);
   } else {
     float* c[4];

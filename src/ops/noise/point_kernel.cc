@@ -3,9 +3,8 @@
 // Per corner: the axes' products are shared by the corners, one exclusive or of three and the mix make the
 // hash, its upper bits choose a gradient, and the offset is projected on it.
 //
-// With 32 registers nothing but the result leaves them. With 16 a vector is more instructions in a chain than
-// a processor looks ahead, so that it waits for most of them: there short blocks go through one step after
-// the other.
+// A vector is more instructions in a chain than a processor looks ahead, so that it waits for most of them:
+// short blocks go through one step after the other, of which 32 registers need fewer than 16.
 #include <algorithm>
 #include <cstdint>
 
@@ -35,13 +34,36 @@ struct Place {
   V whole[kDims], fraction[kDims];
 };
 
+HWY_INLINE void LoadTriples(const float* in, V* p) {
+  const s::D d;
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+  // Two look-ups in two registers for a coordinate; the third of the vectors' lanes come last.
+  alignas(64) static constexpr int32_t kFirst[3][16] = {
+      {0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0},
+      {1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0},
+      {2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0}};
+  alignas(64) static constexpr int32_t kSecond[3][16] = {
+      {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29},
+      {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30},
+      {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31}};
+  const V a = hn::LoadU(d, in), b = hn::LoadU(d, in + 16), c = hn::LoadU(d, in + 32);
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {
+    const __m512 two = _mm512_permutex2var_ps(a.raw, _mm512_load_si512(kFirst[k]), b.raw);
+    p[k] = V{_mm512_permutex2var_ps(two, _mm512_load_si512(kSecond[k]), c.raw)};
+  }
+#else
+  hn::LoadInterleaved3(d, in, p[0], p[1], p[2]);
+#endif
+}
+
 template <int kDims>
 HWY_INLINE void LoadCoordinates(const float* in, int channels, V* p) {
   const s::D d;
   V rest;
   if (channels == 3) {
     if constexpr (kDims == 3) {
-      hn::LoadInterleaved3(d, in, p[0], p[1], p[2]);
+      LoadTriples(in, p);
     } else {
       hn::LoadInterleaved3(d, in, p[0], p[1], rest);
     }
@@ -94,6 +116,19 @@ HWY_INLINE Place<kDims> InOctave(const PointOctave& o, const Place<kDims>& base)
 // it is within 2^22.
 constexpr uint32_t kIntegerBits = 0x4b400000u;
 
+// Corners, x fastest, by the weights of the upper ones.
+template <int kDims>
+HWY_INLINE V Blended(const V* fade, V* corner) {
+#pragma GCC unroll 16
+  for (int k = 0; k < kDims; ++k) {
+#pragma GCC unroll 16
+    for (int i = 0; i < 1 << (kDims - 1 - k); ++i) {
+      corner[i] = hn::MulAdd(fade[k], hn::Sub(corner[2 * i + 1], corner[2 * i]), corner[2 * i]);
+    }
+  }
+  return corner[0];
+}
+
 template <int kDims, bool kPlain>
 HWY_INLINE V NoiseOf(const PointRow& a, const PointOctave& o, const Place<kDims>& place, VU& wrong) {
   const s::D d;
@@ -128,14 +163,7 @@ HWY_INLINE V NoiseOf(const PointRow& a, const PointOctave& o, const Place<kDims>
     }
     corner[c] = s::LatticeProjection<kDims>(s::LatticeMix(h), from);
   }
-#pragma GCC unroll 16
-  for (int k = 0; k < kDims; ++k) {
-#pragma GCC unroll 16
-    for (int i = 0; i < 1 << (kDims - 1 - k); ++i) {
-      corner[i] = hn::MulAdd(fade[k], hn::Sub(corner[2 * i + 1], corner[2 * i]), corner[2 * i]);
-    }
-  }
-  return hn::MulAdd(corner[0], hn::Set(d, a.scale), hn::Zero(d));
+  return hn::MulAdd(Blended<kDims>(fade, corner), hn::Set(d, a.scale), hn::Zero(d));
 }
 
 HWY_INLINE V ShapedBy(NoiseSum sum, V n) {
@@ -145,7 +173,7 @@ HWY_INLINE V ShapedBy(NoiseSum sum, V n) {
   return Shaped<NoiseSum::kRidged>(n);
 }
 
-#if HWY_TARGET == HWY_AVX2
+#if HWY_TARGET == HWY_AVX2 || (HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86)
 #define TESSERA_POINT_BLOCKS 1
 // Vectors of a block, all of which stays in L1, and how few are not worth one.
 constexpr int kBlockVectors = 16, kFewVectors = 4;
@@ -153,14 +181,24 @@ constexpr int kBlockVectors = 16, kFewVectors = 4;
 template <int kDims>
 struct Block {
   static constexpr int kLanes = HWY_MAX_BYTES / sizeof(float);
-  // Per vector: the lower sides' products, what is left of positions, hashes or edges of corners, and corners
-  // that are neighbours along x blended.
+  // Per vector: the lower sides' products, what is left of positions, and hashes or edges of corners.
   HWY_ALIGN uint32_t side[kBlockVectors][kDims][kLanes];
   HWY_ALIGN float fraction[kBlockVectors][kDims][kLanes];
   HWY_ALIGN uint32_t corner[kBlockVectors][1 << kDims][kLanes];
-  HWY_ALIGN float pair[kBlockVectors][1 << (kDims - 1)][kLanes];
+#if HWY_TARGET == HWY_AVX2
+  HWY_ALIGN float pair[kBlockVectors][1 << (kDims - 1)][kLanes];  // corners blended along x
+#endif
   // Positions of the first octave, where more than one octave reads them.
   HWY_ALIGN float base_whole[kBlockVectors][kDims][kLanes], base_fraction[kBlockVectors][kDims][kLanes];
+};
+
+// Floats that will be read next, some of them asked for at a time.
+struct Ahead {
+  const float* from = nullptr;
+  int floats = 0, step = 16;
+  HWY_INLINE void Ask(int i) const {
+    for (int k = i * step; k < std::min(floats, (i + 1) * step); k += 16) hwy::Prefetch(from + k);
+  }
 };
 
 // The first step: places, as place_at(vector) tells them. Returns what NoiseOf() calls wrong.
@@ -185,10 +223,11 @@ HWY_INLINE VU BlockPlaces(const PointOctave& o, int vectors, Block<kDims>& b, co
 
 // The second: hashes of corners, in three dimensions their edges.
 template <int kDims>
-HWY_INLINE void BlockCorners(const PointOctave& o, int vectors, Block<kDims>& b) {
+HWY_INLINE void BlockCorners(const PointOctave& o, int vectors, const Ahead& next, Block<kDims>& b) {
   const s::DU du;
   const VU seed = hn::Set(du, o.seed);
   for (int i = 0; i < vectors; ++i) {
+    next.Ask(i);
     VU side[kDims][2];
 #pragma GCC unroll 16
     for (int k = 0; k < kDims; ++k) {
@@ -207,6 +246,13 @@ HWY_INLINE void BlockCorners(const PointOctave& o, int vectors, Block<kDims>& b)
   }
 }
 
+// What the first octave adds to, and the others.
+HWY_INLINE V SumBefore(const PointRow& a, bool first, const float* out) {
+  const s::D d;
+  return first ? hn::Set(d, a.bias) : hn::LoadU(d, out);
+}
+
+#if HWY_TARGET == HWY_AVX2
 // The third: gradients times offsets, blended along x.
 template <int kDims>
 HWY_INLINE void BlockPairs(int fade, int vectors, Block<kDims>& b) {
@@ -261,11 +307,46 @@ HWY_INLINE void BlockSums(const PointRow& a, const PointOctave& o, bool first, i
       }
     }
     const V value = hn::MulAdd(n[0], hn::Set(d, a.scale), hn::Zero(d));
-    const V sum = first ? hn::Set(d, a.bias) : hn::LoadU(d, out + i * lanes);
+    const V sum = SumBefore(a, first, out + i * lanes);
     hn::StoreU(hn::MulAdd(kPlain ? value : ShapedBy(a.sum, value), hn::Set(d, o.weight), sum), d,
                out + i * lanes);
   }
 }
+#else
+// The third and last: gradients times offsets, blended, and the sum of octaves.
+template <int kDims, bool kPlain>
+HWY_INLINE void BlockValues(const PointRow& a, const PointOctave& o, bool first, int vectors,
+                            const Block<kDims>& b, float* HWY_RESTRICT out) {
+  const s::D d;
+  const s::DU du;
+  const int lanes = static_cast<int>(hn::Lanes(d)), kind = kPlain ? 0 : a.fade;
+  const V one = hn::Set(d, 1.0f), scale = hn::Set(d, a.scale), weight = hn::Set(d, o.weight);
+  for (int i = 0; i < vectors; ++i) {
+    V offset[kDims][2], fade[kDims], corner[1 << kDims];
+#pragma GCC unroll 16
+    for (int k = 0; k < kDims; ++k) {
+      offset[k][0] = hn::Load(d, b.fraction[i][k]);
+      offset[k][1] = hn::Sub(offset[k][0], one);
+      fade[k] = s::FadeWeight(offset[k][0], kind);
+    }
+#pragma GCC unroll 16
+    for (int c = 0; c < 1 << kDims; ++c) {
+      V from[kDims];
+#pragma GCC unroll 16
+      for (int k = 0; k < kDims; ++k) from[k] = offset[k][c >> k & 1];
+      const VU h = hn::Load(du, b.corner[i][c]);
+      if constexpr (kDims == 3) {
+        corner[c] = EdgeProjection(h, from);
+      } else {
+        corner[c] = s::LatticeProjection<kDims>(h, from);
+      }
+    }
+    const V value = hn::MulAdd(Blended<kDims>(fade, corner), scale, hn::Zero(d));
+    const V sum = SumBefore(a, first, out + i * lanes);
+    hn::StoreU(hn::MulAdd(kPlain ? value : ShapedBy(a.sum, value), weight, sum), d, out + i * lanes);
+  }
+}
+#endif
 
 // Whether all cells of a block were in range; else `out` is of no use. The row has `ahead` more positions.
 template <int kDims, bool kPlain>
@@ -274,22 +355,26 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
   const s::D d;
   const s::DU du;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto first_place = [&](int i) HWY_ATTR {
+  // By value: no store into the block can change them.
+  const auto first_place = [row = a, in, lanes](int i) HWY_ATTR {
     V p[kDims];
-    for (V& coordinate : p) coordinate = hn::Zero(d);
-    LoadCoordinates<kDims>(in + static_cast<ptrdiff_t>(i) * lanes * a.channels, a.channels, p);
-    return PlaceOf<kDims, kPlain>(a, p);
+    for (V& coordinate : p) coordinate = hn::Zero(s::D());
+    LoadCoordinates<kDims>(in + static_cast<ptrdiff_t>(i) * lanes * row.channels, row.channels, p);
+    return PlaceOf<kDims, kPlain>(row, p);
   };
-  // The next block's positions come nearer meanwhile.
-  const float* const next = in + static_cast<ptrdiff_t>(vectors) * lanes * a.channels;
-  const int floats = std::min(ahead, vectors * lanes) * a.channels;
-  for (int i = 0; i < floats; i += 16) hwy::Prefetch(next + i);
+  // The next block's positions come nearer meanwhile, a few lines after every vector.
+  const Ahead next = {in + static_cast<ptrdiff_t>(vectors) * lanes * a.channels,
+                      std::min(ahead, vectors * lanes) * a.channels, lanes * a.channels};
   VU wrong = hn::Zero(du);
   const auto octave = [&](const PointOctave& o, bool first, const auto& place_at) HWY_ATTR {
     wrong = hn::Or(wrong, BlockPlaces<kDims>(o, vectors, b, place_at));
-    BlockCorners<kDims>(o, vectors, b);
+    BlockCorners<kDims>(o, vectors, first ? next : Ahead{}, b);
+#if HWY_TARGET == HWY_AVX2
     BlockPairs<kDims>(kPlain ? 0 : a.fade, vectors, b);
     BlockSums<kDims, kPlain>(a, o, first, vectors, b, out);
+#else
+    BlockValues<kDims, kPlain>(a, o, first, vectors, b, out);
+#endif
   };
   if constexpr (kPlain) {
     octave(a.octaves[0], true, first_place);
@@ -315,7 +400,7 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
   }
   return hn::AllTrue(du, hn::Eq(hn::And(wrong, hn::Set(du, 0xff800000u)), hn::Zero(du)));
 }
-#endif  // HWY_TARGET == HWY_AVX2
+#endif
 
 // One vector of positions; bits above the 22nd of the result's lanes are set where cells are out of range.
 template <int kDims, bool kPlain>
