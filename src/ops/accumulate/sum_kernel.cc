@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "base/prefetch.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/accumulate/sum_kernel.cc"
 #include <hwy/cache_control.h>
@@ -15,14 +13,18 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+constexpr bool kWide = hn::MaxLanes(hn::CappedTag<double, 8>()) == 8;
+
 // How a sum is kept between two images.
 struct Exact {
+  static constexpr int kVectors = kWide ? 2 : 4;  // of sums at a time: a line of floats
   template <class V>
   HWY_INLINE V operator()(V sum) const {
     return sum;
   }
 };
 struct Fixed {
+  static constexpr int kVectors = kWide ? 8 : 4;  // each waits for its last rounding
   double one, over;
   template <class V>
   HWY_INLINE V operator()(V sum) const {
@@ -34,13 +36,11 @@ struct Fixed {
 };
 
 // Images that are added in registers, before their sum rests in L1. So many streams the prefetchers follow,
-// given that every stream has load instructions of its own; software prefetches would evict each other: large
-// images often lie at equal offsets within their pages and compete for the same sets of L1.
+// given that every stream has load instructions of its own and its next few lines are asked for.
 constexpr size_t kTogether = 16;
 // More images are added by eights, which leaves room in L1 for the sums.
 constexpr size_t kPart = 8;
 constexpr int64_t kBlock = 128;  // samples whose sums rest there
-constexpr int kVectors = 4;
 
 // Rounds a sum to floats. Every NaN becomes the same one: which of several a sum passes on depends on the
 // compiler.
@@ -63,15 +63,16 @@ template <size_t kCount, bool kFirst, int kN, class D, class Keep>
 HWY_INLINE void AddSome(D d, const SumJob& job, size_t k, int64_t at, hn::Vec<D> (&sum)[kN],
                         const Keep& keep) {
   const hn::Rebind<float, D> f;
-  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d)), kLine = 16, kAhead = 16 * kLine;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d)), kLine = 16, kAhead = 6 * kLine;
   const float* const* const rows = job.rows.data() + k;
   const double* const weights = job.weights.data() + k;
   HWY_UNROLL(16)
   for (size_t i = 0; i < kCount; ++i) {
     const auto w = hn::Set(d, weights[i]);
-    // More images than the hardware follows streams.
-    for (int j = 0; kN > 1 && j < kN * kLanes; j += kLine) base::PrefetchSecond(rows[i] + at + j + kAhead);
-    HWY_UNROLL(4)
+    // The processor alone falls behind with so many streams. No further ahead than this, or they evict each
+    // other: large images often lie at equal offsets within their pages and compete for the same sets.
+    for (int j = 0; kN > 1 && j < kN * kLanes; j += kLine) hwy::Prefetch(rows[i] + at + j + kAhead);
+    HWY_UNROLL(8)
     for (int j = 0; j < kN; ++j) {
       const auto value = hn::PromoteTo(d, hn::LoadU(f, rows[i] + at + j * kLanes));
       sum[j] = keep(kFirst && i == 0 ? hn::Mul(value, w) : hn::MulAdd(value, w, sum[j]));
@@ -98,7 +99,7 @@ HWY_INLINE void AddImages(D d, const SumJob& job, size_t k, size_t end, int64_t 
   if (k < end) AddSome<1, false>(d, job, k, at, sum, keep);
 }
 
-template <class D>
+template <int kVectors, class D>
 HWY_INLINE void StoreRounded(D d, const hn::Vec<D> (&sum)[kVectors], double factor, float* out, bool stream) {
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(d));
 #if HWY_TARGET == HWY_SCALAR
@@ -123,7 +124,8 @@ void SumRow(const SumJob& job, const Keep& keep) {
   alignas(64) double sums[kBlock];
   const hn::CappedTag<double, 8> d;
   const hn::CappedTag<double, 1> one;
-  constexpr int kLanes = static_cast<int>(hn::MaxLanes(d)), kStep = kVectors * kLanes;
+  constexpr int kVectors = Keep::kVectors, kLanes = static_cast<int>(hn::MaxLanes(d)),
+                kStep = kVectors * kLanes;
   const size_t images = job.rows.size(), together = images <= kTogether ? kTogether : kPart;
   const bool stream = job.stream && reinterpret_cast<uintptr_t>(job.out) % (2 * sizeof(float) * kLanes) == 0;
   const int64_t whole = job.count / kStep * kStep;

@@ -6,6 +6,7 @@
 #define TESSERA_OPS_GEOMETRY_POSITIONS_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -129,8 +130,19 @@ struct Coordinates {
 
   Coordinates(const GatherJob& job, int x, int y, int count) {
     const int channels = job.coordinates.channels;
-    const auto* from = reinterpret_cast<const float*>(job.coordinates.At(x, y)) + job.channel_x;
+    const auto* const row = reinterpret_cast<const float*>(job.coordinates.At(x, y));
     const ptrdiff_t step = job.channel_y - job.channel_x;
+    // The processor does not foresee short pieces of many rows.
+    constexpr int kLine = 16;
+    const float* const below = row + job.coordinates.row_stride / 4;
+    for (int i = 0; i < channels * count; i += kLine) hwy::Prefetch(below + i);
+#if HWY_TARGET != HWY_SCALAR
+    if (channels == 4 && job.channel_x == 0 && step == 1 && count == kRun) {
+      FirstHalves(row);
+      return;
+    }
+#endif
+    const float* from = row + job.channel_x;
     float* to = pairs;
     for (const float* const end = from + ptrdiff_t{channels} * count; from != end;
          from += channels, to += 2) {
@@ -138,6 +150,21 @@ struct Coordinates {
     }
     for (; (to - pairs) % 32 != 0; to += 2) to[0] = to[-2], to[1] = to[-1];
   }
+
+ private:
+#if HWY_TARGET != HWY_SCALAR
+  // Of a whole run of pixels of four channels.
+  void FirstHalves(const float* from) {
+    const hn::CappedTag<uint64_t, 8> d;
+    const hn::RebindToFloat<hn::Repartition<uint32_t, decltype(d)>> f;
+    constexpr int kLanes = static_cast<int>(hn::MaxLanes(d));
+    for (int i = 0; i < kRun; i += kLanes) {
+      const auto low = hn::BitCast(d, hn::LoadU(f, from + ptrdiff_t{4} * i));
+      const auto high = hn::BitCast(d, hn::LoadU(f, from + ptrdiff_t{4} * i + 2 * kLanes));
+      hn::Store(hn::BitCast(f, hn::ConcatEven(d, high, low)), f, pairs + 2 * i);
+    }
+  }
+#endif
 };
 
 // Positions from two channels of an image.

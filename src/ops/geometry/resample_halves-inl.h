@@ -61,29 +61,50 @@ HWY_INLINE s::Floats<N> Settled(s::Floats<N> mean, int largest) {
   return mean;
 }
 
+// The sums of pixels side by side, of eight.
+HWY_INLINE F16 PairSums(const F16& first, const F16& second) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+  const auto a = first.v[0].raw, b = second.v[0].raw;
+  F16 sum;
+  sum.v[0] = hn::Add(hn::Vec<F16::Tag>{_mm512_shuffle_f32x4(a, b, 0x88)},
+                     hn::Vec<F16::Tag>{_mm512_shuffle_f32x4(a, b, 0xDD)});
+  return sum;
+#else
+  F16 even = first, odd = second;
+  s::PairPixels(even, odd);
+  return even + odd;
+#endif
+}
+
 // The mean of two by two RGBA pixels: bandwidth is all there is to it. In floats; three roundings.
 inline void HalveRgba(const ResampleJob& job) {
-  const Roi& roi = job.out.roi;
+  const Roi roi = job.out.roi;
+  const int width = roi.width(), largest = job.largest;
   using F8 = s::Floats<8>;
   for (int y = roi.y0; y < roi.y1; ++y) {
     const auto* const a =
         reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
     const float* const b = a + job.in.row_stride / 4;
     auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
+    const auto mean = [=](int x) HWY_ATTR {
+      const F16 first = F16::Load(a + 8 * x) + F16::Load(b + 8 * x);
+      const F16 second = F16::Load(a + 8 * x + 16) + F16::Load(b + 8 * x + 16);
+      return (PairSums(first, second) * 0.25f).OneNaN();
+    };
     int x = 0;
-    for (; x + 4 <= roi.width(); x += 4) {
-      F16 first = F16::Load(a + 8 * x) + F16::Load(b + 8 * x);
-      F16 second = F16::Load(a + 8 * x + 16) + F16::Load(b + 8 * x + 16);
-      s::PairPixels(first, second);
-      StoreSixteen(Settled(((first + second) * 0.25f).OneNaN(), job.largest), out + ptrdiff_t{4} * x,
-                   job.stream);
+    if (largest == 0 && job.stream && reinterpret_cast<uintptr_t>(out) % 64 == 0) {
+      for (; x + 4 <= width; x += 4) mean(x).Stream(out + ptrdiff_t{4} * x);
+    } else {
+      for (; x + 4 <= width; x += 4) {
+        StoreSixteen(Settled(mean(x), largest), out + ptrdiff_t{4} * x, job.stream);
+      }
     }
-    for (; x < roi.width(); ++x) {
+    for (; x < width; ++x) {
       const F8 sum = F8::Load(a + 8 * x) + F8::Load(b + 8 * x);
       float pair[8];
       sum.Store(pair);
       for (int c = 0; c < 4; ++c) pair[c] = (pair[c] + pair[c + 4]) * 0.25f;
-      Settled(s::Floats<4>::Load(pair).OneNaN(), job.largest).Store(out + ptrdiff_t{4} * x);
+      Settled(s::Floats<4>::Load(pair).OneNaN(), largest).Store(out + ptrdiff_t{4} * x);
     }
   }
 }

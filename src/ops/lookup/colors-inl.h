@@ -33,7 +33,10 @@ inline constexpr int kPlacesPerEntry = 2;
 inline constexpr int64_t kMostPlaces = int64_t{1} << 23;
 using Entries = EntriesByPlace<2>;
 
-// First pass for the pixels from i on, in plane order.
+// Colours whose coordinates are within the table, NaN at its first entry.
+HWY_INLINE s::Pixels Inside(const s::Pixels& p) { return {Unit(p.r), Unit(p.g), Unit(p.b), p.a}; }
+
+// First pass for the pixels from i on, whose colours are in [0, 1].
 template <bool kSimplex, bool kExact>
 HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells, int i) {
   const s::D d;
@@ -47,8 +50,8 @@ HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells,
     step[a] = hn::Set(di, length);
     const V cell = CellInside < kExact,
             kSimplex ? Want::kFraction
-                     : Want::kNearer > (Unit(x[a]), hn::Set(d, axis.scale),
-                                        hn::Set(d, static_cast<float>(axis.last)), f[a]);
+                     : Want::kNearer >
+                           (x[a], hn::Set(d, axis.scale), hn::Set(d, static_cast<float>(axis.last)), f[a]);
     sum = hn::MulAdd(cell, hn::Set(d, static_cast<float>(length)), sum);
   }
   const VI place = hn::BitCast(di, sum);
@@ -89,8 +92,8 @@ HWY_INLINE void LocateColors(const Grid& grid, const s::Pixels& p, Cells& cells,
   }
 }
 
-// Second pass: store(j, vector), j an integral constant, gets the quarters of the kLanes pixels from i on, as
-// they lie in memory.
+// Second pass: store(j, vector), j an integral constant, gets the quarters of the kLanes pixels from i on in
+// turn: lanes j, j + 4... of the first pass, which is how pixels in plane order lie in memory.
 template <int j, class Store>
 HWY_INLINE void SimplexQuarter(const Entries& entries, const Entries& last, const Cells& cells, int i,
                                const V* w, const Store& store) {
@@ -133,7 +136,7 @@ HWY_INLINE void GatherLinearColors(const Entries& entries, const Cells& cells, i
   quarter(std::integral_constant<int, 2>()), quarter(std::integral_constant<int, 3>());
 }
 
-// Both passes over a chunk's pixels, finite entries only. load(i) -> Pixels from i on in plane order;
+// Both passes over a chunk's pixels, finite entries only. load(i) -> Pixels from i on, in [0, 1];
 // store(i, j, vector): quarter j of the pixels from i on, three results and what the table's fourth sample
 // is.
 template <bool kSimplex, bool kExact, class Load, class Store>

@@ -71,7 +71,7 @@ class LookupStage final : public graph::TileStage {
   }
 
  private:
-  static constexpr int kAhead = 4;  // blocks
+  static constexpr int kAhead = 3;  // blocks
 
   bool mipmap() const { return plan_.params.filter == TableFilter::kMipmap; }
 
@@ -137,8 +137,8 @@ class LookupStage final : public graph::TileStage {
       if (!direct) Write(args, 0, block.x, y, block.count, here);
     }
   }
-  // The processor does not foresee the rows of a narrow tile.
-  static void AskForCoordinates(const ConstImageView& in, int x, int y, int count, int rows) {
+  // The processor does not foresee the rows of a narrow tile. Inlined in any case, as AskForEach.
+  static HWY_INLINE void AskForCoordinates(const ConstImageView& in, int x, int y, int count, int rows) {
     const int ahead = std::max(4, rows);
     for (int row = y + ahead; row < std::min(y + ahead + rows, in.roi.y1); ++row) {
       const auto* const p = reinterpret_cast<const float*>(in.At(x, row));

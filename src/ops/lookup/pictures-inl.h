@@ -54,17 +54,32 @@ struct Taps : Squares {
 static_assert(kChunk == kSquares);
 
 #if HWY_TARGET != HWY_SCALAR
-// Asks for the rows of a block's squares in a picture that no cache holds, where they lie close together;
-// apart from each other they are better asked for one by one. unit: floats from place to place.
+// Asks for the rows of a block's squares, and where kEnds for the lines that the rows end in. unit: floats
+// from place to place. No lambda: g++ takes a function that only asks for memory for one without effects, and
+// drops calls that it has not inlined yet.
+template <int kRows, bool kEnds>
+HWY_INLINE void AskForEach(const Grid& grid, const Taps& taps, int unit, int count) {
+  const ptrdiff_t stride = ptrdiff_t{grid.axis(1).stride} * grid.texel(),
+                  end = kRows * ptrdiff_t{grid.texel()} - 1;
+  for (int i = 0; i < count; ++i) {
+    const float* p = grid.data() + int64_t{taps.base[i]} * unit;
+    for (int row = 0; row < kRows; ++row, p += stride) {
+      hwy::Prefetch(p);
+      if constexpr (kEnds) hwy::Prefetch(p + end);
+    }
+  }
+}
+// In a picture that no cache holds. Where squares lie apart, no neighbour brings the rest of a row that is in
+// two lines.
 template <int kRows>
 HWY_INLINE void AskForRows(const Grid& grid, const Taps& taps, int unit, int count) {
   if (grid.bytes() < kCacheBytes) return;
-  const int64_t stride = int64_t{grid.axis(1).stride} * grid.texel();
-  const int64_t step = (int64_t{taps.base[1]} - taps.base[0]) * unit;
-  if (step > 4 * stride || -step > 4 * stride) return;
-  for (int i = 0; i < count; ++i) {
-    const float* p = grid.data() + int64_t{taps.base[i]} * unit;
-    for (int row = 0; row < kRows; ++row, p += stride) hwy::Prefetch(p);
+  const int64_t step = (int64_t{taps.base[1]} - taps.base[0]) * unit,
+                apart = 4 * int64_t{grid.axis(1).stride} * grid.texel();
+  if (step > apart || -step > apart) {
+    AskForEach<kRows, true>(grid, taps, unit, count);
+  } else {
+    AskForEach<kRows, false>(grid, taps, unit, count);
   }
 }
 

@@ -63,6 +63,12 @@ class Table3DStage final : public graph::PointStage {
     const bool from_floats = !planes && args.source.type == PixelType::kFloat;
     const bool to_floats = args.sink.write != nullptr && args.sink.type == PixelType::kFloat;
     if (from_floats && to_floats) return RunFloats<kSimplex, kExact>(args);
+    // Without fused multiply-adds rounding to codes is so long that it had better be a loop of its own.
+    if constexpr (HWY_NATIVE_FMA) {
+      const bool from_bytes = !planes && args.source.type == PixelType::kUint8;
+      const bool to_bytes = args.sink.write != nullptr && args.sink.type == PixelType::kUint8;
+      if (from_bytes && to_bytes) return RunBytes<kSimplex, kExact>(args);
+    }
     const bool stream = args.sink.stream && s::CanStream(args.sink.write);
     Cells cells;
     Chunk chunk;
@@ -77,7 +83,7 @@ class Table3DStage final : public graph::PointStage {
                             : planes    ? s::LoadPlanes(args.in[0], first + i)
                                         : s::LoadPlanes(copied, i);
         if (from_floats) hn::Store(p.a, d, chunk.coord[3] + i);
-        return p;
+        return Inside(p);
       };
       const float* const alphas = planes ? args.in[0][3] + first : chunk.coord[3];
       if (!to_floats) {
@@ -103,7 +109,8 @@ class Table3DStage final : public graph::PointStage {
     auto* to = reinterpret_cast<float*>(args.sink.write);
     Cells cells;
     for (int first = 0; first < args.count; first += kChunk, from += 4 * kChunk, to += 4 * kChunk) {
-      const auto load = [&](int i) HWY_ATTR { return s::LoadRgbaCodes<PixelType::kFloat>(from + 4 * i); };
+      const auto load = [&](int i)
+                            HWY_ATTR { return Inside(s::LoadRgbaCodes<PixelType::kFloat>(from + 4 * i)); };
       const auto store = [&](int i, auto j, V v) HWY_ATTR {
         const int at = 4 * i + j * s::kLanes;
         // Look-ups keep the processor from prefetching the source by itself; asked for at once, its lines
@@ -113,6 +120,44 @@ class Table3DStage final : public graph::PointStage {
       };
       LookupColors<kSimplex, kExact>(*grid_, cells, std::min(kChunk, args.count - first), load, store);
     }
+  }
+
+  // Bytes, which need no order of planes: quarters become the bytes of every lane, whose transpose within 128
+  // bits is the pixels as they were read.
+  template <bool kSimplex, bool kExact>
+  void RunBytes(const graph::PointArgs& args) const {
+    const s::DU du;
+    const bool stream = args.sink.stream && s::CanStream(args.sink.write);
+    const auto* from = reinterpret_cast<const uint32_t*>(args.source.read);
+    auto* to = reinterpret_cast<uint32_t*>(args.sink.write);
+    Cells cells;
+    for (int first = 0; first < args.count; first += kChunk, from += kChunk, to += kChunk) {
+      const auto load = [&](int i) HWY_ATTR {
+        return s::ValuesOf<PixelType::kUint8>(s::UnpackRgba8(hn::LoadU(du, from + i)));
+      };
+      s::VU codes[4];
+      const auto store = [&](int i, auto j, V v) HWY_ATTR {
+        codes[j] = s::ToUnormBits<256>(v);
+        if constexpr (j == 3) {
+          if (i % 16 == 0) hwy::Prefetch(from + kAhead / 4 + i);
+          const s::VU colors = ColorsOfBytes(s::PackRgba8(codes[0], codes[1], codes[2], codes[3]));
+          const s::VU pixels = hn::OrAnd(colors, hn::LoadU(du, from + i), hn::Set(du, 0xFF000000u));
+          s::StoreOrStream(pixels, du, to + i, stream);
+        }
+      };
+      LookupColors<kSimplex, kExact>(*grid_, cells, std::min(kChunk, args.count - first), load, store);
+    }
+  }
+  // The transpose of the first three of 4x4 bytes within each 128 bits, zeros for the fourth.
+  static HWY_INLINE s::VU ColorsOfBytes(s::VU v) {
+#if HWY_TARGET == HWY_SCALAR
+    return v;
+#else
+    const hn::Repartition<uint8_t, s::D> d8;
+    alignas(16) static constexpr uint8_t kFrom[16] = {0, 4, 8,  128, 1, 5, 9,  128,
+                                                      2, 6, 10, 128, 3, 7, 11, 128};
+    return hn::BitCast(s::DU(), hn::TableLookupBytesOr0(hn::BitCast(d8, v), hn::LoadDup128(d8, kFrom)));
+#endif
   }
 
   static HWY_INLINE V WithAlpha(V v, V alpha) {
