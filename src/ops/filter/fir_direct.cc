@@ -9,6 +9,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/filter/fir_direct.cc"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -94,81 +95,177 @@ void DirectColumns(const DirectWindow& window, const FirTile& t, int x_begin) {
   for (; x < t.floats; x += kLanes) DirectStrip<kCentered, 1, 1>(window, t, x, 0, t.rows);
 }
 
-// ---- Small dense kernels on RGBA with 16 lanes: one aligned load per register ----
+// ---- Small dense kernels on RGBA with 16 lanes: aligned loads, shifted in registers ----
 #if TESSERA_FIR_RGBA
 
-// kR rows share the loads of an input row and its shifts by one to three pixels. Group g takes the columns
-// 4 * m + g of the window, row by row as in DirectBlock; the sums of all groups of kR rows fit the registers.
-template <int kW, int kH, int kR>
-void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int x_end) {
-  constexpr int kGroups = kW < 4 ? kW : 4;
-  // Rows that the next block of results reads first: the hardware follows fewer streams than there are rows.
-  constexpr ptrdiff_t kAhead = 4 * kLanes;
-  const float* HWY_RESTRICT w = window.weights.data();
-  const ptrdiff_t stride = t.in_stride;
-  for (int y = 0; y + kR <= t.rows; y += kR) {
-    const float* const in = t.in + y * stride;
-    float* const out = t.out + y * t.out_stride;
-    for (int x = 0; x < x_end; x += kLanes) {
-      V a[kR][kGroups];
-      HWY_UNROLL(8)
-      for (int r = 0; r < kR; ++r) {
-        HWY_UNROLL(4)
-        for (int g = 0; g < kGroups; ++g) a[r][g] = Nothing();
-      }
-      HWY_UNROLL(3)
-      for (int m = 0; 4 * m < kW; ++m) {
-        HWY_UNROLL(16)
-        for (int yi = 0; yi < kH + kR - 1; ++yi) {
-          const float* const p = in + yi * stride + x + m * kLanes;
-          V v[4];
-          v[0] = Load(p);
-          if (4 * m + 1 < kW) {
-            const V next = Load(p + kLanes);
-            v[1] = ShiftPixels<1>(v[0], next);
-            if (4 * m + 2 < kW) v[2] = ShiftPixels<2>(v[0], next);
-            if (4 * m + 3 < kW) v[3] = ShiftPixels<3>(v[0], next);
-          }
-          if (m == 0 && yi >= kH - 1) base::PrefetchSecond(p + kR * stride + kAhead);
-          HWY_UNROLL(4)
-          for (int g = 0; g < kGroups; ++g) {
-            HWY_UNROLL(8)
-            for (int r = 0; r < kR; ++r) {
-              if (4 * m + g >= kW || yi < r || yi - r >= kH) continue;
-              a[r][g] = hn::MulAdd(v[g], hn::Set(D(), w[(yi - r) * kW + 4 * m + g]), a[r][g]);
-            }
-          }
-        }
-      }
-      HWY_UNROLL(8)
-      for (int r = 0; r < kR; ++r) {
-        V v = a[r][0];
-        HWY_UNROLL(4)
-        for (int g = 1; g < kGroups; ++g) v = hn::Add(v, a[r][g]);
-        Store(v, out + r * t.out_stride + x, t.stream);
+// Where a window's first tap lies in the line of its first load: a whole number of pixels from the line's
+// begin. Loads across lines take twice as long, and that is more than all else that is done with them.
+constexpr int kPerTap = -1;  // wherever it lies: a load for every tap, none beyond a vector from the last one
+
+// The vectors that begin at taps 4 * kM to 4 * kM + kCount - 1 of a row.
+template <int kPhase, int kM, int kCount>
+HWY_INLINE void LoadPixels(const float* p, V (&v)[4]) {
+  HWY_UNROLL(4)
+  for (int g = 0; g < kCount; ++g) {
+    if constexpr (kPhase == kPerTap) {
+      v[g] = Load(p + 16 * kM + 4 * g);
+    } else {
+      const float* const line = p + 16 * kM + (kPhase + g) / 4 * kLanes;
+      const V lo = Load(line);
+      switch ((kPhase + g) % 4) {
+        case 0:
+          v[g] = lo;
+          break;
+        case 1:
+          v[g] = ShiftPixels<1>(lo, Load(line + kLanes));
+          break;
+        case 2:
+          v[g] = ShiftPixels<2>(lo, Load(line + kLanes));
+          break;
+        default:
+          v[g] = ShiftPixels<3>(lo, Load(line + kLanes));
       }
     }
+  }
+}
+
+template <int kW, int kH, bool kDense_, bool kCentered_>
+struct DenseKind {
+  static constexpr int kWidth = kW, kHeight = kH, kGroups = kW < 4 ? kW : 4;
+  static constexpr bool kDense = kDense_, kCentered = kCentered_;
+  static constexpr bool kHeld = kW * kH <= 9;  // all weights in registers
+};
+
+// One vector of kR rows that share the loads of an input row and its shifts. Group g takes the columns
+// 4 * m + g of the window, row by row as in DirectBlock; the sums of all groups of kR rows fit the registers.
+template <class Kind, int kPhase, int kR, int kM = 0>
+HWY_INLINE void AddPixels(const float* p, ptrdiff_t stride, const float* HWY_RESTRICT w, const V* held,
+                          const V (&centre)[kR][1], bool ahead, V (&a)[kR][4]) {
+  constexpr int kW = Kind::kWidth, kH = Kind::kHeight, kCount = kW - 4 * kM < 4 ? kW - 4 * kM : 4;
+  HWY_UNROLL(16)
+  for (int yi = 0; yi < kH + kR - 1; ++yi) {
+    V v[4];
+    LoadPixels<kPhase, kM, kCount>(p + yi * stride, v);
+    // Rows that the next but one block of results reads first: the hardware follows fewer streams than there
+    // are rows.
+    if (kM == 0 && yi >= kH - 1 && ahead) hwy::Prefetch(p + (yi + 2 * kR) * stride);
+    HWY_UNROLL(4)
+    for (int g = 0; g < kCount; ++g) {
+      HWY_UNROLL(8)
+      for (int r = 0; r < kR; ++r) {
+        if (yi < r || yi - r >= kH) continue;
+        const int tap = (yi - r) * kW + 4 * kM + g;
+        const V weight = Kind::kHeld ? held[tap] : hn::Set(D(), w[tap]);
+        a[r][g] = hn::MulAdd(Kind::kCentered ? hn::Sub(v[g], centre[r][0]) : v[g], weight, a[r][g]);
+      }
+    }
+  }
+  if constexpr (4 * (kM + 1) < kW) AddPixels<Kind, kPhase, kR, kM + 1>(p, stride, w, held, centre, ahead, a);
+}
+
+// Results of kDenseRows rows; `ahead`: large images, whose rows are fetched before they are used. Without
+// kDense some weights are 0 and add their zeros, but where they have made a NaN of an infinity or another NaN
+// the sums are taken again without them.
+template <class Kind, int kPhase>
+HWY_INLINE void DenseBlock(const DirectWindow& window, const float* in, ptrdiff_t stride, const V* held,
+                           bool ahead, V (&total)[kDenseRows][1]) {
+  constexpr int kR = kDenseRows;
+  V centre[kR][1], a[kR][4];
+  LoadCentres<Kind::kCentered>(window, in, stride, 4, centre);
+  for (auto& row : a) {
+    for (V& v : row) v = Nothing();
+  }
+  AddPixels<Kind, kPhase>(in - (kPhase > 0 ? 4 * kPhase : 0), stride, window.weights.data(), held, centre,
+                          ahead, a);
+  for (int r = 0; r < kR; ++r) {
+    total[r][0] = a[r][0];
+    HWY_UNROLL(4)
+    for (int g = 1; g < Kind::kGroups; ++g) total[r][0] = hn::Add(total[r][0], a[r][g]);
+  }
+  if constexpr (!Kind::kDense) {
+    V sum = total[0][0];
+    for (int r = 1; r < kR; ++r) sum = hn::Add(sum, total[r][0]);
+    if (HWY_UNLIKELY(!hn::AllFalse(D(), hn::IsNaN(sum)))) {
+      DirectBlock<Kind::kCentered>(window, in, stride, 4, total);
+    }
+    UnsignedZeros(total);
+  }
+}
+
+template <class Kind, int kPhase>
+void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int begin, int end) {
+  constexpr int kR = kDenseRows;
+  V held[Kind::kHeld ? 9 : 1];
+  if constexpr (Kind::kHeld) {
+    for (int i = 0; i < Kind::kWidth * Kind::kHeight; ++i)
+      held[i] = hn::Set(D(), window.weights[static_cast<size_t>(i)]);
+  }
+  const ptrdiff_t stride = t.in_stride, out_stride = t.out_stride;
+  const bool stream =
+      t.stream && reinterpret_cast<uintptr_t>(t.out + begin) % 64 == 0 && out_stride % 16 == 0;
+  const int rows = t.rows, floats = t.floats;
+  for (int y = 0; y + kR <= rows; y += kR) {
+    const float* const in = t.in + y * stride;
+    float* const out = t.out + y * out_stride;
+    const auto edge = [&](int first, int last) HWY_ATTR {
+      for (int x = first; x < last; x += kLanes) {
+        V total[kR][1];
+        DenseBlock<Kind, kPerTap>(window, in + x, stride, held, /*ahead=*/false, total);
+        for (int r = 0; r < kR; ++r)
+          StorePart(total[r][0], out + r * out_stride + x, std::min(kLanes, last - x), t.stream);
+      }
+    };
+    edge(0, begin);
+    for (int x = begin; x < end; x += kLanes) {
+      V total[kR][1];
+      DenseBlock<Kind, kPhase>(window, in + x, stride, held, /*ahead=*/t.stream, total);
+      for (int r = 0; r < kR; ++r) Store(total[r][0], out + r * out_stride + x, stream);
+    }
+    edge(end, floats);
   }
 }
 
 // Does what suits it and returns how many floats of each row are done; rows beyond a multiple of kDenseRows
 // are left.
 int DirectDense(const DirectWindow& window, const FirTile& t) {
-  // The last register's neighbour is read too: leave the end of the row to the general form.
-  const int x_end = std::max(0, (t.floats - kLanes) / kLanes * kLanes);
-  if (t.channels != 4 || !window.dense || window.centered || t.rows < kDenseRows || x_end == 0) return 0;
-  if (window.width == 3 && window.height == 3) {
-    DirectDenseRgba<3, 3, kDenseRows>(window, t, x_end);
-  } else if (window.width == 5 && window.height == 5) {
-    DirectDenseRgba<5, 5, kDenseRows>(window, t, x_end);
-  } else if (window.width == 7 && window.height == 7) {
-    DirectDenseRgba<7, 7, kDenseRows>(window, t, x_end);
-  } else if (window.width == 9 && window.height == 9) {
-    DirectDenseRgba<9, 9, kDenseRows>(window, t, x_end);
-  } else {
-    return 0;
+  if (t.channels != 4 || t.rows < kDenseRows || window.width != window.height) return 0;
+  // Loops without ends are worth some taps that are not needed.
+  const auto taps = window.weights.size() -
+                    static_cast<size_t>(std::count(window.weights.begin(), window.weights.end(), 0.0f));
+  if (2 * taps <= window.weights.size()) return 0;
+  const auto run = [&]<int kSide, bool kCentered>() {
+    // Whole lines of results, whose taps then mostly begin a known number of pixels into a line. Of larger
+    // windows more lines would have to be loaded than loads across lines are saved.
+    constexpr int kPhase = kSide == 3 ? 3 : 0;
+    const auto to_line = [](const float* p) {
+      return static_cast<int>(-reinterpret_cast<uintptr_t>(p) % 64 / sizeof(float));
+    };
+    int begin = to_line(t.out);
+    const bool known = (to_line(t.in) + 4 * kPhase - begin) % kLanes == 0 && t.in_stride % kLanes == 0;
+    // In front of the first tap there may be no memory.
+    if (known && begin < 4 * kPhase) begin += kLanes;
+    begin = std::min(begin, t.floats);
+    const int end = begin + (t.floats - begin) / kLanes * kLanes;
+    const auto go = [&]<bool kDense>() {
+      using Kind = DenseKind<kSide, kSide, kDense, kCentered>;
+      known ? DirectDenseRgba<Kind, kPhase>(window, t, begin, end)
+            : DirectDenseRgba<Kind, 0>(window, t, begin, end);
+    };
+    window.dense ? go.template operator()<true>() : go.template operator()<false>();
+    return t.floats;
+  };
+  switch (window.width) {
+    case 3:
+      return window.centered ? run.template operator()<3, true>() : run.template operator()<3, false>();
+    case 5:
+      return window.centered ? run.template operator()<5, true>() : run.template operator()<5, false>();
+    case 7:
+      return window.centered ? 0 : run.template operator()<7, false>();
+    case 9:
+      return window.centered ? 0 : run.template operator()<9, false>();
+    default:
+      return 0;
   }
-  return x_end;
 }
 #else
 
