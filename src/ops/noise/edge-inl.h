@@ -1,5 +1,6 @@
-// Twelve edges of the cube as gradients where 256-bit vectors choose one of four floats by a lane's lower two
-// bits: fewer instructions than simd/lattice-inl.h has for every target, and the same values.
+// Twelve edges of the cube as gradients, in two steps: which edge, and what it makes of an offset. 256-bit
+// vectors choose one of four floats by a lane's lower two bits: fewer instructions than simd/lattice-inl.h
+// has for every target, and the same values.
 #if defined(TESSERA_OPS_NOISE_EDGE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_OPS_NOISE_EDGE_INL_H_
 #undef TESSERA_OPS_NOISE_EDGE_INL_H_
@@ -70,7 +71,7 @@ HWY_INLINE s::V EdgeCoordinate(s::VU edge_bytes) {
   return hn::BitCast(d, hn::TableLookupBytesOr0(table, hn::BitCast(du8, edge_bytes)));
 }
 #elif HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-// The same steps where whole gradients are looked up: the edge is in the upper sixteen bits.
+// The same steps where gradients are looked up whole: the edge is in the upper sixteen bits.
 HWY_INLINE s::VU TopEdge(s::VU h) { return s::UpperLatticeEdge(h); }
 HWY_INLINE s::V EdgeProjection(s::VU edge, const s::V* from) {
   s::V g[3];
