@@ -204,7 +204,7 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
     Band& band = *static_cast<Band*>(item);
     RenderOptions inner = options;
     inner.tile_height = 0;
-    const TileShape tile = ChooseTileShape(plan, band.roi, inner);
+    const TileShape tile = ChooseTileShape(plan, band.roi, type, inner);
     for (int y = band.roi.y0; y < band.roi.y1; y += tile.height) {
       for (int x = band.roi.x0; x < band.roi.x1; x += tile.width) {
         const Roi r{x, y, std::min(x + tile.width, band.roi.x1), std::min(y + tile.height, band.roi.y1)};

@@ -11,14 +11,32 @@
 
 namespace tessera::graph {
 
-TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions& options) {
+// Whether a single tile stage may read the source's own pixels and write the result's.
+static bool StageIsAlone(const Plan& plan, PixelType type) {
+  const int made = plan.buffers.back().same_as_buffer;
+  if (made < 0) return false;
+  for (int i = 0; i + 1 < static_cast<int>(plan.buffers.size()); ++i) {
+    const Buffer& buffer = plan.buffers[static_cast<size_t>(i)];
+    if (i == made) {
+      if (!buffer.tile->stage->Accepts(type)) return false;
+    } else if (buffer.same_as_source < 0 ||
+               plan.sources[static_cast<size_t>(buffer.same_as_source)].source->spec().type != type) {
+      return false;
+    }
+  }
+  return true;
+}
+
+TileShape ChooseTileShape(const Plan& plan, const Roi& roi, PixelType type, const RenderOptions& options) {
   TileShape t{options.tile_width, options.tile_height};
   int channels = 0;    // of the tiles between steps; none for a plan of point operations
   TileSize preferred;  // the largest that any stage asks for
+  const bool alone = StageIsAlone(plan, type);
   for (size_t i = 0; i + 1 < plan.buffers.size(); ++i) {
     channels += static_cast<int>(plan.buffers[i].channels.size());
     if (!plan.buffers[i].tile) continue;
-    const TileSize size = plan.buffers[i].tile->stage->Preferred();
+    const TileStage& stage = *plan.buffers[i].tile->stage;
+    const TileSize size = alone ? stage.PreferredAlone() : stage.Preferred();
     preferred.width = std::max(preferred.width, size.width);
     preferred.height = std::max(preferred.height, size.height);
   }
@@ -62,7 +80,7 @@ void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& op
     sources.push_back({*s.source->View(), 0, s.source->ReadMargin()});
   }
   const TileRunner runner(plan);
-  const TileShape shape = ChooseTileShape(plan, out.roi, options);
+  const TileShape shape = ChooseTileShape(plan, out.roi, out.type, options);
   const int64_t columns = (int64_t{out.roi.width()} + shape.width - 1) / shape.width;
   const int64_t rows = (int64_t{out.roi.height()} + shape.height - 1) / shape.height;
   const int threads = options.shuffle_tiles ? 1 : sched::ThreadCount(options.threads);

@@ -10,11 +10,11 @@
 
 namespace tessera::graph {
 
-// Width and height of the tiles that `roi` is cut into.
+// Width and height of the tiles that `roi` of a result of that type is cut into.
 struct TileShape {
   int width = 0, height = 0;
 };
-TileShape ChooseTileShape(const Plan& plan, const Roi& roi, const RenderOptions& options);
+TileShape ChooseTileShape(const Plan& plan, const Roi& roi, PixelType type, const RenderOptions& options);
 
 // Rows per band and bands alive at once for a result of `row_bytes` a row.
 struct BandShape {

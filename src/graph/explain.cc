@@ -110,7 +110,7 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
       text += "  window step " + b.tile->label + " -> tile " + std::to_string(i) + "\n";
     }
   }
-  const TileShape tile = ChooseTileShape(plan, roi, options);
+  const TileShape tile = ChooseTileShape(plan, roi, type, options);
   const int64_t bytes = BytesMoved(plan, roi, type);
   char line[160];
   std::snprintf(line, sizeof line, "tiles of %dx%d, result %dx%d %s, %.1f MB moved (%.1f bytes/pixel)\n",

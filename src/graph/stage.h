@@ -122,6 +122,9 @@ class TileStage {
   // Whether the inputs and the result may all have this type. The result is what that of the floats would be
   // rounded to.
   virtual bool Accepts(PixelType type) const { return type == PixelType::kFloat; }
+  // Preferred() where it reads a source's own pixels and writes the result's: what lies in the cache is only
+  // what it reads again.
+  virtual TileSize PreferredAlone() const { return Preferred(); }
 };
 
 // Calls task(i, worker) for every i in [0, count), on Workers::count() threads; results must not depend on

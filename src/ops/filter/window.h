@@ -65,8 +65,8 @@ class Window {
   const Kernel& kernel() const { return kernel_; }
   // Bound of |error| for samples in [0, 1].
   double ErrorBound() const;
-  // Width and height of a tile that suits the method.
-  graph::TileSize PreferredTile() const;
+  // Width and height of a tile that suits the method; `alone`: from a source's pixels to the result's.
+  graph::TileSize PreferredTile(bool alone) const;
   const WindowOptions& options() const { return options_; }
 
  private:

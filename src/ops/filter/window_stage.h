@@ -24,7 +24,8 @@ class WindowStage final : public graph::TileStage {
     }
   }
   Roi InputRoi(int, const Roi& out) const override { return window_->InputRoi(out, data_window_); }
-  graph::TileSize Preferred() const override { return window_->PreferredTile(); }
+  graph::TileSize Preferred() const override { return window_->PreferredTile(/*alone=*/false); }
+  graph::TileSize PreferredAlone() const override { return window_->PreferredTile(/*alone=*/true); }
   bool Accepts(PixelType type) const override {
     return type == PixelType::kFloat ||
            (IntegerSums::Applies(type) && largest_ == IntegerSums::Largest(type) &&
