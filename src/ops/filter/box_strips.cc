@@ -19,6 +19,7 @@
 #include <hwy/highway.h>
 
 #include "ops/filter/box_grid-inl.h"
+#include "ops/filter/box_pixels-inl.h"
 #include "ops/filter/box_sums-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -61,13 +62,19 @@ class BoxStripRun {
   // place if least_ is below least_mean_.
   template <bool kCodes>
   int RunOnGrid(int begin) {
-    const int height = s_.height, last = std::min(s_.row_end, begin + run_);
+    const int height = s_.height, last = std::min(s_.row_end, begin + run_ / kBoxRows * kBoxRows);
     least_ = ~uint32_t{0};
     int t = begin;
     while (t < last) {
       const int rows = last - t >= kBoxRows ? kBoxRows : 1;
-      if (moved_ != t || !Enter<kCodes>(t + height, rows)) {
-        if (t > begin || !StartSums<kCodes>(t, rows)) break;
+      const bool pixels =
+          kMeansOfPixels && !kCodes && rows == kBoxRows && s_.in.channels == 4 && s_.row_factors == nullptr;
+      const bool moves = moved_ == t && (pixels || Enter<kCodes>(t + height, rows));
+      if (!moves && (t > begin || !StartSums<kCodes>(t, rows))) break;
+      if (pixels) {
+        moved_ = Pixels(t, /*fresh=*/moves) ? t + rows : -1;
+        if (moved_ > t) t = moved_;
+        continue;
       }
       SourceRows leave{}, enter{};
       for (int r = 0; r < rows; ++r) {
@@ -83,23 +90,50 @@ class BoxStripRun {
     return t;
   }
 
+  // Moves on by kBoxRows rows at once; says if what enters suits the grid. If not, the sums are lost.
+  bool Pixels(int t, bool fresh) {
+    PixelRows rows{.offset = grid_.offset,
+                   .factor = s_.factor,
+                   .sums = sums_,
+                   .ring = means_.ends,
+                   .width = s_.width,
+                   .count = s_.count,
+                   .less = less_};
+    for (int r = 0; r < kBoxRows; ++r) {
+      const auto i = static_cast<size_t>(r);
+      rows.leave[i] = Kept(t + r);
+      rows.enter[i] = fresh ? Fresh(t + s_.height + r) : Kept(t + s_.height + r);
+      rows.out[i] = ResultRow(t + r);
+      const float* const next = SourceRow(t + s_.height + kBoxRows + r);
+      rows.next[i] = next == nullptr ? beyond_ : next + ptrdiff_t{std::max(0, s_.first - before_x_)} * 4;
+    }
+    Magnitudes entered;
+    const uint32_t least =
+        s_.stream ? MeansOfPixels<true>(rows, entered) : MeansOfPixels<false>(rows, entered);
+    if (!Suits(entered)) return false;
+    least_ = std::min(least_, least);
+    return true;
+  }
+
   int Place(int t) const { return t % s_.padded_rows(); }
   const float* Fresh(int t) { return RowAt(t, Place(t), /*fresh=*/true); }
   const float* Kept(int t) { return RowAt(t, Place(t), /*fresh=*/false); }
 
   Magnitudes MeasureRows(int t, int rows) {
     Magnitudes all;
-    // The rows that enter next are fetched meanwhile: a piece of a row is too short for the hardware to
-    // notice.
-    const ptrdiff_t ahead = inside_ ? kBoxRows * s_.in.row_stride / ptrdiff_t{sizeof(float)} : 0;
-    for (int r = 0; r < rows; ++r) all.Add(Measure(Fresh(t + r), stride_, ahead));
+    for (int r = 0; r < rows; ++r) all.Add(Measure(Fresh(t + r), stride_, Ahead()));
     return all;
   }
+  // The rows that enter next are fetched meanwhile: a piece of a row is too short for the hardware to notice.
+  ptrdiff_t Ahead() const { return inside_ ? kBoxRows * s_.in.row_stride / ptrdiff_t{sizeof(float)} : 0; }
   // Whether `rows` rows from t on may enter sums that there are.
   template <bool kCodes>
   bool Enter(int t, int rows) {
     const Magnitudes m = MeasureRows(t, rows);
-    if (kCodes) return true;
+    return kCodes || Suits(m);
+  }
+  // Whether samples of these magnitudes may enter too.
+  bool Suits(const Magnitudes& m) {
     const Grid needed(m, Samples());
     if (!needed.exists || needed.exponent > grid_.exponent) return false;
     Seen(m);
@@ -169,16 +203,20 @@ class BoxStripRun {
   int Width() const { return s_.in.roi.width(); }
   int Height() const { return s_.in.roi.height(); }
 
-  // Row t of all that windows see: the image's row t - before_y_, or what lies there; `i`: its place among
-  // the padded rows.
-  const float* RowAt(int t, int i, bool fresh) {
+  // Row t of all that windows see: the image's row t - before_y_, or the one shown there; null for the value.
+  const float* SourceRow(int t) const {
     const int height = Height(), n = t - before_y_;
     int y = n;
     if (n < 0 || n >= height) {
-      if (s_.y->rule == AxisBorder::kValue) return beyond_;
+      if (s_.y->rule == AxisBorder::kValue) return nullptr;
       y = s_.y->rule == AxisBorder::kEdge ? std::clamp(n, 0, height - 1) : s_.y->Map(n);
     }
-    const auto* const line = reinterpret_cast<const float*>(s_.in.data + y * s_.in.row_stride);
+    return reinterpret_cast<const float*>(s_.in.data + y * s_.in.row_stride);
+  }
+  // The strip's part of it, with what lies beside the image; `i`: its place among the padded rows.
+  const float* RowAt(int t, int i, bool fresh) {
+    const float* const line = SourceRow(t);
+    if (line == nullptr) return beyond_;
     const int channels = s_.in.channels, left = s_.first - before_x_;
     if (inside_) return line + ptrdiff_t{left} * channels;
     float* const padded = padded_ + i * stride_;
@@ -286,6 +324,28 @@ int StripWidth(int width, int height, int channels) {
   return std::clamp(kStripBytes / column - width, std::max(64, 2 * width), kWidestStrip) / 16 * 16;
 }
 
+// The size, a multiple of `step`, of parts of about the given size and alike: a small rest costs what a whole
+// part does to begin.
+int Even(int length, int size, int step) {
+  const int parts = std::max(1, (length + size / 2) / size);
+  return ((length + parts - 1) / parts + step - 1) / step * step;
+}
+
+// Where strips begin, and their end. Rows that reach beyond the image's sides are copied: where the box is
+// narrow beside the strips, such strips are no wider than they must be.
+std::vector<int> Strips(int columns, int width, int height, int channels) {
+  const int most = StripWidth(width, height, channels), edge = (width / 2 + 1 + 15 / channels + 15) / 16 * 16;
+  const bool edges = columns > most && most >= 8 * width;
+  std::vector<int> strips;
+  if (edges) strips.push_back(0);
+  const int begin = edges ? edge : 0, end = edges ? (columns - edge) / 16 * 16 : columns;
+  const int step = Even(end - begin, most, 16);
+  for (int x = begin; x < end; x += step) strips.push_back(x);
+  if (edges) strips.push_back(end);
+  strips.push_back(columns);
+  return strips;
+}
+
 // One over the number of pixels of every window that lie inside.
 std::vector<double> InverseCounts(int length, int size) {
   std::vector<double> inverse;
@@ -314,15 +374,16 @@ void RunBoxStrips(int width, int height, const ConstImageView& in, const ImageVi
   }
   // Bands cost the sums of one more block each: they are several blocks high.
   constexpr int kBlocksPerBand = 8, kLeastBand = 512;
-  const int strip = StripWidth(width, height, in.channels);
-  const int band = std::max(kBlocksPerBand * height, (kLeastBand + height - 1) / height * height);
-  const int64_t across = (columns + strip - 1) / strip, down = (rows + band - 1) / band;
+  const std::vector<int> strips = Strips(columns, width, height, in.channels);
+  const int band = Even(rows, std::max(kBlocksPerBand * height, kLeastBand), height);
+  const int64_t across = std::ssize(strips) - 1, down = (rows + band - 1) / band;
   std::vector<base::Arena> arenas(static_cast<size_t>(workers.count()));
   auto* const run = &HWY_DYNAMIC_DISPATCH(RunBoxStrip);
   workers.For(across * down, [&](int64_t i, int worker) {
     BoxStrip s = all;
-    s.first = static_cast<int>(i % across) * strip;
-    s.count = std::min(strip, columns - s.first);
+    const auto strip = static_cast<size_t>(i % across);
+    s.first = strips[strip];
+    s.count = strips[strip + 1] - s.first;
     s.row_begin = static_cast<int>(i / across) * band;
     s.row_end = std::min(rows, s.row_begin + band);
     base::Arena& arena = arenas[static_cast<size_t>(worker)];

@@ -39,8 +39,8 @@ struct BoxStrip {
   bool stream = false;
 
   int pixels() const { return count + width - 1; }
-  // Samples of a row of the strip, and a pixel more.
-  ptrdiff_t stride() const { return (ptrdiff_t{pixels() + 1} * in.channels + 15) / 16 * 16; }
+  // Samples of a row of the strip with whole lines of four pixels, and a pixel more.
+  ptrdiff_t stride() const { return (ptrdiff_t{(count + 3) / 4 * 4 + width} * in.channels + 15) / 16 * 16; }
   // Rows that are kept where the strip reaches beyond the image: a window's and those that enter.
   int padded_rows() const { return height + kBoxRows; }
   // Ends of sums of a block's rows, sums so far, columns' sums, ends of sums along rows.
