@@ -22,6 +22,27 @@ namespace {
 #ifdef __linux__
 constexpr size_t kPage = size_t{1} << 21;
 
+#ifdef __SANITIZE_ADDRESS__
+// What is read beyond the end, or after it was given back, shall show.
+void* Map(size_t bytes) { return std::aligned_alloc(kPage, bytes); }
+void Unmap(void* memory, size_t) { std::free(memory); }
+#else
+// Pages of their own, at a multiple of kPage, which the system can make large ones: what the C library hands
+// out below 32 MB may have been used before and lie in small ones.
+void* Map(size_t bytes) {
+  const size_t most = bytes + kPage;
+  void* const p = mmap(nullptr, most, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (p == MAP_FAILED) return nullptr;
+  auto* const first = static_cast<std::byte*>(p);
+  const size_t before = (kPage - reinterpret_cast<uintptr_t>(p) % kPage) % kPage;
+  if (before > 0) munmap(first, before);
+  munmap(first + before + bytes, kPage - before);
+  madvise(first + before, bytes, MADV_HUGEPAGE);
+  return first + before;
+}
+void Unmap(void* memory, size_t bytes) { munmap(memory, bytes); }
+#endif
+
 // Large memory that is given back is kept for the next one of its size: the system takes longer to clear a
 // picture's pages than most operations take to fill them. It may take kept pages away when it runs short.
 class KeptMemory {
@@ -38,12 +59,12 @@ class KeptMemory {
     return memory;
   }
   void Keep(void* memory, size_t bytes) {
-    if (bytes > kMost) return std::free(memory);
+    if (bytes > kMost) return Unmap(memory, bytes);
     madvise(memory, bytes, MADV_FREE);
     const std::lock_guard lock(mutex_);
     blocks_.push_back({memory, bytes});
     for (total_ += bytes; total_ > kMost; blocks_.erase(blocks_.begin())) {
-      std::free(blocks_.front().memory);
+      Unmap(blocks_.front().memory, blocks_.front().bytes);
       total_ -= blocks_.front().bytes;
     }
   }
@@ -82,9 +103,8 @@ std::shared_ptr<std::byte> AllocateLarge([[maybe_unused]] size_t bytes) {
   if (padded < bytes) return nullptr;
   void* p = Kept().Take(padded);
   if (p == nullptr) {
-    p = std::aligned_alloc(kPage, padded);
+    p = Map(padded);
     if (p == nullptr) return nullptr;
-    madvise(p, padded, MADV_HUGEPAGE);
   }
   static std::atomic<uint32_t> places = 0;
   const size_t place = places.fetch_add(1, std::memory_order_relaxed) % 16;

@@ -281,27 +281,6 @@ TEST_P(LookupTest, ImagesReadInPlaceEqualTables) {
   }
 }
 
-TEST_P(LookupTest, LargePicturesAreReadInBlocksAndMendedPixelByPixel) {
-  // In no cache, so that blocks have several rows; so narrow that a cubic filter meets both edges.
-  const Image image(ImageSpec(4, 1 << 21, 1)), near(ImageSpec(96, 40, 2)), far(ImageSpec(96, 40, 2));
-  const Samples values = Random(4 * 64, 0, 1, 16), at = Random(2 * 96 * 40, -0.3f, 0.9f, 17);
-  std::memset(image.view().data, 0, size_t{16} << 21);
-  std::memcpy(image.view().data, values.data(), 4 * values.size());
-  image.at<float>(2, 9) = kInf;
-  for (size_t i = 0; i < at.size(); ++i) {
-    const float v = i % 97 == 5 ? kNaN : at[i];
-    reinterpret_cast<float*>(near.view().data)[i] = v;
-    reinterpret_cast<float*>(far.view().data)[i] = i % 2 == 1 ? v * 0x1p-15f : v;
-  }
-  for (const TableFilter filter : {TableFilter::kLinear, TableFilter::kCubic}) {
-    const LookupParams p{.filter = filter, .border = {0.5}};
-    const Samples a = Values(Lookup(FromImage(far), FromImage(image), {}, p)),
-                  b = Values(Lookup(FromImage(near), TableFromImage(image.view().Sub({0, 0, 4, 64})), p));
-    for (size_t i = 0; i < a.size(); ++i)
-      ASSERT_TRUE(std::fabs(a[i] - b[i]) <= 3e-7f || a[i] == b[i] || (std::isnan(a[i]) && std::isnan(b[i])));
-  }
-}
-
 TEST_P(LookupTest, SlicesMakeThirdAndFourthAxes) {
   const Samples values = Random(2 * 3 * 4 * 5 * 3, 0, 1, 12);
   Image image(ImageSpec(3, 2 * 4 * 5, 3));

@@ -16,6 +16,7 @@
 
 #include "ops/lookup/gather-inl.h"
 #include "ops/lookup/pictures-inl.h"
+#include "ops/lookup/row_pairs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -46,19 +47,20 @@ class LookupStage final : public graph::TileStage {
                        !plan_.params.projective && plan_.coordinate_channels >= 2 &&
                        plan_.coordinate_channels <= 4;
     if (plain) picture_ = PictureMethodOf(*plan_.groups[0][0]);
+    if (picture_.gather != nullptr) pairs_ = RowPairs::Of(*plan_.groups[0][0], plan_.window.pixels());
   }
 
   Roi InputRoi(int, const Roi& out) const override { return mipmap() ? Inflate(out, 1, 1) : out; }
 
   // Squares, whose texels lie close together wherever the coordinates are smooth, once a table is larger than
-  // the nearer caches. Single samples of a picture that no cache holds are so few bytes that the rows of
-  // coordinates count for more: they are asked for farther ahead in wider tiles.
+  // the nearer caches. Single samples of a picture that no cache holds, or that needs little of one, are so
+  // few bytes that the rows of coordinates count for more: they are asked for farther ahead in wider tiles.
   graph::TileSize Preferred() const override {
     int64_t bytes = 0;
     for (const auto& levels : plan_.groups) bytes += levels.front()->bytes();
-    if (picture_.gather != nullptr && plan_.groups[0][0]->texel() == 1 && bytes >= kCacheBytes)
-      return {256, 64};
-    return bytes > (int64_t{1} << 19) ? graph::TileSize{64, 64} : graph::TileSize{};
+    if (bytes <= int64_t{1} << 19) return {};
+    const bool single = picture_.gather != nullptr && plan_.groups[0][0]->texel() == 1;
+    return {single && (bytes <= kMidBytes || bytes >= kCacheBytes) ? 256 : 64, 64};
   }
 
   void Run(const graph::TileArgs& args) const override {
@@ -79,61 +81,95 @@ class LookupStage final : public graph::TileStage {
   struct Block {
     Taps taps;
     int x = 0, y = 0, count = 0;
-    bool lost = false;  // some coordinate may be no number
+    bool lost = false;             // some coordinate may be no number
+    const float* pairs = nullptr;  // when they are better than the picture
+  };
+
+  // What all blocks of a tile have in common. What is asked once a block costs as much as some pixels.
+  struct Blocks {
+    int log_width, rows;
+    BlockCoordinates coords;
+    BlockResults results;
+    bool direct;   // full blocks are written where they belong
+    float* aside;  // a block's coordinates or results else
   };
 
   // Blocks from coordinates to results. In a picture that no cache holds they are squarish, so that texels
   // lie close together, and located well ahead of the second pass, while texels are on their way.
   void RunPicture(const graph::TileArgs& args) const {
     const Roi& r = args.out.roi;
-    const bool large = plan_.groups[0][0]->bytes() >= kCacheBytes;
+    const Grid& grid = *plan_.groups[0][0];
+    const bool large = grid.bytes() >= kCacheBytes;
     const int log_width = large && r.width() % 16 == 0 && r.height() % 4 == 0 ? 4 : 6, width = 1 << log_width;
     const int across = (r.width() + width - 1) / width, height = kChunk >> log_width;
-    const int blocks = across * (r.height() / height), ahead = large ? kAhead : 0;
+    const int count = across * (r.height() / height), ahead = large ? kAhead : 0;
+    Blocks blocks{log_width,
+                  height,
+                  {nullptr,
+                   {log_width, args.in[0].row_stride / 4},
+                   args.in[0].channels,
+                   {plan_.axes[0], plan_.axes[1]}},
+                  {nullptr,
+                   {log_width, args.out.row_stride / 4},
+                   args.stream && (height == 1 || args.out.row_stride % 64 == 0)},
+                  args.out.channels == grid.texel() && InOrder(args.channels),
+                  args.scratch.Allocate<float>(4 * kChunk)};
     auto* const ring = args.scratch.Allocate<Block>(static_cast<size_t>(ahead) + 1);
-    for (int k = 0; k < blocks + ahead; ++k) {
-      if (k < blocks) {
-        Block& block = ring[k % (ahead + 1)];
-        block.x = r.x0 + k % across * width, block.y = r.y0 + k / across * height;
-        block.count = std::min(width, r.x1 - block.x);
-        LocateBlock(args, log_width, block);
+    Block *located = ring, *gathered = ring, *const end = ring + ahead + 1;
+    int x = r.x0, y = r.y0;
+    for (int k = 0; k < count + ahead; ++k) {
+      if (k < count) {
+        located->x = x, located->y = y, located->count = std::min(width, r.x1 - x);
+        LocateBlock(args, blocks, *located);
+        if (++located == end) located = ring;
+        if ((x += width) >= r.x1) x = r.x0, y += height;
       }
-      if (k >= ahead) GatherBlock(args, log_width, ring[(k - ahead) % (ahead + 1)]);
+      if (k >= ahead) {
+        GatherBlock(args, blocks, *gathered);
+        if (++gathered == end) gathered = ring;
+      }
     }
   }
   static const float* CoordinatesAt(const graph::TileArgs& args, int x, int y) {
     return reinterpret_cast<const float*>(args.in[0].At(x, y));
   }
-  void LocateBlock(const graph::TileArgs& args, int log_width, Block& block) const {
-    const ConstImageView& in = args.in[0];
-    BlockCoordinates coords{CoordinatesAt(args, block.x, block.y),
-                            {log_width, in.row_stride / 4},
-                            in.channels,
-                            {plan_.axes[0], plan_.axes[1]}};
-    const int rows = kChunk >> log_width, rounded = rows > 1 ? kChunk : Rounded(block.count);
-    alignas(64) float padded[4 * kChunk];
-    if (rows == 1 && block.count != rounded) {
-      std::fill(std::copy_n(coords.from, block.count * in.channels, padded), padded + rounded * in.channels,
-                0.0f);
-      coords.from = padded;
+  HWY_INLINE void LocateBlock(const graph::TileArgs& args, const Blocks& blocks, Block& block) const {
+    BlockCoordinates coords = blocks.coords;
+    coords.from = CoordinatesAt(args, block.x, block.y);
+    const int rounded = RoundedCount(blocks, block);
+    if (blocks.rows == 1 && block.count != rounded) {
+      std::fill(std::copy_n(coords.from, block.count * coords.channels, blocks.aside),
+                blocks.aside + rounded * coords.channels, 0.0f);
+      coords.from = blocks.aside;
     }
-    AskForCoordinates(in, block.x, block.y, block.count, rows);
+    AskForCoordinates(args.in[0], block.x, block.y, block.count, blocks.rows);
+    block.pairs = pairs_ != nullptr ? pairs_->For(coords, rounded) : nullptr;
     block.lost = picture_.locate(*plan_.groups[0][0], coords, rounded, block.taps);
   }
-  void GatherBlock(const graph::TileArgs& args, int log_width, const Block& block) const {
+  HWY_INLINE void GatherBlock(const graph::TileArgs& args, const Blocks& blocks, const Block& block) const {
     const Grid& grid = *plan_.groups[0][0];
-    const int rows = kChunk >> log_width, rounded = rows > 1 ? kChunk : Rounded(block.count);
-    auto* const to = reinterpret_cast<float*>(args.out.At(block.x, block.y));
-    alignas(64) float copy[4 * kChunk];
-    BlockResults results{copy, {log_width, grid.texel() << log_width}, false};
-    const bool direct =
-        (rows > 1 || block.count == rounded) && args.out.channels == grid.texel() && InOrder(args.channels);
-    if (direct) results = {to, {log_width, args.out.row_stride / 4}, args.stream && s::CanStream(to)};
-    const bool careful = picture_.gather(grid, block.taps, rounded, results) || block.lost;
-    for (int row = 0; row < rows && (careful || !direct); ++row) {
+    const int rounded = RoundedCount(blocks, block);
+    BlockResults results = blocks.results;
+    const bool direct = blocks.direct && (blocks.rows > 1 || block.count == rounded);
+    if (direct) {
+      results.to = reinterpret_cast<float*>(args.out.At(block.x, block.y));
+      results.stream = results.stream && s::CanStream(results.to);
+    } else {
+      results = {blocks.aside, {blocks.log_width, grid.texel() << blocks.log_width}, false};
+    }
+    const bool suspicious = block.pairs != nullptr ? pairs_->Gather(block.pairs, block.taps, rounded, results)
+                                                   : picture_.gather(grid, block.taps, rounded, results);
+    const bool careful = suspicious || block.lost;
+    if (careful || !direct) Finish(args, block, results, blocks.rows, careful, direct);
+  }
+  HWY_NOINLINE void Finish(const graph::TileArgs& args, const Block& block, const BlockResults& results,
+                           int rows, bool careful, bool direct) const {
+    for (int row = 0; row < rows; ++row) {
       float* const here = results.to + row * results.rows.stride;
       const int y = block.y + row;
-      if (careful) MendRow(grid, CoordinatesAt(args, block.x, y), args.in[0].channels, block.count, here);
+      if (careful) {
+        MendRow(*plan_.groups[0][0], CoordinatesAt(args, block.x, y), args.in[0].channels, block.count, here);
+      }
       if (!direct) Write(args, 0, block.x, y, block.count, here);
     }
   }
@@ -144,6 +180,9 @@ class LookupStage final : public graph::TileStage {
       const auto* const p = reinterpret_cast<const float*>(in.At(x, row));
       for (int i = 0; i < count * in.channels; i += 16) hwy::Prefetch(p + i);
     }
+  }
+  static int RoundedCount(const Blocks& blocks, const Block& block) {
+    return blocks.rows > 1 ? kChunk : Rounded(block.count);
   }
   static int Rounded(int count) { return (count + s::kLanes - 1) / s::kLanes * s::kLanes; }
 
@@ -356,6 +395,7 @@ class LookupStage final : public graph::TileStage {
   LookupPlan plan_;
   std::vector<LookupFunction> methods_;
   PictureMethod picture_;
+  std::unique_ptr<RowPairs> pairs_;
 };
 
 std::unique_ptr<graph::TileStage> NewLookupStage(const LookupPlan& plan) {

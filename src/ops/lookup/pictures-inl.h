@@ -21,6 +21,8 @@ namespace tessera::ops::HWY_NAMESPACE {
 
 // A picture of this size is in no cache.
 inline constexpr int64_t kCacheBytes = int64_t{1} << 25;
+// Up to this one, a copy of twice the size would still be in one.
+inline constexpr int64_t kMidBytes = int64_t{6} << 20;
 
 // Coordinates of a block of pixels, two of `channels` (2 to 4) adjacent floats each.
 struct BlockCoordinates {
