@@ -266,8 +266,9 @@ LatticePlace GridCursor::RowPlaceOf(size_t k) const {
 // The third and fourth coordinate of an octave.
 void GridCursor::PlaceSlice(size_t k, int slice) {
   const NoiseOctave& octave = field_.plan_.octaves[k];
-  place_[1][k] = PlaceOf(field_.plan_, octave, 2, slice);
-  place_[2][k] = PlaceOf(field_.plan_, octave, 3, 0);
+  const int dims = field_.plan_.params.dims;
+  if (dims > 2) place_[1][k] = PlaceOf(field_.plan_, octave, 2, slice);
+  if (dims > 3) place_[2][k] = PlaceOf(field_.plan_, octave, 3, 0);
   if (!field_.collapses_) return;
   const auto place = [&](int axis) {
     const LatticePlace& at = place_[axis - 1][k];
@@ -278,8 +279,8 @@ void GridCursor::PlaceSlice(size_t k, int slice) {
     g.fade = FadeOf(g.fraction);
     return g;
   };
-  if (field_.plan_.params.dims > 2) rows_[k].fill.z = place(2);
-  if (field_.plan_.params.dims > 3) rows_[k].fill.w = place(3);
+  if (dims > 2) rows_[k].fill.z = place(2);
+  if (dims > 3) rows_[k].fill.w = place(3);
   rows_[k].valid = false;
 }
 
@@ -331,9 +332,20 @@ void GridCursor::FillLattice(Rows& rows, const uint32_t* hash) {
   rows.valid = true;
 }
 
+// A row at a place between lattice rows, but for its pixels.
+inline void GridCursor::Place(Rows& rows, const GridField::RowPlace& y, float* out, bool stream) {
+  GridRow& row = rows.row;
+  if (!rows.valid || y.hash[0] != rows.lower_hash || y.hash[1] != rows.upper_hash) {
+    FillLattice(rows, y.hash);
+  }
+  row.fraction = y.fraction;
+  row.fade = y.fade;
+  row.out = out;
+  row.stream = stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
+}
+
 void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
   Rows& rows = rows_[k];
-  GridRow& row = rows.row;
   const std::vector<GridField::RowPlace>& known = field_.rows_[k].between;
   const auto index = static_cast<size_t>(row_ - field_.first_row_);
   GridField::RowPlace unknown;
@@ -344,18 +356,32 @@ void GridCursor::CollapsedRow(size_t k, float* out, bool stream) {
     const LatticePlace place = RowPlaceOf(k);
     unknown = field_.Between(field_.plan_.octaves[k], place, FadeOf(static_cast<float>(place.fraction)));
   }
-  if (!rows.valid || y->hash[0] != rows.lower_hash || y->hash[1] != rows.upper_hash) {
-    FillLattice(rows, y->hash);
-  }
-  row.fraction = y->fraction;
-  row.fade = y->fade;
-  row.out = out;
-  row.stream = stream && reinterpret_cast<uintptr_t>(out) % 64 == 0;
+  Place(rows, *y, out, stream);
   if (field_.plan_.params.method == NoiseMethod::kAccumulate) {
-    if (k == 0) std::fill_n(out, row.count, row.bias);
-    return AccumulatedRow(row, field_.columns_[k], out);
+    if (k == 0) std::fill_n(out, rows.row.count, rows.row.bias);
+    return AccumulatedRow(rows.row, field_.columns_[k], out);
   }
-  field_.grid_.row(row);
+  field_.grid_.row(rows.row);
+}
+
+void GridCursor::Run(int y0, int y1, float* out, ptrdiff_t stride, bool stream) {
+  const NoisePlan& plan = field_.plan_;
+  const bool collapsed = field_.collapses_ && plan.octaves.size() == 1 && !bent_ &&
+                         plan.params.method != NoiseMethod::kAccumulate;
+  for (int y = y0; y < y1; ++y, out += stride) {
+    // Rows of one octave whose places are known: narrow ones take no longer than what Row() looks at.
+    const int top = slice_top_ + field_.first_row_;
+    if (collapsed && y >= std::max(slice_begin_, top) && y < slice_end_) {
+      const std::vector<GridField::RowPlace>& known = field_.rows_[0].between;
+      const int last = std::min({y1, slice_end_, top + static_cast<int>(known.size())});
+      for (; y < last; ++y, out += stride) {
+        Place(rows_[0], known[static_cast<size_t>(y - top)], out, stream);
+        field_.grid_.row(rows_[0].row);
+      }
+      if (y == y1) return;
+    }
+    Row(y, out, nullptr, stream);
+  }
 }
 
 // Adds a batch of an octave, in value_ and slope_, to a row's pixels from `at`.

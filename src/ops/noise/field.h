@@ -2,6 +2,7 @@
 #ifndef TESSERA_OPS_NOISE_FIELD_H_
 #define TESSERA_OPS_NOISE_FIELD_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -69,6 +70,8 @@ class GridCursor {
   // Values of row y at x0 .. x1 - 1; `slopes`: dims arrays, null unless the field has them. Writes around the
   // cache when asked and one octave is all there is.
   void Row(int y, float* out, float* const* slopes = nullptr, bool stream = false);
+  // Values of rows y0 .. y1 - 1, which lie `stride` floats apart.
+  void Run(int y0, int y1, float* out, ptrdiff_t stride, bool stream);
 
  private:
   struct Rows {  // of one octave
@@ -83,6 +86,7 @@ class GridCursor {
   float FadeOf(float fraction) const;
   LatticePlace RowPlaceOf(size_t octave) const;
   void FillLattice(Rows& rows, const uint32_t* hash);
+  void Place(Rows& rows, const GridField::RowPlace& y, float* out, bool stream);
   void CollapsedRow(size_t k, float* out, bool stream);
   void AccumulatedRow(const GridRow& row, const GridField::Columns& columns, float* out);
   void AddBatch(const NoiseOctave& octave, int at, int count, float* out, float* const* slopes);

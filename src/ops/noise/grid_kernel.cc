@@ -93,18 +93,18 @@ class BlendedEdges {
   }
   // Of mixed hashes of the same point in both planes.
   HWY_INLINE Corner operator()(VU lower, VU upper) const {
-    const s::DU du;
-    // Which of 0, 1, -1 (as 0, 1, 2) the coordinates of the 12 edges are, four bits each; thrice that.
-    alignas(64) static constexpr uint32_t kLower[16] = {0x110, 0x120, 0x210, 0x220, 0x101, 0x102,
+    // Which of 0, 1, -1 (as 0, 1, 2) the coordinates of the 12 edges are, four bits each; thrice that. They
+    // are looked up by the edges where these are, in the upper words.
+    alignas(64) static constexpr uint16_t kLower[32] = {0x110, 0x120, 0x210, 0x220, 0x101, 0x102,
                                                         0x201, 0x202, 0x011, 0x012, 0x021, 0x022};
-    alignas(64) static constexpr uint32_t kUpper[16] = {0x330, 0x360, 0x630, 0x660, 0x303, 0x306,
+    alignas(64) static constexpr uint16_t kUpper[32] = {0x330, 0x360, 0x630, 0x660, 0x303, 0x306,
                                                         0x603, 0x606, 0x033, 0x036, 0x063, 0x066};
-    const auto code = [&](const uint32_t* table, VU h) HWY_ATTR {
-      return hn::TableLookupLanes(hn::Load(du, table), hn::IndicesFromVec(du, s::LatticeEdge(h)));
+    const auto code = [](const uint16_t* table, VU h) HWY_ATTR {
+      return VU{_mm512_permutexvar_epi16(s::UpperLatticeEdge(h).raw, _mm512_load_si512(table))};
     };
     const VU pair = hn::Add(code(kLower, lower), code(kUpper, upper));
-    return {Pick(across_, pair), Pick(across_, hn::ShiftRight<4>(pair)),
-            Pick(along_, hn::ShiftRight<8>(pair))};
+    return {Pick(across_, hn::ShiftRight<16>(pair)), Pick(across_, hn::ShiftRight<20>(pair)),
+            Pick(along_, hn::ShiftRight<24>(pair))};
   }
 
  private:

@@ -74,13 +74,15 @@ class NoiseStage final : public graph::TileStage {
       }
     }
     const bool direct = channels == 1 && planes[0] != ones && planes[0] != zeros && !gradient;
+    if (direct) {
+      const size_t field = fields_.size() > 1 ? static_cast<size_t>(args.channels[0]) : 0;
+      float* const out = reinterpret_cast<float*>(args.out.At(r.x0, r.y0));
+      const ptrdiff_t stride =
+          r.height() > 1 ? reinterpret_cast<float*>(args.out.At(r.x0, r.y0 + 1)) - out : 0;
+      return cursors[field].Run(r.y0, r.y1, out, stride, args.stream);
+    }
     for (int y = r.y0; y < r.y1; ++y) {
       float* const out = reinterpret_cast<float*>(args.out.At(r.x0, y));
-      if (direct) {
-        const size_t field = fields_.size() > 1 ? static_cast<size_t>(args.channels[0]) : 0;
-        cursors[field].Row(y, out, nullptr, args.stream);
-        continue;
-      }
       for (size_t c = 0; c < cursors.size(); ++c) {
         const bool needed = std::find(planes.begin(), planes.end(), values[c]) != planes.end();
         if (needed || gradient) cursors[c].Row(y, values[c], gradient ? slopes : nullptr);

@@ -18,6 +18,7 @@
 #include <hwy/highway.h>
 
 #include "ops/noise/edge-inl.h"
+#include "ops/noise/place-inl.h"
 #include "ops/noise/shaped-inl.h"
 #include "simd/lattice-inl.h"
 
@@ -27,90 +28,6 @@ namespace s = simd::HWY_NAMESPACE;
 namespace hn = hwy::HWY_NAMESPACE;
 using s::V;
 using s::VU;
-
-// A position in cells.
-template <int kDims>
-struct Place {
-  V whole[kDims], fraction[kDims];
-};
-
-HWY_INLINE void LoadTriples(const float* in, V* p) {
-  const s::D d;
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-  // Two look-ups in two registers for a coordinate; the third of the vectors' lanes come last.
-  alignas(64) static constexpr int32_t kFirst[3][16] = {
-      {0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0},
-      {1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 0, 0, 0, 0, 0},
-      {2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 0, 0, 0, 0, 0, 0}};
-  alignas(64) static constexpr int32_t kSecond[3][16] = {
-      {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29},
-      {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30},
-      {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31}};
-  const V a = hn::LoadU(d, in), b = hn::LoadU(d, in + 16), c = hn::LoadU(d, in + 32);
-#pragma GCC unroll 3
-  for (int k = 0; k < 3; ++k) {
-    const __m512 two = _mm512_permutex2var_ps(a.raw, _mm512_load_si512(kFirst[k]), b.raw);
-    p[k] = V{_mm512_permutex2var_ps(two, _mm512_load_si512(kSecond[k]), c.raw)};
-  }
-#else
-  hn::LoadInterleaved3(d, in, p[0], p[1], p[2]);
-#endif
-}
-
-template <int kDims>
-HWY_INLINE void LoadCoordinates(const float* in, int channels, V* p) {
-  const s::D d;
-  V rest;
-  if (channels == 3) {
-    if constexpr (kDims == 3) {
-      LoadTriples(in, p);
-    } else {
-      hn::LoadInterleaved3(d, in, p[0], p[1], rest);
-    }
-  } else if (channels == 4) {
-    V third;
-    hn::LoadInterleaved4(d, in, p[0], p[1], third, rest);
-    if constexpr (kDims == 3) p[2] = third;
-  } else if constexpr (kDims == 2) {
-    hn::LoadInterleaved2(d, in, p[0], p[1]);
-  }
-}
-
-// Quintic noise of one octave at positions that are cells already is what most rows are: kPlain.
-template <int kDims, bool kPlain>
-HWY_INLINE Place<kDims> PlaceOf(const PointRow& a, const V* p) {
-  const s::D d;
-  Place<kDims> place;
-#pragma GCC unroll 16
-  for (int k = 0; k < kDims; ++k) {
-    const V frequency = hn::Set(d, a.frequency[k][0]);
-    place.whole[k] = hn::Floor(hn::Mul(p[k], frequency));
-    place.fraction[k] = hn::MulSub(p[k], frequency, place.whole[k]);
-    if (kPlain) continue;
-    const V rest =
-        hn::Add(hn::MulAdd(p[k], hn::Set(d, a.frequency[k][1]), place.fraction[k]), hn::Set(d, a.offset[k]));
-    const V carry = hn::Floor(rest);
-    place.whole[k] = hn::Add(place.whole[k], carry);
-    place.fraction[k] = hn::Sub(rest, carry);
-  }
-  return place;
-}
-template <int kDims>
-HWY_INLINE Place<kDims> InOctave(const PointOctave& o, const Place<kDims>& base) {
-  const s::D d;
-  const V s0 = hn::Set(d, o.scale[0]), s1 = hn::Set(d, o.scale[1]);
-  Place<kDims> place;
-#pragma GCC unroll 16
-  for (int k = 0; k < kDims; ++k) {
-    const V whole = hn::Floor(hn::Mul(base.whole[k], s0));
-    V rest = hn::MulAdd(base.whole[k], s1, hn::MulSub(base.whole[k], s0, whole));
-    rest = hn::Add(hn::MulAdd(base.fraction[k], s0, rest), hn::Set(d, o.shift[k]));
-    const V carry = hn::Floor(rest);
-    place.whole[k] = hn::Add(whole, carry);
-    place.fraction[k] = hn::Sub(rest, carry);
-  }
-  return place;
-}
 
 // Whole numbers are made integers by adding 1.5 * 2^23: their bits are kIntegerBits + the number, as long as
 // it is within 2^22.
@@ -127,6 +44,15 @@ HWY_INLINE V Blended(const V* fade, V* corner) {
     }
   }
   return corner[0];
+}
+
+// The axes' products of a corner, before the mix.
+template <int kDims>
+HWY_INLINE VU Joined(const VU* axis) {
+  if constexpr (kDims == 2) return hn::Xor(axis[0], axis[1]);
+  // One instruction with AVX-512; without it pairs are shared by two corners.
+  return HWY_TARGET <= HWY_AVX3 ? hn::Xor3(axis[0], axis[1], axis[2])
+                                : hn::Xor(hn::Xor(axis[1], axis[2]), axis[0]);
 }
 
 template <int kDims, bool kPlain>
@@ -155,13 +81,10 @@ HWY_INLINE V NoiseOf(const PointRow& a, const PointOctave& o, const Place<kDims>
     V from[kDims];
 #pragma GCC unroll 16
     for (int k = 0; k < kDims; ++k) from[k] = offset[k][c >> k & 1];
-    VU h = hn::Xor(side[0][c & 1], side[1][c >> 1 & 1]);
-    if constexpr (kDims == 3) {
-      // One instruction with AVX-512; without it pairs are shared by two corners.
-      h = HWY_TARGET <= HWY_AVX3 ? hn::Xor3(side[0][c & 1], side[1][c >> 1 & 1], side[2][c >> 2])
-                                 : hn::Xor(h, side[2][c >> 2]);
-    }
-    corner[c] = s::LatticeProjection<kDims>(s::LatticeMix(h), from);
+    VU axis[kDims];
+#pragma GCC unroll 16
+    for (int k = 0; k < kDims; ++k) axis[k] = side[k][c >> k & 1];
+    corner[c] = s::LatticeProjection<kDims>(s::LatticeMix(Joined<kDims>(axis)), from);
   }
   return hn::MulAdd(Blended<kDims>(fade, corner), hn::Set(d, a.scale), hn::Zero(d));
 }
@@ -176,7 +99,7 @@ HWY_INLINE V ShapedBy(NoiseSum sum, V n) {
 #if HWY_TARGET == HWY_AVX2 || (HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86)
 #define TESSERA_POINT_BLOCKS 1
 // Vectors of a block, all of which stays in L1, and how few are not worth one.
-constexpr int kBlockVectors = 16, kFewVectors = 4;
+constexpr int kBlockVectors = 24, kFewVectors = 4;
 
 template <int kDims>
 struct Block {
@@ -237,9 +160,10 @@ HWY_INLINE void BlockCorners(const PointOctave& o, int vectors, const Ahead& nex
     for (VU& x : side[0]) x = hn::Xor(x, seed);
 #pragma GCC unroll 16
     for (int c = 0; c < 1 << kDims; ++c) {
-      VU h = side[1][c >> 1 & 1];
-      if constexpr (kDims == 3) h = hn::Xor(h, side[2][c >> 2]);
-      h = s::LatticeMix(hn::Xor(h, side[0][c & 1]));
+      VU axis[kDims];
+#pragma GCC unroll 16
+      for (int k = 0; k < kDims; ++k) axis[k] = side[k][c >> k & 1];
+      VU h = s::LatticeMix(Joined<kDims>(axis));
       if constexpr (kDims == 3) h = TopEdge(h);
       hn::Store(h, du, b.corner[i][c]);
     }
@@ -327,7 +251,6 @@ HWY_INLINE void BlockValues(const PointRow& a, const PointOctave& o, bool first,
     for (int k = 0; k < kDims; ++k) {
       offset[k][0] = hn::Load(d, b.fraction[i][k]);
       offset[k][1] = hn::Sub(offset[k][0], one);
-      fade[k] = s::FadeWeight(offset[k][0], kind);
     }
 #pragma GCC unroll 16
     for (int c = 0; c < 1 << kDims; ++c) {
@@ -340,8 +263,17 @@ HWY_INLINE void BlockValues(const PointRow& a, const PointOctave& o, bool first,
       } else {
         corner[c] = s::LatticeProjection<kDims>(h, from);
       }
+      // As Blended(), but neighbours as soon as both are there: sums then alternate with gradients' look-ups,
+      // which other units do.
+#pragma GCC unroll 16
+      for (int k = 0; k < kDims; ++k) {
+        const int size = 2 << k, low = c + 1 - size;
+        if ((c + 1) % size != 0) break;
+        if (low == 0) fade[k] = s::FadeWeight(offset[k][0], kind);
+        corner[low] = hn::MulAdd(fade[k], hn::Sub(corner[low + size / 2], corner[low]), corner[low]);
+      }
     }
-    const V value = hn::MulAdd(Blended<kDims>(fade, corner), scale, hn::Zero(d));
+    const V value = hn::MulAdd(corner[0], scale, hn::Zero(d));
     const V sum = SumBefore(a, first, out + i * lanes);
     hn::StoreU(hn::MulAdd(kPlain ? value : ShapedBy(a.sum, value), weight, sum), d, out + i * lanes);
   }
@@ -366,8 +298,9 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
   const Ahead next = {in + static_cast<ptrdiff_t>(vectors) * lanes * a.channels,
                       std::min(ahead, vectors * lanes) * a.channels, lanes * a.channels};
   VU wrong = hn::Zero(du);
-  const auto octave = [&](const PointOctave& o, bool first, const auto& place_at) HWY_ATTR {
-    wrong = hn::Or(wrong, BlockPlaces<kDims>(o, vectors, b, place_at));
+  const auto places_of = [&](const PointOctave& o, const auto& place_at)
+                             HWY_ATTR { wrong = hn::Or(wrong, BlockPlaces<kDims>(o, vectors, b, place_at)); };
+  const auto sum_of = [&](const PointOctave& o, bool first) HWY_ATTR {
     BlockCorners<kDims>(o, vectors, first ? next : Ahead{}, b);
 #if HWY_TARGET == HWY_AVX2
     BlockPairs<kDims>(kPlain ? 0 : a.fade, vectors, b);
@@ -377,7 +310,16 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
 #endif
   };
   if constexpr (kPlain) {
-    octave(a.octaves[0], true, first_place);
+    if (a.channels == kDims && AreCells<kDims>(a)) {
+      places_of(a.octaves[0], [in, lanes](int i) HWY_ATTR {
+        V p[kDims];
+        LoadCoordinates<kDims>(in + static_cast<ptrdiff_t>(i) * lanes * kDims, kDims, p);
+        return PlaceOfCells<kDims>(p);
+      });
+    } else {
+      places_of(a.octaves[0], first_place);
+    }
+    sum_of(a.octaves[0], true);
   } else {
     for (int i = 0; i < vectors; ++i) {
       const Place<kDims> place = first_place(i);
@@ -388,7 +330,7 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
     }
     for (int k = 0; k < a.octave_count; ++k) {
       const PointOctave& o = a.octaves[k];
-      octave(o, k == 0, [&](int i) HWY_ATTR {
+      places_of(o, [&](int i) HWY_ATTR {
         Place<kDims> place;
         for (int j = 0; j < kDims; ++j) {
           place.whole[j] = hn::Load(d, b.base_whole[i][j]);
@@ -396,6 +338,7 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
         }
         return o.scaled ? InOctave<kDims>(o, place) : place;
       });
+      sum_of(o, k == 0);
     }
   }
   return hn::AllTrue(du, hn::Eq(hn::And(wrong, hn::Set(du, 0xff800000u)), hn::Zero(du)));
