@@ -214,11 +214,10 @@ inline bool LocateCubic(const Grid& grid, const BlockCoordinates& block, int cou
 
 // Second passes: true when some result may be infinite or no number. Vectors go to memory as they are.
 
-// Two pixels' pairs of neighbours are joined in 128 bits: along y first, as they lie, then along x.
-inline bool GatherSquares1(const Grid& grid, const Taps& taps, int count, const BlockResults& results) {
+// Squares blended along y, by rows(first pixel, distances) for half a vector of pixels, then along x.
+template <class Rows>
+HWY_INLINE bool BlendSquares(const Taps& taps, int count, const BlockResults& results, const Rows& rows) {
   const s::D d;
-  const float* const below = grid.data();
-  const float* const above = below + grid.axis(1).stride;
   const int width = std::min(count, 1 << results.rows.log_width);
   Sink sink(results);
   float* to = results.to;
@@ -227,22 +226,28 @@ inline bool GatherSquares1(const Grid& grid, const Taps& taps, int count, const 
     for (int k = 0; k < width; k += s::kLanes) {
       const int i = first + k;
       const V low = hn::Load(d, taps.distance + 2 * i), high = hn::Load(d, taps.distance + 2 * i + s::kLanes);
-      const auto rows = [&](int pixel, V distance) HWY_ATTR {
-        const int32_t* const place = taps.base + pixel;
-        const auto pairs = [&](const float* row) HWY_ATTR {
-          return s::VectorOfQuads(
-              [&](int j)
-                  HWY_ATTR { return s::JoinPairs(At<1>(row, place[j / 2]), At<1>(row, place[j / 2 + 1])); },
-              0);
-        };
-        return s::LerpFromNearer(pairs(below), pairs(above), hn::DupOdd(distance));
-      };
       V left, right;
       SplitLanes(rows(i, low), rows(i + s::kLanes / 2, high), left, right);
       sink.Store(InLaneOrder(s::LerpFromNearer(left, right, EvenLanes(low, high))), to + k);
     }
   }
   return sink.Suspicious();
+}
+
+// Two pixels' pairs of neighbours are joined in 128 bits: along y first, as they lie.
+inline bool GatherSquares1(const Grid& grid, const Taps& taps, int count, const BlockResults& results) {
+  const float* const below = grid.data();
+  const float* const above = below + grid.axis(1).stride;
+  return BlendSquares(taps, count, results, [&](int pixel, V distance) HWY_ATTR {
+    const int32_t* const place = taps.base + pixel;
+    const auto pairs = [&](const float* row) HWY_ATTR {
+      return s::VectorOfQuads(
+          [&](int j)
+              HWY_ATTR { return s::JoinPairs(At<1>(row, place[j / 2]), At<1>(row, place[j / 2 + 1])); },
+          0);
+    };
+    return s::LerpFromNearer(pairs(below), pairs(above), hn::DupOdd(distance));
+  });
 }
 inline bool GatherSquares4(const Grid& grid, const Taps& taps, int count, const BlockResults& results) {
   return BlendSquares4(grid.data(), static_cast<ptrdiff_t>(grid.axis(1).stride) * 4, taps, count, results);

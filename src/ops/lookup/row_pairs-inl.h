@@ -44,32 +44,16 @@ HWY_INLINE bool FarApart(const BlockCoordinates& block, int count, float rows) {
 
 inline bool GatherSquarePairs(const float* pairs, const Grid&, const Taps& taps, int count,
                               const BlockResults& results) {
-  const s::D d;
-  const int width = std::min(count, 1 << results.rows.log_width);
-  Sink sink(results);
-  float* to = results.to;
-  const ptrdiff_t row = results.rows.stride;
-  for (int first = 0; first < count; first += width, to += row) {
-    for (int k = 0; k < width; k += s::kLanes) {
-      const int i = first + k;
-      const V low = hn::Load(d, taps.distance + 2 * i), high = hn::Load(d, taps.distance + 2 * i + s::kLanes);
-      const auto rows = [&](int pixel, V distance) HWY_ATTR {
-        const int32_t* const place = taps.base + pixel;
-        const auto squares = [&](int odd) HWY_ATTR {
-          return s::LoadQuads(
-              [&](int j) HWY_ATTR { return pairs + 2 * size_t{static_cast<uint32_t>(place[j / 2 + odd])}; },
-              0);
-        };
-        V below, above;
-        SplitLanes(squares(0), squares(1), below, above);
-        return s::LerpFromNearer(below, above, hn::DupOdd(distance));
-      };
-      V left, right;
-      SplitLanes(rows(i, low), rows(i + s::kLanes / 2, high), left, right);
-      sink.Store(InLaneOrder(s::LerpFromNearer(left, right, EvenLanes(low, high))), to + k);
-    }
-  }
-  return sink.Suspicious();
+  return BlendSquares(taps, count, results, [&](int pixel, V distance) HWY_ATTR {
+    const int32_t* const place = taps.base + pixel;
+    const auto squares = [&](int odd) HWY_ATTR {
+      return s::LoadQuads(
+          [&](int j) HWY_ATTR { return pairs + 2 * size_t{static_cast<uint32_t>(place[j / 2 + odd])}; }, 0);
+    };
+    V below, above;
+    SplitLanes(squares(0), squares(1), below, above);
+    return s::LerpFromNearer(below, above, hn::DupOdd(distance));
+  });
 }
 
 // Two rows of four entries fill half a vector. Pixels kFirst, kFirst + 1 alternate by two entries in the
