@@ -19,6 +19,8 @@ struct RenderOptions {
   int tile_width = 0, tile_height = 0;        // 0: the planner's choice
   bool optimize = true;                       // fold, drop and share; off for comparison
   bool shuffle_tiles = false;                 // serial, in a shuffled order: for tests
+  // Names of rewrite rules (RewriteRules) that are not applied, or "all": for tests and for finding a fault.
+  std::vector<std::string> rules_off = {};
   std::function<bool(double)> progress = {};  // called with the share done in [0,1]; false cancels
 };
 
@@ -42,6 +44,15 @@ Image Render(const Node& node, PixelType type = PixelType::kFloat, const RenderO
 // between is a point operation (in place).
 void RenderInto(const Node& node, const ImageView& out, const RenderOptions& options = {},
                 RunStats* stats = nullptr);
+
+// A rule that rewrites the bound list of steps of a run (loads, operations, stores) into a faster one.
+struct RuleInfo {
+  std::string name;
+  std::string help;     // what becomes what, in a line
+  bool rounds = false;  // may round integer results differently, within 2^-12 of a tie; else bits are equal
+};
+// Every rule, in the order of application.
+const std::vector<RuleInfo>& RewriteRules();
 
 // The plan in words: passes, fused stages, tile shape, bytes moved. Nothing is evaluated.
 std::string Explain(const Node& node, PixelType type = PixelType::kFloat, const RenderOptions& options = {});

@@ -149,6 +149,11 @@ void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderO
 
 }  // namespace graph
 
+const std::vector<RuleInfo>& RewriteRules() {
+  static const std::vector<RuleInfo> rules;
+  return rules;
+}
+
 Image Render(const Node& node, PixelType type, const RenderOptions& options, RunStats* stats) {
   ImageSpec spec = node.spec();
   spec.type = type;
