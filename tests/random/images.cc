@@ -79,7 +79,9 @@ float ValueAt(const Picture& p, Draw& draw, const float (&colors)[2][8], int x, 
       return draw.Below(3) == 0 ? HardValue(draw) : static_cast<float>(draw.Real(-0.75, 1.75));
     case Content::kPhotograph: {
       const Image& photo = Photograph(p.seed);
-      return c % 4 == 3 ? 1.0f : photo.at<float>(dx % 512, (dy + static_cast<int>(p.seed % 97)) % 256, c % 4 % 3);
+      const Roi& w = photo.spec().data_window;
+      const int from_y = (dy + static_cast<int>(p.seed % 97)) % w.height();
+      return c % 4 == 3 ? 1.0f : photo.at<float>(w.x0 + dx % w.width(), w.y0 + from_y, c % 4);
     }
     case Content::kCount:
       break;
