@@ -57,10 +57,9 @@ std::string PixelsName(const Program& program, BufferId id) {
 }
 
 void DescribePoints(const Program& program, const Points& points, std::string& text) {
-  text += points.whole_rows
-              ? "  point run, whole rows\n"
-              : "  point run, blocks of " + std::to_string(kBlockPixels) + " pixels, " +
-                    std::to_string(points.planes) + " planes\n";
+  text += points.whole_rows ? "  point run, whole rows\n"
+                            : "  point run, blocks of " + std::to_string(kBlockPixels) + " pixels, " +
+                                  std::to_string(points.planes) + " planes\n";
   for (const BlockOp& op : points.ops) {
     if (const auto* const load = std::get_if<LoadOp>(&op)) {
       text += "    load " + PixelsName(program, load->from) + "\n";

@@ -19,6 +19,7 @@ class GrowStage final : public TileStage {
  public:
   Roi InputRoi(int, const Roi& out) const override { return out; }
   Border InputBorder(int) const override { return Border::kBlack; }
+  bool Accepts(PixelType) const override { return true; }
   void Run(const TileArgs& args) const override {
     const Roi& roi = args.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {

@@ -1,5 +1,5 @@
-// The plan: a graph after optimisation as a flat list of steps over tiles. It says what is computed from what;
-// how, once the pixels' layouts are known, is what binding decides (program.h).
+// The plan: a graph after optimisation as a flat list of steps over tiles. It says what is computed from
+// what; how, once the pixels' layouts are known, is what binding decides (program.h).
 #ifndef TESSERA_GRAPH_PLAN_H_
 #define TESSERA_GRAPH_PLAN_H_
 

@@ -1,5 +1,6 @@
-// The bound plan: once the pixels' layouts are known, a list of steps over named buffers that a worker carries
-// out for any region without a question. Rules (rules.h) rewrite the list; bits do not depend on them.
+// The bound plan: once the pixels' layouts are known, a list of steps over named buffers that a worker
+// carries out for any region without a question. Rules (rules.h) rewrite the list; bits do not depend on
+// them.
 #ifndef TESSERA_GRAPH_PROGRAM_H_
 #define TESSERA_GRAPH_PROGRAM_H_
 
@@ -24,9 +25,9 @@ struct Layout {
   PixelType type = PixelType::kFloat;
   int channels = 0;
   ptrdiff_t channel_stride = 0, pixel_stride = 0;  // bytes
-  bool aligned = true;    // every sample lies at a multiple of its size
-  bool ascending = true;  // a row begins behind the end of the one before
-  int first = 0;          // of a source: the source's channel that is channel 0 here
+  bool aligned = true;                             // every sample lies at a multiple of its size
+  bool ascending = true;                           // a row begins behind the end of the one before
+  int first = 0;                                   // of a source: the source's channel that is channel 0 here
 
   static Layout Of(const ConstImageView& view);
   static Layout Packed(PixelType type, int channels, int first = 0);
@@ -97,8 +98,8 @@ struct Window {
 };
 
 struct Step {
-  int made = 0;      // the plan's buffer that it makes
-  BufferId to = 0;   // whose pixels it writes: that buffer's own, or the result's
+  int made = 0;     // the plan's buffer that it makes
+  BufferId to = 0;  // whose pixels it writes: that buffer's own, or the result's
   std::variant<Points, Samples, ByteMoves, Window> how;
   std::vector<std::string> rules;  // that were applied, by name
 };
@@ -120,7 +121,7 @@ class Program {
   // Names of the rules that were applied, each once.
   std::vector<std::string> AppliedRules() const;
 
-  std::vector<Step> steps;                               // rules change it
+  std::vector<Step> steps;                                // rules change it
   std::vector<std::unique_ptr<const PointStage>> stages;  // made by rules
 
  private:

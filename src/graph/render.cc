@@ -79,8 +79,8 @@ class Evaluation final : public Prepass {
       RunWhole(n, image.view());
       return image;
     };
-    if (root.data()->op->Kind() == OpKind::kWhole && rules_.IsOn(kWholeInResult) && out != nullptr && IsDenseFloat(*out) &&
-        out->roi == root.spec().data_window) {
+    if (root.data()->op->Kind() == OpKind::kWhole && rules_.IsOn(kWholeInResult) && out != nullptr &&
+        IsDenseFloat(*out) && out->roi == root.spec().data_window) {
       NoteRule(kWholeInResult);
       RunWhole(ResolveInputs(root, compute), *out);
       return;

@@ -1,4 +1,5 @@
-// Steps that compute nothing: for every byte of a result's pixel the byte that it is a copy of, or a constant.
+// Steps that compute nothing: for every byte of a result's pixel the byte that it is a copy of, or a
+// constant.
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -92,8 +93,8 @@ bool MoveBytes(Program& program, size_t step) {
                    layout.channels == result.channels;
     }
     for (size_t b = 0; b < bytes && c * bytes + b < simd::kMostMovedBytes; ++b) {
-      found.moves.result[c * bytes + b] = {input, static_cast<int>(static_cast<size_t>(origin->channel) * bytes + b),
-                                           constant[b]};
+      found.moves.result[c * bytes + b] = {
+          input, static_cast<int>(static_cast<size_t>(origin->channel) * bytes + b), constant[b]};
     }
   }
   if (found.in.empty()) return false;

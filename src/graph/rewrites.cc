@@ -13,9 +13,8 @@ Points* PointsAt(Program& program, size_t step) { return std::get_if<Points>(&pr
 
 // Planes that nobody else reads.
 bool AreReadOnce(const std::array<PlaneId, 4>& planes, const std::vector<int>& readers) {
-  return std::all_of(planes.begin(), planes.end(), [&](PlaneId p) {
-    return p >= kFirstFreePlane && readers[static_cast<size_t>(p)] == 1;
-  });
+  return std::all_of(planes.begin(), planes.end(),
+                     [&](PlaneId p) { return p >= kFirstFreePlane && readers[static_cast<size_t>(p)] == 1; });
 }
 
 // The load of whole RGBA pixels whose planes are this input of an op and nobody else's; ops.size() for none.

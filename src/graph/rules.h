@@ -1,5 +1,5 @@
-// The rules that rewrite a bound plan's steps into faster ones, each with a name, a precondition on layouts and
-// a switch. Bits do not depend on them, but where a rule says that it rounds.
+// The rules that rewrite a bound plan's steps into faster ones, each with a name, a precondition on layouts
+// and a switch. Bits do not depend on them, but where a rule says that it rounds.
 #ifndef TESSERA_GRAPH_RULES_H_
 #define TESSERA_GRAPH_RULES_H_
 

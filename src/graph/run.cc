@@ -21,8 +21,7 @@ bool HasMargin(const ConstImageView& view, ptrdiff_t margin, const Roi& region) 
 
 }  // namespace
 
-TileWorker::TileWorker(const Program& program)
-    : program_(program), moves_(simd::CurrentMoveFunctions()) {
+TileWorker::TileWorker(const Program& program) : program_(program), moves_(simd::CurrentMoveFunctions()) {
   const Plan& plan = program.plan();
   for (int i = 0; i <= program.result(); ++i) is_tile_.push_back(program.IsTile(i));
   made_.resize(plan.buffers.size());
@@ -75,8 +74,8 @@ void TileWorker::Run(std::span<const SourceView> sources, const ImageView& out, 
   if (stream) simd::FlushStreams();
 }
 
-// An input of a tile stage: pixels as they lie, or, beyond the image's edge and where no margin may be read, a
-// copy with what the border shows.
+// An input of a tile stage: pixels as they lie, or, beyond the image's edge and where no margin may be read,
+// a copy with what the border shows.
 ConstImageView TileWorker::Fetch(const Window& window, size_t input, const Roi& out) {
   const TileStep::Input& planned = window.planned->in[input];
   const Window::Input& in = window.in[input];

@@ -38,10 +38,10 @@ class TileWorker {
   base::Arena arena_;
   Regions regions_;
   std::vector<bool> is_tile_;
-  std::vector<ConstImageView> views_;   // by BufferId
-  std::vector<ImageView> made_;         // by the plan's buffer
-  std::vector<ptrdiff_t> margins_;      // by BufferId
-  std::vector<PointsRunner> runners_;   // by step; unused where it is no Points
+  std::vector<ConstImageView> views_;  // by BufferId
+  std::vector<ImageView> made_;        // by the plan's buffer
+  std::vector<ptrdiff_t> margins_;     // by BufferId
+  std::vector<PointsRunner> runners_;  // by step; unused where it is no Points
   struct Inputs {
     std::vector<ConstImageView> views;
     std::vector<std::span<const int>> channels;

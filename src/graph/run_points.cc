@@ -47,7 +47,7 @@ PointsRunner::PointsRunner(const Program& program, const Points& points, BufferI
     compute.stage = planned.stage;
     compute.direct = planned.direct;
     compute.to_result = planned.to_result;
-    compute.inputs = std::make_unique<const float* [][4]>(planned.in.size());
+    compute.inputs = std::make_unique<const float*[][4]>(planned.in.size());
     for (size_t k = 0; k < planned.in.size(); ++k) {
       for (size_t p = 0; p < 4; ++p) compute.inputs[k][p] = plane(planned.in[k][p]);
     }

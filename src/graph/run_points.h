@@ -19,8 +19,8 @@ struct PixelGroup {
   alignas(base::kAlignment) std::byte pixels[kGroupPixels * 16] = {};
 };
 
-// One worker's: its planes and, prepared once, everything that a call of a load, a stage or a store is told but
-// the place of the pixels.
+// One worker's: its planes and, prepared once, everything that a call of a load, a stage or a store is told
+// but the place of the pixels.
 class PointsRunner {
  public:
   PointsRunner() = default;
@@ -40,7 +40,7 @@ class PointsRunner {
     PointArgs args;
     std::array<BufferId, ComputeOp::kMostDirect> direct = {-1, -1, -1};
     bool to_result = false;
-    std::unique_ptr<const float* [][4]> inputs;  // args.in
+    std::unique_ptr<const float*[][4]> inputs;  // args.in
   };
   // One of the two, by index.
   struct Item {
