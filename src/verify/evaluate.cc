@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <unordered_map>
 #include <utility>
@@ -24,7 +23,13 @@ using reference::ImageD;
 
 constexpr double kU = 0x1p-24;
 
-Evaluated Empty(const Roi& roi, int channels) { return {ImageD(roi, channels), ImageD(roi, channels)}; }
+Evaluated Empty(const Roi& roi, int channels) { return {ImageD(roi, channels), ImageD(roi, channels), {}}; }
+
+// Keeps out's jumps only where there are some.
+void DropWithoutJumps(Evaluated& out) {
+  const auto& all = out.jump.samples;
+  if (std::none_of(all.begin(), all.end(), [](double v) { return v > 0; })) out.jump = {};
+}
 
 // Calls f(x, y, c) for every sample.
 template <typename F>
@@ -41,6 +46,7 @@ Evaluated Shuffle(const NodeData& d, std::span<const Evaluated> in, const Roi& r
   for (const Node& input : d.inputs) specs.push_back(input.spec());
   const std::vector<graph::ChannelRef> map = d.op->ChannelMap(specs);
   Evaluated out = Empty(roi, d.spec.channel_count());
+  out.jump = ImageD(roi, d.spec.channel_count());
   ForEachSample(out.value, [&](int x, int y, int c) {
     const graph::ChannelRef& ref = map[static_cast<size_t>(c)];
     if (ref.input < 0) {
@@ -50,73 +56,23 @@ Evaluated Shuffle(const NodeData& d, std::span<const Evaluated> in, const Roi& r
     const Evaluated& from = in[static_cast<size_t>(ref.input)];
     out.value.at(x, y, c) = from.value.at(x, y, ref.channel);
     out.tolerance.at(x, y, c) = from.tolerance.at(x, y, ref.channel);
+    out.jump.at(x, y, c) = from.JumpAt(x, y, ref.channel);
   });
+  DropWithoutJumps(out);
   return out;
 }
 
 Evaluated Crop(const Evaluated& in, const Roi& roi, int channels) {
   Evaluated out = Empty(roi, channels);
+  out.jump = ImageD(roi, channels);
   ForEachSample(out.value, [&](int x, int y, int c) {
     if (!in.value.roi.Contains({x, y, x + 1, y + 1})) return;
     out.value.at(x, y, c) = in.value.at(x, y, c);
     out.tolerance.at(x, y, c) = in.tolerance.at(x, y, c);
+    out.jump.at(x, y, c) = in.JumpAt(x, y, c);
   });
+  DropWithoutJumps(out);
   return out;
-}
-
-using CallFunction = std::function<void(ImageD& result, ImageD* scales)>;
-
-// How an input's errors pass through a weighted sum: as the sum of |weight * tolerance|, which is its scale
-// at those samples less what the other inputs and a bias contribute. `input` is the operation's; it is put
-// back.
-void AddWeighted(const ImageD& tolerance, ImageD& input, const CallFunction& call, Evaluated& out) {
-  const Roi& roi = out.value.roi;
-  ImageD result(roi, out.value.channels), with = result, without = result;
-  const ImageD kept = input;
-  input = tolerance;
-  call(result, &with);
-  input = ImageD(tolerance.roi, tolerance.channels);
-  call(result, &without);
-  input = kept;
-  ForEachSample(with, [&](int x, int y, int c) {
-    const double passed = with.at(x, y, c) - without.at(x, y, c);
-    if (std::isfinite(passed)) out.tolerance.at(x, y, c) += std::max(0.0, passed);
-  });
-}
-
-// The same for any operation: its response to inputs moved by their tolerances, each channel alone and either
-// way, the larger effects added. Exact for affine operations, first order for the rest. Where neighbours take
-// part their errors may have any signs: some sets of signs are tried as well, and the largest effect counts
-// twice.
-void AddResponses(const ImageD& tolerance, bool neighbours, ImageD& input, const CallFunction& call,
-                  Evaluated& out) {
-  const ImageD kept = input;
-  const int sets = neighbours ? 8 : 2;
-  for (int moved = 0; moved < tolerance.channels; ++moved) {
-    ImageD largest(out.value.roi, out.value.channels), response = largest;
-    bool any = false;
-    for (int set = 0; set < sets; ++set) {
-      ForEachSample(tolerance, [&](int x, int y, int c) {
-        if (c != moved || !(tolerance.at(x, y, c) > 0)) return;
-        any = true;
-        uint32_t hash = static_cast<uint32_t>(x) * 0x9E3779B1u ^ static_cast<uint32_t>(y) * 0x85EBCA77u;
-        hash = (hash ^ hash >> 15) * 0xC2B2AE3Du;
-        const bool up = set < 2 ? set == 0 : (hash >> (set + 8) & 1) != 0;
-        input.at(x, y, c) += up ? tolerance.at(x, y, c) : -tolerance.at(x, y, c);
-      });
-      if (any) call(response, nullptr);
-      input = kept;
-      if (!any) break;
-      ForEachSample(largest, [&](int x, int y, int c) {
-        const double change = std::fabs(response.at(x, y, c) - out.value.at(x, y, c));
-        if (std::isfinite(change)) largest.at(x, y, c) = std::max(largest.at(x, y, c), change);
-      });
-    }
-    if (!any) continue;
-    ForEachSample(largest, [&](int x, int y, int c) {
-      out.tolerance.at(x, y, c) += (neighbours ? 2 : 1) * largest.at(x, y, c);
-    });
-  }
 }
 
 }  // namespace
@@ -130,9 +86,12 @@ const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
     const Roi& window = input.spec().data_window;
     long double sum = 0;
     int64_t count = 0;
+    // A mean of very many has no error to speak of, and is wanted of whole images.
+    ReferenceEngine exact(bound_);
+    exact.values_only_ = true;
     constexpr int kRows = 64;  // a band at a time bounds the memory
     for (int y = window.y0; y < window.y1; y += kRows) {
-      const Evaluated band = Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
+      const Evaluated band = exact.Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
       for (int64_t i = 0; i < band.value.roi.pixels(); ++i) {
         const double* p = &band.value.samples[static_cast<size_t>(i * band.value.channels)];
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
@@ -167,11 +126,8 @@ double ReferenceEngine::Work(const Node& node, const Roi& roi) {
 }
 
 Evaluated ReferenceEngine::Evaluate(const Node& node, const Roi& roi) {
-  // Nested calls (statistics) must not clear what their caller has gathered.
-  std::map<Key, Evaluated> outer = std::exchange(shared_, {});
-  Evaluated result = EvaluateNode(node, roi);
-  shared_ = std::move(outer);
-  return result;
+  shared_.clear();
+  return EvaluateNode(node, roi);
 }
 
 Evaluated ReferenceEngine::Shared(const Node& node, const Roi& roi) {
@@ -222,24 +178,31 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   if (d.op->Kind() == OpKind::kShuffle) return Shuffle(d, in, roi);
 
   Evaluated out = Empty(roi, d.spec.channel_count());
-  ImageD scale(roi, d.spec.channel_count());
-  std::vector<ImageD> values;
-  for (const Evaluated& e : in) values.push_back(e.value);
   const std::vector<double>& statistics = Statistics(node);
-  const auto call = [&](ImageD& result, ImageD* scales) {
-    entry->evaluate({d.op->Parameters(), values, specs, d.spec, statistics, result, scales});
-  };
-  call(out.value, &scale);
+  std::vector<ImageD> values, tolerances;
+  for (const Evaluated& e : in) values.push_back(e.value);
+  if (values_only_) {
+    entry->evaluate({d.op->Parameters(), values, specs, d.spec, statistics, out.value, nullptr});
+    return out;
+  }
+  for (const Evaluated& e : in) tolerances.push_back(e.tolerance);
+  ImageD scale(roi, d.spec.channel_count());
+  out.jump = scale;
+  entry->evaluate({d.op->Parameters(), values, specs, d.spec, statistics, out.value, &scale, &out.jump,
+                   tolerances});
+  DropWithoutJumps(out);
   const double bound = bound_(d.op->Name()) * kU;
   ForEachSample(out.value,
                 [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
 
+  Operation operation;
+  operation.evaluate = [&](std::span<const ImageD> from, ImageD& result) {
+    entry->evaluate({d.op->Parameters(), from, specs, d.spec, statistics, result, nullptr});
+  };
+  operation.neighbours = entry->input_roi != nullptr || entry->sized_roi != nullptr;
+  operation.separate_channels = d.op->Kind() == OpKind::kChannel;
   for (size_t k = 0; k < in.size(); ++k) {
-    if ((entry->weighted_sum_of >> k & 1) != 0) {
-      AddWeighted(in[k].tolerance, values[k], call, out);
-    } else {
-      AddResponses(in[k].tolerance, entry->input_roi != nullptr, values[k], call, out);
-    }
+    PassErrors(operation, in, k, (entry->weighted_sum_of >> k & 1) != 0, out);
   }
   return out;
 }

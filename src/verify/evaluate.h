@@ -10,13 +10,9 @@
 
 #include "reference/reference.h"
 #include "tessera/node.h"
+#include "verify/propagate.h"
 
 namespace tessera::verify {
-
-// A region in double and, per sample, the error that the operations' bounds allow a float32 evaluation.
-struct Evaluated {
-  reference::ImageD value, tolerance;
-};
 
 class ReferenceEngine {
  public:
@@ -46,6 +42,7 @@ class ReferenceEngine {
   using Key = std::tuple<const graph::NodeData*, int, int, int, int>;
   std::map<Key, Evaluated> shared_;
   std::set<std::string> remarks_;
+  bool values_only_ = false;
 };
 
 }  // namespace tessera::verify
