@@ -52,6 +52,9 @@ struct Call {
   // How far the samples of each input may be off, same shapes as `in`; empty where they are exact. Only for
   // judging decisions: how errors of inputs pass through an operation is tried out by those who ask.
   std::span<const ImageD> tolerances = {};
+  // The largest finite magnitude of each whole input, channels together, 0 where nobody asked (Entry's
+  // wants_largest); may be empty.
+  std::span<const double> largest = {};
 
   void Undecided(int x, int y, int c, double jump) const {
     if (undecided == nullptr) return;
@@ -81,6 +84,8 @@ struct Entry {
   std::string remark = {};
   // Asked in place of input_roi where the region of the one input depends on that image's size as well.
   SizedRoiFunction sized_roi = nullptr;
+  // Whether an input's largest sample anywhere is part of the bound: recursive filters run along whole lines.
+  bool (*wants_largest)(const std::any& parameters, int input) = nullptr;
 
   // The region of input k that a region of the result comes from.
   Roi InputRoi(const std::any& parameters, int k, const ImageSpec& in, const Roi& out) const {

@@ -34,9 +34,11 @@ class ReferenceEngine {
   Evaluated EvaluateNode(const Node& node, const Roi& roi);
   Evaluated EvaluateOp(const Node& node, const Roi& roi);
   const std::vector<double>& Statistics(const Node& node);
+  double Largest(const Node& node);
 
   BoundFunction bound_;
   std::map<const graph::NodeData*, std::vector<double>> statistics_;
+  std::map<const graph::NodeData*, double> largest_;
   // Regions of shared nodes, for one call of Evaluate: a graph of diamonds is not evaluated exponentially
   // often.
   using Key = std::tuple<const graph::NodeData*, int, int, int, int>;
