@@ -2,6 +2,7 @@
 #include "random/compare.h"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <set>
@@ -26,11 +27,24 @@ Words Prefixed(const std::string& variant, const Words& words) {
   return words ? Words(variant + ": " + *words) : std::nullopt;
 }
 
+using Clock = std::chrono::steady_clock;
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+// A case that takes longer is given up, and one that took so long is not compared in further ways.
+constexpr double kMostSeconds = 5, kLongSeconds = 0.5;
+
 // One case with what its comparisons share.
 class Comparison {
  public:
   Comparison(const Case& c, const std::string& folder, Tally& tally)
-      : c_(c), folder_(folder), tally_(tally), built_(Build(c)), base_(Render(node(), c.type, {.threads = 1})) {}
+      : c_(c), folder_(folder), tally_(tally), built_(Build(c)) {
+    RunStats stats;
+    base_ = Limited(node(), {.threads = 1}, &stats);
+    for (const std::string& rule : std::set<std::string>(stats.rules.begin(), stats.rules.end()))
+      tally_.Add(kApplied, rule);
+  }
+  double seconds() const { return SecondsSince(start_); }
 
   Words Of(Check check) {
     switch (check) {
@@ -59,13 +73,13 @@ class Comparison {
       case Check::kInPlace:
         return InPlace();
       case Check::kEager:
-        return DifferEager(built_, true, false, tally_);
+        return DifferEager(built_);
       case Check::kTargets:
         return Targets();
       case Check::kReference:
-        return DifferEager(built_, false, true, tally_);
+        return BeyondReference(built_, tally_);
       case Check::kVerify:
-        return WrongVerdict(node(), c_.type);
+        return WrongVerdict(node(), base_, c_.index, tally_);
       case Check::kCount:
         break;
     }
@@ -74,9 +88,20 @@ class Comparison {
 
  private:
   const Node& node() const { return built_.result(); }
+  // Render, or Cancelled where the case has taken too long.
+  Image Limited(const Node& of, RenderOptions options, RunStats* stats = nullptr) const {
+    return Limited(of, c_.type, std::move(options), stats);
+  }
+  Image Limited(const Node& of, PixelType type, RenderOptions options, RunStats* stats = nullptr) const {
+    options.progress = Progress();
+    return Render(of, type, options, stats);
+  }
+  std::function<bool(double)> Progress() const {
+    return [start = start_](double) { return SecondsSince(start) < kMostSeconds; };
+  }
   const Image& Floats() {
     if (floats_.view().data == nullptr)
-      floats_ = Render(node(), PixelType::kFloat, {.threads = 1, .rules_off = {"all"}});
+      floats_ = Limited(node(), PixelType::kFloat, {.threads = 1, .rules_off = {"all"}});
     return floats_;
   }
   // Where a rule may round, or may have been applied to one of two variants only.
@@ -89,25 +114,21 @@ class Comparison {
     return words;
   }
   Words Against(const std::string& variant, const RenderOptions& options) {
-    return Prefixed(variant, Differ(Render(node(), c_.type, options).view(), base_.view()));
+    return Prefixed(variant, Differ(Limited(node(), options).view(), base_.view()));
   }
 
   Words Rules() {
-    const std::string plan = Explain(node(), c_.type);
-    for (const RuleInfo& rule : RewriteRules()) {
-      if (plan.find("{" + rule.name + "}") != std::string::npos) ++tally_.rules_on[rule.name];
-    }
-    const Image off = Render(node(), c_.type, {.threads = 1, .rules_off = {"all"}});
+    const Image off = Limited(node(), {.threads = 1, .rules_off = {"all"}});
     return Prefixed("rules on against off", DifferMaybeRounded(base_.view(), off.view()));
   }
   Words EachRule() {
     const auto& rules = RewriteRules();
     for (int k = 0; k < c_.rules; ++k) {
       const RuleInfo& rule = rules[static_cast<size_t>(c_.first_rule + k) % rules.size()];
-      ++tally_.rules_off[rule.name];
-      const Image off = Render(node(), c_.type, {.threads = 1, .rules_off = {rule.name}});
-      const Words words = rule.rounds ? DifferMaybeRounded(base_.view(), off.view())
-                                      : Differ(base_.view(), off.view());
+      tally_.Add(kSwitchedOff, rule.name);
+      const Image off = Limited(node(), {.threads = 1, .rules_off = {rule.name}});
+      // Where one that rounds is among those that are on, others may keep it from being applied.
+      const Words words = DifferMaybeRounded(base_.view(), off.view());
       if (words) return Prefixed("with rule " + rule.name + " against without", words);
     }
     return std::nullopt;
@@ -120,15 +141,14 @@ class Comparison {
     }
     const Pixels pixels(part, node().spec().channel_count(), c_.type, c_.layout);
     pixels.Scribble();
-    RenderInto(node(), pixels.view(), {.threads = 1});
+    RenderInto(node(), pixels.view(), {.threads = 1, .progress = Progress()});
     const std::string variant = "caller's " + c_.layout.Words() + (c_.partial ? " in part" : "");
     if (!pixels.GapsAreWhole()) return variant + ": bytes between the pixels were written";
     return Prefixed(variant, DifferMaybeRounded(pixels.view(), base_.view()));
   }
   Words Stream() {
     const Built streamed = Build(c_, Backing::kStreamed);
-    const Image image = Render(streamed.result(), c_.type,
-                               {.threads = c_.threads == 3 ? 2 : 1, .tile_height = c_.tile_height});
+    const Image image = Limited(streamed.result(), {.threads = c_.threads == 3 ? 2 : 1, .tile_height = c_.tile_height});
     return Prefixed("streamed sources", DifferMaybeRounded(image.view(), base_.view()));
   }
   Words File() {
@@ -179,11 +199,12 @@ class Comparison {
     return words;
   }
 
+  const Clock::time_point start_ = Clock::now();
   const Case& c_;
   const std::string& folder_;
   Tally& tally_;
   const Built built_;
-  const Image base_;
+  Image base_;
   Image floats_;
 };
 
@@ -194,26 +215,31 @@ std::optional<Finding> Comparer::Run(const Case& c) {
   try {
     comparison.emplace(c, folder_, tally_);
   } catch (const Error&) {
-    ++tally_.refused;
+    tally_.Add(kCases, "refused");
     return std::nullopt;
   }
+  tally_.Add(kCases, "compared");
   std::set<std::string> rows;
   for (const Step& step : c.steps) rows.insert(step.op->name);
-  for (const std::string& row : rows) ++tally_.rows[row];
+  for (const std::string& row : rows) tally_.Add(kCompared, row);
   for (int k = 0; k < static_cast<int>(Check::kCount); ++k) {
     const auto check = static_cast<Check>(k);
     if ((c.checks & Bit(check)) == 0) continue;
-    ++tally_.checks[static_cast<size_t>(k)];
+    if (comparison->seconds() > kLongSeconds) {
+      tally_.Add(kCases, "cut short");
+      return std::nullopt;
+    }
+    tally_.Add(kChecked, CheckName(check));
     std::optional<std::string> words;
     try {
       words = comparison->Of(check);
+    } catch (const Cancelled&) {
+      tally_.Add(kCases, "given up");
     } catch (const Error& e) {
       words = std::string("refused: ") + e.what();
     }
-    if (words) {
-      SetSimdTarget("auto");
-      return Finding{check, *words};
-    }
+    SetSimdTarget("auto");
+    if (words) return Finding{check, *words};
   }
   return std::nullopt;
 }

@@ -134,8 +134,8 @@ struct Generator::State {
   }
 };
 
-Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder)
-    : rows_(std::move(rows)), words_(rows_, folder) {
+Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder, Tally& tally)
+    : rows_(std::move(rows)), words_(rows_, folder), tally_(tally) {
   for (const OpInfo* op : rows_) {
     const graph::OpKind kind = KindOf(*op);
     if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) tiles_.push_back(op);
@@ -161,7 +161,6 @@ bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s) {
     around.channels = s.pictures[0].spec().channel_count();
   }
   step.words = words_.Drawn(draw, op, around);
-  Drawn& drawn = drawn_[op.name];
   const size_t pictures_before = s.pictures.size();
   const auto undo = [&] {
     s.pictures.resize(pictures_before);
@@ -204,15 +203,15 @@ bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s) {
     const Node node = op.make(inputs, arguments, op.generator ? &spec : nullptr);
     if (node.spec().data_window.pixels() * node.spec().channel_count() > kMostSamples ||
         node.spec().data_window.empty()) {
-      ++drawn.too_large;
+      tally_.Add(kTooLarge, op.name);
       return undo();
     }
     s.steps.push_back(node);
     s.made.steps.push_back(step);
-    ++drawn.accepted;
+    tally_.Add(kAccepted, op.name);
     return true;
   } catch (const Error&) {
-    ++drawn.refused;
+    tally_.Add(kRefused, op.name);
     return undo();
   }
 }

@@ -4,13 +4,13 @@
 #define TESSERA_TESTS_RANDOM_GENERATE_H_
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "ops/registry.h"
 #include "random/draw.h"
 #include "random/images.h"
+#include "random/tally.h"
 #include "random/values.h"
 #include "tessera/node.h"
 
@@ -71,19 +71,13 @@ enum class Backing { kView, kStreamed };
 Built Build(const Case& c, Backing backing = Backing::kView);
 Node MakeStep(const Step& step, const std::vector<Node>& values);
 
-// What was drawn of a row.
-struct Drawn {
-  int64_t accepted = 0, refused = 0, too_large = 0;
-};
-
 class Generator {
  public:
   // `rows`: what is drawn from; `folder` for files that arguments name.
-  Generator(std::vector<const ops::OpInfo*> rows, const std::string& folder);
+  Generator(std::vector<const ops::OpInfo*> rows, const std::string& folder, Tally& tally);
   // `only`, where not null, is one of the operations.
   Case Make(uint64_t seed, uint64_t index, const ops::OpInfo* only = nullptr);
   const std::vector<const ops::OpInfo*>& rows() const { return rows_; }
-  const std::map<std::string, Drawn>& drawn() const { return drawn_; }
 
  private:
   struct State;
@@ -93,7 +87,7 @@ class Generator {
 
   std::vector<const ops::OpInfo*> rows_, tiles_, points_;
   WordSource words_;
-  std::map<std::string, Drawn> drawn_;
+  Tally& tally_;
 };
 
 // All rows of the registry.

@@ -1,108 +1,140 @@
-// Random pipelines as long as one likes: prints its seed, what was found, shrunk, and how fast it was.
+// Random pipelines for as long as one likes: every way of evaluating a graph against the others.
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
+#include <cstring>
 #include <string>
-#include <vector>
+#include <thread>
 
-#include "random/compare.h"
-#include "random/shrink.h"
+#include "random/workers.h"
+#include "tessera/render.h"
 
 namespace tessera::random {
 namespace {
 
+constexpr char kUsage[] =
+    "random_pipelines [--seconds N | --count N] [--seed S] [--from I] [--only OP] [--workers N]\n"
+    "                 [--failures N] [--no-shrink] [--coverage] [--require-coverage]\n"
+    "Draws graphs from the registry and compares all ways of evaluating them; 60 seconds by default.\n"
+    "Case I of seed S alone: --seed S --from I --count 1.\n";
+
 struct Options {
-  double seconds = 60;
-  int64_t count = -1;
-  uint64_t seed = 0, from = 0;
-  std::string only;
-  bool coverage = false, fixed_seed = false;
-  int failures = 10;
+  Run run;
+  bool coverage = false, require_coverage = false;
 };
 
-double Seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-int Run(const Options& o) {
-  std::printf("seed %llu\n", static_cast<unsigned long long>(o.seed));
-  std::fflush(stdout);
-  const std::string folder =
-      (std::filesystem::temp_directory_path() / ("random_pipelines." + std::to_string(getpid()))).string();
-  std::filesystem::create_directories(folder);
-  Generator generator(RegistryRows(), folder);
-  Comparer comparer(folder);
-  const ops::OpInfo* only = o.only.empty() ? nullptr : ops::FindOp(o.only);
-  const double start = Seconds();
-  int64_t cases = 0, failures = 0;
-  std::vector<std::pair<double, std::string>> slowest;
-  for (uint64_t i = o.from; o.count >= 0 ? cases < o.count : Seconds() - start < o.seconds; ++i) {
-    const double before = Seconds();
-    const Case c = generator.Make(o.seed, i, only);
-    if (std::getenv("RANDOM_TRACE") != nullptr) std::fprintf(stderr, "%s\n", InWords(c).c_str());
-    const auto finding = comparer.Run(c);
-    const double took = Seconds() - before;
-    ++cases;
-    slowest.emplace_back(took, std::to_string(i) + " " + CommandLine(c));
-    std::sort(slowest.rbegin(), slowest.rend());
-    if (slowest.size() > 10) slowest.pop_back();
-    if (!finding) continue;
-    ++failures;
-    Comparer again(folder);
-    const Fails fails = [&](const Case& candidate) {
-      try {
-        const auto f = again.Run(candidate);
-        return f && f->check == finding->check;
-      } catch (const std::exception&) {
+bool Parse(int argc, char** argv, Options& o) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--coverage") {
+      o.coverage = true;
+    } else if (word == "--require-coverage") {
+      o.require_coverage = true;
+    } else if (word == "--no-shrink") {
+      o.run.shrink = false;
+    } else if (i + 1 == argc) {
+      return false;
+    } else {
+      const char* const value = argv[++i];
+      if (word == "--seconds") {
+        o.run.seconds = std::atof(value);
+      } else if (word == "--count") {
+        o.run.count = std::atoll(value);
+      } else if (word == "--seed") {
+        o.run.seed = std::strtoull(value, nullptr, 10);
+      } else if (word == "--from") {
+        o.run.from = std::strtoull(value, nullptr, 10);
+      } else if (word == "--workers") {
+        o.run.workers = std::max(1, std::atoi(value));
+      } else if (word == "--failures") {
+        o.run.failures = std::max(1, std::atoi(value));
+      } else if (word == "--only") {
+        o.run.only = ops::FindOp(value);
+        if (o.run.only == nullptr) return false;
+      } else {
         return false;
       }
-    };
-    Case shrunk = c;
-    shrunk.checks = Bit(finding->check);
-    shrunk = Shrunk(shrunk, fails);
-    const auto last = again.Run(shrunk);
-    std::printf("FAILED %s: %s\n  was: %s\n%s\n", CheckName(finding->check),
-                last ? last->what.c_str() : "(not again)", finding->what.c_str(), InWords(shrunk).c_str());
-    std::fflush(stdout);
-    if (failures >= o.failures) break;
-  }
-  const double took = Seconds() - start;
-  std::filesystem::remove_all(folder);
-  std::printf("%lld cases in %.1f s, %.1f cases/s, %lld failed\n", static_cast<long long>(cases), took,
-              static_cast<double>(cases) / took, static_cast<long long>(failures));
-  for (const auto& [seconds, line] : slowest) std::printf("%7.3f s  %s\n", seconds, line.c_str());
-  if (o.coverage) {
-    for (const ops::OpInfo* op : generator.rows()) {
-      const auto it = generator.drawn().find(op->name);
-      const Drawn d = it != generator.drawn().end() ? it->second : Drawn();
-      std::printf("%-20s accepted %lld refused %lld too large %lld compared %lld referenced %lld\n",
-                  op->name.c_str(), static_cast<long long>(d.accepted), static_cast<long long>(d.refused),
-                  static_cast<long long>(d.too_large), static_cast<long long>(comparer.tally().rows[op->name]),
-                  static_cast<long long>(comparer.tally().referenced[op->name]));
     }
   }
-  return failures > 0 ? 1 : 0;
+  return true;
+}
+
+long long Of(const Report& r, const char* kind, const std::string& name) {
+  return static_cast<long long>(r.tally.Of(kind, name));
+}
+
+void PrintCoverage(const Report& r) {
+  std::printf("%-20s %9s %9s %9s %9s %9s %9s\n", "row", "accepted", "refused", "too large", "compared", "reference",
+              "undecided");
+  for (const ops::OpInfo* op : RegistryRows()) {
+    std::printf("%-20s %9lld %9lld %9lld %9lld %9lld %9lld\n", op->name.c_str(), Of(r, kAccepted, op->name),
+                Of(r, kRefused, op->name), Of(r, kTooLarge, op->name), Of(r, kCompared, op->name),
+                Of(r, kReferenced, op->name), Of(r, kUndecided, op->name));
+  }
+  for (const RuleInfo& rule : RewriteRules()) {
+    std::printf("rule %-20s applied %lld, switched off alone %lld\n", rule.name.c_str(), Of(r, kApplied, rule.name),
+                Of(r, kSwitchedOff, rule.name));
+  }
+  for (int k = 0; k < static_cast<int>(Check::kCount); ++k) {
+    const std::string name = CheckName(static_cast<Check>(k));
+    std::printf("comparison %-12s %lld\n", name.c_str(), Of(r, kChecked, name));
+  }
+  const auto cases = r.tally.counts().find(kCases);
+  if (cases == r.tally.counts().end()) return;
+  for (const auto& [name, count] : cases->second)
+    std::printf("cases %-20s %lld\n", name.c_str(), static_cast<long long>(count));
+}
+
+// How much was never seen.
+int Missing(const Report& r) {
+  int missing = 0;
+  const auto need = [&](const char* kind, const std::string& name) {
+    if (r.tally.Of(kind, name) > 0) return;
+    std::printf("MISSING %s %s\n", kind, name.c_str());
+    ++missing;
+  };
+  for (const ops::OpInfo* op : RegistryRows()) need(kCompared, op->name);
+  for (const RuleInfo& rule : RewriteRules()) need(kApplied, rule.name), need(kSwitchedOff, rule.name);
+  for (int k = 0; k < static_cast<int>(Check::kCount); ++k) need(kChecked, CheckName(static_cast<Check>(k)));
+  return missing;
+}
+
+int Main(Options o) {
+  o.run.rows = RegistryRows();
+  o.run.progress = isatty(2) != 0;
+  std::printf("seed %llu\n", static_cast<unsigned long long>(o.run.seed));
+  std::fflush(stdout);
+  const Report r = RunCases(o.run);
+  long long refused = 0, drawn = 0;
+  for (const ops::OpInfo* op : o.run.rows) {
+    refused += Of(r, kRefused, op->name) + Of(r, kTooLarge, op->name);
+    drawn += Of(r, kAccepted, op->name);
+  }
+  std::printf("%lld cases in %.1f s, %.1f a second, %zu failed; %.1f %% of the drawn steps refused\n",
+              static_cast<long long>(r.cases), r.seconds, static_cast<double>(r.cases) / r.seconds, r.failures.size(),
+              100.0 * static_cast<double>(refused) / static_cast<double>(std::max(1LL, refused + drawn)));
+  if (o.coverage) PrintCoverage(r);
+  if (o.coverage || !o.require_coverage) {
+    std::printf("the slowest:\n");
+    for (const auto& [seconds, line] : r.slowest) std::printf("%7.3f s  case %s\n", seconds, line.c_str());
+  }
+  const int missing = o.require_coverage ? Missing(r) : 0;
+  return r.failures.empty() && missing == 0 ? 0 : 1;
 }
 
 }  // namespace
 }  // namespace tessera::random
 
 int main(int argc, char** argv) {
-  tessera::random::Options o;
-  o.seed = static_cast<uint64_t>(std::chrono::system_clock::now().time_since_epoch().count()) % 1000000000;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const auto value = [&]() -> std::string { return i + 1 < argc ? argv[++i] : ""; };
-    if (word == "--seconds") o.seconds = std::atof(value().c_str());
-    else if (word == "--count") o.count = std::atoll(value().c_str());
-    else if (word == "--seed") o.seed = std::strtoull(value().c_str(), nullptr, 10);
-    else if (word == "--from") o.from = std::strtoull(value().c_str(), nullptr, 10);
-    else if (word == "--only") o.only = value();
-    else if (word == "--coverage") o.coverage = true;
-    else if (word == "--failures") o.failures = std::atoi(value().c_str());
+  tessera::random::Options options;
+  options.run.seed =
+      static_cast<uint64_t>(std::chrono::system_clock::now().time_since_epoch().count()) / 1000 % 1000000000;
+  options.run.workers = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  if (!Parse(argc, argv, options)) {
+    std::fputs(tessera::random::kUsage, stderr);
+    return 2;
   }
-  return tessera::random::Run(o);
+  return tessera::random::Main(options);
 }

@@ -159,6 +159,9 @@ std::string Numbers(Draw& draw, const OpInfo& op, const ParamInfo& param, const 
   for (int i = 0; i < count; ++i) {
     double v = Number(draw, op, param);
     if (side > 0) v = (i % (side + 1) == 0 ? 1 : 0) + (draw.Chance(0.5) ? draw.Real(-0.4, 0.4) : 0.0);
+    // The perspective of a warp is felt within hundreds of pixels.
+    if (op.name == "warp" && (i == 2 || i == 5)) v /= 1000;
+    if (op.name == "warp" && i == 8) v = 1;
     text += (i > 0 ? "," : "") + NumberWord(v);
   }
   return text;

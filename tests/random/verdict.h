@@ -2,15 +2,18 @@
 #ifndef TESSERA_TESTS_RANDOM_VERDICT_H_
 #define TESSERA_TESTS_RANDOM_VERDICT_H_
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
+#include "random/tally.h"
 #include "tessera/node.h"
 
 namespace tessera::random {
 
-// In words: an honest result that was condemned, or one with a wrong sample that was passed.
-std::optional<std::string> WrongVerdict(const Node& node, PixelType type);
+// In words: `result`, which is right, was condemned; or it was passed with one wrong sample. Which sample is
+// spoilt follows from `number`.
+std::optional<std::string> WrongVerdict(const Node& node, const Image& result, uint64_t number, Tally& tally);
 
 }  // namespace tessera::random
 
