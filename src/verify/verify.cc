@@ -104,7 +104,11 @@ class Sampler {
         start_(Now()),
         options_(Affordable(node, window, asked)),
         engine_(&BoundOf) {
+    const int full = options_.tile_size;
     ChooseSize();
+    // Of smaller ones there may be more, while there is time.
+    const double times = std::min(64.0, std::pow(double(full) / options_.tile_size, 2));
+    options_.samples = static_cast<int>(std::min(65536.0, options_.samples * times));
     tiles_ = SampleTiles(window_, options_);
   }
 
@@ -269,10 +273,11 @@ std::string VerifyReport::Summary() const {
     s += text;
   };
   std::string s;
-  add(s, "max error %.3g, rms %.3g over %lld values in %.3g %% of the pixels (bound %.3g", max_error, rms_error,
-      static_cast<long long>(samples), 100 * share, bound);
-  if (closest > 0) add(s, ", %.2g %% of it used at most, median %.2g %%", 100 * closest, 100 / median_ratio);
-  s += ")";
+  add(s, "max error %.3g, rms %.3g over %lld values, %.3g %% of the pixels", max_error, rms_error,
+      static_cast<long long>(samples), 100 * share);
+  add(s, " (bound %.3g where it is closest, %.3g %% of it used", bound, 100 * closest);
+  if (median_ratio > 0) add(s, ", %.2g %% in the middle", 100 / median_ratio);
+  add(s, "; largest bound %.3g)", largest_bound);
   if (codes_at_tie > 0) s += ", " + std::to_string(codes_at_tie) + " codes at a tie rounded the other way";
   if (codes_wrong > 0) {
     s += ", " + std::to_string(codes_wrong) + " codes WRONG by up to " + std::to_string(max_code_error);
