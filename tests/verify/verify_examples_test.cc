@@ -70,8 +70,9 @@ Row Examine(const ops::OpInfo& op, const std::string& example, bool computed) {
       }
     }
   }
-  row.ratio = row.report.closest > 0 ? 1 / row.report.closest
-                                     : row.report.largest_bound / (0x1p-24 * largest + 0x1p-126);
+  row.ratio = row.report.max_error > 0x1p-25 * largest
+                  ? 1 / row.report.closest
+                  : row.report.largest_bound / (0x1p-24 * largest + 0x1p-126);
   for (const std::string& key : {op.name, row.name}) {
     if (const auto it = kOtherLimits.find(key); it != kOtherLimits.end()) row.limit = it->second;
   }
