@@ -92,6 +92,7 @@ void ExpectWithinBound(const verify::Evaluated& want, const Image& got) {
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       for (int c = 0; c < got.spec().channel_count() && wrong < 3; ++c) {
+        if (want.JumpAt(x, y, c) > 0) continue;  // hangs on a decision within its own error
         const double reference = want.value.at(x, y, c), value = got.at<float>(x, y, c);
         const double tolerance = want.tolerance.at(x, y, c) * (1 + 1e-6);
         if (!(std::fabs(value - reference) <= tolerance)) {
