@@ -84,6 +84,8 @@ struct Entry {
   std::string remark = {};
   // Asked in place of input_roi where the region of the one input depends on that image's size as well.
   SizedRoiFunction sized_roi = nullptr;
+  // Whether rows of the result cost what they cost, each by itself: then they may be asked for one at a time.
+  bool by_rows = false;
   // Whether an input's largest sample anywhere is part of the bound: recursive filters run along whole lines.
   bool (*wants_largest)(const std::any& parameters, int input) = nullptr;
 

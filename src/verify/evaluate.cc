@@ -23,6 +23,7 @@ using graph::OpKind;
 using reference::ImageD;
 
 constexpr double kU = 0x1p-24;
+constexpr int64_t kMostKept = 1 << 24;  // pixels of an image that is kept for the next region
 
 Evaluated Empty(const Roi& roi, int channels) { return {ImageD(roi, channels), ImageD(roi, channels), {}}; }
 
@@ -106,6 +107,29 @@ const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
   return statistics_.emplace(node.data(), std::move(values)).first->second;
 }
 
+// Calls the entry's function, at once or row by row, while there is time.
+void ReferenceEngine::Run(const reference::Entry& entry, const reference::Call& call) const {
+  const auto check = [&] {
+    if (std::chrono::steady_clock::now() > deadline_) throw OutOfTime();
+  };
+  check();
+  if (!entry.by_rows) return entry.evaluate(call);
+  const Roi& roi = call.out.roi;
+  const size_t samples = static_cast<size_t>(roi.width()) * static_cast<size_t>(call.out.channels);
+  for (int y = roi.y0; y < roi.y1; ++y) {
+    check();
+    ImageD row({roi.x0, y, roi.x1, y + 1}, call.out.channels), scale = row, undecided = row;
+    entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, row,
+                    call.scale != nullptr ? &scale : nullptr, call.undecided != nullptr ? &undecided : nullptr,
+                    call.tolerances, call.largest});
+    const size_t at = static_cast<size_t>(y - roi.y0) * samples;
+    const auto put = [&](const ImageD& from, ImageD* to) {
+      if (to != nullptr) std::copy(from.samples.begin(), from.samples.end(), to->samples.begin() + at);
+    };
+    put(row, &call.out), put(scale, call.scale), put(undecided, call.undecided);
+  }
+}
+
 // Found by the engine, which is quick, and believed as far as the reference agrees at that very sample.
 double ReferenceEngine::Largest(const Node& node) {
   const auto it = largest_.find(node.data());
@@ -158,6 +182,12 @@ Evaluated ReferenceEngine::Evaluate(const Node& node, const Roi& roi) {
 }
 
 Evaluated ReferenceEngine::Shared(const Node& node, const Roi& roi) {
+  // Whole images, which gathers ask for, are asked for again by the next region.
+  if (roi == node.spec().data_window && roi.pixels() <= kMostKept) {
+    const auto it = whole_.find(node.data());
+    if (it != whole_.end()) return it->second;
+    return whole_.emplace(node.data(), EvaluateNode(node, roi)).first->second;
+  }
   if (node.shared().use_count() <= 1) return EvaluateNode(node, roi);
   const Key key{node.data(), roi.x0, roi.y0, roi.x1, roi.y1};
   const auto it = shared_.find(key);
@@ -209,7 +239,7 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   std::vector<ImageD> values, tolerances;
   for (const Evaluated& e : in) values.push_back(e.value);
   if (values_only_) {
-    entry->evaluate({d.op->Parameters(), values, specs, d.spec, statistics, out.value, nullptr});
+    Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, nullptr});
     return out;
   }
   for (const Evaluated& e : in) tolerances.push_back(e.tolerance);
@@ -219,8 +249,8 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   }
   ImageD scale(roi, d.spec.channel_count());
   out.jump = scale;
-  entry->evaluate({d.op->Parameters(), values, specs, d.spec, statistics, out.value, &scale, &out.jump,
-                   tolerances, largest});
+  Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, &scale, &out.jump, tolerances,
+               largest});
   DropWithoutJumps(out);
   const double bound = bound_(d.op->Name()) * kU;
   ForEachSample(out.value,
@@ -228,7 +258,7 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
 
   Operation operation;
   operation.evaluate = [&](std::span<const ImageD> from, ImageD& result) {
-    entry->evaluate({d.op->Parameters(), from, specs, d.spec, statistics, result, nullptr});
+    Run(*entry, {d.op->Parameters(), from, specs, d.spec, statistics, result, nullptr});
   };
   operation.neighbours = entry->input_roi != nullptr || entry->sized_roi != nullptr;
   operation.separate_channels = d.op->Kind() == OpKind::kChannel;

@@ -2,6 +2,7 @@
 #ifndef TESSERA_VERIFY_EVALUATE_H_
 #define TESSERA_VERIFY_EVALUATE_H_
 
+#include <chrono>
 #include <map>
 #include <set>
 #include <string>
@@ -23,6 +24,10 @@ class ReferenceEngine {
   // Evaluates a region inside the node's data window. Throws Error for an operation without a reference.
   Evaluated Evaluate(const Node& node, const Roi& roi);
 
+  // Evaluations end with OutOfTime soon after that time, where they consist of several steps.
+  struct OutOfTime {};
+  void SetDeadline(std::chrono::steady_clock::time_point deadline) { deadline_ = deadline; }
+
   // How many pixels of all images on the way an evaluation of the region takes.
   static double Work(const Node& node, const Roi& roi);
 
@@ -35,6 +40,7 @@ class ReferenceEngine {
   Evaluated EvaluateOp(const Node& node, const Roi& roi);
   const std::vector<double>& Statistics(const Node& node);
   double Largest(const Node& node);
+  void Run(const reference::Entry& entry, const reference::Call& call) const;
 
   BoundFunction bound_;
   std::map<const graph::NodeData*, std::vector<double>> statistics_;
@@ -43,8 +49,10 @@ class ReferenceEngine {
   // often.
   using Key = std::tuple<const graph::NodeData*, int, int, int, int>;
   std::map<Key, Evaluated> shared_;
+  std::map<const graph::NodeData*, Evaluated> whole_;
   std::set<std::string> remarks_;
   bool values_only_ = false;
+  std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
 };
 
 }  // namespace tessera::verify

@@ -117,9 +117,15 @@ class Sampler {
         next_ = tiles_.size();
         break;
       }
-      const Roi tile = Cheap(tiles_[next_++], budget_ - (begin - start_));
-      batch.emplace_back(tile, Evaluated{});
-      batch.back().second = tile == tried_ ? std::move(tried_result_) : engine_.Evaluate(node_, tile);
+      const Roi& tile = tiles_[next_++];
+      try {
+        // Between tiles there is no hurry: one that was begun may take half as long again as all.
+        engine_.SetDeadline(Deadline(1.5));
+        batch.emplace_back(tile, tile == tried_ ? std::move(tried_result_) : engine_.Evaluate(node_, tile));
+      } catch (const ReferenceEngine::OutOfTime&) {
+        next_ = tiles_.size();
+        break;
+      }
       longest_ = std::max(longest_, Now() - begin);
       ++evaluated_;
     }
@@ -127,7 +133,7 @@ class Sampler {
   }
 
   bool Shrunk() const {
-    return shrunk_ || evaluated_ < tiles_.size() || options_.samples < asked_.samples ||
+    return evaluated_ < tiles_.size() || options_.samples < asked_.samples ||
            options_.tile_size < std::min(asked_.tile_size, std::max(window_.width(), window_.height()));
   }
   std::string HowMuch() const {
@@ -137,44 +143,30 @@ class Sampler {
   const ReferenceEngine& engine() const { return engine_; }
 
  private:
-  // The time of the reference of one pixel.
-  double TimeOfPixel(int x, int y) {
-    const double begin = Now();
-    engine_.Evaluate(node_, {x, y, x + 1, y + 1});
-    return Now() - begin;
-  }
-
-  // The tile, or its middle where single pixels of it take so much longer than those in the window's middle
-  // (towards a horizon, say) that there is no time for it.
-  Roi Cheap(const Roi& tile, double remaining) {
-    if (tile == tried_ || tile.pixels() <= 16) return tile;
-    double pixel = 0;
-    for (const int x : {tile.x0, tile.x1 - 1}) {
-      for (const int y : {tile.y0, tile.y1 - 1}) pixel = std::max(pixel, TimeOfPixel(x, y));
-    }
-    const double expected = pixel / pixel_ * tried_seconds_ * static_cast<double>(tile.pixels()) /
-                            static_cast<double>(tried_.pixels());
-    if (pixel < 8 * pixel_ || expected < remaining) return tile;
-    const int side = std::max(2, static_cast<int>(tile.width() * std::sqrt(remaining / expected / 4)));
-    const int x = (tile.x0 + tile.x1) / 2, y = (tile.y0 + tile.y1) / 2;
-    shrunk_ = true;
-    return Intersection(tile, {x - side / 2, y - side / 2, x + side / 2, y + side / 2});
+  std::chrono::steady_clock::time_point Deadline(double share) const {
+    const double seconds = std::max(0.0, start_ + share * budget_ - Now());
+    return std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                                  std::chrono::duration<double>(std::min(seconds, 1e6)));
   }
 
   // Tries tiles of growing size in the middle, and takes the largest of which several can be afforded.
   void ChooseSize() {
     const int full = options_.tile_size;
-    const int x = (window_.x0 + window_.x1) / 2, y = (window_.y0 + window_.y1) / 2;
-    TimeOfPixel(x, y);  // tables that are made once
-    pixel_ = TimeOfPixel(x, y);
     for (int size = std::min(8, full);; size = std::min(4 * size, full)) {
       options_.tile_size = size;
       const Roi tile = SampleTiles(window_, options_)[0];
       if (tile == tried_) return;
       const double begin = Now();
-      tried_result_ = engine_.Evaluate(node_, tile);
+      // The first has no end, so that there is something to compare.
+      if (!tried_.empty()) engine_.SetDeadline(Deadline(0.7));
+      try {
+        tried_result_ = engine_.Evaluate(node_, tile);
+      } catch (const ReferenceEngine::OutOfTime&) {
+        options_.tile_size = std::max(tried_.width(), tried_.height());
+        return;
+      }
       tried_ = tile;
-      longest_ = tried_seconds_ = Now() - begin;
+      longest_ = Now() - begin;
       if (size == full) return;
       // At worst the time grows as the pixels do.
       const double next = longest_ * (size * 4 <= full ? 16.0 : std::pow(double(full) / size, 2));
@@ -192,8 +184,7 @@ class Sampler {
   Roi tried_;
   Evaluated tried_result_;
   size_t next_ = 0, evaluated_ = 0;
-  double longest_ = 0, pixel_ = 0, tried_seconds_ = 0;
-  bool shrunk_ = false;
+  double longest_ = 0;
 };
 
 // The tiles' stored pixels: every row is asked for once, in ascending order.

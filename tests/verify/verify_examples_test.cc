@@ -45,6 +45,10 @@ Row Examine(const ops::OpInfo& op, const std::string& example) {
     inputs.push_back(FromImage(Picture(kWindow, 4, PixelType::kFloat, 7u * static_cast<uint32_t>(k) + 1)));
   }
   const ImageSpec spec = Picture(kWindow, 4, PixelType::kFloat, 0).spec();
+  const ops::OpInfo* const before = ops::FindOp("mulc");
+  if (std::getenv("TESSERA_BEFORE") != nullptr) {
+    for (Node& input : inputs) input = before->make(std::vector{input}, ops::ParseExample(*before, "0.9"), nullptr);
+  }
   const Node node = op.make(inputs, arguments, op.generator ? &spec : nullptr);
   Row row;
   row.name = op.name + " " + example;
