@@ -32,6 +32,7 @@ struct RunStats {
     int64_t pixels = 0, bytes = 0;  // pixels produced; bytes read from sources and written to the sink
   };
   std::vector<Pass> passes;
+  std::vector<std::string> rules;  // names of the rewrite rules that were applied, each once
 };
 
 // Evaluates the graph into a new image of `type` (all of the node's data window).

@@ -19,6 +19,7 @@ class GrowStage final : public TileStage {
  public:
   Roi InputRoi(int, const Roi& out) const override { return out; }
   Border InputBorder(int) const override { return Border::kBlack; }
+  bool Accepts(PixelType) const override { return true; }
   void Run(const TileArgs& args) const override {
     const Roi& roi = args.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {
@@ -27,19 +28,6 @@ class GrowStage final : public TileStage {
     }
   }
 };
-
-// The load of a run that does nothing but hand on all that was loaded, in order; null for any other run.
-const PlaneLoad* OnlyLoads(const PointRun& run) {
-  if (!run.steps.empty() || run.loads.empty()) return nullptr;
-  for (size_t c = 0; c < run.result.size(); ++c) {
-    const size_t l = c / 4, p = c % 4;
-    if (l >= run.loads.size()) return nullptr;
-    const PlaneLoad& load = run.loads[l];
-    if (load.from_tile != run.loads[0].from_tile || load.index != run.loads[0].index) return nullptr;
-    if (load.channel[p] != static_cast<int>(c) || load.plane[p] != run.result[c]) return nullptr;
-  }
-  return &run.loads[0];
-}
 
 class Planner {
  public:
@@ -77,12 +65,6 @@ class Planner {
         buffer.tile->channels = buffer.channels;
       } else {
         buffer.run = BuildRun(graph_, i, buffer.channels, prepass_, plan.prepasses);
-        const PlaneLoad* const load = OnlyLoads(*buffer.run);
-        if (load != nullptr && !load->from_tile &&
-            plan.sources[Z(load->index)].source->spec().channel_count() ==
-                static_cast<int>(buffer.channels.size())) {
-          buffer.same_as_source = load->index;
-        }
       }
       graph_.buffer[Z(i)] = static_cast<int>(plan.buffers.size());
       plan.buffers.push_back(std::move(buffer));
@@ -93,7 +75,6 @@ class Planner {
       last.window = plan.buffers.back().window;
       last.channels = plan.buffers.back().channels;
       last.run = BuildCopyRun(graph_, root, last.channels);
-      last.same_as_buffer = graph_.buffer[Z(root)];
       plan.buffers.push_back(std::move(last));
     }
   }
@@ -229,8 +210,13 @@ Plan MakePlan(const Node& root, int operations, Prepass& prepass) {
 
 Regions RequiredRegions(const Plan& plan, const Roi& out) {
   Regions r;
-  r.buffers.resize(plan.buffers.size());
-  r.sources.resize(plan.sources.size());
+  FindRequiredRegions(plan, out, r);
+  return r;
+}
+
+void FindRequiredRegions(const Plan& plan, const Roi& out, Regions& r) {
+  r.buffers.assign(plan.buffers.size(), Roi());
+  r.sources.assign(plan.sources.size(), Roi());
   r.buffers.back() = out;
   for (size_t i = plan.buffers.size(); i-- > 0;) {
     const Buffer& buffer = plan.buffers[i];
@@ -255,7 +241,6 @@ Regions RequiredRegions(const Plan& plan, const Roi& out) {
       }
     }
   }
-  return r;
 }
 
 }  // namespace tessera::graph
