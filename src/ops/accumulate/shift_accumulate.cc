@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/arena_vector.h"
 #include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
@@ -47,7 +48,7 @@ class ShiftAccumulateStage final : public graph::TileStage {
   graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView in = InputChannels(args, 0);
-    std::vector<const float*> rows(offsets_.size());
+    base::ArenaVector<const float*> rows(offsets_.size(), args.scratch);
     const Roi& roi = args.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {
       for (size_t k = 0; k < rows.size(); ++k) {
@@ -164,6 +165,7 @@ OpInfo ShiftAccumulateInfo() {
     p.high = a.Numbers("range")[1];
     return ShiftAccumulate(in[0], p);
   };
+  info.identity = "1 width=1";
   info.examples = {"0.0625,0.125,0.0625,0.125,0.25,0.125,0.0625,0.125,0.0625", "-1,0,1,-2,0,2,-1,0,1",
                    "1,-2,0.5,3 width=4 anchor=3,0"};
   return info;
