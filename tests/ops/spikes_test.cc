@@ -1,0 +1,55 @@
+// Windows over pictures with a few samples that are far larger than all others: what passed through a sum
+// must leave no trace where it has no weight.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "ops/registry.h"
+#include "support/pictures.h"
+#include "tessera/verify.h"
+
+namespace tessera {
+namespace {
+
+using testing::Content;
+using testing::Picture;
+
+// Off the origin, wider than any example's window and than the vectors of every target.
+Image WithSpikes(uint32_t seed, float size) {
+  const Image image = Picture({-5, 3, 150, 92}, 4, PixelType::kFloat, seed, Content::kOrdinary);
+  image.at<float>(20, 10, 0) = size;
+  image.at<float>(21, 60, 1) = -size;
+  image.at<float>(90, 40, 2) = size;
+  image.at<float>(-5, 3, 3) = 0.25f * size;
+  return image;
+}
+
+class Spikes : public ::testing::TestWithParam<float> {};
+INSTANTIATE_TEST_SUITE_P(Sizes, Spikes, ::testing::Values(60000.0f, 1e12f));
+
+TEST_P(Spikes, LeaveNoTraceBesideTheirWindows) {
+  for (const ops::OpInfo& op : ops::Registry()) {
+    if (op.family != "filter") continue;
+    std::vector<std::string> lines = op.examples;
+    if (op.name == "blur") {
+      lines.insert(lines.end(),
+                   {"9x7 kernel=box method=recursive", "31x1 kernel=box method=recursive border=mirror",
+                    "5x41 kernel=box method=recursive border=repeat", "41x41 kernel=box",
+                    "15x15 kernel=box border=black"});
+    }
+    for (const std::string& line : lines) {
+      const ops::Arguments arguments = ops::ParseExample(op, line);
+      std::vector<Node> inputs;
+      for (int k = 0; k < op.Operands(arguments); ++k)
+        inputs.push_back(FromImage(WithSpikes(static_cast<uint32_t>(k) + 1, k == 0 ? GetParam() : 1)));
+      const VerifyReport report =
+          Verify(op.make(inputs, arguments, nullptr), PixelType::kFloat, {.seconds = 0.15});
+      EXPECT_TRUE(report.within_bound) << op.name << " " << line << ": " << report.Summary();
+      EXPECT_GT(report.samples, 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera
