@@ -195,7 +195,8 @@ class UndecidedTest : public VerifyTest {
     // Every sample is 0.2, 0.9, or what 0.1 of 1.6 and 0.34 is: a half within a rounding.
     for (int y = 0; y < 150; ++y) {
       for (int x = 0; x < 200; ++x) {
-        for (int c = 0; c < 4; ++c) in_.at<float>(x, y, c) = (x + y) % 10 == 0 ? 1.6f : x % 2 == 0 ? -1.4f : 5.6f;
+        for (int c = 0; c < 4; ++c)
+          in_.at<float>(x, y, c) = (x + y) % 10 == 0 ? 1.6f : x % 2 == 0 ? -1.4f : 5.6f;
       }
     }
     before_ = SlowAffineOf(FromImage(in_), {0.1f, 0.34f});
@@ -241,12 +242,14 @@ TEST_F(UndecidedTest, WhatComesFromAnUndecidedValueIsUndecidedToo) {
 
 // A reference that knows a decision of its own says so.
 TEST_F(UndecidedTest, AReferenceMaySayItself) {
-  reference::Register({"test-step", [](const reference::Call& call) {
+  reference::Register({"test-step",
+                       [](const reference::Call& call) {
                          StepReference(call);
                          for (int x = 20; x < 30; ++x) {
                            if (call.out.roi.Contains({x, 7, x + 1, 8})) call.Undecided(x, 7);
                          }
-                       }, nullptr});
+                       },
+                       nullptr});
   const Node exact = graph::MakeNode(std::make_shared<const StepOp>(0), {FromImage(Render(before_))});
   const VerifyReport report = Verify(exact, PixelType::kFloat, {.samples = 100});
   EXPECT_EQ(report.undecided, 10 * 4);
