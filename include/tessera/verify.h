@@ -25,9 +25,11 @@ struct VerifyOptions {
 // type. Values are not finite, undecided, right, or out of bound.
 struct VerifyReport {
   double max_error = 0, rms_error = 0;  // absolute, over the decided values
-  double bound = 0;                     // the largest that one of them may be off by, rounding included
-  // Float values that are not exact: the largest part of its own bound that one of them takes, and how many
-  // times its error the bound of the middle one is.
+  // What values may be off by, rounding included: the one whose error is the largest part of its own bound,
+  // and the largest of all.
+  double bound = 0, largest_bound = 0;
+  // That part, and of those float values that are not exact, how many times its error the bound of the middle
+  // one is.
   double closest = 0, median_ratio = 0;
   int64_t samples = 0;         // values compared
   double share = 0;            // of all pixels, those that were looked at

@@ -41,6 +41,12 @@ ParamInfo Text(const std::string& name, const std::string& help) {
   return {.name = name, .type = ParamType::kText, .default_value = "", .help = help};
 }
 
+std::vector<std::string> RuleNames() {
+  std::vector<std::string> names = {"all"};
+  for (const RuleInfo& rule : RewriteRules()) names.push_back(rule.name);
+  return names;
+}
+
 }  // namespace
 
 bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(fileno(Messages())) == 1); }
@@ -94,6 +100,19 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",
                         [](const Arguments& a, Options& o) { o.simd = a.Text("TARGET"); },
                         {Text("TARGET", "a target's name, auto or list")}));
+  rows.push_back(Option("rules-off",
+                        "Switches a rewrite rule of the engine off; `all` leaves none: for tests.",
+                        [](const Arguments& a, Options& o) { o.render.rules_off.push_back(a.Text("RULE")); },
+                        {{.name = "RULE",
+                          .type = ParamType::kChoice,
+                          .default_value = "",
+                          .help = "the rule's name; may be given again",
+                          .choices = RuleNames()}}));
+  rows.back().info.help =
+      "A run is a list of steps: loads, operations, stores. Rules rewrite it into a faster one, and --explain "
+      "prints behind every step which ones did, in braces. Results do not depend on them, but that an affine "
+      "operation on integer codes (the rule codes) may give the neighbouring code near a tie. With "
+      "all of them off everything goes through planes of floats.";
   rows.push_back(Option("list-commands", "Prints every command for programs to read.",
                         [](const Arguments& a, Options& o) {
                           o.list_commands = true;

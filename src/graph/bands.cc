@@ -1,13 +1,14 @@
 // Bands of rows in file order: read, compute and write overlap, memory stays bounded.
 #include <algorithm>
 #include <cstring>
+#include <deque>
 #include <mutex>
 #include <utility>
 #include <vector>
 
 #include "graph/executor.h"
 #include "graph/progress.h"
-#include "graph/run_tile.h"
+#include "graph/run.h"
 #include "sched/scheduler.h"
 
 namespace tessera::graph {
@@ -76,7 +77,7 @@ class RowWindow {
     memory_ = keep = memory;
     y0_ = y0;
     y1_ = y1;
-    return {ConstImageView(memory.get(), {window.x0, y0, window.x1, y1}, channels, spec.type), planned_.first,
+    return {ConstImageView(memory.get(), {window.x0, y0, window.x1, y1}, channels, spec.type),
             base::kReadMargin};
   }
 
@@ -90,7 +91,6 @@ class RowWindow {
 
 struct Band {
   Roi roi;
-  Regions regions;
   std::vector<SourceView> sources;
   std::vector<std::shared_ptr<std::byte>> memory;  // keeps the views alive
   ImageView out;
@@ -143,9 +143,10 @@ BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, i
   return shape;
 }
 
-void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
+void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
               const RenderOptions& options) {
   if (roi.empty()) return;
+  const Plan& plan = program.plan();
   const int channels = plan.spec.channel_count();
   const int64_t row_bytes = int64_t{roi.width()} * channels * static_cast<int64_t>(PixelBytes(type));
   const BandShape shape = ChooseBandShape(plan, roi, sink != nullptr ? row_bytes : 0,
@@ -164,7 +165,7 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
   for (size_t k = 0; k < plan.sources.size(); ++k) {
     const PlannedSource& s = plan.sources[k];
     if (const auto view = s.source->View()) {
-      resident[k] = {*view, 0, s.source->ReadMargin()};
+      resident[k] = {*view, s.source->ReadMargin()};
     } else if (s.last > s.first) {
       windows[k] = std::make_unique<RowWindow>(s, pool);
       if (out_of_order[k]) {
@@ -174,9 +175,9 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
     }
   }
 
-  const TileRunner runner(plan);
   const int threads = sched::ThreadCount(options.threads);
-  std::vector<base::Arena> arenas(static_cast<size_t>(threads));
+  std::deque<TileWorker> workers;
+  for (int i = 0; i < threads; ++i) workers.emplace_back(program);
   Progress progress(options.progress, static_cast<int64_t>(bands.size()));
   size_t next = 0;
   sched::PipelineSteps steps;
@@ -184,11 +185,11 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
     if (next == bands.size()) return nullptr;
     auto band = std::make_shared<Band>();
     band->roi = bands[next++];
-    band->regions = RequiredRegions(plan, band->roi);
+    const Regions regions = RequiredRegions(plan, band->roi);
     band->sources = resident;
     for (size_t k = 0; k < windows.size(); ++k) {
       if (windows[k] == nullptr) continue;
-      const Roi& r = band->regions.sources[k];
+      const Roi& r = regions.sources[k];
       band->sources[k] = windows[k]->Rows(r.y0, r.y1, band->memory.emplace_back());
     }
     if (sink != nullptr) {
@@ -204,12 +205,11 @@ void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView*
     Band& band = *static_cast<Band*>(item);
     RenderOptions inner = options;
     inner.tile_height = 0;
-    const TileShape tile = ChooseTileShape(plan, band.roi, type, inner);
+    const TileShape tile = ChooseTileShape(program, band.roi, inner);
     for (int y = band.roi.y0; y < band.roi.y1; y += tile.height) {
       for (int x = band.roi.x0; x < band.roi.x1; x += tile.width) {
         const Roi r{x, y, std::min(x + tile.width, band.roi.x1), std::min(y + tile.height, band.roi.y1)};
-        runner.Run(RequiredRegions(plan, r), band.sources, band.out.Sub(r), false,
-                   arenas[static_cast<size_t>(worker)]);
+        workers[static_cast<size_t>(worker)].Run(band.sources, band.out.Sub(r), false);
       }
     }
   };

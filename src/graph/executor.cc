@@ -2,36 +2,22 @@
 #include "graph/executor.h"
 
 #include <algorithm>
+#include <deque>
 #include <mutex>
 #include <vector>
 
 #include "graph/progress.h"
-#include "graph/run_tile.h"
+#include "graph/run.h"
 #include "sched/scheduler.h"
 
 namespace tessera::graph {
 
-// Whether a single tile stage may read the source's own pixels and write the result's.
-static bool StageIsAlone(const Plan& plan, PixelType type) {
-  const int made = plan.buffers.back().same_as_buffer;
-  if (made < 0) return false;
-  for (int i = 0; i + 1 < static_cast<int>(plan.buffers.size()); ++i) {
-    const Buffer& buffer = plan.buffers[static_cast<size_t>(i)];
-    if (i == made) {
-      if (!buffer.tile->stage->Accepts(type)) return false;
-    } else if (buffer.same_as_source < 0 ||
-               plan.sources[static_cast<size_t>(buffer.same_as_source)].source->spec().type != type) {
-      return false;
-    }
-  }
-  return true;
-}
-
-TileShape ChooseTileShape(const Plan& plan, const Roi& roi, PixelType type, const RenderOptions& options) {
+TileShape ChooseTileShape(const Program& program, const Roi& roi, const RenderOptions& options) {
+  const Plan& plan = program.plan();
   TileShape t{options.tile_width, options.tile_height};
   int channels = 0;    // of the tiles between steps; none for a plan of point operations
   TileSize preferred;  // the largest that any stage asks for
-  const bool alone = StageIsAlone(plan, type);
+  const bool alone = program.IsOneWindow();
   for (size_t i = 0; i + 1 < plan.buffers.size(); ++i) {
     channels += static_cast<int>(plan.buffers[i].channels.size());
     if (!plan.buffers[i].tile) continue;
@@ -73,18 +59,28 @@ int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type) {
   return bytes;
 }
 
-void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& options) {
+std::vector<Layout> SourceLayouts(const Plan& plan) {
+  std::vector<Layout> layouts;
+  for (const PlannedSource& s : plan.sources) {
+    const auto view = s.source->View();
+    layouts.push_back(view ? Layout::Of(*view)
+                           : Layout::Packed(s.source->spec().type, s.last - s.first, s.first));
+  }
+  return layouts;
+}
+
+void RunResident(const Program& program, const ImageView& out, const RenderOptions& options) {
   if (out.roi.empty()) return;
   std::vector<SourceView> sources;
-  for (const PlannedSource& s : plan.sources) {
-    sources.push_back({*s.source->View(), 0, s.source->ReadMargin()});
+  for (const PlannedSource& s : program.plan().sources) {
+    sources.push_back({*s.source->View(), s.source->ReadMargin()});
   }
-  const TileRunner runner(plan);
-  const TileShape shape = ChooseTileShape(plan, out.roi, out.type, options);
+  const TileShape shape = ChooseTileShape(program, out.roi, options);
   const int64_t columns = (int64_t{out.roi.width()} + shape.width - 1) / shape.width;
   const int64_t rows = (int64_t{out.roi.height()} + shape.height - 1) / shape.height;
   const int threads = options.shuffle_tiles ? 1 : sched::ThreadCount(options.threads);
-  std::vector<base::Arena> arenas(static_cast<size_t>(threads));
+  std::deque<TileWorker> workers;
+  for (int i = 0; i < threads; ++i) workers.emplace_back(program);
   Progress progress(options.progress, columns * rows);
   // A result that does not fit in the last-level cache goes around it: no reads for ownership.
   constexpr int64_t kStreamBytes = int64_t{8} << 20;
@@ -95,8 +91,7 @@ void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& op
     const int x0 = out.roi.x0 + static_cast<int>(i % columns) * shape.width;
     const int y0 = out.roi.y0 + static_cast<int>(i / columns) * shape.height;
     const Roi roi{x0, y0, std::min(x0 + shape.width, out.roi.x1), std::min(y0 + shape.height, out.roi.y1)};
-    runner.Run(RequiredRegions(plan, roi), sources, out.Sub(roi), stream,
-               arenas[static_cast<size_t>(worker)]);
+    workers[static_cast<size_t>(worker)].Run(sources, out.Sub(roi), stream);
     progress.Step();
   };
   if (options.shuffle_tiles) {

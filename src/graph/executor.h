@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "graph/plan.h"
+#include "graph/program.h"
 #include "graph/source.h"
 #include "tessera/render.h"
 
@@ -14,7 +14,7 @@ namespace tessera::graph {
 struct TileShape {
   int width = 0, height = 0;
 };
-TileShape ChooseTileShape(const Plan& plan, const Roi& roi, PixelType type, const RenderOptions& options);
+TileShape ChooseTileShape(const Program& program, const Roi& roi, const RenderOptions& options);
 
 // Rows per band and bands alive at once for a result of `row_bytes` a row.
 struct BandShape {
@@ -26,12 +26,15 @@ BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, i
 // Bytes read from sources and written for `roi`.
 int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type);
 
+// The layouts of a plan's sources: of their pixels, or of the rows that are read from files.
+std::vector<Layout> SourceLayouts(const Plan& plan);
+
 // Computes out.roi from sources that are all resident.
-void RunResident(const Plan& plan, const ImageView& out, const RenderOptions& options);
+void RunResident(const Program& program, const ImageView& out, const RenderOptions& options);
 
 // Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and
 // `sink` is given.
-void RunBands(const Plan& plan, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
+void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
               const RenderOptions& options);
 
 }  // namespace tessera::graph

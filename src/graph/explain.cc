@@ -8,6 +8,7 @@
 #include "graph/executor.h"
 #include "graph/optimize.h"
 #include "graph/plan.h"
+#include "graph/rules.h"
 #include "graph/topology.h"
 #include "graph/whole.h"
 #include "tessera/render.h"
@@ -48,27 +49,50 @@ std::string ChannelNames(const ImageSpec& spec, const std::vector<bool>& wanted)
   return s.empty() ? "no channels" : s;
 }
 
-void DescribeRun(const Plan& plan, const PointRun& run, bool last, std::string& text) {
-  text += "  point run, blocks of " + std::to_string(kBlockPixels) + " pixels, " +
-          std::to_string(run.planes) + " planes\n";
-  for (const PointRun::Item& item : run.items) {
-    if (item.is_load) {
-      const PlaneLoad& load = run.loads[static_cast<size_t>(item.index)];
-      text += "    load " +
-              (load.from_tile ? "tile " + std::to_string(load.index)
-                              : plan.sources[static_cast<size_t>(load.index)].source->Describe()) +
-              "\n";
-    } else {
-      const PointStep& step = run.steps[static_cast<size_t>(item.index)];
-      text += "    " + step.label;
-      if (step.fused_load[0] >= 0) text += "  [with the load]";
-      if (step.fused_store) text += "  [with the store]";
-      if (run.samples) text += "  [sample by sample where pixels are dense]";
-      text += "\n";
+std::string PixelsName(const Program& program, BufferId id) {
+  if (id == program.result()) return "result";
+  if (!program.IsSource(id)) return "tile " + std::to_string(id);
+  const auto k = static_cast<size_t>(id - program.source(0));
+  return program.plan().sources[k].source->Describe();
+}
+
+void DescribePoints(const Program& program, const Points& points, std::string& text) {
+  text += points.whole_rows ? "  point run, whole rows\n"
+                            : "  point run, blocks of " + std::to_string(kBlockPixels) + " pixels, " +
+                                  std::to_string(points.planes) + " planes\n";
+  for (const BlockOp& op : points.ops) {
+    if (const auto* const load = std::get_if<LoadOp>(&op)) {
+      text += "    load " + PixelsName(program, load->from) + "\n";
+      continue;
     }
+    const auto& compute = std::get<ComputeOp>(op);
+    text += "    " + compute.label;
+    for (size_t k = 0; k < compute.in.size(); ++k) {
+      if (compute.IsDirect(k)) text += "  [loads " + PixelsName(program, compute.direct[k]) + "]";
+    }
+    if (compute.to_result) text += "  [stores]";
+    text += "\n";
   }
-  text += last ? "    store result" : "    store tile";
-  if (!run.moved.empty()) text += "  [bytes moved where pixels are dense and of one type]";
+}
+
+void DescribeStep(const Program& program, const Step& step, std::string& text) {
+  const std::string to = PixelsName(program, step.to);
+  if (const auto* const points = std::get_if<Points>(&step.how)) {
+    DescribePoints(program, *points, text);
+    text += "    store " + to;
+  } else if (const auto* const samples = std::get_if<Samples>(&step.how)) {
+    text += "  samples in rows: " + samples->label + " -> " + to;
+  } else if (const auto* const moves = std::get_if<ByteMoves>(&step.how)) {
+    text += std::string("  ") + (moves->same ? "copy" : "bytes moved") + " -> " + to;
+  } else {
+    const auto& window = std::get<Window>(step.how);
+    text += "  window step " + window.planned->label + " on " + PixelTypeName(window.type);
+    for (const Window::Input& in : window.in) {
+      text += ", " + (in.pixels < 0 ? "a whole image" : PixelsName(program, in.pixels));
+    }
+    text += " -> " + to;
+  }
+  for (const std::string& rule : step.rules) text += "  {" + rule + "}";
   text += "\n";
 }
 
@@ -102,15 +126,10 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
   for (const std::string& before : passes) text += "pass " + std::to_string(pass++) + ": " + before + "\n";
   text += "pass " + std::to_string(pass) + ": " + std::to_string(plan.operations) +
           (plan.operations == 1 ? " operation, target " : " operations, target ") + SimdTarget() + "\n";
-  for (size_t i = 0; i < plan.buffers.size(); ++i) {
-    const Buffer& b = plan.buffers[i];
-    if (b.run) {
-      DescribeRun(plan, *b.run, i + 1 == plan.buffers.size(), text);
-    } else {
-      text += "  window step " + b.tile->label + " -> tile " + std::to_string(i) + "\n";
-    }
-  }
-  const TileShape tile = ChooseTileShape(plan, roi, type, options);
+  const Program program(plan, SourceLayouts(plan), Layout::Packed(type, plan.spec.channel_count()),
+                        RuleSet(options.rules_off));
+  for (const Step& step : program.steps) DescribeStep(program, step, text);
+  const TileShape tile = ChooseTileShape(program, roi, options);
   const int64_t bytes = BytesMoved(plan, roi, type);
   char line[160];
   std::snprintf(line, sizeof line, "tiles of %dx%d, result %dx%d %s, %.1f MB moved (%.1f bytes/pixel)\n",

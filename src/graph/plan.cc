@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <numeric>
 #include <set>
 #include <unordered_map>
@@ -19,6 +20,7 @@ class GrowStage final : public TileStage {
  public:
   Roi InputRoi(int, const Roi& out) const override { return out; }
   Border InputBorder(int) const override { return Border::kBlack; }
+  bool Accepts(PixelType) const override { return true; }
   void Run(const TileArgs& args) const override {
     const Roi& roi = args.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {
@@ -27,19 +29,6 @@ class GrowStage final : public TileStage {
     }
   }
 };
-
-// The load of a run that does nothing but hand on all that was loaded, in order; null for any other run.
-const PlaneLoad* OnlyLoads(const PointRun& run) {
-  if (!run.steps.empty() || run.loads.empty()) return nullptr;
-  for (size_t c = 0; c < run.result.size(); ++c) {
-    const size_t l = c / 4, p = c % 4;
-    if (l >= run.loads.size()) return nullptr;
-    const PlaneLoad& load = run.loads[l];
-    if (load.from_tile != run.loads[0].from_tile || load.index != run.loads[0].index) return nullptr;
-    if (load.channel[p] != static_cast<int>(c) || load.plane[p] != run.result[c]) return nullptr;
-  }
-  return &run.loads[0];
-}
 
 class Planner {
  public:
@@ -69,20 +58,12 @@ class Planner {
       if (!resident_[Z(i)]) continue;
       Buffer buffer;
       buffer.window = Data(i).spec.data_window;
-      for (int c = 0; c < Data(i).spec.channel_count(); ++c) {
-        if (graph_.needed[Z(i)][Z(c)]) buffer.channels.push_back(c);
-      }
+      buffer.channels = ChannelsOf(graph_.needed[Z(i)]);
       if (IsTile(i)) {
         buffer.tile = MakeTileStep(plan, i);
         buffer.tile->channels = buffer.channels;
       } else {
         buffer.run = BuildRun(graph_, i, buffer.channels, prepass_, plan.prepasses);
-        const PlaneLoad* const load = OnlyLoads(*buffer.run);
-        if (load != nullptr && !load->from_tile &&
-            plan.sources[Z(load->index)].source->spec().channel_count() ==
-                static_cast<int>(buffer.channels.size())) {
-          buffer.same_as_source = load->index;
-        }
       }
       graph_.buffer[Z(i)] = static_cast<int>(plan.buffers.size());
       plan.buffers.push_back(std::move(buffer));
@@ -93,7 +74,6 @@ class Planner {
       last.window = plan.buffers.back().window;
       last.channels = plan.buffers.back().channels;
       last.run = BuildCopyRun(graph_, root, last.channels);
-      last.same_as_buffer = graph_.buffer[Z(root)];
       plan.buffers.push_back(std::move(last));
     }
   }
@@ -160,6 +140,29 @@ class Planner {
     plan.sources.push_back(std::move(s));
   }
 
+  static std::vector<int> ChannelsOf(const std::vector<bool>& needed) {
+    std::vector<int> channels;
+    for (size_t c = 0; c < needed.size(); ++c) {
+      if (needed[c]) channels.push_back(static_cast<int>(c));
+    }
+    return channels;
+  }
+
+  // The buffer that holds just these channels of a resident node: others may have asked for more of them.
+  int BufferOf(Plan& plan, int node, const std::vector<int>& channels) {
+    const int whole = graph_.buffer[Z(node)];
+    if (plan.buffers[Z(whole)].channels == channels) return whole;
+    const auto [it, fresh] = parts_.try_emplace({node, channels}, static_cast<int>(plan.buffers.size()));
+    if (fresh) {
+      Buffer part;
+      part.window = plan.buffers[Z(whole)].window;
+      part.channels = channels;
+      part.run = BuildCopyRun(graph_, node, channels);
+      plan.buffers.push_back(std::move(part));
+    }
+    return it->second;
+  }
+
   std::unique_ptr<TileStep> MakeTileStep(Plan& plan, int i) {
     auto step = std::make_unique<TileStep>();
     step->label = Data(i).op->Describe();
@@ -168,8 +171,8 @@ class Planner {
       TileStep::Input in;
       in.window = input.spec().data_window;
       if (graph_.inputs[Z(i)][k] >= 0) {
-        in.buffer = graph_.buffer[Z(graph_.inputs[Z(i)][k])];
-        in.channels = plan.buffers[Z(in.buffer)].channels;
+        in.channels = ChannelsOf(NeededOfInput(graph_, i, static_cast<int>(k)));
+        in.buffer = BufferOf(plan, graph_.inputs[Z(i)][k], in.channels);
       } else {
         in.whole = prepass_.Whole(input);
         in.channels.resize(input.spec().channels.size());
@@ -190,6 +193,7 @@ class Planner {
   PlannedGraph graph_;
   std::unordered_map<const NodeData*, int> index_;
   std::vector<bool> resident_;
+  std::map<std::pair<int, std::vector<int>>, int> parts_;  // of nodes' channels -> buffer
 };
 
 }  // namespace
@@ -229,8 +233,13 @@ Plan MakePlan(const Node& root, int operations, Prepass& prepass) {
 
 Regions RequiredRegions(const Plan& plan, const Roi& out) {
   Regions r;
-  r.buffers.resize(plan.buffers.size());
-  r.sources.resize(plan.sources.size());
+  FindRequiredRegions(plan, out, r);
+  return r;
+}
+
+void FindRequiredRegions(const Plan& plan, const Roi& out, Regions& r) {
+  r.buffers.assign(plan.buffers.size(), Roi());
+  r.sources.assign(plan.sources.size(), Roi());
   r.buffers.back() = out;
   for (size_t i = plan.buffers.size(); i-- > 0;) {
     const Buffer& buffer = plan.buffers[i];
@@ -255,7 +264,6 @@ Regions RequiredRegions(const Plan& plan, const Roi& out) {
       }
     }
   }
-  return r;
 }
 
 }  // namespace tessera::graph

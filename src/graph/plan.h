@@ -1,4 +1,5 @@
-// The plan: a graph after optimisation as a flat list of steps over tiles, ready to run on any region.
+// The plan: a graph after optimisation as a flat list of steps over tiles. It says what is computed from
+// what; how, once the pixels' layouts are known, is what binding decides (program.h).
 #ifndef TESSERA_GRAPH_PLAN_H_
 #define TESSERA_GRAPH_PLAN_H_
 
@@ -15,7 +16,7 @@
 
 namespace tessera::graph {
 
-// A float plane of one block inside a run; small numbers, reused as planes die.
+// A float plane of one block inside a run. A plan numbers them freely; binding (program.h) gives them places.
 using PlaneId = int;
 inline constexpr PlaneId kZeroPlane = 0, kOnePlane = 1, kDummyPlane = 2, kFirstFreePlane = 3;
 
@@ -32,18 +33,15 @@ struct PointStep {
   std::string label;
   std::vector<std::array<PlaneId, 4>> in;
   std::array<PlaneId, 4> out = {};
-  std::array<int, 3> fused_load = {-1, -1, -1};  // the loads whose pixels inputs 0 to 2 may take directly
-  bool fused_store = false;                      // the result may go directly to the sink
 };
 
-// A channel of a result that no operation touches: one of a load's pixels, or a constant where there is none.
-struct MovedChannel {
-  int load = -1;  // into PointRun::loads
-  int channel = 0;
+// A plane that holds one value, beside kZeroPlane and kOnePlane.
+struct ConstantPlane {
+  PlaneId plane = 0;
   float value = 0;
 };
 
-// A run of point operations, block by block: loads, point steps, then one store of every channel.
+// A run of point operations: loads, point steps, then one store of every channel.
 struct PointRun {
   struct Item {
     bool is_load = false;
@@ -52,13 +50,9 @@ struct PointRun {
   std::vector<Item> items;  // in order of execution
   std::vector<PlaneLoad> loads;
   std::vector<PointStep> steps;
+  std::vector<ConstantPlane> constants;
   std::vector<PlaneId> result;   // plane of every stored channel
-  int planes = kFirstFreePlane;  // physical planes in use
-  // Where all there is to do is one step that treats samples alike, on all of one to four channels: that
-  // step, for dense pixels, and the loads of its inputs.
-  std::unique_ptr<PointStage> samples;
-  std::vector<int> sample_loads;
-  std::vector<MovedChannel> moved;  // every stored channel, where there is no operation at all
+  int planes = kFirstFreePlane;  // numbered so far
 };
 
 // A window or gather operation: tiles to a tile.
@@ -81,8 +75,6 @@ struct Buffer {
   std::vector<int> channels;      // node channels held, in tile order
   std::unique_ptr<PointRun> run;  // exactly one of the two makes it
   std::unique_ptr<TileStep> tile;
-  int same_as_source = -1;  // the run only hands on all channels of this source: its pixels may serve
-  int same_as_buffer = -1;  // the run only stores this buffer: it may be computed where it is stored
 };
 
 struct PlannedSource {
@@ -135,6 +127,8 @@ struct Regions {
   std::vector<Roi> buffers, sources;
 };
 Regions RequiredRegions(const Plan& plan, const Roi& out);
+// The same into lists that have been filled before, without an allocation.
+void FindRequiredRegions(const Plan& plan, const Roi& out, Regions& regions);
 
 }  // namespace tessera::graph
 

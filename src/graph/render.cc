@@ -1,6 +1,7 @@
 // Evaluation: what needs whole images first, then the plan over tiles or bands.
 #include "graph/render.h"
 
+#include <algorithm>
 #include <chrono>
 #include <unordered_map>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "graph/executor.h"
 #include "graph/optimize.h"
 #include "graph/plan.h"
+#include "graph/rules.h"
 #include "graph/statistics.h"
 #include "graph/topology.h"
 #include "graph/whole.h"
@@ -61,7 +63,7 @@ class SchedulerWorkers final : public Workers {
 class Evaluation final : public Prepass {
  public:
   Evaluation(const RenderOptions& options, RunStats* stats)
-      : options_(options), quiet_(options), stats_(stats), workers_(options) {
+      : options_(options), rules_(options.rules_off), quiet_(options), stats_(stats), workers_(options) {
     quiet_.progress = nullptr;
   }
 
@@ -77,18 +79,22 @@ class Evaluation final : public Prepass {
       RunWhole(n, image.view());
       return image;
     };
-    if (root.data()->op->Kind() == OpKind::kWhole && out != nullptr && IsDenseFloat(*out) &&
-        out->roi == root.spec().data_window) {
+    if (root.data()->op->Kind() == OpKind::kWhole && rules_.IsOn(kWholeInResult) && out != nullptr &&
+        IsDenseFloat(*out) && out->roi == root.spec().data_window) {
+      NoteRule(kWholeInResult);
       RunWhole(ResolveInputs(root, compute), *out);
       return;
     }
     root = ResolveWhole(root, compute);
     const Plan plan = MakePlan(root, operations, *this);
+    const Layout result = out != nullptr ? Layout::Of(*out) : Layout::Packed(type, plan.spec.channel_count());
+    const Program program(plan, SourceLayouts(plan), result, rules_);
+    for (const std::string& name : program.AppliedRules()) NoteRule(name);
     PassTimer timer(stats_, sink != nullptr ? "stream" : "render");
     if (out != nullptr && AllResident(plan)) {
-      RunResident(plan, *out, options_);
+      RunResident(program, *out, options_);
     } else {
-      RunBands(plan, roi, type, out, sink, options_);
+      RunBands(program, roi, type, out, sink, options_);
     }
     timer.Stop(roi.pixels(), BytesMoved(plan, roi, type));
   }
@@ -103,9 +109,12 @@ class Evaluation final : public Prepass {
   }
 
   ConstImageView Whole(const Node& input) override {
-    if (input.data()->op->Kind() == OpKind::kSource) {
+    if (input.data()->op->Kind() == OpKind::kSource && rules_.IsOn(kSourceAsWhole)) {
       const auto view = static_cast<const SourceOp&>(*input.data()->op).source().View();
-      if (view && IsDenseFloat(*view)) return *view;
+      if (view && IsDenseFloat(*view)) {
+        NoteRule(kSourceAsWhole);
+        return *view;
+      }
     }
     const auto [it, fresh] = whole_.try_emplace(input.data());
     if (fresh) {
@@ -133,7 +142,14 @@ class Evaluation final : public Prepass {
     timer.Stop(out.roi.pixels(), bytes);
   }
 
+  void NoteRule(const std::string& name) {
+    if (stats_ == nullptr) return;
+    std::vector<std::string>& names = stats_->rules;
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+
   const RenderOptions& options_;
+  const RuleSet rules_;
   RenderOptions quiet_;
   RunStats* stats_;
   SchedulerWorkers workers_;
@@ -148,11 +164,6 @@ void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderO
 }
 
 }  // namespace graph
-
-const std::vector<RuleInfo>& RewriteRules() {
-  static const std::vector<RuleInfo> rules;
-  return rules;
-}
 
 Image Render(const Node& node, PixelType type, const RenderOptions& options, RunStats* stats) {
   ImageSpec spec = node.spec();

@@ -1,10 +1,9 @@
-// The run builder: channels become planes; planes are numbered freely first and given registers afterwards.
+// The run builder: channels become planes, which are numbered freely.
 #include "graph/run_builder.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 
 namespace tessera::graph {
@@ -60,11 +59,7 @@ class RunBuilder {
 
   std::unique_ptr<PointRun> Finish(const std::vector<int>& channels) {
     for (const int c : channels) run_->result.push_back(Plane(root_, c));
-    FindMoves();
-    JoinSteps();
-    FindFusions(channels);
-    FindSamples(channels);
-    AssignPlanes();
+    run_->planes = next_;
     return std::move(run_);
   }
 
@@ -111,14 +106,8 @@ class RunBuilder {
   PlaneId ConstantPlane(float value) {
     if (value == 0.0f && !std::signbit(value)) return kZeroPlane;
     if (value == 1.0f) return kOnePlane;
-    const PlaneId plane = NewPlane();
-    PointStep step;
-    step.stage = std::make_unique<ConstantStage>(value);
-    step.label = "constant";
-    step.out = {plane, kDummyPlane, kDummyPlane, kDummyPlane};
-    AddStep(std::move(step));
-    constants_[plane] = value;
-    return plane;
+    run_->constants.push_back({NewPlane(), value});
+    return run_->constants.back().plane;
   }
 
   void ChannelOp(int i, const ContextOf& context) {
@@ -200,190 +189,10 @@ class RunBuilder {
     run_->steps.push_back(std::move(step));
   }
 
-  // How often every plane is read, the store included.
-  std::vector<int> Readers() const {
-    std::vector<int> readers(Z(next_), 0);
-    for (const PointStep& step : run_->steps) {
-      for (const auto& in : step.in) {
-        for (const PlaneId p : in) ++readers[Z(p)];
-      }
-    }
-    for (const PlaneId p : run_->result) ++readers[Z(p)];
-    return readers;
-  }
-
-  // Where nothing is computed but constants the pixels' own bytes may be moved.
-  void FindMoves() {
-    if (run_->steps.size() + 2 != constants_.size()) return;
-    for (const PlaneId plane : run_->result) {
-      MovedChannel moved;
-      if (const auto it = constants_.find(plane); it != constants_.end()) {
-        moved.value = it->second;
-      } else {
-        for (size_t l = 0; l < run_->loads.size(); ++l) {
-          const PlaneLoad& load = run_->loads[l];
-          for (int p = 0; p < 4; ++p) {
-            if (load.plane[p] == plane) moved = {static_cast<int>(l), load.channel[p], 0};
-          }
-        }
-      }
-      run_->moved.push_back(moved);
-    }
-  }
-
-  // Two steps in a row become one where the second alone takes the first's planes and their stages can be
-  // joined. Pairs only: longer chains would not find their coefficients in registers.
-  void JoinSteps() {
-    const std::vector<int> readers = Readers();
-    std::vector<PointRun::Item> items;
-    std::vector<PointStep> steps;
-    bool joined = false;  // the step last kept is a pair
-    for (PointRun::Item item : run_->items) {
-      if (item.is_load) {
-        items.push_back(item);
-        joined = false;
-        continue;
-      }
-      PointStep step = std::move(run_->steps[Z(item.index)]);
-      if (!items.empty() && !items.back().is_load && !joined) {
-        PointStep& first = steps.back();
-        const bool alone = step.in.size() == 1 && step.in[0] == first.out &&
-                           std::all_of(first.out.begin(), first.out.end(),
-                                       [&](PlaneId p) { return p >= kFirstFreePlane && readers[Z(p)] == 1; });
-        if (auto both = alone ? first.stage->Then(*step.stage) : nullptr) {
-          first.stage = std::move(both);
-          first.out = step.out;
-          first.label += ", " + step.label;
-          joined = true;
-          continue;
-        }
-      }
-      joined = false;
-      item.index = static_cast<int>(steps.size());
-      items.push_back(item);
-      steps.push_back(std::move(step));
-    }
-    run_->items = std::move(items);
-    run_->steps = std::move(steps);
-  }
-
-  // A first step that alone reads all of an RGBA load (of two, where it has two inputs), and a last one whose
-  // planes alone are stored, may work on the pixels themselves.
-  void FindFusions(const std::vector<int>& channels) {
-    const std::vector<int> readers = Readers();
-    const auto alone = [&](const std::array<PlaneId, 4>& planes) {
-      return std::all_of(planes.begin(), planes.end(),
-                         [&](PlaneId p) { return p >= kFirstFreePlane && readers[Z(p)] == 1; });
-    };
-    for (PointStep& step : run_->steps) {
-      for (size_t k = 0; k < step.in.size() && step.in.size() <= step.fused_load.size(); ++k) {
-        if (!alone(step.in[k])) continue;
-        for (size_t l = 0; l < run_->loads.size(); ++l) {
-          const PlaneLoad& load = run_->loads[l];
-          if (std::equal(step.in[k].begin(), step.in[k].end(), load.plane) &&
-              std::equal(load.channel, load.channel + 4, std::array{0, 1, 2, 3}.begin())) {
-            step.fused_load[k] = static_cast<int>(l);
-          }
-        }
-      }
-      step.fused_store =
-          channels == std::vector<int>{0, 1, 2, 3} && alone(step.out) &&
-          std::equal(step.out.begin(), step.out.end(), run_->result.begin(), run_->result.end());
-    }
-  }
-
-  // A single step on all of one to four channels may take rows of samples instead.
-  void FindSamples(const std::vector<int>& channels) {
-    const size_t count = channels.size();
-    if (run_->steps.size() != 1 || count == 0 || count > 4) return;
-    for (size_t c = 0; c < count; ++c) {
-      if (channels[c] != static_cast<int>(c)) return;
-    }
-    const PointStep& step = run_->steps[0];
-    if (!std::equal(run_->result.begin(), run_->result.end(), step.out.begin())) return;
-    std::vector<int> found;
-    for (const auto& in : step.in) {
-      for (size_t l = 0; l < run_->loads.size() && found.size() < step.in.size(); ++l) {
-        const PlaneLoad& load = run_->loads[l];
-        bool serves = true;
-        for (size_t c = 0; c < count; ++c) {
-          serves = serves && load.channel[c] == static_cast<int>(c) && load.plane[c] == in[c];
-        }
-        if (serves) {
-          found.push_back(static_cast<int>(l));
-          break;
-        }
-      }
-    }
-    if (found.size() != step.in.size() || found.size() > step.fused_load.size()) return;
-    run_->samples = step.stage->OfSamples(static_cast<int>(count));
-    run_->sample_loads = std::move(found);
-  }
-
-  // Linear scan: a plane dies after its last reader, and that reader's results may take its place.
-  void AssignPlanes() {
-    constexpr int kForever = std::numeric_limits<int>::max();
-    std::vector<int> last(Z(next_), -1);
-    for (size_t n = 0; n < run_->items.size(); ++n) {
-      if (run_->items[n].is_load) continue;
-      for (const auto& in : run_->steps[Z(run_->items[n].index)].in) {
-        for (const PlaneId p : in) last[Z(p)] = static_cast<int>(n);
-      }
-    }
-    for (const PlaneId p : run_->result) last[Z(p)] = kForever;
-
-    std::vector<PlaneId> physical(Z(next_), -1), free;
-    for (PlaneId p = 0; p < kFirstFreePlane; ++p) physical[Z(p)] = p;
-    const auto take = [&](PlaneId p) {
-      if (p < kFirstFreePlane) return p;
-      if (last[Z(p)] < 0) return kDummyPlane;  // nobody reads it
-      if (free.empty()) free.push_back(run_->planes++);
-      physical[Z(p)] = free.back();
-      free.pop_back();
-      return physical[Z(p)];
-    };
-    for (size_t n = 0; n < run_->items.size(); ++n) {
-      const PointRun::Item& item = run_->items[n];
-      if (item.is_load) {
-        PlaneLoad& load = run_->loads[Z(item.index)];
-        for (int p = 0; p < 4; ++p) {
-          if (load.channel[p] >= 0) load.plane[p] = take(load.plane[p]);
-        }
-        continue;
-      }
-      PointStep& step = run_->steps[Z(item.index)];
-      // Backwards, so that a result gets the place of the first input's same channel where that one dies.
-      for (size_t k = step.in.size(); k-- > 0;) {
-        for (size_t c = 4; c-- > 0;) {
-          PlaneId& p = step.in[k][c];
-          const bool dies = p >= kFirstFreePlane && last[Z(p)] == static_cast<int>(n);
-          const PlaneId old = p;
-          p = physical[Z(old)];
-          if (dies) {
-            free.push_back(p);
-            last[Z(old)] = static_cast<int>(n) - 1;  // freed once, however often it is an input
-          }
-        }
-      }
-      for (PlaneId& p : step.out) p = take(p);
-    }
-    for (PlaneId& p : run_->result) p = physical[Z(p)];
-  }
-
-  class ConstantStage final : public PointStage {
-   public:
-    explicit ConstantStage(float value) : value_(value) {}
-    void Run(const PointArgs& a) const override { std::fill_n(a.out[0], a.count, value_); }
-
-   private:
-    float value_;
-  };
-
   const PlannedGraph& graph_;
   const int root_;
   std::unique_ptr<PointRun> run_ = std::make_unique<PointRun>();
   std::map<std::pair<int, int>, PlaneId> planes_;
-  std::map<PlaneId, float> constants_ = {{kZeroPlane, 0.0f}, {kOnePlane, 1.0f}};
   PlaneId next_ = kFirstFreePlane;
 };
 

@@ -26,18 +26,21 @@ struct DirectPixels {
 };
 
 // One block of one row for a point stage. Every plane holds kBlockPixels floats and `count` is no larger,
-// except where both source and sink are direct and no plane is touched; it is a multiple of kGroupPixels, of
-// which the last ones may be padding (any value; never trapping, never stored).
+// except for a stage of AnyLength whose inputs and result are all direct; it is a multiple of kGroupPixels,
+// of which the last ones may be padding (any value; never trapping, never stored).
 struct PointArgs {
   int count = 0;
   int x = 0, y = 0;                       // image coordinates of the block's first pixel
   const int32_t* order = nullptr;         // position in a plane -> offset from x of the pixel it holds
   const float* const (*in)[4] = nullptr;  // in[k]: four planes of input k; a plane that no channel feeds is 0
                                           // (1 for a missing alpha)
-  float* out[4] = {};  // four planes, never null; may be any of the inputs' planes, in any order: read a
-                       // group of every input before writing it
+  float* out[4] = {};  // four planes, null only where no plane is touched; may be any of the inputs' planes,
+                       // in any order: read a group of every input before writing it
   DirectPixels source, sink;  // used only when CanFuse allowed it; or, with `others` (from input 1 on),
   DirectPixels others[2];     // CanFuseAll
+  // Integer samples of one type from source to sink may stay codes, which are rounded once, from another
+  // float: near a tie that may be the neighbouring code.
+  bool codes = false;
 };
 
 class PointStage {
@@ -57,6 +60,11 @@ class PointStage {
     (void)type;
     return false;
   }
+  // Whether a row of any length may be given at once where all inputs and the result are direct: the planes,
+  // which have room for a block, are not touched then.
+  virtual bool AnyLength() const { return false; }
+  // Whether PointArgs::codes makes it faster.
+  virtual bool UsesCodes() const { return false; }
   // A stage that does to every sample what this one does to those of each of its first `channels` channels,
   // from nothing but the same sample of its inputs: pixels of any number of channels may be given to it as if
   // they had four. Null where there is none.
@@ -119,8 +127,8 @@ class TileStage {
   }
   virtual TileSize Preferred() const { return {}; }
   virtual void Run(const TileArgs& args) const = 0;
-  // Whether the inputs and the result may all have this type. The result is what that of the floats would be
-  // rounded to.
+  // Whether the inputs and the result may all have this type; an input that the op needs whole stays float.
+  // The result is what that of the floats would be rounded to.
   virtual bool Accepts(PixelType type) const { return type == PixelType::kFloat; }
   // Preferred() where it reads a source's own pixels and writes the result's: what lies in the cache is only
   // what it reads again.

@@ -159,6 +159,7 @@ class FusedStage final : public graph::PointStage {
   explicit FusedStage(F f) : f_(std::move(f)) {}
   bool CanFuse(bool, PixelType) const override { return kInputs == 1; }
   bool CanFuseAll(PixelType) const override { return kInputs > 1; }
+  bool AnyLength() const override { return true; }
   std::unique_ptr<graph::PointStage> OfSamples(int) const override {
     if constexpr (Kernel::kSamples) return std::make_unique<FusedStage>(f_);
     return nullptr;

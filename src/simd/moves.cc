@@ -33,6 +33,10 @@ void CopyAround(const std::byte* from, size_t bytes, std::byte* to) {
   std::memcpy(to + i, from + i, bytes - i);
 #endif
 }
+void Copy(const std::byte* from, size_t bytes, std::byte* to, bool around) {
+  if (around) return CopyAround(from, bytes, to);
+  std::memcpy(to, from, bytes);
+}
 
 // Pixels [first, last) one by one, each read before it is written.
 HWY_INLINE void MoveSlowly(const Moves& m, const std::byte* const* from, int first, int last,
@@ -141,6 +145,8 @@ void MoveAll(const Moves& m, const std::byte* const* from, int count, std::byte*
   }
 }
 
+MoveFunctions Functions() { return {MoveAll, Copy}; }
+
 }  // namespace
 }  // namespace tessera::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -148,19 +154,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::simd {
 
-HWY_EXPORT(CopyAround);
-HWY_EXPORT(MoveAll);
+HWY_EXPORT(Functions);
 
-void MovePixels(const Moves& moves, const std::byte* const* from, int count, std::byte* to, bool around) {
-  HWY_DYNAMIC_DISPATCH(MoveAll)(moves, from, count, to, around);
-}
-void CopyBytes(const std::byte* from, size_t bytes, std::byte* to, bool around) {
-  if (around) {
-    HWY_DYNAMIC_DISPATCH(CopyAround)(from, bytes, to);
-  } else {
-    std::memcpy(to, from, bytes);
-  }
-}
+MoveFunctions CurrentMoveFunctions() { return HWY_DYNAMIC_DISPATCH(Functions)(); }
 
 }  // namespace tessera::simd
 #endif

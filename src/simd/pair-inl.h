@@ -69,6 +69,7 @@ class PairStage final : public graph::PointStage {
  public:
   explicit PairStage(F f) : f_(std::move(f)) {}
   bool CanFuseAll(PixelType) const override { return true; }
+  bool AnyLength() const override { return true; }
   std::unique_ptr<graph::PointStage> OfSamples(int) const override {
     if constexpr (requires { F::kSamplesAlike; }) return std::make_unique<PairStage>(f_);
     return nullptr;

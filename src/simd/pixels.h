@@ -62,11 +62,15 @@ struct Moves {
   Byte result[kMostMovedBytes];
 };
 
-// `count` pixels from from[0 .. inputs) to `to`, which may be one of them where the pixels are as long.
-// `around`: writes around the cache.
-void MovePixels(const Moves& moves, const std::byte* const* from, int count, std::byte* to, bool around);
-// `bytes` of them; the ranges are the same or apart.
-void CopyBytes(const std::byte* from, size_t bytes, std::byte* to, bool around);
+// Functions of the current target that move bytes without a look at what they mean.
+struct MoveFunctions {
+  // `count` pixels from from[0 .. moves.inputs) to `to`, which may be one of them where the pixels are as
+  // long. `around`: writes around the cache.
+  void (*move)(const Moves& moves, const std::byte* const* from, int count, std::byte* to, bool around);
+  // `bytes` of them; the ranges are the same or apart.
+  void (*copy)(const std::byte* from, size_t bytes, std::byte* to, bool around);
+};
+MoveFunctions CurrentMoveFunctions();
 
 }  // namespace tessera::simd
 

@@ -74,7 +74,6 @@ void Comparison::Value(const Place& at, double got, double want, double toleranc
   const double error = std::fabs(got - want);
   Count(error, tolerance);
   if (error > 0) ratios_.push_back(static_cast<float>(tolerance / error));
-  r_.closest = std::max(r_.closest, error / tolerance);
   if (error > tolerance) Outside(at, error / tolerance);
 }
 
@@ -121,7 +120,9 @@ void Comparison::Coarse(const Place& at, double got, double want, double toleran
 void Comparison::Count(double error, double allowed) {
   ++finite_;
   squares_ += error * error;
-  r_.bound = std::max(r_.bound, allowed);
+  r_.largest_bound = std::max(r_.largest_bound, allowed);
+  const double part = error / allowed;
+  if (part > r_.closest || (part == r_.closest && allowed > r_.bound)) r_.closest = part, r_.bound = allowed;
   r_.max_error = std::max(r_.max_error, error);
 }
 

@@ -27,29 +27,37 @@ double BoundOf(const std::string& op) {
   return info != nullptr ? info->bound_u : 2.0;
 }
 
-// Tiles spread over the window: its middle, its corners, then a fixed pseudo-random set.
+// Tiles of a grid over the window: its middle, its corners, then others by a fixed chance, none of them twice.
 std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
-  const int w = std::min(options.tile_size, window.width()), h = std::min(options.tile_size, window.height());
-  const int64_t free_x = window.width() - w, free_y = window.height() - h;
+  const int64_t side = options.tile_size;
+  const int64_t columns = (window.width() + side - 1) / side, rows = (window.height() + side - 1) / side;
+  const int64_t wanted = std::min<int64_t>(options.samples, columns * rows);
+  std::set<int64_t> taken;
   std::vector<Roi> tiles;
-  const auto add = [&](int64_t dx, int64_t dy) {
-    const Roi r{window.x0 + static_cast<int>(dx), window.y0 + static_cast<int>(dy),
-                window.x0 + static_cast<int>(dx) + w, window.y0 + static_cast<int>(dy) + h};
-    if (std::find(tiles.begin(), tiles.end(), r) == tiles.end()) tiles.push_back(r);
+  const auto add = [&](int64_t column, int64_t row) {
+    if (static_cast<int64_t>(tiles.size()) == wanted || !taken.insert(row * columns + column).second) return;
+    const auto x = static_cast<int>(window.x0 + column * side), y = static_cast<int>(window.y0 + row * side);
+    const auto w = static_cast<int>(std::min<int64_t>(side, window.x1 - x));
+    const auto h = static_cast<int>(std::min<int64_t>(side, window.y1 - y));
+    tiles.push_back({x, y, x + w, y + h});
   };
+  add((columns - 1) / 2, (rows - 1) / 2);  // a whole one
+  add(0, 0), add(columns - 1, rows - 1), add(columns - 1, 0), add(0, rows - 1);
   uint64_t state = 0x9E3779B97F4A7C15u;
   const auto random = [&](int64_t below) {
     state = state * 6364136223846793005u + 1442695040888963407u;
-    return static_cast<int64_t>((state >> 33) % static_cast<uint64_t>(below + 1));
+    return static_cast<int64_t>((state >> 33) % static_cast<uint64_t>(below));
   };
-  const int64_t corners[5][2] = {
-      {free_x / 2, free_y / 2}, {0, 0}, {free_x, free_y}, {free_x, 0}, {0, free_y}};
-  for (int i = 0; i < options.samples; ++i) {
-    if (i < 5) {
-      add(corners[i][0], corners[i][1]);
-    } else {
-      add(random(free_x), random(free_y));
+  if (2 * wanted >= columns * rows) {  // chance would find the last ones late
+    const int64_t first = random(columns * rows);
+    for (int64_t i = 0; i < columns * rows; ++i) {
+      const int64_t at = (first + i) % (columns * rows);
+      add(at % columns, at / columns);
     }
+  }
+  while (static_cast<int64_t>(tiles.size()) < wanted) {
+    const int64_t row = random(rows);
+    add(random(columns), row);
   }
   return tiles;
 }
@@ -104,7 +112,11 @@ class Sampler {
         start_(Now()),
         options_(Affordable(node, window, asked)),
         engine_(&BoundOf) {
+    const int full = options_.tile_size;
     ChooseSize();
+    // Of smaller ones there may be more, while there is time.
+    const double times = std::min(64.0, std::pow(double(full) / options_.tile_size, 2));
+    options_.samples = static_cast<int>(std::min(65536.0, options_.samples * times));
     tiles_ = SampleTiles(window_, options_);
   }
 
@@ -227,27 +239,6 @@ std::vector<Image> Gather(const StoredPixels& stored, const std::vector<std::pai
   return parts;
 }
 
-// How many pixels of the window are in some tile.
-double Covered(const std::vector<Roi>& tiles) {
-  std::set<int> rows;
-  for (const Roi& t : tiles) rows.insert(t.y0), rows.insert(t.y1);
-  double pixels = 0;
-  for (auto it = rows.begin(); it != rows.end() && std::next(it) != rows.end(); ++it) {
-    std::vector<std::pair<int, int>> spans;
-    for (const Roi& t : tiles) {
-      if (t.y0 <= *it && *it < t.y1) spans.emplace_back(t.x0, t.x1);
-    }
-    std::sort(spans.begin(), spans.end());
-    int64_t width = 0, end = INT64_MIN;
-    for (const auto& [x0, x1] : spans) {
-      width += std::max<int64_t>(0, x1 - std::max<int64_t>(x0, end));
-      end = std::max<int64_t>(end, x1);
-    }
-    pixels += static_cast<double>(width) * (*std::next(it) - *it);
-  }
-  return pixels;
-}
-
 // The pixels of a node as an evaluation gives them, a band of rows at a time.
 StoredPixels Evaluations(const Node& node, PixelType type, const RenderOptions& options) {
   StoredPixels stored;
@@ -269,10 +260,11 @@ std::string VerifyReport::Summary() const {
     s += text;
   };
   std::string s;
-  add(s, "max error %.3g, rms %.3g over %lld values in %.3g %% of the pixels (bound %.3g", max_error, rms_error,
-      static_cast<long long>(samples), 100 * share, bound);
-  if (closest > 0) add(s, ", %.2g %% of it used at most, median %.2g %%", 100 * closest, 100 / median_ratio);
-  s += ")";
+  add(s, "max error %.3g, rms %.3g over %lld values, %.3g %% of the pixels", max_error, rms_error,
+      static_cast<long long>(samples), 100 * share);
+  add(s, " (bound %.3g where it is closest, %.3g %% of it used", bound, 100 * closest);
+  if (median_ratio > 0) add(s, ", %.2g %% in the middle", 100 / median_ratio);
+  add(s, "; largest bound %.3g)", largest_bound);
   if (codes_at_tie > 0) s += ", " + std::to_string(codes_at_tie) + " codes at a tie rounded the other way";
   if (codes_wrong > 0) {
     s += ", " + std::to_string(codes_wrong) + " codes WRONG by up to " + std::to_string(max_code_error);
@@ -298,16 +290,16 @@ VerifyReport VerifyStored(const Node& node, const StoredPixels& stored, const Ve
   if (window.empty()) return report;
   verify::Comparison comparison(stored, report);
   verify::Sampler sampler(node, window, options);
-  std::vector<Roi> seen;
+  double seen = 0;
   for (auto batch = sampler.Next(256); !batch.empty(); batch = sampler.Next(256)) {
     const std::vector<Image> pixels = verify::Gather(stored, batch);
     for (size_t i = 0; i < batch.size(); ++i) {
       comparison.Tile(pixels[i].view(), batch[i].second);
-      seen.push_back(batch[i].first);
+      seen += static_cast<double>(batch[i].first.pixels());
     }
   }
   comparison.Finish();
-  report.share = verify::Covered(seen) / static_cast<double>(window.pixels());
+  report.share = seen / static_cast<double>(window.pixels());
   const auto& remarks = sampler.engine().remarks();
   report.remarks.insert(report.remarks.end(), remarks.begin(), remarks.end());
   if (sampler.Shrunk()) report.remarks.push_back(sampler.HowMuch() + " to save time");

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/arena_vector.h"
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/sum_kernel.h"
@@ -22,14 +23,14 @@ class SumStage final : public graph::TileStage {
   // Whole rows: as many streams as images, each as long as can be.
   graph::TileSize Preferred() const override { return {4096, 32}; }
   void Run(const graph::TileArgs& args) const override {
-    std::vector<ConstImageView> in;
-    std::vector<double> weights;
+    base::ArenaVector<ConstImageView> in(args.scratch);
+    base::ArenaVector<double> weights(args.scratch);
     for (size_t k = 0; k < params_.weights.size(); ++k) {
       if (params_.weights[k] == 0) continue;
       in.push_back(InputChannels(args, k));
       weights.push_back(params_.weights[k]);
     }
-    std::vector<const float*> rows(in.size());
+    base::ArenaVector<const float*> rows(in.size(), args.scratch);
     const Roi& roi = args.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {
       for (size_t k = 0; k < in.size(); ++k) rows[k] = reinterpret_cast<const float*>(in[k].At(roi.x0, y));

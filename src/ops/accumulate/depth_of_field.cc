@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/arena_vector.h"
 #include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
@@ -49,7 +50,7 @@ class DepthOfFieldStage final : public graph::TileStage {
       return p;
     };
     float *const radius = new_plane(), *const density = new_plane(), *const depth = new_plane();
-    std::vector<float*> values;
+    base::ArenaVector<float*> values(args.scratch);
     for (int c = 0; c < channels; ++c) values.push_back(new_plane());
 
     const std::span<const int> present = args.in_channels[1];
@@ -75,11 +76,11 @@ class DepthOfFieldStage final : public graph::TileStage {
     const size_t sums = static_cast<size_t>(row.padded) * static_cast<size_t>(channels + 1);
     row.sums = args.scratch.Allocate<float>(sums);
     row.parts = args.scratch.Allocate<float>(sums);
+    row.values = {args.scratch.Allocate<const float*>(values.size()), values.size()};
     for (int y = out.y0; y < out.y1; ++y) {
       const ptrdiff_t first = (y - in.y0) * row.stride + (out.x0 - in.x0);
       row.radius = radius + first, row.density = density + first, row.depth = depth + first;
-      row.values.clear();
-      for (const float* v : values) row.values.push_back(v + first);
+      for (size_t c = 0; c < values.size(); ++c) row.values[c] = values[c] + first;
       gather_(row);
       Finish(row, channels, reinterpret_cast<float*>(args.out.At(out.x0, y)));
     }

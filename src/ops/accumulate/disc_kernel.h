@@ -3,7 +3,7 @@
 #define TESSERA_OPS_ACCUMULATE_DISC_KERNEL_H_
 
 #include <cstddef>
-#include <vector>
+#include <span>
 
 namespace tessera::ops {
 
@@ -12,7 +12,7 @@ struct DiscRow {
   const float* radius = nullptr;   // of the circle of confusion, at least 1/2; 0: gives nothing
   const float* density = nullptr;  // 1 / its area
   const float* depth = nullptr;
-  std::vector<const float*> values;  // a plane per channel
+  std::span<const float*> values;  // a plane per channel
   ptrdiff_t stride = 0;
   int width = 0;
   int reach = 0;           // pixels to look at, each way

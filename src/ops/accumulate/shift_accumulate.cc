@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/arena_vector.h"
 #include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
@@ -47,7 +48,7 @@ class ShiftAccumulateStage final : public graph::TileStage {
   graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView in = InputChannels(args, 0);
-    std::vector<const float*> rows(offsets_.size());
+    base::ArenaVector<const float*> rows(offsets_.size(), args.scratch);
     const Roi& roi = args.out.roi;
     for (int y = roi.y0; y < roi.y1; ++y) {
       for (size_t k = 0; k < rows.size(); ++k) {

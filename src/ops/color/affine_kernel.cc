@@ -183,9 +183,9 @@ class Pair {
   One first_, second_;
 };
 
-// Results that lie in planes; one for all kernels.
-void StoreResults(const graph::PointArgs& args) {
-  s::StoreChunk(args, 0, args.count, [&args](int i) HWY_ATTR { return s::LoadPlanes(args.out, i); });
+// Results that lie in planes, to pixels [first, first + count); one for all kernels.
+void StoreResults(const graph::PointArgs& args, int first, int count, float* const planes[4]) {
+  s::StoreChunk(args, first, count, [planes](int i) HWY_ATTR { return s::LoadPlanes(planes, i); });
 }
 
 // Kernel: Affine or Pair, on values and on codes of 8 and 16 bits.
@@ -200,6 +200,8 @@ class AffineStage final : public graph::PointStage {
   }
 
   bool CanFuse(bool, PixelType) const override { return true; }
+  bool AnyLength() const override { return true; }
+  bool UsesCodes() const override { return true; }
 
   std::unique_ptr<graph::PointStage> Then(const graph::PointStage& next) const override {
     // Colour matrices meet most often; a pair of each two classes would be compiled for every target.
@@ -247,14 +249,15 @@ class AffineStage final : public graph::PointStage {
   }
 
  private:
-  // From pixels: to pixels of the same type on codes, else on values.
+  // From pixels: to pixels of the same type, on codes where that is allowed, else on values.
   template <PixelType type>
   void RunFrom(const graph::PointArgs& args, const Kernel& stored) const {
     using T = typename s::Samples<type>::T;
     const T* const from = reinterpret_cast<const T*>(args.source.read);
     const int count = args.count;
     const Kernel on_values(values_);
-    if (args.sink.write != nullptr && args.sink.type == type) {
+    constexpr bool kInteger = type == PixelType::kUint8 || type == PixelType::kUint16;
+    if (args.sink.write != nullptr && args.sink.type == type && (!kInteger || args.codes)) {
       const Kernel on_codes(stored);
       T* const to = reinterpret_cast<T*>(args.sink.write);
       const bool stream = args.sink.stream && s::CanStream(to);
@@ -276,10 +279,22 @@ class AffineStage final : public graph::PointStage {
       }
       return;
     }
-    for (int i = 0; i < count; i += s::kLanes) {
-      s::StorePlanes(on_values(s::ValuesOf<type>(s::LoadRgbaCodes<type>(from + 4 * i))), args.out, i);
+    const auto result = [&](int i) HWY_ATTR {
+      return on_values(s::ValuesOf<type>(s::LoadRgbaCodes<type>(from + 4 * i)));
+    };
+    if (args.sink.write == nullptr) {
+      for (int i = 0; i < count; i += s::kLanes) s::StorePlanes(result(i), args.out, i);
+      return;
     }
-    if (args.sink.write != nullptr) StoreResults(args);
+    // Of another type, in chunks of the stack's: the row may be longer than a plane.
+    constexpr int kChunk = 64;
+    alignas(64) float samples[4 * kChunk];
+    float* const planes[4] = {samples, samples + kChunk, samples + 2 * kChunk, samples + 3 * kChunk};
+    for (int first = 0; first < count; first += kChunk) {
+      const int n = std::min(kChunk, count - first);
+      for (int i = 0; i < n; i += s::kLanes) s::StorePlanes(result(first + i), planes, i);
+      StoreResults(args, first, n, planes);
+    }
   }
 
   Kernel values_, codes8_, codes16_;

@@ -45,10 +45,10 @@ class PaintOp final : public graph::Op {
     void Run(const graph::TileArgs& args) const override {
       const Roi& o = args.out.roi;
       const size_t count = static_cast<size_t>(o.width()) * channels_;
-      std::vector<double> row(count);
+      double* const row = args.scratch.Allocate<double>(count);
       for (int y = o.y0; y < o.y1; ++y) {
-        std::fill(row.begin(), row.end(), 0.0);
-        paint_(y, o.x0, o.x1, row.data());
+        std::fill_n(row, count, 0.0);
+        paint_(y, o.x0, o.x1, row);
         auto* to = reinterpret_cast<float*>(args.out.At(o.x0, y));
         for (size_t i = 0; i < count; i += channels_) {
           for (const int c : args.channels) *to++ = static_cast<float>(row[i + static_cast<size_t>(c)]);

@@ -70,6 +70,7 @@ class PlaneStage final : public graph::PointStage {
     }
   }
   bool CanFuse(bool, PixelType) const override { return true; }
+  bool AnyLength() const override { return true; }
   std::unique_ptr<graph::PointStage> OfSamples(int channels) const override {
     if (!work_[0].active() || !std::all_of(alike_ + 1, alike_ + channels, std::identity())) return nullptr;
     auto stage = std::make_unique<PlaneStage>(*this);

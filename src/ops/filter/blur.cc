@@ -89,24 +89,26 @@ class GaussianStage final : public graph::WholeStage {
     bool finite = true;
     for (int i = out.roi.x0; i < out.roi.x1; ++i) finite = finite && Finite(out, i, out.roi.y0);
     for (int j = out.roi.y0; j < out.roi.y1; ++j) finite = finite && Finite(out, out.roi.x0, j);
-    if (!finite) GaussianWindow(params_)->RunWhole(in[0], out, workers);
+    if (!finite) GaussianWindow(params_)->RunWhole(sums_, in[0], out, workers);
   }
 
  private:
   void Blur(const ConstImageView& in, const ImageView& out, const graph::Workers& workers) const {
     if (decimated_) {
-      return RunDecimated(params_.sigma_x, params_.sigma_y, in, out, params_.border, params_.border_value,
-                          workers);
+      return RunDecimated(functions_, params_.sigma_x, params_.sigma_y, in, out, params_.border,
+                          params_.border_value, workers);
     }
     const bool rows = params_.sigma_x > 0, columns = params_.sigma_y > 0;
     const RecursiveGaussian x = rows ? MakeRecursiveGaussian(params_.sigma_x) : RecursiveGaussian{};
     const RecursiveGaussian y = columns ? MakeRecursiveGaussian(params_.sigma_y) : RecursiveGaussian{};
-    RunRecursive(rows ? &x : nullptr, columns ? &y : nullptr, in, out, params_.border, params_.border_value,
-                 workers);
+    RunRecursive(functions_.tracks, rows ? &x : nullptr, columns ? &y : nullptr, in, out, params_.border,
+                 params_.border_value, workers);
   }
 
   GaussianParams params_;
   bool decimated_;
+  DecimatedFunctions functions_ = ChooseDecimated();
+  WindowFunctions sums_ = ChooseWindowFunctions();
 };
 
 class BoxStage final : public graph::WholeStage {
@@ -129,17 +131,20 @@ class BoxStage final : public graph::WholeStage {
     const BoxParams& p = params_;
     const int largest = integers_ && SeesCodes(in[0], workers) ? IntegerSums::Largest(type_) : 0;
     if (std::max(p.width, p.height) <= kLargestStripBox) {
-      RunBoxStrips(p.width, p.height, in[0], out, p.border, p.border_value, largest, workers);
+      RunBoxStrips(strip_, p.width, p.height, in[0], out, p.border, p.border_value, largest, workers);
     } else {
-      RunBox(p.width, p.height, in[0], out, p.border, p.border_value, workers);
+      RunBox(tracks_, p.width, p.height, in[0], out, p.border, p.border_value, workers);
     }
     if (!integers_ || largest != 0) return;
     std::vector<int> channels(static_cast<size_t>(out.channels));
     std::iota(channels.begin(), channels.end(), 0);
     const Roi& r = out.roi;
-    workers.For(r.height(), [&](int64_t i, int) {
+    std::vector<base::Arena> arenas(static_cast<size_t>(workers.count()));
+    workers.For(r.height(), [&](int64_t i, int worker) {
+      base::Arena& arena = arenas[static_cast<size_t>(worker)];
+      arena.Reset();
       const int y = r.y0 + static_cast<int>(i);
-      integers_->Settle(in[0], channels, out.Sub({r.x0, y, r.x1, y + 1}), channels, in[0].roi);
+      integers_->Settle(in[0], channels, out.Sub({r.x0, y, r.x1, y + 1}), channels, in[0].roi, arena);
     });
   }
 
@@ -147,8 +152,9 @@ class BoxStage final : public graph::WholeStage {
   // Whether all that boxes see are codes: what an operation before has made of them need not be.
   bool SeesCodes(const ConstImageView& in, const graph::Workers& workers) const {
     const auto are_codes = [this](const float* samples, int count) {
-      return type_ == PixelType::kUint8 ? AreBytes(samples, count)
-                                        : AreCodes(samples, count, IntegerSums::Largest(type_));
+      return type_ == PixelType::kUint8
+                 ? AreBytes(bytes_, samples, count)
+                 : codes_.to_codes(samples, count, IntegerSums::Largest(type_), nullptr);
     };
     const auto value = static_cast<float>(params_.border_value);
     std::atomic<bool> all = params_.border != BorderMode::kBlack || are_codes(&value, 1);
@@ -163,6 +169,10 @@ class BoxStage final : public graph::WholeStage {
   BoxParams params_;
   PixelType type_;
   std::optional<IntegerSums> integers_;  // of integer pixels
+  BoxStripFunction strip_ = ChooseBoxStrip();
+  BoxTracksFunction tracks_ = ChooseBoxTracks();
+  BytesFunctions bytes_ = ChooseBytes();
+  CodesFunctions codes_ = ChooseCodes();
 };
 
 // kValid: the larger result is cropped to the pixels whose kernel lies inside.

@@ -371,6 +371,9 @@ void SettleWordSums(int area, const uint32_t* sums, int count, float* out) {
   std::copy_n(tail, count - i, out + i);
 }
 
+BoxFunctions<uint8_t> ByteBoxesOfTarget() { return {MayMultiply, ByteBoxes, ByteBoxSums, SettleByteSums}; }
+BoxFunctions<uint16_t> WordBoxesOfTarget() { return {nullptr, WordBoxes, WordBoxSums, SettleWordSums}; }
+
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -378,13 +381,8 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(MayMultiply);
-HWY_EXPORT(ByteBoxes);
-HWY_EXPORT(WordBoxes);
-HWY_EXPORT(ByteBoxSums);
-HWY_EXPORT(WordBoxSums);
-HWY_EXPORT(SettleByteSums);
-HWY_EXPORT(SettleWordSums);
+HWY_EXPORT(ByteBoxesOfTarget);
+HWY_EXPORT(WordBoxesOfTarget);
 
 // f(strip) for the strips of a tile, whose turned sums stay in the nearest caches.
 template <class T, class F>
@@ -406,53 +404,40 @@ void ForStrips(const BoxTile<T>& tile, base::Arena& scratch, const F& f) {
   }
 }
 
+}  // namespace
+
+BoxFunctions<uint8_t> ChooseByteBoxes() { return HWY_DYNAMIC_DISPATCH(ByteBoxesOfTarget)(); }
+BoxFunctions<uint16_t> ChooseWordBoxes() { return HWY_DYNAMIC_DISPATCH(WordBoxesOfTarget)(); }
+
 template <class T>
-void Means(const BoxTile<T>& tile, T* out, ptrdiff_t out_stride, base::Arena& scratch) {
+void BoxMeans(const BoxFunctions<T>& functions, const BoxTile<T>& tile, T* out, ptrdiff_t out_stride,
+              base::Arena& scratch) {
   BoxArea area{.area = tile.width * tile.height};
   area.inverse = static_cast<float>(1.0 / area.area);
-  if constexpr (sizeof(T) == 1) area.multiplied = HWY_DYNAMIC_DISPATCH(MayMultiply)(area.area, area.inverse);
-  ForStrips(tile, scratch, [&](const BoxCodesStrip<T>& s) {
-    if constexpr (sizeof(T) == 1) {
-      HWY_DYNAMIC_DISPATCH(ByteBoxes)(s, area, out, out_stride);
-    } else {
-      HWY_DYNAMIC_DISPATCH(WordBoxes)(s, area, out, out_stride);
-    }
-  });
+  if constexpr (sizeof(T) == 1) area.multiplied = functions.may_multiply(area.area, area.inverse);
+  ForStrips(tile, scratch, [&](const BoxCodesStrip<T>& s) { functions.means(s, area, out, out_stride); });
 }
 
 template <class T>
-void Means(const BoxTile<T>& tile, float* out, ptrdiff_t out_stride, base::Arena& scratch) {
-  auto* const settle =
-      sizeof(T) == 1 ? &HWY_DYNAMIC_DISPATCH(SettleByteSums) : &HWY_DYNAMIC_DISPATCH(SettleWordSums);
+void BoxMeans(const BoxFunctions<T>& functions, const BoxTile<T>& tile, float* out, ptrdiff_t out_stride,
+              base::Arena& scratch) {
   auto* const sums =
       scratch.Allocate<uint32_t>(static_cast<size_t>(tile.samples) * static_cast<size_t>(tile.rows));
-  ForStrips(tile, scratch, [&](const BoxCodesStrip<T>& s) {
-    if constexpr (sizeof(T) == 1) {
-      HWY_DYNAMIC_DISPATCH(ByteBoxSums)(s, sums, tile.samples);
-    } else {
-      HWY_DYNAMIC_DISPATCH(WordBoxSums)(s, sums, tile.samples);
-    }
-  });
+  ForStrips(tile, scratch, [&](const BoxCodesStrip<T>& s) { functions.sums(s, sums, tile.samples); });
   for (int y = 0; y < tile.rows; ++y) {
-    settle(tile.width * tile.height, sums + ptrdiff_t{y} * tile.samples, tile.samples, out + y * out_stride);
+    functions.settle(tile.width * tile.height, sums + ptrdiff_t{y} * tile.samples, tile.samples,
+                     out + y * out_stride);
   }
 }
 
-}  // namespace
-
-template <class T>
-void BoxMeans(const BoxTile<T>& tile, T* out, ptrdiff_t out_stride, base::Arena& scratch) {
-  Means(tile, out, out_stride, scratch);
-}
-template <class T>
-void BoxMeans(const BoxTile<T>& tile, float* out, ptrdiff_t out_stride, base::Arena& scratch) {
-  Means(tile, out, out_stride, scratch);
-}
-
-template void BoxMeans(const BoxTile<uint8_t>&, uint8_t*, ptrdiff_t, base::Arena&);
-template void BoxMeans(const BoxTile<uint16_t>&, uint16_t*, ptrdiff_t, base::Arena&);
-template void BoxMeans(const BoxTile<uint8_t>&, float*, ptrdiff_t, base::Arena&);
-template void BoxMeans(const BoxTile<uint16_t>&, float*, ptrdiff_t, base::Arena&);
+template void BoxMeans(const BoxFunctions<uint8_t>&, const BoxTile<uint8_t>&, uint8_t*, ptrdiff_t,
+                       base::Arena&);
+template void BoxMeans(const BoxFunctions<uint16_t>&, const BoxTile<uint16_t>&, uint16_t*, ptrdiff_t,
+                       base::Arena&);
+template void BoxMeans(const BoxFunctions<uint8_t>&, const BoxTile<uint8_t>&, float*, ptrdiff_t,
+                       base::Arena&);
+template void BoxMeans(const BoxFunctions<uint16_t>&, const BoxTile<uint16_t>&, float*, ptrdiff_t,
+                       base::Arena&);
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

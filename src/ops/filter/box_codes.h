@@ -33,13 +33,30 @@ struct BoxTile {
   int width = 1, height = 1;  // of the box, in pixels
 };
 
+template <class T>
+struct BoxCodesStrip;
+struct BoxArea;
+
+// The kernels of one instruction set for codes T, chosen when a stage is made.
+template <class T>
+struct BoxFunctions {
+  bool (*may_multiply)(int area, float inverse);
+  void (*means)(const BoxCodesStrip<T>&, const BoxArea&, T* out, ptrdiff_t out_stride);
+  void (*sums)(const BoxCodesStrip<T>&, uint32_t* out, ptrdiff_t out_stride);
+  void (*settle)(int area, const uint32_t* sums, int count, float* out);
+};
+BoxFunctions<uint8_t> ChooseByteBoxes();
+BoxFunctions<uint16_t> ChooseWordBoxes();
+
 // Means, rounded half to even.
 template <class T>
-void BoxMeans(const BoxTile<T>& tile, T* out, ptrdiff_t out_stride, base::Arena& scratch);
+void BoxMeans(const BoxFunctions<T>& functions, const BoxTile<T>& tile, T* out, ptrdiff_t out_stride,
+              base::Arena& scratch);
 // Means as floats of [0, 1] that a sink rounds as it would round the exact ones: moved from ties by no more
 // than their last two bits.
 template <class T>
-void BoxMeans(const BoxTile<T>& tile, float* out, ptrdiff_t out_stride, base::Arena& scratch);
+void BoxMeans(const BoxFunctions<T>& functions, const BoxTile<T>& tile, float* out, ptrdiff_t out_stride,
+              base::Arena& scratch);
 
 // Whether all samples of an image are codes of its type: its pixels come from a source and nothing was done
 // to them but to choose channels and windows.

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
+#include <tuple>
 #include <vector>
 
 #include "base/tile.h"
@@ -54,9 +56,11 @@ class BoxOfCodesStage final : public graph::TileStage {
   ConstImageView CodesOf(const graph::TileArgs& args) const {
     const ConstImageView& in = args.in[0];
     const ImageView codes = base::NewTile(args.scratch, in.roi, args.out.channels, type_);
-    std::vector<ptrdiff_t> from;
+    const std::span<ptrdiff_t> from(args.scratch.Allocate<ptrdiff_t>(args.channels.size()),
+                                    args.channels.size());
     const auto& held = args.in_channels[0];
-    for (const int c : args.channels) from.push_back(std::find(held.begin(), held.end(), c) - held.begin());
+    std::transform(args.channels.begin(), args.channels.end(), from.begin(),
+                   [&](int c) { return std::find(held.begin(), held.end(), c) - held.begin(); });
     const bool same =
         from.size() == static_cast<size_t>(in.channels) && std::is_sorted(from.begin(), from.end());
     const auto largest = static_cast<float>(IntegerSums::Largest(type_));
@@ -116,10 +120,12 @@ class BoxOfCodesStage final : public graph::TileStage {
                           .width = params_.width,
                           .height = params_.height};
     std::byte* const out = args.out.At(part.x0, part.y0);
+    const auto& functions = std::get<BoxFunctions<T>>(functions_);
     if (args.out.type == type_) {
-      BoxMeans(tile, reinterpret_cast<T*>(out), args.out.row_stride / ptrdiff_t{sizeof(T)}, args.scratch);
+      BoxMeans(functions, tile, reinterpret_cast<T*>(out), args.out.row_stride / ptrdiff_t{sizeof(T)},
+               args.scratch);
     } else {
-      BoxMeans(tile, reinterpret_cast<float*>(out), args.out.row_stride / ptrdiff_t{sizeof(float)},
+      BoxMeans(functions, tile, reinterpret_cast<float*>(out), args.out.row_stride / ptrdiff_t{sizeof(float)},
                args.scratch);
     }
   }
@@ -155,6 +161,7 @@ class BoxOfCodesStage final : public graph::TileStage {
   PixelType type_;
   Roi window_;
   AxisBorder x_, y_;
+  std::tuple<BoxFunctions<uint8_t>, BoxFunctions<uint16_t>> functions_{ChooseByteBoxes(), ChooseWordBoxes()};
 };
 
 }  // namespace

@@ -300,6 +300,7 @@ class BoxStripRun {
 };
 
 void RunBoxStrip(const BoxStrip& s, double* doubles, float* floats) { BoxStripRun(s, doubles, floats).Run(); }
+BoxStripFunction BoxStripOfTarget() { return RunBoxStrip; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -308,7 +309,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(RunBoxStrip);
+HWY_EXPORT(BoxStripOfTarget);
 
 // What a strip goes over again and again: its window's rows, their sums and those of kBoxRows rows, in bytes.
 // A little more than a second cache pays for itself: longer rows suit the prefetcher, and halos are a smaller
@@ -358,8 +359,10 @@ std::vector<double> InverseCounts(int length, int size) {
 
 }  // namespace
 
-void RunBoxStrips(int width, int height, const ConstImageView& in, const ImageView& out, BorderMode border,
-                  double border_value, int largest, const graph::Workers& workers) {
+BoxStripFunction ChooseBoxStrip() { return HWY_DYNAMIC_DISPATCH(BoxStripOfTarget)(); }
+
+void RunBoxStrips(BoxStripFunction run, int width, int height, const ConstImageView& in, const ImageView& out,
+                  BorderMode border, double border_value, int largest, const graph::Workers& workers) {
   const int columns = in.roi.width(), rows = in.roi.height();
   const AxisBorder x(border, border_value, columns), y(border, border_value, rows);
   BoxStrip all{.in = in, .out = out, .width = width, .height = height, .x = &x, .y = &y};
@@ -378,7 +381,6 @@ void RunBoxStrips(int width, int height, const ConstImageView& in, const ImageVi
   const int band = Even(rows, std::max(kBlocksPerBand * height, kLeastBand), height);
   const int64_t across = std::ssize(strips) - 1, down = (rows + band - 1) / band;
   std::vector<base::Arena> arenas(static_cast<size_t>(workers.count()));
-  auto* const run = &HWY_DYNAMIC_DISPATCH(RunBoxStrip);
   workers.For(across * down, [&](int64_t i, int worker) {
     BoxStrip s = all;
     const auto strip = static_cast<size_t>(i % across);

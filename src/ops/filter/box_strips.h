@@ -14,12 +14,6 @@ namespace tessera::ops {
 // Boxes up to this side go through the strips; the sums of larger ones would not stay near.
 inline constexpr int kLargestStripBox = 255;
 
-// As RunBox for sides up to kLargestStripBox. `largest`: 0, or the largest code of an integer image whose
-// samples all are codes / largest; results then lie on the side of the code that the exact mean rounds to
-// (half to even), as IntegerSums leaves them.
-void RunBoxStrips(int width, int height, const ConstImageView& in, const ImageView& out, BorderMode border,
-                  double border_value, int largest, const graph::Workers& workers);
-
 inline constexpr int kBoxRows = 4;  // rows that go through together: the sums so far stay in registers
 
 // A strip's columns for the results of whole blocks of rows, and where its sums are.
@@ -53,6 +47,16 @@ struct BoxStrip {
     return static_cast<size_t>(stride()) * static_cast<size_t>(padded_rows() + 1 + kBoxRows);
   }
 };
+
+using BoxStripFunction = void (*)(const BoxStrip& strip, double* doubles, float* floats);
+// Of one instruction set, chosen when a stage is made.
+BoxStripFunction ChooseBoxStrip();
+
+// As RunBox for sides up to kLargestStripBox. `largest`: 0, or the largest code of an integer image whose
+// samples all are codes / largest; results then lie on the side of the code that the exact mean rounds to
+// (half to even), as IntegerSums leaves them.
+void RunBoxStrips(BoxStripFunction run, int width, int height, const ConstImageView& in, const ImageView& out,
+                  BorderMode border, double border_value, int largest, const graph::Workers& workers);
 
 }  // namespace tessera::ops
 

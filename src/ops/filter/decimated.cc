@@ -115,6 +115,10 @@ void InterpolatePixels(const float* in, int channels, int width, float* out, boo
   }
 }
 
+DecimatedFunctions DecimatedOfTarget() {
+  return {DecimateRows, DecimatePixels, InterpolateRows, InterpolatePixels, nullptr};
+}
+
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -122,10 +126,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(DecimateRows);
-HWY_EXPORT(DecimatePixels);
-HWY_EXPORT(InterpolateRows);
-HWY_EXPORT(InterpolatePixels);
+HWY_EXPORT(DecimatedOfTarget);
 
 constexpr int kMargin = 32;  // floats behind a row that vectors may touch
 
@@ -148,8 +149,15 @@ float* AsFloats(const std::shared_ptr<std::byte>& p) { return reinterpret_cast<f
 
 }  // namespace
 
-void RunDecimated(double sigma_x, double sigma_y, const ConstImageView& in, const ImageView& out,
-                  BorderMode border, double border_value, const graph::Workers& workers) {
+DecimatedFunctions ChooseDecimated() {
+  DecimatedFunctions functions = HWY_DYNAMIC_DISPATCH(DecimatedOfTarget)();
+  functions.tracks = ChooseGaussianTracks();
+  return functions;
+}
+
+void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double sigma_y,
+                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
+                  const graph::Workers& workers) {
   const Roi& r = out.roi;
   if (r.empty()) return;
   const int channels = out.channels, width = r.width(), height = r.height();
@@ -176,8 +184,6 @@ void RunDecimated(double sigma_x, double sigma_y, const ConstImageView& in, cons
     }
     return reinterpret_cast<const float*>(in.data + y * in.row_stride);
   };
-  auto* const decimate_rows = &HWY_DYNAMIC_DISPATCH(DecimateRows);
-  auto* const decimate_pixels = &HWY_DYNAMIC_DISPATCH(DecimatePixels);
   workers.For(y_axis.count, [&](int64_t i, int worker) {
     auto& memory = scratch[static_cast<size_t>(worker)];
     if (!memory) memory = Floats(static_cast<int64_t>(extended) * channels + 2 * kMargin);
@@ -188,7 +194,7 @@ void RunDecimated(double sigma_x, double sigma_y, const ConstImageView& in, cons
     // The image's own columns, then those beyond its ends.
     float* const own = line + static_cast<ptrdiff_t>(-first_x) * channels;
     const int whole = floats / kMargin * kMargin;
-    decimate_rows(rows, whole, own);
+    functions.decimate_rows(rows, whole, own);
     if (whole < floats) {
       // The last samples through copies: beyond the image's end nothing may be read.
       float ends[13][kMargin] = {};
@@ -198,7 +204,7 @@ void RunDecimated(double sigma_x, double sigma_y, const ConstImageView& in, cons
         std::copy_n(rows[k] + whole, floats - whole, ends[k]);
         tails[k] = ends[k];
       }
-      decimate_rows(tails, kMargin, sums);
+      functions.decimate_rows(tails, kMargin, sums);
       std::copy_n(sums, floats - whole, own + whole);
     }
     for (int e = 0; e < extended; ++e) {
@@ -215,16 +221,14 @@ void RunDecimated(double sigma_x, double sigma_y, const ConstImageView& in, cons
         std::copy_n(own + static_cast<ptrdiff_t>(source) * channels, channels, to);
       }
     }
-    decimate_pixels(line, channels, x_axis.count, small + m * small_stride);
+    functions.decimate_pixels(line, channels, x_axis.count, small + m * small_stride);
   });
 
   const Roi small_roi{0, 0, x_axis.count, y_axis.count};
   const ImageView small_view(reinterpret_cast<std::byte*>(small), small_roi, channels, PixelType::kFloat, 4,
                              4 * channels, small_stride * 4);
-  RunRecursive(&gx, &gy, small_view, small_view, BorderMode::kClamp, 0, workers);
+  RunRecursive(functions.tracks, &gx, &gy, small_view, small_view, BorderMode::kClamp, 0, workers);
 
-  auto* const interpolate_rows = &HWY_DYNAMIC_DISPATCH(InterpolateRows);
-  auto* const interpolate_pixels = &HWY_DYNAMIC_DISPATCH(InterpolatePixels);
   const int needed = ((width + 3) / 4 + 3) * channels;
   for (auto& memory : scratch) memory.reset();
   const bool stream = r.pixels() * channels > (1 << 21);
@@ -236,9 +240,10 @@ void RunDecimated(double sigma_x, double sigma_y, const ConstImageView& in, cons
     const float* rows[4];
     for (int k = 0; k < 4; ++k) rows[k] = small + (m - 1 + k) * small_stride + (x_axis.before - 1) * channels;
     for (int phase = 0; phase < 4 && 4 * i + phase < height; ++phase) {
-      interpolate_rows(rows, phase, needed, line);
-      interpolate_pixels(line, channels, width,
-                         reinterpret_cast<float*>(out.data + (4 * i + phase) * out.row_stride), stream);
+      functions.interpolate_rows(rows, phase, needed, line);
+      functions.interpolate_pixels(line, channels, width,
+                                   reinterpret_cast<float*>(out.data + (4 * i + phase) * out.row_stride),
+                                   stream);
     }
   });
 }

@@ -220,6 +220,8 @@ void Block(const FftKernel& k, const FftBlock& b, float* scratch) {
   }
 }
 
+FftFunction BlockOfTarget() { return Block; }
+
 void Spectrum(const FftKernel& k, double* p) {
   const ptrdiff_t plane = Stride(k.size) * k.size;
   Forward(p, p + plane, p + 2 * plane, p + 3 * plane, k.size, k.precise.twiddles.data());
@@ -232,7 +234,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(Block);
+HWY_EXPORT(BlockOfTarget);
 HWY_EXPORT(Spectrum);
 
 // The block with the least work per result.
@@ -284,9 +286,7 @@ FftKernel MakeFftKernel(int width, int height, const std::vector<double>& weight
 // Six planes of floats, four of doubles.
 size_t FftScratchFloats(const FftKernel& k) { return static_cast<size_t>(14 * (k.size + 16) * k.size) + 64; }
 
-void RunFft(const FftKernel& kernel, const FftBlock& block, float* scratch) {
-  HWY_DYNAMIC_DISPATCH(Block)(kernel, block, scratch);
-}
+FftFunction ChooseFft() { return HWY_DYNAMIC_DISPATCH(BlockOfTarget)(); }
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

@@ -26,7 +26,7 @@ struct FftKernel {
   int step_y() const { return size - height + 1; }
 };
 FftKernel MakeFftKernel(int width, int height, const std::vector<double>& weights);
-// Scratch floats that RunFft wants.
+// Scratch floats that an FftFunction wants.
 size_t FftScratchFloats(const FftKernel& kernel);
 
 // step_x x step_y results from a block of size x size pixels of `channels` floats whose first tap is at `in`;
@@ -43,7 +43,9 @@ struct FftBlock {
   ptrdiff_t out_stride;
   int channels, x0, y0, x1, y1;
 };
-void RunFft(const FftKernel& kernel, const FftBlock& block, float* scratch);
+using FftFunction = void (*)(const FftKernel& kernel, const FftBlock& block, float* scratch);
+// Of one instruction set, chosen when a stage is made.
+FftFunction ChooseFft();
 
 }  // namespace tessera::ops
 

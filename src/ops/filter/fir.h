@@ -49,8 +49,28 @@ struct FirTile {
   bool stream = false;
 };
 
-void RunDirect(const DirectWindow& window, const FirTile& tile);
-void RunSeparable(const SeparableWindow& window, const FirTile& tile, base::Arena& scratch);
+// The kernels of one instruction set, chosen when a stage is made.
+struct FirFunctions {
+  using Direct = void (*)(const DirectWindow& window, const FirTile& tile);
+  struct Separable {
+    size_t (*scratch_floats)(const SeparableWindow& window, const FirTile& tile);
+    void (*run)(const SeparableWindow& window, const FirTile& tile, float* scratch);
+  };
+  Direct direct;
+  Separable separable;
+};
+FirFunctions::Direct ChooseDirect();
+FirFunctions::Separable ChooseSeparable();
+
+// What computes the sums of tiles in floats: the products, where there are any, or every tap.
+struct FloatSums {
+  const FirFunctions& functions;
+  const DirectWindow& direct;
+  const SeparableWindow& separable;
+  base::Arena& scratch;
+
+  void operator()(const FirTile& tile) const;
+};
 
 }  // namespace tessera::ops
 

@@ -74,16 +74,16 @@ void SettleWhole(float divisor, float largest, float* row, int count) {
 }
 
 // Indices of a row whose lanes of the vector at i are marked.
-HWY_NOINLINE void AppendMarked(hn::Mask<DB> marked, int i, int count, std::vector<int>& found) {
+HWY_NOINLINE void AppendMarked(hn::Mask<DB> marked, int i, int count, Found& found) {
   HWY_ALIGN float marks[kByteLanes];
   hn::Store(hn::IfThenElseZero(marked, hn::Set(DB(), 1.0f)), DB(), marks);
   for (int k = 0; k < kByteLanes && i + k < count; ++k) {
-    if (marks[k] != 0) found.push_back(i + k);
+    if (marks[k] != 0) found.Add(i + k);
   }
 }
 
 // Sums off by less than the band: appends those near a tie, whose samples stay sums.
-void SettleSums(float band, float* row, int count, std::vector<int>& found) {
+void SettleSums(float band, float* row, int count, Found& found) {
   const DB d;
   const auto near = hn::Set(d, 0.5f - band);
   ForVectors(row, count, [&](auto sum, int i) HWY_ATTR {
@@ -144,7 +144,7 @@ void BytesOfWhole(float divisor, const float* HWY_RESTRICT sums, int count, uint
 
 // Sums off by less than the band: appends those near a tie.
 void BytesOfSums(float band, const float* HWY_RESTRICT sums, int count, uint8_t* HWY_RESTRICT out,
-                 std::vector<int>& found) {
+                 Found& found) {
   const DB d;
   const auto near = hn::Set(d, 0.5f - band);
   ForBytes(sums, count, out, [&](VB sum, int i) HWY_ATTR {
@@ -154,6 +154,10 @@ void BytesOfSums(float band, const float* HWY_RESTRICT sums, int count, uint8_t*
   });
 }
 
+BytesFunctions BytesOfTarget() {
+  return {ToCodes, SettleWhole, SettleSums, CodesOfBytes, BytesOfWhole, BytesOfSums, {}, {}};
+}
+
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -161,12 +165,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(ToCodes);
-HWY_EXPORT(SettleWhole);
-HWY_EXPORT(SettleSums);
-HWY_EXPORT(CodesOfBytes);
-HWY_EXPORT(BytesOfWhole);
-HWY_EXPORT(BytesOfSums);
+HWY_EXPORT(BytesOfTarget);
 
 // The sum in double whose first sample this is.
 double ExactSum(const CodesWindow& w, const float* in, ptrdiff_t stride, int channels) {
@@ -222,13 +221,19 @@ BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& we
   return w;
 }
 
-bool AreBytes(const float* samples, int count) {
-  return HWY_DYNAMIC_DISPATCH(ToCodes)(kLargestByte, static_cast<float>(kWholeCode), samples, count, count,
-                                       nullptr);
+BytesFunctions ChooseBytes() {
+  BytesFunctions functions = HWY_DYNAMIC_DISPATCH(BytesOfTarget)();
+  functions.whole = ChooseWhole(), functions.products = ChooseProducts();
+  return functions;
 }
 
-void RunBytes(const BytesWindow& window, const CodesWindow& exact, int largest, const FirTile& tile,
-              base::Arena& scratch, const std::function<void(const FirTile&)>& sum) {
+bool AreBytes(const BytesFunctions& functions, const float* samples, int count) {
+  return functions.to_codes(kLargestByte, static_cast<float>(kWholeCode), samples, count, count, nullptr);
+}
+
+void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
+              int largest, const FirTile& tile, const FloatSums& sum) {
+  base::Arena& scratch = sum.scratch;
   const bool words = largest > kLargestByte;
   const float divisor = words ? window.divisor_of_words : window.divisor;
   // Floats of words are off by up to 0.008 of a code.
@@ -240,10 +245,11 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, int largest, 
   auto* const held = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows) + 16);
   codes.in = held, codes.in_stride = stride, codes.stream = false;
   bool all = true;
-  auto* const convert = &HWY_DYNAMIC_DISPATCH(ToCodes);
   for (int y = 0; y < rows; ++y) {
     float* const to = held + ptrdiff_t{y} * stride;
-    all = convert(static_cast<float>(largest), near, tile.in + y * tile.in_stride, floats, stride, to) && all;
+    all = functions.to_codes(static_cast<float>(largest), near, tile.in + y * tile.in_stride, floats, stride,
+                             to) &&
+          all;
   }
   std::fill_n(held + ptrdiff_t{rows} * stride, 16, 0.0f);
   if (!all) {
@@ -252,30 +258,30 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, int largest, 
     codes.out_stride = tile.floats;
   }
   if (divisor != 0) {
-    RunDirect(window.whole, codes);
-    auto* const settle = &HWY_DYNAMIC_DISPATCH(SettleWhole);
+    sum.functions.direct(window.whole, codes);
     for (int y = 0; y < tile.rows; ++y) {
-      settle(divisor, static_cast<float>(largest), codes.out + y * codes.out_stride, tile.floats);
+      functions.settle_whole(divisor, static_cast<float>(largest), codes.out + y * codes.out_stride,
+                             tile.floats);
     }
   } else {
     sum(codes);
-    auto* const settle = &HWY_DYNAMIC_DISPATCH(SettleSums);
-    std::vector<int> found;
+    Found found(scratch, tile.floats);
     for (int y = 0; y < tile.rows; ++y) {
       float* const row = codes.out + y * codes.out_stride;
-      found.clear();
-      settle(window.band, row, tile.floats, found);
+      found.Clear();
+      functions.settle_sums(window.band, row, tile.floats, found);
       for (const int i : found)
         row[i] = SettledSample(ExactSum(exact, held + ptrdiff_t{y} * stride + i, stride, tile.channels), 255);
     }
   }
-  if (!all) KeepWithoutStrangers(exact, largest, 2 * kWholeCode, tile, codes);
+  if (!all) KeepWithoutStrangers(exact, largest, 2 * kWholeCode, tile, codes, scratch);
 }
 
-void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,
-              const std::function<void(const FirTile&)>& sum) {
-  if (window.words.usable) return RunWhole(window.words, tile, scratch);
-  if (window.product.usable) return RunProducts(window.product, tile, scratch);
+void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
+              const ByteTile& tile, const FloatSums& sum) {
+  base::Arena& scratch = sum.scratch;
+  if (window.words.usable) return RunWhole(functions.whole, window.words, tile, scratch);
+  if (window.product.usable) return RunProducts(functions.products, window.product, tile, scratch);
   // Of small windows a few rows of a strip stay in L1 from bytes to bytes; of products the whole strip in L2.
   const bool few = exact.row.empty();
   constexpr int kFewRows = 8, kFewSamples = 768, kStripFloats = 1 << 15, kLeast = 128, kUnit = 16;
@@ -287,23 +293,20 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTil
   auto* const codes = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows) + 16);
   auto* const sums = scratch.Allocate<float>(static_cast<size_t>(strip) * static_cast<size_t>(block) + 16);
   std::fill_n(codes + ptrdiff_t{rows} * stride, 16, 0.0f);
-  auto* const convert = &HWY_DYNAMIC_DISPATCH(CodesOfBytes);
-  auto* const of_whole = &HWY_DYNAMIC_DISPATCH(BytesOfWhole);
-  auto* const of_sums = &HWY_DYNAMIC_DISPATCH(BytesOfSums);
-  std::vector<int> found;
+  Found found(scratch, strip);
   for (int x = 0; x < tile.samples; x += strip) {
     const int samples = std::min(strip, tile.samples - x);
     int converted = 0;
     for (int y0 = 0; y0 < tile.rows; y0 += block) {
       const int y1 = std::min(y0 + block, tile.rows);
       for (; converted < y1 + exact.height - 1; ++converted) {
-        convert(tile.in + converted * tile.in_stride + x, samples + margin,
-                codes + ptrdiff_t{converted} * stride);
+        functions.codes_of_bytes(tile.in + converted * tile.in_stride + x, samples + margin,
+                                 codes + ptrdiff_t{converted} * stride);
       }
       const FirTile floats{
           codes + ptrdiff_t{y0} * stride, stride, sums, strip, samples, y1 - y0, tile.channels, false};
       if (window.divisor != 0) {
-        RunDirect(window.whole, floats);
+        sum.functions.direct(window.whole, floats);
       } else {
         sum(floats);
       }
@@ -311,11 +314,11 @@ void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTil
         uint8_t* const out = tile.out + y * tile.out_stride + x;
         const float* const row = sums + ptrdiff_t{y - y0} * strip;
         if (window.divisor != 0) {
-          of_whole(window.divisor, row, samples, out);
+          functions.bytes_of_whole(window.divisor, row, samples, out);
           continue;
         }
-        found.clear();
-        of_sums(window.band, row, samples, out, found);
+        found.Clear();
+        functions.bytes_of_sums(window.band, row, samples, out, found);
         for (const int i : found) {
           const double sum_of = ExactSum(exact, codes + ptrdiff_t{y} * stride + i, stride, tile.channels);
           out[i] =

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "base/arena.h"
@@ -12,6 +11,7 @@
 #include "ops/filter/fir_codes.h"
 #include "ops/filter/fir_products.h"
 #include "ops/filter/fir_whole.h"
+#include "ops/filter/found.h"
 
 namespace tessera::ops {
 
@@ -33,17 +33,32 @@ struct BytesWindow {
 BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, bool separable,
                             double error);
 
+// The kernels of one instruction set, chosen when a stage is made.
+struct BytesFunctions {
+  // The codes of `count` samples, what is none, to within `near`, as 0, and zeros up to `padded`, a multiple
+  // of 16; whether all are codes. Null: none are kept.
+  bool (*to_codes)(float largest, float near, const float* samples, int count, int padded, float* codes);
+  void (*settle_whole)(float divisor, float largest, float* row, int count);
+  void (*settle_sums)(float band, float* row, int count, Found& found);
+  void (*codes_of_bytes)(const uint8_t* bytes, int count, float* codes);
+  void (*bytes_of_whole)(float divisor, const float* sums, int count, uint8_t* out);
+  void (*bytes_of_sums)(float band, const float* sums, int count, uint8_t* out, Found& found);
+  WholeFunction whole;
+  ProductFunctions products;
+};
+BytesFunctions ChooseBytes();
+
 // Whether every sample is one of the 256 codes / 255.
-bool AreBytes(const float* samples, int count);
+bool AreBytes(const BytesFunctions& functions, const float* samples, int count);
 
 // As RunCodes does, for bytes and, with a divisor of words, 16-bit codes: `sum` gives the float sums of a
 // tile.
-void RunBytes(const BytesWindow& window, const CodesWindow& exact, int largest, const FirTile& tile,
-              base::Arena& scratch, const std::function<void(const FirTile&)>& sum);
+void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
+              int largest, const FirTile& tile, const FloatSums& sum);
 
 // From bytes to bytes.
-void RunBytes(const BytesWindow& window, const CodesWindow& exact, const ByteTile& tile, base::Arena& scratch,
-              const std::function<void(const FirTile&)>& sum);
+void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
+              const ByteTile& tile, const FloatSums& sum);
 
 }  // namespace tessera::ops
 

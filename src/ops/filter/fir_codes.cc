@@ -141,6 +141,8 @@ void SumCodes(const CodesWindow& w, int largest, const FirTile& t, double* sums,
   }
 }
 
+CodesFunctions CodesOfTarget() { return {ToCodes, SumCodes}; }
+
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -148,8 +150,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(ToCodes);
-HWY_EXPORT(SumCodes);
+HWY_EXPORT(CodesOfTarget);
 
 // Appends column `x` of weights of `width` columns, between zeros.
 void AppendColumn(const double* weights, int x, int width, int height, std::vector<double>& columns) {
@@ -161,10 +162,12 @@ void AppendColumn(const double* weights, int x, int width, int height, std::vect
 // How many samples of a channel above and left of each are no codes.
 class Strangers {
  public:
-  Strangers(const FirTile& t, const FirTile& codes, int floats, int rows, int largest, double whole)
+  Strangers(base::Arena& scratch, const FirTile& t, const FirTile& codes, int floats, int rows, int largest,
+            double whole)
       : channels_(t.channels),
         stride_(static_cast<size_t>(floats + t.channels)),
-        counts_(stride_ * static_cast<size_t>(rows + 1)) {
+        counts_(scratch.Allocate<int>(stride_ * static_cast<size_t>(rows + 1))) {
+    std::fill_n(counts_, stride_ * static_cast<size_t>(rows + 1), 0);
     for (int y = 0; y < rows; ++y) {
       for (int i = 0; i < floats; ++i) {
         const double code = static_cast<double>(t.in[y * t.in_stride + i]) * largest;
@@ -184,7 +187,7 @@ class Strangers {
 
   int channels_;
   size_t stride_;
-  std::vector<int> counts_;
+  int* counts_;
 };
 
 }  // namespace
@@ -201,12 +204,11 @@ CodesWindow MakeCodesWindow(const std::vector<double>& column, const std::vector
   return w;
 }
 
-bool AreCodes(const float* samples, int count, int largest) {
-  return HWY_DYNAMIC_DISPATCH(ToCodes)(samples, count, largest, nullptr);
-}
+CodesFunctions ChooseCodes() { return HWY_DYNAMIC_DISPATCH(CodesOfTarget)(); }
 
-void RunCodes(const CodesWindow& window, int largest, const FirTile& tile, base::Arena& scratch,
-              const std::function<void()>& as_floats) {
+void RunCodes(const CodesFunctions& functions, const CodesWindow& window, int largest, const FirTile& tile,
+              const FloatSums& as_floats) {
+  base::Arena& scratch = as_floats.scratch;
   const int rows = tile.rows + window.height - 1;
   const int floats = tile.floats + (window.width - 1) * tile.channels;
   // Blocks and padded columns read beyond: there are zeros.
@@ -215,20 +217,18 @@ void RunCodes(const CodesWindow& window, int largest, const FirTile& tile, base:
   auto* const held = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows));
   codes.in = held, codes.in_stride = stride;
   bool all = true;
-  auto* const convert = &HWY_DYNAMIC_DISPATCH(ToCodes);
   for (int y = 0; y < rows; ++y) {
     float* const to = held + y * stride;
-    all = convert(tile.in + y * tile.in_stride, floats, largest, to) && all;
+    all = functions.to_codes(tile.in + y * tile.in_stride, floats, largest, to) && all;
     std::fill(to + floats, to + stride, 0.0f);
   }
   auto* const sums = scratch.Allocate<double>(static_cast<size_t>(stride) * kCodeRows);
-  auto* const sum = &HWY_DYNAMIC_DISPATCH(SumCodes);
-  if (all) return sum(window, largest, codes, sums, stride);
-  as_floats();
+  if (all) return functions.sum(window, largest, codes, sums, stride);
+  as_floats(tile);
   codes.out = scratch.Allocate<float>(static_cast<size_t>(tile.floats) * static_cast<size_t>(tile.rows));
   codes.out_stride = tile.floats;
-  sum(window, largest, codes, sums, stride);
-  KeepWithoutStrangers(window, largest, kWholeCode, tile, codes);
+  functions.sum(window, largest, codes, sums, stride);
+  KeepWithoutStrangers(window, largest, kWholeCode, tile, codes, scratch);
 }
 
 float SettledSample(double exact, double largest) {
@@ -241,8 +241,8 @@ float SettledSample(double exact, double largest) {
 }
 
 void KeepWithoutStrangers(const CodesWindow& window, int largest, double whole, const FirTile& tile,
-                          const FirTile& codes) {
-  Strangers strangers(tile, codes, tile.floats + (window.width - 1) * tile.channels,
+                          const FirTile& codes, base::Arena& scratch) {
+  Strangers strangers(scratch, tile, codes, tile.floats + (window.width - 1) * tile.channels,
                       tile.rows + window.height - 1, largest, whole);
   for (int y = 0; y < tile.rows; ++y) {
     for (int i = 0; i < tile.floats; ++i) {

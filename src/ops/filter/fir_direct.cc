@@ -53,7 +53,7 @@ int FloatsToVector(const FirTile& t) {
   return std::min(floats, t.floats);
 }
 
-void RunDirectTarget(const DirectWindow& window, const FirTile& tile) {
+void RunDirect(const DirectWindow& window, const FirTile& tile) {
   const auto columns = window.centered ? DirectColumns<true> : DirectColumns<false>;
   FirTile t = tile;
   if (const int before = FloatsToVector(t); before > 0) {
@@ -71,6 +71,7 @@ void RunDirectTarget(const DirectWindow& window, const FirTile& tile) {
   }
   if (done < t.floats) columns(window, t, done);
 }
+FirFunctions::Direct DirectOfTarget() { return RunDirect; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -78,7 +79,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::ops {
 
-HWY_EXPORT(RunDirectTarget);
+HWY_EXPORT(DirectOfTarget);
+
+FirFunctions::Direct ChooseDirect() { return HWY_DYNAMIC_DISPATCH(DirectOfTarget)(); }
 
 DirectWindow MakeDirectWindow(int width, int height, std::vector<float> weights) {
   DirectWindow window;
@@ -94,10 +97,6 @@ DirectWindow MakeDirectWindow(int width, int height, std::vector<float> weights)
     }
   }
   return window;
-}
-
-void RunDirect(const DirectWindow& window, const FirTile& tile) {
-  HWY_DYNAMIC_DISPATCH(RunDirectTarget)(window, tile);
 }
 
 }  // namespace tessera::ops

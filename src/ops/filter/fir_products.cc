@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "ops/filter/fir_codes.h"
+#include "ops/filter/found.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/filter/fir_products.cc"
@@ -31,6 +32,7 @@ struct ProductStrip {
   F* sums = nullptr;  // down columns, of kProductRows rows
   ptrdiff_t stride = 0;
   const T** lines = nullptr;  // what windows of those rows see
+  Found* found = nullptr;     // with room for a row
 };
 
 }  // namespace tessera::ops
@@ -157,9 +159,9 @@ HWY_INLINE void StoreCodes(const VP<F> (&code)[kJ], T* out) {
 // Appends those of the samples from x on, whose sums these are, that are `near` or farther from whole
 // numbers.
 template <class F>
-HWY_NOINLINE void AppendNear(const F* sums, F near, int x, int count, std::vector<int>& found) {
+HWY_NOINLINE void AppendNear(const F* sums, F near, int x, int count, Found& found) {
   for (int k = 0; k < count; ++k) {
-    if (std::fabs(sums[k] - std::nearbyint(sums[k])) >= near) found.push_back(x + k);
+    if (std::fabs(sums[k] - std::nearbyint(sums[k])) >= near) found.Add(x + k);
   }
 }
 
@@ -199,7 +201,7 @@ double ExactSum(const ProductWindow& w, const T* in, ptrdiff_t stride, ptrdiff_t
 // Results from column sums on: kJ vectors from x on.
 template <int kHalf, int kJ, class T, class F>
 HWY_INLINE void FinishBlock(const F* row, int half, const F* sums, ptrdiff_t channels, F near, int x,
-                            int count, T* out, std::vector<int>& found) {
+                            int count, T* out, Found& found) {
   constexpr int kSamples = kJ * kProductLanes<F>;
   VP<F> sum[kJ], code[kJ];
   SumAlong<kHalf, kJ>(row, half, sums + x, channels, sum);
@@ -224,7 +226,7 @@ HWY_INLINE void FinishBlock(const F* row, int half, const F* sums, ptrdiff_t cha
 
 template <int kHalf, class T, class F>
 void FinishRow(const F* row, int half, const F* sums, ptrdiff_t channels, F near, int count, T* out,
-               std::vector<int>& found) {
+               Found& found) {
   constexpr int kN = kProductLanes<F>;
   int x = 0;
   for (; x + kAbreast * kN <= count; x += kAbreast * kN)
@@ -273,7 +275,7 @@ void RunStrip(const ProductWindow& w, const F* column, const F* row, F near, con
   const CodeTile<T>& t = s.tile;
   const int half_width = w.width / 2, half_height = w.height / 2;
   const int seen = t.samples + (w.width - 1) * t.channels;
-  std::vector<int> found;
+  Found& found = *s.found;
   for (int y = 0; y < t.rows;) {
     const int rows = t.rows - y >= kProductRows ? kProductRows : 1;
     for (int i = 0; i < rows + w.height - 1; ++i) s.lines[i] = t.in + (y + i) * t.in_stride;
@@ -290,7 +292,7 @@ void RunStrip(const ProductWindow& w, const F* column, const F* row, F near, con
         constexpr float kLargest = std::numeric_limits<T>::max();
         out[i] = static_cast<T>(std::clamp(std::nearbyint(ops::SettledSample(exact, 1)), 0.0f, kLargest));
       }
-      found.clear();
+      found.Clear();
     }
   }
 }
@@ -304,6 +306,7 @@ void BytesInDoubles(const ProductWindow& w, const ProductStrip<uint8_t, double>&
 void WordsInDoubles(const ProductWindow& w, const ProductStrip<uint16_t, double>& s) {
   RunStrip(w, w.column.data(), w.row.data(), 0.5 - kTieOfCodes, s);
 }
+ProductFunctions ProductsOfTarget() { return {BytesInFloats, BytesInDoubles, WordsInDoubles}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -312,9 +315,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(BytesInFloats);
-HWY_EXPORT(BytesInDoubles);
-HWY_EXPORT(WordsInDoubles);
+HWY_EXPORT(ProductsOfTarget);
 
 // Makes weights that differ by roundings alone the same from both ends; whether they do.
 bool MakeSymmetric(std::vector<double>& weights, double most) {
@@ -349,6 +350,8 @@ void RunTile(const ProductWindow& window, const CodeTile<T>& tile, base::Arena& 
   s.stride = (ptrdiff_t{strip} + margin + 79) / 16 * 16 | 16;
   s.sums = scratch.Allocate<F>(static_cast<size_t>(s.stride) * kProductRows + 64);
   s.lines = scratch.Allocate<const T*>(static_cast<size_t>(lines));
+  Found found(scratch, strip);
+  s.found = &found;
   std::fill_n(s.sums, s.stride * kProductRows + 64, F{0});
   for (int x = 0; x < tile.samples; x += strip) {
     s.tile.in = tile.in + x, s.tile.out = tile.out + x;
@@ -399,16 +402,20 @@ ProductWindow MakeProductWindow(int width, int height, const std::vector<double>
   return w;
 }
 
-void RunProducts(const ProductWindow& window, const ByteTile& tile, base::Arena& scratch) {
+ProductFunctions ChooseProducts() { return HWY_DYNAMIC_DISPATCH(ProductsOfTarget)(); }
+
+void RunProducts(const ProductFunctions& functions, const ProductWindow& window, const ByteTile& tile,
+                 base::Arena& scratch) {
   if (window.band > 0) {
-    RunTile<uint8_t, float>(window, tile, scratch, &HWY_DYNAMIC_DISPATCH(BytesInFloats));
+    RunTile<uint8_t, float>(window, tile, scratch, functions.bytes_in_floats);
   } else {
-    RunTile<uint8_t, double>(window, tile, scratch, &HWY_DYNAMIC_DISPATCH(BytesInDoubles));
+    RunTile<uint8_t, double>(window, tile, scratch, functions.bytes_in_doubles);
   }
 }
 
-void RunProducts(const ProductWindow& window, const WordTile& tile, base::Arena& scratch) {
-  RunTile<uint16_t, double>(window, tile, scratch, &HWY_DYNAMIC_DISPATCH(WordsInDoubles));
+void RunProducts(const ProductFunctions& functions, const ProductWindow& window, const WordTile& tile,
+                 base::Arena& scratch) {
+  RunTile<uint16_t, double>(window, tile, scratch, functions.words_in_doubles);
 }
 
 }  // namespace tessera::ops

@@ -23,9 +23,22 @@ struct ProductWindow {
 // `weights`: row by row. Not usable where they are no such product, to the last bits of a double.
 ProductWindow MakeProductWindow(int width, int height, const std::vector<double>& weights);
 
+template <class T, class F>
+struct ProductStrip;
+
+// The kernels of one instruction set, chosen when a stage is made.
+struct ProductFunctions {
+  void (*bytes_in_floats)(const ProductWindow&, const ProductStrip<uint8_t, float>&);
+  void (*bytes_in_doubles)(const ProductWindow&, const ProductStrip<uint8_t, double>&);
+  void (*words_in_doubles)(const ProductWindow&, const ProductStrip<uint16_t, double>&);
+};
+ProductFunctions ChooseProducts();
+
 // Rounded half to even, from 0 to the largest code.
-void RunProducts(const ProductWindow& window, const ByteTile& tile, base::Arena& scratch);
-void RunProducts(const ProductWindow& window, const WordTile& tile, base::Arena& scratch);
+void RunProducts(const ProductFunctions& functions, const ProductWindow& window, const ByteTile& tile,
+                 base::Arena& scratch);
+void RunProducts(const ProductFunctions& functions, const ProductWindow& window, const WordTile& tile,
+                 base::Arena& scratch);
 
 }  // namespace tessera::ops
 

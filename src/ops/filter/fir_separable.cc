@@ -198,7 +198,7 @@ void CopyRow(const float* HWY_RESTRICT in, ptrdiff_t stride, int floats, float* 
   }
 }
 
-void RunSeparableTarget(const SeparableWindow& window, const FirTile& t, float* scratch) {
+void RunSeparable(const SeparableWindow& window, const FirTile& t, float* scratch) {
   const Blocks blocks(window, t.channels);
   float* const sums = scratch + blocks.rows * blocks.stride;  // for kernels of several terms
   float* const copy = sums + blocks.rows * blocks.strip;
@@ -252,6 +252,7 @@ size_t SeparableScratchFloats(const SeparableWindow& window, const FirTile& t) {
              (static_cast<size_t>(blocks.stride) + static_cast<size_t>(blocks.strip)) +
          blocks.CopiedFloats(window, t) + 64;
 }
+FirFunctions::Separable SeparableOfTarget() { return {SeparableScratchFloats, RunSeparable}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -259,12 +260,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::ops {
 
-HWY_EXPORT(RunSeparableTarget);
-HWY_EXPORT(SeparableScratchFloats);
+HWY_EXPORT(SeparableOfTarget);
 
-void RunSeparable(const SeparableWindow& window, const FirTile& tile, base::Arena& scratch) {
-  const size_t floats = HWY_DYNAMIC_DISPATCH(SeparableScratchFloats)(window, tile);
-  HWY_DYNAMIC_DISPATCH(RunSeparableTarget)(window, tile, scratch.Allocate<float>(floats));
+FirFunctions::Separable ChooseSeparable() { return HWY_DYNAMIC_DISPATCH(SeparableOfTarget)(); }
+
+void FloatSums::operator()(const FirTile& tile) const {
+  if (separable.terms.empty()) return functions.direct(direct, tile);
+  const size_t floats = functions.separable.scratch_floats(separable, tile);
+  functions.separable.run(separable, tile, scratch.Allocate<float>(floats));
 }
 
 }  // namespace tessera::ops

@@ -187,6 +187,7 @@ void WholeRows(const WholeWindow& w, const WholeStrip& s, uint8_t* out, ptrdiff_
   s.rows == kWholeRows ? sum.template operator()<kWholeRows>() : sum.template operator()<1>();
   w.negative ? FinishRows<int16_t>(w, s, out, out_stride) : FinishRows<uint16_t>(w, s, out, out_stride);
 }
+WholeFunction WholeOfTarget() { return WholeRows; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -195,7 +196,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(WholeRows);
+HWY_EXPORT(WholeOfTarget);
 
 // Whether a float product rounds as the quotient does: both rise with the sum, so that the sums beside the
 // middles between two codes are all that need be looked at.
@@ -259,7 +260,9 @@ WholeWindow MakeWholeWindow(int width, int height, const std::vector<double>& we
   return w;
 }
 
-void RunWhole(const WholeWindow& window, const ByteTile& tile, base::Arena& scratch) {
+WholeFunction ChooseWhole() { return HWY_DYNAMIC_DISPATCH(WholeOfTarget)(); }
+
+void RunWhole(WholeFunction run, const WholeWindow& window, const ByteTile& tile, base::Arena& scratch) {
   constexpr int kStrip = 1024;
   const int strip = std::min(kStrip, tile.samples), margin = (window.width - 1) * tile.channels;
   const ptrdiff_t stride = (ptrdiff_t{strip} + margin + 2 * kWholeUnit) / kWholeUnit * kWholeUnit;
@@ -267,7 +270,6 @@ void RunWhole(const WholeWindow& window, const ByteTile& tile, base::Arena& scra
   auto* const columns = scratch.Allocate<uint16_t>(static_cast<size_t>(stride) * kWholeRows);
   std::fill_n(columns, stride * kWholeRows, uint16_t{0});
   std::fill_n(sums, stride * kWholeRows, uint16_t{0});
-  auto* const run = &HWY_DYNAMIC_DISPATCH(WholeRows);
   for (int x = 0; x < tile.samples; x += strip) {
     WholeStrip s{tile.in + x, tile.in_stride, sums, columns, stride, std::min(strip, tile.samples - x),
                  kWholeRows,  tile.channels};

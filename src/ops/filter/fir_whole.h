@@ -39,8 +39,13 @@ struct CodeTile {
 using ByteTile = CodeTile<uint8_t>;
 using WordTile = CodeTile<uint16_t>;
 
+struct WholeStrip;
+using WholeFunction = void (*)(const WholeWindow&, const WholeStrip&, uint8_t* out, ptrdiff_t out_stride);
+// Of one instruction set, chosen when a stage is made.
+WholeFunction ChooseWhole();
+
 // Sums over the divisor, rounded half to even, from 0 to 255.
-void RunWhole(const WholeWindow& window, const ByteTile& tile, base::Arena& scratch);
+void RunWhole(WholeFunction run, const WholeWindow& window, const ByteTile& tile, base::Arena& scratch);
 
 }  // namespace tessera::ops
 

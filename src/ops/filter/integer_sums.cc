@@ -18,7 +18,7 @@ namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Appends the samples of a row that lie within `band` codes of a half code.
-void FindHalves(const float* row, int count, float largest, float band, std::vector<int>& found) {
+void FindHalves(const float* row, int count, float largest, float band, Found& found) {
   const hn::ScalableTag<float> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto near = [&](auto tag, int i) HWY_ATTR {
@@ -32,14 +32,15 @@ void FindHalves(const float* row, int count, float largest, float band, std::vec
     if (hn::AllFalse(d, near(d, i))) continue;
     const hn::CappedTag<float, 1> one;
     for (int k = i; k < i + lanes; ++k) {
-      if (!hn::AllFalse(one, near(one, k))) found.push_back(k);
+      if (!hn::AllFalse(one, near(one, k))) found.Add(k);
     }
   }
   const hn::CappedTag<float, 1> one;
   for (; i < count; ++i) {
-    if (!hn::AllFalse(one, near(one, i))) found.push_back(i);
+    if (!hn::AllFalse(one, near(one, i))) found.Add(i);
   }
 }
+auto FindHalvesOfTarget() { return FindHalves; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -48,25 +49,26 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(FindHalves);
+HWY_EXPORT(FindHalvesOfTarget);
 
 constexpr int kSmall =
     1024;  // weights whose sum in double is far more exact than the nearest results to a tie
 
 // The samples of a line that a window shows, -1 where the border's value is.
-std::vector<int> ShownSamples(const AxisBorder& border, int first, int count, int length) {
-  std::vector<int> shown;
-  for (int n = first; n < first + count; ++n) {
+void ShowSamples(const AxisBorder& border, int first, int length, std::span<int> shown) {
+  for (int n = first; int& sample : shown) {
     const bool inside = n >= 0 && n < length;
-    shown.push_back(inside                               ? n
-                    : border.rule == AxisBorder::kEdge   ? std::clamp(n, 0, length - 1)
-                    : border.rule == AxisBorder::kMapped ? border.Map(n)
-                                                         : -1);
+    sample = inside                               ? n
+             : border.rule == AxisBorder::kEdge   ? std::clamp(n, 0, length - 1)
+             : border.rule == AxisBorder::kMapped ? border.Map(n)
+                                                  : -1;
+    ++n;
   }
-  return shown;
 }
 
 }  // namespace
+
+IntegerSums::FindHalves IntegerSums::ChooseFindHalves() { return HWY_DYNAMIC_DISPATCH(FindHalvesOfTarget)(); }
 
 IntegerSums::IntegerSums(PixelType type, const Kernel& correlation, const WindowOptions& options,
                          double error)
@@ -83,7 +85,7 @@ IntegerSums::IntegerSums(PixelType type, const Kernel& correlation, const Window
 }
 
 double IntegerSums::Exact(const ConstImageView& in, std::span<const int> in_channels, const Roi& window,
-                          int x, int y, int channel) const {
+                          int x, int y, int channel, std::span<int> shown) const {
   const auto place = [&](int c) {
     return std::find(in_channels.begin(), in_channels.end(), c) - in_channels.begin();
   };
@@ -109,12 +111,12 @@ double IntegerSums::Exact(const ConstImageView& in, std::span<const int> in_chan
     if (!(farthest < kWhole) || !std::isfinite(small_sum)) return std::nan("");
     sum = small_sum;
   } else {
-    const std::vector<int> columns =
-        ShownSamples(AxisBorder(options_.border, options_.border_value, window.width()),
-                     x - kernel_.anchor_x - window.x0, kernel_.width, window.width());
-    const std::vector<int> rows =
-        ShownSamples(AxisBorder(options_.border, options_.border_value, window.height()),
-                     y - kernel_.anchor_y - window.y0, kernel_.height, window.height());
+    const std::span<int> columns = shown.first(static_cast<size_t>(kernel_.width));
+    const std::span<int> rows = shown.last(static_cast<size_t>(kernel_.height));
+    ShowSamples(AxisBorder(options_.border, options_.border_value, window.width()), footprint.x0 - window.x0,
+                window.width(), columns);
+    ShowSamples(AxisBorder(options_.border, options_.border_value, window.height()), footprint.y0 - window.y0,
+                window.height(), rows);
     const double beyond = options_.border == BorderMode::kBlack ? options_.border_value * largest_ : 0;
     for (const int row : rows) {
       const float* const line =
@@ -147,13 +149,15 @@ double IntegerSums::Exact(const ConstImageView& in, std::span<const int> in_chan
 }
 
 void IntegerSums::Settle(const ConstImageView& in, std::span<const int> in_channels, const ImageView& out,
-                         std::span<const int> out_channels, const Roi& window) const {
-  auto* const find = &HWY_DYNAMIC_DISPATCH(FindHalves);
-  std::vector<int> found;
+                         std::span<const int> out_channels, const Roi& window, base::Arena& scratch) const {
+  const int samples = out.roi.width() * out.channels;
+  Found near(scratch, samples), edge(scratch, samples);
+  const auto taps = static_cast<size_t>(kernel_.width) + static_cast<size_t>(kernel_.height);
+  const std::span<int> shown(scratch.Allocate<int>(taps), taps);
   for (int y = out.roi.y0; y < out.roi.y1; ++y) {
     auto* const row = reinterpret_cast<float*>(out.At(out.roi.x0, y));
-    found.clear();
-    find(row, out.roi.width() * out.channels, static_cast<float>(largest_), band_, found);
+    near.Clear(), edge.Clear();
+    find_halves_(row, samples, static_cast<float>(largest_), band_, near);
     // At edges with fewer weights the error is larger: all of them are summed.
     if (options_.border == BorderMode::kRenormalize) {
       const bool outside =
@@ -162,15 +166,17 @@ void IntegerSums::Settle(const ConstImageView& in, std::span<const int> in_chann
         const int x = out.roi.x0 + i / out.channels - kernel_.anchor_x;
         return outside || x < window.x0 || x + kernel_.width > window.x1;
       };
-      std::erase_if(found, is_edge);
-      for (int i = 0; i < out.roi.width() * out.channels; ++i) {
-        if (is_edge(i)) found.push_back(i);
+      for (const int i : near) {
+        if (!is_edge(i)) edge.Add(i);
+      }
+      for (int i = 0; i < samples; ++i) {
+        if (is_edge(i)) edge.Add(i);
       }
     }
-    for (const int i : found) {
+    for (const int i : options_.border == BorderMode::kRenormalize ? edge : near) {
       if (!(row[i] > -1 && row[i] < 2)) continue;  // the sink limits it
       const double exact = Exact(in, in_channels, window, out.roi.x0 + i / out.channels, y,
-                                 out_channels[static_cast<size_t>(i % out.channels)]);
+                                 out_channels[static_cast<size_t>(i % out.channels)], shown);
       if (std::isnan(exact)) continue;
       row[i] = SettledSample(exact, largest_);
     }

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "ops/filter/found.h"
 #include "ops/filter/window.h"
 #include "tessera/image.h"
 #include "tessera/ops/filter.h"
@@ -27,18 +28,22 @@ class IntegerSums {
 
   // `in` holds every pixel that the results `out` need; channels as in TileArgs.
   void Settle(const ConstImageView& in, std::span<const int> in_channels, const ImageView& out,
-              std::span<const int> out_channels, const Roi& data_window) const;
+              std::span<const int> out_channels, const Roi& data_window, base::Arena& scratch) const;
 
  private:
   // The result in codes.
   double Exact(const ConstImageView& in, std::span<const int> in_channels, const Roi& window, int x, int y,
-               int channel) const;
+               int channel, std::span<int> shown) const;
+
+  using FindHalves = void (*)(const float* row, int count, float largest, float band, Found& found);
+  static FindHalves ChooseFindHalves();
 
   Kernel kernel_;
   WindowOptions options_;
   double largest_;  // code
   float band_;      // in codes
   std::vector<double> totals_;
+  FindHalves find_halves_ = ChooseFindHalves();
 };
 
 }  // namespace tessera::ops

@@ -63,12 +63,12 @@ class RankStage final : public graph::TileStage {
                            .height = params_.height,
                            .stream = args.stream};
     if (kind_ != RankKind::kMedian) {
-      RunExtreme(kind_ == RankKind::kDilate, tile, args.scratch);
+      RunExtreme(functions_, kind_ == RankKind::kDilate, tile, args.scratch);
     } else if constexpr (std::is_same_v<T, float>) {
       const bool codes = type_ == PixelType::kUint8 || type_ == PixelType::kUint16;
-      RunMedian(codes ? (type_ == PixelType::kUint8 ? 255 : 65535) : 0, tile, args.scratch);
+      RunMedian(functions_, codes ? (type_ == PixelType::kUint8 ? 255 : 65535) : 0, tile, args.scratch);
     } else {
-      RunMedian(tile, args.scratch);
+      RunMedian(functions_, tile, args.scratch);
     }
   }
   Roi Footprint(const Roi& out) const {
@@ -80,6 +80,7 @@ class RankStage final : public graph::TileStage {
   RankParams params_;
   PixelType type_;
   Roi window_;
+  RankFunctions functions_{ChooseExtremes(), ChooseMedians(), ChooseSlides(), ChooseHistograms()};
 };
 
 class RankOp final : public graph::OpWith<RankParams> {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 
 #include "base/arena.h"
 
@@ -66,22 +67,53 @@ struct RankTile {
   }
 };
 
+// What the kernels work on, their own affair.
+template <class T>
+struct ExtremeWork;
+struct MedianWork;
+struct HistogramStrip;
+template <class T, class Rank>
+struct RankedBlock;
+
+// The kernels of one instruction set, chosen when a stage is made.
+struct RankFunctions {
+  template <class T>
+  using Extreme = void (*)(bool largest, const RankTile<T>&, const ExtremeWork<T>&);
+  template <class T>
+  using Median = void (*)(int code, const RankTile<T>&, const MedianWork&);
+  template <class T, class Rank>
+  using Slide = void (*)(const RankedBlock<T, Rank>&);
+  using Extremes = std::tuple<Extreme<float>, Extreme<uint8_t>, Extreme<uint16_t>>;
+  using Medians = std::tuple<Median<float>, Median<uint8_t>, Median<uint16_t>>;
+  using Slides = std::tuple<Slide<float, uint16_t>, Slide<float, uint32_t>, Slide<uint16_t, uint16_t>,
+                            Slide<uint16_t, uint32_t>, Slide<uint8_t, uint16_t>, Slide<uint8_t, uint32_t>>;
+  using Histograms = void (*)(const HistogramStrip&);
+
+  Extremes extremes;
+  Medians medians;
+  Slides slides;
+  Histograms histograms;
+};
+RankFunctions::Extremes ChooseExtremes();
+RankFunctions::Medians ChooseMedians();
+RankFunctions::Slides ChooseSlides();
+RankFunctions::Histograms ChooseHistograms();
+
 // The largest or smallest number under every window; of equal ones the last in reading order, of nothing but
 // NaN the first. Samples are floats or the codes of integers.
-void RunExtreme(bool largest, const RankTile<float>& tile, base::Arena& scratch);
-void RunExtreme(bool largest, const RankTile<uint8_t>& tile, base::Arena& scratch);
-void RunExtreme(bool largest, const RankTile<uint16_t>& tile, base::Arena& scratch);
+template <class T>
+void RunExtreme(const RankFunctions& functions, bool largest, const RankTile<T>& tile, base::Arena& scratch);
 // Sample n / 2 of the n that exist under every window, in the order -inf, ..., -0, 0, ..., inf, NaN. `code`:
 // the largest code of an image of integers, whose samples may be codes / largest, or 0.
-void RunMedian(int code, const RankTile<float>& tile, base::Arena& scratch);
+void RunMedian(const RankFunctions& functions, int code, const RankTile<float>& tile, base::Arena& scratch);
 // The same of codes.
-void RunMedian(const RankTile<uint8_t>& tile, base::Arena& scratch);
-void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch);
+void RunMedian(const RankFunctions& functions, const RankTile<uint8_t>& tile, base::Arena& scratch);
+void RunMedian(const RankFunctions& functions, const RankTile<uint16_t>& tile, base::Arena& scratch);
 // The same for large windows, at a cost that grows with their height alone.
 template <class T>
-void RunSlidingMedian(const RankTile<T>& tile, base::Arena& scratch);
+void RunSlidingMedian(const RankFunctions& functions, const RankTile<T>& tile, base::Arena& scratch);
 // The same of bytes, at a cost that does not grow with the window.
-void RunHistogramMedian(const RankTile<uint8_t>& tile, base::Arena& scratch);
+void RunHistogramMedian(const RankFunctions& functions, const RankTile<uint8_t>& tile, base::Arena& scratch);
 
 }  // namespace tessera::ops
 

@@ -307,20 +307,21 @@ void ExtremeOfBytes(bool largest, const RankTile<uint8_t>& t, const ExtremeWork<
 void ExtremeOfWords(bool largest, const RankTile<uint16_t>& t, const ExtremeWork<uint16_t>& work) {
   ExtremeOfCodes(largest, t, work);
 }
+RankFunctions::Extremes ExtremesOfTarget() { return {ExtremeOfFloats, ExtremeOfBytes, ExtremeOfWords}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tessera::ops {
-namespace {
 
-HWY_EXPORT(ExtremeOfFloats);
-HWY_EXPORT(ExtremeOfBytes);
-HWY_EXPORT(ExtremeOfWords);
+HWY_EXPORT(ExtremesOfTarget);
 
-template <class T, class Strip>
-void RunStrips(const Strip& strip_of, bool largest, const RankTile<T>& tile, base::Arena& scratch) {
+RankFunctions::Extremes ChooseExtremes() { return HWY_DYNAMIC_DISPATCH(ExtremesOfTarget)(); }
+
+template <class T>
+void RunExtreme(const RankFunctions& functions, bool largest, const RankTile<T>& tile, base::Arena& scratch) {
+  auto* const run = std::get<RankFunctions::Extreme<T>>(functions.extremes);
   // Strips of a wide window would do little but its margins.
   constexpr int kSamples = kStripBytes / static_cast<int>(sizeof(T));
   const int margin = (tile.width - 1) * tile.channels;
@@ -333,21 +334,13 @@ void RunStrips(const Strip& strip_of, bool largest, const RankTile<T>& tile, bas
   const int rows = std::max(kRing, 2 * tile.height + 1);
   work.rows = scratch.Allocate<T>(static_cast<size_t>(work.stride) * static_cast<size_t>(rows));
   for (int x = 0; x < tile.samples; x += strip) {
-    strip_of(largest, tile.Strip(x, std::min(strip, tile.samples - x)), work);
+    run(largest, tile.Strip(x, std::min(strip, tile.samples - x)), work);
   }
 }
 
-}  // namespace
-
-void RunExtreme(bool largest, const RankTile<float>& tile, base::Arena& scratch) {
-  RunStrips(HWY_DYNAMIC_DISPATCH(ExtremeOfFloats), largest, tile, scratch);
-}
-void RunExtreme(bool largest, const RankTile<uint8_t>& tile, base::Arena& scratch) {
-  RunStrips(HWY_DYNAMIC_DISPATCH(ExtremeOfBytes), largest, tile, scratch);
-}
-void RunExtreme(bool largest, const RankTile<uint16_t>& tile, base::Arena& scratch) {
-  RunStrips(HWY_DYNAMIC_DISPATCH(ExtremeOfWords), largest, tile, scratch);
-}
+template void RunExtreme(const RankFunctions&, bool, const RankTile<float>&, base::Arena&);
+template void RunExtreme(const RankFunctions&, bool, const RankTile<uint8_t>&, base::Arena&);
+template void RunExtreme(const RankFunctions&, bool, const RankTile<uint16_t>&, base::Arena&);
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

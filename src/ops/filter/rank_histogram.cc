@@ -125,6 +125,8 @@ class Window {
 
 void RunStrip(const HistogramStrip& strip) { Window(strip).Run(); }
 
+RankFunctions::Histograms HistogramsOfTarget() { return RunStrip; }
+
 }  // namespace
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -132,24 +134,25 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::ops {
 namespace {
-HWY_EXPORT(RunStrip);
+HWY_EXPORT(HistogramsOfTarget);
 }
 
-void RunHistogramMedian(const RankTile<uint8_t>& t, base::Arena& scratch) {
+RankFunctions::Histograms ChooseHistograms() { return HWY_DYNAMIC_DISPATCH(HistogramsOfTarget)(); }
+
+void RunHistogramMedian(const RankFunctions& functions, const RankTile<uint8_t>& t, base::Arena& scratch) {
   constexpr int kAcross = 256;  // columns whose histograms share the second cache with the rows
   const int pixels = t.samples / t.channels, most = std::min(pixels, kAcross) + t.width - 1;
   auto* const histogram = scratch.Allocate<Histogram>(static_cast<size_t>(most));
   for (int x = 0; x < pixels; x += kAcross) {
     const RankView view = t.View(x, 0, std::min(kAcross, pixels - x), t.rows);
     for (int c = 0; c < t.channels; ++c) {
-      HWY_DYNAMIC_DISPATCH(RunStrip)
-      ({.view = view,
-        .in = t.First(view, x, 0, c),
-        .out = t.out + ptrdiff_t{x} * t.channels + c,
-        .in_stride = t.in_stride,
-        .out_stride = t.out_stride,
-        .step = t.channels,
-        .histogram = histogram});
+      functions.histograms({.view = view,
+                            .in = t.First(view, x, 0, c),
+                            .out = t.out + ptrdiff_t{x} * t.channels + c,
+                            .in_stride = t.in_stride,
+                            .out_stride = t.out_stride,
+                            .step = t.channels,
+                            .histogram = histogram});
     }
   }
 }

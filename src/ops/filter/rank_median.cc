@@ -307,6 +307,7 @@ void MedianOfBytes(int, const RankTile<uint8_t>& t, const MedianWork& work) {
 void MedianOfWords(int, const RankTile<uint16_t>& t, const MedianWork& work) {
   Medians<StoredKeys<uint16_t, int16_t>>(t, work).Run();
 }
+RankFunctions::Medians MediansOfTarget() { return {MedianOfFloats, MedianOfBytes, MedianOfWords}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -315,12 +316,11 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(MedianOfFloats);
-HWY_EXPORT(MedianOfBytes);
-HWY_EXPORT(MedianOfWords);
+HWY_EXPORT(MediansOfTarget);
 
-template <class T, class Strip>
-void RunStrips(const Strip& strip_of, int code, const RankTile<T>& tile, base::Arena& scratch) {
+template <class T>
+void RunStrips(const RankFunctions& functions, int code, const RankTile<T>& tile, base::Arena& scratch) {
+  auto* const run = std::get<RankFunctions::Median<T>>(functions.medians);
   // Strips of a wide window would do little but its margins.
   const int margin = (tile.width - 1) * tile.channels;
   const int wanted = std::max(kMedianStrip<T>, 4 * margin);
@@ -339,7 +339,7 @@ void RunStrips(const Strip& strip_of, int code, const RankTile<T>& tile, base::A
   work.ranks = lines(1);
   work.rows = scratch.Allocate<const void*>(2 * static_cast<size_t>(tile.height));
   for (int x = 0; x < tile.samples; x += strip) {
-    strip_of(code, tile.Strip(x, std::min(strip, tile.samples - x)), work);
+    run(code, tile.Strip(x, std::min(strip, tile.samples - x)), work);
   }
 }
 
@@ -353,19 +353,21 @@ static_assert(Slides(kBytes, 128, 255) &&
 
 }  // namespace
 
-void RunMedian(int code, const RankTile<float>& tile, base::Arena& scratch) {
+RankFunctions::Medians ChooseMedians() { return HWY_DYNAMIC_DISPATCH(MediansOfTarget)(); }
+
+void RunMedian(const RankFunctions& functions, int code, const RankTile<float>& tile, base::Arena& scratch) {
   const double selection = code == 255 ? kBytes : code == 65535 ? kWords : kFloats;
-  if (Slides(selection, tile.width, tile.height)) return RunSlidingMedian(tile, scratch);
-  RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfFloats), code, tile, scratch);
+  if (Slides(selection, tile.width, tile.height)) return RunSlidingMedian(functions, tile, scratch);
+  RunStrips(functions, code, tile, scratch);
 }
-void RunMedian(const RankTile<uint8_t>& tile, base::Arena& scratch) {
+void RunMedian(const RankFunctions& functions, const RankTile<uint8_t>& tile, base::Arena& scratch) {
   constexpr int kSelected = 224;  // selection is faster
-  if (tile.width * tile.height > kSelected) return RunHistogramMedian(tile, scratch);
-  RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfBytes), 0, tile, scratch);
+  if (tile.width * tile.height > kSelected) return RunHistogramMedian(functions, tile, scratch);
+  RunStrips(functions, 0, tile, scratch);
 }
-void RunMedian(const RankTile<uint16_t>& tile, base::Arena& scratch) {
-  if (Slides(kWords, tile.width, tile.height)) return RunSlidingMedian(tile, scratch);
-  RunStrips(HWY_DYNAMIC_DISPATCH(MedianOfWords), 0, tile, scratch);
+void RunMedian(const RankFunctions& functions, const RankTile<uint16_t>& tile, base::Arena& scratch) {
+  if (Slides(kWords, tile.width, tile.height)) return RunSlidingMedian(functions, tile, scratch);
+  RunStrips(functions, 0, tile, scratch);
 }
 
 }  // namespace tessera::ops

@@ -2,8 +2,6 @@
 // ranks, one bit each, that changes by a column where the window moves by one, and its median is found from
 // the last one's by counting bits (T. S. Huang et al., "A fast two-dimensional median filtering algorithm",
 // 1979, with ranks in place of a histogram's levels).
-#include <hwy/contrib/sort/vqsort.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "ops/filter/rank.h"
 
@@ -133,6 +132,9 @@ void SlideWords16(const RankedBlock<uint16_t, uint16_t>& b) { Slide(b); }
 void SlideWords32(const RankedBlock<uint16_t, uint32_t>& b) { Slide(b); }
 void SlideBytes16(const RankedBlock<uint8_t, uint16_t>& b) { Slide(b); }
 void SlideBytes32(const RankedBlock<uint8_t, uint32_t>& b) { Slide(b); }
+RankFunctions::Slides SlidesOfTarget() {
+  return {SlideFloats16, SlideFloats32, SlideWords16, SlideWords32, SlideBytes16, SlideBytes32};
+}
 
 }  // namespace
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -142,19 +144,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(SlideFloats16);
-HWY_EXPORT(SlideFloats32);
-HWY_EXPORT(SlideWords16);
-HWY_EXPORT(SlideWords32);
-HWY_EXPORT(SlideBytes16);
-HWY_EXPORT(SlideBytes32);
-
-void Slide(const RankedBlock<float, uint16_t>& b) { HWY_DYNAMIC_DISPATCH(SlideFloats16)(b); }
-void Slide(const RankedBlock<float, uint32_t>& b) { HWY_DYNAMIC_DISPATCH(SlideFloats32)(b); }
-void Slide(const RankedBlock<uint16_t, uint16_t>& b) { HWY_DYNAMIC_DISPATCH(SlideWords16)(b); }
-void Slide(const RankedBlock<uint16_t, uint32_t>& b) { HWY_DYNAMIC_DISPATCH(SlideWords32)(b); }
-void Slide(const RankedBlock<uint8_t, uint16_t>& b) { HWY_DYNAMIC_DISPATCH(SlideBytes16)(b); }
-void Slide(const RankedBlock<uint8_t, uint32_t>& b) { HWY_DYNAMIC_DISPATCH(SlideBytes32)(b); }
+HWY_EXPORT(SlidesOfTarget);
 
 // Unsigned integers in the order of the samples, NaN last, and back.
 uint32_t KeyOf(float v) {
@@ -174,15 +164,40 @@ T ValueOf(uint32_t key) {
   }
 }
 
+// Sorts by the upper halves, bytes of `Key`, digit by digit; returns which of the two holds the result.
+template <class Key>
+const uint64_t* SortByKey(uint64_t* from, uint64_t* to, size_t count) {
+  constexpr int kBits = 8 * sizeof(Key), kDigit = kBits > 16 ? 11 : 8,
+                kPasses = (kBits + kDigit - 1) / kDigit;
+  constexpr size_t kDigits = size_t{1} << kDigit;
+  const auto digit = [](uint64_t v, int pass) { return (v >> (32 + pass * kDigit)) % kDigits; };
+  uint32_t begin[kPasses][kDigits] = {};
+  for (size_t i = 0; i < count; ++i) {
+    for (int p = 0; p < kPasses; ++p) ++begin[p][digit(from[i], p)];
+  }
+  for (int p = 0; p < kPasses; ++p) {
+    uint32_t sum = 0;
+    for (uint32_t& b : begin[p]) sum += std::exchange(b, sum);
+    for (size_t i = 0; i < count; ++i) to[begin[p][digit(from[i], p)]++] = from[i];
+    std::swap(from, to);
+  }
+  return from;
+}
+
 // Block after block of one tile.
 template <class T, class Rank>
 class SlidingMedian {
  public:
-  SlidingMedian(const RankTile<T>& tile, int across, int down, base::Arena& scratch)
-      : t_(tile), across_(across), down_(down) {
+  SlidingMedian(const RankFunctions& functions, const RankTile<T>& tile, int across, int down,
+                base::Arena& scratch)
+      : slide_(std::get<RankFunctions::Slide<T, Rank>>(functions.slides)),
+        t_(tile),
+        across_(across),
+        down_(down) {
     const auto most =
         static_cast<size_t>(across + tile.width - 1) * static_cast<size_t>(down + tile.height - 1);
-    sorted_ = scratch.Allocate<uint64_t>(most);
+    keys_ = scratch.Allocate<uint64_t>(most);
+    moved_ = scratch.Allocate<uint64_t>(most);
     ranks_ = scratch.Allocate<Rank>(most);
     values_ = scratch.Allocate<T>(most);
     flags_ = scratch.Allocate<uint8_t>(most + 64);
@@ -209,37 +224,39 @@ class SlidingMedian {
       for (int i = 0; i < view.columns; ++i, ++n) {
         const auto place =
             static_cast<uint64_t>(i) * static_cast<uint64_t>(view.rows) + static_cast<uint64_t>(j);
-        sorted_[n] = uint64_t{KeyOf(in[ptrdiff_t{i} * t_.channels])} << 32 | place;
+        keys_[n] = uint64_t{KeyOf(in[ptrdiff_t{i} * t_.channels])} << 32 | place;
       }
     }
-    sorter_(sorted_, n, hwy::SortAscending());
+    const uint64_t* const sorted = SortByKey<T>(keys_, moved_, n);
     for (size_t k = 0; k < n; ++k) {
-      ranks_[sorted_[k] & 0xFFFFFFFFu] = static_cast<Rank>(k);
-      values_[k] = ValueOf<T>(static_cast<uint32_t>(sorted_[k] >> 32));
+      ranks_[sorted[k] & 0xFFFFFFFFu] = static_cast<Rank>(k);
+      values_[k] = ValueOf<T>(static_cast<uint32_t>(sorted[k] >> 32));
     }
     std::fill_n(flags_, n + 64, 0);
-    Slide(RankedBlock<T, Rank>{.ranks = ranks_,
-                               .values = values_,
-                               .flags = flags_,
-                               .view = view,
-                               .out = t_.out + y * t_.out_stride + ptrdiff_t{x} * t_.channels + channel,
-                               .step = t_.channels,
-                               .out_stride = t_.out_stride});
+    slide_(RankedBlock<T, Rank>{.ranks = ranks_,
+                                .values = values_,
+                                .flags = flags_,
+                                .view = view,
+                                .out = t_.out + y * t_.out_stride + ptrdiff_t{x} * t_.channels + channel,
+                                .step = t_.channels,
+                                .out_stride = t_.out_stride});
   }
 
+  const RankFunctions::Slide<T, Rank> slide_;
   const RankTile<T>& t_;
   const int across_, down_;  // results of a block
-  uint64_t* sorted_;
+  uint64_t *keys_, *moved_;  // and places
   Rank* ranks_;
   T* values_;
   uint8_t* flags_;
-  hwy::Sorter sorter_;
 };
 
 }  // namespace
 
+RankFunctions::Slides ChooseSlides() { return HWY_DYNAMIC_DISPATCH(SlidesOfTarget)(); }
+
 template <class T>
-void RunSlidingMedian(const RankTile<T>& tile, base::Arena& scratch) {
+void RunSlidingMedian(const RankFunctions& functions, const RankTile<T>& tile, base::Arena& scratch) {
   // Small blocks sort the same margins again and again, in large ones neighbouring members are far apart; up
   // to 256 x 256 samples a rank takes 16 bits.
   const auto side = [](int window, int all) {
@@ -248,14 +265,14 @@ void RunSlidingMedian(const RankTile<T>& tile, base::Arena& scratch) {
   };
   const int across = side(tile.width, tile.samples / tile.channels), down = side(tile.height, tile.rows);
   if (int64_t{across + tile.width - 1} * (down + tile.height - 1) <= (1 << 16)) {
-    SlidingMedian<T, uint16_t>(tile, across, down, scratch).Run();
+    SlidingMedian<T, uint16_t>(functions, tile, across, down, scratch).Run();
   } else {
-    SlidingMedian<T, uint32_t>(tile, across, down, scratch).Run();
+    SlidingMedian<T, uint32_t>(functions, tile, across, down, scratch).Run();
   }
 }
-template void RunSlidingMedian(const RankTile<float>&, base::Arena&);
-template void RunSlidingMedian(const RankTile<uint16_t>&, base::Arena&);
-template void RunSlidingMedian(const RankTile<uint8_t>&, base::Arena&);
+template void RunSlidingMedian(const RankFunctions&, const RankTile<float>&, base::Arena&);
+template void RunSlidingMedian(const RankFunctions&, const RankTile<uint16_t>&, base::Arena&);
+template void RunSlidingMedian(const RankFunctions&, const RankTile<uint8_t>&, base::Arena&);
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

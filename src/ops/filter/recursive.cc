@@ -113,6 +113,7 @@ void GaussianTracks(const RecursiveGaussian& g, const TrackBlock& b, bool rgba_r
                     const float* scale, float* scratch) {
   ForLines(GaussianLine{g}, b, rgba_rows, border, scale, scratch);
 }
+GaussianTracksFunction GaussianTracksOfTarget() { return GaussianTracks; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -121,7 +122,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(GaussianTracks);
+HWY_EXPORT(GaussianTracksOfTarget);
 
 // exp(-t^2 / 2) for t >= 0 as the sum of exp(-c t) (a cos(d t) + b sin(d t)): least absolute differences,
 // found by reweighted least squares over [0, 9]. The L1 distance is 6.6e-6 of the integral.
@@ -189,10 +190,11 @@ std::vector<double> WeightsInside(const RecursiveGaussian& gaussian, int length)
   return inside;
 }
 
-void RunRecursive(const RecursiveGaussian* x, const RecursiveGaussian* y, const ConstImageView& in,
-                  const ImageView& out, BorderMode border, double border_value,
+GaussianTracksFunction ChooseGaussianTracks() { return HWY_DYNAMIC_DISPATCH(GaussianTracksOfTarget)(); }
+
+void RunRecursive(GaussianTracksFunction tracks, const RecursiveGaussian* x, const RecursiveGaussian* y,
+                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
                   const graph::Workers& workers) {
-  auto* const tracks = &HWY_DYNAMIC_DISPATCH(GaussianTracks);
   FilterLines(
       x != nullptr, y != nullptr, in, out, workers,
       [&](int axis, const TrackBlock& block, bool rgba_rows, const float* scale, float* scratch) {

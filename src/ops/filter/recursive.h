@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "graph/stage.h"
+#include "ops/filter/extend.h"
 #include "tessera/ops/filter.h"
 
 namespace tessera::ops {
@@ -28,10 +29,15 @@ RecursiveGaussian MakeRecursiveGaussian(double sigma);
 // The sum of the weights that lie inside an axis of `length` pixels, for each of them.
 std::vector<double> WeightsInside(const RecursiveGaussian& gaussian, int length);
 
+using GaussianTracksFunction = void (*)(const RecursiveGaussian&, const TrackBlock&, bool rgba_rows,
+                                        const AxisBorder&, const float* scale, float* scratch);
+// Of one instruction set, chosen when a stage is made.
+GaussianTracksFunction ChooseGaussianTracks();
+
 // Filters the dense float image `in` into `out` (same window; may be the same pixels), rows by `x`, columns
 // by `y`; null leaves an axis alone, but not both. Samples must be finite.
-void RunRecursive(const RecursiveGaussian* x, const RecursiveGaussian* y, const ConstImageView& in,
-                  const ImageView& out, BorderMode border, double border_value,
+void RunRecursive(GaussianTracksFunction tracks, const RecursiveGaussian* x, const RecursiveGaussian* y,
+                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
                   const graph::Workers& workers);
 
 }  // namespace tessera::ops

@@ -166,21 +166,20 @@ void BoxTracks(int count, double factor, const TrackBlock& b, bool rgba_rows, co
                const float* scale, float* scratch) {
   ForLines(BoxLine{count, factor}, b, rgba_rows, border, scale, scratch);
 }
+BoxTracksFunction BoxTracksOfTarget() { return BoxTracks; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tessera::ops {
-namespace {
 
-HWY_EXPORT(BoxTracks);
+HWY_EXPORT(BoxTracksOfTarget);
 
-}  // namespace
+BoxTracksFunction ChooseBoxTracks() { return HWY_DYNAMIC_DISPATCH(BoxTracksOfTarget)(); }
 
-void RunBox(int width, int height, const ConstImageView& in, const ImageView& out, BorderMode border,
-            double border_value, const graph::Workers& workers) {
-  auto* const tracks = &HWY_DYNAMIC_DISPATCH(BoxTracks);
+void RunBox(BoxTracksFunction tracks, int width, int height, const ConstImageView& in, const ImageView& out,
+            BorderMode border, double border_value, const graph::Workers& workers) {
   const bool rows = width > 1, columns = height > 1 || width == 1;
   FilterLines(
       rows, columns, in, out, workers,

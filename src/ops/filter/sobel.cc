@@ -21,6 +21,19 @@
 
 #include "simd/pixels-inl.h"
 
+#ifndef TESSERA_OPS_FILTER_SOBEL_CC_
+#define TESSERA_OPS_FILTER_SOBEL_CC_
+namespace tessera::ops {
+
+// The kernels of one instruction set.
+struct SobelFunctions {
+  void (*row)(const float* in, ptrdiff_t stride, int channels, int samples, float* x, float* y);
+  void (*length)(const float* x, const float* y, int samples, float* out);
+};
+
+}  // namespace tessera::ops
+#endif  // TESSERA_OPS_FILTER_SOBEL_CC_
+
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace s = simd::HWY_NAMESPACE;
@@ -82,6 +95,7 @@ void LengthRow(const float* x, const float* y, int count, float* out) {
     out[i] = hn::GetLane(hn::IfThenElse(hn::IsNaN(v), hn::NaN(D()), v));
   }
 }
+SobelFunctions SobelOfTarget() { return {SobelRow, LengthRow}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -90,13 +104,13 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace {
 
-HWY_EXPORT(SobelRow);
-HWY_EXPORT(LengthRow);
+HWY_EXPORT(SobelOfTarget);
+
+SobelFunctions ChooseSobel() { return HWY_DYNAMIC_DISPATCH(SobelOfTarget)(); }
 
 class SobelStage final : public graph::TileStage {
  public:
-  explicit SobelStage(const SobelParams& p)
-      : run_(&HWY_DYNAMIC_DISPATCH(SobelRow)), length_(&HWY_DYNAMIC_DISPATCH(LengthRow)), params_(p) {}
+  explicit SobelStage(const SobelParams& p) : params_(p) {}
   Roi InputRoi(int, const Roi& out) const override { return params_.by_parts() ? out : Inflate(out, 1, 1); }
   graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
   void Run(const graph::TileArgs& args) const override {
@@ -112,13 +126,13 @@ class SobelStage final : public graph::TileStage {
         const auto* const first = reinterpret_cast<const float*>(in.At(o.x0, row));
         const auto* const second = reinterpret_cast<const float*>(args.in[1].At(o.x0, row));
         if (y == nullptr) {
-          length_(first, second, samples, x);
+          functions_.length(first, second, samples, x);
         } else {
           std::copy_n(first, samples, x), std::copy_n(second, samples, y);
         }
       } else {
-        run_(reinterpret_cast<const float*>(in.At(o.x0 - 1, row - 1)), in.row_stride / 4, in.channels,
-             samples, x, y);
+        functions_.row(reinterpret_cast<const float*>(in.At(o.x0 - 1, row - 1)), in.row_stride / 4,
+                       in.channels, samples, x, y);
       }
       float* out = reinterpret_cast<float*>(args.out.At(o.x0, row));
       switch (params_.output) {
@@ -144,8 +158,7 @@ class SobelStage final : public graph::TileStage {
   }
 
  private:
-  void (*run_)(const float*, ptrdiff_t, int, int, float*, float*);
-  void (*length_)(const float*, const float*, int, float*);
+  SobelFunctions functions_ = ChooseSobel();
   SobelParams params_;
 };
 

@@ -31,6 +31,15 @@ struct WindowOptions {
   int alpha = -1;  // channel that the bias is multiplied by
 };
 
+// The kernels of one instruction set, chosen when a stage is made: a window is shared by stages.
+struct WindowFunctions {
+  FirFunctions fir;
+  CodesFunctions codes;
+  BytesFunctions bytes;
+  FftFunction fft;
+};
+WindowFunctions ChooseWindowFunctions();
+
 class Window {
  public:
   // `correlation` is applied as it stands. Throws Error when the method cannot do it.
@@ -45,7 +54,8 @@ class Window {
   Roi InputRoi(const Roi& out, const Roi& data_window) const;
   // Computes args.out from args.in[0], which covers InputRoi; edges are extended here, where they are needed.
   // `largest`: 0, or the largest code of integer pixels, whose sums are then exact and rounded once.
-  void Run(const graph::TileArgs& args, const Roi& data_window, int largest = 0) const;
+  void Run(const WindowFunctions& functions, const graph::TileArgs& args, const Roi& data_window,
+           int largest = 0) const;
   // Whether Run takes codes of such pixels: where that costs more than it is worth, or what borders and bias
   // add is no whole code, IntegerSums mends sums of floats.
   bool SumsCodes(PixelType type) const;
@@ -57,7 +67,8 @@ class Window {
                                      : bytes.divisor_of_words == 0 && bytes.product.usable;
   }
   // The same for a whole image, tile by tile.
-  void RunWhole(const ConstImageView& in, const ImageView& out, const graph::Workers& workers) const;
+  void RunWhole(const WindowFunctions& functions, const ConstImageView& in, const ImageView& out,
+                const graph::Workers& workers) const;
   // Method, size and error bound in a few words.
   std::string Describe() const;
   FilterMethod method() const { return method_; }
@@ -83,14 +94,15 @@ class Window {
   void Choose(const std::string& op, const Kernel& kernel);
   // The blocks of the transform lie on a grid from the data window's corner, whatever the tile.
   Roi WholeBlocks(const Roi& out, const Roi& data_window) const;
-  void RunBlocks(const graph::TileArgs& args, const Roi& data_window) const;
-  void Sum(const Plane& plane, const FirTile& tile, base::Arena& scratch) const;
-  void RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const;
-  void RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part, int largest) const;
+  void RunBlocks(const WindowFunctions& functions, const graph::TileArgs& args, const Roi& data_window) const;
+  void RunPlane(const WindowFunctions& functions, const Plane& plane, const FirTile& tile,
+                base::Arena& scratch, int largest) const;
+  void RunPart(const WindowFunctions& functions, const graph::TileArgs& args, const ConstImageView& in,
+               const Roi& part, int largest) const;
   template <class T>
   CodeTile<T> TileOfCodes(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const;
-  void RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out,
-                 int largest) const;
+  void RunPlanes(const WindowFunctions& functions, const graph::TileArgs& args, const ConstImageView& in,
+                 const ImageView& out, int largest) const;
   void Finish(const graph::TileArgs& args, const Roi& data_window) const;
   // Whether pixels near the edge need the weights that lie inside.
   bool TreatsEdges() const {

@@ -27,26 +27,24 @@ bool Window::SumsCodes(PixelType type) const {
                                                                       width_ * height_ <= kMostTapsOfBytes));
 }
 
-void Window::Sum(const Plane& plane, const FirTile& tile, base::Arena& scratch) const {
-  if (plane.separable.terms.empty()) {
-    RunDirect(plane.direct, tile);
-  } else {
-    RunSeparable(plane.separable, tile, scratch);
-  }
+WindowFunctions ChooseWindowFunctions() {
+  return {{ChooseDirect(), ChooseSeparable()}, ChooseCodes(), ChooseBytes(), ChooseFft()};
 }
 
-void Window::RunPlane(const Plane& plane, const FirTile& tile, base::Arena& scratch, int largest) const {
-  const auto sum = [&](const FirTile& t) { Sum(plane, t, scratch); };
+void Window::RunPlane(const WindowFunctions& functions, const Plane& plane, const FirTile& tile,
+                      base::Arena& scratch, int largest) const {
+  const FloatSums sum{functions.fir, plane.direct, plane.separable, scratch};
   if (largest == 0) return sum(tile);
   constexpr int kByte = 255;
   if (largest == kByte ? plane.bytes.usable : plane.bytes.divisor_of_words != 0) {
-    RunBytes(plane.bytes, plane.codes, largest, tile, scratch, sum);
+    RunBytes(functions.bytes, plane.bytes, plane.codes, largest, tile, sum);
   } else {
-    RunCodes(plane.codes, largest, tile, scratch, [&] { sum(tile); });
+    RunCodes(functions.codes, plane.codes, largest, tile, sum);
   }
 }
 
-void Window::RunBlocks(const graph::TileArgs& args, const Roi& window) const {
+void Window::RunBlocks(const WindowFunctions& functions, const graph::TileArgs& args,
+                       const Roi& window) const {
   const Plane& plane = planes_[0];
   const FftKernel& fft = plane.fft;
   const Roi blocks = WholeBlocks(args.out.roi, window);
@@ -67,22 +65,22 @@ void Window::RunBlocks(const graph::TileArgs& args, const Roi& window) const {
                    part.height(),
                    channels,
                    false};
-      RunFft(fft,
-             {tile.in, tile.in_stride, tile.out, tile.out_stride, channels, part.x0 - x, part.y0 - y,
-              part.x1 - x, part.y1 - y},
-             scratch);
+      functions.fft(fft,
+                    {tile.in, tile.in_stride, tile.out, tile.out_stride, channels, part.x0 - x, part.y0 - y,
+                     part.x1 - x, part.y1 - y},
+                    scratch);
       if (std::all_of(tile.out, tile.out + channels, [](float v) { return std::isfinite(v); })) continue;
       // Something is not finite: every result gets the sum over its own neighbours.
       tile.in += (part.y0 - y) * tile.in_stride + static_cast<ptrdiff_t>(part.x0 - x) * channels;
-      RunDirect(plane.direct, tile);
+      functions.fir.direct(plane.direct, tile);
     }
   }
 }
 
 // One kernel per channel, or channels that the result does not have: each channel is taken out, filtered, put
 // back.
-void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, const ImageView& out,
-                       int largest) const {
+void Window::RunPlanes(const WindowFunctions& functions, const graph::TileArgs& args,
+                       const ConstImageView& in, const ImageView& out, int largest) const {
   const Roi needed = Footprint(out.roi);
   const ptrdiff_t stride = (needed.width() + 31) / 16 * 16;
   float* plane_in =
@@ -99,7 +97,8 @@ void Window::RunPlanes(const graph::TileArgs& args, const ConstImageView& in, co
       for (int x = 0; x < needed.width(); ++x) to[x] = p[static_cast<ptrdiff_t>(x) * in.channels];
     }
     const FirTile tile{plane_in, stride, plane_out, stride, out.roi.width(), out.roi.height(), 1, false};
-    RunPlane(planes_[planes_.size() == 1 ? 0 : static_cast<size_t>(channel)], tile, args.scratch, largest);
+    RunPlane(functions, planes_[planes_.size() == 1 ? 0 : static_cast<size_t>(channel)], tile, args.scratch,
+             largest);
     for (int y = out.roi.y0; y < out.roi.y1; ++y) {
       float* p = FloatAt(out, out.roi.x0, y) + i;
       const float* result = plane_out + (y - out.roi.y0) * stride;
@@ -123,17 +122,18 @@ CodeTile<T> Window::TileOfCodes(const graph::TileArgs& args, const ConstImageVie
 }
 
 // `in` covers the part's whole footprint.
-void Window::RunPart(const graph::TileArgs& args, const ConstImageView& in, const Roi& part,
-                     int largest) const {
+void Window::RunPart(const WindowFunctions& functions, const graph::TileArgs& args, const ConstImageView& in,
+                     const Roi& part, int largest) const {
   const BytesWindow& bytes = planes_[0].bytes;
   if (args.out.type == PixelType::kUint8) {
-    return RunBytes(bytes, planes_[0].codes, TileOfCodes<uint8_t>(args, in, part), args.scratch,
-                    [&](const FirTile& t) { Sum(planes_[0], t, args.scratch); });
+    return RunBytes(functions.bytes, bytes, planes_[0].codes, TileOfCodes<uint8_t>(args, in, part),
+                    {functions.fir, planes_[0].direct, planes_[0].separable, args.scratch});
   }
   if (args.out.type == PixelType::kUint16)
-    return RunProducts(bytes.product, TileOfCodes<uint16_t>(args, in, part), args.scratch);
+    return RunProducts(functions.bytes.products, bytes.product, TileOfCodes<uint16_t>(args, in, part),
+                       args.scratch);
   const ImageView out = args.out.Sub(part);
-  if (planes_.size() != 1 || in.channels != out.channels) return RunPlanes(args, in, out, largest);
+  if (planes_.size() != 1 || in.channels != out.channels) return RunPlanes(functions, args, in, out, largest);
   const Roi needed = Footprint(part);
   const FirTile tile{FloatAt(in, needed.x0, needed.y0),
                      in.row_stride / 4,
@@ -143,16 +143,17 @@ void Window::RunPart(const graph::TileArgs& args, const ConstImageView& in, cons
                      part.height(),
                      out.channels,
                      args.stream && options_.bias == 0};
-  RunPlane(planes_[0], tile, args.scratch, largest);
+  RunPlane(functions, planes_[0], tile, args.scratch, largest);
 }
 
-void Window::Run(const graph::TileArgs& args, const Roi& window, int largest) const {
+void Window::Run(const WindowFunctions& functions, const graph::TileArgs& args, const Roi& window,
+                 int largest) const {
   const Roi& o = args.out.roi;
   if (o.empty()) return;
   const ConstImageView& in = args.in[0];
   if (method_ == FilterMethod::kFft && largest == 0 && planes_.size() == 1 &&
       in.channels == args.out.channels) {
-    RunBlocks(args, window);
+    RunBlocks(functions, args, window);
     return Finish(args, window);
   }
   Roi inner = Intersection(o, {window.x0 + anchor_x_, window.y0 + anchor_y_,
@@ -160,7 +161,7 @@ void Window::Run(const graph::TileArgs& args, const Roi& window, int largest) co
   if (inner.empty()) {
     inner = {o.x0, o.y1, o.x0, o.y1};
   } else {
-    RunPart(args, in, inner, largest);
+    RunPart(functions, args, in, inner, largest);
   }
   // Above, below, left, right of what needs no border.
   for (const Roi& part : {Roi{o.x0, o.y0, o.x1, inner.y0}, Roi{o.x0, inner.y1, o.x1, o.y1},
@@ -168,7 +169,7 @@ void Window::Run(const graph::TileArgs& args, const Roi& window, int largest) co
     if (part.empty()) continue;
     const ImageView extended = base::NewTile(args.scratch, Footprint(part), in.channels, args.out.type);
     graph::FillWithBorder(in, window, EngineBorder(options_.border), extended);
-    RunPart(args, extended, part, largest);
+    RunPart(functions, args, extended, part, largest);
   }
   Finish(args, window);
 }
@@ -187,7 +188,8 @@ double Window::WeightInside(const Plane& plane, const Roi& window, int x, int y)
   return at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0);
 }
 
-void Window::RunWhole(const ConstImageView& in, const ImageView& out, const graph::Workers& workers) const {
+void Window::RunWhole(const WindowFunctions& functions, const ConstImageView& in, const ImageView& out,
+                      const graph::Workers& workers) const {
   constexpr int kWidth = 960, kHeight = 32;
   const Roi& r = out.roi;
   if (r.empty()) return;
@@ -210,7 +212,7 @@ void Window::RunWhole(const ConstImageView& in, const ImageView& out, const grap
       graph::FillWithBorder(in, in.roi, graph::Border::kBlack, copy);
       source[0] = copy;
     }
-    Run({source, out.Sub(part), false, arena, channels, in_channels}, in.roi);
+    Run(functions, {source, out.Sub(part), false, arena, channels, in_channels}, in.roi);
   });
 }
 

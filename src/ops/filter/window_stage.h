@@ -32,12 +32,14 @@ class WindowStage final : public graph::TileStage {
             window_->SumsAsTheyAre(type));
   }
   void Run(const graph::TileArgs& args) const override {
-    window_->Run(args, data_window_, largest_);
-    if (integers_) integers_->Settle(args.in[0], args.in_channels[0], args.out, args.channels, data_window_);
+    window_->Run(functions_, args, data_window_, largest_);
+    if (!integers_) return;
+    integers_->Settle(args.in[0], args.in_channels[0], args.out, args.channels, data_window_, args.scratch);
   }
 
  private:
   std::shared_ptr<const Window> window_;
+  WindowFunctions functions_ = ChooseWindowFunctions();
   Roi data_window_;
   // Of integer pixels: their sums as codes, or what mends sums of floats.
   int largest_ = 0;

@@ -329,7 +329,7 @@ namespace tessera::ops::flow {
 
 HWY_EXPORT(CellLinesHere);
 
-FollowLines CellLines() { return HWY_DYNAMIC_DISPATCH(CellLinesHere)(); }
+FollowLines FindCellLines() { return HWY_DYNAMIC_DISPATCH(CellLinesHere)(); }
 
 }  // namespace tessera::ops::flow
 #endif  // HWY_ONCE

@@ -177,7 +177,7 @@ namespace tessera::ops::flow {
 
 HWY_EXPORT(DirectLinesHere);
 
-FollowLines DirectLines() { return HWY_DYNAMIC_DISPATCH(DirectLinesHere)(); }
+FollowLines FindDirectLines() { return HWY_DYNAMIC_DISPATCH(DirectLinesHere)(); }
 
 }  // namespace tessera::ops::flow
 #endif  // HWY_ONCE

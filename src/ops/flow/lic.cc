@@ -132,7 +132,11 @@ LineOutput OutputTo(const Roi& local, const ImageView& out) {
 class DirectStage final : public graph::TileStage {
  public:
   DirectStage(const LicParams& p, const graph::StageContext& context)
-      : picture_(p, context), follow_(p.integrator == LicIntegrator::kCell ? CellLines() : DirectLines()) {}
+      : picture_(p, context),
+        follow_(p.integrator == LicIntegrator::kCell ? FindCellLines() : FindDirectLines()) {
+    for (int c = 0; c < picture_.channels(); c += kMostChannels)
+      groups_.push_back(picture_.Group(c, kMostChannels));
+  }
   Roi InputRoi(int, const Roi&) const override { return {}; }
   // Small enough for threads to end together.
   graph::TileSize Preferred() const override { return {128, 64}; }
@@ -143,9 +147,8 @@ class DirectStage final : public graph::TileStage {
     const int channels = picture_.channels();
     float* const sums =
         args.scratch.Allocate<float>(static_cast<size_t>(local.pixels()) * static_cast<size_t>(channels));
-    for (int c = 0; c < channels; c += kMostChannels) {
-      follow_(picture_.Group(c, kMostChannels),
-              {local, sums + c, ptrdiff_t{local.width()} * channels, channels});
+    for (size_t k = 0; k < groups_.size(); ++k) {
+      follow_(groups_[k], {local, sums + k * kMostChannels, ptrdiff_t{local.width()} * channels, channels});
     }
     picture_.Finish(local, sums, args.out, args.channels);
   }
@@ -153,12 +156,13 @@ class DirectStage final : public graph::TileStage {
  private:
   Picture picture_;
   FollowLines follow_;
+  std::vector<Lines> groups_;  // of an image of many channels
 };
 
 class SharedStage final : public graph::WholeStage {
  public:
   SharedStage(const LicParams& p, const graph::StageContext& context)
-      : picture_(p, context), share_(SharedLines()) {}
+      : picture_(p, context), share_(FindSharedLines()) {}
   void Run(std::span<const ConstImageView>, const ImageView& out,
            const graph::Workers& workers) const override {
     const Roi all = picture_.Local(out.roi);

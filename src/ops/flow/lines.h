@@ -99,8 +99,8 @@ struct LineOutput {
   int step = 1;
 };
 using FollowLines = void (*)(const Lines&, const LineOutput&);
-FollowLines DirectLines();
-FollowLines CellLines();
+FollowLines FindDirectLines();
+FollowLines FindCellLines();
 // One part of the picture, one channel, by lines that its pixels share; `scratch` keeps its memory from part
 // to part.
 struct SharedScratch {
@@ -116,7 +116,7 @@ struct SharedScratch {
 // Side of the parts: what does not change with threads. Lines that leave a part are lost to it.
 constexpr int SharedPartSide(int width, int height) { return width >= 1024 && height >= 1024 ? 512 : 256; }
 using ShareLines = void (*)(const Lines&, const LineOutput&, SharedScratch&);
-ShareLines SharedLines();
+ShareLines FindSharedLines();
 
 }  // namespace tessera::ops::flow
 

@@ -168,7 +168,7 @@ void PrepareField(const LicParams& params, const Field& field, bool keep, const 
       row[last + 2 + i] = row[turns ? i : last + i];
     }
   };
-  const RowKernels kernels = RowKernelsOf();
+  const RowKernels kernels = FindRowKernels();
   std::vector<RowFound> found(static_cast<size_t>((height + kRows - 1) / kRows));
   ForRows(height, workers, [&](int y0, int y1) {
     RowFound f;
@@ -298,7 +298,7 @@ class NoiseRow {
 
   const LicParams& params_;
   const Prepared& prepared_;
-  const RowKernels kernels_ = RowKernelsOf();
+  const RowKernels kernels_ = FindRowKernels();
 };
 
 void PrepareTexture(const LicParams& params, const Field& field, const graph::Workers& workers,
@@ -329,7 +329,7 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
     if (params.noise == LicNoise::kSparse) out.mean = 1.0 / kSparseShare;
   }
   const NoiseRow row_of(params, out);
-  const RowKernels kernels = RowKernelsOf();
+  const RowKernels kernels = FindRowKernels();
   ForRows(lines.height, workers, [&](int y0, int y1) {
     std::vector<uint32_t> row(static_cast<size_t>(width) + kRowSlack), below(row.size());
     const bool pairs = codes != nullptr && lines.texture_step == 2;

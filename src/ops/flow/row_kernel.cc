@@ -129,7 +129,7 @@ namespace tessera::ops::flow {
 static_assert(kCellLeft == 1 && kCellUp == 1u << kCellUpShift);
 HWY_EXPORT(RowKernelsHere);
 
-RowKernels RowKernelsOf() { return HWY_DYNAMIC_DISPATCH(RowKernelsHere)(); }
+RowKernels FindRowKernels() { return HWY_DYNAMIC_DISPATCH(RowKernelsHere)(); }
 
 }  // namespace tessera::ops::flow
 #endif  // HWY_ONCE

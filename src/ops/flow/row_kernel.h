@@ -25,7 +25,7 @@ struct RowKernels {
   // are not finite.
   void (*cell_codes)(const float* uv, const uint32_t* noise, int width, float smallest, uint32_t* to);
 };
-RowKernels RowKernelsOf();
+RowKernels FindRowKernels();
 
 }  // namespace tessera::ops::flow
 

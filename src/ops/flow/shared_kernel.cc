@@ -472,7 +472,7 @@ namespace tessera::ops::flow {
 
 HWY_EXPORT(SharedLinesHere);
 
-ShareLines SharedLines() { return HWY_DYNAMIC_DISPATCH(SharedLinesHere)(); }
+ShareLines FindSharedLines() { return HWY_DYNAMIC_DISPATCH(SharedLinesHere)(); }
 
 }  // namespace tessera::ops::flow
 #endif  // HWY_ONCE

@@ -56,6 +56,7 @@ struct GatherJob {
   int channel_x = 0, channel_y = 0;  // floats within a pixel of it
   ImageView out;
   std::span<const int> channels;  // of the source, for every channel of `out`
+  base::Arena& scratch;
   bool stream = false;
 };
 using GatherFunction = void (*)(const GatherJob&);

@@ -13,6 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "base/arena_vector.h"
 #include "ops/geometry/plain-inl.h"
 #include "ops/geometry/positions-inl.h"
 #include "ops/geometry/reduce-inl.h"
@@ -45,8 +46,10 @@ int Wrapped(int64_t i, int size, Wrap wrap) {
 // The pixels with weight along one axis, for what the short paths leave: edges, whole positions, reductions
 // by much.
 struct AxisWeights {
-  std::vector<int> index;
-  std::vector<float> weight;
+  explicit AxisWeights(base::Arena& scratch) : index(scratch), weight(scratch), exact_(scratch) {}
+
+  base::ArenaVector<int> index;
+  base::ArenaVector<float> weight;
 
   // `position` in indices of the image; `reduced`: the filter is widened along one axis at least.
   void Find(const GatherSource& source, double position, double wide, bool reduced, int size, Wrap wrap) {
@@ -98,7 +101,7 @@ struct AxisWeights {
   }
 
  private:
-  std::vector<double> exact_;
+  base::ArenaVector<double> exact_;
 };
 
 // Sum over the pixels of both axes, in parts so that very wide filters keep their accuracy.
@@ -423,10 +426,10 @@ class Gatherer {
   const PairedMap paired_{job_};
   PlainTaps plain_;
 #endif
-  std::vector<int64_t> above_;  // the first pixel of every run of the row above
+  base::ArenaVector<int64_t> above_{job_.scratch};  // the first pixel of every run of the row above
   Positions at_;
   Indices index_;
-  AxisWeights x_, y_;
+  AxisWeights x_{job_.scratch}, y_{job_.scratch};
   ReducedAxis reduced_x_, reduced_y_;
 };
 

@@ -19,7 +19,7 @@ class GatherStage final : public graph::TileStage {
   Roi InputRoi(int, const Roi& out) const override { return out; }
   graph::TileSize Preferred() const override { return {256, 64}; }
   void Run(const graph::TileArgs& args) const override {
-    GatherJob job{source_, settings_.map, {}, 0, 0, args.out, args.channels, args.stream};
+    GatherJob job{source_, settings_.map, {}, 0, 0, args.out, args.channels, args.scratch, args.stream};
     if (settings_.map.from_image) {
       const std::span<const int> present = args.in_channels[1];
       const auto place = [&](int channel) {

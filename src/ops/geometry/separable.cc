@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "base/arena_vector.h"
 #include "base/tile.h"
 
 namespace tessera::ops {
@@ -73,7 +75,8 @@ class RadialStage final : public graph::TileStage {
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView in = InputChannels(args, 0);
     const int channels = args.out.channels;
-    std::vector<double> sum(static_cast<size_t>(channels));
+    const std::span<double> sum(args.scratch.Allocate<double>(static_cast<size_t>(channels)),
+                                static_cast<size_t>(channels));
     for (int y = args.out.roi.y0; y < args.out.roi.y1; ++y) {
       for (int x = args.out.roi.x0; x < args.out.roi.x1; ++x) {
         Pixel(in, x, y, sum);
@@ -86,7 +89,7 @@ class RadialStage final : public graph::TileStage {
  private:
   static double Centre(const AxisMap& m, int i) { return m.origin + (i + 0.5) * m.step - 0.5; }
 
-  void Pixel(const ConstImageView& in, int x, int y, std::vector<double>& sum) const {
+  void Pixel(const ConstImageView& in, int x, int y, std::span<double> sum) const {
     const double cx = Centre(map_.x, x), cy = Centre(map_.y, y);
     const double rx = map_.filter->width / 2 / map_.x.scale, ry = map_.filter->width / 2 / map_.y.scale;
     std::fill(sum.begin(), sum.end(), 0.0);
@@ -122,7 +125,7 @@ ConstImageView InputChannels(const graph::TileArgs& args, size_t k) {
   const std::span<const int> wanted = args.channels, present = args.in_channels[k];
   if (std::equal(wanted.begin(), wanted.end(), present.begin(), present.end())) return in;
   const ImageView picked = base::NewTile(args.scratch, in.roi, static_cast<int>(wanted.size()));
-  std::vector<ptrdiff_t> from;
+  base::ArenaVector<ptrdiff_t> from(args.scratch);
   for (const int c : wanted) from.push_back(std::find(present.begin(), present.end(), c) - present.begin());
   for (int y = in.roi.y0; y < in.roi.y1; ++y) {
     for (int x = in.roi.x0; x < in.roi.x1; ++x) {

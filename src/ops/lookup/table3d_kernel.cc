@@ -34,6 +34,7 @@ class Table3DStage final : public graph::PointStage {
   }
 
   bool CanFuse(bool, PixelType) const override { return true; }
+  bool AnyLength() const override { return true; }
 
   void Run(const graph::PointArgs& args) const override { (this->*loop_)(args); }
 

@@ -113,6 +113,7 @@ class Tables1DStage final : public graph::PointStage {
   }
 
   bool CanFuse(bool, PixelType) const override { return true; }
+  bool AnyLength() const override { return true; }
 
   void Run(const graph::PointArgs& args) const override {
     if (args.source.read != nullptr && args.source.type == PixelType::kUint8 && args.sink.write != nullptr &&

@@ -239,10 +239,10 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace noise {
 HWY_EXPORT(BatchKernels);
-static NoiseKernels Best() { return HWY_DYNAMIC_DISPATCH(BatchKernels)(); }
+static NoiseKernels Choose() { return HWY_DYNAMIC_DISPATCH(BatchKernels)(); }
 }  // namespace noise
 
-NoiseKernels FindNoiseKernels() { return noise::Best(); }
+NoiseKernels FindNoiseKernels() { return noise::Choose(); }
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

@@ -203,12 +203,12 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace noise {
 HWY_EXPORT(FindFeatureNoise);
-static NoiseEvaluate Best(NoiseKind kind, int dims, bool slopes) {
+static NoiseEvaluate Choose(NoiseKind kind, int dims, bool slopes) {
   return HWY_DYNAMIC_DISPATCH(FindFeatureNoise)(kind, dims, slopes);
 }
 }  // namespace noise
 
-NoiseEvaluate FindFeature(NoiseKind kind, int dims, bool slopes) { return noise::Best(kind, dims, slopes); }
+NoiseEvaluate FindFeature(NoiseKind kind, int dims, bool slopes) { return noise::Choose(kind, dims, slopes); }
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

@@ -182,7 +182,14 @@ void GridField::Prepare(const NoiseOctave& octave, Columns& columns) const {
 }
 
 GridCursor::GridCursor(const GridField& field, int x0, int x1, base::Arena& arena)
-    : field_(field), x0_(x0), x1_(x1) {
+    : field_(field),
+      x0_(x0),
+      x1_(x1),
+      rows_(arena),
+      place_{base::ArenaVector<LatticePlace>(arena), base::ArenaVector<LatticePlace>(arena),
+             base::ArenaVector<LatticePlace>(arena)},
+      warp_(arena),
+      warp_row_(arena) {
   const NoisePlan& plan = field.plan_;
   const size_t octaves = plan.octaves.size();
   for (auto& place : place_) place.resize(octaves);

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/arena.h"
+#include "base/arena_vector.h"
 #include "ops/noise/kernels.h"
 #include "ops/noise/plan.h"
 #include "tessera/image.h"
@@ -98,17 +98,17 @@ class GridCursor {
   int x0_, x1_;
   bool bent_ = false;                                    // by bias and gain
   int slice_begin_ = 0, slice_end_ = 0, slice_top_ = 0;  // rows y of the slice; its first
-  std::vector<Rows> rows_;
-  int row_ = 0;                         // of the slice, from its first
-  std::vector<LatticePlace> place_[3];  // y, z, w of every octave for the current row
-  float* stamped_ = nullptr;            // of accumulation: a row with margins
+  base::ArenaVector<Rows> rows_;
+  int row_ = 0;                               // of the slice, from its first
+  base::ArenaVector<LatticePlace> place_[3];  // y, z, w of every octave for the current row
+  float* stamped_ = nullptr;                  // of accumulation: a row with margins
   int margin_ = 0;
   float* value_ = nullptr;  // of batches
   float* slope_[4] = {};
   uint32_t* cell_[4] = {};
   float* fraction_[4] = {};
-  std::vector<GridCursor> warp_;
-  std::vector<float*> warp_row_;
+  base::ArenaVector<GridCursor> warp_;
+  base::ArenaVector<float*> warp_row_;
 };
 
 // The columns that pixels from .. from + width - 1 of a row use: `left` (padded by kNoisePadding), fractions

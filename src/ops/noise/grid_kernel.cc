@@ -491,10 +491,10 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace noise {
 HWY_EXPORT(MakeGridKernels);
-static GridKernels Best() { return HWY_DYNAMIC_DISPATCH(MakeGridKernels)(); }
+static GridKernels Choose() { return HWY_DYNAMIC_DISPATCH(MakeGridKernels)(); }
 }  // namespace noise
 
-GridKernels FindGridKernels() { return noise::Best(); }
+GridKernels FindGridKernels() { return noise::Choose(); }
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

@@ -238,13 +238,13 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace noise {
 HWY_EXPORT(FindLatticeNoise);
-static NoiseEvaluate Best(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes) {
+static NoiseEvaluate Choose(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes) {
   return HWY_DYNAMIC_DISPATCH(FindLatticeNoise)(kind, lattice, dims, slopes);
 }
 }  // namespace noise
 
 NoiseEvaluate FindLattice(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes) {
-  return noise::Best(kind, lattice, dims, slopes);
+  return noise::Choose(kind, lattice, dims, slopes);
 }
 
 }  // namespace tessera::ops

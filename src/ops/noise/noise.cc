@@ -49,14 +49,14 @@ class NoiseStage final : public graph::TileStage {
     const Roi& r = args.out.roi;
     if (r.empty()) return;
     const auto width = static_cast<size_t>(r.width());
-    std::vector<GridCursor> cursors;
+    base::ArenaVector<GridCursor> cursors(args.scratch);
     for (const GridField& field : fields_) cursors.emplace_back(field, r.x0, r.x1, args.scratch);
     const auto row_of = [&] { return args.scratch.Allocate<float>(width + kNoisePadding); };
     float* const ones = row_of();
     float* const zeros = row_of();
     std::fill_n(ones, width, 1.0f);
     std::fill_n(zeros, width, 0.0f);
-    std::vector<float*> values, planes;
+    base::ArenaVector<float*> values(args.scratch), planes(args.scratch);
     for (size_t c = 0; c < fields_.size(); ++c) values.push_back(row_of());
     float* slopes[4] = {};
     const bool gradient = HasSlopes(params_), normal = params_.output == NoiseOutput::kNormal;

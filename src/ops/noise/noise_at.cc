@@ -77,8 +77,8 @@ class PointField {
            (p.dims == 2 || p.dims == 3) && !slopes_ && !period && p.warp == 0 && p.bias == 0.5 &&
            p.contrast == 0.5 && channels >= p.dims && channels <= 4;
   }
-  // The kernel's parameters, but for a row's; `octaves` is kept by the caller.
-  PointRow Points(int channels, std::vector<PointOctave>& octaves) const {
+  // The kernel's parameters, but for a row's; octaves lie in the arena.
+  PointRow Points(int channels, base::Arena& arena) const {
     const NoiseParams& p = plan_.params;
     PointRow row;
     row.channels = channels;
@@ -89,6 +89,7 @@ class PointField {
       row.offset[a] = scale.offset;
       row.plain = row.plain && scale.frequency[1] == 0 && scale.offset == 0;
     }
+    PointOctave* const octaves = arena.Allocate<PointOctave>(plan_.octaves.size());
     for (const NoiseOctave& octave : plan_.octaves) {
       PointOctave o;
       Split(octave.scale, o.scale);
@@ -101,10 +102,9 @@ class PointField {
       o.scaled = o.scaled || octave.scale != 1;
       o.seed = octave.seed;
       o.weight = octave.weight;
-      octaves.push_back(o);
+      octaves[row.octave_count++] = o;
     }
-    row.octaves = octaves.data();
-    row.octave_count = static_cast<int>(octaves.size());
+    row.octaves = octaves;
     row.fade = plan_.shape.fade;
     row.scale = plan_.shape.scale;
     row.sum = p.sum;
@@ -241,11 +241,11 @@ class NoiseAtStage final : public graph::TileStage {
     float* const ones = floats();
     float* const zeros = floats();
     std::fill_n(ones, kNoiseBatch, 1.0f);
-    std::vector<float*> values;
+    base::ArenaVector<float*> values(arena);
     for (size_t c = 0; c < fields_.size(); ++c) values.push_back(floats());
     const bool gradient = HasSlopes(params_), normal = params_.output == NoiseOutput::kNormal;
     const bool packed = normal || params_.output == NoiseOutput::kOctaves;
-    std::vector<const float*> planes;
+    base::ArenaVector<const float*> planes(arena);
     for (int c : args.channels) {
       planes.push_back(normal                   ? c < 3    ? slopes[c]
                                                   : c == 3 ? values[0]
@@ -258,21 +258,20 @@ class NoiseAtStage final : public graph::TileStage {
     }
     const ConstImageView& in = args.in[0];
     // Straight from the positions, where the kernel serves; where positions are far away, by batches below.
-    std::vector<float*> rows;
+    base::ArenaVector<float*> rows(arena);
     uint32_t* wrong = nullptr;
     const bool straight = points_ != nullptr && in.channels >= dims && in.channels <= 4;
-    std::vector<std::vector<PointOctave>> octaves(fields_.size());
-    std::vector<PointRow> point_rows;
+    base::ArenaVector<PointRow> point_rows(arena);
     if (straight) {
       wrong = arena.Allocate<uint32_t>(static_cast<size_t>(r.width()) + kNoiseBatch);
       std::fill_n(wrong, r.width() + kNoiseBatch, 0u);
       for (size_t c = 0; c < fields_.size(); ++c) {
         rows.push_back(arena.Allocate<float>(static_cast<size_t>(r.width()) + kNoiseBatch));
-        point_rows.push_back(fields_[c].Points(in.channels, octaves[c]));
+        point_rows.push_back(fields_[c].Points(in.channels, arena));
       }
     }
     const bool alone = straight && channels == 1 && planes[0] == values[0];
-    std::vector<float*> coordinates;
+    base::ArenaVector<float*> coordinates(arena);
     for (int c = 0; c < in.channels; ++c) coordinates.push_back(floats());
     const auto plane_of = [&](int channel) {
       const auto present = std::find(args.in_channels[0].begin(), args.in_channels[0].end(), channel);

@@ -431,10 +431,10 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace noise {
 HWY_EXPORT(FindPoints);
-static NoisePoints Best(int dims) { return HWY_DYNAMIC_DISPATCH(FindPoints)(dims); }
+static NoisePoints Choose(int dims) { return HWY_DYNAMIC_DISPATCH(FindPoints)(dims); }
 }  // namespace noise
 
-NoisePoints FindNoisePoints(int dims) { return noise::Best(dims); }
+NoisePoints FindNoisePoints(int dims) { return noise::Choose(dims); }
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

@@ -56,7 +56,9 @@ class ShapedSpotsStage final : public graph::TileStage {
     const Roi& r = args.out.roi;
     if (r.empty()) return;
     const auto width = static_cast<size_t>(r.width());
-    std::vector<double> sum(width * static_cast<size_t>(r.height()), 0.0);
+    const size_t pixels = width * static_cast<size_t>(r.height());
+    double* const sum = args.scratch.Allocate<double>(pixels);
+    std::fill_n(sum, pixels, 0.0);
     const auto cell_of = [&](int pixel, int corner) {
       return static_cast<int>(std::floor((pixel - corner + 0.5) / cell_));
     };
@@ -68,14 +70,14 @@ class ShapedSpotsStage final : public graph::TileStage {
     }
     for (int y = r.y0; y < r.y1; ++y) {
       auto* const out = reinterpret_cast<float*>(args.out.At(r.x0, y));
-      const double* const row = sum.data() + static_cast<size_t>(y - r.y0) * width;
+      const double* const row = sum + static_cast<size_t>(y - r.y0) * width;
       for (size_t x = 0; x < width; ++x)
         out[x] = static_cast<float>(params_.is_signed ? row[x] : 0.5 + 0.5 * row[x]);
     }
   }
 
  private:
-  void AddCell(int i, int j, const ConstImageView& position, const Roi& r, std::vector<double>& sum) const {
+  void AddCell(int i, int j, const ConstImageView& position, const Roi& r, double* sum) const {
     const uint32_t h = LatticeMix((static_cast<uint32_t>(i) * simd::kAxis[0]) ^
                                   (static_cast<uint32_t>(j) * simd::kAxis[1]) ^ seed_);
     const uint32_t number = LatticeNext(h, 1);
@@ -121,7 +123,7 @@ class ShapedSpotsStage final : public graph::TileStage {
     return spot;
   }
 
-  static void Add(const Spot& spot, const Roi& r, std::vector<double>& sum) {
+  static void Add(const Spot& spot, const Roi& r, double* sum) {
     const double determinant = spot.e * spot.g - spot.f * spot.f;
     const double wide = std::sqrt(spot.g / determinant), high = std::sqrt(spot.e / determinant);
     const int x0 = std::max(PixelOf(spot.x - wide - 0.5), r.x0);
@@ -130,7 +132,7 @@ class ShapedSpotsStage final : public graph::TileStage {
     const int y1 = std::min(PixelOf(spot.y + high + 1.5), r.y1);
     for (int y = y0; y < y1; ++y) {
       const double dy = y + 0.5 - spot.y;
-      double* const row = sum.data() + static_cast<size_t>(y - r.y0) * static_cast<size_t>(r.width());
+      double* const row = sum + static_cast<size_t>(y - r.y0) * static_cast<size_t>(r.width());
       for (int x = x0; x < x1; ++x) {
         const double dx = x + 0.5 - spot.x;
         const double t = std::max(1 - (spot.e * dx * dx + 2 * spot.f * dx * dy + spot.g * dy * dy), 0.0);

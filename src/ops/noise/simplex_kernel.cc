@@ -304,13 +304,13 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace noise {
 HWY_EXPORT(FindSimplexNoise);
-static NoiseEvaluate Best(bool osl, int dims, bool slopes) {
+static NoiseEvaluate Choose(bool osl, int dims, bool slopes) {
   return HWY_DYNAMIC_DISPATCH(FindSimplexNoise)(osl, dims, slopes);
 }
 }  // namespace noise
 
 NoiseEvaluate FindSimplex(NoiseLattice lattice, int dims, bool slopes) {
-  return noise::Best(lattice == NoiseLattice::kOsl, dims, slopes);
+  return noise::Choose(lattice == NoiseLattice::kOsl, dims, slopes);
 }
 
 }  // namespace tessera::ops

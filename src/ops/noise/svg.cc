@@ -127,7 +127,7 @@ class SvgStage final : public graph::TileStage {
     if (r.empty()) return;
     const auto width = static_cast<size_t>(r.width());
     const int channels = static_cast<int>(args.channels.size());
-    std::vector<float*> planes;
+    base::ArenaVector<float*> planes(args.scratch);
     for (int i = 0; i < channels; ++i) planes.push_back(args.scratch.Allocate<float>(width + kNoisePadding));
     size_t most = 2;
     for (const Columns& c : octaves_) most = std::max(most, c.cell.size());
@@ -141,7 +141,7 @@ class SvgStage final : public graph::TileStage {
     }
     float* const scratch = args.scratch.Allocate<float>(4 * most);
     const auto from = static_cast<size_t>(r.x0 - spec_.data_window.x0);
-    std::vector<GridColumns> tile;
+    base::ArenaVector<GridColumns> tile(args.scratch);
     for (const Columns& c : octaves_) {
       tile.push_back(TileColumns(grid_, c.left, c.fraction, c.fade, from, width, args.scratch));
     }

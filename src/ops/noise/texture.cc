@@ -2,6 +2,7 @@
 #include "tessera/ops/texture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -96,13 +97,14 @@ class TextureStage final : public graph::TileStage {
     if (r.empty()) return;
     const auto width = static_cast<size_t>(r.width());
     const auto row = [&] { return args.scratch.Allocate<float>(width + kNoisePadding); };
-    std::vector<GridCursor> cursors;
-    std::vector<float*> noise, colors, planes;
+    base::ArenaVector<GridCursor> cursors(args.scratch);
+    base::ArenaVector<float*> noise(args.scratch), planes(args.scratch);
+    std::array<float*, 4> colors;
     for (const GridField& field : fields_) {
       cursors.emplace_back(field, r.x0, r.x1, args.scratch);
       noise.push_back(row());
     }
-    for (int c = 0; c < 4; ++c) colors.push_back(row());
+    for (float*& color : colors) color = row();
     float* const gardner = row();
     float* const zeros = row();
     float* const ones = row();
@@ -155,7 +157,7 @@ class TextureStage final : public graph::TileStage {
     }
   }
 
-  float* PlaneOf(int channel, const std::vector<float*>& colors, float* zeros, float* ones) const {
+  float* PlaneOf(int channel, const std::array<float*, 4>& colors, float* zeros, float* ones) const {
     const bool covers = params_.kind == TextureKind::kFire || params_.kind == TextureKind::kSmoke;
     const bool grey = params_.kind == TextureKind::kRipples || params_.kind == TextureKind::kGardner;
     if (channel == spec_.alpha) return covers ? colors[3] : ones;

@@ -1,0 +1,230 @@
+// What a stage does per tile and per block: it takes no memory from the heap, and it asks for no instruction
+// set, because it chose its kernels when it was made. Every example of the registry is rendered with each of
+// its stages between a counter.
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/arena.h"
+#include "graph/op.h"
+#include "ops/registry.h"
+#include "support/pictures.h"
+#include "tessera/render.h"
+#include "tessera/targets.h"
+
+namespace {
+
+// Of this thread, while it is counting.
+thread_local bool counting = false;
+thread_local int64_t allocations = 0;
+
+void* Take(size_t bytes, size_t alignment) {
+  if (counting) ++allocations;
+  const size_t whole = (std::max<size_t>(bytes, 1) + alignment - 1) / alignment * alignment;
+  void* const memory = std::aligned_alloc(alignment, whole);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+// Not inlined: the compiler would see memory of one function given to another.
+#define TESSERA_APART __attribute__((noinline))
+TESSERA_APART void* operator new(size_t bytes) { return Take(bytes, alignof(std::max_align_t)); }
+TESSERA_APART void* operator new(size_t bytes, std::align_val_t alignment) {
+  return Take(bytes, static_cast<size_t>(alignment));
+}
+TESSERA_APART void operator delete(void* memory) noexcept { std::free(memory); }
+TESSERA_APART void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+TESSERA_APART void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+TESSERA_APART void operator delete(void* memory, size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace tessera {
+namespace {
+
+// What the stages of one graph did while they ran.
+struct Tally {
+  int64_t runs = 0, allocations = 0, dispatches = 0;
+};
+
+// Counts what happens while it lives.
+class Watch {
+ public:
+  explicit Watch(Tally& tally) : tally_(tally) {
+    ++tally_.runs;
+    // The next dispatch would choose anew.
+    hwy::GetChosenTarget().DeInit();
+    allocations = 0;
+    counting = true;
+  }
+  ~Watch() {
+    counting = false;
+    tally_.allocations += allocations;
+    if (hwy::GetChosenTarget().IsInitialized()) ++tally_.dispatches;
+    SetSimdTarget("auto");
+  }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+ private:
+  Tally& tally_;
+};
+
+class WatchedPoint final : public graph::PointStage {
+ public:
+  WatchedPoint(std::unique_ptr<graph::PointStage> stage, Tally& tally)
+      : stage_(std::move(stage)), tally_(tally) {}
+  void Run(const graph::PointArgs& args) const override {
+    const Watch watch(tally_);
+    stage_->Run(args);
+  }
+  bool CanFuse(bool load, PixelType type) const override { return stage_->CanFuse(load, type); }
+  bool CanFuseAll(PixelType type) const override { return stage_->CanFuseAll(type); }
+  std::unique_ptr<graph::PointStage> OfSamples(int channels) const override {
+    return Watched(stage_->OfSamples(channels));
+  }
+  std::unique_ptr<graph::PointStage> Then(const graph::PointStage& next) const override {
+    const auto* const watched = dynamic_cast<const WatchedPoint*>(&next);
+    return watched == nullptr ? nullptr : Watched(stage_->Then(*watched->stage_));
+  }
+
+ private:
+  std::unique_ptr<graph::PointStage> Watched(std::unique_ptr<graph::PointStage> stage) const {
+    return stage == nullptr ? nullptr : std::make_unique<WatchedPoint>(std::move(stage), tally_);
+  }
+
+  std::unique_ptr<graph::PointStage> stage_;
+  Tally& tally_;
+};
+
+class WatchedTile final : public graph::TileStage {
+ public:
+  WatchedTile(std::unique_ptr<graph::TileStage> stage, Tally& tally)
+      : stage_(std::move(stage)), tally_(tally) {}
+  Roi InputRoi(int k, const Roi& out) const override { return stage_->InputRoi(k, out); }
+  graph::Border InputBorder(int k) const override { return stage_->InputBorder(k); }
+  graph::TileSize Preferred() const override { return stage_->Preferred(); }
+  graph::TileSize PreferredAlone() const override { return stage_->PreferredAlone(); }
+  bool Accepts(PixelType type) const override { return stage_->Accepts(type); }
+  void Run(const graph::TileArgs& args) const override {
+    // The worker's memory grows until it fits the largest tile, and then serves all.
+    base::Arena arena;
+    const graph::TileArgs own{args.in, args.out, args.stream, arena, args.channels, args.in_channels};
+    stage_->Run(own);
+    arena.Reset();
+    const Watch watch(tally_);
+    stage_->Run(own);
+  }
+
+ private:
+  std::unique_ptr<graph::TileStage> stage_;
+  Tally& tally_;
+};
+
+// Another operation whose stages are watched.
+class WatchedOp final : public graph::Op {
+ public:
+  WatchedOp(std::shared_ptr<const Op> op, Tally& tally) : op_(std::move(op)), tally_(tally) {}
+  std::string Name() const override { return op_->Name(); }
+  graph::OpKind Kind() const override { return op_->Kind(); }
+  const std::any& Parameters() const override { return op_->Parameters(); }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return op_->OutputSpec(inputs); }
+  std::vector<graph::StatisticRequest> Statistics() const override { return op_->Statistics(); }
+  bool NeedsWhole(int k) const override { return op_->NeedsWhole(k); }
+  bool ReadsAlpha() const override { return op_->ReadsAlpha(); }
+  bool WritesAlpha() const override { return op_->WritesAlpha(); }
+  std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext& context) const override {
+    return std::make_unique<WatchedPoint>(op_->MakePointStage(context), tally_);
+  }
+  std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
+    return std::make_unique<WatchedTile>(op_->MakeTileStage(context), tally_);
+  }
+  std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
+    return op_->MakeWholeStage(context);
+  }
+  std::vector<bool> NeededChannels(int input, const std::vector<bool>& result,
+                                   const ImageSpec& in) const override {
+    return op_->NeededChannels(input, result, in);
+  }
+  std::vector<graph::ChannelRef> ChannelMap(std::span<const ImageSpec> inputs) const override {
+    return op_->ChannelMap(inputs);
+  }
+
+ private:
+  std::shared_ptr<const Op> op_;
+  Tally& tally_;
+};
+
+// The same graph with its point and tile stages watched; sources are what they are.
+Node Watched(const Node& node, Tally& tally) {
+  const graph::NodeData& data = *node.data();
+  if (data.op->Kind() == graph::OpKind::kSource) return node;
+  std::vector<Node> inputs;
+  for (const Node& in : data.inputs) inputs.push_back(Watched(in, tally));
+  return graph::MakeNode(std::make_shared<const WatchedOp>(data.op, tally), std::move(inputs));
+}
+
+constexpr Roi kWindow{-5, 3, 91, 67};  // 96 x 64
+const RenderOptions kManyTiles{.threads = 1, .tile_width = 24, .tile_height = 16};
+
+Tally TallyOf(const Node& node, PixelType type) {
+  Tally tally;
+  Render(Watched(node, tally), type, kManyTiles);
+  return tally;
+}
+
+struct Case {
+  const ops::OpInfo* op;
+  std::string example;
+
+  Node On(int channels, PixelType type) const {
+    const ops::Arguments arguments = ops::ParseExample(*op, example);
+    std::vector<Node> inputs;
+    for (int k = 0; k < op->Operands(arguments); ++k) {
+      inputs.push_back(
+          FromImage(testing::Picture(kWindow, channels, type, 7u * static_cast<uint32_t>(k) + 1)));
+    }
+    const ImageSpec spec = testing::Picture(kWindow, channels, type, 0).spec();
+    return op->make(inputs, arguments, op->generator ? &spec : nullptr);
+  }
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.op->name << " " << c.example; }
+
+std::vector<Case> AllCases() {
+  std::vector<Case> cases;
+  for (const ops::OpInfo& op : ops::Registry()) {
+    for (const std::string& example : op.examples) cases.push_back({&op, example});
+  }
+  return cases;
+}
+
+std::string CaseName(const ::testing::TestParamInfo<Case>& info) {
+  std::string name = info.param.op->name;
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  }
+  return name + "_" + std::to_string(info.index);
+}
+
+class EveryStage : public ::testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Registry, EveryStage, ::testing::ValuesIn(AllCases()), CaseName);
+
+TEST_P(EveryStage, TakesNoMemoryAndAsksForNoTargetPerTile) {
+  for (const int channels : {3, 4, 6}) {
+    for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kFloat}) {
+      SCOPED_TRACE(std::to_string(channels) + " channels of " + PixelTypeName(type));
+      const Tally tally = TallyOf(GetParam().On(channels, type), type);
+      EXPECT_EQ(tally.allocations, 0) << "in " << tally.runs << " runs";
+      EXPECT_EQ(tally.dispatches, 0) << "in " << tally.runs << " runs";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera
