@@ -104,13 +104,14 @@ void EvaluateConvolve(const Call& call) {
     }
   }
   const bool differences = k.width * k.height <= 25 && std::fabs(balance) < 1e-12 * total;
-  // Large kernels may be transformed in blocks: the error is that of all samples together.
+  // Large kernels may be transformed in blocks: the errors of all samples together are spread over the block as
+  // by chance. Five of their deviations.
   double transform = 0;
   if (q.method == FilterMethod::kFft || (q.method == FilterMethod::kAuto && k.width * k.height > 81)) {
     double squares = std::fabs(in.value), weights = 0;
     for (const double v : call.in[0].samples) squares = std::max(squares, std::fabs(v));
     for (const double w : k.weights) weights += w * w;
-    transform = squares * 128 * std::sqrt(weights) / std::fabs(divisor);
+    transform = squares * 32 * std::sqrt(weights) / std::fabs(divisor);
   }
   const int alpha = call.in_specs[0].alpha;
   ForEachSample(call, [&](int x, int y, int c) {
