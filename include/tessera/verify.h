@@ -1,4 +1,5 @@
 // The double-precision reference run on sampled tiles of a user's own pipeline, against the pixels it got.
+// In a library of its own: link tessera::verify beside tessera::tessera.
 #ifndef TESSERA_VERIFY_H_
 #define TESSERA_VERIFY_H_
 
