@@ -5,6 +5,7 @@
 #include <OpenImageIO/imagebuf.h>
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/render.h"
+#include "tessera/stored.h"
 
 namespace tessera {
 
@@ -63,8 +65,13 @@ class PendingOutput {
   void Commit();
   // The type that was written: the one asked for, or the nearest that the format has.
   PixelType type() const { return type_; }
+  // The uncommitted file decoded again: native codes of all channels, for VerifyStored. Where the format does
+  // not keep what it is given (JPEG, lossy EXR compressions), the pixels that it was given, evaluated once
+  // more; a remark says so. To be used before Commit.
+  StoredPixels ReadBack() const;
 
  private:
+  std::function<StoredPixels()> read_back_;
   std::string temporary_, file_;  // temporary_ is empty when committed or moved from
   PixelType type_ = PixelType::kFloat;
 };

@@ -50,7 +50,9 @@ void RenderInto(const Node& node, const ImageView& out, const RenderOptions& opt
 struct RuleInfo {
   std::string name;
   std::string help;     // what becomes what, in a line
-  bool rounds = false;  // may round integer results differently, within 2^-12 of a tie; else bits are equal
+  // May round integer results to the neighbouring code where they lie within a few roundings of floats (of
+  // 2^-24 times the largest sample) of the tie between both; else bits are equal.
+  bool rounds = false;
 };
 // Every rule, in the order of application.
 const std::vector<RuleInfo>& RewriteRules();

@@ -111,7 +111,7 @@ std::vector<Command> OptionCommands() {
   rows.back().info.help =
       "A run is a list of steps: loads, operations, stores. Rules rewrite it into a faster one, and --explain "
       "prints behind every step which ones did, in braces. Results do not depend on them, but that an affine "
-      "operation on integer codes (the rule codes) may give the neighbouring code within 2^-12 of a tie. With "
+      "operation on integer codes (the rule codes) may give the neighbouring code near a tie. With "
       "all of them off everything goes through planes of floats.";
   rows.push_back(Option("list-commands", "Prints every command for programs to read.",
                         [](const Arguments& a, Options& o) {

@@ -1,5 +1,6 @@
 // -o: type, metadata, plan, reference check and statistics of one output, which is written beside its name.
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <new>
@@ -42,15 +43,17 @@ void AddHistory(const Entry& entry, const std::string& line, std::vector<Attribu
   attributes.push_back(TextAttribute("Software", std::string("tessera " TESSERA_VERSION " : ") + line));
 }
 
-void CheckAgainstReference(const Entry& entry, const std::string& file, PixelType type,
-                           const Options& options) {
+// `seconds`: what writing took.
+void CheckAgainstReference(const Entry& entry, const std::string& file, const PendingOutput& output,
+                           double seconds, const Options& options) {
   VerifyOptions verify;
   verify.samples = options.verify_samples;
   verify.render = options.render;
-  const VerifyReport report = Verify(entry.node, type, verify);
+  verify.run_seconds = seconds;
+  const VerifyReport report = VerifyStored(entry.node, output.ReadBack(), verify);
   std::cout << "verify " << file << ": " << report.Summary() << std::endl;
   if (!report.within_bound) {
-    throw Error(file, "the result is not within its bound of the reference (" + report.Summary() + ")");
+    throw Error(file, "what was stored is not within its bound of the reference (" + report.Summary() + ")");
   }
 }
 
@@ -76,14 +79,16 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
   if (options.runstats) write.stats = &stats;
   ProgressBar bar(file, options.ShowsProgress());
   write.render.progress = bar.Callback();
+  const auto start = std::chrono::steady_clock::now();
   PendingOutput output(entry.node, file, write);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   bar.Finish();
   // A type that nobody asked for may become the format's nearest; one that was asked for may not.
   if (write.type && output.type() != *write.type) {
     throw Error(file, std::string("found the type ") + PixelTypeName(*write.type) +
                           ", expected one that this format holds, such as " + PixelTypeName(output.type()));
   }
-  if (options.verify) CheckAgainstReference(entry, file, output.type(), options);
+  if (options.verify) CheckAgainstReference(entry, file, output, took.count(), options);
   session.AddOutput(std::move(output));
   if (options.runstats) PrintRunStats(file, stats);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <numeric>
 #include <set>
 #include <unordered_map>
@@ -57,9 +58,7 @@ class Planner {
       if (!resident_[Z(i)]) continue;
       Buffer buffer;
       buffer.window = Data(i).spec.data_window;
-      for (int c = 0; c < Data(i).spec.channel_count(); ++c) {
-        if (graph_.needed[Z(i)][Z(c)]) buffer.channels.push_back(c);
-      }
+      buffer.channels = ChannelsOf(graph_.needed[Z(i)]);
       if (IsTile(i)) {
         buffer.tile = MakeTileStep(plan, i);
         buffer.tile->channels = buffer.channels;
@@ -141,6 +140,29 @@ class Planner {
     plan.sources.push_back(std::move(s));
   }
 
+  static std::vector<int> ChannelsOf(const std::vector<bool>& needed) {
+    std::vector<int> channels;
+    for (size_t c = 0; c < needed.size(); ++c) {
+      if (needed[c]) channels.push_back(static_cast<int>(c));
+    }
+    return channels;
+  }
+
+  // The buffer that holds just these channels of a resident node: others may have asked for more of them.
+  int BufferOf(Plan& plan, int node, const std::vector<int>& channels) {
+    const int whole = graph_.buffer[Z(node)];
+    if (plan.buffers[Z(whole)].channels == channels) return whole;
+    const auto [it, fresh] = parts_.try_emplace({node, channels}, static_cast<int>(plan.buffers.size()));
+    if (fresh) {
+      Buffer part;
+      part.window = plan.buffers[Z(whole)].window;
+      part.channels = channels;
+      part.run = BuildCopyRun(graph_, node, channels);
+      plan.buffers.push_back(std::move(part));
+    }
+    return it->second;
+  }
+
   std::unique_ptr<TileStep> MakeTileStep(Plan& plan, int i) {
     auto step = std::make_unique<TileStep>();
     step->label = Data(i).op->Describe();
@@ -149,8 +171,8 @@ class Planner {
       TileStep::Input in;
       in.window = input.spec().data_window;
       if (graph_.inputs[Z(i)][k] >= 0) {
-        in.buffer = graph_.buffer[Z(graph_.inputs[Z(i)][k])];
-        in.channels = plan.buffers[Z(in.buffer)].channels;
+        in.channels = ChannelsOf(NeededOfInput(graph_, i, static_cast<int>(k)));
+        in.buffer = BufferOf(plan, graph_.inputs[Z(i)][k], in.channels);
       } else {
         in.whole = prepass_.Whole(input);
         in.channels.resize(input.spec().channels.size());
@@ -171,6 +193,7 @@ class Planner {
   PlannedGraph graph_;
   std::unordered_map<const NodeData*, int> index_;
   std::vector<bool> resident_;
+  std::map<std::pair<int, std::vector<int>>, int> parts_;  // of nodes' channels -> buffer
 };
 
 }  // namespace

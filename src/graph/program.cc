@@ -100,6 +100,22 @@ Window WindowOf(const TileStep& step) {
   return window;
 }
 
+// Steps whose pixels nobody reads: of a node of which all readers take parts.
+void DropUnread(std::vector<Step>& steps) {
+  std::vector<BufferId> read = {steps.back().made};
+  for (size_t n = steps.size(); n-- > 0;) {
+    if (std::find(read.begin(), read.end(), steps[n].made) == read.end()) {
+      steps.erase(steps.begin() + static_cast<ptrdiff_t>(n));
+    } else if (const auto* const points = std::get_if<Points>(&steps[n].how)) {
+      for (const BlockOp& op : points->ops) {
+        if (const auto* const load = std::get_if<LoadOp>(&op)) read.push_back(load->from);
+      }
+    } else {
+      for (const Window::Input& in : std::get<Window>(steps[n].how).in) read.push_back(in.pixels);
+    }
+  }
+}
+
 }  // namespace
 
 Layout Layout::Of(const ConstImageView& view) {
@@ -155,6 +171,7 @@ Program::Program(const Plan& plan, std::span<const Layout> sources, const Layout
     }
     steps.push_back(std::move(step));
   }
+  DropUnread(steps);
   rules.Apply(*this);
   for (Step& step : steps) {
     if (auto* const points = std::get_if<Points>(&step.how)) AssignPlanes(*points);

@@ -282,11 +282,13 @@ bool WholeRows(Program& program, size_t step) {
 bool OnCodes(Program& program, size_t step) {
   const PixelType type = program.layout(program.steps[step].to).type;
   if (type != PixelType::kUint8 && type != PixelType::kUint16) return false;
-  if (auto* const samples = std::get_if<Samples>(&program.steps[step].how)) return samples->codes = true;
+  if (auto* const samples = std::get_if<Samples>(&program.steps[step].how)) {
+    return samples->codes = samples->stage->UsesCodes();
+  }
   Points* const points = PointsAt(program, step);
   if (points == nullptr || points->ops.size() != 1) return false;
   auto* const op = std::get_if<ComputeOp>(&points->ops[0]);
-  if (op == nullptr || !op->to_result || op->in.size() != 1 || !op->IsDirect(0) ||
+  if (op == nullptr || !op->stage->UsesCodes() || !op->to_result || op->in.size() != 1 || !op->IsDirect(0) ||
       program.layout(op->direct[0]).type != type) {
     return false;
   }

@@ -12,6 +12,10 @@ namespace {
 
 size_t Z(int i) { return static_cast<size_t>(i); }
 
+// Between the tiles of one region: as strips of rows they fill whole pages, and streams whose addresses end
+// alike would compete for the same sets of the cache, loads wait for stores of others.
+constexpr size_t kApart = 68 * base::kAlignment;
+
 // Whether `margin` bytes more than the region's may be read: behind the view's last pixel there are some.
 bool HasMargin(const ConstImageView& view, ptrdiff_t margin, const Roi& region) {
   if (region.empty()) return true;
@@ -46,6 +50,7 @@ void TileWorker::Run(std::span<const SourceView> sources, const ImageView& out, 
     if (!is_tile_[Z(i)]) continue;
     // An empty tile still says how many channels it has: a border may be all that its reader sees.
     made_[Z(i)] = base::NewTile(arena_, regions_.buffers[Z(i)], program_.layout(i).channels);
+    arena_.Allocate<std::byte>(kApart);
     views_[Z(i)] = made_[Z(i)];
   }
   made_[Z(result)] = out;
@@ -87,7 +92,9 @@ ConstImageView TileWorker::Fetch(const Window& window, size_t input, const Roi& 
   if (planned.window.Contains(wanted) && HasMargin(pixels, margins_[Z(in.pixels)], region)) {
     return pixels.Sub(region);
   }
-  const ImageView extended = base::NewTile(arena_, wanted, pixels.channels, pixels.type);
+  // Of the layout, since rows of a file that are not needed at all have no view.
+  const Layout& layout = program_.layout(in.pixels);
+  const ImageView extended = base::NewTile(arena_, wanted, layout.channels, layout.type);
   FillWithBorder(pixels, planned.window, stage.InputBorder(static_cast<int>(input)), extended);
   return extended;
 }

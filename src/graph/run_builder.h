@@ -26,7 +26,7 @@ std::vector<bool> NeededOfInput(const PlannedGraph& graph, int i, int k);
 std::unique_ptr<PointRun> BuildRun(const PlannedGraph& graph, int root, const std::vector<int>& channels,
                                    Prepass& prepass, std::vector<std::string>& prepasses);
 
-// A run that only stores the tile of `node`.
+// A run that only stores channels of the tile of `node`, or of the source that it is.
 std::unique_ptr<PointRun> BuildCopyRun(const PlannedGraph& graph, int node, const std::vector<int>& channels);
 
 }  // namespace tessera::graph

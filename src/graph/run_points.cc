@@ -53,8 +53,10 @@ PointsRunner::PointsRunner(const Program& program, const Points& points, BufferI
     }
     PointArgs& args = compute.args;
     args.order = pixels_.order;
-    args.in = compute.inputs.get();
-    for (size_t p = 0; p < 4; ++p) args.out[p] = plane(planned.out[p]);
+    if (!points.whole_rows) {  // else a row may be longer than a plane: there is none to be touched
+      args.in = compute.inputs.get();
+      for (size_t p = 0; p < 4; ++p) args.out[p] = plane(planned.out[p]);
+    }
     args.codes = planned.codes;
     const auto type_of = [&](size_t k) {
       return planned.direct[k] < 0 ? PixelType::kFloat : program.layout(planned.direct[k]).type;

@@ -34,12 +34,12 @@ struct PointArgs {
   const int32_t* order = nullptr;         // position in a plane -> offset from x of the pixel it holds
   const float* const (*in)[4] = nullptr;  // in[k]: four planes of input k; a plane that no channel feeds is 0
                                           // (1 for a missing alpha)
-  float* out[4] = {};  // four planes, never null; may be any of the inputs' planes, in any order: read a
-                       // group of every input before writing it
+  float* out[4] = {};  // four planes, null only where no plane is touched; may be any of the inputs' planes,
+                       // in any order: read a group of every input before writing it
   DirectPixels source, sink;  // used only when CanFuse allowed it; or, with `others` (from input 1 on),
   DirectPixels others[2];     // CanFuseAll
   // Integer samples of one type from source to sink may stay codes, which are rounded once, from another
-  // float: within 2^-12 of a tie that may be the neighbouring code.
+  // float: near a tie that may be the neighbouring code.
   bool codes = false;
 };
 
@@ -63,6 +63,8 @@ class PointStage {
   // Whether a row of any length may be given at once where all inputs and the result are direct: the planes,
   // which have room for a block, are not touched then.
   virtual bool AnyLength() const { return false; }
+  // Whether PointArgs::codes makes it faster.
+  virtual bool UsesCodes() const { return false; }
   // A stage that does to every sample what this one does to those of each of its first `channels` channels,
   // from nothing but the same sample of its inputs: pixels of any number of channels may be given to it as if
   // they had four. Null where there is none.

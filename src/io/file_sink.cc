@@ -259,6 +259,10 @@ void FileSink::Finish() {
   if (!stream_) CheckReadable();
 }
 
+FileLayout FileSink::Layout() const {
+  return {temporary_, shown_, output_->format_name(), file_spec_, window_, data_, kept_, type_};
+}
+
 // Formats that open files themselves may lose bytes without a word.
 void FileSink::CheckReadable() {
   if (const int code = GrowthFailure(temporary_); code != 0) {

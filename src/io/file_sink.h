@@ -10,6 +10,7 @@
 
 #include "graph/source.h"
 #include "io/output_file.h"
+#include "io/read_back.h"
 #include "tessera/image.h"
 
 namespace tessera::io {
@@ -31,6 +32,8 @@ class FileSink final : public graph::RowSink {
   int RowGranularity() const override { return granularity_; }
   // Writes what is missing below the last row and closes. Throws Error when not everything reached the disk.
   void Finish();
+  // Where the pixels are in the finished file.
+  FileLayout Layout() const;
 
  private:
   void ChooseChannels(const ImageSpec& spec);

@@ -1,10 +1,12 @@
 // Evaluation into files: a sink over a temporary file, renamed when everything has arrived.
+#include <functional>
 #include <string>
 #include <utility>
 
 #include "graph/render.h"
 #include "io/file_sink.h"
 #include "io/output_file.h"
+#include "io/read_back.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
 
@@ -21,6 +23,9 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
     type_ = sink.type();
     graph::RenderToSink(node, type_, sink, options.render, options.stats);
     sink.Finish();
+    read_back_ = [node, render = options.render, spec = sink.Layout()] {
+      return io::ReadBack(spec, node, render);
+    };
   } catch (...) {
     io::RemoveTemporary(temporary_);
     throw;
@@ -28,7 +33,11 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
 }
 
 PendingOutput::PendingOutput(PendingOutput&& other) noexcept
-    : temporary_(std::exchange(other.temporary_, {})), file_(std::move(other.file_)), type_(other.type_) {}
+    : read_back_(std::move(other.read_back_)),
+      temporary_(std::exchange(other.temporary_, {})), file_(std::move(other.file_)),
+      type_(other.type_) {}
+
+StoredPixels PendingOutput::ReadBack() const { return read_back_(); }
 
 PendingOutput::~PendingOutput() { io::RemoveTemporary(temporary_); }
 

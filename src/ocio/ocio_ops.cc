@@ -158,6 +158,7 @@ OpInfo ColorConvertInfo() {
     return MaybeBaked(in[0], a,
                       [&](const Node& n) { return ColorConvert(n, a.Text("FROM"), a.Text("TO"), params); });
   };
+  info.identity = "ACEScg ACEScg config=built-in";
   info.examples = {"ACEScg sRGB config=built-in", "linear ACEScct config=built-in",
                    "Rec709 ACEScg config=built-in"};
   return info;

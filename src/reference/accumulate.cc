@@ -118,7 +118,7 @@ std::vector<Entry> AccumulateEntries() {
   return {
       {"accum", EvaluateSum},
       {"average", EvaluateSum},
-      {"shiftaccum", EvaluateShiftAccumulate, ShiftedRegion, 1},
+      {"shiftaccum", EvaluateShiftAccumulate, ShiftedRegion},
       {"dof", EvaluateDepthOfField, DiscRegion},
   };
 }

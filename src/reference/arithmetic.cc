@@ -126,7 +126,13 @@ void EvaluateQuantize(const Call& call) {
     if (v > 1) v = 1;
     double code = v * last;
     if (p.dither) code += DitherOffset(x, y, c, p.seed);
-    return Rounded(std::fabs(RoundHalfToEven(code)) / last);
+    const double rounded = std::fabs(RoundHalfToEven(code)) / last;
+    // An input that may be off by some codes itself adds the rounding of both; one that is off by less may
+    // be at a tie.
+    const double reach = call.Tolerance(0, x, y, c) * last;
+    if (reach >= 0.25) return std::pair(rounded, std::fabs(rounded) + 0x1p24 / last);
+    if (reach > 0 && std::fabs(code - std::floor(code) - 0.5) <= reach) call.Undecided(x, y, c, 1 / last);
+    return Rounded(rounded);
   });
 }
 

@@ -178,9 +178,14 @@ void EvaluateSeparable(const Call& call, BorderMode border, double value, const 
   ImageD magnitudes = in;
   double largest = std::fabs(value);
   for (double& v : magnitudes.samples) v = std::fabs(v), largest = std::max(largest, v);
+  if (!call.largest.empty()) largest = std::max(largest, call.largest[0]);
+  const ImageD sums = Along(true, half, o, window, border, value, row, left);
+  if (call.scale == nullptr) {
+    call.out.samples = sums.samples;
+    return;
+  }
   const ImageD half_magnitude =
       Along(false, magnitudes, half.roi, window, border, std::fabs(value), column, top);
-  const ImageD sums = Along(true, half, o, window, border, value, row, left);
   const ImageD scales = Along(true, half_magnitude, o, window, border, std::fabs(value), row, left);
   ForEachSample(call, [&](int x, int y, int c) {
     return Sample(sums.at(x, y, c), roundings * scales.at(x, y, c) + l1 / kUnit * largest + kSmallestScale);
@@ -199,6 +204,16 @@ std::vector<double> GaussianWeights(double sigma) {
   return weights;
 }
 
+// Whether a Gaussian is summed over a window, and not run along whole lines.
+bool IsSummed(const GaussianParams& p) {
+  return p.method == FilterMethod::kDirect || p.method == FilterMethod::kSeparable ||
+         (p.method == FilterMethod::kAuto && std::max(p.sigma_x, p.sigma_y) <= 3);
+}
+bool RunsAlongLines(const std::any& parameters, int) {
+  const auto* p = std::any_cast<GaussianParams>(&parameters);
+  return p != nullptr && !IsSummed(*p);
+}
+
 void EvaluateBlur(const Call& call) {
   if (const auto* box = std::any_cast<BoxParams>(&call.parameters)) {
     const std::vector<double> row(static_cast<size_t>(box->width), 1.0 / box->width);
@@ -209,8 +224,7 @@ void EvaluateBlur(const Call& call) {
   }
   const auto& p = std::any_cast<const GaussianParams&>(call.parameters);
   const std::vector<double> row = GaussianWeights(p.sigma_x), column = GaussianWeights(p.sigma_y);
-  const bool summed = p.method == FilterMethod::kDirect || p.method == FilterMethod::kSeparable ||
-                      (p.method == FilterMethod::kAuto && std::max(p.sigma_x, p.sigma_y) <= 3);
+  const bool summed = IsSummed(p);
   const bool decimated = p.method == FilterMethod::kDecimated ||
                          (p.method == FilterMethod::kAuto && std::min(p.sigma_x, p.sigma_y) >= 16 &&
                           p.border != BorderMode::kRenormalize);
@@ -326,11 +340,13 @@ Roi RankInput(const std::any& parameters, int, const Roi& out) {
 }  // namespace
 
 std::vector<Entry> FilterEntries() {
+  Entry blur{"blur", EvaluateBlur, BlurInput, 1};
+  blur.wants_largest = RunsAlongLines;
   // The first three are convolutions with one kernel each.
   return {
       {"emboss", EvaluateConvolve, ConvolveInput},   {"laplacian", EvaluateConvolve, ConvolveInput},
       {"highpass", EvaluateConvolve, ConvolveInput}, {"convolve", EvaluateConvolve, ConvolveInput, 1},
-      {"blur", EvaluateBlur, BlurInput, 1},          {"sobel", EvaluateSobel, SobelInput},
+      blur,                                          {"sobel", EvaluateSobel, SobelInput},
       {"unsharp", EvaluateUnsharp, nullptr},         {"median", EvaluateMedian, RankInput},
       {"dilate", EvaluateDilate, RankInput},         {"erode", EvaluateErode, RankInput},
   };

@@ -415,7 +415,7 @@ Roi AllOfTheFirst(const std::any&, int input, const Roi& out) { return input == 
 }  // namespace
 
 std::vector<Entry> GeometryEntries() {
-  return {
+  std::vector<Entry> entries = {
       {"resize", EvaluateResize, AllOf, 1, {}, ResizeRoi},
       {"shift", EvaluateShift, AllOf, 1},
       {"mip", EvaluateMip, AllOf, 1},
@@ -424,6 +424,10 @@ std::vector<Entry> GeometryEntries() {
       {"st_warp", EvaluateStWarp, AllOfTheFirst, 1},
       {"distort", EvaluateDistort, AllOfTheFirst, 1},
   };
+  for (Entry& entry : entries) {  // pixels near a horizon take in very many others
+    entry.by_rows = entry.op == "warp" || entry.op == "st_warp" || entry.op == "distort";
+  }
+  return entries;
 }
 
 }  // namespace tessera::reference

@@ -30,6 +30,9 @@ struct ImageD {
   }
 };
 
+// The size of a jump that nobody has measured.
+inline constexpr double kUnknownJump = 1e30;
+
 // What a reference function is given. `out` has its roi set; in[k] covers the region input_roi asked for
 // (out.roi for point operations). `scale`, when not null, has out's shape and receives what the operation's
 // bound is a multiple of (ACCURACY: S = sum |w x| for a weighted sum, max |RGB| for hue, |result| for one
@@ -42,6 +45,28 @@ struct Call {
   std::span<const double> statistics;
   ImageD& out;
   ImageD* scale;
+  // When not null, has out's shape, zeros at first: where a result hangs on a decision that float32 may take
+  // the other way (a hit or a miss, a test, a nearest entry, how many steps), how far the other result lies
+  // from this one, or kUnknownJump. Such a value is undecided: it neither passes nor fails.
+  ImageD* undecided = nullptr;
+  // How far the samples of each input may be off, same shapes as `in`; empty where they are exact. Only for
+  // judging decisions: how errors of inputs pass through an operation is tried out by those who ask.
+  std::span<const ImageD> tolerances = {};
+  // The largest finite magnitude of each whole input, channels together, 0 where nobody asked (Entry's
+  // wants_largest); may be empty.
+  std::span<const double> largest = {};
+
+  void Undecided(int x, int y, int c, double jump) const {
+    if (undecided == nullptr) return;
+    double& most = undecided->at(x, y, c);
+    if (!(jump <= most)) most = jump;
+  }
+  void Undecided(int x, int y, double jump = kUnknownJump) const {  // every channel
+    for (int c = 0; undecided != nullptr && c < out.channels; ++c) Undecided(x, y, c, jump);
+  }
+  double Tolerance(int k, int x, int y, int c) const {
+    return tolerances.empty() ? 0.0 : tolerances[static_cast<size_t>(k)].at(x, y, c);
+  }
 };
 using Function = void (*)(const Call&);
 using InputRoiFunction = Roi (*)(const std::any& parameters, int input, const Roi& out);
@@ -59,6 +84,10 @@ struct Entry {
   std::string remark = {};
   // Asked in place of input_roi where the region of the one input depends on that image's size as well.
   SizedRoiFunction sized_roi = nullptr;
+  // Whether rows of the result cost what they cost, each by itself: then they may be asked for one at a time.
+  bool by_rows = false;
+  // Whether an input's largest sample anywhere is part of the bound: recursive filters run along whole lines.
+  bool (*wants_largest)(const std::any& parameters, int input) = nullptr;
 
   // The region of input k that a region of the result comes from.
   Roi InputRoi(const std::any& parameters, int k, const ImageSpec& in, const Roi& out) const {

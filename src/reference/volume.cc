@@ -3,18 +3,22 @@
 #include <any>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <vector>
 
 #include "ops/volume/settings.h"
 #include "reference/reference.h"
+#include "reference/volume_sheared.h"
 #include "reference/volume_substance.h"
 
 namespace tessera::reference {
 namespace {
 
 using ops::volume::VolumeDraw;
-using Result = std::array<double, 5>;  // R, G, B, A, Z
+// R, G, B, A, Z, and what a step of the samples' own length misses of an integral (kAttenuate), for all of
+// the first four.
+using Result = std::array<double, 6>;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 // One ray in world space; t is the planar depth.
@@ -27,7 +31,8 @@ struct Ray {
 class Picture {
  public:
   explicit Picture(const VolumeDraw& draw)
-      : draw_(draw), p_(draw.params), v_(draw.volume.spec()), substance_(draw) {}
+      : draw_(draw), p_(draw.params), v_(draw.volume.spec()), substance_(draw), sheared_(draw, substance_) {}
+  Picture(const Picture&) = delete;
 
   // The ray of a pixel, moved; clipped to the volume, the planes and the scene.
   Ray RayOf(double x, double y, double scene, const Vector3& moved) const {
@@ -58,7 +63,16 @@ class Picture {
     return ray;
   }
   bool IsSurface() const { return p_.mode <= VolumeMode::kMelt; }
+  bool EndsEarly() const {
+    return !IsSurface() && (p_.mode < VolumeMode::kOver || p_.mode == VolumeMode::kUnder ||
+                            p_.method == VolumeMethod::kShearWarp);
+  }
   Result Draw(double x, double y, double scene, const Vector3& moved) const {
+    if (p_.method == VolumeMethod::kShearWarp) {
+      const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
+      const std::array<double, 4> c = sheared_.Draw(Add(r.origin, moved), r.direction);
+      return {c[0], c[1], c[2], c[3], kEndless, 0};
+    }
     const Ray ray = RayOf(x, y, scene, moved);
     return IsSurface() ? Surface(ray, ray.misses) : Medium(ray, ray.misses);
   }
@@ -155,7 +169,7 @@ class Picture {
   Vector3 ToEye(const Ray& ray) const { return Normalized(Add({}, ray.direction, -1)); }
 
   Result Surface(const Ray& ray, bool misses) const {
-    const Result nothing = {0, 0, 0, 0, kEndless};
+    const Result nothing = {0, 0, 0, 0, kEndless, 0};
     if (misses) return nothing;
     Vector3 voxels;
     for (size_t a = 0; a < 3; ++a) voxels[a] = ray.direction[a] / v_.spacing[a];
@@ -192,13 +206,13 @@ class Picture {
     }
     if (cap) normal = to_eye;
     const Shine s = Lit(normal, to_eye);
-    return {color[0] * s.lit + s.gloss, color[1] * s.lit + s.gloss, color[2] * s.lit + s.gloss, 1, t};
+    return {color[0] * s.lit + s.gloss, color[1] * s.lit + s.gloss, color[2] * s.lit + s.gloss, 1, t, 0};
   }
 
   // --- Media. ---
   Result Medium(const Ray& ray, bool misses) const {
-    Result sum = {0, 0, 0, 0, kEndless};
-    if (p_.mode == VolumeMode::kXray) sum = {1, 1, 1, 1, kEndless};
+    Result sum = {0, 0, 0, 0, kEndless, 0};
+    if (p_.mode == VolumeMode::kXray) sum = {1, 1, 1, 1, kEndless, 0};
     if (misses) return sum;
     const double world = Length(ray.direction);
     // Samples stand for segments of equal length; where they lie is the method's choice.
@@ -208,17 +222,13 @@ class Picture {
       base = (std::floor(ray.enter / step) + 0.5) * step;
     } else if (p_.method == VolumeMethod::kShells && p_.camera.perspective()) {
       base = (std::floor(ray.enter / step) + 0.5) * step;
-    } else if (p_.method == VolumeMethod::kStacks || p_.method == VolumeMethod::kShearWarp) {
-      size_t axis = 0;
-      double most = -1;
-      for (size_t a = 0; a < 3; ++a) {
-        const double along = std::fabs(p_.camera.forward()[a]) / v_.spacing[a];
-        if (along > most * (1 + 1e-9)) most = along, axis = a;
-      }
+    } else if (p_.method == VolumeMethod::kStacks) {
+      const size_t axis = AxisOfSlices(draw_);
       const double o = substance_.Voxels(ray.origin[axis], axis), d = ray.direction[axis] / v_.spacing[axis];
       step = 1 / std::fabs(d);
       base = (std::nearbyint(o + ray.enter * d) - o) / d;
     }
+    if (p_.mode == VolumeMode::kAttenuate) return Attenuate(ray, step, base);
     std::vector<std::array<double, 4>> samples;  // colour and opacity, front to back
     std::vector<double> depths;
     double largest = -1, optical = 0;
@@ -244,16 +254,10 @@ class Picture {
     }
     switch (p_.mode) {
       case VolumeMode::kMip:
-        if (largest >= 0) sum = {largest, largest, largest, 1, kEndless};
+        if (largest >= 0) sum = {largest, largest, largest, 1, kEndless, 0};
         break;
       case VolumeMode::kXray:
-        sum = {std::exp(-optical), std::exp(-optical), std::exp(-optical), 1, kEndless};
-        break;
-      case VolumeMode::kAttenuate:
-        for (const auto& c : samples) {
-          for (size_t k = 0; k < 3; ++k) sum[k] += c[3] * c[k] / static_cast<double>(samples.size());
-          sum[3] += c[3] / static_cast<double>(samples.size());
-        }
+        sum = {std::exp(-optical), std::exp(-optical), std::exp(-optical), 1, kEndless, 0};
         break;
       default:
         for (size_t i = 0; i < samples.size(); ++i) {
@@ -263,6 +267,44 @@ class Picture {
           sum[3] += weight;
           if (sum[3] >= 0.5 && sum[4] == kEndless && p_.mode != VolumeMode::kOver) sum[4] = depths[i];
         }
+    }
+    return sum;
+  }
+
+  // a c of a length of material, whatever the step, as the mean over the ray's way: 1 / (end - begin) times
+  // the integral of (1 - exp(-extinction length)) c. Every sample's segment is integrated by Gauss's three
+  // places in each of its halves; what the segment's middle alone makes of it is the step's own error, and is
+  // told.
+  Result Attenuate(const Ray& ray, double step, double base) const {
+    const auto at = [&](double t, double half) {
+      std::array<double, 4> c = Light(ray, t, half);
+      c[3] = -std::expm1(-c[3] * p_.transfer.length);
+      for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
+      return c;
+    };
+    const double aside = std::sqrt(0.6), weights[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    Result sum = {0, 0, 0, 0, kEndless, 0};
+    std::array<double, 4> middles = {0, 0, 0, 0};
+    double path = 0;
+    const auto first = static_cast<int64_t>(std::max(0.0, std::floor((ray.begin - base) / step + 0.5)));
+    for (int64_t i = first; base + (static_cast<double>(i) - 0.5) * step < ray.end; ++i) {
+      const double middle = base + static_cast<double>(i) * step;
+      const double from = std::max(middle - 0.5 * step, ray.begin),
+                   to = std::min(middle + 0.5 * step, ray.end);
+      if (to <= from) continue;
+      const double size = (to - from) / step;
+      path += size;
+      const std::array<double, 4> coarse = at(middle, 0.5 * step);
+      for (size_t k = 0; k < 4; ++k) middles[k] += size * coarse[k];
+      for (int part = 0; part < 6; ++part) {
+        const double half = 0.25 * (to - from), centre = from + (part < 3 ? half : 3 * half);
+        const std::array<double, 4> fine = at(centre + (part % 3 - 1) * aside * half, 0.5 * half);
+        for (size_t k = 0; k < 4; ++k) sum[k] += 0.5 * size * weights[part % 3] * fine[k];
+      }
+    }
+    for (size_t k = 0; k < 4 && path > 0; ++k) {
+      sum[k] /= path;
+      sum[5] = std::max(sum[5], std::fabs(middles[k] / path - sum[k]));
     }
     return sum;
   }
@@ -290,6 +332,7 @@ class Picture {
   const VolumeParams& p_;
   const VolumeSpec& v_;
   const Substance substance_;
+  const ShearedPicture sheared_;
 };
 
 // The pictures of one scene: the nearest surface, and all media on one lattice before it.
@@ -303,11 +346,13 @@ class Scene {
   double termination() const { return termination_; }
   size_t moves() const { return moves_[0].size(); }
 
-  // Moved by the m-th of the moves; -1: not moved.
-  Result Draw(double x, double y, double scene, int m) const {
-    const auto moved = [&](size_t k) { return m < 0 ? Vector3{0, 0, 0} : moves_[k][static_cast<size_t>(m)]; };
+  // Moved by a share of the m-th of the moves; -1: not moved.
+  Result Draw(double x, double y, double scene, int m, double share = 1) const {
+    const auto moved = [&](size_t k) {
+      return m < 0 ? Vector3{0, 0, 0} : reference::Add({}, moves_[k][static_cast<size_t>(m)], share);
+    };
     if (pictures_.size() == 1) return pictures_[0].Draw(x, y, scene, moved(0));
-    Result surface = {0, 0, 0, 0, kEndless};
+    Result surface = {0, 0, 0, 0, kEndless, 0};
     for (size_t k = 0; k < pictures_.size(); ++k) {
       if (!pictures_[k].IsSurface()) continue;
       const Result r = pictures_[k].Draw(x, y, scene, moved(k));
@@ -327,7 +372,7 @@ class Scene {
     }
     if (media.empty()) return surface;
     const double world = Length(rays[0].direction), step = spacing / world, base = enter + 0.5 * step;
-    Result sum = {0, 0, 0, 0, kEndless};
+    Result sum = {0, 0, 0, 0, kEndless, 0};
     const auto first = static_cast<int64_t>(std::max(0.0, std::floor((begin - base) / step + 0.5)));
     for (int64_t i = first;; ++i) {
       const double t = base + static_cast<double>(i) * step;
@@ -355,17 +400,63 @@ class Scene {
 
  private:
   void Add(const VolumeDraw& draw) {
-    pictures_.emplace_back(draw);
+    pictures_.emplace_back(draw);  // a deque: pictures refer to their own parts
     moves_.push_back(pictures_.back().Moves());
     for (size_t i = 0; i < draw.transfer.size(); ++i) {
       if (i % 4 != 3) brightest_ = std::max(brightest_, static_cast<double>(draw.transfer[i]));
     }
-    if (!pictures_.back().IsSurface()) termination_ = std::max(termination_, draw.params.termination);
+    if (pictures_.back().EndsEarly()) termination_ = std::max(termination_, draw.params.termination);
   }
 
-  std::vector<Picture> pictures_;
+  std::deque<Picture> pictures_;
   std::vector<std::vector<Vector3>> moves_;
   double brightest_ = 1, termination_ = 0;
+};
+
+// What a result does where the ray is moved by what the float kernel's position is uncertain by: its slope,
+// or a jump where something else is hit, or nothing.
+class Responses {
+ public:
+  Responses(const Scene& scene, double x, double y, double depth, const Result& own)
+      : scene_(scene), x_(x), y_(y), depth_(depth), own_(own) {
+    for (size_t m = 0; m < scene.moves(); ++m) Try(static_cast<int>(m));
+  }
+  double slope(size_t c) const { return slope_[c]; }
+  double jump(size_t c) const { return jump_[c]; }
+
+ private:
+  static constexpr double kFine = 8;
+
+  void Try(int m) {
+    const Result moved = scene_.Draw(x_, y_, depth_, m);
+    Result fine = moved;
+    bool tried = false;
+    for (size_t c = 0; c < 5; ++c) {
+      if (moved[c] == own_[c]) continue;
+      const double change = std::fabs(moved[c] - own_[c]);
+      if (!std::isfinite(change)) {
+        jump_[c] = kUnknownJump;
+        continue;
+      }
+      if (change < 1e-4) {
+        slope_[c] = std::max(slope_[c], change);
+        continue;
+      }
+      if (!tried) fine = scene_.Draw(x_, y_, depth_, m, 1 / kFine), tried = true;
+      // A slope gives an eighth, a silhouette's square root a third; a jump all or nothing.
+      const double part = std::fabs(fine[c] - own_[c]) / change;
+      if (part > 0.6 || part < 1 / (4 * kFine)) {
+        jump_[c] = std::max(jump_[c], change);
+      } else {
+        slope_[c] = std::max(slope_[c], change);
+      }
+    }
+  }
+
+  const Scene& scene_;
+  const double x_, y_, depth_;
+  const Result& own_;
+  std::array<double, 5> slope_ = {}, jump_ = {};
 };
 
 void Evaluate(const Call& call) {
@@ -373,28 +464,21 @@ void Evaluate(const Call& call) {
   const Scene scene(draw);
   const Roi& roi = call.out.roi;
   constexpr double kBound = 168 * 0x1p-24;  // the row's
-  // Rays are moved by 1e-4 voxel for the response. A sheared picture is resampled, which moves them by up to
-  // half a voxel and smooths them.
-  const bool sheared = draw.params.method == VolumeMethod::kShearWarp;
-  const double sway = sheared ? 0.5e4 : 1, resampled = sheared ? 0.02 : 0;
   for (int y = roi.y0; y < roi.y1; ++y) {
     for (int x = roi.x0; x < roi.x1; ++x) {
       const double depth = draw.with_scene ? call.in[0].at(x, y, 0) : kEndless;
       const Result r = scene.Draw(x, y, depth, -1);
-      Result response = {0, 0, 0, 0, 0};
-      for (size_t m = 0; call.scale != nullptr && m < scene.moves(); ++m) {
-        const Result moved = scene.Draw(x, y, depth, static_cast<int>(m));
-        for (size_t c = 0; c < 5; ++c) {
-          const double change = std::fabs(moved[c] - r[c]);
-          if (moved[c] != r[c]) response[c] = std::max(response[c], std::isfinite(change) ? change : 1e30);
-        }
-      }
+      for (int c = 0; c < call.out.channels; ++c) call.out.at(x, y, c) = r[static_cast<size_t>(c)];
+      if (call.scale == nullptr) continue;
+      const Responses responses(scene, x, y, depth, r);
+      // Rays that end early leave out what would come after; others leave out nothing.
+      const double beyond = std::max(0.0, r[3] - (1 - scene.termination()) + 1e-5);
+      const double left_out = scene.termination() > 0 ? std::min(beyond, scene.termination()) : 0;
+      const double ends = left_out * scene.brightest() + 1.01 * r[5];
       for (int c = 0; c < call.out.channels; ++c) {
         const auto k = static_cast<size_t>(c);
-        call.out.at(x, y, c) = r[k];
-        if (call.scale == nullptr) continue;
-        const double ends = (scene.termination() + resampled) * scene.brightest();
-        call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (sway * response[k] + ends) / kBound;
+        call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (responses.slope(k) + ends) / kBound;
+        if (responses.jump(k) > 0) call.Undecided(x, y, c, responses.jump(k));
       }
     }
   }

@@ -24,6 +24,7 @@ class Substance {
 
   double Voxels(double world, size_t axis) const { return (world - v_.origin[axis]) / v_.spacing[axis]; }
   double Field(const Vector3& p) const;
+  double FieldAtVoxels(const Vector3& p) const { return draw_.volume.Sample(p[0], p[1], p[2]); }
   Vector3 FieldGradient(const Vector3& p) const;
   // Channel 0 of noise at world positions times the frequency plus an offset; all four where `channels` is
   // given.
@@ -45,9 +46,9 @@ class Substance {
   Matter Hyper(const Vector3& p) const;
   // Of a density volume; the segment's ends count where it is pre-integrated.
   Matter Density(const Vector3& p, const Vector3& front, const Vector3& back) const;
+  Class Classify(double value) const;
 
  private:
-  Class Classify(double value) const;
   Class ClassifyVoxels(const Vector3& p) const;
   Class ClassifyPair(double front, double back) const;
   double Turbulence(const Dmf& step, const Vector3& at) const;

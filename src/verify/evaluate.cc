@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <unordered_map>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "graph/source.h"
 #include "graph/topology.h"
 #include "tessera/error.h"
+#include "tessera/render.h"
 #include "verify/pixels.h"
 
 namespace tessera::verify {
@@ -23,8 +23,15 @@ using graph::OpKind;
 using reference::ImageD;
 
 constexpr double kU = 0x1p-24;
+constexpr int64_t kMostKept = 1 << 24;  // pixels of an image that is kept for the next region
 
-Evaluated Empty(const Roi& roi, int channels) { return {ImageD(roi, channels), ImageD(roi, channels)}; }
+Evaluated Empty(const Roi& roi, int channels) { return {ImageD(roi, channels), ImageD(roi, channels), {}}; }
+
+// Keeps out's jumps only where there are some.
+void DropWithoutJumps(Evaluated& out) {
+  const auto& all = out.jump.samples;
+  if (std::none_of(all.begin(), all.end(), [](double v) { return v > 0; })) out.jump = {};
+}
 
 // Calls f(x, y, c) for every sample.
 template <typename F>
@@ -41,6 +48,7 @@ Evaluated Shuffle(const NodeData& d, std::span<const Evaluated> in, const Roi& r
   for (const Node& input : d.inputs) specs.push_back(input.spec());
   const std::vector<graph::ChannelRef> map = d.op->ChannelMap(specs);
   Evaluated out = Empty(roi, d.spec.channel_count());
+  out.jump = ImageD(roi, d.spec.channel_count());
   ForEachSample(out.value, [&](int x, int y, int c) {
     const graph::ChannelRef& ref = map[static_cast<size_t>(c)];
     if (ref.input < 0) {
@@ -50,73 +58,23 @@ Evaluated Shuffle(const NodeData& d, std::span<const Evaluated> in, const Roi& r
     const Evaluated& from = in[static_cast<size_t>(ref.input)];
     out.value.at(x, y, c) = from.value.at(x, y, ref.channel);
     out.tolerance.at(x, y, c) = from.tolerance.at(x, y, ref.channel);
+    out.jump.at(x, y, c) = from.JumpAt(x, y, ref.channel);
   });
+  DropWithoutJumps(out);
   return out;
 }
 
 Evaluated Crop(const Evaluated& in, const Roi& roi, int channels) {
   Evaluated out = Empty(roi, channels);
+  out.jump = ImageD(roi, channels);
   ForEachSample(out.value, [&](int x, int y, int c) {
     if (!in.value.roi.Contains({x, y, x + 1, y + 1})) return;
     out.value.at(x, y, c) = in.value.at(x, y, c);
     out.tolerance.at(x, y, c) = in.tolerance.at(x, y, c);
+    out.jump.at(x, y, c) = in.JumpAt(x, y, c);
   });
+  DropWithoutJumps(out);
   return out;
-}
-
-using CallFunction = std::function<void(ImageD& result, ImageD* scales)>;
-
-// How an input's errors pass through a weighted sum: as the sum of |weight * tolerance|, which is its scale
-// at those samples less what the other inputs and a bias contribute. `input` is the operation's; it is put
-// back.
-void AddWeighted(const ImageD& tolerance, ImageD& input, const CallFunction& call, Evaluated& out) {
-  const Roi& roi = out.value.roi;
-  ImageD result(roi, out.value.channels), with = result, without = result;
-  const ImageD kept = input;
-  input = tolerance;
-  call(result, &with);
-  input = ImageD(tolerance.roi, tolerance.channels);
-  call(result, &without);
-  input = kept;
-  ForEachSample(with, [&](int x, int y, int c) {
-    const double passed = with.at(x, y, c) - without.at(x, y, c);
-    if (std::isfinite(passed)) out.tolerance.at(x, y, c) += std::max(0.0, passed);
-  });
-}
-
-// The same for any operation: its response to inputs moved by their tolerances, each channel alone and either
-// way, the larger effects added. Exact for affine operations, first order for the rest. Where neighbours take
-// part their errors may have any signs: some sets of signs are tried as well, and the largest effect counts
-// twice.
-void AddResponses(const ImageD& tolerance, bool neighbours, ImageD& input, const CallFunction& call,
-                  Evaluated& out) {
-  const ImageD kept = input;
-  const int sets = neighbours ? 8 : 2;
-  for (int moved = 0; moved < tolerance.channels; ++moved) {
-    ImageD largest(out.value.roi, out.value.channels), response = largest;
-    bool any = false;
-    for (int set = 0; set < sets; ++set) {
-      ForEachSample(tolerance, [&](int x, int y, int c) {
-        if (c != moved || !(tolerance.at(x, y, c) > 0)) return;
-        any = true;
-        uint32_t hash = static_cast<uint32_t>(x) * 0x9E3779B1u ^ static_cast<uint32_t>(y) * 0x85EBCA77u;
-        hash = (hash ^ hash >> 15) * 0xC2B2AE3Du;
-        const bool up = set < 2 ? set == 0 : (hash >> (set + 8) & 1) != 0;
-        input.at(x, y, c) += up ? tolerance.at(x, y, c) : -tolerance.at(x, y, c);
-      });
-      if (any) call(response, nullptr);
-      input = kept;
-      if (!any) break;
-      ForEachSample(largest, [&](int x, int y, int c) {
-        const double change = std::fabs(response.at(x, y, c) - out.value.at(x, y, c));
-        if (std::isfinite(change)) largest.at(x, y, c) = std::max(largest.at(x, y, c), change);
-      });
-    }
-    if (!any) continue;
-    ForEachSample(largest, [&](int x, int y, int c) {
-      out.tolerance.at(x, y, c) += (neighbours ? 2 : 1) * largest.at(x, y, c);
-    });
-  }
 }
 
 }  // namespace
@@ -130,9 +88,12 @@ const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
     const Roi& window = input.spec().data_window;
     long double sum = 0;
     int64_t count = 0;
+    // A mean of very many has no error to speak of, and is wanted of whole images.
+    ReferenceEngine exact(bound_);
+    exact.values_only_ = true;
     constexpr int kRows = 64;  // a band at a time bounds the memory
     for (int y = window.y0; y < window.y1; y += kRows) {
-      const Evaluated band = Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
+      const Evaluated band = exact.Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
       for (int64_t i = 0; i < band.value.roi.pixels(); ++i) {
         const double* p = &band.value.samples[static_cast<size_t>(i * band.value.channels)];
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
@@ -144,6 +105,55 @@ const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
     values.push_back(count > 0 ? static_cast<double>(sum / count) : std::numeric_limits<double>::quiet_NaN());
   }
   return statistics_.emplace(node.data(), std::move(values)).first->second;
+}
+
+// Calls the entry's function, at once or row by row, while there is time.
+void ReferenceEngine::Run(const reference::Entry& entry, const reference::Call& call) const {
+  const auto check = [&] {
+    if (std::chrono::steady_clock::now() > deadline_) throw OutOfTime();
+  };
+  check();
+  if (!entry.by_rows) return entry.evaluate(call);
+  const Roi& roi = call.out.roi;
+  const size_t samples = static_cast<size_t>(roi.width()) * static_cast<size_t>(call.out.channels);
+  for (int y = roi.y0; y < roi.y1; ++y) {
+    check();
+    ImageD row({roi.x0, y, roi.x1, y + 1}, call.out.channels), scale = row, undecided = row;
+    entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, row,
+                    call.scale != nullptr ? &scale : nullptr, call.undecided != nullptr ? &undecided : nullptr,
+                    call.tolerances, call.largest});
+    const size_t at = static_cast<size_t>(y - roi.y0) * samples;
+    const auto put = [&](const ImageD& from, ImageD* to) {
+      if (to != nullptr) std::copy(from.samples.begin(), from.samples.end(), to->samples.begin() + at);
+    };
+    put(row, &call.out), put(scale, call.scale), put(undecided, call.undecided);
+  }
+}
+
+// Found by the engine, which is quick, and believed as far as the reference agrees at that very sample.
+double ReferenceEngine::Largest(const Node& node) {
+  const auto it = largest_.find(node.data());
+  if (it != largest_.end()) return it->second;
+  const Image image = Render(node);
+  const Roi& window = image.spec().data_window;
+  double largest = 0;
+  int at_x = window.x0, at_y = window.y0, at_c = 0;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      for (int c = 0; c < image.spec().channel_count(); ++c) {
+        const double v = std::fabs(double{image.at<float>(x, y, c)});
+        if (std::isfinite(v) && v > largest) largest = v, at_x = x, at_y = y, at_c = c;
+      }
+    }
+  }
+  if (largest > 0) {
+    ReferenceEngine exact(bound_);
+    exact.values_only_ = true;
+    const double there =
+        std::fabs(exact.Evaluate(node, {at_x, at_y, at_x + 1, at_y + 1}).value.at(at_x, at_y, at_c));
+    if (!(largest <= 1.01 * there + 1e-30)) largest = there;
+  }
+  return largest_[node.data()] = largest;
 }
 
 double ReferenceEngine::Work(const Node& node, const Roi& roi) {
@@ -167,14 +177,17 @@ double ReferenceEngine::Work(const Node& node, const Roi& roi) {
 }
 
 Evaluated ReferenceEngine::Evaluate(const Node& node, const Roi& roi) {
-  // Nested calls (statistics) must not clear what their caller has gathered.
-  std::map<Key, Evaluated> outer = std::exchange(shared_, {});
-  Evaluated result = EvaluateNode(node, roi);
-  shared_ = std::move(outer);
-  return result;
+  shared_.clear();
+  return EvaluateNode(node, roi);
 }
 
 Evaluated ReferenceEngine::Shared(const Node& node, const Roi& roi) {
+  // Whole images, which gathers ask for, are asked for again by the next region.
+  if (roi == node.spec().data_window && roi.pixels() <= kMostKept) {
+    const auto it = whole_.find(node.data());
+    if (it != whole_.end()) return it->second;
+    return whole_.emplace(node.data(), EvaluateNode(node, roi)).first->second;
+  }
   if (node.shared().use_count() <= 1) return EvaluateNode(node, roi);
   const Key key{node.data(), roi.x0, roi.y0, roi.x1, roi.y1};
   const auto it = shared_.find(key);
@@ -222,24 +235,35 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   if (d.op->Kind() == OpKind::kShuffle) return Shuffle(d, in, roi);
 
   Evaluated out = Empty(roi, d.spec.channel_count());
-  ImageD scale(roi, d.spec.channel_count());
-  std::vector<ImageD> values;
-  for (const Evaluated& e : in) values.push_back(e.value);
   const std::vector<double>& statistics = Statistics(node);
-  const auto call = [&](ImageD& result, ImageD* scales) {
-    entry->evaluate({d.op->Parameters(), values, specs, d.spec, statistics, result, scales});
-  };
-  call(out.value, &scale);
+  std::vector<ImageD> values, tolerances;
+  for (const Evaluated& e : in) values.push_back(e.value);
+  if (values_only_) {
+    Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, nullptr});
+    return out;
+  }
+  for (const Evaluated& e : in) tolerances.push_back(e.tolerance);
+  std::vector<double> largest(in.size());
+  for (size_t k = 0; k < in.size() && entry->wants_largest != nullptr; ++k) {
+    if (entry->wants_largest(d.op->Parameters(), static_cast<int>(k))) largest[k] = Largest(d.inputs[k]);
+  }
+  ImageD scale(roi, d.spec.channel_count());
+  out.jump = scale;
+  Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, &scale, &out.jump, tolerances,
+               largest});
+  DropWithoutJumps(out);
   const double bound = bound_(d.op->Name()) * kU;
   ForEachSample(out.value,
                 [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
 
+  Operation operation;
+  operation.evaluate = [&](std::span<const ImageD> from, ImageD& result) {
+    Run(*entry, {d.op->Parameters(), from, specs, d.spec, statistics, result, nullptr});
+  };
+  operation.neighbours = entry->input_roi != nullptr || entry->sized_roi != nullptr;
+  operation.separate_channels = d.op->Kind() == OpKind::kChannel;
   for (size_t k = 0; k < in.size(); ++k) {
-    if ((entry->weighted_sum_of >> k & 1) != 0) {
-      AddWeighted(in[k].tolerance, values[k], call, out);
-    } else {
-      AddResponses(in[k].tolerance, entry->input_roi != nullptr, values[k], call, out);
-    }
+    PassErrors(operation, in, k, (entry->weighted_sum_of >> k & 1) != 0, out);
   }
   return out;
 }

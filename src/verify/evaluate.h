@@ -2,6 +2,7 @@
 #ifndef TESSERA_VERIFY_EVALUATE_H_
 #define TESSERA_VERIFY_EVALUATE_H_
 
+#include <chrono>
 #include <map>
 #include <set>
 #include <string>
@@ -10,13 +11,9 @@
 
 #include "reference/reference.h"
 #include "tessera/node.h"
+#include "verify/propagate.h"
 
 namespace tessera::verify {
-
-// A region in double and, per sample, the error that the operations' bounds allow a float32 evaluation.
-struct Evaluated {
-  reference::ImageD value, tolerance;
-};
 
 class ReferenceEngine {
  public:
@@ -26,6 +23,10 @@ class ReferenceEngine {
 
   // Evaluates a region inside the node's data window. Throws Error for an operation without a reference.
   Evaluated Evaluate(const Node& node, const Roi& roi);
+
+  // Evaluations end with OutOfTime soon after that time, where they consist of several steps.
+  struct OutOfTime {};
+  void SetDeadline(std::chrono::steady_clock::time_point deadline) { deadline_ = deadline; }
 
   // How many pixels of all images on the way an evaluation of the region takes.
   static double Work(const Node& node, const Roi& roi);
@@ -38,14 +39,20 @@ class ReferenceEngine {
   Evaluated EvaluateNode(const Node& node, const Roi& roi);
   Evaluated EvaluateOp(const Node& node, const Roi& roi);
   const std::vector<double>& Statistics(const Node& node);
+  double Largest(const Node& node);
+  void Run(const reference::Entry& entry, const reference::Call& call) const;
 
   BoundFunction bound_;
   std::map<const graph::NodeData*, std::vector<double>> statistics_;
+  std::map<const graph::NodeData*, double> largest_;
   // Regions of shared nodes, for one call of Evaluate: a graph of diamonds is not evaluated exponentially
   // often.
   using Key = std::tuple<const graph::NodeData*, int, int, int, int>;
   std::map<Key, Evaluated> shared_;
+  std::map<const graph::NodeData*, Evaluated> whole_;
   std::set<std::string> remarks_;
+  bool values_only_ = false;
+  std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
 };
 
 }  // namespace tessera::verify

@@ -1,83 +1,24 @@
-// Sampled tiles of a pipeline, engine against reference.
+// Sampled tiles of a pipeline's result, as it was stored, against the reference.
 #include "tessera/verify.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <limits>
+#include <numeric>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "ops/registry.h"
 #include "tessera/error.h"
+#include "verify/compare.h"
 #include "verify/evaluate.h"
 #include "verify/pixels.h"
 
 namespace tessera {
 namespace verify {
-
-double HalfToDouble(uint16_t bits) {
-  const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
-  double v;
-  if (exponent == 31) {
-    v = fraction != 0 ? std::numeric_limits<double>::quiet_NaN() : std::numeric_limits<double>::infinity();
-  } else if (exponent == 0) {
-    v = std::ldexp(fraction, -24);
-  } else {
-    v = std::ldexp(1024 + fraction, exponent - 25);
-  }
-  return (bits & 0x8000) != 0 ? -v : v;
-}
-
-void ReadExact(const graph::PixelSource& source, reference::ImageD& out) {
-  if (out.roi.empty()) return;
-  ConstImageView view;
-  std::vector<std::byte> rows;
-  if (const auto resident = source.View()) {
-    view = *resident;
-  } else {
-    const ImageSpec& spec = source.spec();
-    const Roi roi{spec.data_window.x0, out.roi.y0, spec.data_window.x1, out.roi.y1};
-    rows.resize(static_cast<size_t>(roi.pixels()) * spec.channels.size() * PixelBytes(spec.type));
-    const ImageView all(rows.data(), roi, spec.channel_count(), spec.type);
-    source.Open(0, spec.channel_count())->Read(all);
-    view = all;
-  }
-  for (int y = out.roi.y0; y < out.roi.y1; ++y) {
-    for (int x = out.roi.x0; x < out.roi.x1; ++x) {
-      for (int c = 0; c < out.channels; ++c) {
-        const std::byte* p = view.At(x, y, c);
-        uint16_t word = 0;
-        float real = 0;
-        double& v = out.at(x, y, c);
-        switch (view.type) {
-          case PixelType::kUint8:
-            v = std::to_integer<int>(*p) / 255.0;
-            break;
-          case PixelType::kUint16:
-            std::memcpy(&word, p, 2);
-            v = word / 65535.0;
-            break;
-          case PixelType::kHalf:
-            std::memcpy(&word, p, 2);
-            v = HalfToDouble(word);
-            break;
-          case PixelType::kFloat:
-            std::memcpy(&real, p, 4);
-            v = real;
-            break;
-        }
-      }
-    }
-  }
-}
-
-int CodeOf(double value, int max_code) {
-  if (!(value > 0)) return 0;  // NaN too
-  if (value >= 1) return max_code;
-  return static_cast<int>(std::nearbyint(value * max_code));
-}
-
 namespace {
 
 // The error that an operation's row promises; an operation without a row promises two roundings.
@@ -86,32 +27,38 @@ double BoundOf(const std::string& op) {
   return info != nullptr ? info->bound_u : 2.0;
 }
 
-// Tiles spread over the window: its corners, its middle, then a fixed pseudo-random set, sorted by row.
+// Tiles of a grid over the window: its middle, its corners, then others by a fixed chance, none of them twice.
 std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
-  const int w = std::min(options.tile_size, window.width()), h = std::min(options.tile_size, window.height());
-  const int64_t free_x = window.width() - w, free_y = window.height() - h;
+  const int64_t side = options.tile_size;
+  const int64_t columns = (window.width() + side - 1) / side, rows = (window.height() + side - 1) / side;
+  const int64_t wanted = std::min<int64_t>(options.samples, columns * rows);
+  std::set<int64_t> taken;
   std::vector<Roi> tiles;
-  const auto add = [&](int64_t dx, int64_t dy) {
-    const Roi r{window.x0 + static_cast<int>(dx), window.y0 + static_cast<int>(dy),
-                window.x0 + static_cast<int>(dx) + w, window.y0 + static_cast<int>(dy) + h};
-    if (std::find(tiles.begin(), tiles.end(), r) == tiles.end()) tiles.push_back(r);
+  const auto add = [&](int64_t column, int64_t row) {
+    if (static_cast<int64_t>(tiles.size()) == wanted || !taken.insert(row * columns + column).second) return;
+    const auto x = static_cast<int>(window.x0 + column * side), y = static_cast<int>(window.y0 + row * side);
+    const auto w = static_cast<int>(std::min<int64_t>(side, window.x1 - x));
+    const auto h = static_cast<int>(std::min<int64_t>(side, window.y1 - y));
+    tiles.push_back({x, y, x + w, y + h});
   };
+  add((columns - 1) / 2, (rows - 1) / 2);  // a whole one
+  add(0, 0), add(columns - 1, rows - 1), add(columns - 1, 0), add(0, rows - 1);
   uint64_t state = 0x9E3779B97F4A7C15u;
   const auto random = [&](int64_t below) {
     state = state * 6364136223846793005u + 1442695040888963407u;
-    return static_cast<int64_t>((state >> 33) % static_cast<uint64_t>(below + 1));
+    return static_cast<int64_t>((state >> 33) % static_cast<uint64_t>(below));
   };
-  const int64_t corners[5][2] = {
-      {0, 0}, {free_x, free_y}, {free_x / 2, free_y / 2}, {free_x, 0}, {0, free_y}};
-  for (int i = 0; i < options.samples; ++i) {
-    if (i < 5) {
-      add(corners[i][0], corners[i][1]);
-    } else {
-      add(random(free_x), random(free_y));
+  if (2 * wanted >= columns * rows) {  // chance would find the last ones late
+    const int64_t first = random(columns * rows);
+    for (int64_t i = 0; i < columns * rows; ++i) {
+      const int64_t at = (first + i) % (columns * rows);
+      add(at % columns, at / columns);
     }
   }
-  std::sort(tiles.begin(), tiles.end(),
-            [](const Roi& a, const Roi& b) { return a.y0 != b.y0 ? a.y0 < b.y0 : a.x0 < b.x0; });
+  while (static_cast<int64_t>(tiles.size()) < wanted) {
+    const int64_t row = random(rows);
+    add(random(columns), row);
+  }
   return tiles;
 }
 
@@ -121,8 +68,7 @@ constexpr double kTileWork = 1 << 20;
 constexpr double kMostWork = 1 << 26;
 
 // Smaller tiles and fewer of them where a pixel of the result comes from very many.
-VerifyOptions Affordable(const Node& node, VerifyOptions options) {
-  const Roi& window = node.spec().data_window;
+VerifyOptions Affordable(const Node& node, const Roi& window, VerifyOptions options) {
   const auto work = [&](int size) {
     const int w = std::min(size, window.width()), h = std::min(size, window.height());
     const int x = window.x0 + (window.width() - w) / 2, y = window.y0 + (window.height() - h) / 2;
@@ -151,71 +97,157 @@ VerifyOptions Affordable(const Node& node, VerifyOptions options) {
   return options;
 }
 
-class Comparison {
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// The reference of tiles, as many as the time allows.
+class Sampler {
  public:
-  explicit Comparison(VerifyReport& report) : r_(report) {}
+  Sampler(const Node& node, const Roi& window, const VerifyOptions& asked)
+      : node_(node),
+        window_(window),
+        asked_(asked),
+        budget_(std::max(asked.seconds, 10 * asked.run_seconds)),
+        start_(Now()),
+        options_(Affordable(node, window, asked)),
+        engine_(&BoundOf) {
+    const int full = options_.tile_size;
+    ChooseSize();
+    // Of smaller ones there may be more, while there is time.
+    const double times = std::min(64.0, std::pow(double(full) / options_.tile_size, 2));
+    options_.samples = static_cast<int>(std::min(65536.0, options_.samples * times));
+    tiles_ = SampleTiles(window_, options_);
+  }
 
-  void Values(int x, int y, int c, double got, double want, double tolerance) {
-    ++r_.samples;
-    if (std::isnan(got) || std::isnan(want) || std::isinf(got) || std::isinf(want)) {
-      const bool same = (std::isnan(got) && std::isnan(want)) || got == want;
-      // Beyond float's range the float result is infinite where the double one is not.
-      const bool overflow = std::isinf(got) && std::fabs(want) > std::numeric_limits<float>::max();
-      // An infinity that arose on the way may have met another one.
-      if (!same && !overflow) {
-        ++r_.nan_mismatches;
-        Outside(x, y, c, std::numeric_limits<double>::infinity());
+  // The next tiles that there is time for, at most `count`; none at the end.
+  std::vector<std::pair<Roi, Evaluated>> Next(size_t count) {
+    std::vector<std::pair<Roi, Evaluated>> batch;
+    while (next_ < tiles_.size() && batch.size() < count) {
+      const double begin = Now();
+      if (next_ > 0 && begin - start_ + longest_ > budget_) {
+        next_ = tiles_.size();
+        break;
       }
-      return;
+      const Roi& tile = tiles_[next_++];
+      try {
+        // Between tiles there is no hurry: one that was begun may take half as long again as all.
+        engine_.SetDeadline(Deadline(1.5));
+        batch.emplace_back(tile, tile == tried_ ? std::move(tried_result_) : engine_.Evaluate(node_, tile));
+      } catch (const ReferenceEngine::OutOfTime&) {
+        next_ = tiles_.size();
+        break;
+      }
+      longest_ = std::max(longest_, Now() - begin);
+      ++evaluated_;
     }
-    const double error = std::fabs(got - want);
-    squares_ += error * error;
-    // The reference itself is exact to double's precision only.
-    const double allowed = tolerance + 1e-14 * std::fabs(want) + 0x1p-149;
-    r_.bound = std::max(r_.bound, allowed);
-    r_.max_error = std::max(r_.max_error, error);
-    if (error > allowed) Outside(x, y, c, error / allowed);
+    return batch;
   }
 
-  // `at_tie`: the bound reaches a rounding tie, so one code either way is right.
-  void Codes(int x, int y, int c, int got, double want, double tolerance, int max_code) {
-    const int code = CodeOf(want, max_code);
-    if (got == code) return;
-    ++r_.codes_wrong;
-    r_.max_code_error = std::max(r_.max_code_error, std::abs(got - code));
-    const double position = std::clamp(want, 0.0, 1.0) * max_code;
-    const double tie_distance = std::fabs(std::fabs(position - code) - 0.5);
-    // ACCURACY: off by one code only within 2^-12 of a tie, or as far as the float error reaches.
-    const double allowed = 0x1p-12 + tolerance * max_code;
-    if (std::abs(got - code) > 1 || tie_distance > allowed) {
-      Outside(x, y, c, std::fabs(position - got) / (0.5 + allowed));
-    }
+  bool Shrunk() const {
+    return evaluated_ < tiles_.size() || options_.samples < asked_.samples ||
+           options_.tile_size < std::min(asked_.tile_size, std::max(window_.width(), window_.height()));
   }
-
-  void Finish() {
-    if (r_.samples > 0) r_.rms_error = std::sqrt(squares_ / static_cast<double>(r_.samples));
+  std::string HowMuch() const {
+    const std::string side = std::to_string(options_.tile_size);
+    return "sampled in " + std::to_string(evaluated_) + " tiles of " + side + "x" + side + " pixels";
   }
+  const ReferenceEngine& engine() const { return engine_; }
 
  private:
-  // `excess`: the error in units of what is allowed.
-  void Outside(int x, int y, int c, double excess) {
-    ++r_.out_of_bound;
-    r_.within_bound = false;
-    if (excess <= excess_) return;
-    excess_ = excess;
-    r_.worst_x = x, r_.worst_y = y, r_.worst_channel = c;
+  std::chrono::steady_clock::time_point Deadline(double share) const {
+    const double seconds = std::max(0.0, start_ + share * budget_ - Now());
+    return std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                                  std::chrono::duration<double>(std::min(seconds, 1e6)));
   }
-  VerifyReport& r_;
-  double excess_ = 0;
-  double squares_ = 0;
+
+  // Tries tiles of growing size in the middle, and takes the largest of which several can be afforded.
+  void ChooseSize() {
+    const int full = options_.tile_size;
+    for (int size = std::min(8, full);; size = std::min(4 * size, full)) {
+      options_.tile_size = size;
+      const Roi tile = SampleTiles(window_, options_)[0];
+      if (tile == tried_) return;
+      const double begin = Now();
+      // The first has no end, so that there is something to compare.
+      if (!tried_.empty()) engine_.SetDeadline(Deadline(0.7));
+      try {
+        tried_result_ = engine_.Evaluate(node_, tile);
+      } catch (const ReferenceEngine::OutOfTime&) {
+        options_.tile_size = std::max(tried_.width(), tried_.height());
+        return;
+      }
+      tried_ = tile;
+      longest_ = Now() - begin;
+      if (size == full) return;
+      // At worst the time grows as the pixels do.
+      const double next = longest_ * (size * 4 <= full ? 16.0 : std::pow(double(full) / size, 2));
+      if (next * std::min(options_.samples, 4) > budget_ - (Now() - start_)) return;
+    }
+  }
+
+  const Node& node_;
+  const Roi window_;
+  const VerifyOptions asked_;
+  const double budget_, start_;
+  VerifyOptions options_;
+  ReferenceEngine engine_;
+  std::vector<Roi> tiles_;
+  Roi tried_;
+  Evaluated tried_result_;
+  size_t next_ = 0, evaluated_ = 0;
+  double longest_ = 0;
 };
 
-int CodeAt(const ImageView& view, int x, int y, int c) {
-  const std::byte* p = view.At(x, y, c);
-  if (view.type == PixelType::kUint8) return std::to_integer<int>(*p);
-  uint16_t word;
-  std::memcpy(&word, p, 2);
-  return word;
+// The tiles' stored pixels: every row is asked for once, in ascending order.
+std::vector<Image> Gather(const StoredPixels& stored, const std::vector<std::pair<Roi, Evaluated>>& tiles) {
+  ImageSpec spec(1, 1, static_cast<int>(stored.channels.size()), stored.type);
+  std::vector<Image> parts;
+  int top = stored.window.y1, bottom = stored.window.y0;
+  for (const auto& [tile, unused] : tiles) {
+    spec.data_window = spec.display_window = tile;
+    parts.emplace_back(spec);
+    top = std::min(top, tile.y0), bottom = std::max(bottom, tile.y1);
+  }
+  constexpr int kRows = 64;
+  spec.data_window = {stored.window.x0, 0, stored.window.x1, kRows};
+  const Image band = Image::Uninitialized(spec);
+  const size_t pixel = PixelBytes(stored.type) * stored.channels.size();
+  for (int y0 = top; y0 < bottom;) {
+    // To the next row that a tile has, and on to a row that none has.
+    const auto wanted = [&](int y) {
+      return std::any_of(tiles.begin(), tiles.end(),
+                         [&](const auto& t) { return t.first.y0 <= y && y < t.first.y1; });
+    };
+    if (!wanted(y0)) {
+      ++y0;
+      continue;
+    }
+    int y1 = y0 + 1;
+    while (y1 < bottom && y1 - y0 < kRows && wanted(y1)) ++y1;
+    ImageView rows = band.view();
+    rows.roi.y0 = y0, rows.roi.y1 = y1;
+    stored.read(rows);
+    for (const Image& part : parts) {
+      const Roi both = Intersection(part.spec().data_window, rows.roi);
+      for (int y = both.y0; y < both.y1; ++y) {
+        std::memcpy(part.view().At(both.x0, y), rows.At(both.x0, y), pixel * both.width());
+      }
+    }
+    y0 = y1;
+  }
+  return parts;
+}
+
+// The pixels of a node as an evaluation gives them, a band of rows at a time.
+StoredPixels Evaluations(const Node& node, PixelType type, const RenderOptions& options) {
+  StoredPixels stored;
+  stored.window = node.spec().data_window;
+  stored.type = type;
+  stored.channels.resize(node.spec().channels.size());
+  std::iota(stored.channels.begin(), stored.channels.end(), 0);
+  stored.read = [node, options](const ImageView& rows) { RenderInto(node, rows, options); };
+  return stored;
 }
 
 }  // namespace
@@ -223,13 +255,26 @@ int CodeAt(const ImageView& view, int x, int y, int c) {
 
 std::string VerifyReport::Summary() const {
   char text[256];
-  int n = std::snprintf(text, sizeof text, "max error %.3g, rms %.3g over %lld values (bound %.3g)",
-                        max_error, rms_error, static_cast<long long>(samples), bound);
-  std::string s(text, static_cast<size_t>(n));
+  const auto add = [&](std::string& s, const char* format, auto... values) {
+    std::snprintf(text, sizeof text, format, values...);
+    s += text;
+  };
+  std::string s;
+  add(s, "max error %.3g, rms %.3g over %lld values, %.3g %% of the pixels", max_error, rms_error,
+      static_cast<long long>(samples), 100 * share);
+  add(s, " (bound %.3g where it is closest, %.3g %% of it used", bound, 100 * closest);
+  if (median_ratio > 0) add(s, ", %.2g %% in the middle", 100 / median_ratio);
+  add(s, "; largest bound %.3g)", largest_bound);
+  if (codes_at_tie > 0) s += ", " + std::to_string(codes_at_tie) + " codes at a tie rounded the other way";
   if (codes_wrong > 0) {
-    s += ", " + std::to_string(codes_wrong) + " codes off by up to " + std::to_string(max_code_error);
+    s += ", " + std::to_string(codes_wrong) + " codes WRONG by up to " + std::to_string(max_code_error);
   }
   if (nan_mismatches > 0) s += ", " + std::to_string(nan_mismatches) + " non-finite mismatches";
+  if (undecided > 0 && samples > 0) {
+    const double part = static_cast<double>(undecided) / static_cast<double>(samples);
+    add(s, ", %.2g %% undecided", 100 * part);
+    if (part > 0.01) s += " (more than 1 %: that many values hang on decisions within their own error)";
+  }
   s += within_bound
            ? ": within bound"
            : ": " + std::to_string(out_of_bound) + " OUT OF BOUND, worst at x=" + std::to_string(worst_x) +
@@ -238,49 +283,65 @@ std::string VerifyReport::Summary() const {
   return s;
 }
 
-VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& asked) {
+VerifyReport VerifyStored(const Node& node, const StoredPixels& stored, const VerifyOptions& options) {
   VerifyReport report;
-  const ImageSpec& spec = node.spec();
-  const VerifyOptions options = spec.data_window.empty() ? asked : verify::Affordable(node, asked);
-  verify::Comparison comparison(report);
-  verify::ReferenceEngine engine(&verify::BoundOf);
-  const bool integer = type == PixelType::kUint8 || type == PixelType::kUint16;
-  for (const Roi& tile : verify::SampleTiles(spec.data_window, options)) {
-    if (tile.empty()) continue;
-    const verify::Evaluated want = engine.Evaluate(node, tile);
-    ImageSpec part = spec;
-    part.data_window = tile;
-    part.type = PixelType::kFloat;
-    const Image values{part};
-    RenderInto(node, values.view(), options.render);
-    Image codes;
-    if (integer) {
-      part.type = type;
-      codes = Image(part);
-      RenderInto(node, codes.view(), options.render);
-    }
-    for (int y = tile.y0; y < tile.y1; ++y) {
-      for (int x = tile.x0; x < tile.x1; ++x) {
-        for (int c = 0; c < spec.channel_count(); ++c) {
-          const double tolerance = want.tolerance.at(x, y, c);
-          comparison.Values(x, y, c, values.at<float>(x, y, c), want.value.at(x, y, c), tolerance);
-          if (integer) {
-            comparison.Codes(x, y, c, verify::CodeAt(codes.view(), x, y, c), want.value.at(x, y, c),
-                             tolerance, type == PixelType::kUint8 ? 255 : 65535);
-          }
-        }
-      }
+  const Roi window = Intersection(stored.window, node.spec().data_window);
+  report.remarks = stored.remarks;
+  if (window.empty()) return report;
+  verify::Comparison comparison(stored, report);
+  verify::Sampler sampler(node, window, options);
+  double seen = 0;
+  for (auto batch = sampler.Next(256); !batch.empty(); batch = sampler.Next(256)) {
+    const std::vector<Image> pixels = verify::Gather(stored, batch);
+    for (size_t i = 0; i < batch.size(); ++i) {
+      comparison.Tile(pixels[i].view(), batch[i].second);
+      seen += static_cast<double>(batch[i].first.pixels());
     }
   }
   comparison.Finish();
-  report.remarks.assign(engine.remarks().begin(), engine.remarks().end());
-  if (options.samples < asked.samples ||
-      options.tile_size < std::min(asked.tile_size, std::max(spec.width(), spec.height()))) {
-    const std::string side = std::to_string(options.tile_size);
-    report.remarks.push_back("sampled in " + std::to_string(options.samples) + " tiles of " + side + "x" +
-                             side + " pixels, which come from very many others");
-  }
+  report.share = seen / static_cast<double>(window.pixels());
+  const auto& remarks = sampler.engine().remarks();
+  report.remarks.insert(report.remarks.end(), remarks.begin(), remarks.end());
+  if (sampler.Shrunk()) report.remarks.push_back(sampler.HowMuch() + " to save time");
   return report;
+}
+
+VerifyReport VerifyStored(const Node& node, const ConstImageView& stored, const VerifyOptions& options) {
+  const ImageSpec& spec = node.spec();
+  if (stored.channels != spec.channel_count() || !spec.data_window.Contains(stored.roi)) {
+    throw Error("verify", "found pixels of " + std::to_string(stored.channels) + " channels, " +
+                              std::to_string(stored.roi.width()) + " x " + std::to_string(stored.roi.height()) +
+                              ", expected " + std::to_string(spec.channel_count()) +
+                              " channels and a part of the result's window");
+  }
+  StoredPixels pixels = verify::Evaluations(node, stored.type, {});
+  pixels.window = stored.roi;
+  const size_t sample = PixelBytes(stored.type);
+  pixels.read = [&stored, sample](const ImageView& rows) {
+    for (int y = rows.roi.y0; y < rows.roi.y1; ++y) {
+      for (int x = rows.roi.x0; x < rows.roi.x1; ++x) {
+        for (int c = 0; c < rows.channels; ++c) std::memcpy(rows.At(x, y, c), stored.At(x, y, c), sample);
+      }
+    }
+  };
+  return VerifyStored(node, pixels, options);
+}
+
+VerifyReport Verify(const Node& node, PixelType type, const VerifyOptions& asked) {
+  const ImageSpec& spec = node.spec();
+  VerifyOptions options = asked;
+  if (!spec.data_window.empty()) verify::Affordable(node, spec.data_window, asked);  // refuses before the run
+  // Images that do not fit are evaluated where they are looked at, in rows as wide as they are.
+  constexpr double kMostBytes = 1 << 30;
+  if (static_cast<double>(spec.data_window.pixels()) * static_cast<double>(spec.channels.size()) *
+          static_cast<double>(PixelBytes(type)) >
+      kMostBytes) {
+    return VerifyStored(node, verify::Evaluations(node, type, asked.render), options);
+  }
+  const double start = verify::Now();
+  const Image result = Render(node, type, asked.render);
+  options.run_seconds = verify::Now() - start;
+  return VerifyStored(node, result.view(), options);
 }
 
 }  // namespace tessera

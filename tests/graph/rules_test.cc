@@ -135,6 +135,35 @@ TEST(Rules, AnOperationBehindATileWritesPixelsOfEveryType) {
   }
 }
 
+// A tile operation is given the channels that it needs, whatever else is read of the same image.
+TEST(Rules, ReadersOfOneImageMayNeedDifferentChannels) {
+  for (const T type : {T::kUint8, T::kFloat}) {
+    const Node image = Source(3, type, 4, Content::kOrdinary);
+    const Image heights = Render(Apply("normalmap", {image}));
+    const Node together = Apply("diffuselight", {Apply("normalmap", {image}), image});
+    const Node apart = Apply("diffuselight", {FromImage(heights), image});
+    for (const auto& off : {std::vector<std::string>{}, {"all"}}) {
+      ExpectSameBits(Render(together, T::kFloat, {.tile_width = 100, .tile_height = 3, .rules_off = off}),
+                     Render(apart));
+    }
+  }
+}
+
+// Rows of a file that a tile does not need at all: what is beyond them is black.
+TEST(Rules, TilesBeyondAStreamedSourceAreBlack) {
+  for (const T type : {T::kUint8, T::kFloat}) {
+    const Image small = Picture({0, 0, 7, 3}, 2, type, 9);
+    const auto crop = [](const Node& in) { return Apply("crop", {in}, "40x30-5-4"); };
+    const Node streamed = crop(graph::MakeSource(std::make_shared<testing::FakeFile>(small)));
+    for (const T result : {type, T::kFloat}) {
+      const Image want = Render(crop(FromImage(small)), result, {.rules_off = {"all"}});
+      for (const int height : {0, 2}) {
+        ExpectSameBits(Render(streamed, result, {.tile_height = height}), want);
+      }
+    }
+  }
+}
+
 TEST(Rules, JoinsMatricesWithClamps) {
   const std::string clamp = "min=0 max=1";
   Node node = Source(4, T::kFloat);

@@ -11,8 +11,10 @@
 
 #include "graph/op.h"
 #include "ops/registry.h"
+#include "support/cases.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"
+#include "tessera/error.h"
 #include "tessera/ops/channels.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
@@ -22,59 +24,17 @@
 namespace tessera {
 namespace {
 
+using testing::AllCases;
+using testing::AutoTarget;
+using testing::Case;
 using testing::Content;
 using testing::ExpectSameBits;
+using testing::kWindow;
+using testing::OnEveryTarget;
 using testing::Picture;
 using testing::StoreSample;
 using testing::UnifyNans;
 using testing::Unpacked;
-
-// Restores the best instruction set when a test leaves.
-struct AutoTarget {
-  ~AutoTarget() { SetSimdTarget("auto"); }
-};
-
-// One row with one of its examples, applied to pictures.
-struct Case {
-  const ops::OpInfo* op;
-  std::string example;
-
-  int Operands() const { return op->Operands(ops::ParseExample(*op, example)); }
-  Node On(const std::vector<Node>& inputs, const ImageSpec& spec) const {
-    return op->make(inputs, ops::ParseExample(*op, example), op->generator ? &spec : nullptr);
-  }
-  // On pictures of this window, type and channel count.
-  Node Make(const Roi& window, int channels, PixelType type, Content content = Content::kOrdinary,
-            bool unpacked = false) const {
-    std::vector<Node> inputs;
-    for (int k = 0; k < Operands(); ++k) {
-      const Image picture = Picture(window, channels, type, 7u * static_cast<uint32_t>(k) + 1, content);
-      inputs.push_back(FromImage(unpacked ? Unpacked(picture) : picture));
-    }
-    return On(inputs, Picture(window, channels, type, 0).spec());
-  }
-};
-
-// gtest prints it beside a parameterised test's name.
-void PrintTo(const Case& c, std::ostream* out) { *out << c.op->name << " " << c.example; }
-
-std::vector<Case> AllCases() {
-  std::vector<Case> cases;
-  for (const ops::OpInfo& op : ops::Registry()) {
-    for (const std::string& example : op.examples) cases.push_back({&op, example});
-  }
-  return cases;
-}
-
-std::string CaseName(const ::testing::TestParamInfo<Case>& info) {
-  std::string name = info.param.op->name;
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-  }
-  return name + "_" + std::to_string(info.index);
-}
-
-const Roi kWindow{-5, 3, 48, 22};  // 53 x 19, off the origin
 
 double BoundOf(const std::string& name) {
   const ops::OpInfo* const op = ops::FindOp(name);
@@ -92,6 +52,7 @@ void ExpectWithinBound(const verify::Evaluated& want, const Image& got) {
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       for (int c = 0; c < got.spec().channel_count() && wrong < 3; ++c) {
+        if (want.JumpAt(x, y, c) > 0) continue;  // hangs on a decision within its own error
         const double reference = want.value.at(x, y, c), value = got.at<float>(x, y, c);
         const double tolerance = want.tolerance.at(x, y, c) * (1 + 1e-6);
         if (!(std::fabs(value - reference) <= tolerance)) {
@@ -105,20 +66,8 @@ void ExpectWithinBound(const verify::Evaluated& want, const Image& got) {
   }
 }
 
-class Laws : public ::testing::TestWithParam<Case> {
- protected:
-  // Runs a law on every target that this machine has.
-  template <class F>
-  static void OnEveryTarget(F law) {
-    const AutoTarget restore;
-    for (const std::string& target : SimdTargets()) {
-      SCOPED_TRACE(target);
-      SetSimdTarget(target);
-      law();
-    }
-  }
-};
-INSTANTIATE_TEST_SUITE_P(Registry, Laws, ::testing::ValuesIn(AllCases()), CaseName);
+class Laws : public ::testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Registry, Laws, ::testing::ValuesIn(AllCases()), testing::CaseName);
 
 TEST_P(Laws, ResultIsWithinTheBoundOfTheReference) {
   for (const int channels : {3, 4, 6}) {
@@ -153,12 +102,13 @@ TEST_P(Laws, TilesAndThreadsAndOrderDoNotMatter) {
 
 TEST_P(Laws, WidthsDoNotMatter) {
   const Case& c = GetParam();
+  const Node node = c.Make({-5, 3, 62, 5}, 4, PixelType::kFloat);
+  const Roi all = node.spec().data_window;  // not all results are where their inputs are
+  if (all.empty()) GTEST_SKIP() << "the result has no pixels";
   OnEveryTarget([&] {
-    const Node node = c.Make({-5, 3, 62, 5}, 4, PixelType::kFloat);
     const Image whole = Render(node);
-    for (int width = 1; width <= 67; ++width) {
-      const Roi part{-5, 3, -5 + width, 5};
-      if (!node.spec().data_window.Contains(part)) break;
+    for (int width = 1; width <= std::min(67, all.width()); ++width) {
+      const Roi part{all.x0, all.y0, all.x0 + width, std::min(all.y0 + 2, all.y1)};
       const Image image = Render(Crop(node, part));
       for (int y = part.y0; y < part.y1; ++y) {
         ASSERT_EQ(std::memcmp(image.view().At(part.x0, y), whole.view().At(part.x0, y),
@@ -183,10 +133,20 @@ TEST_P(Laws, SmallestAndEmptyImagesWork) {
 
 TEST_P(Laws, LazyEqualsEagerWithTheOptimiserOff) {
   const Case& c = GetParam();
-  if (c.Operands() == 0) return;
   const ops::OpInfo* const before = ops::FindOp("mad");
+  const RenderOptions off{.optimize = false};
   OnEveryTarget([&] {
-    const RenderOptions off{.optimize = false};
+    if (c.Operands() == 0) {  // what makes pictures stands below something else
+      const Node made = c.Make(kWindow, 4, PixelType::kFloat);
+      const Node other =
+          FromImage(Picture(made.spec().data_window, made.spec().channel_count(), PixelType::kHalf, 3));
+      const auto above = [&](const Node& node) {
+        return before->make(std::vector{node, other, other}, ops::ParseExample(*before, ""), nullptr);
+      };
+      ExpectSameBits(Render(above(made), PixelType::kFloat, off),
+                     Render(above(FromImage(Render(made, PixelType::kFloat, off))), PixelType::kFloat, off));
+      return;
+    }
     // Something computed below the operation, and it and a sum above.
     std::vector<Node> lazy, eager;
     for (int k = 0; k < c.Operands(); ++k) {
@@ -212,34 +172,60 @@ TEST_P(Laws, OptimiserOnEqualsOffWithinTheBound) {
   });
 }
 
+// An operation on pictures of the first channel count that its result has too, or null.
+Node WithAsManyChannels(const Case& c, std::vector<Image>& pictures) {
+  for (const int channels : {4, 3, 1, 2, 5, 6}) {
+    pictures.clear();
+    std::vector<Node> inputs;
+    for (int k = 0; k < c.Operands(); ++k) {
+      pictures.push_back(Picture(kWindow, channels, PixelType::kFloat, 1 + 50u * static_cast<uint32_t>(k)));
+      inputs.push_back(FromImage(pictures.back()));
+    }
+    try {
+      Node node = c.On(inputs, {});
+      if (node.spec().channel_count() == channels) return node;
+    } catch (const Error&) {
+      // Not for so few channels.
+    }
+  }
+  return {};
+}
+
 TEST_P(Laws, InPlaceEqualsOutOfPlace) {
   const Case& c = GetParam();
-  if (c.Operands() == 0 || c.op->name == "crop") return;
+  if (c.Operands() == 0) GTEST_SKIP() << "no operand whose place the result could take";
+  if (c.op->name == "crop") GTEST_SKIP() << "the result has a size of its own";
+  std::vector<Image> pictures;
+  const Node any = WithAsManyChannels(c, pictures);
+  if (any.data() == nullptr) GTEST_SKIP() << "the result never has as many channels as its operand";
+  const graph::OpKind kind = any.data()->op->Kind();
+  if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) {
+    GTEST_SKIP() << "promised for point operations only: this one reads neighbours";
+  }
   OnEveryTarget([&] {
-    const Image first = Picture(kWindow, 4, PixelType::kFloat, 1);
-    std::vector<Node> inputs = {FromImage(first)};
-    for (int k = 1; k < c.Operands(); ++k) {
-      inputs.push_back(FromImage(Picture(kWindow, 4, PixelType::kFloat, 50u + static_cast<uint32_t>(k))));
-    }
-    const Node node = c.On(inputs, {});
-    if (node.spec().channel_count() != 4) return;
-    const graph::OpKind kind = node.data()->op->Kind();
-    if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole)
-      return;  // promised for point operations only
+    const Node node = WithAsManyChannels(c, pictures);  // anew: it is written over
     const Image apart = Render(node);
-    RenderInto(node, first.view());
-    ExpectSameBits(apart, Image(first));
+    RenderInto(node, pictures[0].view());
+    ExpectSameBits(apart, Image(pictures[0]));
   });
 }
 
-TEST_P(Laws, IdentityReturnsTheInputsBits) {
-  const Case& c = GetParam();
-  if (c.op->identity.empty() || c.example != c.op->examples[0]) return;
+class IdentityLaw : public ::testing::TestWithParam<const ops::OpInfo*> {};
+INSTANTIATE_TEST_SUITE_P(Registry, IdentityLaw, ::testing::ValuesIn(testing::AllRows()), testing::RowName);
+
+// Of several operands all are the same picture.
+TEST_P(IdentityLaw, ReturnsTheInputsBits) {
+  const ops::OpInfo& op = *GetParam();
+  std::string words = op.identity;
+  if (op.name == "crop") {  // to the picture's own window
+    words = std::to_string(kWindow.width()) + "x" + std::to_string(kWindow.height()) + "-5+3";
+  }
+  if (words.empty()) GTEST_SKIP() << "the row knows no arguments that return the input";
+  const Case c{&op, words};
   OnEveryTarget([&] {
     for (const Content content : {Content::kOrdinary, Content::kSpecial}) {
       const Image in = Picture(kWindow, 4, PixelType::kFloat, 5, content);
-      const Node node = Case{c.op, c.op->identity}.On(
-          std::vector<Node>(static_cast<size_t>(c.Operands()), FromImage(in)), {});
+      const Node node = c.On(std::vector<Node>(static_cast<size_t>(c.Operands()), FromImage(in)), {});
       ExpectSameBits(Render(node), in);
     }
   });

@@ -120,6 +120,7 @@ OpInfo AccumInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return WeightedSum({in.begin(), in.end()}, {a.Numbers("W1,W2,..."), a.Integer("bits")});
   };
+  info.identity = "1";
   info.examples = {
       "0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625,0.0625",
       "0.25,0.5,-0.125", "1,0,-1e-3,7.3", "0.7"};
@@ -147,6 +148,7 @@ OpInfo AverageInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Average({in.begin(), in.end()}, a.Integer("bits"));
   };
+  info.identity = "1";
   info.examples = {"4", "3", "1"};
   return info;
 }

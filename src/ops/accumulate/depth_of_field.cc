@@ -167,6 +167,7 @@ OpInfo DepthOfFieldInfo() {
     return DepthOfField(in[0], in[1],
                         {a.Number("FOCUS"), a.Number("aperture"), a.Number("max"), a.Integer("channel")});
   };
+  info.identity = "0.8 aperture=0";
   info.examples = {"0.8 aperture=4 max=6", "0.3 aperture=1 max=3.7 channel=1", "1e30 aperture=2 max=2"};
   return info;
 }

@@ -165,6 +165,7 @@ OpInfo ShiftAccumulateInfo() {
     p.high = a.Numbers("range")[1];
     return ShiftAccumulate(in[0], p);
   };
+  info.identity = "1 width=1";
   info.examples = {"0.0625,0.125,0.0625,0.125,0.25,0.125,0.0625,0.125,0.0625", "-1,0,1,-2,0,2,-1,0,1",
                    "1,-2,0.5,3 width=4 anchor=3,0"};
   return info;

@@ -174,6 +174,7 @@ OpInfo ClampInfo() {
     return Clamp(in[0],
                  {.min = a.Numbers("min"), .max = a.Numbers("max"), .clamp_alpha = a.Flag("clampalpha")});
   };
+  info.identity = "clampalpha=0";
   info.examples = {"min=0 max=1", "min=0.1,0.2 max=0.5,0.6,0.7", "max=0.9", "min=-1e30 clampalpha=1", ""};
   return info;
 }

@@ -186,6 +186,7 @@ OpInfo MinInfo() {
   OpInfo info = Row("min", "The smaller sample of two images", "min(A, B)", kNumberWins);
   info.bound = "exact";
   info.bound_u = 0;
+  info.identity = " ";  // without a word, of a picture and itself
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Min(in[0], in[1]); };
   return info;
 }
@@ -193,6 +194,7 @@ OpInfo MaxInfo() {
   OpInfo info = Row("max", "The larger sample of two images", "max(A, B)", kNumberWins);
   info.bound = "exact";
   info.bound_u = 0;
+  info.identity = " ";  // without a word, of a picture and itself
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Max(in[0], in[1]); };
   return info;
 }

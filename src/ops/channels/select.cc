@@ -124,6 +124,7 @@ OpInfo SelectChannelsInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return SelectChannels(in[0], a.Text("LIST"));
   };
+  info.identity = "0,1,2,3";
   info.examples = {"2,1,0", "0", "=0.5,N=1,0,0"};
   return info;
 }

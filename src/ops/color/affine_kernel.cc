@@ -201,6 +201,7 @@ class AffineStage final : public graph::PointStage {
 
   bool CanFuse(bool, PixelType) const override { return true; }
   bool AnyLength() const override { return true; }
+  bool UsesCodes() const override { return true; }
 
   std::unique_ptr<graph::PointStage> Then(const graph::PointStage& next) const override {
     // Colour matrices meet most often; a pair of each two classes would be compiled for every target.

@@ -196,6 +196,7 @@ OpInfo BlendInfo() {
     }
     return Blend(in[0], in[1], p);
   };
+  info.identity = "src";
   info.examples = {"over",
                    "in",
                    "out",

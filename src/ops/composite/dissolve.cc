@@ -129,6 +129,7 @@ OpInfo DissolveInfo() {
                            static_cast<uint32_t>(a.Number("seed"))};
     return Dissolve(in[0], in[1], p, in.size() > 2 ? in[2] : Node());
   };
+  info.identity = "0.4";
   info.examples = {
       "0.4", "0.4 pattern=ordered", "0.37 pattern=right", "0.37 pattern=down", "0.5 pattern=image", "0", "1"};
   return info;

@@ -42,6 +42,7 @@ OpInfo ZCompositeInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return ZComposite({in.begin(), in.end()}, {a.Text("mode") == "over", a.Text("depth")});
   };
+  info.identity = "n=2 depth=2";
   info.examples = {"depth=2", "n=5 depth=1", "n=4 depth=2 mode=over", "n=1 depth=0"};
   return info;
 }

@@ -89,6 +89,7 @@ OpInfo DepthTestInfo() {
                      {TestOf(a), static_cast<float>(a.Number("scale")), static_cast<float>(a.Number("bias")),
                       a.Text("depth")});
   };
+  info.identity = "always depth=2";
   info.examples = {"less depth=2", "gequal depth=0", "greater depth=1", "notequal depth=2"};
   return info;
 }
@@ -125,6 +126,7 @@ OpInfo StencilInfo() {
                     ActionOf(a, "fail"), ActionOf(a, "pass")};
     return a.Flag("update") ? StencilUpdate(in[0], p) : StencilSelect(in[0], in[1], in[2], p);
   };
+  info.identity = "always";
   info.examples = {"equal ref=128 mask=128",
                    "less ref=100",
                    "gequal ref=7 mask=15",

@@ -153,6 +153,7 @@ OpInfo CurveInfo() {
     }
     return ApplyCurve(in[0], {{formula}});
   };
+  info.identity = "gamma exponent=1";
   info.examples = {"srgb", "srgb inverse=1", "rec709", "pq", "hlg", "acescct", "logc3", "gamma exponent=2.4"};
   return info;
 }

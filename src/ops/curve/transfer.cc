@@ -302,6 +302,7 @@ OpInfo TransferInfo() {
     }
     return result;
   };
+  info.identity = "scale=1";
   info.examples = {"scale=2,2,2,1 bias=-1,-1,-1,0 matrix=0,1,0,1,0,0,0,0,1 scale2=0.5 bias2=0.5",
                    "scale=0.5 bias=0.25 matrix=1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1 clamp=final",
                    "kernel=gaussian kernelsize=5,3 border=mirror scalec=0.5,2,1,1 biasc=0.1",

@@ -282,6 +282,7 @@ OpInfo ConvolveInfo() {
     }
     return Convolve(in[0], kernel, p);
   };
+  info.identity = "kernel=box size=1x1";
   info.examples = {"kernel=disk size=7x5",
                    "kernel=smooth3",
                    "kernel=emboss_ne border=mirror divisor=2 bias=0.5",

@@ -150,6 +150,7 @@ OpInfo MipInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Mip(in[0], {a.Text("filter"), WrapNamed(a.Text("wrap")), a.Integer("level")});
   };
+  info.identity = "level=0";
   info.examples = {"filter=mitchell", "", "filter=lanczos3 wrap=repeat", "filter=linear wrap=mirror level=0",
                    "filter=box wrap=black"};
   return info;

@@ -160,6 +160,7 @@ OpInfo ResizeInfo() {
     p.compress_highlights = a.Flag("highlightcomp");
     return Resize(in[0], p);
   };
+  info.identity = "100%";
   info.examples = {"50%",
                    "50% filter=box",
                    "50% filter=mitchell",

@@ -126,6 +126,7 @@ struct MediumArgs {
   float step = 0.01f;            // world units (kStacks: unused)
   int axis = 2;                  // kStacks
   float opaque = 1;              // ends at this alpha
+  float reference = 0.01f;       // kAttenuate: world units whose opacity is averaged
   // Hypertexture: the density of a distance and its modulation.
   bool hyper = false;
   float outer = 0, per_width = 0;  // D = (outer - d) * per_width; 0: hard at outer

@@ -87,6 +87,7 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
   const Walk walk(args, ray, from, backwards ? -1.0f : 1.0f);
   Sums sums = {
       zero, zero, zero, args.mode == VolumeMode::kMip ? Set(-1e30f) : zero, zero, hn::MaskFromVec(zero)};
+  V path = zero;  // of the samples whose mean is taken
   V i = walk.First();
   M active = hn::And(ray.hits, walk.Holds(i));
   while (walk.Leap(args.field, ray, i, active)) {
@@ -99,14 +100,17 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
       s::Pixels c = medium.Density(ray, along, hn::Mul(Set(0.5f), walk.lattice.step), walk.to_eye);
       if (args.mode == VolumeMode::kXray) {
         sums.a = hn::MulAdd(hn::Mul(c.a, walk.length), share, sums.a);
+      } else if (args.mode == VolumeMode::kAttenuate) {
+        // The opacity of a reference length, whatever the step: a mean over the ray's way.
+        const V alpha = hn::Mul(Opacity(c.a, Set(args.reference), one), share);
+        sums.r = hn::MulAdd(c.r, alpha, sums.r);
+        sums.g = hn::MulAdd(c.g, alpha, sums.g);
+        sums.b = hn::MulAdd(c.b, alpha, sums.b);
+        sums.a = hn::Add(sums.a, alpha);
+        path = hn::Add(path, share);
       } else {
         const V alpha = Opacity(c.a, walk.length, share);
-        if (args.mode == VolumeMode::kAttenuate) {
-          sums.r = hn::MulAdd(c.r, alpha, sums.r);
-          sums.g = hn::MulAdd(c.g, alpha, sums.g);
-          sums.b = hn::MulAdd(c.b, alpha, sums.b);
-          sums.a = hn::Add(sums.a, alpha);
-        } else if (backwards) {
+        if (backwards) {
           const auto over = [&](V under, V color)
                                 HWY_ATTR { return hn::MulAdd(alpha, hn::Sub(color, under), under); };
           sums.r = over(sums.r, c.r);
@@ -121,6 +125,13 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
     }
     i = hn::Add(i, Set(walk.direction));
     active = hn::And(active, walk.Holds(i));
+  }
+  if (args.mode == VolumeMode::kAttenuate) {
+    const V all = hn::IfThenElse(hn::Gt(path, zero), path, one);
+    sums.r = hn::Div(sums.r, all);
+    sums.g = hn::Div(sums.g, all);
+    sums.b = hn::Div(sums.b, all);
+    sums.a = hn::Div(sums.a, all);
   }
   return sums;
 }
@@ -150,13 +161,6 @@ void DrawType(const MediumArgs& args, const Target& target) {
             const M any = hn::Ge(sums.a, zero);
             sums.r = sums.g = sums.b = hn::IfThenElseZero(any, sums.a);
             sums.a = hn::IfThenElseZero(any, one);
-          } else if (args.mode == VolumeMode::kAttenuate) {
-            const Lattice l = LatticeOf(args, ray);
-            const V samples = hn::Max(hn::Sub(l.count, l.first), one);
-            sums.r = hn::Div(sums.r, samples);
-            sums.g = hn::Div(sums.g, samples);
-            sums.b = hn::Div(sums.b, samples);
-            sums.a = hn::Div(sums.a, samples);
           }
           Store(sums, args.rays.middle_depth, part % kPacket, packets[part / kPacket]);
         }

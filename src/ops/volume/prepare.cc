@@ -371,6 +371,7 @@ void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& worker
   m.look = p.mode == VolumeMode::kFur ? Look::kFur : p.shade ? Look::kLit : Look::kPlain;
   m.step = static_cast<float>(p.step);
   m.opaque = static_cast<float>(1 - p.termination);
+  m.reference = static_cast<float>(p.transfer.length);
   const auto entries = static_cast<double>(kTransferSize);
   const double domain = draw.transfer_high - draw.transfer_low;
   m.transfer = {draw.transfer.data(), kTransferSize, static_cast<float>((entries - 1) / domain),

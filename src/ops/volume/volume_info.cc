@@ -353,7 +353,8 @@ OpInfo VolumeInfo() {
       "chain dmf=: bias(b), gain(g), noise(amount,freq), turbulence(amount,freq), threshold(from,width), "
       "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed; over, "
       "under, attenuate, xray and mip show a density through transfer= (value,r,g,b,opacity,... or a file "
-      "of such lines; opacity of transferlength=). time= animates melt, fur and fire.\n"
+      "of such lines; opacity of transferlength=). Opacities are corrected for the length of the steps; attenuate "
+      "is the mean of colour times opacity of transferlength= along the ray, mip the largest sample. time= animates melt, fur and fire.\n"
       "Premultiplied R, G, B, A; depth=1 adds Z. scene=1 takes the planar depths of opaque objects from the "
       "image below (its size is the picture's) and ends rays there. with=1 takes the picture of another "
       "--volume from below and puts this volume (at=, turn=) into it, up to 8: all media in one march, "
@@ -368,7 +369,8 @@ OpInfo VolumeInfo() {
       "Levoy, 1994; spec/volume-and-hypertexture.md.";
   info.bound =
       "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
-      "colour; shearwarp resamples: half a voxel, plus 0.02 * brightest colour";
+      "colour where alpha passes 1 - termination; attenuate: plus what midpoints of the step miss of the "
+      "integral; shearwarp: against the sheared picture, not against rays";
   info.bound_u = 168;
   info.modifiers = {
       TextModifier("solid", "a solid in words, see below"),

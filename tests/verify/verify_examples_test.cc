@@ -1,0 +1,113 @@
+// Every example of the registry with Verify: right results pass, and bounds are near what is measured.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "ops/registry.h"
+#include "support/pictures.h"
+#include "tessera/render.h"
+#include "tessera/verify.h"
+
+namespace tessera {
+namespace {
+
+using testing::Picture;
+
+const Roi kWindow{-5, 3, 91, 67};  // 96 x 64, off the origin
+
+// A bound is at most that many times the largest error.
+constexpr double kLimit = 100;
+constexpr double kSeconds = 0.5;  // of a row's reference
+
+// Rows with another limit, and why. "name" stands for all examples, "name example" for one.
+const std::map<std::string, double> kOtherLimits = {
+};
+
+struct Row {
+  std::string name;
+  VerifyReport report;
+  double ratio = 0, limit = kLimit, seconds = 0, run = 0;
+};
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// `computed`: the inputs are results themselves, which may be off by a rounding.
+Row Examine(const ops::OpInfo& op, const std::string& example, bool computed) {
+  const ops::Arguments arguments = ops::ParseExample(op, example);
+  std::vector<Node> inputs;
+  for (int k = 0; k < op.Operands(arguments); ++k) {
+    inputs.push_back(FromImage(Picture(kWindow, 4, PixelType::kFloat, 7u * static_cast<uint32_t>(k) + 1)));
+  }
+  const ImageSpec spec = Picture(kWindow, 4, PixelType::kFloat, 0).spec();
+  if (computed) {
+    const ops::OpInfo* const before = ops::FindOp("mulc");
+    for (Node& input : inputs) input = before->make({&input, 1}, ops::ParseExample(*before, "0.9"), nullptr);
+  }
+  const Node node = op.make(inputs, arguments, op.generator ? &spec : nullptr);
+  Row row;
+  row.name = op.name + " " + example;
+  const double start = Now();
+  const Image result = Render(node);
+  row.run = Now() - start;
+  row.report = VerifyStored(node, result.view(), {.seconds = kSeconds, .run_seconds = row.run});
+  row.seconds = Now() - start - row.run;
+  // How many times its error the bound is where it comes closest. A result cannot be checked more sharply than its own last bit.
+  double largest = 0;
+  const Roi& w = result.spec().data_window;
+  for (int y = w.y0; y < w.y1; ++y) {
+    for (int x = w.x0; x < w.x1; ++x) {
+      for (int c = 0; c < result.spec().channel_count(); ++c) {
+        const double v = std::fabs(double{result.at<float>(x, y, c)});
+        if (std::isfinite(v)) largest = std::max(largest, v);
+      }
+    }
+  }
+  row.ratio = row.report.max_error > 0x1p-25 * largest
+                  ? 1 / row.report.closest
+                  : row.report.largest_bound / (0x1p-24 * largest + 0x1p-126);
+  for (const std::string& key : {op.name, row.name}) {
+    if (const auto it = kOtherLimits.find(key); it != kOtherLimits.end()) row.limit = it->second;
+  }
+  return row;
+}
+
+class VerifyExamples : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Inputs, VerifyExamples, ::testing::Values(false, true),
+                         [](const auto& info) { return info.param ? "Computed" : "Exact"; });
+
+TEST_P(VerifyExamples, PassWithBoundsThatMeanSomething) {
+  std::vector<Row> rows;
+  for (const ops::OpInfo& op : ops::Registry()) {
+    for (const std::string& example : op.examples) {
+      if (GetParam() && op.Operands(ops::ParseExample(op, example)) == 0) continue;
+      SCOPED_TRACE(op.name + " " + example);
+      rows.push_back(Examine(op, example, GetParam()));
+      const Row& row = rows.back();
+      EXPECT_TRUE(row.report.within_bound) << row.report.Summary();
+      EXPECT_LE(row.ratio, row.limit) << row.report.Summary();
+      EXPECT_GT(row.report.samples, 0);
+    }
+  }
+  std::sort(rows.begin(), rows.end(),
+            [](const Row& a, const Row& b) { return a.ratio / a.limit > b.ratio / b.limit; });
+  std::printf("%-60s %5s %10s %10s %9s %8s %8s %8s %7s\n", "example", "pass", "max error", "bound", "ratio",
+              "median", "undec %", "share %", "time");
+  for (const Row& row : rows) {
+    const VerifyReport& r = row.report;
+    std::printf("%-60.60s %5s %10.3g %10.3g %9.3g %8.3g %8.3g %8.3g %6.2fs %6.0fx\n", row.name.c_str(),
+                r.within_bound ? "yes" : "NO", r.max_error, r.largest_bound, row.ratio, r.median_ratio,
+                100.0 * static_cast<double>(r.undecided) / static_cast<double>(std::max<int64_t>(1, r.samples)),
+                100 * r.share, row.seconds, row.seconds / std::max(row.run, 1e-6));
+  }
+}
+
+}  // namespace
+}  // namespace tessera
