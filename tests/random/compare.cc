@@ -73,7 +73,7 @@ class Comparison {
       case Check::kInPlace:
         return InPlace();
       case Check::kEager:
-        return DifferEager(built_);
+        return DifferEager(Build(c_, Backing::kFloats));
       case Check::kTargets:
         return Targets();
       case Check::kReference:
@@ -119,7 +119,14 @@ class Comparison {
 
   Words Rules() {
     const Image off = Limited(node(), {.threads = 1, .rules_off = {"all"}});
-    return Prefixed("rules on against off", DifferMaybeRounded(base_.view(), off.view()));
+    Words words = Prefixed("rules on against off", DifferMaybeRounded(base_.view(), off.view()));
+    if (words || !AnyRuleRounds()) return words;
+    std::vector<std::string> rounding;
+    for (const RuleInfo& rule : RewriteRules()) {
+      if (rule.rounds) rounding.push_back(rule.name);
+    }
+    const Image exact = Limited(node(), {.threads = 1, .rules_off = rounding});
+    return Prefixed("rules that do not round against all off", Differ(exact.view(), off.view()));
   }
   Words EachRule() {
     const auto& rules = RewriteRules();

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "graph/op.h"
+#include "support/pictures.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
 
@@ -77,6 +78,11 @@ Built Build(const Case& c, Backing backing) {
       const Image image(SpecOf(picture));
       CopySamples(Paint(picture).view(), image.view());
       built.values.push_back(Streamed(image));
+    } else if (backing == Backing::kFloats &&
+               (picture.type == PixelType::kUint8 || picture.type == PixelType::kUint16)) {
+      const Image image(SpecOf(picture));
+      CopySamples(Paint(picture).view(), image.view());
+      built.values.push_back(FromImage(testing::Unpacked(image)));
     } else {
       built.pixels.push_back(Paint(picture));
       built.values.push_back(FromView(built.pixels.back().view(), SpecOf(picture)));
@@ -140,6 +146,8 @@ Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder,
     const graph::OpKind kind = KindOf(*op);
     if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) tiles_.push_back(op);
     if (kind == graph::OpKind::kChannel || kind == graph::OpKind::kColor) points_.push_back(op);
+    if (op->family == "color" && op->inputs == 1) grades_.push_back(op);
+    if (op->name == "clamp") grades_.insert(grades_.end(), 8, op);
   }
 }
 
@@ -259,11 +267,13 @@ Case Generator::Make(uint64_t seed, uint64_t index, const OpInfo* only) {
   const int at = only != nullptr ? draw.Below(steps) : -1;
   // A window or gather, then points, is what people do most; and a way through the engine of its own.
   const bool tile_then_points = draw.Chance(0.25) && !tiles_.empty() && !points_.empty();
+  // So are colours by matrices, with clamps between them.
+  const bool grades = !tile_then_points && draw.Chance(0.08) && !grades_.empty();
   for (int k = 0; k < steps; ++k) {
     for (int attempt = 0; attempt < 30; ++attempt) {
       const OpInfo* op = only;
       if (k != at) {
-        const auto& rows = !tile_then_points ? rows_ : k == 0 ? tiles_ : points_;
+        const auto& rows = grades ? grades_ : !tile_then_points ? rows_ : k == 0 ? tiles_ : points_;
         op = &DrawRow(draw, rows);
         if (op->generator && k + 1 == steps && steps > 1 && draw.Chance(0.9)) continue;
       }

@@ -66,7 +66,11 @@ struct Built {
   std::vector<Node> values;
   const Node& result() const { return values.back(); }
 };
-enum class Backing { kView, kStreamed };
+enum class Backing {
+  kView,      // pixels as the picture says
+  kStreamed,  // the same in rows
+  kFloats,    // dense floats where the picture has integers, whatever the operations make of codes
+};
 // Throws Error where a step refuses its arguments or inputs.
 Built Build(const Case& c, Backing backing = Backing::kView);
 Node MakeStep(const Step& step, const std::vector<Node>& values);
@@ -85,7 +89,7 @@ class Generator {
   const ops::OpInfo& DrawRow(Draw& draw, const std::vector<const ops::OpInfo*>& rows) const;
   void DrawChecks(Draw& draw, Case& c, const Node& result) const;
 
-  std::vector<const ops::OpInfo*> rows_, tiles_, points_;
+  std::vector<const ops::OpInfo*> rows_, tiles_, points_, grades_;
   WordSource words_;
   Tally& tally_;
 };

@@ -2,6 +2,7 @@
 #include "random/shrink.h"
 
 #include <algorithm>
+#include <chrono>
 #include <vector>
 
 #include "tessera/error.h"
@@ -224,5 +225,26 @@ class Shrinker {
 }  // namespace
 
 Case Shrunk(Case c, const Fails& fails, int tries) { return Shrinker(std::move(c), fails, tries).Run(); }
+
+Case ShrunkOf(const Case& c, const Finding& finding, Comparer& comparer, double seconds) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  const Fails fails = [&](const Case& candidate) {
+    // What depends on threads does not fail every time.
+    const int times = finding.check == Check::kThreads ? 6 : 1;
+    for (int k = 0; k < times && Clock::now() < end; ++k) {
+      try {
+        const std::optional<Finding> again = comparer.Run(candidate);
+        if (again && again->check == finding.check) return true;
+      } catch (const Error&) {
+        return false;
+      }
+    }
+    return false;
+  };
+  Case alone = c;
+  alone.checks = Bit(finding.check);
+  return Shrunk(std::move(alone), fails);
+}
 
 }  // namespace tessera::random

@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "random/compare.h"
 #include "random/generate.h"
 
 namespace tessera::random {
@@ -14,6 +15,9 @@ using Fails = std::function<bool(const Case&)>;
 // Tries fewer operations, simpler arguments, smaller and simpler pictures until nothing more can be left
 // away, or `tries` cases have been looked at.
 Case Shrunk(Case c, const Fails& fails, int tries = 400);
+
+// The same for a finding, which the same comparison makes again; within so many seconds.
+Case ShrunkOf(const Case& c, const Finding& finding, Comparer& comparer, double seconds);
 
 // A command line that computes the case: generators where the pictures can be made by them, else file names
 // that tell what they hold ("photograph.3.uint8.tif").

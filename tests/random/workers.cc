@@ -59,6 +59,18 @@ std::string FolderOf(int worker) {
   return folder.string();
 }
 
+// A finding in words, and its shortest case.
+std::string Described(const Case& c, const Finding& finding, bool shrink, const std::string& folder) {
+  std::string text = std::string(CheckName(finding.check)) + ": " + finding.what + "\n";
+  if (!shrink) return text + InWords(c);
+  Tally unused;
+  Comparer comparer(folder, unused);
+  const Case shortest = ShrunkOf(c, finding, comparer, 20);
+  const std::optional<Finding> last = comparer.Run(shortest);
+  if (last) text += "  shrunk: " + last->what + "\n";
+  return text + InWords(shortest);
+}
+
 [[noreturn]] void Work(const Run& run, int worker, uint64_t first, double deadline, const std::string& folder, int fd,
                        Place& place) {
   Tally tally;
@@ -79,7 +91,7 @@ std::string FolderOf(int worker) {
       KeepSlowest(slowest, took, std::to_string(run.seed) + " " + std::to_string(i) + "  " + CommandLine(c));
     if (finding) {
       place.shrinking = true;
-      Send(fd, 'F', run.shrink ? Shrunk(c, *finding, folder) : std::string(CheckName(finding->check)) + ": " + finding->what + "\n" + InWords(c));
+      Send(fd, 'F', Described(c, *finding, run.shrink, folder));
       place.shrinking = false;
     }
     if (Now() - reported > 0.5) {
@@ -278,27 +290,6 @@ class Parent {
 };
 
 }  // namespace
-
-std::string Shrunk(const Case& c, const Finding& finding, const std::string& folder) {
-  Tally unused;
-  Comparer comparer(folder, unused);
-  const double begin = Now();
-  const Fails fails = [&](const Case& candidate) {
-    if (Now() - begin > 20) return false;
-    try {
-      const std::optional<Finding> f = comparer.Run(candidate);
-      return f && f->check == finding.check;
-    } catch (const Error&) {
-      return false;
-    }
-  };
-  Case alone = c;
-  alone.checks = Bit(finding.check);
-  const Case shortest = Shrunk(alone, fails);
-  const std::optional<Finding> last = comparer.Run(shortest);
-  return std::string(CheckName(finding.check)) + ": " + (last ? last->what : "not found again") + "\n  was: " +
-         finding.what + "\n" + InWords(shortest);
-}
 
 Report RunCases(const Run& run) { return Parent(run).Run(); }
 

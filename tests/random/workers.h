@@ -32,8 +32,6 @@ struct Report {
 // Runs in child processes; this one computes nothing itself.
 Report RunCases(const Run& run);
 
-// The shrunk case of a finding in words. `folder` for files.
-std::string Shrunk(const Case& c, const Finding& finding, const std::string& folder);
 
 }  // namespace tessera::random
 
