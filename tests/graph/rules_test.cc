@@ -161,6 +161,13 @@ TEST(Rules, OneChannelGoesWithEveryWantedChannel) {
   ExpectSameBits(Render(Apply("ch", {tested}, "1")), Render(Apply("ch", {FromImage(Render(tested))}, "1")));
 }
 
+TEST(Rules, AlphaAmongTheColoursIsRefused) {
+  const Node turned = Apply("ch", {Source(4, T::kFloat)}, "R,A,B,G");
+  ASSERT_EQ(turned.spec().alpha, 1);
+  EXPECT_THROW(Apply("hue", {turned}, "30"), Error);
+  EXPECT_NO_THROW(Apply("hue", {Apply("ch", {turned}, "R,G=A,B")}, "30"));
+}
+
 // Rows of a file that a tile does not need at all: what is beyond them is black.
 TEST(Rules, TilesBeyondAStreamedSourceAreBlack) {
   for (const T type : {T::kUint8, T::kFloat}) {
