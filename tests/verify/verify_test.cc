@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "reference/reference.h"
 #include "support/test_ops.h"
@@ -158,6 +159,25 @@ TEST_F(VerifyTest, PiecesOfAReductionAreThoseOfTheWhole) {
       }
     }
   }
+}
+
+TEST_F(VerifyTest, ValuesThatAreNotFiniteAreJudgedToo) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (int x = 0; x < 200; ++x) {
+    in_.at<float>(x, 3, 0) = std::nanf("");
+    in_.at<float>(x, 4, 1) = kInfinity, in_.at<float>(x, 5, 2) = -kInfinity;
+  }
+  const Node node = SlowAffineOf(SlowAffineOf(FromImage(in_), {0.7f, 0.3f}), {0.5f, 0.1f});
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    const VerifyReport report = Verify(node, type, {.samples = 100});
+    EXPECT_TRUE(report.within_bound) << PixelTypeName(type) << report.Summary();
+    EXPECT_EQ(report.undecided, 0);
+  }
+  const Image image = Render(node);
+  image.at<float>(7, 3, 0) = 0, image.at<float>(7, 4, 1) = -kInfinity, image.at<float>(7, 9, 1) = kInfinity;
+  const VerifyReport spoilt = VerifyStored(node, image.view(), {.samples = 100});
+  EXPECT_EQ(spoilt.nan_mismatches, 3);
+  EXPECT_EQ(spoilt.out_of_bound, 3);
 }
 
 // 1 where the sample is at least a half, else 0.
