@@ -121,6 +121,7 @@ class Pixel {
       r.value[c] = weight > 0 ? r.value[c] / weight : 0;
       double off = weight > 0 ? (r.tolerance[c] + r.doubtful * range) / weight : 0;
       // Lines that drift so far that a quarter of what they read may be something else.
+      if (p_.method == LicMethod::kShared) off = 0;  // AddSharing knows how far beside they may be
       r.undecided |= off > 0.25 * range;
       r.tolerance[c] = std::min(off, 0.25 * range) + 2e-6 * std::max(range, std::fabs(r.value[c]));
     }

@@ -78,8 +78,8 @@ TEST(ColorOracle, HueKeepsLuminanceAndGroups) {
   EXPECT_NEAR(a[0][0] + a[1][1] + a[2][2], 1 + 2 * std::cos(40 * std::numbers::pi / 180), 1e-12);
 }
 
-// By mpmath, 30 digits, from IEC 61966-2-1, BT.709, ST 2084, BT.2100 (HLG), S-2016-001 (ACEScct) and ARRI's
-// LogC3 for EI 800.
+// By mpmath, 30 digits, from IEC 61966-2-1, BT.709 with the digits of its constants that BT.2020 gives, ST 2084,
+// BT.2100 (HLG), S-2016-001 (ACEScct) and ARRI's LogC3 for EI 800.
 TEST(ColorOracle, CurvesHaveTheirStandardsValues) {
   struct Value {
     const char* curve;
@@ -88,8 +88,8 @@ TEST(ColorOracle, CurvesHaveTheirStandardsValues) {
   const Value values[] = {
       {"srgb", 0.5, 0.73535698305244949},   {"srgb", 0.18, 0.46135612950044165},
       {"srgb", 0.01, 0.099852822734128337}, {"srgb", 2, 1.3532560461493863},
-      {"rec709", 0.5, 0.70551508992212117}, {"rec709", 0.18, 0.40900772886415044},
-      {"rec709", 0.1, 0.29093991476769943}, {"pq", 0.01, 0.50807842151739486},
+      {"rec709", 0.5, 0.70543555305561831}, {"rec709", 0.18, 0.4088481088912251},
+      {"rec709", 0.1, 0.29074840608453222}, {"pq", 0.01, 0.50807842151739486},
       {"pq", 0.1, 0.75182709624704177},     {"pq", 1, 1},
       {"pq", 0.0001, 0.14994573210017977},  {"hlg", 0.05, 0.38729833462074169},
       {"hlg", 0.5, 0.87164347087417718},    {"acescct", 0.18, 0.41358840249244222},
