@@ -104,8 +104,8 @@ void EvaluateConvolve(const Call& call) {
     }
   }
   const bool differences = k.width * k.height <= 25 && std::fabs(balance) < 1e-12 * total;
-  // Large kernels may be transformed in blocks: the errors of all samples together are spread over the block as
-  // by chance. Five of their deviations.
+  // Large kernels may be transformed in blocks: the errors of all samples together are spread over the block
+  // as by chance. Five of their deviations.
   double transform = 0;
   if (q.method == FilterMethod::kFft || (q.method == FilterMethod::kAuto && k.width * k.height > 81)) {
     double squares = std::fabs(in.value), weights = 0;
@@ -345,11 +345,16 @@ std::vector<Entry> FilterEntries() {
   blur.wants_largest = RunsAlongLines;
   // The first three are convolutions with one kernel each.
   return {
-      {"emboss", EvaluateConvolve, ConvolveInput},   {"laplacian", EvaluateConvolve, ConvolveInput},
-      {"highpass", EvaluateConvolve, ConvolveInput}, {"convolve", EvaluateConvolve, ConvolveInput, 1},
-      blur,                                          {"sobel", EvaluateSobel, SobelInput},
-      {"unsharp", EvaluateUnsharp, nullptr},         {"median", EvaluateMedian, RankInput},
-      {"dilate", EvaluateDilate, RankInput},         {"erode", EvaluateErode, RankInput},
+      {"emboss", EvaluateConvolve, ConvolveInput},
+      {"laplacian", EvaluateConvolve, ConvolveInput},
+      {"highpass", EvaluateConvolve, ConvolveInput},
+      {"convolve", EvaluateConvolve, ConvolveInput, 1},
+      blur,
+      {"sobel", EvaluateSobel, SobelInput},
+      {"unsharp", EvaluateUnsharp, nullptr},
+      {"median", EvaluateMedian, RankInput},
+      {"dilate", EvaluateDilate, RankInput},
+      {"erode", EvaluateErode, RankInput},
   };
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "reference/reference.h"
 #include "support/test_ops.h"
@@ -160,6 +161,25 @@ TEST_F(VerifyTest, PiecesOfAReductionAreThoseOfTheWhole) {
   }
 }
 
+TEST_F(VerifyTest, ValuesThatAreNotFiniteAreJudgedToo) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (int x = 0; x < 200; ++x) {
+    in_.at<float>(x, 3, 0) = std::nanf("");
+    in_.at<float>(x, 4, 1) = kInfinity, in_.at<float>(x, 5, 2) = -kInfinity;
+  }
+  const Node node = SlowAffineOf(SlowAffineOf(FromImage(in_), {0.7f, 0.3f}), {0.5f, 0.1f});
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    const VerifyReport report = Verify(node, type, {.samples = 100});
+    EXPECT_TRUE(report.within_bound) << PixelTypeName(type) << report.Summary();
+    EXPECT_EQ(report.undecided, 0);
+  }
+  const Image image = Render(node);
+  image.at<float>(7, 3, 0) = 0, image.at<float>(7, 4, 1) = -kInfinity, image.at<float>(7, 9, 1) = kInfinity;
+  const VerifyReport spoilt = VerifyStored(node, image.view(), {.samples = 100});
+  EXPECT_EQ(spoilt.nan_mismatches, 3);
+  EXPECT_EQ(spoilt.out_of_bound, 3);
+}
+
 // 1 where the sample is at least a half, else 0.
 float Step(float v) { return v >= 0.5f ? 1.0f : 0.0f; }
 void StepReference(const reference::Call& call) {
@@ -195,7 +215,8 @@ class UndecidedTest : public VerifyTest {
     // Every sample is 0.2, 0.9, or what 0.1 of 1.6 and 0.34 is: a half within a rounding.
     for (int y = 0; y < 150; ++y) {
       for (int x = 0; x < 200; ++x) {
-        for (int c = 0; c < 4; ++c) in_.at<float>(x, y, c) = (x + y) % 10 == 0 ? 1.6f : x % 2 == 0 ? -1.4f : 5.6f;
+        for (int c = 0; c < 4; ++c)
+          in_.at<float>(x, y, c) = (x + y) % 10 == 0 ? 1.6f : x % 2 == 0 ? -1.4f : 5.6f;
       }
     }
     before_ = SlowAffineOf(FromImage(in_), {0.1f, 0.34f});
@@ -241,12 +262,14 @@ TEST_F(UndecidedTest, WhatComesFromAnUndecidedValueIsUndecidedToo) {
 
 // A reference that knows a decision of its own says so.
 TEST_F(UndecidedTest, AReferenceMaySayItself) {
-  reference::Register({"test-step", [](const reference::Call& call) {
+  reference::Register({"test-step",
+                       [](const reference::Call& call) {
                          StepReference(call);
                          for (int x = 20; x < 30; ++x) {
                            if (call.out.roi.Contains({x, 7, x + 1, 8})) call.Undecided(x, 7);
                          }
-                       }, nullptr});
+                       },
+                       nullptr});
   const Node exact = graph::MakeNode(std::make_shared<const StepOp>(0), {FromImage(Render(before_))});
   const VerifyReport report = Verify(exact, PixelType::kFloat, {.samples = 100});
   EXPECT_EQ(report.undecided, 10 * 4);
