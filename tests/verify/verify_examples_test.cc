@@ -34,6 +34,8 @@ struct OtherLimit {
 };
 constexpr OtherLimit kOtherLimits[] = {
     {"lic", 1000, "more than a hundred steps in a row along a line"},
+    {"lic length=8 noise=sparse", 1e7, "the bound is of taps that may read the next pixel; here none does"},
+    {"lic method=fast length=12", 1e7, "the bound is of lines half a pixel beside, of which few are judged"},
     {"volume", 1000, "more than a hundred steps in a row along a ray"},
     {"volume solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper", 5000,
      "steps in a row that get shorter towards the surface: the bound is of all of them in one direction"},
