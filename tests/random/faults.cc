@@ -18,21 +18,21 @@ namespace {
 
 enum class Wrong {
   kNone,
-  kLastOfBlock,   // the last pixel of a block
-  kLoad,          // pixels read from halves, swapped
-  kStore,         // planes stored as bytes in place of pixels
-  kSamples,       // its way through samples
-  kThen,          // joined with itself
-  kThreads,       // another result on other threads
-  kOrder,         // counts its blocks
-  kTarget,        // another result with AVX2
-  kReference,     // half a percent too large
-  kInPlace,       // reads a pixel that it may have written
-  kTileCorner,    // a tile stage that knows where its tile begins
-  kTileHalo,      // a tile stage that reads beyond what it asked for
-  kTileBytes,     // a tile stage that rounds bytes down
-  kTileBeyond,    // a tile stage that writes behind its rows
-  kTileInput,     // a tile stage that looks at how much it was given
+  kLastOfBlock,  // the last pixel of a block
+  kLoad,         // pixels read from halves, swapped
+  kStore,        // planes stored as bytes in place of pixels
+  kSamples,      // its way through samples
+  kThen,         // joined with itself
+  kThreads,      // another result on other threads
+  kOrder,        // counts its blocks
+  kTarget,       // another result with AVX2
+  kReference,    // half a percent too large
+  kInPlace,      // reads a pixel that it may have written
+  kTileCorner,   // a tile stage that knows where its tile begins
+  kTileHalo,     // a tile stage that reads beyond what it asked for
+  kTileBytes,    // a tile stage that rounds bytes down
+  kTileBeyond,   // a tile stage that writes behind its rows
+  kTileInput,    // a tile stage that looks at how much it was given
 };
 
 struct Params {
@@ -192,7 +192,8 @@ const std::vector<Fault>& Faults() {
     reference::Register({.op = "fault-point", .evaluate = Halved});
     reference::Register({.op = "fault-tile", .evaluate = Halved});
     return std::vector<Fault>{
-        Row<Wrong::kLastOfBlock>("last-of-block", {Check::kTiles, Check::kRules, Check::kTypes, Check::kThreads}),
+        Row<Wrong::kLastOfBlock>("last-of-block",
+                                 {Check::kTiles, Check::kRules, Check::kTypes, Check::kThreads}),
         Row<Wrong::kLoad>("load", {Check::kRules}),
         Row<Wrong::kStore>("store", {Check::kRules}),
         Row<Wrong::kSamples>("samples", {Check::kRules}),
@@ -202,7 +203,8 @@ const std::vector<Fault>& Faults() {
         Row<Wrong::kTarget>("target", {Check::kTargets}),
         Row<Wrong::kReference>("reference", {Check::kReference, Check::kVerify}),
         Row<Wrong::kInPlace>("in-place", {Check::kRules, Check::kInPlace}),
-        Row<Wrong::kTileCorner>("tile-corner", {Check::kTiles, Check::kShuffle, Check::kPixels, Check::kThreads}),
+        Row<Wrong::kTileCorner>("tile-corner",
+                                {Check::kTiles, Check::kShuffle, Check::kPixels, Check::kThreads}),
         Row<Wrong::kTileHalo>("tile-halo", {Check::kTiles, Check::kRules, Check::kPixels}),
         Row<Wrong::kTileBytes>("tile-bytes", {Check::kRules}),
         Row<Wrong::kTileBeyond>("tile-beyond", {Check::kPixels, Check::kTiles, Check::kRules}),

@@ -41,9 +41,11 @@ graph::OpKind KindOf(const OpInfo& op) {
 
 bool OnlyPointsBelow(const Node& node) {
   const graph::OpKind kind = node.data()->op->Kind();
-  if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole || kind == graph::OpKind::kCrop) return false;
+  if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole || kind == graph::OpKind::kCrop)
+    return false;
   for (size_t k = 0; k < node.data()->inputs.size(); ++k) {
-    if (node.data()->op->NeedsWhole(static_cast<int>(k)) || !OnlyPointsBelow(node.data()->inputs[k])) return false;
+    if (node.data()->op->NeedsWhole(static_cast<int>(k)) || !OnlyPointsBelow(node.data()->inputs[k]))
+      return false;
   }
   return node.data()->op->Statistics().empty();
 }
@@ -51,8 +53,9 @@ bool OnlyPointsBelow(const Node& node) {
 }  // namespace
 
 const char* CheckName(Check check) {
-  constexpr const char* kNames[] = {"rules",  "each-rule", "types",    "tiles", "threads", "shuffle",   "pixels",
-                                    "stream", "file",      "in-place", "eager", "targets", "reference", "verify"};
+  constexpr const char* kNames[] = {"rules",   "each-rule", "types",     "tiles", "threads",
+                                    "shuffle", "pixels",    "stream",    "file",  "in-place",
+                                    "eager",   "targets",   "reference", "verify"};
   static_assert(std::size(kNames) == static_cast<size_t>(Check::kCount));
   return kNames[static_cast<size_t>(check)];
 }
@@ -228,16 +231,17 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
   constexpr struct {
     Check check;
     double share;
-  } kShares[] = {{Check::kRules, 1},      {Check::kEachRule, 1},   {Check::kTypes, 1},   {Check::kTiles, 0.7},
-                 {Check::kThreads, 0.15}, {Check::kShuffle, 0.15}, {Check::kPixels, 0.6}, {Check::kStream, 0.35},
-                 {Check::kFile, 0.01},    {Check::kEager, 0.3},    {Check::kTargets, 0.3},
-                 {Check::kReference, 0.1}, {Check::kVerify, 0.02}};
+  } kShares[] = {{Check::kRules, 1},    {Check::kEachRule, 1},   {Check::kTypes, 1},
+                 {Check::kTiles, 0.7},  {Check::kThreads, 0.15}, {Check::kShuffle, 0.15},
+                 {Check::kPixels, 0.6}, {Check::kStream, 0.35},  {Check::kFile, 0.01},
+                 {Check::kEager, 0.3},  {Check::kTargets, 0.3},  {Check::kReference, 0.1},
+                 {Check::kVerify, 0.02}};
   for (const auto& [check, share] : kShares) {
     if (draw.Chance(share)) c.checks |= Bit(check);
   }
   const ImageSpec& spec = result.spec();
-  if (!c.pictures.empty() && draw.Chance(0.5) && OnlyPointsBelow(result) && spec.data_window == c.pictures[0].window &&
-      spec.channel_count() == c.pictures[0].channels) {
+  if (!c.pictures.empty() && draw.Chance(0.5) && OnlyPointsBelow(result) &&
+      spec.data_window == c.pictures[0].window && spec.channel_count() == c.pictures[0].channels) {
     c.checks |= Bit(Check::kInPlace);
   }
   const int shape = draw.Below(5);

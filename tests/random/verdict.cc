@@ -11,7 +11,8 @@
 
 namespace tessera::random {
 
-std::optional<std::string> WrongVerdict(const Node& node, const Image& result, uint64_t number, Tally& tally) {
+std::optional<std::string> WrongVerdict(const Node& node, const Image& result, uint64_t number,
+                                        Tally& tally) {
   VerifyOptions options{.samples = 6, .tile_size = 32, .render = {.threads = 1}, .seconds = 0.05};
   const VerifyReport honest = VerifyStored(node, result.view(), options);
   tally.Add(kCases, "honest verdicts");
@@ -26,7 +27,9 @@ std::optional<std::string> WrongVerdict(const Node& node, const Image& result, u
   const int c = draw.Below(spoilt.spec().channel_count());
   const double value = SampleAt(spoilt.view(), x, y, c);
   if (!(std::fabs(value) < 1e30) || !(honest.bound < 1e30)) return std::nullopt;
-  const double step = result.spec().type == PixelType::kUint8 ? 1 / 255.0 : result.spec().type == PixelType::kUint16 ? 1 / 65535.0 : 0;
+  const double step = result.spec().type == PixelType::kUint8    ? 1 / 255.0
+                      : result.spec().type == PixelType::kUint16 ? 1 / 65535.0
+                                                                 : 0;
   const double off = 3 * honest.bound + 2 * step + 1e-3 * std::fabs(value) + 1e-6;
   const double wrong = value + off <= 1 || step == 0 ? value + off : value - off;
   if (step > 0 && (wrong < 0 || wrong > 1)) return std::nullopt;
