@@ -22,6 +22,7 @@ enum class Wrong {
   kLoad,         // pixels read from halves, swapped
   kStore,        // planes stored as bytes in place of pixels
   kSamples,      // its way through samples
+  kOfSamples,    // what that way leads to
   kThen,         // joined with itself
   kThreads,      // another result on other threads
   kOrder,        // counts its blocks
@@ -49,11 +50,13 @@ class PointFault final : public graph::PointStage {
     if (kind_ == Wrong::kLoad) return load && type == PixelType::kHalf;
     if (kind_ == Wrong::kStore) return !load && type == PixelType::kUint8;
     if (kind_ == Wrong::kInPlace) return type == PixelType::kFloat;
+    if (kind_ == Wrong::kOfSamples) return true;
     return false;
   }
+  bool AnyLength() const override { return kind_ == Wrong::kOfSamples; }
   std::unique_ptr<graph::PointStage> OfSamples(int) const override {
     if (kind_ != Wrong::kSamples) return nullptr;
-    return std::make_unique<PointFault>(Wrong::kReference);
+    return std::make_unique<PointFault>(Wrong::kOfSamples);
   }
   std::unique_ptr<graph::PointStage> Then(const graph::PointStage& next) const override {
     if (kind_ != Wrong::kThen || dynamic_cast<const PointFault*>(&next) == nullptr) return nullptr;
@@ -61,7 +64,7 @@ class PointFault final : public graph::PointStage {
   }
   void Run(const graph::PointArgs& a) const override {
     float factor = 0.5f;
-    if (kind_ == Wrong::kReference) factor = 0.5025f;
+    if (kind_ == Wrong::kReference || kind_ == Wrong::kOfSamples) factor = 0.5025f;
     if (kind_ == Wrong::kThreads) {
       const bool other = std::this_thread::get_id() != maker_;
       if (other) factor = 0.25f;
@@ -74,7 +77,7 @@ class PointFault final : public graph::PointStage {
     for (int i = 0; i < a.count; ++i) {
       float r[4];
       for (int c = 0; c < 4; ++c) {
-        float v = a.in[0][c][i];
+        float v = a.source.read == nullptr ? a.in[0][c][i] : 0;
         if (a.source.read != nullptr) {
           const int from = kind_ == Wrong::kLoad ? i ^ 1 : i;
           const ConstImageView view(a.source.read, {0, 0, 4 * a.count, 1}, 1, a.source.type);
