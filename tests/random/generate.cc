@@ -149,8 +149,8 @@ Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder,
     const graph::OpKind kind = KindOf(*op);
     if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) tiles_.push_back(op);
     if (kind == graph::OpKind::kChannel || kind == graph::OpKind::kColor) points_.push_back(op);
-    if (op->family == "color" && op->inputs == 1) grades_.push_back(op);
-    if (op->name == "clamp") grades_.insert(grades_.end(), 8, op);
+    if (op->name == "ccmatrix" || op->name == "saturate" || op->name == "hue") grades_.push_back(op);
+    if (op->name == "clamp") clamp_ = op;
   }
 }
 
@@ -244,6 +244,16 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
       spec.data_window == c.pictures[0].window && spec.channel_count() == c.pictures[0].channels) {
     c.checks |= Bit(Check::kInPlace);
   }
+  // Floats overflow where doubles do not, so verdicts are about ordinary values.
+  if (!std::all_of(c.pictures.begin(), c.pictures.end(),
+                   [](const Picture& p) { return IsOrdinary(p.content); }))
+    c.checks &= ~Bit(Check::kVerify);
+  // Spectra are computed for two channels at a time: which two follows from those that are needed.
+  const auto is_spectral = [](const Step& step) {
+    return std::any_of(step.words.modifiers.begin(), step.words.modifiers.end(),
+                       [](const auto& m) { return m.second == "fft"; });
+  };
+  if (std::any_of(c.steps.begin(), c.steps.end(), is_spectral)) c.checks &= ~Bit(Check::kEager);
   const int shape = draw.Below(5);
   const int w = spec.width(), h = spec.height();
   c.tile_width = shape == 0 ? draw.Between(1, 3) : shape == 1 ? draw.Between(3, 40) : draw.Between(1, w + 3);
@@ -267,18 +277,19 @@ Case Generator::Make(uint64_t seed, uint64_t index, const OpInfo* only) {
   for (int k = 0; k < pictures; ++k) {
     s.AddPicture(DrawPicture(draw, k == 0 || draw.Chance(0.9) ? s.window : DrawWindow(draw)));
   }
-  const int steps = 1 + draw.Weighted({26, 24, 17, 12, 8, 6, 4, 3});
-  const int at = only != nullptr ? draw.Below(steps) : -1;
+  int steps = 1 + draw.Weighted({26, 24, 17, 12, 8, 6, 4, 3});
   // A window or gather, then points, is what people do most; and a way through the engine of its own.
   const bool tile_then_points = draw.Chance(0.25) && !tiles_.empty() && !points_.empty();
   // So are colours by matrices, with clamps between them.
-  const bool grades = !tile_then_points && draw.Chance(0.08) && !grades_.empty();
+  const bool grades = !tile_then_points && draw.Chance(0.1) && !grades_.empty();
+  if (grades) steps = std::max(steps, 4);
+  const int at = only != nullptr ? draw.Below(steps) : -1;
   for (int k = 0; k < steps; ++k) {
     for (int attempt = 0; attempt < 30; ++attempt) {
       const OpInfo* op = only;
       if (k != at) {
         const auto& rows = grades ? grades_ : !tile_then_points ? rows_ : k == 0 ? tiles_ : points_;
-        op = &DrawRow(draw, rows);
+        op = grades && k % 2 == 1 && clamp_ != nullptr ? clamp_ : &DrawRow(draw, rows);
         if (op->generator && k + 1 == steps && steps > 1 && draw.Chance(0.9)) continue;
       }
       if (AddStep(draw, *op, s)) break;

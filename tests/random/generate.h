@@ -90,6 +90,7 @@ class Generator {
   void DrawChecks(Draw& draw, Case& c, const Node& result) const;
 
   std::vector<const ops::OpInfo*> rows_, tiles_, points_, grades_;
+  const ops::OpInfo* clamp_ = nullptr;
   WordSource words_;
   Tally& tally_;
 };

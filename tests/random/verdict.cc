@@ -26,18 +26,18 @@ std::optional<std::string> WrongVerdict(const Node& node, const Image& result, u
   const int x = draw.Between(w.x0, w.x1 - 1), y = draw.Between(w.y0, w.y1 - 1);
   const int c = draw.Below(spoilt.spec().channel_count());
   const double value = SampleAt(spoilt.view(), x, y, c);
-  if (!(std::fabs(value) < 1e30) || !(honest.bound < 1e30)) return std::nullopt;
+  if (!(std::fabs(value) < 1e30) || !(honest.largest_bound < 1e30)) return std::nullopt;
   const double step = result.spec().type == PixelType::kUint8    ? 1 / 255.0
                       : result.spec().type == PixelType::kUint16 ? 1 / 65535.0
                                                                  : 0;
-  const double off = 3 * honest.bound + 2 * step + 1e-3 * std::fabs(value) + 1e-6;
+  const double off = 3 * honest.largest_bound + 2 * step + 1e-3 * std::fabs(value) + 1e-6;
   const double wrong = value + off <= 1 || step == 0 ? value + off : value - off;
   if (step > 0 && (wrong < 0 || wrong > 1)) return std::nullopt;
   testing::StoreSample(spoilt.view(), x, y, c, static_cast<float>(wrong));
   tally.Add(kCases, "spoilt verdicts");
   const VerifyReport report = VerifyStored(node, spoilt.view(), options);
   // Bounds may have grown with the value, or with what there was time for.
-  if (!report.within_bound || report.share < 1 || off <= 1.5 * report.bound) return std::nullopt;
+  if (!report.within_bound || report.share < 1 || off <= 1.5 * report.largest_bound) return std::nullopt;
   return "passed with x=" + std::to_string(x) + " y=" + std::to_string(y) + " channel " + std::to_string(c) +
          " off by " + std::to_string(off) + ": " + report.Summary();
 }
