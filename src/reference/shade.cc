@@ -63,14 +63,16 @@ void Position(const Call& call) {
   EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
     const double depth = ToPlanar(p, frame, call.in[0].at(x, y, 0), x, y);
     const Camera::Ray ray = p.camera.PixelRay(frame, x, y);
-    const double longest =
-        std::max({std::fabs(ray.direction[0]), std::fabs(ray.direction[1]), std::fabs(ray.direction[2])});
+    const auto longest = [](const Vector3& v) {
+      return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])});
+    };
     for (size_t k = 0; k < 3; ++k) {
       const double along = ray.direction[k] == 0 && !std::isnan(depth) ? 0 : depth * ray.direction[k];
-      // A direction is a difference of terms in double, from an inverse matrix: where it is nearly 0 the
-      // error is theirs.
-      const double terms = std::isfinite(depth) ? std::fabs(depth) * longest * 0x1p-19 : 0;
-      pixel.Set(k, ray.origin[k] + along, std::fabs(ray.origin[k]) + std::fabs(along) + terms);
+      // Origins and directions are differences of terms in double, from an inverse matrix: where they are
+      // nearly 0 the error is theirs.
+      const double terms =
+          longest(ray.origin) + (std::isfinite(depth) ? std::fabs(depth) : 0) * longest(ray.direction);
+      pixel.Set(k, ray.origin[k] + along, std::fabs(ray.origin[k]) + std::fabs(along) + 0x1p-19 * terms);
     }
   });
 }

@@ -21,6 +21,7 @@
 #include "support/refusal.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
+#include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
@@ -340,6 +341,9 @@ TEST(GeometryTest, TilesBeyondABlackBorderAreBlack) {
         const Image result =
             Render(moved, PixelType::kFloat, {.threads = 1, .tile_width = 2, .tile_height = 1});
         for (int x = window.x0; x < window.x1; ++x) ASSERT_EQ(result.at<float>(x, 0, 0), 0.0f) << x;
+        // The same where the tile also sees the image for another reason.
+        const Node both = Add(moved, Abs(image));
+        Render(both, PixelType::kFloat, {.threads = 1, .tile_width = 2, .tile_height = 1});
       }
     }
   });

@@ -166,6 +166,12 @@ class Comparison {
     const bool plain =
         spec.data_window == spec.display_window && spec.data_window.x0 == 0 && spec.data_window.y0 == 0;
     const std::set<std::string> names(spec.channels.begin(), spec.channels.end());
+    // What is marked as unpremultiplied is multiplied when it is read.
+    const bool unassociated =
+        spec.metadata != nullptr &&
+        std::any_of(spec.metadata->begin(), spec.metadata->end(),
+                    [](const Attribute& a) { return a.name == "oiio:UnassociatedAlpha"; });
+    if (unassociated) return std::nullopt;
     if ((!exr && !plain) || names.size() < spec.channels.size()) return std::nullopt;
     const std::string file = folder_ + (exr ? "/result.exr" : "/result.tif");
     Write(node(), file, {.type = c_.type, .render = {.threads = c_.threads}});
