@@ -126,6 +126,11 @@ void EvaluateConvolve(const Call& call) {
     if (differences) {
       magnitude = std::max(magnitude, LargestUnder(in, x, y, c, k.width, k.height, ax, ay, weight) * total);
     }
+    if (q.method == FilterMethod::kLowRank) {  // products have weights where their sum has none
+      const auto everywhere = [](int, int) { return 1; };
+      magnitude =
+          std::max(magnitude, LargestUnder(in, x, y, c, k.width, k.height, ax, ay, everywhere) * total);
+    }
     if (transform > 0) magnitude = std::max(magnitude, transform);
     const double bias = q.bias * (alpha >= 0 && q.bias != 0 ? call.in[0].at(x, y, alpha) : 1);
     return Sample(sum + bias,
@@ -272,7 +277,10 @@ void EvaluateSobel(const Call& call) {
       case SobelOutput::kXY:
         return result % 2 == 0 ? Sample(gx, sx + kSmallestScale) : Sample(gy, sy + kSmallestScale);
       case SobelOutput::kDirection:
-        return Sample(std::atan2(gy, gx), magnitude > 0 ? 1 + (sx + sy) / magnitude : 0);
+        // Of a zero gradient 0 is exact, pi (signed zeros) is rounded.
+        return Sample(std::atan2(gy, gx), magnitude > 0               ? 1 + (sx + sy) / magnitude
+                                          : std::atan2(gy, gx) != 0.0 ? 1
+                                                                      : 0);
       default:
         return Sample(magnitude, sx + sy + kSmallestScale);
     }
