@@ -24,6 +24,12 @@ bool NeedsStatistics(const Node& node) {
   return std::any_of(node.data()->inputs.begin(), node.data()->inputs.end(), NeedsStatistics);
 }
 
+void Errors::Add(const Errors& other) {
+  max = std::max(max, other.max), rms = std::max(rms, other.rms);
+  max_code_error = std::max(max_code_error, other.max_code_error);
+  values += other.values, wrong_codes += other.wrong_codes, not_finite += other.not_finite;
+}
+
 Oracle::Oracle(const Node& node, int bands, int rows_per_band) {
   const Roi window = node.spec().data_window;
   const int rows = std::min(rows_per_band, window.height());

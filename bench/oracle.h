@@ -29,6 +29,9 @@ struct Errors {
   int max_code_error = 0;
   // A NaN or infinity on one side only.
   int64_t not_finite = 0;
+
+  // With those of another picture: the larger of both, and the sum of what is counted.
+  void Add(const Errors& other);
 };
 
 // The exact results of bands of rows spread over an image (first and last rows included), computed once and

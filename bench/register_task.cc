@@ -1,6 +1,7 @@
 // A task as a group: this library on each target, whoever else has a call for it, and the copies.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -23,7 +24,7 @@ struct FrameCache {
   std::vector<Image> inputs;
   bool own_inputs = false;  // made by the task
 
-  Frame Make(const Task& task, const Options::Size& size, PixelType type) {
+  Frame Make(const Task& task, const Options::Size& size, PixelType type, Content content = Content::kNoise) {
     const ImageSpec spec(size.width, size.height, 4, type);
     if (!inputs.empty() &&
         (own_inputs || task.make_input != nullptr || inputs[0].spec().data_window != spec.data_window ||
@@ -33,7 +34,7 @@ struct FrameCache {
     while (static_cast<int>(inputs.size()) < task.inputs()) {
       inputs.push_back(task.make_input != nullptr
                            ? task.make_input(size.width, size.height, type, inputs.size())
-                           : MakeInput(size.width, size.height, type, inputs.size() + 1));
+                           : MakeInput(size.width, size.height, type, inputs.size() + 1, content));
     }
     own_inputs = task.make_input != nullptr;
     Frame frame{size.width, size.height, type, {}, {}};
@@ -83,6 +84,28 @@ struct TaskRun {
     return names;
   }
 
+  // Time is measured on noise; errors are the largest over pictures of every kind.
+  void AddErrors(std::vector<Measured>& results) const {
+    if (task.inputs() == 0 || task.make_input != nullptr) return;
+    for (const Content content : kContents) {
+      if (content == Content::kNoise) continue;
+      FrameCache shown;
+      const Frame frame = shown.Make(task, size, type, content);
+      std::vector<Node> nodes;
+      for (const Image& image : frame.inputs) nodes.push_back(FromImage(image));
+      const Oracle oracle(task.Build(nodes, frame.output.spec()));
+      for (const auto& contestant : Contestants({task, frame, threads})) {
+        const auto result = std::find_if(results.begin(), results.end(), [&](const Measured& m) {
+          return !m.is_copy && m.name == contestant->Name();
+        });
+        if (result == results.end()) continue;
+        contestant->Prepare();
+        contestant->Run();
+        result->errors.Add(oracle.Compare(frame.output.view()));
+      }
+    }
+  }
+
   Outcome Run() const {
     static FrameCache cache;
     const Frame frame = cache.Make(task, size, type);
@@ -92,6 +115,7 @@ struct TaskRun {
     Outcome outcome;
     outcome.results =
         Measure(Contestants({task, frame, threads}), frame, oracle, options.repetitions, options.seconds);
+    AddErrors(outcome.results);
     outcome.type = type;
     outcome.pixels = static_cast<double>(frame.pixels());
     const double sample = static_cast<double>(PixelBytes(type)), pixel = 4 * sample;

@@ -3,6 +3,7 @@
 
 #include <OpenImageIO/Imath.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -64,6 +65,28 @@ std::optional<Step::Affine> ProbeAffine(const Step& step) {
   return affine;
 }
 
+// A sample in [0,1]; `noise` is white.
+float Shown(Content content, int x, int y, int c, uint64_t seed, float noise) {
+  const int shift = static_cast<int>(seed % 16) * 37;
+  x += shift, y += shift;
+  switch (content) {
+    case Content::kEdges: {
+      const int across = (3 * x + y) % 480;
+      return across < 240 || across == 300 ? 0.0f : 1.0f;
+    }
+    case Content::kChecker:
+      return (x / 60 + y / 60) % 2 == 0 ? 0.0f : 1.0f;
+    case Content::kPhoto: {
+      const double u = x / 700.0, v = y / 500.0;
+      const double patch = std::fmod(std::floor(u * 3) * 0.37 + std::floor(v * 3) * 0.61, 1.0);
+      const double shade = 0.1 + 0.6 * patch + 0.25 * std::sin(u * (c + 1) + v) + 0.03 * (noise - 0.5);
+      return static_cast<float>(std::clamp(shade, 0.0, 1.0));
+    }
+    default:
+      return noise;
+  }
+}
+
 }  // namespace
 
 bool Step::Affine::diagonal() const {
@@ -112,27 +135,30 @@ bool Frame::plain() const {
   return spec.channel_count() == 4 && spec.data_window == Roi{0, 0, width, height};
 }
 
-Image MakeInput(int width, int height, PixelType type, uint64_t seed) {
+Image MakeInput(int width, int height, PixelType type, uint64_t seed, Content content) {
   Image image{ImageSpec(width, height, 4, type)};
   std::byte* out = image.view().data;
-  const size_t samples = static_cast<size_t>(width) * height * 4;
-  for (size_t i = 0; i < samples; i += 4) {
-    const uint64_t a = Hash(seed * 0x2545f4914f6cdd1du + i), b = Hash(a);
-    const uint32_t bits[4] = {static_cast<uint32_t>(a), static_cast<uint32_t>(a >> 32),
-                              static_cast<uint32_t>(b), static_cast<uint32_t>(b >> 32)};
-    for (int c = 0; c < 4; ++c) {
-      const float unit = static_cast<float>(bits[c] >> 8) / 0xffffffp0f;
-      const float v = c == 3 ? 0.25f + 0.75f * unit : unit;
-      if (type == PixelType::kFloat) {
-        std::memcpy(out + (i + c) * 4, &v, 4);
-      } else if (type == PixelType::kHalf) {
-        const uint16_t h = Imath::half(v).bits();
-        std::memcpy(out + (i + c) * 2, &h, 2);
-      } else if (type == PixelType::kUint16) {
-        const uint16_t u = static_cast<uint16_t>(std::lrint(v * 65535.0f));
-        std::memcpy(out + (i + c) * 2, &u, 2);
-      } else {
-        out[i + c] = static_cast<std::byte>(std::lrint(v * 255.0f));
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const size_t i = (static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)) * 4;
+      const uint64_t a = Hash(seed * 0x2545f4914f6cdd1du + i), b = Hash(a);
+      const uint32_t bits[4] = {static_cast<uint32_t>(a), static_cast<uint32_t>(a >> 32),
+                                static_cast<uint32_t>(b), static_cast<uint32_t>(b >> 32)};
+      for (size_t c = 0; c < 4; ++c) {
+        const float unit =
+            Shown(content, x, y, static_cast<int>(c), seed, static_cast<float>(bits[c] >> 8) / 0xffffffp0f);
+        const float v = c == 3 ? 0.25f + 0.75f * unit : unit;
+        if (type == PixelType::kFloat) {
+          std::memcpy(out + (i + c) * 4, &v, 4);
+        } else if (type == PixelType::kHalf) {
+          const uint16_t h = Imath::half(v).bits();
+          std::memcpy(out + (i + c) * 2, &h, 2);
+        } else if (type == PixelType::kUint16) {
+          const uint16_t u = static_cast<uint16_t>(std::lrint(v * 65535.0f));
+          std::memcpy(out + (i + c) * 2, &u, 2);
+        } else {
+          out[i + c] = static_cast<std::byte>(std::lrint(v * 255.0f));
+        }
       }
     }
   }

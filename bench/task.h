@@ -62,9 +62,13 @@ struct Frame {
   bool plain() const;
 };
 
-// A deterministic RGBA picture of white noise: colours in [0,1], alpha in [0.25,1] so that dividing by it is
-// sane.
-Image MakeInput(int width, int height, PixelType type, uint64_t seed);
+// What a picture shows: white noise; oblique stripes of black and white with lines a pixel wide; a checker of
+// 60 pixels; broad shading, patches and fine grain as in a photograph.
+enum class Content { kNoise, kEdges, kChecker, kPhoto };
+inline constexpr Content kContents[] = {Content::kNoise, Content::kEdges, Content::kChecker, Content::kPhoto};
+
+// A deterministic RGBA picture: colours in [0,1], alpha in [0.25,1] so that dividing by it is sane.
+Image MakeInput(int width, int height, PixelType type, uint64_t seed, Content content = Content::kNoise);
 
 // The exact value of a stored sample.
 double Decode(const std::byte* sample, PixelType type);

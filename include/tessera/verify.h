@@ -1,4 +1,5 @@
 // The double-precision reference run on sampled tiles of a user's own pipeline, against the pixels it got.
+// In a library of its own: link tessera::verify beside tessera::tessera.
 #ifndef TESSERA_VERIFY_H_
 #define TESSERA_VERIFY_H_
 
@@ -48,11 +49,11 @@ struct VerifyReport {
   std::string Summary() const;  // one line
 };
 
-// Evaluates the whole result as Render does, and compares it with the reference on sampled tiles: operation by
-// operation without fusion. A value's bound is made of the operations' own bounds and of what errors of their
-// inputs make of their results: how these respond to inputs moved by their bounds. Where a response is a jump
-// (a test, a hit or a miss, a nearest entry) the value is undecided. `type` is the type the result is packed
-// to; codes are compared with the reference rounded to it. Throws Error as Render does.
+// Evaluates the whole result as Render does, and compares it with the reference on sampled tiles: operation
+// by operation without fusion. A value's bound is made of the operations' own bounds and of what errors of
+// their inputs make of their results: how these respond to inputs moved by their bounds. Where a response is
+// a jump (a test, a hit or a miss, a nearest entry) the value is undecided. `type` is the type the result is
+// packed to; codes are compared with the reference rounded to it. Throws Error as Render does.
 VerifyReport Verify(const Node& node, PixelType type = PixelType::kFloat, const VerifyOptions& options = {});
 
 // The same for pixels that the caller has: all or a part of the node's data window, every channel.

@@ -78,17 +78,23 @@ std::vector<Command> OptionCommands() {
                         {Whole("N", 0, 4096, "threads")}));
   rows.push_back(Option("runstats", "Prints per output: time per pass, Mpixel/s, GB/s, and the peak memory.",
                         [](const Arguments&, Options& o) { o.runstats = true; }));
-  rows.push_back(Option("verify", "Runs the double-precision reference on sampled tiles of this very line.",
+  rows.push_back(Option("verify",
+                        "Compares what was stored with the double-precision reference of this line.",
                         [](const Arguments& a, Options& o) {
                           o.verify = true;
                           o.verify_samples = a.Integer("samples");
                         },
                         {}, {Whole("samples", 1, 65536, "tiles of 64x64 pixels that are compared", "16")}));
   rows.back().info.help =
-      "Prints one line per output with the maximum and the root-mean-square error against the reference, and "
-      "the bound that the operations promise together. An output that is not within its bound is not "
-      "written: exit code 1. What OpenColorIO computes itself is compared with its own unoptimised float "
-      "evaluation, and the line says so.";
+      "Reads every output back, before it gets its name, and compares sampled tiles with the reference, "
+      "rounded to the file's type. Prints one line per output with the maximum and the root-mean-square error, "
+      "the bound, which follows from the operations' own bounds and from how their results respond to errors of "
+      "their inputs, and how much was looked at: the reference takes ten times the run or two seconds, whichever "
+      "is longer. A code that rounds the other way where the bound reaches the tie is right; a value that hangs "
+      "on a decision (a test, a hit or a miss) within its own error is undecided, neither right nor wrong. An "
+      "output that is not within its bound is not written: exit code 1. Formats that do not keep what they are "
+      "given are looked at as it was handed over. What OpenColorIO computes itself is compared with its own "
+      "unoptimised float evaluation, by how far that moves when its input does, and the line says so.";
   rows.push_back(Option("explain",
                         "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
                         [](const Arguments&, Options& o) { o.explain = true; }));

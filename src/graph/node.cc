@@ -49,6 +49,13 @@ NodeData::~NodeData() {
   }
 }
 
+// An alpha among the three colours would be computed with them and passed on at once.
+static void RequireAlphaApart(const std::string& op, const ImageSpec& image) {
+  if (image.channel_count() < 3 || image.alpha < 0 || image.alpha > 2) return;
+  throw Error(op, "found the alpha channel " + image.channels[static_cast<size_t>(image.alpha)] +
+                      " among the first three channels, expected colours there; --ch reorders or renames them");
+}
+
 Node MakeNode(std::shared_ptr<const Op> op, std::vector<Node> inputs) {
   std::vector<ImageSpec> specs;
   specs.reserve(inputs.size());
@@ -56,6 +63,7 @@ Node MakeNode(std::shared_ptr<const Op> op, std::vector<Node> inputs) {
     if (!input) throw Error(op->Name(), "an operand is empty, expected an image");
     specs.push_back(input.spec());
   }
+  if (op->Kind() == OpKind::kColor && !specs.empty()) RequireAlphaApart(op->Name(), specs[0]);
   ImageSpec spec = op->OutputSpec(specs);
   return Node(std::make_shared<const NodeData>(NodeData{std::move(op), std::move(inputs), std::move(spec)}));
 }

@@ -21,7 +21,8 @@ namespace tessera::graph {
 enum class OpKind {
   kSource,   // pixels in memory or in a file (source.h)
   kChannel,  // point operation; channel c of the result needs channel c of every input (add, clamp, checker)
-  kColor,    // point operation on the first three channels and alpha together (matrix); others pass through
+  kColor,    // point operation on the first three channels and alpha together (matrix); others pass through.
+             // MakeNode refuses an image whose alpha is one of those three
   kShuffle,  // renames, selects or appends channels; no arithmetic (ChannelMap)
   kCrop,     // changes windows only; new pixels, if any, are zero
   kTile,     // needs a neighbourhood or any other region of its inputs, or makes pixels in rows (TileStage)

@@ -124,8 +124,13 @@ class RunBuilder {
         any = true;
         channels[Z(p)] = c;
         for (size_t k = 0; k < specs.size(); ++k) {
-          if (graph_.inputs[Z(i)][k] < 0) continue;
-          step.in[k][Z(p)] = Plane(graph_.inputs[Z(i)][k], specs[k].channel_count() == 1 ? 0 : c);
+          const int input = graph_.inputs[Z(i)][k];
+          if (input < 0) continue;
+          if (specs[k].channel_count() > 1) {
+            step.in[k][Z(p)] = Plane(input, c);
+          } else {  // for every channel, whichever are wanted
+            step.in[k].fill(Plane(input, 0));
+          }
         }
         step.out[Z(p)] = planes_[{i, c}] = NewPlane();
       }

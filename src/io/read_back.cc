@@ -14,9 +14,9 @@
 namespace tessera::io {
 namespace {
 
-// Formats that keep every bit and the channels of what they are given in their own types. JPEG 2000, GIF, HEIC
-// and HDR do not, and a format that nobody has tried might not.
-constexpr std::string_view kExact[] = {"bmp", "dpx", "fits", "iff",  "openexr", "png",  "pnm",
+// Formats that keep every bit and the channels of what they are given in their own types. JPEG 2000, GIF,
+// HEIC and HDR do not, and a format that nobody has tried might not.
+constexpr std::string_view kExact[] = {"bmp", "dpx", "fits",  "iff",  "openexr", "png",  "pnm",
                                        "rla", "sgi", "targa", "tiff", "webp",    "zfile"};
 
 // Why a file's pixels need not be those that were written, or nothing.
@@ -104,8 +104,8 @@ class BackReader {
 
  private:
   [[noreturn]] void Fail(const std::string& message) {
-    throw Error(layout_.shown,
-                "the file that was written cannot be read back: " + OneLine(message, layout_.file, layout_.shown));
+    throw Error(layout_.shown, "the file that was written cannot be read back: " +
+                                   OneLine(message, layout_.file, layout_.shown));
   }
 
   FileLayout layout_;
@@ -144,7 +144,8 @@ StoredPixels ReadBack(const FileLayout& layout, const Node& node, const RenderOp
   const bool integers = layout.type == PixelType::kUint8 || layout.type == PixelType::kUint16;
   if (integers && bits > 0 && bits < 8 * static_cast<int>(PixelBytes(layout.type))) {
     stored.bits = bits;
-    stored.remarks.push_back("samples of " + std::to_string(bits) + " bits, compared within one of their codes");
+    stored.remarks.push_back("samples of " + std::to_string(bits) +
+                             " bits, compared within one of their codes");
   }
   if (integers && spec.alpha_channel >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0) {
     stored.unassociated = spec.alpha_channel;

@@ -15,10 +15,10 @@ namespace tessera::io {
 
 // Where an image's pixels are in a file.
 struct FileLayout {
-  std::string file, shown, format;  // its name now, that in messages, OpenImageIO's name of the format
-  OIIO::ImageSpec spec;             // as it was written
-  Roi window, data;                 // the image's pixels that are in the file, and those that there are
-  std::vector<int> channels;        // of the image, as they were written
+  std::string file, shown, format;     // its name now, that in messages, OpenImageIO's name of the format
+  OIIO::ImageSpec spec;                // as it was written
+  Roi window, data;                    // the image's pixels that are in the file, and those that there are
+  std::vector<int> channels;           // of the image, as they were written
   PixelType type = PixelType::kFloat;  // of the rows that were written
 };
 

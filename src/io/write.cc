@@ -34,7 +34,8 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
 
 PendingOutput::PendingOutput(PendingOutput&& other) noexcept
     : read_back_(std::move(other.read_back_)),
-      temporary_(std::exchange(other.temporary_, {})), file_(std::move(other.file_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      file_(std::move(other.file_)),
       type_(other.type_) {}
 
 StoredPixels PendingOutput::ReadBack() const { return read_back_(); }

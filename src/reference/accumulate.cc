@@ -22,6 +22,15 @@ double Fixed(double v, int bits) {
   return std::max(-one, std::min(one, code)) / one;
 }
 
+// Whether the last bits of a double decide how Fixed rounds `v`, to which a multiple of `weight` was added.
+// Products with powers of two are exact.
+bool AtTie(double v, double weight, int bits) {
+  int exponent = 0;
+  if (std::fabs(std::frexp(weight, &exponent)) == 0.5) return false;
+  const double x = v * std::pow(2.0, bits);
+  return std::fabs(x - std::floor(x) - 0.5) < 0x1p-44 * std::max(1.0, std::fabs(x));
+}
+
 // What a sum of several terms is allowed: one rounding, and what a sum in double loses.
 std::pair<double, double> Total(double value, double absolute) {
   return {value, std::fabs(value) + std::ldexp(absolute, -28)};
@@ -37,7 +46,9 @@ void EvaluateSum(const Call& call) {
       const double term = p.weights[k] * call.in[k].at(x, y, c);
       sum += static_cast<long double>(p.weights[k]) * call.in[k].at(x, y, c);
       absolute += std::fabs(term);
-      if (p.bits != 0) held = Fixed(held + term, p.bits);
+      if (p.bits == 0) continue;
+      if (AtTie(held + term, p.weights[k], p.bits)) call.Undecided(x, y, c, std::ldexp(1.0, -p.bits));
+      held = Fixed(held + term, p.bits);
     }
     return p.bits != 0 ? Rounded(held) : Total(static_cast<double>(sum), static_cast<double>(absolute));
   });
@@ -59,7 +70,10 @@ void EvaluateShiftAccumulate(const Call& call) {
         const double v = inside ? call.in[0].at(sx, sy, c) : 0;
         sum += static_cast<long double>(tap) * v;
         absolute += std::fabs(tap * v);
-        if (p.bits != 0) held = Fixed(held + tap * scale * v, p.bits);
+        if (p.bits == 0) continue;
+        const double next = held + tap * scale * v;
+        if (AtTie(next, tap * scale, p.bits)) call.Undecided(x, y, c, std::ldexp(1.0, -p.bits) / scale);
+        held = Fixed(next, p.bits);
       }
     }
     return p.bits != 0 ? Rounded(held / scale)

@@ -98,7 +98,7 @@ void EvaluateBump(const Call& call) {
     d[2] += 1;
     d = Dot(d, d) > 1e-30 ? Normalized(d) : Vector3{};
   }
-  ForEachSample(call, [&](int x, int y, int) {
+  const auto value = [&](int x, int y) {
     const auto [fx, fy] = Slopes(f, p.slope, x, y);
     double e;
     switch (p.method) {
@@ -119,6 +119,16 @@ void EvaluateBump(const Call& call) {
     if (p.output == BumpOutput::kDiffuse) return std::pair{lit, scale};
     const double power = lit > 0 ? std::pow(lit, p.exponent) : 0;
     return std::pair{power, std::max(scale, power) * (1 + p.exponent)};
+  };
+  const double codes = std::ldexp(1.0, p.bits) - 1;
+  ForEachSample(call, [&](int x, int y, int c) {
+    const auto [v, scale] = value(x, y);
+    if (p.bits == 0) return std::pair{v, scale};
+    // The framebuffer holds the result as well; next to the middle between two codes the last bits of doubles
+    // decide.
+    const double position = std::clamp(v, 0.0, 1.0) * codes;
+    if (std::fabs(position - std::floor(position) - 0.5) < 1e-6) call.Undecided(x, y, c, 1 / codes);
+    return std::pair{std::nearbyint(position) / codes, scale};
   });
 }
 

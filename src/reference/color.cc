@@ -43,10 +43,11 @@ void EachPixel(const Call& call, const F& f) {
 
 double LargestColor(const double* p) { return std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])}); }
 
-// Weights divided by their sum.
-void Weights(const LuminanceWeights& given, double w[3]) {
+// Weights divided by their sum, and the sum of their magnitudes, which is 1 unless some are negative.
+double Weights(const LuminanceWeights& given, double w[3]) {
   const double sum = given.r + given.g + given.b;
   w[0] = given.r / sum, w[1] = given.g / sum, w[2] = given.b / sum;
+  return std::fabs(w[0]) + std::fabs(w[1]) + std::fabs(w[2]);
 }
 
 // Multiplies a column by a 3x3 matrix in place.
@@ -59,12 +60,12 @@ void Transform(const double m[3][3], double v[3]) {
 void SaturateReference(const Call& call) {
   const auto& p = Params<SaturateParams>(call);
   double w[3];
-  Weights(p.weights, w);
+  const double terms = Weights(p.weights, w);
   EachPixel(call, [&](const double* in, double* out, double* scale) {
     const double grey = w[0] * in[0] + w[1] * in[1] + w[2] * in[2];
     for (int i = 0; i < 3; ++i) {
       out[i] = grey + p.saturation * (in[i] - grey);
-      scale[i] = LargestColor(in) * std::max(1.0, std::fabs(p.saturation));
+      scale[i] = LargestColor(in) * std::max(1.0, std::fabs(p.saturation)) * terms;
     }
   });
 }
@@ -74,7 +75,7 @@ void SaturateReference(const Call& call) {
 void HueReference(const Call& call) {
   const auto& p = Params<HueParams>(call);
   double w[3] = {1.0 / 3, 1.0 / 3, 1.0 / 3};
-  if (p.preserve_luminance) Weights(p.weights, w);
+  const double terms = p.preserve_luminance ? Weights(p.weights, w) : 1;
   const double a = std::sqrt(0.5), b = -std::sqrt(1.0 / 3), c = std::sqrt(2.0 / 3);
   const double rx[3][3] = {{1, 0, 0}, {0, a, -a}, {0, a, a}}, ry[3][3] = {{c, 0, b}, {0, 1, 0}, {-b, 0, c}};
   const double rx_back[3][3] = {{1, 0, 0}, {0, a, a}, {0, -a, a}},
@@ -92,7 +93,7 @@ void HueReference(const Call& call) {
     v[0] = x, v[1] = y;
     v[2] -= zx * v[0] + zy * v[1];
     Transform(ry_back, v), Transform(rx_back, v);
-    for (int i = 0; i < 3; ++i) out[i] = v[i], scale[i] = LargestColor(in);
+    for (int i = 0; i < 3; ++i) out[i] = v[i], scale[i] = LargestColor(in) * terms;
   });
 }
 

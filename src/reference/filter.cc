@@ -104,13 +104,14 @@ void EvaluateConvolve(const Call& call) {
     }
   }
   const bool differences = k.width * k.height <= 25 && std::fabs(balance) < 1e-12 * total;
-  // Large kernels may be transformed in blocks: the error is that of all samples together.
+  // Large kernels may be transformed in blocks: the errors of all samples together are spread over the block
+  // as by chance. Five of their deviations.
   double transform = 0;
   if (q.method == FilterMethod::kFft || (q.method == FilterMethod::kAuto && k.width * k.height > 81)) {
     double squares = std::fabs(in.value), weights = 0;
     for (const double v : call.in[0].samples) squares = std::max(squares, std::fabs(v));
     for (const double w : k.weights) weights += w * w;
-    transform = squares * 128 * std::sqrt(weights) / std::fabs(divisor);
+    transform = squares * 32 * std::sqrt(weights) / std::fabs(divisor);
   }
   const int alpha = call.in_specs[0].alpha;
   ForEachSample(call, [&](int x, int y, int c) {
@@ -124,6 +125,11 @@ void EvaluateConvolve(const Call& call) {
     auto [sum, magnitude] = WindowSum(in, x, y, c, k.width, k.height, ax, ay, weight);
     if (differences) {
       magnitude = std::max(magnitude, LargestUnder(in, x, y, c, k.width, k.height, ax, ay, weight) * total);
+    }
+    if (q.method == FilterMethod::kLowRank) {  // products have weights where their sum has none
+      const auto everywhere = [](int, int) { return 1; };
+      magnitude =
+          std::max(magnitude, LargestUnder(in, x, y, c, k.width, k.height, ax, ay, everywhere) * total);
     }
     if (transform > 0) magnitude = std::max(magnitude, transform);
     const double bias = q.bias * (alpha >= 0 && q.bias != 0 ? call.in[0].at(x, y, alpha) : 1);
@@ -271,7 +277,10 @@ void EvaluateSobel(const Call& call) {
       case SobelOutput::kXY:
         return result % 2 == 0 ? Sample(gx, sx + kSmallestScale) : Sample(gy, sy + kSmallestScale);
       case SobelOutput::kDirection:
-        return Sample(std::atan2(gy, gx), magnitude > 0 ? 1 + (sx + sy) / magnitude : 0);
+        // Of a zero gradient 0 is exact, pi (signed zeros) is rounded.
+        return Sample(std::atan2(gy, gx), magnitude > 0               ? 1 + (sx + sy) / magnitude
+                                          : std::atan2(gy, gx) != 0.0 ? 1
+                                                                      : 0);
       default:
         return Sample(magnitude, sx + sy + kSmallestScale);
     }
@@ -344,11 +353,16 @@ std::vector<Entry> FilterEntries() {
   blur.wants_largest = RunsAlongLines;
   // The first three are convolutions with one kernel each.
   return {
-      {"emboss", EvaluateConvolve, ConvolveInput},   {"laplacian", EvaluateConvolve, ConvolveInput},
-      {"highpass", EvaluateConvolve, ConvolveInput}, {"convolve", EvaluateConvolve, ConvolveInput, 1},
-      blur,                                          {"sobel", EvaluateSobel, SobelInput},
-      {"unsharp", EvaluateUnsharp, nullptr},         {"median", EvaluateMedian, RankInput},
-      {"dilate", EvaluateDilate, RankInput},         {"erode", EvaluateErode, RankInput},
+      {"emboss", EvaluateConvolve, ConvolveInput},
+      {"laplacian", EvaluateConvolve, ConvolveInput},
+      {"highpass", EvaluateConvolve, ConvolveInput},
+      {"convolve", EvaluateConvolve, ConvolveInput, 1},
+      blur,
+      {"sobel", EvaluateSobel, SobelInput},
+      {"unsharp", EvaluateUnsharp, nullptr},
+      {"median", EvaluateMedian, RankInput},
+      {"dilate", EvaluateDilate, RankInput},
+      {"erode", EvaluateErode, RankInput},
   };
 }
 

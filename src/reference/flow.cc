@@ -98,11 +98,14 @@ class Pixel {
   struct Result {
     std::vector<double> value, tolerance;
     bool masked = false;
+    // Where a line ends, or which way it goes, may be decided otherwise: any mean of the texture's values.
+    bool undecided = false;
+    double doubtful = 0;  // weight of taps that may be there or not
   };
 
   Result Convolve(int x, int y) const {
     const auto count = static_cast<size_t>(scene_.channels());
-    Result r{std::vector<double>(count), std::vector<double>(count), false};
+    Result r{std::vector<double>(count), std::vector<double>(count), false, false, 0};
     if (!scene_.Open(x, y)) {
       r.masked = true;
       return r;
@@ -110,23 +113,30 @@ class Pixel {
     double weight = Weight(p_, 0);
     for (int c = 0; c < scene_.channels() && weight != 0; ++c)
       r.value[static_cast<size_t>(c)] = weight * scene_.Texel(x, y, c);
-    bool doubtful = false;
-    for (const double sign : {1.0, -1.0}) AddLine(x, y, sign, r, weight, doubtful);
+    for (const double sign : {1.0, -1.0}) AddLine(x, y, sign, r, weight);
+    // A few taps at a line's end are as many pixels that may be others; more decide what is seen.
+    r.undecided |= r.doubtful > 0.1 * weight;
     for (size_t c = 0; c < count; ++c) {
       const double range = scene_.range(static_cast<int>(c));
       r.value[c] = weight > 0 ? r.value[c] / weight : 0;
-      r.tolerance[c] =
-          (weight > 0 ? r.tolerance[c] / weight : 0) + 2e-6 * std::max(range, std::fabs(r.value[c]));
-      if (doubtful) r.tolerance[c] = range;
-      if (p_.method == LicMethod::kShared) r.tolerance[c] = std::max(r.tolerance[c], range);
+      double off = weight > 0 ? (r.tolerance[c] + r.doubtful * range) / weight : 0;
+      // Lines that drift so far that a quarter of what they read may be something else.
+      if (p_.method == LicMethod::kShared) off = 0;  // AddSharing knows how far beside they may be
+      r.undecided |= off > 0.25 * range;
+      r.tolerance[c] = std::min(off, 0.25 * range) + 2e-6 * std::max(range, std::fabs(r.value[c]));
     }
+    if (p_.method == LicMethod::kShared) AddSharing(x, y, r);
     return r;
   }
 
  private:
   bool Cells() const { return p_.integrator == LicIntegrator::kCell; }
   bool Adaptive() const { return p_.integrator == LicIntegrator::kAdaptive && !p_.speed; }
-  double Moved() const { return Cells() || Adaptive() ? 1e-3 : 1e-4; }
+  // How far positions are off that no step's error explains: 1e-3 pixels over 100 where steps are chosen.
+  double Moved() const {
+    if (Adaptive()) return 1e-3 * std::max(1.0, p_.length / 100);
+    return Cells() ? 1e-3 : 1e-4;
+  }
   int Parts() const {
     if (p_.speed) return static_cast<int>(std::clamp(std::ceil(scene_.longest() * p_.step), 1.0, 64.0));
     return Adaptive() ? static_cast<int>(std::ceil(p_.step)) : 1;
@@ -137,67 +147,177 @@ class Pixel {
     return Follow(scene_, p_, {x + off.x, y + off.y}, sign, parts);
   }
 
-  void AddLine(int x, int y, double sign, Result& r, double& weight, bool& doubtful) const {
+  void AddLine(int x, int y, double sign, Result& r, double& weight) const {
     const double d = Moved();
     const std::vector<Point> line = From(x, y, {}, sign, Adaptive() ? 4 * Parts() : Parts());
     std::vector<std::vector<Point>> others;
     for (const Point off : {Point{d, 0}, Point{-d, 0}, Point{0, d}, Point{0, -d}}) {
       others.push_back(From(x, y, off, sign, Parts()));
     }
-    if (Adaptive()) others.push_back(From(x, y, {}, sign, Parts()));
-    const std::vector<double> bends = Adaptive() ? Bends(x, y, line) : std::vector<double>(line.size());
     const double reach = p_.magnitude == LicMagnitude::kLength ? Taps(p_) * scene_.Share(x, y)
                                                                : std::numeric_limits<double>::infinity();
+    std::vector<double> apart(line.size(), d);  // how far lines are that start d away
+    for (size_t i = 0; i < line.size(); ++i) {
+      for (const auto& other : others)
+        apart[i] = std::max(apart[i], std::hypot(other[i].x - line[i].x, other[i].y - line[i].y));
+    }
+    const std::vector<double> steps =
+        Adaptive() ? StepErrors(x, y, line, apart, sign) : std::vector<double>(line.size());
+    bool ended = false, loose = false;
     for (size_t i = 0; i < line.size(); ++i) {
       const double number = static_cast<double>(i) + 1, w = Weight(p_, static_cast<int>(sign * number));
-      if (std::fabs(number - reach) < 1e-3) doubtful = true;
+      if (std::fabs(number - reach) < 1e-3) r.undecided = true;
       if (number > reach) return;
       Point low = line[i], high = line[i];
       for (const auto& other : others) {
         low = {std::min(low.x, other[i].x), std::min(low.y, other[i].y)};
         high = {std::max(high.x, other[i].x), std::max(high.y, other[i].y)};
       }
-      const double off = d + bends[i], grown = off / d;
-      const double margin_x = Cells() ? 0 : off + grown * (high.x - low.x);
-      const double margin_y = Cells() ? 0 : off + grown * (high.y - low.y);
-      low = {low.x - margin_x, low.y - margin_y}, high = {high.x + margin_x, high.y + margin_y};
-      const bool open = scene_.Open(Nearest(line[i].x), Nearest(line[i].y));
-      doubtful |= !Spread(line[i], low, high, open, w, r);
-      if (!open) return;
+      const double margin = Cells() ? 0 : d + steps[i] * apart[i] / d + (high.x - low.x + high.y - low.y) / 2;
+      low = {low.x - margin, low.y - margin}, high = {high.x + margin, high.y + margin};
+      const bool open = !ended && scene_.Open(Nearest(line[i].x), Nearest(line[i].y));
+      const Reach reach_here = ReachOf(low, high);
+      if (reach_here == Reach::kAnywhere) {
+        r.undecided = true;
+        if (!open) return;
+      }
+      // A line may have ended before the others do, or go on behind its end.
+      loose |= open && reach_here == Reach::kSome;
+      ended |= !open;
+      if (ended && reach_here == Reach::kNone) return;
+      if (loose || ended) r.doubtful += w;
+      if (ended) continue;
+      Spread(line[i], low, high, w, r);
       weight += w;
     }
   }
-  // How far the kinks of a bilinear field at pixels' edges may carry steps that reach over several of them:
-  // a share of the second differences of the direction met so far, the step's own reach ahead included.
-  std::vector<double> Bends(int x, int y, const std::vector<Point>& line) const {
-    const Point start{static_cast<double>(x), static_cast<double>(y)};
-    std::vector<Point> v{scene_.Velocity(start)};
-    for (const Point& at : line) v.push_back(scene_.Velocity(at));
-    std::vector<double> sum{0};
-    for (size_t i = 1; i + 1 < v.size(); ++i) {
-      const Point bend = v[i - 1] + -2.0 * v[i] + v[i + 1];
-      sum.push_back(sum.back() + kShareOfBend * std::hypot(bend.x, bend.y));
+  // What the steps of the method may miss until each tap, as a distance at the start of the line (where lines
+  // drift apart errors grow as they do): from tap to tap the larger error of its two steps, of fourth and
+  // third order; over several taps, wherever such a step would be taken, that of its end and of the cubics
+  // between. Nobody knows where steps begin: the worst chain of them counts.
+  std::vector<double> StepErrors(int x, int y, const std::vector<Point>& line,
+                                 const std::vector<double>& apart, double sign) const {
+    const size_t taps = line.size();
+    const double d = Moved();
+    std::vector<Point> at{{static_cast<double>(x), static_cast<double>(y)}};
+    at.insert(at.end(), line.begin(), line.end());
+    std::vector<double> until(taps + 1), worst(taps + 1);
+    const auto growth = [&](size_t i) { return i == 0 ? 1 : apart[i - 1] / d; };
+    for (size_t j = 0; j < taps; ++j) {
+      const double one = until[j] + StepError(at[j], at[j + 1], sign) / growth(j + 1);
+      until[j + 1] = std::max(until[j + 1], one);
+      for (const size_t n : {2, 4, 5, 8, 10, 16, 20}) {
+        if (j + n > taps || n * p_.step > LongestStep()) break;
+        const double h = sign * p_.step * static_cast<double>(n);
+        const Point v = scene_.Velocity(at[j]), k2 = scene_.Velocity(at[j] + 0.5 * h * v),
+                    k3 = scene_.Velocity(at[j] + 0.5 * h * k2), k4 = scene_.Velocity(at[j] + h * k3);
+        if (!IsTaken(v, k2, k3, k4)) continue;
+        const Point end = at[j] + (h / 6) * (v + 2 * k2 + 2 * k3 + k4), last = scene_.Velocity(end);
+        for (size_t m = 1; m <= n; ++m) {
+          const double t = static_cast<double>(m) / static_cast<double>(n), u = 1 - t;
+          const Point cubic = (u * u * (1 + 2 * t)) * at[j] + (t * t * (3 - 2 * t)) * end +
+                              (h * t * u * u) * v + (-h * t * t * u) * last;
+          const double off = std::hypot(cubic.x - at[j + m].x, cubic.y - at[j + m].y) / growth(j + m);
+          double& place = m == n ? until[j + m] : worst[j + m];
+          place = std::max(place, until[j] + off);
+        }
+      }
     }
-    const auto ahead = static_cast<size_t>(std::ceil(kLongestStep / p_.step));
-    std::vector<double> bends(line.size());
-    for (size_t i = 0; i < bends.size(); ++i) bends[i] = sum[std::min(i + ahead, sum.size() - 1)];
-    return bends;
+    std::vector<double> errors(taps);
+    for (size_t i = 0; i < taps; ++i) errors[i] = std::max(until[i + 1], worst[i + 1]);
+    return errors;
   }
-  static constexpr double kShareOfBend = 1.0 / 16, kLongestStep = 10;
+  // Whether a step with these stages may be taken: by how much it turns, unevenly or with a bend within.
+  bool IsTaken(Point k1, Point k2, Point k3, Point k4) const {
+    const double limit = 1.01 * std::min(0.3, 0.15 * std::pow(20 / Length(), 0.25));
+    const auto apart = [](Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); };
+    return apart(k1, k4) <= limit && 2 * apart(k2, k3) <= limit && 8 * apart(k1 + k4, k2 + k3) <= limit;
+  }
+  // Of shared lines, which pass beside the centres anyway, the steps are those of short ones.
+  double Length() const {
+    const double length = std::max(1.0, Taps(p_) * p_.step);
+    return p_.method == LicMethod::kShared ? std::min(length, 20.0) : length;
+  }
+  double LongestStep() const { return Length() > 64 ? 2 : Length() > 32 ? 4 : 20; }
+  // What a step from tap to tap misses: the larger error of the two that the kernel takes where the field has
+  // kinks, of fourth and of third order. Longer ones it takes only where their errors are smaller.
+  double StepError(Point from, Point to, double sign) const {
+    const int parts = Parts();
+    const double h = sign * p_.step / parts;
+    Point fourth = from, third = from;
+    for (int k = 0; k < parts; ++k) {
+      const Point k1 = scene_.Velocity(fourth), k2 = scene_.Velocity(fourth + 0.5 * h * k1),
+                  k3 = scene_.Velocity(fourth + 0.5 * h * k2), k4 = scene_.Velocity(fourth + h * k3);
+      fourth = fourth + (h / 6) * (k1 + 2 * k2 + 2 * k3 + k4);
+      const Point a = scene_.Velocity(third), b = scene_.Velocity(third + 0.5 * h * a);
+      const Point c = scene_.Velocity(third + (-0.16 * h) * a + (0.96 * h) * b);
+      third = third + h * ((5.0 / 24) * a + (4.0 / 9) * b + (25.0 / 72) * c);
+    }
+    return std::max(std::hypot(fourth.x - to.x, fourth.y - to.y), std::hypot(third.x - to.x, third.y - to.y));
+  }
+  // Shared lines pass up to half a pixel beside the centre: twice what lines that start there differ by, and
+  // six standard deviations of a mean whose taps each read any of the pixels around.
+  void AddSharing(int x, int y, Result& r) const {
+    const auto count = static_cast<size_t>(scene_.channels());
+    std::vector<double> spread(count), squares(count);
+    double weights = Weight(p_, 0);
+    const auto deviate = [&](int px, int py, double w) {
+      for (size_t c = 0; c < count; ++c) {
+        const double own = scene_.Texel(px, py, static_cast<int>(c));
+        double sum = 0;
+        for (int k = 0; k < 9; ++k) {
+          const double other = scene_.Texel(px + k % 3 - 1, py + k / 3 - 1, static_cast<int>(c)) - own;
+          sum += other * other / 8;
+        }
+        squares[c] += w * w * sum;
+      }
+    };
+    deviate(x, y, weights);
+    for (int k = -1; k < 8; ++k) {
+      const double angle = k * std::numbers::pi / 4, away = k < 0 ? 0 : 0.5;
+      const Point off{away * std::cos(angle), away * std::sin(angle)};
+      std::vector<double> sum(count);
+      double weight = Weight(p_, 0);
+      for (size_t c = 0; c < count; ++c) sum[c] = weight * scene_.Texel(x, y, static_cast<int>(c));
+      for (const double sign : {1.0, -1.0}) {
+        const std::vector<Point> line = From(x, y, off, sign, Parts());
+        for (size_t i = 0; i < line.size(); ++i) {
+          const int px = Nearest(line[i].x), py = Nearest(line[i].y);
+          if (!scene_.Open(px, py)) break;
+          const double w = Weight(p_, static_cast<int>(sign * (static_cast<double>(i) + 1)));
+          weight += w;
+          for (size_t c = 0; c < count; ++c) sum[c] += w * Value(line[i], static_cast<int>(c));
+          if (k < 0) deviate(px, py, w), weights += w;
+        }
+      }
+      for (size_t c = 0; c < count && weight > 0; ++c)
+        spread[c] = std::max(spread[c], std::fabs(sum[c] / weight - r.value[c]));
+    }
+    for (size_t c = 0; c < count && weights > 0; ++c) {
+      const double range = scene_.range(static_cast<int>(c));
+      r.tolerance[c] += std::max(2 * spread[c], 6 * std::sqrt(squares[c]) / weights);
+      r.undecided |= r.tolerance[c] > 0.5 * range;
+      r.tolerance[c] = std::min(r.tolerance[c], 0.5 * range);
+    }
+  }
   static int Nearest(double v) { return static_cast<int>(std::floor(v + 0.5)); }
 
-  // Adds a tap; false when the line might be anywhere, or ended.
-  bool Spread(Point at, Point low, Point high, bool open, double w, Result& r) const {
+  // Which of the pixels that a tap may lie in lines may be at.
+  enum class Reach { kAll, kSome, kNone, kAnywhere };
+  Reach ReachOf(Point low, Point high) const {
     const int x0 = Nearest(low.x), x1 = Nearest(high.x), y0 = Nearest(low.y), y1 = Nearest(high.y);
-    if (x1 - x0 > 8 || y1 - y0 > 8) {
-      if (open) Take(at, w, r);
-      return false;
-    }
-    bool sure = true;
+    if (!(high.x - low.x < 8 && high.y - low.y < 8)) return Reach::kAnywhere;
+    int open = 0;
     for (int y = y0; y <= y1; ++y) {
-      for (int x = x0; x <= x1; ++x) sure &= scene_.Open(x, y) == open;
+      for (int x = x0; x <= x1; ++x) open += scene_.Open(x, y);
     }
-    if (!open) return sure;
+    if (open == 0) return Reach::kNone;
+    return open == (x1 - x0 + 1) * (y1 - y0 + 1) ? Reach::kAll : Reach::kSome;
+  }
+  // Adds a tap.
+  void Spread(Point at, Point low, Point high, double w, Result& r) const {
+    if (ReachOf(low, high) == Reach::kAnywhere) return Take(at, w, r);
+    const int x0 = Nearest(low.x), x1 = Nearest(high.x), y0 = Nearest(low.y), y1 = Nearest(high.y);
     for (int c = 0; c < scene_.channels(); ++c) {
       const double own = Value(at, c);
       double off = 0;
@@ -219,7 +339,6 @@ class Pixel {
       r.tolerance[static_cast<size_t>(c)] += w * off;
     }
     Take(at, w, r);
-    return sure;
   }
   void Take(Point at, double w, Result& r) const {
     for (int c = 0; c < scene_.channels() && w != 0; ++c) r.value[static_cast<size_t>(c)] += w * Value(at, c);
@@ -265,19 +384,22 @@ void EvaluateLic(const Call& call) {
       const Pixel::Result r = pixel.Convolve(px, py);
       const std::array<double, 3> color = Color(scene.Share(px, py));
       for (int c = 0; c < call.out.channels; ++c) {
-        double value = 0, tolerance = 0;
+        double value = 0, tolerance = 0, jump = 0;
         if (!r.masked && !p.with_image && c == (colored ? 3 : 1)) {
           value = 1;
         } else if (!r.masked) {
           const size_t k = p.with_image ? static_cast<size_t>(c) : 0;
           value = mean + contrast * (r.value[k] - mean), tolerance = contrast * r.tolerance[k];
+          if (r.undecided) jump = contrast * scene.range(static_cast<int>(k));
           if (contrast == 1) value = r.value[k];
           if (colored) {
             const double shade = color[static_cast<size_t>(c)];
             value = shade * (0.25 + 1.5 * value), tolerance = 1.5 * shade * tolerance + 4e-6;
+            jump *= 1.5 * shade;
           }
         }
         call.out.at(x, y, c) = value;
+        if (jump > 0) call.Undecided(x, y, c, jump);
         if (call.scale != nullptr) call.scale->at(x, y, c) = 0x1p24 * tolerance;
       }
     }

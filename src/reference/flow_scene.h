@@ -56,6 +56,12 @@ class Scene {
       for (int x = 0; x < width_; ++x) shown_ = std::max(shown_, Given(x, y));
     }
     channels_ = image_ != nullptr ? image_->channels : 1;
+    if (image_ == nullptr) {
+      texels_.resize(vectors_.size());
+      for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x) texels_[Index(x, y)] = Noise(x, y) / 255.0;
+      }
+    }
     for (int c = 0; c < channels_; ++c) {
       double low = 0, high = 0;
       for (int y = 0; y < height_; ++y) {
@@ -114,7 +120,7 @@ class Scene {
   double Texel(int x, int y, int c) const {
     x = X(x), y = Y(y);
     if (image_ != nullptr) return image_->at(image_->roi.x0 + x, image_->roi.y0 + y, c);
-    return Noise(x, y) / 255.0;
+    return texels_[Index(x, y)];
   }
 
  private:
@@ -210,6 +216,7 @@ class Scene {
   std::vector<char> masked_;
   double longest_ = 0, shown_ = 0;
   std::vector<double> range_;
+  std::vector<double> texels_;  // of the noise
 };
 
 }  // namespace tessera::reference::flow

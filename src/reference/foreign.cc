@@ -12,10 +12,9 @@
 namespace tessera::reference {
 namespace {
 
-// What the library's float arithmetic is trusted with: a part of the largest of a pixel's channels, 2^-8 at least,
-// and so many
-// times what its result moves by when its input moves by one float. Its own order of operations, its vector
-// units and its approximate powers differ by that from one processor to the next.
+// What the library's float arithmetic is trusted with: a part of the largest of a pixel's channels, 2^-8 at
+// least, and so many times what its result moves by when its input moves by one float. Its own order of
+// operations, its vector units and its approximate powers differ by that from one processor to the next.
 constexpr double kForeignError = 0x1p-20, kSensitivity = 4;
 
 void EvaluateForeign(const Call& call) {
@@ -66,7 +65,8 @@ void EvaluateForeign(const Call& call) {
         call.out.at(r.x0 + x, y, c) = p < 0 ? in.at(r.x0 + x, y, c) : result[4 * x + p];
         if (call.scale == nullptr) continue;
         // An operation without a row has a bound of 2 units of 2^-24.
-        call.scale->at(r.x0 + x, y, c) = p < 0 ? 0 : (kForeignError * size + kSensitivity * spread[4 * x + p]) * 0x1p23;
+        call.scale->at(r.x0 + x, y, c) =
+            p < 0 ? 0 : (kForeignError * size + kSensitivity * spread[4 * x + p]) * 0x1p23;
       }
     }
   }

@@ -401,7 +401,8 @@ void EvaluateTable3D(const Call& call) {
       for (int c = 0; c < call.out.channels; ++c) {
         const auto k = static_cast<size_t>(c);
         call.out.at(x, y, c) = c < 3 ? found.value[k] : in.at(x, y, c);
-        if (call.scale != nullptr) call.scale->at(x, y, c) = c < 3 ? found.Scale(k) : 0;
+        // Scales are stated for a bound of 4 u, and an operation without a row has one of 2 u.
+        if (call.scale != nullptr) call.scale->at(x, y, c) = c < 3 ? 2 * found.Scale(k) : 0;
       }
     }
   }

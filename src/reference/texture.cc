@@ -180,9 +180,11 @@ void Evaluate(const Call& call) {
   Color color = {};
   ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
     if (c == 0) color = color_at(x, y);
-    if (c == call.out_spec.alpha) return {covers ? color[3] : 1.0, 1.0};
-    if (c >= 3) return {grey ? color[2] : 0.0, range};
-    return {color[static_cast<size_t>(c)], range};
+    // Places are floats, in widths: far down a narrow picture they are that much coarser.
+    const double scale = range * std::max(1.0, std::fabs(y - p.frame.y0 + 0.5) / width);
+    if (c == call.out_spec.alpha) return {covers ? color[3] : 1.0, scale};
+    if (c >= 3) return {grey ? color[2] : 0.0, scale};
+    return {color[static_cast<size_t>(c)], scale};
   });
 }
 

@@ -63,15 +63,23 @@ class Picture {
     return ray;
   }
   bool IsSurface() const { return p_.mode <= VolumeMode::kMelt; }
+  // Sheared pictures tell themselves what they leave out.
   bool EndsEarly() const {
-    return !IsSurface() && (p_.mode < VolumeMode::kOver || p_.mode == VolumeMode::kUnder ||
-                            p_.method == VolumeMethod::kShearWarp);
+    return !IsSurface() && (p_.mode < VolumeMode::kOver || p_.mode == VolumeMode::kUnder) &&
+           p_.method != VolumeMethod::kShearWarp;
+  }
+  double Brightest() const {
+    double most = 1;
+    for (size_t i = 0; i < draw_.transfer.size(); ++i) {
+      if (i % 4 != 3) most = std::max(most, static_cast<double>(draw_.transfer[i]));
+    }
+    return most;
   }
   Result Draw(double x, double y, double scene, const Vector3& moved) const {
     if (p_.method == VolumeMethod::kShearWarp) {
       const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
-      const std::array<double, 4> c = sheared_.Draw(Add(r.origin, moved), r.direction);
-      return {c[0], c[1], c[2], c[3], kEndless, 0};
+      const std::array<double, 5> c = sheared_.Draw(Add(r.origin, moved), r.direction);
+      return {c[0], c[1], c[2], c[3], kEndless, c[4] * Brightest()};
     }
     const Ray ray = RayOf(x, y, scene, moved);
     return IsSurface() ? Surface(ray, ray.misses) : Medium(ray, ray.misses);
@@ -402,9 +410,7 @@ class Scene {
   void Add(const VolumeDraw& draw) {
     pictures_.emplace_back(draw);  // a deque: pictures refer to their own parts
     moves_.push_back(pictures_.back().Moves());
-    for (size_t i = 0; i < draw.transfer.size(); ++i) {
-      if (i % 4 != 3) brightest_ = std::max(brightest_, static_cast<double>(draw.transfer[i]));
-    }
+    brightest_ = std::max(brightest_, pictures_.back().Brightest());
     if (pictures_.back().EndsEarly()) termination_ = std::max(termination_, draw.params.termination);
   }
 

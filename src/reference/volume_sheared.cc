@@ -1,6 +1,7 @@
 // The picture that shear-warp defines: rays of the base slice's lattice, and their bilinear mean.
 #include "reference/volume_sheared.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tessera::reference {
@@ -23,7 +24,7 @@ ShearedPicture::ShearedPicture(const ops::volume::VolumeDraw& draw, const Substa
   slices_ = v_.size[deep_];
 }
 
-std::array<double, 4> ShearedPicture::Draw(const Vector3& origin, const Vector3& direction) const {
+std::array<double, 5> ShearedPicture::Draw(const Vector3& origin, const Vector3& direction) const {
   Vector3 eye, along;
   for (size_t a = 0; a < 3; ++a) {
     eye[a] = substance_.Voxels(origin[a], a);
@@ -33,12 +34,14 @@ std::array<double, 4> ShearedPicture::Draw(const Vector3& origin, const Vector3&
   const double t = (base - eye[deep_]) / along[deep_];
   const double u = eye[right_] + t * along[right_], v = eye[down_] + t * along[down_];
   const double i = std::floor(u), j = std::floor(v), fu = u - i, fv = v - j;
-  std::array<double, 4> sum = {0, 0, 0, 0};
+  std::array<double, 5> sum = {0, 0, 0, 0, 0};
   for (int corner = 0; corner < 4; ++corner) {
     const int a = corner & 1, b = corner >> 1;
     const double weight = (a ? fu : 1 - fu) * (b ? fv : 1 - fv);
     const std::array<double, 4> ray = Through(i + a, j + b, eye, along);
     for (size_t c = 0; c < 4; ++c) sum[c] += weight * ray[c];
+    if (p_.termination > 0)
+      sum[4] += weight * std::clamp(ray[3] - (1 - p_.termination) + 1e-5, 0.0, p_.termination);
   }
   return sum;
 }

@@ -20,8 +20,9 @@ class ShearedPicture {
  public:
   ShearedPicture(const ops::volume::VolumeDraw& draw, const Substance& substance);
 
-  // R, G, B, A of the pixel whose ray this is, world coordinates.
-  std::array<double, 4> Draw(const Vector3& origin, const Vector3& direction) const;
+  // R, G, B, A of the pixel whose ray this is, world coordinates, and how much of its alpha rays that end
+  // early leave out.
+  std::array<double, 5> Draw(const Vector3& origin, const Vector3& direction) const;
 
  private:
   // Of the ray through place (right, down) of the base slice. `eye`, `along`: voxels.

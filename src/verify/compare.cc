@@ -33,14 +33,14 @@ void Comparison::Tile(const ConstImageView& pixels, const Evaluated& want) {
         const int c = stored_.channels[static_cast<size_t>(k)];
         const double exact = want.value.at(x, y, c);
         // The reference itself is exact to double's precision only.
-        const double tolerance =
-            want.tolerance.at(x, y, c) + want.JumpAt(x, y, c) + 1e-14 * std::fabs(exact) + 0x1p-149;
+        const double tolerance = std::isfinite(exact) ? want.tolerance.at(x, y, c) + want.JumpAt(x, y, c) +
+                                                            1e-14 * std::fabs(exact) + 0x1p-149
+                                                      : 0;
         const double got = SampleOf(pixels, x, y, k);
         ++r_.samples;
-        if (want.Undecided(x, y, c) || !std::isfinite(want.tolerance.at(x, y, c))) {
+        if (want.Undecided(x, y, c) || !std::isfinite(tolerance)) {
           ++r_.undecided;
-        } else if (!std::isfinite(exact) && stored_.type != PixelType::kUint8 &&
-                   stored_.type != PixelType::kUint16) {
+        } else if (!std::isfinite(exact) && !IsInteger(stored_.type)) {
           Finite({x, y, c}, got, exact);
         } else if (stored_.bits > 0) {
           Coarse({x, y, c}, got, std::clamp(exact, 0.0, 1.0), tolerance, 1.0 / ((1 << stored_.bits) - 1));
@@ -61,7 +61,8 @@ bool Comparison::Finite(const Place& at, double got, double want) {
   if (std::isfinite(got) && std::isfinite(want)) return true;
   const bool same = (std::isnan(got) && std::isnan(want)) || got == want;
   // Beyond float's range the float result is infinite where the double one is not.
-  const bool overflow = std::isinf(got) && std::fabs(want) > std::numeric_limits<float>::max();
+  const bool overflow = std::isinf(got) && std::fabs(want) > std::numeric_limits<float>::max() &&
+                        std::signbit(got) == std::signbit(want);
   if (!same && !overflow) {
     ++r_.nan_mismatches;
     Outside(at, std::numeric_limits<double>::infinity());

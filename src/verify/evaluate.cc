@@ -120,8 +120,8 @@ void ReferenceEngine::Run(const reference::Entry& entry, const reference::Call& 
     check();
     ImageD row({roi.x0, y, roi.x1, y + 1}, call.out.channels), scale = row, undecided = row;
     entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, row,
-                    call.scale != nullptr ? &scale : nullptr, call.undecided != nullptr ? &undecided : nullptr,
-                    call.tolerances, call.largest});
+                    call.scale != nullptr ? &scale : nullptr,
+                    call.undecided != nullptr ? &undecided : nullptr, call.tolerances, call.largest});
     const size_t at = static_cast<size_t>(y - roi.y0) * samples;
     const auto put = [&](const ImageD& from, ImageD* to) {
       if (to != nullptr) std::copy(from.samples.begin(), from.samples.end(), to->samples.begin() + at);
@@ -249,8 +249,8 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   }
   ImageD scale(roi, d.spec.channel_count());
   out.jump = scale;
-  Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, &scale, &out.jump, tolerances,
-               largest});
+  Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, &scale, &out.jump,
+               tolerances, largest});
   DropWithoutJumps(out);
   const double bound = bound_(d.op->Name()) * kU;
   ForEachSample(out.value,

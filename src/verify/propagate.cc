@@ -18,10 +18,10 @@ constexpr double kMove = 2, kFine = 8;
 
 // The sign of a sample in a set of signs.
 enum class Signs : uint8_t {
-  kSame,          // all samples in one direction: whatever adds up
-  kByChannel,     // every other channel the other way: differences of channels
-  kByPlace,       // by chance: errors that know nothing of each other
-  kByValue,       // by chance, equal for equal samples: patterns and areas of few values
+  kSame,       // all samples in one direction: whatever adds up
+  kByChannel,  // every other channel the other way: differences of channels
+  kByPlace,    // by chance: errors that know nothing of each other
+  kByValue,    // by chance, equal for equal samples: patterns and areas of few values
 };
 
 struct SignSet {
@@ -114,9 +114,9 @@ class Responses {
     if (!Any(moved_.tolerance, -1)) return;
     const size_t count = out_.value.samples.size();
     std::vector<double> largest(count), squares(count);
-    const std::vector<SignSet> all = {{Signs::kSame, 0},      {Signs::kByPlace, 11}, {Signs::kByPlace, 57},
-                                      {Signs::kByPlace, 91},  {Signs::kByValue, 17}, {Signs::kByPlace, 23},
-                                      {Signs::kByValue, 71},  {Signs::kByChannel, 0}};
+    const std::vector<SignSet> all = {{Signs::kSame, 0},     {Signs::kByPlace, 11}, {Signs::kByPlace, 57},
+                                      {Signs::kByPlace, 91}, {Signs::kByValue, 17}, {Signs::kByPlace, 23},
+                                      {Signs::kByValue, 71}, {Signs::kByChannel, 0}};
     const size_t sets = linear ? 5 : all.size();
     int by_chance = 0;
     for (size_t s = 0; s < sets; ++s) {

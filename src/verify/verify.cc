@@ -27,7 +27,8 @@ double BoundOf(const std::string& op) {
   return info != nullptr ? info->bound_u : 2.0;
 }
 
-// Tiles of a grid over the window: its middle, its corners, then others by a fixed chance, none of them twice.
+// Tiles of a grid over the window: its middle, its corners, then others by a fixed chance, none of them
+// twice.
 std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
   const int64_t side = options.tile_size;
   const int64_t columns = (window.width() + side - 1) / side, rows = (window.height() + side - 1) / side;
@@ -310,8 +311,9 @@ VerifyReport VerifyStored(const Node& node, const ConstImageView& stored, const 
   const ImageSpec& spec = node.spec();
   if (stored.channels != spec.channel_count() || !spec.data_window.Contains(stored.roi)) {
     throw Error("verify", "found pixels of " + std::to_string(stored.channels) + " channels, " +
-                              std::to_string(stored.roi.width()) + " x " + std::to_string(stored.roi.height()) +
-                              ", expected " + std::to_string(spec.channel_count()) +
+                              std::to_string(stored.roi.width()) + " x " +
+                              std::to_string(stored.roi.height()) + ", expected " +
+                              std::to_string(spec.channel_count()) +
                               " channels and a part of the result's window");
   }
   StoredPixels pixels = verify::Evaluations(node, stored.type, {});

@@ -149,6 +149,25 @@ TEST(Rules, ReadersOfOneImageMayNeedDifferentChannels) {
   }
 }
 
+// An input of one channel goes with each channel of the result, also where the first one is not wanted.
+TEST(Rules, OneChannelGoesWithEveryWantedChannel) {
+  const Node a = Source(3, T::kFloat, 1, Content::kOrdinary), b = Source(3, T::kFloat, 2, Content::kOrdinary);
+  const Node mask = Source(1, T::kFloat, 3, Content::kOrdinary);
+  const Node all = Apply("dissolve", {a, b}, "0.5");
+  ExpectSameBits(Render(Apply("ch", {all}, "B")), Render(Apply("ch", {FromImage(Render(all))}, "B")));
+  const Node added = Apply("add", {a, mask});
+  ExpectSameBits(Render(Apply("ch", {added}, "1")), Render(Apply("ch", {FromImage(Render(added))}, "1")));
+  const Node tested = Apply("depthtest", {a, b}, "less depth=2");
+  ExpectSameBits(Render(Apply("ch", {tested}, "1")), Render(Apply("ch", {FromImage(Render(tested))}, "1")));
+}
+
+TEST(Rules, AlphaAmongTheColoursIsRefused) {
+  const Node turned = Apply("ch", {Source(4, T::kFloat)}, "R,A,B,G");
+  ASSERT_EQ(turned.spec().alpha, 1);
+  EXPECT_THROW(Apply("hue", {turned}, "30"), Error);
+  EXPECT_NO_THROW(Apply("hue", {Apply("ch", {turned}, "R,G=A,B")}, "30"));
+}
+
 // Rows of a file that a tile does not need at all: what is beyond them is black.
 TEST(Rules, TilesBeyondAStreamedSourceAreBlack) {
   for (const T type : {T::kUint8, T::kFloat}) {

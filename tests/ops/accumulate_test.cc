@@ -275,6 +275,46 @@ TEST(DepthOfFieldTest, SharpStaysSharpAndEnergyIsKept) {
   EXPECT_THAT(Refusal([&] { DepthOfField(c, d, {1, 1, 1, 2}); }), HasSubstr("depth channel 2"));
 }
 
+// Radii between whole and half pixels reach neighbours in the corners, from every tile.
+TEST(DepthOfFieldTest, DiscsReachAsFarAsTheirRadiusSays) {
+  const Roi window{0, 0, 40, 13};
+  const Node color = FromImage(testing::Picture(window, 2, PixelType::kFloat, 5));
+  const Image depth(ImageSpec(40, 13, 1));
+  for (int y = 0; y < 13; ++y) {
+    for (int x = 0; x < 40; ++x) depth.at<float>(x, y) = x < 20 ? 1.0f : 2.0f;
+  }
+  for (const double radius : {0.9, 1.3, 2.4, 5.2}) {
+    SCOPED_TRACE(radius);
+    const Node blurred = DepthOfField(color, FromImage(depth), {1e30, 100, radius});
+    OnEveryTarget([&] {
+      const VerifyReport report = Verify(blurred, PixelType::kFloat, {.samples = 1, .tile_size = 13});
+      EXPECT_TRUE(report.within_bound) << report.Summary();
+      const Image whole = Render(blurred);
+      ExpectSameBits(whole,
+                     Render(blurred, PixelType::kFloat, {.threads = 1, .tile_width = 3, .tile_height = 2}));
+    });
+  }
+}
+
+// A small disc in a tile of its own gets the same bits as beside large ones.
+TEST(DepthOfFieldTest, LargerDiscsElsewhereInATileDoNotMatter) {
+  const Roi window{0, 0, 60, 9};
+  const Node color = FromImage(testing::Picture(window, 3, PixelType::kFloat, 6));
+  const Image depth(ImageSpec(60, 9, 1));
+  std::mt19937 random(3);
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 60; ++x) depth.at<float>(x, y) = 0.5f + 1e-3f * static_cast<float>(random() % 1000);
+  }
+  const Node blurred = DepthOfField(color, FromImage(depth), {0.8, 4, 5});
+  OnEveryTarget([&] {
+    const Image whole = Render(blurred);
+    for (const int side : {1, 4, 17}) {
+      ExpectSameBits(
+          whole, Render(blurred, PixelType::kFloat, {.threads = 1, .tile_width = side, .tile_height = side}));
+    }
+  });
+}
+
 TEST(DepthOfFieldTest, ThousandsOfNeighboursStayWithinTheBound) {
   const Roi window{0, 0, 96, 96};
   const Node color = FromImage(testing::Picture(window, 2, PixelType::kFloat, 5));

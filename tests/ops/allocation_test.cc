@@ -1,10 +1,12 @@
-// What a stage does per tile and per block: it takes no memory from the heap, and it asks for no instruction
-// set, because it chose its kernels when it was made. Every example of the registry is rendered with each of
-// its stages between a counter.
+// What happens per tile and per block: nothing takes memory from the heap, and no stage asks for an
+// instruction set, because it chose its kernels when it was made. Every example of the registry is rendered:
+// with each of its stages watched, and as it is, with a look at the heap after every tile.
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cstdlib>
 #include <new>
 #include <string>
@@ -13,8 +15,10 @@
 
 #include "base/arena.h"
 #include "graph/op.h"
+#include "ops/filter/fft_convolve.h"
 #include "ops/registry.h"
 #include "support/pictures.h"
+#include "support/test_ops.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
 
@@ -23,9 +27,12 @@ namespace {
 // Of this thread, while it is counting.
 thread_local bool counting = false;
 thread_local int64_t allocations = 0;
+// Of all threads, since the program began.
+std::atomic<int64_t> all_allocations{0};
 
 void* Take(size_t bytes, size_t alignment) {
   if (counting) ++allocations;
+  all_allocations.fetch_add(1, std::memory_order_relaxed);
   const size_t whole = (std::max<size_t>(bytes, 1) + alignment - 1) / alignment * alignment;
   void* const memory = std::aligned_alloc(alignment, whole);
   if (memory == nullptr) throw std::bad_alloc();
@@ -183,14 +190,14 @@ struct Case {
   const ops::OpInfo* op;
   std::string example;
 
-  Node On(int channels, PixelType type) const {
+  Node On(int channels, PixelType type, const Roi& window = kWindow) const {
     const ops::Arguments arguments = ops::ParseExample(*op, example);
     std::vector<Node> inputs;
     for (int k = 0; k < op->Operands(arguments); ++k) {
       inputs.push_back(
-          FromImage(testing::Picture(kWindow, channels, type, 7u * static_cast<uint32_t>(k) + 1)));
+          FromImage(testing::Picture(window, channels, type, 7u * static_cast<uint32_t>(k) + 1)));
     }
-    const ImageSpec spec = testing::Picture(kWindow, channels, type, 0).spec();
+    const ImageSpec spec = testing::Picture(window, channels, type, 0).spec();
     return op->make(inputs, arguments, op->generator ? &spec : nullptr);
   }
 };
@@ -224,6 +231,104 @@ TEST_P(EveryStage, TakesNoMemoryAndAsksForNoTargetPerTile) {
       EXPECT_EQ(tally.dispatches, 0) << "in " << tally.runs << " runs";
     }
   }
+}
+
+// What the heap had given after each tile of a rendering's last pass, on one thread.
+class TileLog {
+ public:
+  explicit TileLog(const Node& node, PixelType type, int width, int height) {
+    RenderOptions options{.threads = 1, .tile_width = width, .tile_height = height};
+    options.progress = [this](double share) {
+      if (share <= last_share_) tiles_ = 0;  // another pass
+      last_share_ = share;
+      if (tiles_ < after_.size()) after_[tiles_++] = all_allocations;
+      return true;
+    };
+    Render(node, type, options);
+  }
+  size_t tiles() const { return tiles_; }
+  // How many tiles after the first took memory.
+  int Takers() const {
+    int takers = 0;
+    for (size_t i = 1; i < tiles_; ++i) takers += after_[i] != after_[i - 1] ? 1 : 0;
+    return takers;
+  }
+
+ private:
+  std::array<int64_t, 256> after_{};
+  size_t tiles_ = 0;
+  double last_share_ = 2;
+};
+
+constexpr Roi kLarge{-5, 3, 187, 131};  // 8 x 16 tiles
+// A worker's memory doubles where a tile needs more than all before it, at an edge or at another level of a
+// chain, and is made one piece with the next tile. Few tiles can be such ones, far fewer than there are rows.
+constexpr int kMostGrowths = 6;
+
+TEST_P(EveryStage, TilesAfterTheFirstTakeNoMemory) {
+  for (const int channels : {3, 4}) {
+    for (const PixelType type : {PixelType::kUint8, PixelType::kFloat}) {
+      SCOPED_TRACE(std::to_string(channels) + " channels of " + PixelTypeName(type));
+      const TileLog log(GetParam().On(channels, type, kLarge), type, 24, 8);
+      EXPECT_LE(log.Takers(), kMostGrowths) << "of " << log.tiles() << " tiles";
+    }
+  }
+}
+
+// Does to its input what the parameter says, once per tile, and nothing else.
+struct Fault {
+  bool allocates = false, dispatches = false;
+};
+class FaultyOp final : public graph::OpWith<Fault> {
+ public:
+  using OpWith::OpWith;
+  std::string Name() const override { return "test-faulty"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> in) const override { return in[0]; }
+  std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
+    class Stage final : public graph::TileStage {
+     public:
+      explicit Stage(const Fault& fault) : fault_(fault) {}
+      Roi InputRoi(int, const Roi& out) const override { return out; }
+      void Run(const graph::TileArgs& args) const override {
+        std::vector<float> row;
+        if (fault_.allocates) row.resize(static_cast<size_t>(args.out.roi.width()), 0.5f);
+        const bool known = !fault_.dispatches || ops::ChooseFft() != nullptr;
+        for (int y = args.out.roi.y0; y < args.out.roi.y1; ++y) {
+          for (int x = args.out.roi.x0; x < args.out.roi.x1; ++x) {
+            auto* const to = reinterpret_cast<float*>(args.out.At(x, y));
+            std::fill_n(to, args.out.channels, known && row.empty() ? 0.0f : 1.0f);
+          }
+        }
+      }
+
+     private:
+      Fault fault_;
+    };
+    return std::make_unique<Stage>(params());
+  }
+};
+Node Faulty(const Fault& fault) {
+  const Node in = FromImage(testing::RandomImage(kWindow, 4, 1));
+  return graph::MakeNode(std::make_shared<const FaultyOp>(fault), {in});
+}
+
+TEST(AllocationTest, WhatIsDonePerTileIsSeen) {
+  constexpr PixelType kType = PixelType::kFloat;
+  const Tally good = TallyOf(Faulty({}), kType);
+  EXPECT_EQ(good.runs, 16);
+  EXPECT_EQ(good.allocations, 0);
+  EXPECT_EQ(good.dispatches, 0);
+  const Tally allocates = TallyOf(Faulty({.allocates = true}), kType);
+  EXPECT_EQ(allocates.allocations, 16);
+  EXPECT_EQ(allocates.dispatches, 0);
+  const Tally dispatches = TallyOf(Faulty({.dispatches = true}), kType);
+  EXPECT_EQ(dispatches.allocations, 0);
+  EXPECT_EQ(dispatches.dispatches, 16);
+  EXPECT_EQ(TileLog(Faulty({}), kType, 24, 16).Takers(), 0);
+  const TileLog log(Faulty({.allocates = true}), kType, 24, 16);
+  EXPECT_EQ(log.tiles(), 16u);
+  EXPECT_EQ(log.Takers(), 15);
 }
 
 }  // namespace

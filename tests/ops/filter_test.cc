@@ -91,6 +91,23 @@ TEST(KernelTest, FactorsAreFound) {
   EXPECT_EQ(rank("highpass5", 5, 5), 3u);
 }
 
+// As many products as the kernel has rows are enough for any: sums of products are what direct sums are.
+TEST(KernelTest, FactorsOfEveryKernelAreWhole) {
+  const Image image = testing::Picture({0, 0, 23, 17}, 2, PixelType::kFloat, 3);
+  for (const std::string& name : KernelNames()) {
+    SCOPED_TRACE(name);
+    const Kernel kernel = name == "laplacian" ? NamedKernel(name) : NamedKernel(name, 5, 5);
+    double total = 0;
+    for (const double w : kernel.weights) total += std::fabs(w);
+    EXPECT_LE(ops::Factorize(kernel, 0, kernel.height).residual, 1e-6 * total);
+    const ConvolveParams low_rank{.method = FilterMethod::kLowRank}, direct{.method = FilterMethod::kDirect};
+    const Image products = Render(Convolve(FromImage(image), kernel, low_rank));
+    const Image sums = Render(Convolve(FromImage(image), kernel, direct));
+    for (int x = 0; x < 23; ++x)
+      EXPECT_NEAR(products.at<float>(x, 9, 1), sums.at<float>(x, 9, 1), 1e-5 * total) << x;
+  }
+}
+
 TEST(ConvolveTest, TurnsTheKernelAndCorrelateDoesNot) {
   const Image impulse = Flat(9, 9, 1, 0);
   impulse.at<float>(4, 4) = 1;

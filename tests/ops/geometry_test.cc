@@ -12,6 +12,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ops/geometry/filters.h"
@@ -20,6 +21,7 @@
 #include "support/refusal.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
+#include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/generate.h"
 #include "tessera/render.h"
@@ -280,6 +282,71 @@ TEST(GeometryTest, PixelsAtTheEdgeOfAFilterAreWithinBound) {
       EXPECT_TRUE(report.within_bound) << report.Summary();
     }
   }
+}
+
+// Of an image with more than four channels the first four, or any others, are what they are among all.
+TEST(GeometryTest, SomeChannelsOfAWarpAreThoseOfAllOfThem) {
+  const Roi window{0, 0, 300, 3};
+  for (const int channels : {5, 6, 9}) {
+    const Node image = FromImage(testing::Picture(window, channels, PixelType::kFloat, 8));
+    for (const char* const filter : {"triangle", "lanczos3", "mitchell", "box", "gaussian"}) {
+      for (const bool tilted : {false, true}) {
+        SCOPED_TRACE(std::to_string(channels) + " channels, " + filter);
+        WarpParams p{{1, 0, 0, 0, 1, 0, 0.5, 0.25, 1}, filter, Wrap::kMirror};
+        if (tilted) p.matrix = {0.4, 0.1, 0, -0.1, 0.3, 0, 2, 5, 1};
+        const Node warped = Warp(image, p);
+        OnEveryTarget([&] {
+          const Image all = Render(warped);
+          for (const auto& some : std::vector<std::vector<int>>{{0, 1, 2, 3}, {4}, {3, 4}, {0, 1, 2}}) {
+            std::vector<ChannelChoice> choices;
+            for (const int c : some) choices.push_back({c, 0, "X" + std::to_string(c)});
+            const Image part = Render(SelectChannels(warped, choices));
+            for (int y = 0; y < 3; ++y) {
+              for (int x = 0; x < 300; ++x) {
+                for (size_t k = 0; k < some.size(); ++k) {
+                  ASSERT_EQ(Bits(part.at<float>(x, y, static_cast<int>(k))),
+                            Bits(all.at<float>(x, y, some[k])))
+                      << x << "," << y << " channel " << some[k];
+                }
+              }
+            }
+          }
+        });
+      }
+    }
+  }
+}
+
+// Level 0 is the image whoever asks, with filters that would blur it too.
+TEST(GeometryTest, MipLevelZeroIsTheImageWithoutTheOptimiser) {
+  const Image image = testing::Picture({-2, 3, 9, 10}, 3, PixelType::kFloat, 4);
+  OnEveryTarget([&] {
+    for (const char* const filter : {"box", "linear", "mitchell", "lanczos3"}) {
+      SCOPED_TRACE(filter);
+      const Node level = Mip(FromImage(image), {filter, Wrap::kClamp, 0});
+      ExpectSameBits(Render(level, PixelType::kFloat, {.optimize = false}), image);
+    }
+  });
+}
+
+// Tiles that see nothing of the image, because of their rows or of their columns.
+TEST(GeometryTest, TilesBeyondABlackBorderAreBlack) {
+  const Roi window{-25, 0, 1, 1};
+  OnEveryTarget([&] {
+    for (const int channels : {1, 3, 4, 5}) {
+      SCOPED_TRACE(channels);
+      const Node image = FromImage(testing::Picture(window, channels, PixelType::kFloat, 4));
+      for (const auto& [dx, dy] : {std::pair{3.0, -2.0}, {3.5, 7.25}, {-40.0, 0.0}, {30.5, 0.0}}) {
+        const Node moved = Shift(image, {dx, dy, "lanczos3", Wrap::kBlack});
+        const Image result =
+            Render(moved, PixelType::kFloat, {.threads = 1, .tile_width = 2, .tile_height = 1});
+        for (int x = window.x0; x < window.x1; ++x) ASSERT_EQ(result.at<float>(x, 0, 0), 0.0f) << x;
+        // The same where the tile also sees the image for another reason.
+        const Node both = Add(moved, Abs(image));
+        Render(both, PixelType::kFloat, {.threads = 1, .tile_width = 2, .tile_height = 1});
+      }
+    }
+  });
 }
 
 TEST(GeometryTest, MipLevels) {

@@ -91,7 +91,9 @@ const std::pair<const char*, std::vector<const char*>> kCases[] = {
       "pack=octaves octaves=3",
       "pack=octaves dims=3 octaves=9 turbulence=1 signed=1",
       "pack=normal dims=3 octaves=2 freq=3",
-      "pack=normal signed=1 lattice=perlin freq=3"}},
+      "pack=normal signed=1 lattice=perlin freq=3",
+      "lattice=perlin warp=0.7 freq=5",
+      "lattice=perlin warp=-1.1 octaves=2 gradient=1 dims=3"}},
     {"simplex",
      {"octaves=3 freq=20", "dims=4 w=0.3 signed=1", "gradient=1 dims=3 freq=2",
       "offset=-1000000000.25,7.5 freq=11", "dims=1 freq=5", "lattice=osl freq=4",
@@ -184,7 +186,7 @@ TEST(NoiseTest, PositionImagesAreWithinTheirBound) {
           "gradient=1 channels=4", "pack=normal channels=5 octaves=2 freq=0.25",
           "pack=octaves channels=3 octaves=2 dims=2", "type=simplex dims=3 period=4,3,5 octaves=2 freq=0.5",
           "type=simplex lattice=osl color=1 channels=3", "type=hash lattice=osl",
-          "turbulence=1 octaves=3 dims=3 freq=0.5", "dims=1 freq=2", "dims=4"}) {
+          "turbulence=1 octaves=3 dims=3 freq=0.5", "dims=1 freq=2", "dims=4", "lattice=perlin warp=0.7"}) {
       SCOPED_TRACE(example);
       const ops::OpInfo& op = *ops::FindOp("noiseat");
       const Node node = op.make(std::vector{position}, ops::ParseExample(op, example), nullptr);

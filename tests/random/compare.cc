@@ -20,7 +20,8 @@ namespace {
 using Words = std::optional<std::string>;
 
 bool AnyRuleRounds() {
-  return std::any_of(RewriteRules().begin(), RewriteRules().end(), [](const RuleInfo& r) { return r.rounds; });
+  return std::any_of(RewriteRules().begin(), RewriteRules().end(),
+                     [](const RuleInfo& r) { return r.rounds; });
 }
 
 Words Prefixed(const std::string& variant, const Words& words) {
@@ -62,8 +63,8 @@ class Comparison {
         return Against(std::to_string(c_.threads) + " threads",
                        {.threads = c_.threads, .tile_width = c_.tile_width, .tile_height = c_.tile_height});
       case Check::kShuffle:
-        return Against("shuffled tiles", {.tile_width = c_.tile_width, .tile_height = c_.tile_height,
-                                          .shuffle_tiles = true});
+        return Against("shuffled tiles",
+                       {.tile_width = c_.tile_width, .tile_height = c_.tile_height, .shuffle_tiles = true});
       case Check::kPixels:
         return CallersPixels();
       case Check::kStream:
@@ -155,14 +156,22 @@ class Comparison {
   }
   Words Stream() {
     const Built streamed = Build(c_, Backing::kStreamed);
-    const Image image = Limited(streamed.result(), {.threads = c_.threads == 3 ? 2 : 1, .tile_height = c_.tile_height});
+    const Image image =
+        Limited(streamed.result(), {.threads = c_.threads == 3 ? 2 : 1, .tile_height = c_.tile_height});
     return Prefixed("streamed sources", DifferMaybeRounded(image.view(), base_.view()));
   }
   Words File() {
     const ImageSpec& spec = node().spec();
     const bool exr = c_.type == PixelType::kHalf || (c_.type == PixelType::kFloat && c_.threads == 2);
-    const bool plain = spec.data_window == spec.display_window && spec.data_window.x0 == 0 && spec.data_window.y0 == 0;
+    const bool plain =
+        spec.data_window == spec.display_window && spec.data_window.x0 == 0 && spec.data_window.y0 == 0;
     const std::set<std::string> names(spec.channels.begin(), spec.channels.end());
+    // What is marked as unpremultiplied is multiplied when it is read.
+    const bool unassociated =
+        spec.metadata != nullptr &&
+        std::any_of(spec.metadata->begin(), spec.metadata->end(),
+                    [](const Attribute& a) { return a.name == "oiio:UnassociatedAlpha"; });
+    if (unassociated) return std::nullopt;
     if ((!exr && !plain) || names.size() < spec.channels.size()) return std::nullopt;
     const std::string file = folder_ + (exr ? "/result.exr" : "/result.tif");
     Write(node(), file, {.type = c_.type, .render = {.threads = c_.threads}});

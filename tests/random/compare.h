@@ -7,7 +7,6 @@
 
 #include "random/generate.h"
 #include "random/tally.h"
-#include "random/tally.h"
 
 namespace tessera::random {
 
@@ -28,8 +27,8 @@ class Comparer {
   Tally& tally_;
 };
 
-// compare_alone.cc: operation by operation, from the floats that the operations before have given: the bits of
-// the graph at once; each operation within its bound of the double reference.
+// compare_alone.cc: operation by operation, from the floats that the operations before have given: the bits
+// of the graph at once; each operation within its bound of the double reference.
 std::optional<std::string> DifferEager(const Built& built);
 std::optional<std::string> BeyondReference(const Built& built, Tally& tally);
 

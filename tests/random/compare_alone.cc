@@ -41,7 +41,8 @@ Roi Affordable(const Node& node) {
     const double channels = node.spec().channel_count();
     const Roi one{roi.x0, roi.y0, roi.x0 + 1, roi.y0 + 1};
     if (verify::ReferenceEngine::Work(node, roi) * channels <= kMostWork &&
-        verify::ReferenceEngine::Work(node, one) * channels * static_cast<double>(roi.pixels()) <= kMostProducts) {
+        verify::ReferenceEngine::Work(node, one) * channels * static_cast<double>(roi.pixels()) <=
+            kMostProducts) {
       return roi;
     }
     const int w = roi.width(), h = roi.height();
@@ -74,8 +75,8 @@ std::optional<std::string> BeyondBound(const Node& alone, const Image& got, Tall
     for (int x = roi.x0; x < roi.x1; ++x) {
       for (int c = 0; c < got.spec().channel_count(); ++c) {
         const double reference = want.value.at(x, y, c), value = got.at<float>(x, y, c);
-        const double tolerance =
-            (want.tolerance.at(x, y, c) + want.JumpAt(x, y, c)) * (1 + 1e-6) + 1e-14 * std::fabs(reference) + 0x1p-149;
+        const double tolerance = (want.tolerance.at(x, y, c) + want.JumpAt(x, y, c)) * (1 + 1e-6) +
+                                 1e-14 * std::fabs(reference) + 0x1p-149;
         if (want.Undecided(x, y, c)) {
           ++undecided;
           continue;
@@ -133,7 +134,8 @@ std::optional<std::string> DifferEager(const Built& built) {
   if (eager.view().data == nullptr) return std::nullopt;  // no operation was left
   const Image lazy = Render(built.result(), PixelType::kFloat, kPlain);
   const auto words = Differ(lazy.view(), eager.view());
-  return words ? std::optional<std::string>("at once against operation by operation: " + *words) : std::nullopt;
+  return words ? std::optional<std::string>("at once against operation by operation: " + *words)
+               : std::nullopt;
 }
 
 std::optional<std::string> BeyondReference(const Built& built, Tally& tally) {

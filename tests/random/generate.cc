@@ -41,9 +41,11 @@ graph::OpKind KindOf(const OpInfo& op) {
 
 bool OnlyPointsBelow(const Node& node) {
   const graph::OpKind kind = node.data()->op->Kind();
-  if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole || kind == graph::OpKind::kCrop) return false;
+  if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole || kind == graph::OpKind::kCrop)
+    return false;
   for (size_t k = 0; k < node.data()->inputs.size(); ++k) {
-    if (node.data()->op->NeedsWhole(static_cast<int>(k)) || !OnlyPointsBelow(node.data()->inputs[k])) return false;
+    if (node.data()->op->NeedsWhole(static_cast<int>(k)) || !OnlyPointsBelow(node.data()->inputs[k]))
+      return false;
   }
   return node.data()->op->Statistics().empty();
 }
@@ -51,8 +53,9 @@ bool OnlyPointsBelow(const Node& node) {
 }  // namespace
 
 const char* CheckName(Check check) {
-  constexpr const char* kNames[] = {"rules",  "each-rule", "types",    "tiles", "threads", "shuffle",   "pixels",
-                                    "stream", "file",      "in-place", "eager", "targets", "reference", "verify"};
+  constexpr const char* kNames[] = {"rules",   "each-rule", "types",     "tiles", "threads",
+                                    "shuffle", "pixels",    "stream",    "file",  "in-place",
+                                    "eager",   "targets",   "reference", "verify"};
   static_assert(std::size(kNames) == static_cast<size_t>(Check::kCount));
   return kNames[static_cast<size_t>(check)];
 }
@@ -146,8 +149,8 @@ Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder,
     const graph::OpKind kind = KindOf(*op);
     if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) tiles_.push_back(op);
     if (kind == graph::OpKind::kChannel || kind == graph::OpKind::kColor) points_.push_back(op);
-    if (op->family == "color" && op->inputs == 1) grades_.push_back(op);
-    if (op->name == "clamp") grades_.insert(grades_.end(), 8, op);
+    if (op->name == "ccmatrix" || op->name == "saturate" || op->name == "hue") grades_.push_back(op);
+    if (op->name == "clamp") clamp_ = op;
   }
 }
 
@@ -228,18 +231,29 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
   constexpr struct {
     Check check;
     double share;
-  } kShares[] = {{Check::kRules, 1},      {Check::kEachRule, 1},   {Check::kTypes, 1},   {Check::kTiles, 0.7},
-                 {Check::kThreads, 0.15}, {Check::kShuffle, 0.15}, {Check::kPixels, 0.6}, {Check::kStream, 0.35},
-                 {Check::kFile, 0.01},    {Check::kEager, 0.3},    {Check::kTargets, 0.3},
-                 {Check::kReference, 0.1}, {Check::kVerify, 0.02}};
+  } kShares[] = {{Check::kRules, 1},    {Check::kEachRule, 1},   {Check::kTypes, 1},
+                 {Check::kTiles, 0.7},  {Check::kThreads, 0.15}, {Check::kShuffle, 0.15},
+                 {Check::kPixels, 0.6}, {Check::kStream, 0.35},  {Check::kFile, 0.01},
+                 {Check::kEager, 0.3},  {Check::kTargets, 0.3},  {Check::kReference, 0.1},
+                 {Check::kVerify, 0.02}};
   for (const auto& [check, share] : kShares) {
     if (draw.Chance(share)) c.checks |= Bit(check);
   }
   const ImageSpec& spec = result.spec();
-  if (!c.pictures.empty() && draw.Chance(0.5) && OnlyPointsBelow(result) && spec.data_window == c.pictures[0].window &&
-      spec.channel_count() == c.pictures[0].channels) {
+  if (!c.pictures.empty() && draw.Chance(0.5) && OnlyPointsBelow(result) &&
+      spec.data_window == c.pictures[0].window && spec.channel_count() == c.pictures[0].channels) {
     c.checks |= Bit(Check::kInPlace);
   }
+  // Floats overflow where doubles do not, so verdicts are about ordinary values.
+  if (!std::all_of(c.pictures.begin(), c.pictures.end(),
+                   [](const Picture& p) { return IsOrdinary(p.content); }))
+    c.checks &= ~Bit(Check::kVerify);
+  // Spectra are computed for two channels at a time: which two follows from those that are needed.
+  const auto is_spectral = [](const Step& step) {
+    return std::any_of(step.words.modifiers.begin(), step.words.modifiers.end(),
+                       [](const auto& m) { return m.second == "fft"; });
+  };
+  if (std::any_of(c.steps.begin(), c.steps.end(), is_spectral)) c.checks &= ~Bit(Check::kEager);
   const int shape = draw.Below(5);
   const int w = spec.width(), h = spec.height();
   c.tile_width = shape == 0 ? draw.Between(1, 3) : shape == 1 ? draw.Between(3, 40) : draw.Between(1, w + 3);
@@ -263,18 +277,19 @@ Case Generator::Make(uint64_t seed, uint64_t index, const OpInfo* only) {
   for (int k = 0; k < pictures; ++k) {
     s.AddPicture(DrawPicture(draw, k == 0 || draw.Chance(0.9) ? s.window : DrawWindow(draw)));
   }
-  const int steps = 1 + draw.Weighted({26, 24, 17, 12, 8, 6, 4, 3});
-  const int at = only != nullptr ? draw.Below(steps) : -1;
+  int steps = 1 + draw.Weighted({26, 24, 17, 12, 8, 6, 4, 3});
   // A window or gather, then points, is what people do most; and a way through the engine of its own.
   const bool tile_then_points = draw.Chance(0.25) && !tiles_.empty() && !points_.empty();
   // So are colours by matrices, with clamps between them.
-  const bool grades = !tile_then_points && draw.Chance(0.08) && !grades_.empty();
+  const bool grades = !tile_then_points && draw.Chance(0.1) && !grades_.empty();
+  if (grades) steps = std::max(steps, 4);
+  const int at = only != nullptr ? draw.Below(steps) : -1;
   for (int k = 0; k < steps; ++k) {
     for (int attempt = 0; attempt < 30; ++attempt) {
       const OpInfo* op = only;
       if (k != at) {
         const auto& rows = grades ? grades_ : !tile_then_points ? rows_ : k == 0 ? tiles_ : points_;
-        op = &DrawRow(draw, rows);
+        op = grades && k % 2 == 1 && clamp_ != nullptr ? clamp_ : &DrawRow(draw, rows);
         if (op->generator && k + 1 == steps && steps > 1 && draw.Chance(0.9)) continue;
       }
       if (AddStep(draw, *op, s)) break;

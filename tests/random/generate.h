@@ -54,8 +54,8 @@ struct Case {
   uint32_t checks = 0;
   // How the comparisons are made.
   int tile_width = 8, tile_height = 8, threads = 2;
-  Layout layout;        // of the caller's pixels
-  bool partial = false;  // only a part of the window is asked for
+  Layout layout;                  // of the caller's pixels
+  bool partial = false;           // only a part of the window is asked for
   int first_rule = 0, rules = 0;  // which rules are switched off one at a time
   int values() const { return static_cast<int>(pictures.size() + steps.size()); }
 };
@@ -90,6 +90,7 @@ class Generator {
   void DrawChecks(Draw& draw, Case& c, const Node& result) const;
 
   std::vector<const ops::OpInfo*> rows_, tiles_, points_, grades_;
+  const ops::OpInfo* clamp_ = nullptr;
   WordSource words_;
   Tally& tally_;
 };

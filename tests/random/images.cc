@@ -48,8 +48,8 @@ const Image& Photograph(uint32_t which) {
 
 float HardValue(Draw& draw) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  return draw.Of({std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 0.0f, -0.0f, 1e-40f, -1e-45f,
-                  3.4e38f, -3.4e38f, 1.0f, 65504.0f, 65520.0f, 1e-30f, 0.5f});
+  return draw.Of({std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 0.0f, -0.0f, 1e-40f,
+                  -1e-45f, 3.4e38f, -3.4e38f, 1.0f, 65504.0f, 65520.0f, 1e-30f, 0.5f});
 }
 
 float ValueAt(const Picture& p, Draw& draw, const float (&colors)[2][8], int x, int y, int c) {
@@ -192,7 +192,8 @@ Roi DrawWindow(Draw& draw) {
     default:
       w = draw.Between(40, 130), h = draw.Between(10, 50);
   }
-  const int x = draw.Chance(0.6) ? 0 : draw.Between(-40, 40), y = draw.Chance(0.6) ? 0 : draw.Between(-40, 40);
+  const int x = draw.Chance(0.6) ? 0 : draw.Between(-40, 40),
+            y = draw.Chance(0.6) ? 0 : draw.Between(-40, 40);
   return {x, y, x + w, y + h};
 }
 

@@ -33,8 +33,8 @@ bool IsOrdinary(Content content);
 // How pixels lie in memory.
 struct Layout {
   bool planar = false;
-  int pixel_gap = 0, row_gap = 0;           // bytes after each pixel (or sample of a plane) and each row
-  int misaligned = 0;                       // bytes before the first pixel
+  int pixel_gap = 0, row_gap = 0;             // bytes after each pixel (or sample of a plane) and each row
+  int misaligned = 0;                         // bytes before the first pixel
   bool rows_up = false, pixels_left = false;  // negative strides
   bool operator==(const Layout&) const = default;
   bool dense() const { return *this == Layout(); }

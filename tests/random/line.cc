@@ -32,14 +32,16 @@ std::string PictureWords(const Picture& p) {
       return "--pattern constant:color=0.2,0.4,0.6,0.8 " + shape;
     case Content::kChecker:
       return "--pattern checker:width=" + std::to_string(1 + p.seed % 9) +
-             ":height=" + std::to_string(1 + p.seed % 9) + ":color1=0.8,0.6,0.4,1:color2=0.2,0.3,0.5,1 " + shape;
+             ":height=" + std::to_string(1 + p.seed % 9) + ":color1=0.8,0.6,0.4,1:color2=0.2,0.3,0.5,1 " +
+             shape;
     case Content::kNoise:
       return "--pattern white:color=1:seed=" + seed + " " + shape;
     case Content::kWide:
       return "--pattern white:color=1:signed=1:seed=" + seed + " " + shape;
     default:
       return std::string(ContentName(p.content)) + "." + seed + "." + Geometry(p.window) + "." +
-             std::to_string(p.channels) + (p.type == PixelType::kFloat || p.type == PixelType::kHalf ? ".exr" : ".tif");
+             std::to_string(p.channels) +
+             (p.type == PixelType::kFloat || p.type == PixelType::kHalf ? ".exr" : ".tif");
   }
 }
 
@@ -68,11 +70,12 @@ std::string CommandLine(const Case& c) {
 }
 
 std::string InWords(const Case& c) {
-  std::string text = "case " + std::to_string(c.seed) + " " + std::to_string(c.index) + "\n  " + CommandLine(c);
+  std::string text =
+      "case " + std::to_string(c.seed) + " " + std::to_string(c.index) + "\n  " + CommandLine(c);
   for (const Picture& p : c.pictures) text += "\n  picture: " + p.Words();
-  text += "\n  result " + std::string(PixelTypeName(c.type)) + ", tiles " + std::to_string(c.tile_width) + "x" +
-          std::to_string(c.tile_height) + ", threads " + std::to_string(c.threads) + ", caller's pixels " +
-          c.layout.Words() + (c.partial ? " in part" : "");
+  text += "\n  result " + std::string(PixelTypeName(c.type)) + ", tiles " + std::to_string(c.tile_width) +
+          "x" + std::to_string(c.tile_height) + ", threads " + std::to_string(c.threads) +
+          ", caller's pixels " + c.layout.Words() + (c.partial ? " in part" : "");
   return text;
 }
 

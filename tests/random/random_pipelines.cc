@@ -66,16 +66,16 @@ long long Of(const Report& r, const char* kind, const std::string& name) {
 }
 
 void PrintCoverage(const Report& r) {
-  std::printf("%-20s %9s %9s %9s %9s %9s %9s\n", "row", "accepted", "refused", "too large", "compared", "reference",
-              "undecided");
+  std::printf("%-20s %9s %9s %9s %9s %9s %9s\n", "row", "accepted", "refused", "too large", "compared",
+              "reference", "undecided");
   for (const ops::OpInfo* op : RegistryRows()) {
     std::printf("%-20s %9lld %9lld %9lld %9lld %9lld %9lld\n", op->name.c_str(), Of(r, kAccepted, op->name),
                 Of(r, kRefused, op->name), Of(r, kTooLarge, op->name), Of(r, kCompared, op->name),
                 Of(r, kReferenced, op->name), Of(r, kUndecided, op->name));
   }
   for (const RuleInfo& rule : RewriteRules()) {
-    std::printf("rule %-20s applied %lld, switched off alone %lld\n", rule.name.c_str(), Of(r, kApplied, rule.name),
-                Of(r, kSwitchedOff, rule.name));
+    std::printf("rule %-20s applied %lld, switched off alone %lld\n", rule.name.c_str(),
+                Of(r, kApplied, rule.name), Of(r, kSwitchedOff, rule.name));
   }
   for (int k = 0; k < static_cast<int>(Check::kCount); ++k) {
     const std::string name = CheckName(static_cast<Check>(k));
@@ -113,7 +113,8 @@ int Main(Options o) {
     drawn += Of(r, kAccepted, op->name);
   }
   std::printf("%lld cases in %.1f s, %.1f a second, %zu failed; %.1f %% of the drawn steps refused\n",
-              static_cast<long long>(r.cases), r.seconds, static_cast<double>(r.cases) / r.seconds, r.failures.size(),
+              static_cast<long long>(r.cases), r.seconds, static_cast<double>(r.cases) / r.seconds,
+              r.failures.size(),
               100.0 * static_cast<double>(refused) / static_cast<double>(std::max(1LL, refused + drawn)));
   if (o.coverage) PrintCoverage(r);
   if (o.coverage || !o.require_coverage) {

@@ -178,7 +178,8 @@ TEST_F(RandomPipelines, ACrashIsAFinding) {
     return in[0];
   };
   random::Run run;
-  run.seed = 5, run.count = 40, run.workers = 2, run.failures = 1, run.rows = RowsWith(crash), run.only = &crash;
+  run.seed = 5, run.count = 40, run.workers = 2, run.failures = 1, run.rows = RowsWith(crash),
+  run.only = &crash;
   ::testing::internal::CaptureStdout();
   const Report report = RunCases(run);
   ::testing::internal::GetCapturedStdout();

@@ -17,7 +17,8 @@ double SampleAt(const ConstImageView& view, int x, int y, int c);
 std::optional<std::string> Differ(const ConstImageView& got, const ConstImageView& want,
                                   const ConstImageView* floats = nullptr);
 // The same for a packed result against the float result, rounded in plain C++.
-std::optional<std::string> DifferRounded(const ConstImageView& packed, const ConstImageView& floats, bool near_ties);
+std::optional<std::string> DifferRounded(const ConstImageView& packed, const ConstImageView& floats,
+                                         bool near_ties);
 // Whether every sample is finite and of ordinary size.
 bool AllOrdinary(const ConstImageView& view);
 

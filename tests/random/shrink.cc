@@ -119,7 +119,8 @@ class Shrinker {
         if (Try(drop)) {
           any = true;
         } else {
-          any = SimplerText([&](Case& c) -> std::string& { return c.steps[k].words.modifiers[m].second; }) || any;
+          any = SimplerText([&](Case& c) -> std::string& { return c.steps[k].words.modifiers[m].second; }) ||
+                any;
         }
       }
       for (size_t p = 0; p < best_.steps[k].words.positional.size(); ++p) {
@@ -142,7 +143,8 @@ class Shrinker {
     const auto rounder = [&](Case& c) {
       std::string& t = text(c);
       const size_t point = t.rfind('.');
-      if (point == std::string::npos || point + 2 >= t.size() || t.find('e') != std::string::npos) return false;
+      if (point == std::string::npos || point + 2 >= t.size() || t.find('e') != std::string::npos)
+        return false;
       if (t.find_first_not_of("0123456789", point + 1) != std::string::npos) return false;
       t.resize(point + 2);
       return true;
@@ -169,11 +171,13 @@ class Shrinker {
       while (window([&](Roi& r) {
         const int w = std::max(1, static_cast<int>(r.width() * share));
         return w < r.width() ? (r.x1 = r.x0 + w, true) : false;
-      })) any = true;
+      }))
+        any = true;
       while (window([&](Roi& r) {
         const int h = std::max(1, static_cast<int>(r.height() * share));
         return h < r.height() ? (r.y1 = r.y0 + h, true) : false;
-      })) any = true;
+      }))
+        any = true;
     }
     while (window([](Roi& r) { return r.width() > 1 ? (--r.x1, true) : false; })) any = true;
     while (window([](Roi& r) { return r.height() > 1 ? (--r.y1, true) : false; })) any = true;
@@ -181,13 +185,16 @@ class Shrinker {
             if (r.x0 == 0 && r.y0 == 0) return false;
             r = {0, 0, r.width(), r.height()};
             return true;
-          }) || any;
+          }) ||
+          any;
     for (size_t k = 0; k < best_.pictures.size(); ++k) {
       const auto set = [&](const std::function<bool(Picture&)>& change) {
         any = Try([&](Case& c) { return change(c.pictures[k]); }) || any;
       };
       set([](Picture& p) { return !p.layout.dense() ? (p.layout = {}, true) : false; });
-      set([](Picture& p) { return p.type != PixelType::kFloat ? (p.type = PixelType::kFloat, true) : false; });
+      set([](Picture& p) {
+        return p.type != PixelType::kFloat ? (p.type = PixelType::kFloat, true) : false;
+      });
       for (const Content simple : {Content::kFlat, Content::kChecker, Content::kNoise}) {
         set([&](Picture& p) { return p.content > simple ? (p.content = simple, true) : false; });
       }

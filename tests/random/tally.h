@@ -27,16 +27,16 @@ class Tally {
 };
 
 // The kinds.
-inline constexpr char kChecked[] = "check";          // comparisons that were made
-inline constexpr char kCompared[] = "row";           // cases with the row in them that were compared
-inline constexpr char kAccepted[] = "accepted";      // steps of the row that were drawn and accepted
-inline constexpr char kRefused[] = "refused";        // and refused
-inline constexpr char kTooLarge[] = "too large";     // and dropped for the size of their result
-inline constexpr char kReferenced[] = "reference";   // operations that were compared with their reference
-inline constexpr char kUndecided[] = "undecided";    // values of theirs that hang on a decision
-inline constexpr char kApplied[] = "rule on";        // cases where a rewrite rule was applied
-inline constexpr char kSwitchedOff[] = "rule off";   // and was switched off alone for comparison
-inline constexpr char kCases[] = "cases";            // "run", "refused", "cut", "verdicts", ...
+inline constexpr char kChecked[] = "check";         // comparisons that were made
+inline constexpr char kCompared[] = "row";          // cases with the row in them that were compared
+inline constexpr char kAccepted[] = "accepted";     // steps of the row that were drawn and accepted
+inline constexpr char kRefused[] = "refused";       // and refused
+inline constexpr char kTooLarge[] = "too large";    // and dropped for the size of their result
+inline constexpr char kReferenced[] = "reference";  // operations that were compared with their reference
+inline constexpr char kUndecided[] = "undecided";   // values of theirs that hang on a decision
+inline constexpr char kApplied[] = "rule on";       // cases where a rewrite rule was applied
+inline constexpr char kSwitchedOff[] = "rule off";  // and was switched off alone for comparison
+inline constexpr char kCases[] = "cases";           // "run", "refused", "cut", "verdicts", ...
 
 }  // namespace tessera::random
 

@@ -142,7 +142,8 @@ double Number(Draw& draw, const OpInfo& op, const ParamInfo& param) {
 
 int Count(Draw& draw, const ParamInfo& param, const Surroundings& around) {
   if (!param.counts.empty()) {
-    return param.counts[static_cast<size_t>(draw.Below(std::min<int>(4, static_cast<int>(param.counts.size()))))];
+    return param
+        .counts[static_cast<size_t>(draw.Below(std::min<int>(4, static_cast<int>(param.counts.size()))))];
   }
   const int most = std::min(param.max_count, param.min_count + 5);
   if (param.max_count >= around.channels && draw.Chance(0.6)) {
@@ -262,7 +263,8 @@ WordSource::WordSource(const std::vector<const OpInfo*>& rows, const std::string
   std::string cube = "LUT_3D_SIZE 3\n", curve = "Version 1\nFrom 0 1\nLength 5\nComponents 1\n{\n";
   for (int i = 0; i < 27; ++i) {
     char line[80];
-    std::snprintf(line, sizeof line, "%.3f %.3f %.3f\n", i % 3 / 2.2, i / 3 % 3 / 1.9, i / 9 / 2.0 + 0.02 * (i % 3));
+    std::snprintf(line, sizeof line, "%.3f %.3f %.3f\n", i % 3 / 2.2, i / 3 % 3 / 1.9,
+                  i / 9 / 2.0 + 0.02 * (i % 3));
     cube += line;
   }
   for (const char* value : {"0", "0.3", "0.45", "0.8", "1"}) curve += std::string(value) + "\n";
@@ -291,8 +293,8 @@ std::string WordSource::Text(Draw& draw, const OpInfo& op, const ParamInfo& para
   }
   if (name == "GEOM" && op.name == "crop") {
     return std::to_string(draw.Between(1, around.width + 8)) + "x" +
-           std::to_string(draw.Between(1, around.height + 8)) + "+" + std::to_string(draw.Between(0, 9)) + "+" +
-           std::to_string(draw.Between(0, 9));
+           std::to_string(draw.Between(1, around.height + 8)) + "+" + std::to_string(draw.Between(0, 9)) +
+           "+" + std::to_string(draw.Between(0, 9));
   }
   if (name == "GEOM") return size(30);
   if (name == "kernel" || name == "KERNEL") return draw.Of(kKernels);
@@ -310,13 +312,15 @@ std::string WordSource::Text(Draw& draw, const OpInfo& op, const ParamInfo& para
   if (name == "LIST") {
     std::string text;
     for (int i = 0, n = draw.Between(1, 6); i < n; ++i) {
-      text += (i > 0 ? "," : "") + (draw.Chance(0.85) ? std::to_string(draw.Below(around.channels))
-                                                      : "N" + std::to_string(i) + "=" + NumberWord(draw.Unit()));
+      text +=
+          (i > 0 ? "," : "") + (draw.Chance(0.85) ? std::to_string(draw.Below(around.channels))
+                                                  : "N" + std::to_string(i) + "=" + NumberWord(draw.Unit()));
     }
     return text;
   }
   if (name == "NAMES") return draw.Of({"X,Y,Z", "B,G,R", ",,Z", "Y", "R,G,B,A", "A", "R,G,B,Z"});
-  if (name == "FROM" || name == "TO" || name == "from" || name == "to") return draw.Of({"lin", "video", "mixed"});
+  if (name == "FROM" || name == "TO" || name == "from" || name == "to")
+    return draw.Of({"lin", "video", "mixed"});
   if (name == "DISPLAY") return "monitor";
   if (name == "VIEW") return draw.Of({"film", "plain"});
   if (name == "LOOK" || name == "looks") return "warm";
@@ -391,9 +395,8 @@ Words WordSource::Drawn(Draw& draw, const OpInfo& op, const Surroundings& around
       std::erase_if(words.modifiers, useless);
       if (before == words) break;
     }
-    if (std::any_of(op.arguments.begin(), op.arguments.end(), [&](const ParamInfo& p) {
-          return ops::IsLeftOut(p, words.modifiers);
-        })) {
+    if (std::any_of(op.arguments.begin(), op.arguments.end(),
+                    [&](const ParamInfo& p) { return ops::IsLeftOut(p, words.modifiers); })) {
       words.positional.clear();
     }
   }

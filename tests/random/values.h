@@ -39,8 +39,9 @@ class WordSource {
   std::string Text(Draw& draw, const ops::OpInfo& op, const ops::ParamInfo& param,
                    const Surroundings& around) const;
 
-  std::map<std::string, std::vector<std::string>> own_, shared_;  // examples' values by "op param" and "param"
-  std::map<std::string, std::vector<std::string>> files_;         // by parameter
+  std::map<std::string, std::vector<std::string>> own_,
+      shared_;                                             // examples' values by "op param" and "param"
+  std::map<std::string, std::vector<std::string>> files_;  // by parameter
 };
 
 }  // namespace tessera::random

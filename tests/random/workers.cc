@@ -71,8 +71,8 @@ std::string Described(const Case& c, const Finding& finding, bool shrink, const 
   return text + InWords(shortest);
 }
 
-[[noreturn]] void Work(const Run& run, int worker, uint64_t first, double deadline, const std::string& folder, int fd,
-                       Place& place) {
+[[noreturn]] void Work(const Run& run, int worker, uint64_t first, double deadline, const std::string& folder,
+                       int fd, Place& place) {
   Tally tally;
   Generator generator(run.rows, folder, tally);
   Comparer comparer(folder, tally);
@@ -121,8 +121,8 @@ struct Worker {
 class Parent {
  public:
   explicit Parent(const Run& run) : run_(run), start_(Now()), deadline_(start_ + run.seconds) {
-    void* const memory = mmap(nullptr, sizeof(Place) * static_cast<size_t>(run.workers), PROT_READ | PROT_WRITE,
-                              MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    void* const memory = mmap(nullptr, sizeof(Place) * static_cast<size_t>(run.workers),
+                              PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw Error("random pipelines", "no shared memory");
     for (int k = 0; k < run.workers; ++k) {
       Worker w;
@@ -244,7 +244,8 @@ class Parent {
     close(ends[1]);
     std::string text;
     char buffer[4096];
-    for (ssize_t n; (n = read(ends[0], buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<size_t>(n));
+    for (ssize_t n; (n = read(ends[0], buffer, sizeof buffer)) > 0;)
+      text.append(buffer, static_cast<size_t>(n));
     close(ends[0]);
     waitpid(pid, nullptr, 0);
     // The last record is the shortest case; none where the case cannot even be made.

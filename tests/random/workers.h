@@ -13,8 +13,8 @@ namespace tessera::random {
 
 struct Run {
   uint64_t seed = 0, from = 0;
-  int64_t count = -1;   // cases; -1: as many as there is time for
-  double seconds = 60;  // without a count
+  int64_t count = -1;              // cases; -1: as many as there is time for
+  double seconds = 60;             // without a count
   int workers = 1, failures = 10;  // the run ends after so many of these
   std::vector<const ops::OpInfo*> rows;
   const ops::OpInfo* only = nullptr;
@@ -24,14 +24,13 @@ struct Run {
 struct Report {
   int64_t cases = 0;
   double seconds = 0;
-  std::vector<std::string> failures;                      // shrunk, in words
-  std::vector<std::pair<double, std::string>> slowest;    // the ten, in seconds, with their lines
+  std::vector<std::string> failures;                    // shrunk, in words
+  std::vector<std::pair<double, std::string>> slowest;  // the ten, in seconds, with their lines
   Tally tally;
 };
 
 // Runs in child processes; this one computes nothing itself.
 Report RunCases(const Run& run);
-
 
 }  // namespace tessera::random
 

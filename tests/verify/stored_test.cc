@@ -1,7 +1,6 @@
 // What was stored is what is judged: every way to spoil it is found, and what is right passes.
-#include <gtest/gtest.h>
-
 #include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
@@ -76,10 +75,11 @@ TEST_F(StoredTest, FilesOfEveryTypeAndLayoutPass) {
     const char* name;
     PixelType type;
     int tile;
-  } files[] = {{"a.tif", PixelType::kUint8, 0},  {"a.tif", PixelType::kUint16, 0}, {"a.tif", PixelType::kHalf, 0},
-               {"a.tif", PixelType::kFloat, 16}, {"a.exr", PixelType::kHalf, 0},   {"a.exr", PixelType::kFloat, 16},
-               {"a.png", PixelType::kUint8, 0},  {"a.png", PixelType::kUint16, 0}, {"a.tga", PixelType::kUint8, 0},
-               {"a.dpx", PixelType::kUint16, 0}, {"a.sgi", PixelType::kUint8, 0},  {"a.bmp", PixelType::kUint8, 0}};
+  } files[] = {
+      {"a.tif", PixelType::kUint8, 0},  {"a.tif", PixelType::kUint16, 0}, {"a.tif", PixelType::kHalf, 0},
+      {"a.tif", PixelType::kFloat, 16}, {"a.exr", PixelType::kHalf, 0},   {"a.exr", PixelType::kFloat, 16},
+      {"a.png", PixelType::kUint8, 0},  {"a.png", PixelType::kUint16, 0}, {"a.tga", PixelType::kUint8, 0},
+      {"a.dpx", PixelType::kUint16, 0}, {"a.sgi", PixelType::kUint8, 0},  {"a.bmp", PixelType::kUint8, 0}};
   for (const auto& f : files) {
     SCOPED_TRACE(std::string(f.name) + " " + PixelTypeName(f.type));
     WriteOptions options;
@@ -147,11 +147,10 @@ TEST_F(StoredTest, ChannelsInAnotherOrderAreFound) {
 
 // Rows that hold planes where pixels should be: what a store that mistakes its layout writes.
 TEST_F(StoredTest, PlanesInPlaceOfPixelsAreFound) {
-  const Node node = BoxBlur(Checker(ImageSpec(512, 16, 4), {.color1 = {0.8, 0.6, 0.4, 1},
-                                                            .color2 = {0.2, 0.3, 0.5, 1},
-                                                            .width = 7,
-                                                            .height = 7}),
-                            {.width = 3, .height = 3});
+  const Node node =
+      BoxBlur(Checker(ImageSpec(512, 16, 4),
+                      {.color1 = {0.8, 0.6, 0.4, 1}, .color2 = {0.2, 0.3, 0.5, 1}, .width = 7, .height = 7}),
+              {.width = 3, .height = 3});
   const Image right = Render(node, PixelType::kUint8);
   EXPECT_TRUE(VerifyStored(node, right.view(), Everything()).within_bound);
   const Image wrong = Render(node, PixelType::kUint8);

@@ -55,7 +55,7 @@ class DepthOfFieldStage final : public graph::TileStage {
 
     const std::span<const int> present = args.in_channels[1];
     const auto channel = std::find(present.begin(), present.end(), params_.depth_channel) - present.begin();
-    double largest = 0;
+    float largest = 0;
     for (int y = in.y0; y < in.y1; ++y) {
       ptrdiff_t i = (y - in.y0) * row.stride;
       for (int x = in.x0; x < in.x1; ++x, ++i) {
@@ -66,12 +66,13 @@ class DepthOfFieldStage final : public graph::TileStage {
         const double c = window_.Contains({x, y, x + 1, y + 1}) ? CircleOfConfusion(params_, depth[i]) : 0;
         radius[i] = static_cast<float>(c);
         density[i] = c > 0 ? static_cast<float>(1 / (std::numbers::pi * c * c)) : 0;
-        largest = std::max(largest, c);
+        largest = std::max(largest, radius[i]);
       }
     }
 
     row.width = out.width();
-    row.reach = std::min(margin_, static_cast<int>(std::ceil(largest - 0.5)));
+    row.reach = std::min(margin_, static_cast<int>(std::ceil(largest - 0.5f)));
+    row.largest = largest;
     row.padded = (out.width() + kPad - 1) / kPad * kPad;
     const size_t sums = static_cast<size_t>(row.padded) * static_cast<size_t>(channels + 1);
     row.sums = args.scratch.Allocate<float>(sums);

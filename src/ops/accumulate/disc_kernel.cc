@@ -60,7 +60,8 @@ void GatherDiscs(const DiscRow& row) {
     bool any = false;
     for (int dx = -row.reach; dx <= row.reach; ++dx) {
       const double distance = std::sqrt(static_cast<double>(dx * dx + dy * dy));
-      if (distance < row.reach + 0.5) any |= GatherNeighbour(row, dx, dy, distance, row.parts);
+      const bool near = static_cast<float>(distance - 0.5) < row.largest;
+      if (near) any |= GatherNeighbour(row, dx, dy, distance, row.parts);
     }
     if (!any) continue;
     for (int i = 0; i < count; i += step) {

@@ -16,6 +16,7 @@ struct DiscRow {
   ptrdiff_t stride = 0;
   int width = 0;
   int reach = 0;           // pixels to look at, each way
+  float largest = 0;       // radius among those
   float* sums = nullptr;   // per channel `padded` sums of weight * value, then `padded` sums of weights
   float* parts = nullptr;  // room for as many
   int padded = 0;          // the width in whole groups of 16

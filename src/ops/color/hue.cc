@@ -61,7 +61,7 @@ OpInfo HueInfo() {
       "360 in double; 0 and 360 return the input bit for bit. Results may leave [0,1]; clamp at the end, not "
       "between. Alpha is kept; NaN or infinity in R, G or B reaches all three. Source: spec/color.md, hue "
       "rotation (with its correction of the shear).";
-  info.bound = "8 u max(|R|,|G|,|B|)";
+  info.bound = "8 u max(|R|,|G|,|B|); with negative weights times (sum of |weight|) / |sum|";
   info.bound_u = 8;
   info.arguments = {NumberParam("DEG", "angle in degrees")};
   ParamInfo preserve;

@@ -33,9 +33,8 @@ void Refine(const std::vector<double>& matrix, Product& p) {
   }
 }
 
-}  // namespace
-
-Factors Factorize(const Kernel& kernel, int plane, int most_terms) {
+// `refine`: the first product is the nearest one, in place of a cross of the kernel.
+Factors Crosses(const Kernel& kernel, int plane, int most_terms, bool refine) {
   const auto width = static_cast<size_t>(kernel.width), height = static_cast<size_t>(kernel.height);
   const auto first =
       kernel.weights.begin() + static_cast<ptrdiff_t>(static_cast<size_t>(plane) * width * height);
@@ -63,7 +62,7 @@ Factors Factorize(const Kernel& kernel, int plane, int most_terms) {
     Product p;
     for (size_t y = 0; y < height; ++y) p.column.push_back(rest[y * width + px]);
     for (size_t x = 0; x < width; ++x) p.row.push_back(rest[py * width + x] / rest[pivot]);
-    if (factors.terms.empty()) Refine(rest, p);
+    if (refine && factors.terms.empty()) Refine(rest, p);
     double sum = 0;
     for (const double c : p.column) sum += std::fabs(c);
     for (double& c : p.column) c /= sum;
@@ -74,6 +73,16 @@ Factors Factorize(const Kernel& kernel, int plane, int most_terms) {
     factors.terms.push_back(std::move(p));
   }
   return factors;
+}
+
+}  // namespace
+
+Factors Factorize(const Kernel& kernel, int plane, int most_terms) {
+  Factors nearest = Crosses(kernel, plane, most_terms, true);
+  if (nearest.elementwise || most_terms < 2) return nearest;
+  // What a nearest product leaves may have one more term than the kernel; crosses end at its rank.
+  Factors crosses = Crosses(kernel, plane, most_terms, false);
+  return crosses.residual < nearest.residual ? crosses : nearest;
 }
 
 std::vector<float> RoundWeights(const std::vector<double>& weights) {

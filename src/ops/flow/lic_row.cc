@@ -113,8 +113,9 @@ OpInfo LicInfo() {
       "field that changes in time is a sequence of files, each frame the lines of its own moment.\n"
       "Source: Cabral, Leedom 1993; Stalling, Hege 1995; spec/lic.md.";
   info.bound =
-      "samples within what positions off by 1e-3 pixels and a sixteenth of the bends met (adaptive; 1e-4 "
-      "others) and the step's own error at critical points can change";
+      "what positions off by 1e-3 pixels (adaptive; 1e-4 others) and by the errors of the steps that may be "
+      "taken can change; undecided where a line's end, or a quarter of what it reads, hangs on that; "
+      "method=fast: twice what lines half a pixel beside differ by, or six standard deviations of their noise";
   info.bound_u = 1;
   info.inputs = 1;
   info.operands = [](const Arguments& a) { return a.Flag("input") ? 2 : 1; };

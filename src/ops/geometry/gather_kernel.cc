@@ -217,11 +217,18 @@ class Gatherer {
                 static_cast<size_t>(count) * static_cast<size_t>(job_.out.channels), 0.0f);
   }
 
-  // look_up(taps, linear, group) for every group of channels.
+  // Whether the result holds any of the group's channels.
+  bool IsWanted(size_t g) const {
+    return std::any_of(job_.channels.begin(), job_.channels.end(),
+                       [g](int channel) { return static_cast<size_t>(channel) / 4 == g; });
+  }
+
+  // look_up(taps, linear, group) for every group of channels that is wanted.
   template <class F>
   HWY_INLINE void ForTaps(const F& look_up) {
     using std::bool_constant;
     for (size_t g = 0; g < source_.groups.size(); ++g) {
+      if (!IsWanted(g)) continue;
       if (source_.linear) {
         look_up(Taps<2>(), bool_constant<true>(), g);
       } else if (source_.taps == 4) {
@@ -286,7 +293,8 @@ class Gatherer {
     const ptrdiff_t ahead = Ahead(x, static_cast<uint32_t>(plain_.base[0]) / 2);
     bool sure = true;
     if (source_.linear) {
-      for (size_t g = 0; g < source_.groups.size() && sure; ++g) sure = BlendRun(g, x, y, count, ahead);
+      for (size_t g = 0; g < source_.groups.size() && sure; ++g)
+        sure = !IsWanted(g) || BlendRun(g, x, y, count, ahead);
     } else {
       ForTaps([&](auto taps, auto, size_t g) { FilterRun<taps>(g, x, y, count, ahead); });
     }

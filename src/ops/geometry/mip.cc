@@ -117,7 +117,9 @@ class MipOp final : public graph::OpWith<MipParams> {
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
     if (params().level < 0) return std::make_unique<AtlasStage>(context.inputs[0], params());
-    return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, params()),
+    MipParams p = params();
+    if (p.level == 0) p.filter = "box";  // the image itself; some filters would blur it
+    return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, p),
                               context.inputs[0].type);
   }
 };

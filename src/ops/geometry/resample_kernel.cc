@@ -88,7 +88,8 @@ void ResampleRgba(const ResampleJob& job) {
   const Roi& roi = job.out.roi;
   int c0, c1;
   job.x.Range(roi.x0, roi.x1, &c0, &c1);
-  c0 = std::max(std::min(c0, c1 - 2), job.in.roi.x0);
+  // Beyond a black border there are no rows or no columns to read, and the input is any region.
+  if (c0 < c1) c0 = std::max(std::min(c0, c1 - 2), std::min(c0, job.in.roi.x0));
   const auto columns_size = static_cast<size_t>(c1 - c0 + 2) * 16;
   double* const columns = job.scratch.Allocate<double>(columns_size);
   if (roi.height() < 4) std::fill_n(columns, columns_size, 0.0);

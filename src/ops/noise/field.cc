@@ -445,7 +445,11 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
                                     fraction_[a]});
         }
       }
-      field_.evaluate_(batch);
+      if (field_.evaluate_ != nullptr) {
+        field_.evaluate_(batch);
+      } else {
+        PerlinBatch(batch, p.dims);
+      }
       AddBatch(octave, x - x0_, count, out, with_slopes ? slopes : nullptr);
     }
   }

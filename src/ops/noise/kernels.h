@@ -54,6 +54,8 @@ NoiseEvaluate FindNoise(NoiseKind kind, NoiseLattice lattice, int dims, bool slo
 // constant.
 void PerlinNoise(const double* x, const double* y, const double* z, int count, float* value,
                  float* const* slope);
+// The same of a batch's cells and fractions.
+void PerlinBatch(const NoiseBatch& batch, int dims);
 
 // Positions from pixels of a position image, for one dimension: high + low (low may be null) times frequency
 // plus offset, as cell and fraction; `invalid` gets nonzero where the position is not finite.

@@ -185,13 +185,7 @@ class PointField {
  private:
   void Evaluate(const NoiseBatch& b) const {
     if (evaluate_ != nullptr) return evaluate_(b);
-    double position[3][kNoiseBatch] = {};
-    for (int a = 0; a < plan_.params.dims; ++a) {
-      for (int i = 0; i < b.count; ++i)
-        position[a][i] = (b.cell[a][i] & 255) + static_cast<double>(b.fraction[a][i]);
-    }
-    PerlinNoise(position[0], position[1], position[2], b.count, b.value,
-                b.slope[0] != nullptr ? b.slope : nullptr);
+    PerlinBatch(b, plan_.params.dims);
   }
 
   NoisePlan plan_;

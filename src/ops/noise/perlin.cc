@@ -77,4 +77,14 @@ void PerlinNoise(const double* px, const double* py, const double* pz, int count
   }
 }
 
+void PerlinBatch(const NoiseBatch& batch, int dims) {
+  double position[3][kNoiseBatch] = {};
+  for (int a = 0; a < dims; ++a) {
+    for (int i = 0; i < batch.count; ++i)
+      position[a][i] = (batch.cell[a][i] & 255) + static_cast<double>(batch.fraction[a][i]);
+  }
+  PerlinNoise(position[0], position[1], position[2], batch.count, batch.value,
+              batch.slope[0] != nullptr ? batch.slope : nullptr);
+}
+
 }  // namespace tessera::ops

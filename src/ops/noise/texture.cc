@@ -196,7 +196,7 @@ OpInfo TextureRow(TextureKind kind, const char* summary, const std::string& help
   info.help = help +
               "\nLengths are in widths of the display window; colours are linear. time= moves a coordinate "
               "of the noise, so frames flow without flicker; octaves beyond Nyquist are faded.";
-  info.bound = "4e-5";
+  info.bound = "4e-5, times the distance from the top in widths where that is above 1";
   info.bound_u = 672;
   info.modifiers = {NumberModifier("seed", "0", -2147483648.0, 4294967295.0, "whole number, modulo 2^32"),
                     NumberModifier("freq", frequency, 0, 1048576, "features across the width"),
