@@ -72,6 +72,15 @@ double LargestUnder(const Bordered& in, int x, int y, int c, int width, int heig
   return largest;
 }
 
+// Whether blocks of the image may be transformed: they reach farther than the window does.
+bool IsTransformed(const Convolution& p) {
+  return p.params.method == FilterMethod::kFft ||
+         (p.params.method == FilterMethod::kAuto && p.kernel.width * p.kernel.height > 81);
+}
+bool ReachesOverBlocks(const std::any& parameters, int input) {
+  return input == 0 && IsTransformed(std::any_cast<const Convolution&>(parameters));
+}
+
 void EvaluateConvolve(const Call& call) {
   const auto& p = std::any_cast<const Convolution&>(call.parameters);
   const ConvolveParams& q = p.params;
@@ -107,11 +116,19 @@ void EvaluateConvolve(const Call& call) {
   // Large kernels may be transformed in blocks: the errors of all samples together are spread over the block
   // as by chance. Five of their deviations.
   double transform = 0;
-  if (q.method == FilterMethod::kFft || (q.method == FilterMethod::kAuto && k.width * k.height > 81)) {
-    double squares = std::fabs(in.value), weights = 0;
-    for (const double v : call.in[0].samples) squares = std::max(squares, std::fabs(v));
-    for (const double w : k.weights) weights += w * w;
-    transform = squares * 32 * std::sqrt(weights) / std::fabs(divisor);
+  if (IsTransformed(p)) {
+    double largest = std::fabs(in.value), weights = 0;
+    if (!call.largest.empty()) largest = std::max(largest, call.largest[0]);
+    for (const double v : call.in[0].samples) largest = std::max(largest, std::fabs(v));
+    for (int plane = 0; plane < planes; ++plane) {
+      double squares = 0;
+      for (int j = 0; j < k.height; ++j) {
+        for (int i = 0; i < k.width; ++i)
+          squares += std::pow(given(i, j, plane) / sums[static_cast<size_t>(plane)], 2);
+      }
+      weights = std::max(weights, squares);
+    }
+    transform = largest * 32 * std::sqrt(weights) / std::fabs(divisor);
   }
   const int alpha = call.in_specs[0].alpha;
   ForEachSample(call, [&](int x, int y, int c) {
@@ -351,12 +368,14 @@ Roi RankInput(const std::any& parameters, int, const Roi& out) {
 std::vector<Entry> FilterEntries() {
   Entry blur{"blur", EvaluateBlur, BlurInput, 1};
   blur.wants_largest = RunsAlongLines;
+  Entry convolve{"convolve", EvaluateConvolve, ConvolveInput, 1};
+  convolve.wants_largest = ReachesOverBlocks;
   // The first three are convolutions with one kernel each.
   return {
       {"emboss", EvaluateConvolve, ConvolveInput},
       {"laplacian", EvaluateConvolve, ConvolveInput},
       {"highpass", EvaluateConvolve, ConvolveInput},
-      {"convolve", EvaluateConvolve, ConvolveInput, 1},
+      convolve,
       blur,
       {"sobel", EvaluateSobel, SobelInput},
       {"unsharp", EvaluateUnsharp, nullptr},
