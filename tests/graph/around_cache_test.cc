@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "ops/registry.h"
+#include "support/apply.h"
 #include "support/pictures.h"
 #include "tessera/ops/channels.h"
 #include "tessera/render.h"
@@ -15,21 +15,12 @@
 namespace tessera {
 namespace {
 
+using testing::Apply;
 using testing::Content;
 using testing::Picture;
+using testing::Words;
 
 using T = PixelType;
-
-struct Words {
-  const char* op;
-  const char* arguments;
-};
-
-Node Apply(const Words& words, const std::vector<Node>& inputs) {
-  const ops::OpInfo* const info = ops::FindOp(words.op);
-  if (info == nullptr) throw Error(words.op, "is no operation");
-  return info->make(inputs, ops::ParseExample(*info, words.arguments), nullptr);
-}
 
 // Pixels of one small picture again and again: a large one takes long to paint.
 Image Repeated(int width, int height, int channels, T type) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "ops/registry.h"
+#include "support/apply.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"
 #include "tessera/render.h"
@@ -29,9 +29,7 @@ using T = PixelType;
 
 // An operation of the registry by its name and an argument line.
 Node Apply(const std::string& op, const std::vector<Node>& inputs, const std::string& arguments = "") {
-  const ops::OpInfo* const info = ops::FindOp(op);
-  if (info == nullptr) throw Error(op, "is no operation");
-  return info->make(inputs, ops::ParseExample(*info, arguments), nullptr);
+  return testing::Apply({op, arguments}, inputs);
 }
 
 // Five blocks wide and a tail, off the origin.

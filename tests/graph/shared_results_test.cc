@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "ops/registry.h"
+#include "support/apply.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"
 #include "tessera/render.h"
@@ -14,23 +14,16 @@
 namespace tessera {
 namespace {
 
+using testing::Apply;
 using testing::Content;
 using testing::ExpectSameBits;
 using testing::Picture;
 using testing::UnifyNans;
+using testing::Words;
 
 using T = PixelType;
 
-// An operation of the registry and its arguments, applied one after the other where there are several.
-struct Words {
-  const char* op;
-  const char* arguments;
-};
-Node Apply(const Words& words, const std::vector<Node>& inputs) {
-  const ops::OpInfo* const info = ops::FindOp(words.op);
-  if (info == nullptr) throw Error(words.op, "is no operation");
-  return info->make(inputs, ops::ParseExample(*info, words.arguments), nullptr);
-}
+// One after the other.
 Node ApplyAll(const std::vector<Words>& all, Node node) {
   for (const Words& words : all) node = Apply(words, {node});
   return node;
