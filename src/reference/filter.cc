@@ -294,6 +294,11 @@ void EvaluateSobel(const Call& call) {
       case SobelOutput::kXY:
         return result % 2 == 0 ? Sample(gx, sx + kSmallestScale) : Sample(gy, sy + kSmallestScale);
       case SobelOutput::kDirection:
+        // Either side of the negative x axis, and any side of a gradient that differences cancel to nothing.
+        if (const double reach = 4 * kUnit * (sx + sy);
+            reach > 0 && (magnitude <= reach || (gx < 0 && std::fabs(gy) <= reach))) {
+          call.Undecided(x, y, result, kUnknownJump);
+        }
         // Of a zero gradient 0 is exact, pi (signed zeros) is rounded.
         return Sample(std::atan2(gy, gx), magnitude > 0               ? 1 + (sx + sy) / magnitude
                                           : std::atan2(gy, gx) != 0.0 ? 1
