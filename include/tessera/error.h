@@ -1,4 +1,4 @@
-// The one exception type of the library.
+/// The one exception type of the library. @file
 #ifndef TESSERA_ERROR_H_
 #define TESSERA_ERROR_H_
 
@@ -7,9 +7,9 @@
 
 namespace tessera {
 
-// Thrown when a node is built from bad parameters, a file cannot be opened, read or written, memory is
-// refused, or an evaluation is cancelled; never from inside a kernel. what() is "SUBJECT: REASON", where the
-// subject is the file or the argument and the reason names what was found and what was expected.
+/// Thrown when a node is built from bad parameters, a file cannot be opened, read or written, memory is
+/// refused, or an evaluation is cancelled; never from inside a kernel. what() is "SUBJECT: REASON", where the
+/// subject is the file or the argument and the reason names what was found and what was expected.
 class Error : public std::runtime_error {
  public:
   Error(const std::string& subject, const std::string& reason)
@@ -22,7 +22,7 @@ class Error : public std::runtime_error {
   std::string subject_, reason_;
 };
 
-// Thrown by an evaluation whose progress callback returned false.
+/// Thrown by an evaluation whose progress callback returned false.
 class Cancelled : public Error {
  public:
   Cancelled() : Error("evaluation", "cancelled") {}

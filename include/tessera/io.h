@@ -1,4 +1,4 @@
-// Images in files and in OpenImageIO's hands. Formats and metadata are OpenImageIO's work.
+/// Images in files and in OpenImageIO's hands. Formats and metadata are OpenImageIO's work. @file
 #ifndef TESSERA_IO_H_
 #define TESSERA_IO_H_
 
@@ -20,84 +20,84 @@
 namespace tessera {
 
 struct ReadOptions {
-  int subimage = 0;    // index of the part
-  std::string part{};  // or its name (EXR part, TIFF page name); wins over the index when not empty
+  int subimage = 0;    ///< index of the part
+  std::string part{};  ///< or its name (EXR part, TIFF page name); wins over the index when not empty
 };
 
-// A lazy image of a file: the header is read now, pixels when evaluated, only the channels and rows that the
-// pipeline uses. Types other than uint8, uint16, half and float, and channels of different types unless all
-// are of the first's, are converted to float by OpenImageIO. Unassociated alpha is multiplied in, as by
-// oiiotool. A tiled file says so with the attributes tile_width and tile_height, and Write then writes tiles
-// where the format has them. The slices of a volume file lie one above the other and are read at once. Throws
-// Error naming the file: missing, a directory, not an image, truncated header, absurd dimensions, deep data,
-// an unknown part (those present are listed).
+/// A lazy image of a file: the header is read now, pixels when evaluated, only the channels and rows that the
+/// pipeline uses. Types other than uint8, uint16, half and float, and channels of different types unless all
+/// are of the first's, are converted to float by OpenImageIO. Unassociated alpha is multiplied in, as by
+/// oiiotool. A tiled file says so with the attributes tile_width and tile_height, and Write then writes tiles
+/// where the format has them. The slices of a volume file lie one above the other and are read at once.
+/// Throws Error naming the file: missing, a directory, not an image, truncated header, absurd dimensions,
+/// deep data, an unknown part (those present are listed).
 Node Read(const std::string& file, const ReadOptions& options = {});
 
 struct WriteOptions {
-  std::optional<PixelType> type{};  // empty: the node's spec().type
+  std::optional<PixelType> type{};  ///< empty: the node's spec().type
   RenderOptions render{};
-  // Added to, or replacing, the node's metadata; one without any value removes it. OpenImageIO's output hints
-  // ("compression", "oiio:BitsPerSample") work too; tile_width and tile_height of 0 ask for scanlines.
+  /// Added to, or replacing, the node's metadata; one without any value removes it. OpenImageIO's output
+  /// hints ("compression", "oiio:BitsPerSample") work too; tile_width and tile_height of 0 ask for scanlines.
   std::vector<Attribute> attributes{};
   RunStats* stats = nullptr;
 };
 
-// Evaluates and writes, streaming bands of rows. The file appears whole or not at all: it is written beside
-// its name and renamed; an existing file stays as it is until then, and keeps its permissions. The output may
-// be one of the graph's own inputs. What the format cannot hold:
-//   type     the format's own nearest type is written (a float image becomes uint8 in JPEG and PNG), with
-//            the one rounding of the engine;
-//   windows  a format without display windows gets the pixels of the display window, zero where there are
-//   none; alpha    is left out by formats without it (JPEG, HDR); channels beyond that: Error naming those
-//   found and those allowed.
-// Throws Error naming the file, also for an unknown extension, a missing directory, a full disk.
+/// Evaluates and writes, streaming bands of rows. The file appears whole or not at all: it is written beside
+/// its name and renamed; an existing file stays as it is until then, and keeps its permissions. The output
+/// may be one of the graph's own inputs. What the format cannot hold:
+///   type     the format's own nearest type is written (a float image becomes uint8 in JPEG and PNG), with
+///            the one rounding of the engine;
+///   windows  a format without display windows gets the pixels of the display window, zero where there are
+///   none; alpha    is left out by formats without it (JPEG, HDR); channels beyond that: Error naming those
+///   found and those allowed.
+/// Throws Error naming the file, also for an unknown extension, a missing directory, a full disk.
 void Write(const Node& node, const std::string& file, const WriteOptions& options = {});
 
-// The same in two steps, so that several outputs appear together: Write writes the temporary file, Commit
-// renames. Destroying an uncommitted output removes it.
+/// The same in two steps, so that several outputs appear together: Write writes the temporary file, Commit
+/// renames. Destroying an uncommitted output removes it.
 class PendingOutput {
  public:
   PendingOutput(const Node& node, const std::string& file, const WriteOptions& options);
   PendingOutput(PendingOutput&&) noexcept;
   PendingOutput& operator=(PendingOutput&&) = delete;
   ~PendingOutput();
-  // Throws Error naming the file when it cannot be renamed.
+  /// Throws Error naming the file when it cannot be renamed.
   void Commit();
-  // The type that was written: the one asked for, or the nearest that the format has.
+  /// The type that was written: the one asked for, or the nearest that the format has.
   PixelType type() const { return type_; }
-  // The uncommitted file decoded again: native codes of all channels, for VerifyStored. Where the format does
-  // not keep what it is given (JPEG, lossy EXR compressions), the pixels that it was given, evaluated once
-  // more; a remark says so. To be used before Commit.
+  /// The uncommitted file decoded again: native codes of all channels, for VerifyStored. Where the format
+  /// does not keep what it is given (JPEG, lossy EXR compressions), the pixels that it was given, evaluated
+  /// once more; a remark says so. To be used before Commit.
   StoredPixels ReadBack() const;
 
  private:
   std::function<StoredPixels()> read_back_;
-  std::string temporary_, file_;  // temporary_ is empty when committed or moved from
+  std::string temporary_, file_;  ///< temporary_ is empty when committed or moved from
   PixelType type_ = PixelType::kFloat;
 };
 
-// Removes the temporary files of every unfinished output of this process; async-signal-safe, for SIGINT
-// handlers.
+/// Removes the temporary files of every unfinished output of this process; async-signal-safe, for SIGINT
+/// handlers.
 void RemoveUnfinishedOutputs();
 
-// Adapters without a copy. FromImageBuf borrows the buffer's local pixels (they must outlive the graph's use)
-// or, when the ImageBuf is backed by an image cache, is deep, or has pixels of a type that is none of ours,
-// throws Error. ToImageBuf wraps the image's pixels and keeps them alive as long as the returned pointer
-// lives.
+/// Adapters without a copy. FromImageBuf borrows the buffer's local pixels (they must outlive the graph's
+/// use) or, when the ImageBuf is backed by an image cache, is deep, or has pixels of a type that is none of
+/// ours, throws Error. ToImageBuf wraps the image's pixels and keeps them alive as long as the returned
+/// pointer lives.
 Node FromImageBuf(const OIIO::ImageBuf& buffer);
 std::shared_ptr<OIIO::ImageBuf> ToImageBuf(const Image& image);
 ConstImageView ViewOf(const OIIO::ImageBuf& buffer);
 
-// The names of a file's subimages in order, empty for one that has none; throws Error.
+/// The names of a file's subimages in order, empty for one that has none; throws Error.
 std::vector<std::string> Subimages(const std::string& file);
 
-// What `oiiotool --stats` prints about an image, line for line: minimum, maximum, mean, standard deviation,
-// counts of NaN, infinite and finite values, whether constant and monochrome. Integer types are reported in
-// codes. The Node form evaluates in float32 first, into memory.
+/// What `oiiotool --stats` prints about an image, line for line: minimum, maximum, mean, standard deviation,
+/// counts of NaN, infinite and finite values, whether constant and monochrome. Integer types are reported in
+/// codes. The Node form evaluates in float32 first, into memory.
 std::string StatsText(const Image& image);
 std::string StatsText(const Node& node, const RenderOptions& options = {});
 
-// Thresholds of a comparison, as oiiotool's --fail, --failpercent, --hardfail and the same for warnings.
+/// Thresholds of a comparison, as oiiotool's --fail, --failpercent, --hardfail and the same for warnings.
 struct DiffOptions {
   double fail = 1e-6, fail_percent = 0, hard_fail = std::numeric_limits<double>::infinity();
   double warn = 1e-6, warn_percent = 0, hard_warn = std::numeric_limits<double>::infinity();
@@ -106,12 +106,12 @@ enum class DiffVerdict : uint8_t { kPass, kWarning, kFailure };
 struct DiffReport {
   DiffVerdict verdict = DiffVerdict::kPass;
   double mean_error = 0, rms_error = 0, psnr = 0, max_error = 0;
-  int max_x = 0, max_y = 0, max_channel = 0;  // where the largest error is
-  int64_t warned = 0, failed = 0;             // pixels over the thresholds
-  std::string text;                           // what oiiotool --diff prints after its first line
+  int max_x = 0, max_y = 0, max_channel = 0;  ///< where the largest error is
+  int64_t warned = 0, failed = 0;             ///< pixels over the thresholds
+  std::string text;                           ///< what oiiotool --diff prints after its first line
 };
-// Compares every channel over the union of the data windows (black where one has no pixel), integers as [0,
-// 1].
+/// Compares every channel over the union of the data windows (black where one has no pixel), integers as [0,
+/// 1].
 DiffReport Compare(const Image& a, const Image& b, const DiffOptions& options = {});
 
 }  // namespace tessera

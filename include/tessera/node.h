@@ -1,4 +1,4 @@
-// A lazy image: an operation and its inputs. Nothing is computed until Render, Write or Verify.
+/// A lazy image: an operation and its inputs. Nothing is computed until Render, Write or Verify. @file
 #ifndef TESSERA_NODE_H_
 #define TESSERA_NODE_H_
 
@@ -12,14 +12,14 @@ namespace graph {
 struct NodeData;
 }
 
-// Immutable and cheap to copy; sharing a node between two consumers computes it once per tile.
+/// Immutable and cheap to copy; sharing a node between two consumers computes it once per tile.
 class Node {
  public:
   Node() = default;
   explicit Node(std::shared_ptr<const graph::NodeData> data) : data_(std::move(data)) {}
 
   explicit operator bool() const { return data_ != nullptr; }
-  // What the result will be: windows, channels, metadata. Throws Error on an empty node.
+  /// What the result will be: windows, channels, metadata. Throws Error on an empty node.
   const ImageSpec& spec() const;
   const graph::NodeData* data() const { return data_.get(); }
   const std::shared_ptr<const graph::NodeData>& shared() const { return data_; }
@@ -28,8 +28,8 @@ class Node {
   std::shared_ptr<const graph::NodeData> data_;
 };
 
-// A node that reads pixels already in memory. The Image form shares ownership; the view form borrows: the
-// pixels must live, unchanged, until every evaluation of the graph has ended. No copy is made.
+/// A node that reads pixels already in memory. The Image form shares ownership; the view form borrows: the
+/// pixels must live, unchanged, until every evaluation of the graph has ended. No copy is made.
 Node FromImage(const Image& image);
 Node FromView(const ConstImageView& pixels, const ImageSpec& spec);
 

@@ -1,4 +1,4 @@
-// OpenColorIO: configs, displays, looks and every LUT file it reads, as nodes of the same pipeline.
+/// OpenColorIO: configs, displays, looks and every LUT file it reads, as nodes of the same pipeline. @file
 #ifndef TESSERA_OCIO_H_
 #define TESSERA_OCIO_H_
 
@@ -14,35 +14,36 @@
 
 namespace tessera {
 
-// Every function here has OpenColorIO optimise a processor without loss and turns it into the library's own
-// nodes: matrices, ranges, CDLs, exponents and logarithms by formula (1 ULP, where OpenColorIO's fast forms
-// have 2^-14), 1-D and 3-D LUTs. What has no such node (inverse, half-domain and hue-preserving LUTs, fixed
-// functions, grading) runs in OpenColorIO's own CPU processor, as one more node of the fused pipeline;
-// --verify refuses those. The result is within 1e-5 of OpenColorIO's for results around 1 (relative for
-// larger ones). R, G, B are the first three channels; alpha takes part where a transform has it; other
-// channels keep their bits. Errors name the file, colour space, look, display or view that was not found, and
-// the nearest known one.
+/// Every function here has OpenColorIO optimise a processor without loss and turns it into the library's own
+/// nodes: matrices, ranges, CDLs, exponents and logarithms by formula (1 ULP, where OpenColorIO's fast forms
+/// have 2^-14), 1-D and 3-D LUTs. What has no such node (inverse, half-domain and hue-preserving LUTs, fixed
+/// functions, grading) runs in OpenColorIO's own CPU processor, as one more node of the fused pipeline;
+/// --verify refuses those. The result is within 1e-5 of OpenColorIO's for results around 1 (relative for
+/// larger ones). R, G, B are the first three channels; alpha takes part where a transform has it; other
+/// channels keep their bits. Errors name the file, colour space, look, display or view that was not found,
+/// and the nearest known one. @file
 
-// What all of them have in common.
+/// What all of them have in common.
 struct OcioParams {
-  // A config file; empty: the one that the variable OCIO names, else `built-in`: ACES and video spaces
-  // (kBuiltInConfig).
+  /// A config file; empty: the one that the variable OCIO names, else `built-in`: ACES and video spaces
+  /// (kBuiltInConfig).
   std::string config = {};
-  // Context variables that replace those of the config and the environment.
+  /// Context variables that replace those of the config and the environment.
   std::vector<std::pair<std::string, std::string>> context = {};
-  bool unpremult = false;  // divide by alpha before, multiply after
+  bool unpremult = false;  ///< divide by alpha before, multiply after
 };
 inline constexpr char kBuiltInConfig[] = "built-in";
 
-// From one colour space (name, alias or role) to another.
+/// From one colour space (name, alias or role) to another.
 Node ColorConvert(const Node& image, const std::string& from, const std::string& to,
                   const OcioParams& params = {});
 
-// Whether the config knows the space by name, alias or role.
+/// Whether the config knows the space by name, alias or role.
 bool HasColorSpace(const std::string& name, const OcioParams& params = {});
 
-// To a display's view. Empty `from`: the image's oiio:ColorSpace, else the role scene_linear. Empty `display`
-// and `view`: the config's defaults. `looks` replace the view's own. `inverse` goes from the display back.
+/// To a display's view. Empty `from`: the image's oiio:ColorSpace, else the role scene_linear. Empty
+/// `display` and `view`: the config's defaults. `looks` replace the view's own. `inverse` goes from the
+/// display back.
 struct OcioDisplayParams {
   std::string from = {}, looks = {};
   bool inverse = false;
@@ -50,7 +51,7 @@ struct OcioDisplayParams {
 Node OcioDisplay(const Node& image, const std::string& display, const std::string& view,
                  const OcioDisplayParams& display_params = {}, const OcioParams& params = {});
 
-// Looks of the config ("a", "a, -b", "a | b"), from and to colour spaces; empty as for the display.
+/// Looks of the config ("a", "a, -b", "a | b"), from and to colour spaces; empty as for the display.
 struct OcioLookParams {
   std::string from = {}, to = {};
   bool inverse = false;
@@ -58,38 +59,39 @@ struct OcioLookParams {
 Node OcioLook(const Node& image, const std::string& looks, const OcioLookParams& look_params = {},
               const OcioParams& params = {});
 
-// A file of any format that OpenColorIO reads (.cube .spi1d .spi3d .spimtx .3dl .csp .clf .ctf .cc .ccc .cdl
-// .lut .look .itx .mga .m3d .cub .vf .icc ...), searched for along the config's search path. `filter` is the
-// interpolation of its 3-D and 1-D tables; tetrahedral is linear for the latter.
+/// A file of any format that OpenColorIO reads (.cube .spi1d .spi3d .spimtx .3dl .csp .clf .ctf .cc .ccc .cdl
+/// .lut .look .itx .mga .m3d .cub .vf .icc ...), searched for along the config's search path. `filter` is the
+/// interpolation of its 3-D and 1-D tables; tetrahedral is linear for the latter.
 struct LutParams {
-  TableFilter filter = TableFilter::kTetrahedral;  // kNearest, kLinear, kTetrahedral, kCubic
+  TableFilter filter = TableFilter::kTetrahedral;  ///< kNearest, kLinear, kTetrahedral, kCubic
   bool inverse = false;
-  std::string cccid = {};  // which correction of a .ccc, .cdl: its id or its index; empty: the first
+  std::string cccid = {};  ///< which correction of a .ccc, .cdl: its id or its index; empty: the first
 };
 Node OcioFileTransform(const Node& image, const std::string& file, const LutParams& lut_params = {},
                        const OcioParams& params = {});
-// The same without a config: `file` as it stands.
+/// The same without a config: `file` as it stands.
 Node ApplyLut(const Node& image, const std::string& file, const LutParams& lut_params = {});
 
-// Any processor of the caller's.
+/// Any processor of the caller's.
 Node ApplyProcessor(const Node& image, const OCIO_NAMESPACE::ConstProcessorRcPtr& processor);
 
-// A transform of R, G, B as a shaper curve and a table of size^3 entries, read with tetrahedra: for
-// transforms too slow, or not allowed, where the image goes. The domain is the range of the image's finite
-// colours (one pass over it), or [low, high] where low < high; the shaper is the identity for a domain within
-// [0,1], else logarithmic beyond 2^-8 with a linear part below (and for negative values). Values beyond the
-// domain count as its ends. Alpha keeps its bits. The report compares with the transform itself on `tiles`
-// tiles of 64x64 pixels spread over the image; CIEDE2000 reads both results as sRGB, limited to [0,1].
+/// A transform of R, G, B as a shaper curve and a table of size^3 entries, read with tetrahedra: for
+/// transforms too slow, or not allowed, where the image goes. The domain is the range of the image's finite
+/// colours (one pass over it), or [low, high] where low < high; the shaper is the identity for a domain
+/// within [0,1], else logarithmic beyond 2^-8 with a linear part below (and for negative values). Values
+/// beyond the domain count as its ends. Alpha keeps its bits. The report compares with the transform itself
+/// on `tiles` tiles of 64x64 pixels spread over the image; CIEDE2000 reads both results as sRGB, limited to
+/// [0,1].
 struct BakeParams {
-  int size = 33;  // 2 to 129
+  int size = 33;  ///< 2 to 129
   double low = 0, high = 0;
   int tiles = 64;
 };
 struct BakeReport {
   int64_t pixels = 0;
   double max_error = 0, rms_error = 0, max_ciede2000 = 0;
-  double low = 0, high = 0;  // the domain
-  bool shaped = false;       // by a logarithm
+  double low = 0, high = 0;  ///< the domain
+  bool shaped = false;       ///< by a logarithm
   std::string Summary() const;
 };
 Node Bake(const Node& image, const std::function<Node(const Node&)>& transform, const BakeParams& params = {},

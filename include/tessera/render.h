@@ -1,4 +1,4 @@
-// Evaluation of a graph: into memory, as a printed plan, or against the double-precision reference.
+/// Evaluation of a graph: into memory, as a printed plan, or against the double-precision reference. @file
 #ifndef TESSERA_RENDER_H_
 #define TESSERA_RENDER_H_
 
@@ -12,52 +12,52 @@
 
 namespace tessera {
 
-// Options of one evaluation. Results never depend on threads or tile shape: bits are equal for any value.
+/// Options of one evaluation. Results never depend on threads or tile shape: bits are equal for any value.
 struct RenderOptions {
-  int threads = 0;                            // 0: every core
-  size_t memory_budget = size_t{1} << 29;     // bytes that streaming buffers and arenas may take together
-  int tile_width = 0, tile_height = 0;        // 0: the planner's choice
-  bool optimize = true;                       // fold, drop and share; off for comparison
-  bool shuffle_tiles = false;                 // serial, in a shuffled order: for tests
-  // Names of rewrite rules (RewriteRules) that are not applied, or "all": for tests and for finding a fault.
+  int threads = 0;                         ///< 0: every core
+  size_t memory_budget = size_t{1} << 29;  ///< bytes that streaming buffers and arenas may take together
+  int tile_width = 0, tile_height = 0;     ///< 0: the planner's choice
+  bool optimize = true;                    ///< fold, drop and share; off for comparison
+  bool shuffle_tiles = false;              ///< serial, in a shuffled order: for tests
+  /// Names of rewrite rules (RewriteRules) that are not applied, or "all": for tests and for finding a fault.
   std::vector<std::string> rules_off = {};
-  std::function<bool(double)> progress = {};  // called with the share done in [0,1]; false cancels
+  std::function<bool(double)> progress = {};  ///< called with the share done in [0,1]; false cancels
 };
 
-// What an evaluation did, for --runstats and the benchmarks.
+/// What an evaluation did, for --runstats and the benchmarks.
 struct RunStats {
   struct Pass {
     std::string name;
     double seconds = 0;
-    int64_t pixels = 0, bytes = 0;  // pixels produced; bytes read from sources and written to the sink
+    int64_t pixels = 0, bytes = 0;  ///< pixels produced; bytes read from sources and written to the sink
   };
   std::vector<Pass> passes;
-  std::vector<std::string> rules;  // names of the rewrite rules that were applied, each once
+  std::vector<std::string> rules;  ///< names of the rewrite rules that were applied, each once
 };
 
-// Evaluates the graph into a new image of `type` (all of the node's data window).
-// Throws Error (memory refused, a source that cannot be read) or Cancelled.
+/// Evaluates the graph into a new image of `type` (all of the node's data window).
+/// Throws Error (memory refused, a source that cannot be read) or Cancelled.
 Image Render(const Node& node, PixelType type = PixelType::kFloat, const RenderOptions& options = {},
              RunStats* stats = nullptr);
 
-// Evaluates out.roi, which must lie inside the node's data window, into the caller's pixels. `out` has as
-// many channels as the node, any type and strides, and may be a source of the graph where every operation
-// between is a point operation (in place).
+/// Evaluates out.roi, which must lie inside the node's data window, into the caller's pixels. `out` has as
+/// many channels as the node, any type and strides, and may be a source of the graph where every operation
+/// between is a point operation (in place).
 void RenderInto(const Node& node, const ImageView& out, const RenderOptions& options = {},
                 RunStats* stats = nullptr);
 
-// A rule that rewrites the bound list of steps of a run (loads, operations, stores) into a faster one.
+/// A rule that rewrites the bound list of steps of a run (loads, operations, stores) into a faster one.
 struct RuleInfo {
   std::string name;
-  std::string help;     // what becomes what, in a line
-  // May round integer results to the neighbouring code where they lie within a few roundings of floats (of
-  // 2^-24 times the largest sample) of the tie between both; else bits are equal.
+  std::string help;  ///< what becomes what, in a line
+  /// May round integer results to the neighbouring code where they lie within a few roundings of floats (of
+  /// 2^-24 times the largest sample) of the tie between both; else bits are equal.
   bool rounds = false;
 };
-// Every rule, in the order of application.
+/// Every rule, in the order of application.
 const std::vector<RuleInfo>& RewriteRules();
 
-// The plan in words: passes, fused stages, tile shape, bytes moved. Nothing is evaluated.
+/// The plan in words: passes, fused stages, tile shape, bytes moved. Nothing is evaluated.
 std::string Explain(const Node& node, PixelType type = PixelType::kFloat, const RenderOptions& options = {});
 
 }  // namespace tessera

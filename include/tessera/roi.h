@@ -1,4 +1,4 @@
-// A half-open rectangle of pixels, nothing else.
+/// A half-open rectangle of pixels, nothing else. @file
 #ifndef TESSERA_ROI_H_
 #define TESSERA_ROI_H_
 
@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-// Pixels (x, y) with x0 <= x < x1 and y0 <= y < y1; x right, y down. Empty when either side is <= 0.
+/// Pixels (x, y) with x0 <= x < x1 and y0 <= y < y1; x right, y down. Empty when either side is <= 0.
 struct Roi {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 
@@ -26,7 +26,7 @@ constexpr Roi Intersection(const Roi& a, const Roi& b) {
   return r.empty() ? Roi{} : r;
 }
 
-// The smallest rectangle holding both; an empty rectangle adds nothing.
+/// The smallest rectangle holding both; an empty rectangle adds nothing.
 constexpr Roi Union(const Roi& a, const Roi& b) {
   if (a.empty()) return b;
   if (b.empty()) return a;

@@ -1,4 +1,5 @@
-// Tables of samples in one to four dimensions (pixel textures, colour tables), their builders and mip chains.
+/// Tables of samples in one to four dimensions (pixel textures, colour tables), their builders and mip
+/// chains. @file
 #ifndef TESSERA_TABLE_H_
 #define TESSERA_TABLE_H_
 
@@ -14,48 +15,48 @@
 
 namespace tessera {
 
-// Where an entry lies on its axis of N entries, in coordinates [0,1]. Mixing the two is a half-texel shift.
+/// Where an entry lies on its axis of N entries, in coordinates [0,1]. Mixing the two is a half-texel shift.
 enum class TableAlign : uint8_t {
-  kCentres,  // entry i at (i + 1/2) / N: textures, images
-  kEnds,     // entry i at i / (N - 1): colour tables, functions tabulated on [0,1]
+  kCentres,  ///< entry i at (i + 1/2) / N: textures, images
+  kEnds,     ///< entry i at i / (N - 1): colour tables, functions tabulated on [0,1]
 };
 
-// How entries are combined. Methods of one table differ in speed and in the error against the function
-// sampled.
+/// How entries are combined. Methods of one table differ in speed and in the error against the function
+/// sampled.
 enum class TableFilter : uint8_t {
-  kNearest,      // kCentres: floor(s N); kEnds: floor(s (N-1) + 1/2)
-  kLinear,       // 2^D entries, axis after axis
-  kTetrahedral,  // D + 1 entries of the simplex around the coordinate: 3-D tetrahedra, 4-D pentatopes;
-                 // neutral axis exact. For one dimension the same as kLinear
-  kCubic,        // 4^D entries
-  kMipmap,       // linear within, and between two of, the levels of a mip chain; see Lookup
+  kNearest,      ///< kCentres: floor(s N); kEnds: floor(s (N-1) + 1/2)
+  kLinear,       ///< 2^D entries, axis after axis
+  kTetrahedral,  ///< D + 1 entries of the simplex around the coordinate: 3-D tetrahedra, 4-D pentatopes;
+                 ///< neutral axis exact. For one dimension the same as kLinear
+  kCubic,        ///< 4^D entries
+  kMipmap,       ///< linear within, and between two of, the levels of a mip chain; see Lookup
 };
 enum class CubicKernel : uint8_t {
-  kCatmullRom,  // B = 0, C = 1/2: passes through the entries
-  kMitchell,    // B = C = 1/3: a little softer
-  kBSpline,     // B = 1, C = 0: smooth and non-negative
+  kCatmullRom,  ///< B = 0, C = 1/2: passes through the entries
+  kMitchell,    ///< B = C = 1/3: a little softer
+  kBSpline,     ///< B = 1, C = 0: smooth and non-negative
 };
 
-// What lies beyond the entries of an axis.
+/// What lies beyond the entries of an axis.
 enum class TableWrap : uint8_t {
-  kClampEdge,  // the nearest entry
-  kClamp,   // OpenGL 1.x: the coordinate is clamped to [0,1], entries beyond are the border colour, so that a
-            // linear lookup at 0 or 1 of a kCentres table is half border
-  kBorder,  // the border colour
-  kRepeat,  // period 1 (kEnds: entry N - 1 stands for entry 0)
-  kMirror,  // period 2; at its turns the edge entry is seen twice, with kEnds once
+  kClampEdge,  ///< the nearest entry
+  kClamp,  ///< OpenGL 1.x: the coordinate is clamped to [0,1], entries beyond are the border colour, so that
+           ///< a linear lookup at 0 or 1 of a kCentres table is half border
+  kBorder,  ///< the border colour
+  kRepeat,  ///< period 1 (kEnds: entry N - 1 stands for entry 0)
+  kMirror,  ///< period 2; at its turns the edge entry is seen twice, with kEnds once
 };
 
-// Samples in one to four dimensions with one to four result channels: an immutable value, cheap to copy
-// (samples are shared). Axis 0 (s) varies fastest, then 1 (t), 2 (r), 3 (q); the channels of an entry are
-// adjacent. Entries may hold any value; NaN and infinity reach only results in which they have weight.
+/// Samples in one to four dimensions with one to four result channels: an immutable value, cheap to copy
+/// (samples are shared). Axis 0 (s) varies fastest, then 1 (t), 2 (r), 3 (q); the channels of an entry are
+/// adjacent. Entries may hold any value; NaN and infinity reach only results in which they have weight.
 class Table {
  public:
-  // An empty table: dims() == 0.
+  /// An empty table: dims() == 0.
   Table() = default;
-  // `samples` holds product(sizes) * channels values; they are rounded to `storage` (integers: saturated, NaN
-  // to 0). Throws Error: 1 to 4 axes of at least one entry, 1 to 4 channels, fewer than 2^31 entries,
-  // matching count.
+  /// `samples` holds product(sizes) * channels values; they are rounded to `storage` (integers: saturated,
+  /// NaN to 0). Throws Error: 1 to 4 axes of at least one entry, 1 to 4 channels, fewer than 2^31 entries,
+  /// matching count.
   Table(std::vector<int> sizes, int channels, std::span<const float> samples, TableAlign align,
         PixelType storage = PixelType::kFloat);
 
@@ -67,13 +68,13 @@ class Table {
   PixelType storage() const { return storage_; }
   TableAlign align() const { return align_; }
   bool empty() const { return sizes_.empty(); }
-  // Bytes of the samples.
+  /// Bytes of the samples.
   size_t bytes() const;
-  // The sample of entry `index` (in memory order) as float, exactly what the lookups read.
+  /// The sample of entry `index` (in memory order) as float, exactly what the lookups read.
   float At(int64_t index, int channel) const;
-  // Every sample as float, in memory order.
+  /// Every sample as float, in memory order.
   std::vector<float> Samples() const;
-  // The same samples rounded to another storage, or read with the other alignment.
+  /// The same samples rounded to another storage, or read with the other alignment.
   Table WithStorage(PixelType storage) const;
   Table WithAlign(TableAlign align) const;
 
@@ -85,84 +86,87 @@ class Table {
   std::shared_ptr<const std::byte> samples_;
 };
 
-// How a table is read. Axis a takes its coordinate from channel axes[a] of the coordinate image.
+/// How a table is read. Axis a takes its coordinate from channel axes[a] of the coordinate image.
 struct LookupParams {
   TableFilter filter = TableFilter::kLinear;
   CubicKernel cubic = CubicKernel::kCatmullRom;
-  // One per axis; of a shorter list the last serves the rest. Empty means kClampEdge.
+  /// One per axis; of a shorter list the last serves the rest. Empty means kClampEdge.
   std::vector<TableWrap> wrap = {};
-  // One value per result channel, missing ones 0: the border colour of kClamp and kBorder, and the result
-  // where the coordinates are NaN (where infinite, with kRepeat and kMirror) or lie behind the projector.
+  /// One value per result channel, missing ones 0: the border colour of kClamp and kBorder, and the result
+  /// where the coordinates are NaN (where infinite, with kRepeat and kMirror) or lie behind the projector.
   std::vector<double> border = {};
-  // Channels of the coordinate image: one per axis, and with `projective` one more for q. Empty means 0, 1,
-  // 2, ...
+  /// Channels of the coordinate image: one per axis, and with `projective` one more for q. Empty means 0, 1,
+  /// 2, ...
   std::vector<int> axes = {};
-  // Coordinates are divided by q first; where q <= 0, is NaN or smaller than 2^-126 the result is the border
-  // colour.
+  /// Coordinates are divided by q first; where q <= 0, is NaN or smaller than 2^-126 the result is the border
+  /// colour.
   bool projective = false;
-  // Results are NaN, instead of the border colour, where a coordinate is NaN.
+  /// Results are NaN, instead of the border colour, where a coordinate is NaN.
   bool propagate_nan = false;
-  // Channel of the coordinate image that says where to look up. Where it is 0 or NaN the pixel is background:
-  // its result is the coordinate image's own bits, channel for channel (0 where it has none). -1: everywhere.
+  /// Channel of the coordinate image that says where to look up. Where it is 0 or NaN the pixel is
+  /// background: its result is the coordinate image's own bits, channel for channel (0 where it has none).
+  /// -1: everywhere.
   int mask = -1;
 };
 
-// One lookup in double precision: `coords` holds dims() coordinates, `result` receives channels() values. The
-// judge of tables and lookups; slow. kMipmap reads level 0. `params.axes`, `projective` and `mask` are
-// ignored.
+/// One lookup in double precision: `coords` holds dims() coordinates, `result` receives channels() values.
+/// The judge of tables and lookups; slow. kMipmap reads level 0. `params.axes`, `projective` and `mask` are
+/// ignored.
 void SampleTable(const Table& table, const LookupParams& params, const double* coords, double* result);
 
-// --- Builders. All throw Error on sizes that a Table refuses. ---
+/// --- Builders. All throw Error on sizes that a Table refuses. --- @file
 
-// The pixels of an image as a table: entry (x, y) is the pixel at that place of the data window. 1-D: the
-// window is one row. 2-D: as it is. 3-D: `slices` = {N} slices stacked along y, the first on top. 4-D: {N,
-// M}, N varying faster. Keeps the image's pixel type as storage. Error unless the height divides, with 1 to 4
-// channels.
+/// The pixels of an image as a table: entry (x, y) is the pixel at that place of the data window. 1-D: the
+/// window is one row. 2-D: as it is. 3-D: `slices` = {N} slices stacked along y, the first on top. 4-D: {N,
+/// M}, N varying faster. Keeps the image's pixel type as storage. Error unless the height divides, with 1 to
+/// 4 channels.
 struct TableLayout {
-  int dims = 0;  // 0: from the number of slices; without any 2, or 1 for one row
+  int dims = 0;  ///< 0: from the number of slices; without any 2, or 1 for one row
   std::vector<int> slices = {};
   TableAlign align = TableAlign::kCentres;
 };
 Table TableFromImage(const ConstImageView& image, const TableLayout& layout = {});
-// Images of equal size and channels as the slices of a 3-D table.
+/// Images of equal size and channels as the slices of a 3-D table.
 Table TableFromSlices(std::span<const Image> slices, TableAlign align = TableAlign::kCentres);
 
-// A table of f over [0,1]^D, and how far lookups in it are from f: measured in double at `probes` points of a
-// low-discrepancy sequence over the domain (all axes), and at the middles of the cells along each axis' ends.
+/// A table of f over [0,1]^D, and how far lookups in it are from f: measured in double at `probes` points of
+/// a low-discrepancy sequence over the domain (all axes), and at the middles of the cells along each axis'
+/// ends.
 struct FunctionTable {
   Table table;
-  double max_error = 0, rms_error = 0;  // over all channels
-  std::array<double, 4> worst = {};     // coordinates of the largest error
+  double max_error = 0, rms_error = 0;  ///< over all channels
+  std::array<double, 4> worst = {};     ///< coordinates of the largest error
 };
 struct FunctionTableParams {
-  std::vector<int> sizes;  // entries per axis; as many axes as f has variables
+  std::vector<int> sizes;  ///< entries per axis; as many axes as f has variables
   int channels = 1;
   TableAlign align = TableAlign::kEnds;
   PixelType storage = PixelType::kFloat;
-  LookupParams lookup = {};  // the method whose error is reported
+  LookupParams lookup = {};  ///< the method whose error is reported
   int probes = 20000;
 };
-// f(coordinates, result): coordinates in [0,1], sizes.size() of them; result: `channels` values to fill.
-// Called from this thread only.
+/// f(coordinates, result): coordinates in [0,1], sizes.size() of them; result: `channels` values to fill.
+/// Called from this thread only.
 using TableFunction = std::function<void(const double* coords, double* result)>;
 FunctionTable TableFromFunction(const TableFunction& f, const FunctionTableParams& params);
 
-// The inverse of a 1-D table of one channel whose entries increase (or decrease) strictly, as a kEnds table
-// of `size` entries over [0,1]: entry j is the coordinate at which the linear lookup gives j / (size - 1); 0
-// or 1 beyond the range of the entries. Error naming the first entry that breaks the order.
+/// The inverse of a 1-D table of one channel whose entries increase (or decrease) strictly, as a kEnds table
+/// of `size` entries over [0,1]: entry j is the coordinate at which the linear lookup gives j / (size - 1); 0
+/// or 1 beyond the range of the entries. Error naming the first entry that breaks the order.
 Table InverseTable(const Table& table, int size);
 
-// Levels of half the edge (rounded down, at least 1) of a 1-D to 3-D table, level 0 first, down to one entry.
+/// Levels of half the edge (rounded down, at least 1) of a 1-D to 3-D table, level 0 first, down to one
+/// entry.
 enum class MipFilter : uint8_t {
-  kBox,       // the mean of the entries that a coarser one covers, in proportion (odd sizes too)
-  kLinear,    // tent over two cells
-  kMitchell,  // cubic B = C = 1/3 over four cells
-  kLanczos3,  // sinc windowed to three cells: sharpest, may leave the range of the entries
+  kBox,       ///< the mean of the entries that a coarser one covers, in proportion (odd sizes too)
+  kLinear,    ///< tent over two cells
+  kMitchell,  ///< cubic B = C = 1/3 over four cells
+  kLanczos3,  ///< sinc windowed to three cells: sharpest, may leave the range of the entries
 };
-// Filtered axis after axis in double from level 0 with the filter widened (a box of centred entries from the
-// level above, which is the same); levels of kEnds tables keep to their ends. Entries beyond an axis follow
-// `wrap` (one per axis, as in LookupParams; kClamp and kBorder count as `border`, one per channel). Float
-// storage.
+/// Filtered axis after axis in double from level 0 with the filter widened (a box of centred entries from the
+/// level above, which is the same); levels of kEnds tables keep to their ends. Entries beyond an axis follow
+/// `wrap` (one per axis, as in LookupParams; kClamp and kBorder count as `border`, one per channel). Float
+/// storage.
 std::vector<Table> MipChain(const Table& table, MipFilter filter = MipFilter::kBox,
                             const std::vector<TableWrap>& wrap = {}, const std::vector<double>& border = {});
 

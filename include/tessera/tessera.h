@@ -1,4 +1,4 @@
-// Everything of the library in one include.
+/// Everything of the library in one include. @file
 #ifndef TESSERA_TESSERA_H_
 #define TESSERA_TESSERA_H_
 

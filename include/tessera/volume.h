@@ -1,4 +1,5 @@
-// Volumes: sampled scalar fields in three dimensions, solids as formulas, and distance fields made of either.
+/// Volumes: sampled scalar fields in three dimensions, solids as formulas, and distance fields made of
+/// either. @file
 #ifndef TESSERA_VOLUME_H_
 #define TESSERA_VOLUME_H_
 
@@ -15,9 +16,9 @@
 
 namespace tessera {
 
-// Voxel (i, j, k), counted from 0, has its centre at origin + (i, j, k) * spacing in world units; i runs
-// right, j up, k towards the viewer of the default camera. A sample stands for the value scale * v + bias, v
-// the stored number (integers as code / (2^bits - 1)).
+/// Voxel (i, j, k), counted from 0, has its centre at origin + (i, j, k) * spacing in world units; i runs
+/// right, j up, k towards the viewer of the default camera. A sample stands for the value scale * v + bias, v
+/// the stored number (integers as code / (2^bits - 1)).
 struct VolumeSpec {
   std::array<int, 3> size = {0, 0, 0};
   PixelType type = PixelType::kFloat;
@@ -25,13 +26,13 @@ struct VolumeSpec {
   Vector3 origin = {0, 0, 0};
   double scale = 1, bias = 0;
 
-  // A volume centred at 0 whose longest side measures 2.
+  /// A volume centred at 0 whose longest side measures 2.
   static VolumeSpec Centred(const std::array<int, 3>& size, PixelType type = PixelType::kFloat,
                             const Vector3& proportions = {1, 1, 1});
   Vector3 Position(double i, double j, double k) const {
     return {origin[0] + i * spacing[0], origin[1] + j * spacing[1], origin[2] + k * spacing[2]};
   }
-  // Corners of the box of all voxels, half a voxel beyond the outermost centres.
+  /// Corners of the box of all voxels, half a voxel beyond the outermost centres.
   Vector3 Low() const { return Position(-0.5, -0.5, -0.5); }
   Vector3 High() const { return Position(size[0] - 0.5, size[1] - 0.5, size[2] - 0.5); }
 };
@@ -40,39 +41,39 @@ namespace base {
 struct VolumeData;
 }
 
-// An immutable scalar field, cheap to copy (samples are shared). Rows of x lie one after the other, then
-// slices; the outermost voxels are repeated around it (one before, two behind), which costs 3 voxels an axis.
-// NaN samples count as `scale * 0 + bias` and are counted. Fewer than 2^31 voxels with that border.
+/// An immutable scalar field, cheap to copy (samples are shared). Rows of x lie one after the other, then
+/// slices; the outermost voxels are repeated around it (one before, two behind), which costs 3 voxels an
+/// axis. NaN samples count as `scale * 0 + bias` and are counted. Fewer than 2^31 voxels with that border.
 class Volume {
  public:
   Volume() = default;
-  // Zero everywhere. All constructors throw Error: sizes of at least 1, positive spacing, finite numbers,
-  // memory, a null function or pointer.
+  /// Zero everywhere. All constructors throw Error: sizes of at least 1, positive spacing, finite numbers,
+  /// memory, a null function or pointer.
   explicit Volume(const VolumeSpec& spec);
-  // f(position in world units) at every voxel. f is called from this thread only.
+  /// f(position in world units) at every voxel. f is called from this thread only.
   Volume(const VolumeSpec& spec, const std::function<double(const Vector3&)>& f);
-  // From size[0] * size[1] * size[2] samples of `type` in memory, x fastest; converted to spec.type where
-  // different (then scale and bias are those of the stored numbers).
+  /// From size[0] * size[1] * size[2] samples of `type` in memory, x fastest; converted to spec.type where
+  /// different (then scale and bias are those of the stored numbers).
   Volume(const VolumeSpec& spec, const void* samples, PixelType type);
-  // `slices` images stacked along y, the first on top and nearest z = 0; a slice's upper row has the largest
-  // y. One channel of the image is taken; its type is kept.
+  /// `slices` images stacked along y, the first on top and nearest z = 0; a slice's upper row has the largest
+  /// y. One channel of the image is taken; its type is kept.
   static Volume FromImage(const ConstImageView& stack, int slices, int channel = 0,
                           const Vector3& proportions = {1, 1, 1});
 
   bool empty() const { return data_ == nullptr; }
   const VolumeSpec& spec() const;
-  // Value of a voxel; the nearest one beyond the sides.
+  /// Value of a voxel; the nearest one beyond the sides.
   double At(int i, int j, int k) const;
-  // Trilinear between voxel centres in double, the nearest value beyond them, at a position in voxels (i, j,
-  // k).
+  /// Trilinear between voxel centres in double, the nearest value beyond them, at a position in voxels (i, j,
+  /// k).
   double Sample(double i, double j, double k) const;
-  // Trilinear interpolation of central differences at voxels, per voxel (half as large at the outermost
-  // voxels).
+  /// Trilinear interpolation of central differences at voxels, per voxel (half as large at the outermost
+  /// voxels).
   Vector3 Gradient(double i, double j, double k) const;
-  // Smallest and largest value; samples that were NaN.
+  /// Smallest and largest value; samples that were NaN.
   std::array<double, 2> Range() const;
   int64_t nan_samples() const;
-  // Bytes of the samples, and of everything that hangs on them.
+  /// Bytes of the samples, and of everything that hangs on them.
   size_t bytes() const;
 
   const std::shared_ptr<base::VolumeData>& data() const { return data_; }
@@ -81,19 +82,19 @@ class Volume {
   std::shared_ptr<base::VolumeData> data_;
 };
 
-// How a file without a header of its own is read.
+/// How a file without a header of its own is read.
 struct RawVolumeParams {
-  std::array<int, 3> size = {0, 0, 0};  // 0: the file describes itself
+  std::array<int, 3> size = {0, 0, 0};  ///< 0: the file describes itself
   PixelType type = PixelType::kUint8;
-  int64_t header = 0;  // bytes skipped
+  int64_t header = 0;  ///< bytes skipped
   bool big_endian = false;
-  bool is_signed = false;  // 16-bit integers with sign: value in [-32768, 32767] / 65535 + 32768 / 65535
+  bool is_signed = false;  ///< 16-bit integers with sign: value in [-32768, 32767] / 65535 + 32768 / 65535
 };
-// A volume file that OpenImageIO reads (OpenVDB), a stack of slices (`#` or %03d stands for the number, from
-// the first file that exists), an image of slices one above the other (`slices`), or raw samples (raw.size
-// given). `spacing` as for VolumeSpec::proportions, times the size of a voxel that the file gives (OpenVDB);
-// the longest side measures 2. `part` is the name or number of one of several grids or images of a file. Of a
-// sparse grid the box of its active voxels is read. Throws Error naming the file.
+/// A volume file that OpenImageIO reads (OpenVDB), a stack of slices (`#` or %03d stands for the number, from
+/// the first file that exists), an image of slices one above the other (`slices`), or raw samples (raw.size
+/// given). `spacing` as for VolumeSpec::proportions, times the size of a voxel that the file gives (OpenVDB);
+/// the longest side measures 2. `part` is the name or number of one of several grids or images of a file. Of
+/// a sparse grid the box of its active voxels is read. Throws Error naming the file.
 struct VolumeFileParams {
   RawVolumeParams raw;
   int slices = 0;
@@ -102,41 +103,42 @@ struct VolumeFileParams {
   std::string part = {};
 };
 Volume ReadVolume(const std::string& file, const VolumeFileParams& params = {});
-// The samples alone, x fastest, as ReadVolume with the same size and type reads them.
+/// The samples alone, x fastest, as ReadVolume with the same size and type reads them.
 void WriteRawVolume(const Volume& volume, const std::string& file);
 
-// A solid as its signed distance, negative inside, in world units: |grad d| <= 1 everywhere, = 1 where exact.
-// Values, cheap to copy. Unions are exact outside, intersections and differences inside; elsewhere, and in
-// smooth blends, the magnitude is a lower bound.
+/// A solid as its signed distance, negative inside, in world units: |grad d| <= 1 everywhere, = 1 where
+/// exact. Values, cheap to copy. Unions are exact outside, intersections and differences inside; elsewhere,
+/// and in smooth blends, the magnitude is a lower bound.
 class Solid {
  public:
   static Solid Sphere(const Vector3& centre, double radius);
-  static Solid Ellipsoid(const Vector3& centre, const Vector3& radii);  // lower bound
+  static Solid Ellipsoid(const Vector3& centre, const Vector3& radii);  ///< lower bound
   static Solid Box(const Vector3& centre, const Vector3& half_size, double rounding = 0);
-  static Solid Torus(const Vector3& centre, double radius, double tube);  // axis y
+  static Solid Torus(const Vector3& centre, double radius, double tube);  ///< axis y
   static Solid Capsule(const Vector3& from, const Vector3& to, double radius);
   static Solid Cone(const Vector3& from, const Vector3& to, double from_radius,
-                    double to_radius);                       // rounded ends
-  static Solid Plane(const Vector3& normal, double offset);  // inside: normal . p < offset
-  // Any function with |grad| <= 1.
+                    double to_radius);                       ///< rounded ends
+  static Solid Plane(const Vector3& normal, double offset);  ///< inside: normal . p < offset
+  /// Any function with |grad| <= 1.
   static Solid Function(std::function<double(const Vector3&)> distance);
 
   double Distance(const Vector3& p) const;
   Solid Translated(const Vector3& by) const;
   Solid Rotated(const Vector3& axis, double degrees) const;
   Solid Scaled(double by) const;
-  Solid Grown(double by) const;  // offset surface
+  Solid Grown(double by) const;  ///< offset surface
   Solid Shell(double thickness) const;
 
   friend Solid Union(const Solid& a, const Solid& b);
   friend Solid Intersection(const Solid& a, const Solid& b);
   friend Solid Difference(const Solid& a, const Solid& b);
-  // Blended over `radius` world units (polynomial of degree 2): min(a, b) - max(radius - |a - b|, 0)^2 / (4
-  // radius).
+  /// Blended over `radius` world units (polynomial of degree 2): min(a, b) - max(radius - |a - b|, 0)^2 / (4
+  /// radius).
   friend Solid SmoothUnion(const Solid& a, const Solid& b, double radius);
   friend Solid SmoothIntersection(const Solid& a, const Solid& b, double radius);
-  // From words: "torus(0,0,0,.6,.2) | sphere(0,.5,0,.3)", | union, & intersection, - difference, with a blend
-  // radius as |.1 or &.1, left to right, parentheses; or a ready-made name ("body", "knot"). Throws Error.
+  /// From words: "torus(0,0,0,.6,.2) | sphere(0,.5,0,.3)", | union, & intersection, - difference, with a
+  /// blend radius as |.1 or &.1, left to right, parentheses; or a ready-made name ("body", "knot"). Throws
+  /// Error.
   static Solid Parse(const std::string& words);
 
  private:
@@ -144,20 +146,20 @@ class Solid {
   std::function<double(const Vector3&)> distance_;
 };
 
-// Distances at voxels. Integer types hold distances within +-`range` world units (default: an eighth of the
-// longest side), clamped; float and half hold them as they are. Cost: far from the surface of clamped fields
-// whole blocks of voxels are filled at once.
+/// Distances at voxels. Integer types hold distances within +-`range` world units (default: an eighth of the
+/// longest side), clamped; float and half hold them as they are. Cost: far from the surface of clamped fields
+/// whole blocks of voxels are filled at once.
 Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range = 0);
-// Signed distance to the surface `iso` of a volume (inside: value >= iso, or below it with `inside_below`),
-// world units, anisotropic spacing respected: the exact Euclidean distance to the points where the lines
-// between neighbouring voxels cross the level (linear interpolation, so sub-voxel), by the separable
-// transform of Felzenszwalb and Huttenlocher on the axis crossings: off by less than half a voxel far from,
-// and by second order near, the surface. Cost O(voxels).
+/// Signed distance to the surface `iso` of a volume (inside: value >= iso, or below it with `inside_below`),
+/// world units, anisotropic spacing respected: the exact Euclidean distance to the points where the lines
+/// between neighbouring voxels cross the level (linear interpolation, so sub-voxel), by the separable
+/// transform of Felzenszwalb and Huttenlocher on the axis crossings: off by less than half a voxel far from,
+/// and by second order near, the surface. Cost O(voxels).
 struct DistanceFieldParams {
   double iso = 0.5;
   bool inside_below = false;
   PixelType type = PixelType::kFloat;
-  double range = 0;  // integer types, as above
+  double range = 0;  ///< integer types, as above
 };
 Volume DistanceField(const Volume& volume, const DistanceFieldParams& params);
 

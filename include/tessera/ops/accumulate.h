@@ -1,5 +1,5 @@
-// The accumulation buffer and what it is for: weighted sums of images, running totals, jitter, depth of
-// field.
+/// The accumulation buffer and what it is for: weighted sums of images, running totals, jitter, depth of
+/// field. @file
 #ifndef TESSERA_OPS_ACCUMULATE_H_
 #define TESSERA_OPS_ACCUMULATE_H_
 
@@ -13,35 +13,37 @@
 
 namespace tessera {
 
-// Spec: accumulation-and-convolution.md; the operators are those of GL's accumulation buffer. u = 2^-24.
+/// Spec: accumulation-and-convolution.md; the operators are those of GL's accumulation buffer. u = 2^-24.
+/// @file
 
-// How an accumulation buffer stores its numbers. kFixed models the papers' hardware: numbers in [-1, 1] with
-// `bits` binary places, every operation rounded to the nearest (half to even) and saturated, NaN stored as 0.
+/// How an accumulation buffer stores its numbers. kFixed models the papers' hardware: numbers in [-1, 1] with
+/// `bits` binary places, every operation rounded to the nearest (half to even) and saturated, NaN stored as
+/// 0.
 struct AccumulationFormat {
   enum class Store : uint8_t { kFloat, kDouble, kFixed };
   Store store = Store::kDouble;
-  int bits = 24;  // kFixed: 8 to 32
+  int bits = 24;  ///< kFixed: 8 to 32
 };
 
-// A x B pixels of accumulators. Images are views of any pixel type and stride with the buffer's window and
-// channel count, else Error; they are read as floats (integers as code / max). Not for use by several threads
-// at once.
+/// A x B pixels of accumulators. Images are views of any pixel type and stride with the buffer's window and
+/// channel count, else Error; they are read as floats (integers as code / max). Not for use by several
+/// threads at once.
 class AccumulationBuffer {
  public:
-  // Zero everywhere. Error for an empty window, no channel, bits outside 8 to 32.
+  /// Zero everywhere. Error for an empty window, no channel, bits outside 8 to 32.
   AccumulationBuffer(const Roi& window, int channels, const AccumulationFormat& format = {});
 
   void Clear(double value = 0);
-  void Load(const ConstImageView& image, double weight = 1);        // A = weight * image
-  void Accumulate(const ConstImageView& image, double weight = 1);  // A = A + weight * image
-  void Add(double value);                                           // A = A + value
-  void Multiply(double factor);  // A = A * factor; the factor is not limited
-  // image = factor * A, limited to [0, 1] (NaN to 0) unless `clamp` is false; rounded to the image's type.
+  void Load(const ConstImageView& image, double weight = 1);        ///< A = weight * image
+  void Accumulate(const ConstImageView& image, double weight = 1);  ///< A = A + weight * image
+  void Add(double value);                                           ///< A = A + value
+  void Multiply(double factor);  ///< A = A * factor; the factor is not limited
+  /// image = factor * A, limited to [0, 1] (NaN to 0) unless `clamp` is false; rounded to the image's type.
   void Return(const ImageView& image, double factor = 1, bool clamp = true) const;
 
   const Roi& window() const { return window_; }
   int channels() const { return channels_; }
-  // What is stored, exactly.
+  /// What is stored, exactly.
   double at(int x, int y, int channel) const;
 
  private:
@@ -52,33 +54,33 @@ class AccumulationBuffer {
   Roi window_;
   int channels_ = 0;
   AccumulationFormat format_;
-  double step_ = 0;  // kFixed: the smallest difference
+  double step_ = 0;  ///< kFixed: the smallest difference
   std::vector<double> samples_;
 };
 
-// The sum of weight[k] * image k in one pass, any number of images of equal windows and channel counts (else
-// Error names both). Accumulated in double: within 1 ULP of the exact sum's nearest float for up to 65,536
-// images. The weights are kept as asked, never normalised. With `bits` (8 to 32) an accumulation buffer of
-// that fixed-point format is modelled instead: load, accumulate in order, return without clamp. A NaN or
-// infinity where the weight is 0 has no effect.
+/// The sum of weight[k] * image k in one pass, any number of images of equal windows and channel counts (else
+/// Error names both). Accumulated in double: within 1 ULP of the exact sum's nearest float for up to 65,536
+/// images. The weights are kept as asked, never normalised. With `bits` (8 to 32) an accumulation buffer of
+/// that fixed-point format is modelled instead: load, accumulate in order, return without clamp. A NaN or
+/// infinity where the weight is 0 has no effect.
 struct WeightedSumParams {
   std::vector<double> weights;
-  int bits = 0;  // 0: exact
+  int bits = 0;  ///< 0: exact
 };
 Node WeightedSum(const std::vector<Node>& images, const WeightedSumParams& params);
 Node Average(const std::vector<Node>& images, int bits = 0);
 
-// Mean of the last `length` images of a sequence: B_t = B_(t-1) + (I_t - I_(t-n)) / n, without drift: totals
-// are kept in double, a sample whose total loses a NaN, an infinity or most of its magnitude is summed anew,
-// and so is every sample once in `length` images. Error within 1 ULP after any number of images; exact for
-// integer images. Keeps the last `length` images as floats.
+/// Mean of the last `length` images of a sequence: B_t = B_(t-1) + (I_t - I_(t-n)) / n, without drift: totals
+/// are kept in double, a sample whose total loses a NaN, an infinity or most of its magnitude is summed anew,
+/// and so is every sample once in `length` images. Error within 1 ULP after any number of images; exact for
+/// integer images. Keeps the last `length` images as floats.
 class RunningTotal {
  public:
   RunningTotal(const Roi& window, int channels, int length);
 
-  // Takes in an image of that window and channel count, of any type.
+  /// Takes in an image of that window and channel count, of any type.
   void Push(const ConstImageView& image);
-  // The mean of the last min(length, images pushed); Error before the first.
+  /// The mean of the last min(length, images pushed); Error before the first.
   void Mean(const ImageView& out) const;
   int64_t pushed() const { return pushed_; }
 
@@ -93,51 +95,52 @@ class RunningTotal {
   std::vector<double> total_;
 };
 
-// Where the samples of a pixel lie, in [0, 1) pixels; subtract 1/2 for shifts of mean zero (of 3: 0.003). For
-// 2, 3, 4, 5, 6, 8, 9, 12 and 16 the sets of the SGI course notes, for other counts (up to 65,536) a lattice
-// of rank one with the widest smallest distance among those that have every x and every y once; its mean is
-// (1/2, 1/2). Error for other counts.
+/// Where the samples of a pixel lie, in [0, 1) pixels; subtract 1/2 for shifts of mean zero (of 3: 0.003).
+/// For 2, 3, 4, 5, 6, 8, 9, 12 and 16 the sets of the SGI course notes, for other counts (up to 65,536) a
+/// lattice of rank one with the widest smallest distance among those that have every x and every y once; its
+/// mean is (1/2, 1/2). Error for other counts.
 struct JitterPoint {
   double x = 0, y = 0;
 };
 std::vector<JitterPoint> JitterSet(int count);
 
-// The range of a convolution's result, and of every partial sum in any order of taps, for samples in [low,
-// high].
+/// The range of a convolution's result, and of every partial sum in any order of taps, for samples in [low,
+/// high].
 struct AccumulationRange {
   double minimum = 0, maximum = 0;
-  double scale = 1;  // taps times this keep the buffer within [-1, 1]; 1 for a kernel of zeros
+  double scale = 1;  ///< taps times this keep the buffer within [-1, 1]; 1 for a kernel of zeros
 };
 AccumulationRange KernelRange(const std::vector<double>& taps, double low = 0, double high = 1);
 
-// Correlation by shift and accumulate, as on hardware without convolution: for every tap that is not 0 the
-// shifted image is accumulated with tap * scale (KernelRange), and returned with 1 / scale without clamp.
-// `taps` row-major, top row first, width x height, about `anchor` (default the middle, rounded down); beyond
-// the image is `border`, black as 0, not kRenormalize or kValid. With `bits` the buffer is fixed point of
-// that format: |error| <= taps * 2^-(bits+1) / scale for samples in [low, high]; beyond that range it
-// saturates. Error for taps that are not finite or not width * height.
+/// Correlation by shift and accumulate, as on hardware without convolution: for every tap that is not 0 the
+/// shifted image is accumulated with tap * scale (KernelRange), and returned with 1 / scale without clamp.
+/// `taps` row-major, top row first, width x height, about `anchor` (default the middle, rounded down); beyond
+/// the image is `border`, black as 0, not kRenormalize or kValid. With `bits` the buffer is fixed point of
+/// that format: |error| <= taps * 2^-(bits+1) / scale for samples in [low, high]; beyond that range it
+/// saturates. Error for taps that are not finite or not width * height.
 struct ShiftAccumulateParams {
   std::vector<double> taps;
   int width = 3, height = 3;
   int anchor_x = -1, anchor_y = -1;
-  int bits = 0;  // 0: double
+  int bits = 0;  ///< 0: double
   double low = 0, high = 1;
   BorderMode border = BorderMode::kClamp;
 };
 Node ShiftAccumulate(const Node& image, const ShiftAccumulateParams& params);
 
-// Depth of field by gathering: from colour and depth. A point at depth z is spread over a disc of radius
-// c(z) = aperture |1/focus - 1/z| pixels, at most max_radius. A pixel gathers every neighbour whose disc
-// reaches it, weighted by coverage over area; what lies behind the pixel is spread no further than the pixel
-// itself is out of focus, so that sharp objects keep their edges. Pixels that gather nothing but themselves
-// keep their bits. Alpha is treated as the colours. Infinite focus or depth counts as 1/z = 0; zero, negative
-// or NaN depth: the pixel keeps its bits and gives nothing to others. The image's and the depth's windows are
-// equal, else Error. |error| <= 64 u V, V the largest |value| gathered. Cost O(max_radius^2) per pixel near
-// which something is out of focus. Approximate at occlusions, as every method that has one image only.
+/// Depth of field by gathering: from colour and depth. A point at depth z is spread over a disc of radius
+/// c(z) = aperture |1/focus - 1/z| pixels, at most max_radius. A pixel gathers every neighbour whose disc
+/// reaches it, weighted by coverage over area; what lies behind the pixel is spread no further than the pixel
+/// itself is out of focus, so that sharp objects keep their edges. Pixels that gather nothing but themselves
+/// keep their bits. Alpha is treated as the colours. Infinite focus or depth counts as 1/z = 0; zero,
+/// negative or NaN depth: the pixel keeps its bits and gives nothing to others. The image's and the depth's
+/// windows are equal, else Error. |error| <= 64 u V, V the largest |value| gathered. Cost O(max_radius^2) per
+/// pixel near which something is out of focus. Approximate at occlusions, as every method that has one image
+/// only.
 struct DepthOfFieldParams {
-  double focus = 1;        // the depth that is sharp, > 0
-  double aperture = 8;     // pixels times depth units: K of the papers
-  double max_radius = 32;  // 0 to 128 pixels
+  double focus = 1;        ///< the depth that is sharp, > 0
+  double aperture = 8;     ///< pixels times depth units: K of the papers
+  double max_radius = 32;  ///< 0 to 128 pixels
   int depth_channel = 0;
 };
 Node DepthOfField(const Node& image, const Node& depth, const DepthOfFieldParams& params);

@@ -1,4 +1,5 @@
-// Arithmetic of images and constants, channel by channel: sums, products, comparisons, limits, quantising.
+/// Arithmetic of images and constants, channel by channel: sums, products, comparisons, limits, quantising.
+/// @file
 #ifndef TESSERA_OPS_ARITHMETIC_H_
 #define TESSERA_OPS_ARITHMETIC_H_
 
@@ -9,26 +10,26 @@
 
 namespace tessera {
 
-// Two images. Both need the same data window and the same number of channels, else Error names both; a second
-// image of one channel goes with every channel of the first one (Mad: not). The result has the first one's
-// channel names, alpha and metadata. Each sample is computed by one correctly rounded float32 operation; NaN
-// and infinities follow IEEE 754, -0 included. Nothing is clamped.
-Node Add(const Node& a, const Node& b);      // a + b
-Node Sub(const Node& a, const Node& b);      // a - b
-Node Mul(const Node& a, const Node& b);      // a * b
-Node AbsDiff(const Node& a, const Node& b);  // |a - b|
-// The smaller and the larger sample, bit for bit. A number wins over NaN on either side, NaN only of two
-// NaNs; of -0 and +0 the second operand's is the result.
+/// Two images. Both need the same data window and the same number of channels, else Error names both; a
+/// second image of one channel goes with every channel of the first one (Mad: not). The result has the first
+/// one's channel names, alpha and metadata. Each sample is computed by one correctly rounded float32
+/// operation; NaN and infinities follow IEEE 754, -0 included. Nothing is clamped.
+Node Add(const Node& a, const Node& b);      ///< a + b
+Node Sub(const Node& a, const Node& b);      ///< a - b
+Node Mul(const Node& a, const Node& b);      ///< a * b
+Node AbsDiff(const Node& a, const Node& b);  ///< |a - b|
+/// The smaller and the larger sample, bit for bit. A number wins over NaN on either side, NaN only of two
+/// NaNs; of -0 and +0 the second operand's is the result.
 Node Min(const Node& a, const Node& b);
 Node Max(const Node& a, const Node& b);
-// Three images: a * b + c, one rounding on processors with fused multiply-add, two on others:
-// |error| <= 2 u (|a b| + |c|), u = 2^-24.
+/// Three images: a * b + c, one rounding on processors with fused multiply-add, two on others:
+/// |error| <= 2 u (|a b| + |c|), u = 2^-24.
 Node Mad(const Node& a, const Node& b, const Node& c);
 
-// An image and one constant per channel, in channel order (alpha and further channels included). One value
-// serves every channel; with two or more, channels beyond the list are as if the default stood there (0 for
-// add and subtract, 1 for multiply, 0 for min, max and absolute difference), and values beyond the last
-// channel are ignored: as oiiotool. Values must be finite and within float32's range, else Error.
+/// An image and one constant per channel, in channel order (alpha and further channels included). One value
+/// serves every channel; with two or more, channels beyond the list are as if the default stood there (0 for
+/// add and subtract, 1 for multiply, 0 for min, max and absolute difference), and values beyond the last
+/// channel are ignored: as oiiotool. Values must be finite and within float32's range, else Error.
 struct ChannelConstants {
   std::vector<double> values;
 };
@@ -39,32 +40,32 @@ Node MinConstant(const Node& image, const std::vector<double>& values);
 Node MaxConstant(const Node& image, const std::vector<double>& values);
 Node AbsDiffConstant(const Node& image, const std::vector<double>& values);
 
-// |image|, every channel; -0 gives +0, NaN stays NaN.
+/// |image|, every channel; -0 gives +0, NaN stays NaN.
 Node Abs(const Node& image);
 
-// Channels [first, last) become 1 - value; `last` beyond the channel count means all that there are.
-// Defaults: the colour channels, sparing alpha, as oiiotool. Error unless 0 <= first <= last.
+/// Channels [first, last) become 1 - value; `last` beyond the channel count means all that there are.
+/// Defaults: the colour channels, sparing alpha, as oiiotool. Error unless 0 <= first <= last.
 struct InvertParams {
   int first = 0, last = 3;
 };
 Node Invert(const Node& image, const InvertParams& params = {});
 
-// Limits per channel, read like the constants above, but a channel beyond a list is not limited on that side
-// and an empty list limits nothing. clamp_alpha limits alpha to [0, 1] as well. A limit wins over NaN (the
-// lower one where there are both); a channel without limits keeps its bits. Error where a minimum exceeds its
-// maximum.
+/// Limits per channel, read like the constants above, but a channel beyond a list is not limited on that side
+/// and an empty list limits nothing. clamp_alpha limits alpha to [0, 1] as well. A limit wins over NaN (the
+/// lower one where there are both); a channel without limits keeps its bits. Error where a minimum exceeds
+/// its maximum.
 struct ClampParams {
   std::vector<double> min, max;
   bool clamp_alpha = false;
 };
 Node Clamp(const Node& image, const ClampParams& params);
 
-// Every channel to the nearest of 2^bits codes in [0, 1]: code / (2^bits - 1), correctly rounded; code is the
-// exact product value * (2^bits - 1) rounded half to even, the value first limited to [0, 1], NaN to 0: what
-// storing as an integer of that depth and reading back does. With `dither` an offset in [-1/2, 1/2) of a
-// code, from a hash of (x, y, channel, seed), is added before rounding: the mean of a flat area is kept,
-// codes 0 and the last are kept, and the pattern depends on nothing but position and seed. Error unless 1 <=
-// bits <= 24.
+/// Every channel to the nearest of 2^bits codes in [0, 1]: code / (2^bits - 1), correctly rounded; code is
+/// the exact product value * (2^bits - 1) rounded half to even, the value first limited to [0, 1], NaN to 0:
+/// what storing as an integer of that depth and reading back does. With `dither` an offset in [-1/2, 1/2) of
+/// a code, from a hash of (x, y, channel, seed), is added before rounding: the mean of a flat area is kept,
+/// codes 0 and the last are kept, and the pattern depends on nothing but position and seed. Error unless 1 <=
+/// bits <= 24.
 struct QuantizeParams {
   int bits = 8;
   bool dither = false;

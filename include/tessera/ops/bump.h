@@ -1,4 +1,5 @@
-// Bump mapping in image space: heights to normals and to relief, tangent-space normal maps, combined normals.
+/// Bump mapping in image space: heights to normals and to relief, tangent-space normal maps, combined
+/// normals. @file
 #ifndef TESSERA_OPS_BUMP_H_
 #define TESSERA_OPS_BUMP_H_
 
@@ -10,89 +11,88 @@
 
 namespace tessera {
 
-// Heights are the first channel of an image, in pixels (times `scale`), seen from above: x to the right, y UP
-// (against the rows), z towards the viewer. f_x and f_y are the height's derivatives per pixel; the perturbed
-// normal is
-// (-f_x, -f_y, 1)/sqrt(1 + f_x^2 + f_y^2). Differences are taken first, in double: adding a constant to all
-// heights changes nothing. NaN reaches the pixels whose differences it takes part in. Spec: bump.md; the
-// course notes' 8.3-8.4.
+/// Heights are the first channel of an image, in pixels (times `scale`), seen from above: x to the right, y
+/// UP (against the rows), z towards the viewer. f_x and f_y are the height's derivatives per pixel; the
+/// perturbed normal is (-f_x, -f_y, 1)/sqrt(1 + f_x^2 + f_y^2). Differences are taken first, in double:
+/// adding a constant to all heights changes nothing. NaN reaches the pixels whose differences it takes part
+/// in. Spec: bump.md; the course notes' 8.3-8.4. @file
 
-// How slopes are measured.
+/// How slopes are measured.
 enum class Slope : uint8_t {
-  kCentral,   // (f(x+1) - f(x-1))/2: error of second order
-  kForward,   // f(x+1) - f(x): the papers' first form
-  kSobel,     // Sobel's operator over 8
-  kGaussian,  // derivative of a Gaussian (sigma 1) over 7 x 7 pixels, as the bump hardware paper's
+  kCentral,   ///< (f(x+1) - f(x-1))/2: error of second order
+  kForward,   ///< f(x+1) - f(x): the papers' first form
+  kSobel,     ///< Sobel's operator over 8
+  kGaussian,  ///< derivative of a Gaussian (sigma 1) over 7 x 7 pixels, as the bump hardware paper's
 };
 
-// Height to normals: channels X, Y, Z, unit length; `pack` gives (n + 1)/2. |error| <= 4 u.
+/// Height to normals: channels X, Y, Z, unit length; `pack` gives (n + 1)/2. |error| <= 4 u.
 struct HeightNormalsParams {
   double scale = 1;
   Slope slope = Slope::kCentral;
-  Wrap wrap = Wrap::kClamp;  // beyond the data window
+  Wrap wrap = Wrap::kClamp;  ///< beyond the data window
   bool pack = false;
 };
 Node HeightToNormals(const Node& height, const HeightNormalsParams& params = {});
 
-// How the product of the perturbed normal with a direction D (unit: the light, or the halfway vector) is
-// found.
+/// How the product of the perturbed normal with a direction D (unit: the light, or the halfway vector) is
+/// found.
 enum class BumpMethod : uint8_t {
-  kNormals,  // from the slopes: (D_z - D_x f_x - D_y f_y)/sqrt(1 + f_x^2 + f_y^2)
-  kShift,    // shift and subtract, about the pixel: E = f(p - s D/2) - f(p + s D/2), (E/s + D_z)/sqrt(...)
-  kForward,  // E = f(p) - f(p + s D), as printed in the papers
+  kNormals,  ///< from the slopes: (D_z - D_x f_x - D_y f_y)/sqrt(1 + f_x^2 + f_y^2)
+  kShift,    ///< shift and subtract, about the pixel: E = f(p - s D/2) - f(p + s D/2), (E/s + D_z)/sqrt(...)
+  kForward,  ///< E = f(p) - f(p + s D), as printed in the papers
 };
 enum class BumpOutput : uint8_t {
-  kDiffuse,   // max(n'.L, 0)
-  kSpecular,  // max(n'.H, 0)^exponent, H = (L + V)/|L + V| with V = +z; 0 where L + V = 0
-  kEmboss,    // E + 1/2 (kNormals: E = -s (L_x f_x + L_y f_y)), not limited
+  kDiffuse,   ///< max(n'.L, 0)
+  kSpecular,  ///< max(n'.H, 0)^exponent, H = (L + V)/|L + V| with V = +z; 0 where L + V = 0
+  kEmboss,    ///< E + 1/2 (kNormals: E = -s (L_x f_x + L_y f_y)), not limited
 };
-// Error unless the light is finite and not 0, shift in [0.001, 64], exponent in [0, 10000].
+/// Error unless the light is finite and not 0, shift in [0.001, 64], exponent in [0, 10000].
 struct BumpParams {
-  Vector3 light = {-1, 1, 1};  // any length
+  Vector3 light = {-1, 1, 1};  ///< any length
   double scale = 1;
   BumpMethod method = BumpMethod::kNormals;
   BumpOutput output = BumpOutput::kDiffuse;
-  double shift = 1;  // s, in pixels
+  double shift = 1;  ///< s, in pixels
   double exponent = 20;
-  bool length = true;  // false: without the division by sqrt(...), as on hardware that had none
+  bool length = true;  ///< false: without the division by sqrt(...), as on hardware that had none
   Slope slope = Slope::kCentral;
   Wrap wrap = Wrap::kClamp;
-  int bits = 0;  // above 0: heights (limited to [0,1] before scaling) and result stored in so many bits
+  int bits = 0;  ///< above 0: heights (limited to [0,1] before scaling) and result stored in so many bits
 };
-// One channel, Y. |error| <= 4 u (1 + |E|/s) (kSpecular: times the exponent).
+/// One channel, Y. |error| <= 4 u (1 + |E|/s) (kSpecular: times the exponent).
 Node Bump(const Node& height, const BumpParams& params = {});
 
-// A tangent-space normal map (first three channels: along T, B, N) put on a surface: a T + b B + c N, unit
-// length, with N the normal image, T the tangent image made perpendicular to N, B = N x T (`left_handed`: T x
-// N). Where N is zero or not finite the result is 0, where T leaves no direction or the map is 0, N. `packed`
-// maps hold (n + 1)/2. With `inverse` the first image holds directions that are brought into the surface's
-// frame: (v.T, v.B, v.N), not normalised. Other channels of the map pass. |error| <= 4 u (inverse: times
-// |v|).
+/// A tangent-space normal map (first three channels: along T, B, N) put on a surface: a T + b B + c N, unit
+/// length, with N the normal image, T the tangent image made perpendicular to N, B = N x T (`left_handed`: T
+/// x N). Where N is zero or not finite the result is 0, where T leaves no direction or the map is 0, N.
+/// `packed` maps hold (n + 1)/2. With `inverse` the first image holds directions that are brought into the
+/// surface's frame: (v.T, v.B, v.N), not normalised. Other channels of the map pass. |error| <= 4 u (inverse:
+/// times |v|).
 struct TangentNormalsParams {
   bool packed = true, left_handed = false, inverse = false;
 };
 Node TangentNormals(const Node& map, const Node& normals, const Node& tangents,
                     const TangentNormalsParams& params = {});
 
-// A normal map in a surface's parameters put on the surface P(u, v) by its derivatives, after Blinn. `map`:
-// (a, b, c) =
-// (-f_u, -f_v, 1) of any length, f the height along N in the scene's unit, u and v the parameters by which
-// `pu` and `pv`, the images of the derivatives P_u and P_v (neither unit nor perpendicular), are taken: n' =
-// normalise(c |P_u x P_v| N + o scale (a (P_v x N) + b (N x P_u))), o = -1 where P_u x P_v is turned against
-// N. On a square patch, |P_u| = |P_v| = k, the relief is 1/k as steep as on a unit patch. Where N is zero or
-// not finite the result is 0; where P_u and P_v give no area, or are not finite, or the sum is 0, N. `packed`
-// maps hold (n + 1)/2. Other channels of the map pass. |error| <= 4 u. Spec: bump.md, general surface.
+/// A normal map in a surface's parameters put on the surface P(u, v) by its derivatives, after Blinn. `map`:
+/// (a, b, c) = (-f_u, -f_v, 1) of any length, f the height along N in the scene's unit, u and v the
+/// parameters by which `pu` and `pv`, the images of the derivatives P_u and P_v (neither unit nor
+/// perpendicular), are taken: n' = normalise(c |P_u x P_v| N + o scale (a (P_v x N) + b (N x P_u))), o = -1
+/// where P_u x P_v is turned against N. On a square patch, |P_u| = |P_v| = k, the relief is 1/k as steep as
+/// on a unit patch. Where N is zero or not finite the result is 0; where P_u and P_v give no area, or are not
+/// finite, or the sum is 0, N. `packed` maps hold (n + 1)/2. Other channels of the map pass. |error| <= 4 u.
+/// Spec: bump.md, general surface.
 struct SurfaceBumpParams {
   bool packed = true;
-  double scale = 1;  // of the heights
+  double scale = 1;  ///< of the heights
 };
 Node SurfaceBump(const Node& map, const Node& normals, const Node& pu, const Node& pv,
                  const SurfaceBumpParams& params = {});
 
-// A surface's normal V and a bump's B made one. kSum: normalise(k V + B) of unit vectors (hypertexture,
-// equation 7); V where |k V + B| < 1e-6 or B is zero. kTilt: normalise(V - k (B - (B.V) V)), B a gradient of
-// any length, which never turns by 90 degrees or more. Result 0 where V is zero or not finite. Other channels
-// of V's image pass. k > 0 for kSum. |error| <= 4 u (1 + 1/|k V + B|).
+/// A surface's normal V and a bump's B made one. kSum: normalise(k V + B) of unit vectors (hypertexture,
+/// equation 7); V where |k V + B| < 1e-6 or B is zero. kTilt: normalise(V - k (B - (B.V) V)), B a gradient of
+/// any length, which never turns by 90 degrees or more. Result 0 where V is zero or not finite. Other
+/// channels of V's image pass. k > 0 for kSum. |error| <= 4 u (1 + 1/|k V + B|).
 enum class CombineMethod : uint8_t { kSum, kTilt };
 struct CombineNormalsParams {
   double k = 2;

@@ -1,5 +1,5 @@
-// Linear colour operations: matrices, saturation, hue, luminance, CMY(K), YIQ, interpolation,
-// premultiplication.
+/// Linear colour operations: matrices, saturation, hue, luminance, CMY(K), YIQ, interpolation,
+/// premultiplication. @file
 #ifndef TESSERA_OPS_COLOR_H_
 #define TESSERA_OPS_COLOR_H_
 
@@ -10,45 +10,45 @@
 
 namespace tessera {
 
-// All act on the channels R, G, B (the first three) and, where said, on alpha; other channels pass through.
-// Values are linear light, unbounded: nothing is clamped. Of fewer than three channels Cmy, Brightness,
-// Contrast, Premultiply and Unpremultiply take greys as AsColors does (ops/channels.h); else Error naming the
-// channels present. Neighbours that are affine (all but Cmyk, Interpolate, Premultiply, Unpremultiply, and a
-// contrast about the image's own mean) fold into one matrix in double. A NaN or infinity in R, G or B reaches
-// R, G and B of its pixel in matrices (not in scale and bias); alpha is not touched by it. u = 2^-24.
-// Formulas: spec/color.md.
+/// All act on the channels R, G, B (the first three) and, where said, on alpha; other channels pass through.
+/// Values are linear light, unbounded: nothing is clamped. Of fewer than three channels Cmy, Brightness,
+/// Contrast, Premultiply and Unpremultiply take greys as AsColors does (ops/channels.h); else Error naming
+/// the channels present. Neighbours that are affine (all but Cmyk, Interpolate, Premultiply, Unpremultiply,
+/// and a contrast about the image's own mean) fold into one matrix in double. A NaN or infinity in R, G or B
+/// reaches R, G and B of its pixel in matrices (not in scale and bias); alpha is not touched by it. u =
+/// 2^-24. Formulas: spec/color.md. @file
 
-// Weights of R, G, B in the luminance L = w . (R,G,B). They are divided by their sum when an operation is
-// built; Error when one is not finite or the sum's magnitude is below 1e-6. Zero and negative weights are
-// legal.
+/// Weights of R, G, B in the luminance L = w . (R,G,B). They are divided by their sum when an operation is
+/// built; Error when one is not finite or the sum's magnitude is below 1e-6. Zero and negative weights are
+/// legal.
 struct LuminanceWeights {
   double r = 0.2126, g = 0.7152, b = 0.0722;
 };
-inline constexpr LuminanceWeights kRec709 = {0.2126, 0.7152, 0.0722};    // linear Rec.709 and sRGB data
-inline constexpr LuminanceWeights kHaeberli = {0.3086, 0.6094, 0.0820};  // linear RGB of period monitors
-inline constexpr LuminanceWeights kNtsc601 = {0.299, 0.587, 0.114};      // the Y of YIQ: gamma-encoded video
+inline constexpr LuminanceWeights kRec709 = {0.2126, 0.7152, 0.0722};    ///< linear Rec.709 and sRGB data
+inline constexpr LuminanceWeights kHaeberli = {0.3086, 0.6094, 0.0820};  ///< linear RGB of period monitors
+inline constexpr LuminanceWeights kNtsc601 = {0.299, 0.587, 0.114};  ///< the Y of YIQ: gamma-encoded video
 
-// An angle in degrees.
+/// An angle in degrees.
 struct Degrees {
   double value;
   explicit constexpr Degrees(double v) : value(v) {}
 };
 
-// `values` row-major: 9 (3x3), 12 (3x3, then the bias of R, G, B), 16 (4x4) or 20 (4x4, then the bias of R,
-// G, B, A). As oiiotool, a pixel is a ROW vector: (R,G,B,A)' = (R,G,B,A) M + bias; `transpose` makes it M
-// (R,G,B,A) + bias. An image without alpha takes part with the upper left 3x3 and the bias, as oiiotool.
-// `unpremult` divides R, G, B by alpha before and multiplies them by the same (input) alpha after; where
-// alpha is 0 it does neither. Error for other counts and for numbers that are not finite. A singular matrix
-// is legal. NaN and infinity pass between colour and alpha only where some entry couples them. |error| <= 4 u
-// (sum of |m v| + |bias|).
+/// `values` row-major: 9 (3x3), 12 (3x3, then the bias of R, G, B), 16 (4x4) or 20 (4x4, then the bias of R,
+/// G, B, A). As oiiotool, a pixel is a ROW vector: (R,G,B,A)' = (R,G,B,A) M + bias; `transpose` makes it M
+/// (R,G,B,A) + bias. An image without alpha takes part with the upper left 3x3 and the bias, as oiiotool.
+/// `unpremult` divides R, G, B by alpha before and multiplies them by the same (input) alpha after; where
+/// alpha is 0 it does neither. Error for other counts and for numbers that are not finite. A singular matrix
+/// is legal. NaN and infinity pass between colour and alpha only where some entry couples them. |error| <= 4
+/// u (sum of |m v| + |bias|).
 struct ColorMatrixParams {
   std::vector<double> values;
   bool transpose = false, unpremult = false;
 };
 Node ColorMatrix(const Node& image, const ColorMatrixParams& params);
 
-// s p + (1 - s) L: s = 0 grey (three equal channels), 1 the input's bits, above 1 oversaturated, below 0
-// reflects the chroma through grey. Keeps L. |error| <= 8 u max(|R|,|G|,|B|) max(1, |s|).
+/// s p + (1 - s) L: s = 0 grey (three equal channels), 1 the input's bits, above 1 oversaturated, below 0
+/// reflects the chroma through grey. Keeps L. |error| <= 8 u max(|R|,|G|,|B|) max(1, |s|).
 struct SaturateParams {
   double saturation = 1;
   LuminanceWeights weights = kRec709;
@@ -56,10 +56,10 @@ struct SaturateParams {
 Node Saturate(const Node& image, const SaturateParams& params);
 Node Saturate(const Node& image, double saturation, const LuminanceWeights& weights = kRec709);
 
-// Turns hue by an angle (reduced modulo 360 in double; multiples of 90 are exact, 0 keeps the input's bits).
-// preserve_luminance: H = 1 w^T + cos t P + sin t P [g]x with P = I - 1 w^T, which keeps L and greys;
-// otherwise the plain rotation about the grey axis, which keeps R + G + B. +120 turns red to green. |error|
-// <= 8 u max(|R|,|G|,|B|).
+/// Turns hue by an angle (reduced modulo 360 in double; multiples of 90 are exact, 0 keeps the input's bits).
+/// preserve_luminance: H = 1 w^T + cos t P + sin t P [g]x with P = I - 1 w^T, which keeps L and greys;
+/// otherwise the plain rotation about the grey axis, which keeps R + G + B. +120 turns red to green. |error|
+/// <= 8 u max(|R|,|G|,|B|).
 struct HueParams {
   double degrees = 0;
   bool preserve_luminance = true;
@@ -68,50 +68,50 @@ struct HueParams {
 Node RotateHue(const Node& image, const HueParams& params);
 Node RotateHue(const Node& image, Degrees angle, const LuminanceWeights& weights = kRec709);
 
-// R = G = B = L; alpha kept. |error| <= 4 u sum of |w v|.
+/// R = G = B = L; alpha kept. |error| <= 4 u sum of |w v|.
 struct LuminanceParams {
   LuminanceWeights weights = kRec709;
 };
 Node Luminance(const Node& image, const LuminanceParams& params = {});
 
-// (C,M,Y) = 1 - (R,G,B), alpha kept; its own inverse. One rounding. Meant for unpremultiplied colours.
+/// (C,M,Y) = 1 - (R,G,B), alpha kept; its own inverse. One rounding. Meant for unpremultiplied colours.
 struct CmyParams {};
 Node Cmy(const Node& image);
 
-// (C,M,Y) = 1 - (R,G,B), K = min(C,M,Y), C, M, Y less K. The result has exactly the four channels C, M, Y, K,
-// K being the fourth; alpha and further channels are dropped. In the minimum a number wins over NaN. |error|
-// <= 4 u max(1, |R|, |G|, |B|).
+/// (C,M,Y) = 1 - (R,G,B), K = min(C,M,Y), C, M, Y less K. The result has exactly the four channels C, M, Y,
+/// K, K being the fourth; alpha and further channels are dropped. In the minimum a number wins over NaN.
+/// |error| <= 4 u max(1, |R|, |G|, |B|).
 struct CmykParams {};
 Node Cmyk(const Node& image);
 
-// Y = 0.299 R + 0.587 G + 0.114 B, I = 0.596 R - 0.275 G - 0.321 B, Q = 0.212 R - 0.523 G + 0.311 B, in the
-// places of R, G, B; `inverse` is the inverse of exactly these numbers, computed in double. |error| <= 4 u
-// sum of |m v|.
+/// Y = 0.299 R + 0.587 G + 0.114 B, I = 0.596 R - 0.275 G - 0.321 B, Q = 0.212 R - 0.523 G + 0.311 B, in the
+/// places of R, G, B; `inverse` is the inverse of exactly these numbers, computed in double. |error| <= 4 u
+/// sum of |m v|.
 struct YiqParams {
   bool inverse = false;
 };
 Node Yiq(const Node& image, const YiqParams& params = {});
 
-// (1 - x) first + x second, every channel; x may leave [0, 1]. x = 0 and x = 1 give the bits of the first and
-// the second image; equal images give themselves. Where the difference overflows the weighted sum is used, so
-// that FLT_MAX and -FLT_MAX meet at 0. |error| <= 4 u (|(1-x) first| + |x second|). The images have equal
-// data windows and channel counts, else Error names both.
+/// (1 - x) first + x second, every channel; x may leave [0, 1]. x = 0 and x = 1 give the bits of the first
+/// and the second image; equal images give themselves. Where the difference overflows the weighted sum is
+/// used, so that FLT_MAX and -FLT_MAX meet at 0. |error| <= 4 u (|(1-x) first| + |x second|). The images have
+/// equal data windows and channel counts, else Error names both.
 struct InterpolateParams {
   double x = 0.5;
 };
 Node Interpolate(const Node& first, const Node& second, const InterpolateParams& params);
 Node Interpolate(const Node& first, const Node& second, double x);
 
-// x (R,G,B): interpolation from black. Alpha kept. One rounding of the product with x rounded to float.
+/// x (R,G,B): interpolation from black. Alpha kept. One rounding of the product with x rounded to float.
 struct BrightnessParams {
   double x = 1;
 };
 Node Brightness(const Node& image, const BrightnessParams& params);
 Node Brightness(const Node& image, double x);
 
-// pivot + x ((R,G,B) - pivot): interpolation from a constant grey. Without a pivot it is the image's mean
-// luminance over finite pixels (one pass of its own), and an image without finite pixels is returned
-// unchanged. Alpha kept. |error| <= 2 u (|x v| + |(1 - x) pivot|).
+/// pivot + x ((R,G,B) - pivot): interpolation from a constant grey. Without a pivot it is the image's mean
+/// luminance over finite pixels (one pass of its own), and an image without finite pixels is returned
+/// unchanged. Alpha kept. |error| <= 2 u (|x v| + |(1 - x) pivot|).
 struct ContrastParams {
   double x = 1;
   std::optional<double> pivot;
@@ -120,10 +120,10 @@ struct ContrastParams {
 Node Contrast(const Node& image, const ContrastParams& params);
 Node Contrast(const Node& image, double x);
 
-// R, G, B times alpha, or divided by it; alpha kept. One rounding. Unpremultiply leaves pixels with alpha 0
-// alone; tiny alphas (1e-40) divide, to infinity if need be; a NaN alpha gives NaN. An image without alpha is
-// returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha,
-// Premultiply takes it off: writers store what it says.
+/// R, G, B times alpha, or divided by it; alpha kept. One rounding. Unpremultiply leaves pixels with alpha 0
+/// alone; tiny alphas (1e-40) divide, to infinity if need be; a NaN alpha gives NaN. An image without alpha
+/// is returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha,
+/// Premultiply takes it off: writers store what it says.
 struct PremultiplyParams {};
 Node Premultiply(const Node& image);
 struct UnpremultiplyParams {};

@@ -1,5 +1,5 @@
-// A framebuffer with GL's rules: colour, depth, stencil and accumulation, and fragments drawn through the
-// tests.
+/// A framebuffer with GL's rules: colour, depth, stencil and accumulation, and fragments drawn through the
+/// tests. @file
 #ifndef TESSERA_OPS_FRAMEBUFFER_H_
 #define TESSERA_OPS_FRAMEBUFFER_H_
 
@@ -17,41 +17,41 @@
 
 namespace tessera {
 
-// Spec: compositing.md; OpenGL 2.1 chapter 4, "Per-Fragment Operations".
+/// Spec: compositing.md; OpenGL 2.1 chapter 4, "Per-Fragment Operations". @file
 
-// What arrives: one fragment for every pixel of `color`'s data window (R, G, B, A) where `coverage` is not
-// given or above 1/2. Depth is the first channel of `depth`, or `z` everywhere, squeezed to scale * depth +
-// bias. Windows are equal.
+/// What arrives: one fragment for every pixel of `color`'s data window (R, G, B, A) where `coverage` is not
+/// given or above 1/2. Depth is the first channel of `depth`, or `z` everywhere, squeezed to scale * depth +
+/// bias. Windows are equal.
 struct Fragments {
   Node color, depth = {}, coverage = {};
   float z = 0;
   float depth_scale = 1, depth_bias = 0;
 };
 
-// The state of the pipeline; the default writes every fragment as it is. Order: scissor, stipple, alpha test,
-// stencil test, depth test, blending, masks. Where the depth test is off depth is neither compared nor
-// written.
+/// The state of the pipeline; the default writes every fragment as it is. Order: scissor, stipple, alpha
+/// test, stencil test, depth test, blending, masks. Where the depth test is off depth is neither compared nor
+/// written.
 struct DrawState {
   std::optional<Roi> scissor = {};
-  std::optional<std::array<uint32_t, 32>> stipple = {};  // drawn where bit x mod 32 of row y mod 32 is 1
+  std::optional<std::array<uint32_t, 32>> stipple = {};  ///< drawn where bit x mod 32 of row y mod 32 is 1
   AlphaTestParams alpha_test = {Comparison::kAlways, 0};
   bool stencil_test = false;
   StencilParams stencil = {Comparison::kAlways, 0, 255, 255, StencilAction::kKeep, StencilAction::kKeep};
   StencilAction on_depth_fail =
-      StencilAction::kKeep;  // stencil passes, depth fails; on_pass is for both passed
+      StencilAction::kKeep;  ///< stencil passes, depth fails; on_pass is for both passed
   bool depth_test = false;
-  Comparison depth_function = Comparison::kLess;  // incoming OP stored; see DepthTest for NaN
+  Comparison depth_function = Comparison::kLess;  ///< incoming OP stored; see DepthTest for NaN
   bool depth_write = true;
   bool blend = false;
   BlendParams blending = {};
   std::array<bool, 4> color_mask = {true, true, true, true};
 };
 
-// Buffers over one window: colour R, G, B, A of any pixel type (integers are GL's fixed point: fragments are
-// limited to [0, 1], results saturate and are rounded once), float depth, stencil bytes, and an accumulation
-// buffer made when first asked for. Starts with colour 0, depth 1, stencil 0. Drawing costs a few passes over
-// the fragments' window; not for use by several threads at once. Errors: an empty window, fragments without
-// four channels or with unequal windows.
+/// Buffers over one window: colour R, G, B, A of any pixel type (integers are GL's fixed point: fragments are
+/// limited to [0, 1], results saturate and are rounded once), float depth, stencil bytes, and an accumulation
+/// buffer made when first asked for. Starts with colour 0, depth 1, stencil 0. Drawing costs a few passes
+/// over the fragments' window; not for use by several threads at once. Errors: an empty window, fragments
+/// without four channels or with unequal windows.
 class Framebuffer {
  public:
   explicit Framebuffer(const Roi& window, PixelType color = PixelType::kFloat);
@@ -60,17 +60,17 @@ class Framebuffer {
   void ClearDepth(float depth = 1);
   void ClearStencil(uint8_t value = 0);
 
-  // Draws all fragments inside the window; returns how many passed every test.
+  /// Draws all fragments inside the window; returns how many passed every test.
   int64_t Draw(const Fragments& fragments, const DrawState& state = {});
 
-  // The buffers themselves; colour and depth may be used as sources of a graph until the next Draw.
+  /// The buffers themselves; colour and depth may be used as sources of a graph until the next Draw.
   const Image& color() const { return color_; }
-  const Image& depth() const { return depth_; }      // one channel Z
-  const Image& stencil() const { return stencil_; }  // one channel of bytes
+  const Image& depth() const { return depth_; }      ///< one channel Z
+  const Image& stencil() const { return stencil_; }  ///< one channel of bytes
   const Roi& window() const { return window_; }
 
-  // GL's accumulation operations on the colour buffer: kAccumulate A += value * colour, kLoad A = value *
-  // colour, kAdd and kMultiply by value, kReturn colour = value * A, limited to [0, 1] for integers only.
+  /// GL's accumulation operations on the colour buffer: kAccumulate A += value * colour, kLoad A = value *
+  /// colour, kAdd and kMultiply by value, kReturn colour = value * A, limited to [0, 1] for integers only.
   enum class AccumulationOp : uint8_t { kAccumulate, kLoad, kAdd, kMultiply, kReturn };
   void Accumulate(AccumulationOp op, double value);
   void ClearAccumulation(double value = 0) { Accumulation().Clear(value); }
@@ -82,15 +82,15 @@ class Framebuffer {
   std::unique_ptr<AccumulationBuffer> accumulation_;
 };
 
-// Coplanar decals by priority: draws the base under its depth test with stencil 2^k where it passes and 0
-// where it fails, then decal i (0 on top) with the depth test off where 2^i < stencil, replacing the stencil:
-// drawn in any order opaque decals give one picture; these are drawn from the last to the first. At most 7.
-// Uses all stencil bits.
+/// Coplanar decals by priority: draws the base under its depth test with stencil 2^k where it passes and 0
+/// where it fails, then decal i (0 on top) with the depth test off where 2^i < stencil, replacing the
+/// stencil: drawn in any order opaque decals give one picture; these are drawn from the last to the first. At
+/// most 7. Uses all stencil bits.
 void DrawDecals(Framebuffer& framebuffer, const Fragments& base, std::span<const Fragments> decals,
                 const DrawState& base_state = {}, const DrawState& decal_state = {});
 
-// Stencil dissolve: draws image `to` over what is there where the pattern's first channel is below t, using
-// one stencil bit; nothing at t = 0, all of it at 1.
+/// Stencil dissolve: draws image `to` over what is there where the pattern's first channel is below t, using
+/// one stencil bit; nothing at t = 0, all of it at 1.
 void DrawDissolve(Framebuffer& framebuffer, const Fragments& to, const Node& pattern, float t);
 
 }  // namespace tessera

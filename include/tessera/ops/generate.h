@@ -1,4 +1,4 @@
-// Images made from nothing: constant colour, checkerboard, coordinate ramp.
+/// Images made from nothing: constant colour, checkerboard, coordinate ramp. @file
 #ifndef TESSERA_OPS_GENERATE_H_
 #define TESSERA_OPS_GENERATE_H_
 
@@ -9,34 +9,34 @@
 
 namespace tessera {
 
-// Generators take windows, channel names and alpha of the result from a spec; nothing is stored, pixels are
-// computed where they are used. Error when a spec has no channels.
+/// Generators take windows, channel names and alpha of the result from a spec; nothing is stored, pixels are
+/// computed where they are used. Error when a spec has no channels. @file
 
-// One colour everywhere: values per channel; one value serves every channel, channels beyond the list get 1
-// (as oiiotool). Values must be finite.
+/// One colour everywhere: values per channel; one value serves every channel, channels beyond the list get 1
+/// (as oiiotool). Values must be finite.
 struct ConstantParams {
   std::vector<double> color = {1};
 };
 Node Constant(const ImageSpec& spec, const ConstantParams& params = {});
-// Black everywhere, alpha included.
+/// Black everywhere, alpha included.
 Node Create(const ImageSpec& spec);
 
-// Rectangles of width x height pixels in two colours; the one that holds pixel (0, 0) of the image
-// coordinates has color1. Colours are read like ConstantParams::color, channels beyond a list get 0 in color1
-// and 1 in color2. Left of and above the origin the pattern goes on without a seam. Error unless width and
-// height are at least 1.
+/// Rectangles of width x height pixels in two colours; the one that holds pixel (0, 0) of the image
+/// coordinates has color1. Colours are read like ConstantParams::color, channels beyond a list get 0 in
+/// color1 and 1 in color2. Left of and above the origin the pattern goes on without a seam. Error unless
+/// width and height are at least 1.
 struct CheckerParams {
   std::vector<double> color1 = {0}, color2 = {1};
   int width = 16, height = 16;
 };
 Node Checker(const ImageSpec& spec, const CheckerParams& params = {});
 
-// The coloured quad that starts a pixel-texture algorithm: channel 0 is s = (x + 1/2) / width, channel 1
-// t = (y + 1/2) / height, channel 2 is 0, channel 3 and all further ones 1. x and y count from the display
-// window's corner and width and height are the display window's (the data window's where that is empty), so
-// crops of a ramp agree. Each value is the exact quotient rounded once, up to 2^23 pixels across.
+/// The coloured quad that starts a pixel-texture algorithm: channel 0 is s = (x + 1/2) / width, channel 1
+/// t = (y + 1/2) / height, channel 2 is 0, channel 3 and all further ones 1. x and y count from the display
+/// window's corner and width and height are the display window's (the data window's where that is empty), so
+/// crops of a ramp agree. Each value is the exact quotient rounded once, up to 2^23 pixels across.
 struct RampParams {
-  Roi frame;  // (0, 0) to (1, 1) of s and t
+  Roi frame;  ///< (0, 0) to (1, 1) of s and t
 };
 Node Ramp(const ImageSpec& spec);
 

@@ -1,5 +1,5 @@
-// Hypertexture: density modulation functions in the soft region of a distance field, and the noise that they
-// read.
+/// Hypertexture: density modulation functions in the soft region of a distance field, and the noise that they
+/// read. @file
 #ifndef TESSERA_OPS_HYPERTEXTURE_H_
 #define TESSERA_OPS_HYPERTEXTURE_H_
 
@@ -15,38 +15,38 @@
 
 namespace tessera {
 
-// What a block of noise holds. Blocks repeat without seams.
+/// What a block of noise holds. Blocks repeat without seams.
 enum class NoiseContent : uint8_t {
-  kNoise,        // one octave of gradient noise, in [-1, 1]
-  kTurbulence,   // sum over octaves of |n| / 2^k: precomputed turbulence
-  kFbm,          // sum over octaves of n / 2^k
-  kMarble,       // 1/2 + 1/2 sin(2 pi (2 x + 0.8 T))
-  kFourOctaves,  // four channels: the noise of kNoise at 1, 2, 4 and 8 times the frequency
-  kVector,       // four channels: independent noises, for position warps
-  kGradient,     // four channels: unit gradient of the noise, and the noise
+  kNoise,        ///< one octave of gradient noise, in [-1, 1]
+  kTurbulence,   ///< sum over octaves of |n| / 2^k: precomputed turbulence
+  kFbm,          ///< sum over octaves of n / 2^k
+  kMarble,       ///< 1/2 + 1/2 sin(2 pi (2 x + 0.8 T))
+  kFourOctaves,  ///< four channels: the noise of kNoise at 1, 2, 4 and 8 times the frequency
+  kVector,       ///< four channels: independent noises, for position warps
+  kGradient,     ///< four channels: unit gradient of the noise, and the noise
 };
 
-// A periodic cube of `size`^3 samples of noise, `cells` lattice cells across, stored as 16-bit integers over
-// the range that occurs and read by trilinear interpolation: value off by less than 1e-5 of its range from
-// that of exact samples; against the noise itself, the interpolation's error (table 3 of the bench).
-// Immutable, cheap to copy.
+/// A periodic cube of `size`^3 samples of noise, `cells` lattice cells across, stored as 16-bit integers over
+/// the range that occurs and read by trilinear interpolation: value off by less than 1e-5 of its range from
+/// that of exact samples; against the noise itself, the interpolation's error (table 3 of the bench).
+/// Immutable, cheap to copy.
 class NoiseBlock {
  public:
   NoiseBlock() = default;
-  // Throws Error: size 4 to 256, cells 1 to size, octaves 1 to 16. Cost: size^3 noise samples.
+  /// Throws Error: size 4 to 256, cells 1 to size, octaves 1 to 16. Cost: size^3 noise samples.
   NoiseBlock(NoiseContent content, int cells, int octaves = 4, uint32_t seed = 0, int size = 64);
-  // Of the caller's own samples: size^3 of them, `channels` (1 or 4) each, x fastest, then y, then z; the
-  // first at (1/2, 1/2, 1/2) / size. Throws Error: size 4 to 256, finite samples, their count.
+  /// Of the caller's own samples: size^3 of them, `channels` (1 or 4) each, x fastest, then y, then z; the
+  /// first at (1/2, 1/2, 1/2) / size. Throws Error: size 4 to 256, finite samples, their count.
   NoiseBlock(std::span<const float> samples, int size, int channels);
 
   bool empty() const { return data_ == nullptr; }
   int size() const;
-  int channels() const;  // 1 or 4
-  // Trilinear in double at a position in blocks (period 1 along every axis).
+  int channels() const;  ///< 1 or 4
+  /// Trilinear in double at a position in blocks (period 1 along every axis).
   void Sample(const Vector3& p, double* values) const;
-  // A bound of the slope of channel 0 per block, from the largest differences of neighbouring samples.
+  /// A bound of the slope of channel 0 per block, from the largest differences of neighbouring samples.
   double slope() const;
-  double low() const, high() const;  // of channel 0
+  double low() const, high() const;  ///< of channel 0
 
   struct Data;
   const Data& data() const { return *data_; }
@@ -55,19 +55,19 @@ class NoiseBlock {
   std::shared_ptr<const Data> data_;
 };
 
-// How turbulence is read inside the march (table 3 of Miller and Jones).
+/// How turbulence is read inside the march (table 3 of Miller and Jones).
 enum class TurbulenceLookup : uint8_t {
-  kBlock,         // one lookup in a block of precomputed turbulence
-  kFourChannels,  // one lookup of four octaves in four channels
-  kFour,          // four lookups of one noise at 1, 2, 4, 8 times the frequency
-  kEight,         // eight lookups
-  kExact,  // the noise itself at every sample: kTurbulenceOctaves of gradient noise, kTurbulenceCells a
-           // block, seed 0; what the ready-made block of kBlock holds samples of
+  kBlock,         ///< one lookup in a block of precomputed turbulence
+  kFourChannels,  ///< one lookup of four octaves in four channels
+  kFour,          ///< four lookups of one noise at 1, 2, 4, 8 times the frequency
+  kEight,         ///< eight lookups
+  kExact,  ///< the noise itself at every sample: kTurbulenceOctaves of gradient noise, kTurbulenceCells a
+           ///< block, seed 0; what the ready-made block of kBlock holds samples of
 };
 inline constexpr int kTurbulenceCells = 4, kTurbulenceOctaves = 4;
 
-// What a C++ density modulation function is given: up to 16 samples, and changes `density` in place. Arrays
-// hold `count` values; positions are in world units; distance is the field's at the (warped) position.
+/// What a C++ density modulation function is given: up to 16 samples, and changes `density` in place. Arrays
+/// hold `count` values; positions are in world units; distance is the field's at the (warped) position.
 struct DmfSamples {
   int count = 0;
   const float *x, *y, *z, *distance;
@@ -75,36 +75,37 @@ struct DmfSamples {
 };
 using DmfFunction = std::function<void(const DmfSamples&)>;
 
-// One step of H(p) = DMF_n(... DMF_1(DMF_0(D(p), p))). t stands for the density so far, in [0, 1]; results
-// are clamped to [0, 1]. Noise is read at p * frequency + drift * time (blocks per world unit; see
-// NoiseBlock).
+/// One step of H(p) = DMF_n(... DMF_1(DMF_0(D(p), p))). t stands for the density so far, in [0, 1]; results
+/// are clamped to [0, 1]. Noise is read at p * frequency + drift * time (blocks per world unit; see
+/// NoiseBlock).
 struct Dmf {
   enum class Kind : uint8_t {
-    kBias,        // t^(ln b / ln 0.5), b = amount in (0, 1)
-    kGain,        // S curve through 1/2 by two biases, g = amount in (0, 1)
-    kNoise,       // t + amount N(p)
-    kTurbulence,  // t * (1 - amount + amount * T(p))
-    kThreshold,   // 0 below amount, 1 above amount + softness, smooth between
-    kWarp,        // the field is read at p + amount (N0, N1, N2)(p), amount in world units
-    kLift,        // the field is read at p - up * amount T(p): flames; amount in world units
-    kSwell,       // the field is read at p (1 + amount (T(p) - mean)): Perlin's fire
-    kFunction,    // C++
+    kBias,        ///< t^(ln b / ln 0.5), b = amount in (0, 1)
+    kGain,        ///< S curve through 1/2 by two biases, g = amount in (0, 1)
+    kNoise,       ///< t + amount N(p)
+    kTurbulence,  ///< t * (1 - amount + amount * T(p))
+    kThreshold,   ///< 0 below amount, 1 above amount + softness, smooth between
+    kWarp,        ///< the field is read at p + amount (N0, N1, N2)(p), amount in world units
+    kLift,        ///< the field is read at p - up * amount T(p): flames; amount in world units
+    kSwell,       ///< the field is read at p (1 + amount (T(p) - mean)): Perlin's fire
+    kFunction,    ///< C++
   };
   Kind kind = Kind::kBias;
   double amount = 0.5;
   double frequency = 1;
-  double upright = 1;  // factor of the frequency along y: below 1 the noise is drawn out upward
+  double upright = 1;  ///< factor of the frequency along y: below 1 the noise is drawn out upward
   double softness = 0.1;
-  Vector3 drift = {0, 0, 0};  // blocks per second
+  Vector3 drift = {0, 0, 0};  ///< blocks per second
   TurbulenceLookup lookup = TurbulenceLookup::kBlock;
-  NoiseBlock block = {};  // empty: one that suits the kind is made
+  NoiseBlock block = {};  ///< empty: one that suits the kind is made
   DmfFunction function = nullptr;
 };
 
-// A chain from words: "bias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1),
-// swell(.3,1), threshold(.3,.1)": steps between commas, each name(amount, frequency, upward drift); threshold
-// takes amount and softness, bias and gain an amount. What is left out has its default. Throws Error naming
-// the step: other names, words or numbers, amounts of bias and gain outside (0, 1), negative frequencies.
+/// A chain from words: "bias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1),
+/// swell(.3,1), threshold(.3,.1)": steps between commas, each name(amount, frequency, upward drift);
+/// threshold takes amount and softness, bias and gain an amount. What is left out has its default. Throws
+/// Error naming the step: other names, words or numbers, amounts of bias and gain outside (0, 1), negative
+/// frequencies.
 std::vector<Dmf> ParseDmf(const std::string& words);
 
 }  // namespace tessera

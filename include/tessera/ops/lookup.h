@@ -1,4 +1,5 @@
-// Lookups: colour tables per channel, RGB through a 3-D table, pixel textures whose coordinates are an image.
+/// Lookups: colour tables per channel, RGB through a 3-D table, pixel textures whose coordinates are an
+/// image. @file
 #ifndef TESSERA_OPS_LOOKUP_H_
 #define TESSERA_OPS_LOOKUP_H_
 
@@ -12,54 +13,54 @@
 
 namespace tessera {
 
-// Every pixel's channels are the coordinates (s,t,r,q) of a lookup; the result has the table's channels.
-// Coordinates are not rounded. Any dimension goes with any pixel format. |error| <= 3 u (four dimensions 4 u,
-// cubic in D dimensions 8 u D 1.25^(D-1)) times the largest magnitude among the entries read, u = 2^-24, for
-// whatever entries: linear lookups go from the nearer entry, simplex sums from both ends. (Cubic: proved with
-// fused multiply-add, with 10.2 in place of 8 without; 10^8 adverse cases came to 5.5, 9.8, 10.6 and 15 u.)
-// But for cubic, each axis whose positions are no exact products (its size, with kEnds less one, is no power
-// of two) adds u/2 of the largest difference among these entries. Nearest and lookups at an entry return its
-// bits. kMipmap: level log2(rho), rho the larger of the coordinate differences per pixel along x and y in
-// texels of level 0, each the smaller of the differences to the two neighbours that exist and are valid, so
-// that an object's edge does not blur; blended linearly between two levels of MipChain(kBox). Spec:
-// lookup-tables.md. Cost: one pass over the coordinates; kMipmap builds the chain when the node is made (or
-// evaluated, for a node). Errors: a coordinate channel that is missing (those present are listed), kMipmap of
-// four dimensions.
+/// Every pixel's channels are the coordinates (s,t,r,q) of a lookup; the result has the table's channels.
+/// Coordinates are not rounded. Any dimension goes with any pixel format. |error| <= 3 u (four dimensions 4
+/// u, cubic in D dimensions 8 u D 1.25^(D-1)) times the largest magnitude among the entries read, u = 2^-24,
+/// for whatever entries: linear lookups go from the nearer entry, simplex sums from both ends. (Cubic: proved
+/// with fused multiply-add, with 10.2 in place of 8 without; 10^8 adverse cases came to 5.5, 9.8, 10.6 and 15
+/// u.) But for cubic, each axis whose positions are no exact products (its size, with kEnds less one, is no
+/// power of two) adds u/2 of the largest difference among these entries. Nearest and lookups at an entry
+/// return its bits. kMipmap: level log2(rho), rho the larger of the coordinate differences per pixel along x
+/// and y in texels of level 0, each the smaller of the differences to the two neighbours that exist and are
+/// valid, so that an object's edge does not blur; blended linearly between two levels of MipChain(kBox).
+/// Spec: lookup-tables.md. Cost: one pass over the coordinates; kMipmap builds the chain when the node is
+/// made (or evaluated, for a node). Errors: a coordinate channel that is missing (those present are listed),
+/// kMipmap of four dimensions.
 Node Lookup(const Node& coords, const Table& table, const LookupParams& params = {});
-// The table is an image that is computed whole first; layout as in TableFromImage. The result has its channel
-// names.
+/// The table is an image that is computed whole first; layout as in TableFromImage. The result has its
+/// channel names.
 Node Lookup(const Node& coords, const Node& table, const TableLayout& layout = {},
             const LookupParams& params = {});
 
-// Pixels of a coordinate image that have no place in a table of `dims` dimensions, whatever its sizes: those
-// whose lookup gives the border colour (or NaN) for want of a number.
+/// Pixels of a coordinate image that have no place in a table of `dims` dimensions, whatever its sizes: those
+/// whose lookup gives the border colour (or NaN) for want of a number.
 struct LostCoordinates {
-  int64_t pixels = 0;            // looked up: all but the background
-  int64_t not_a_number = 0;      // some coordinate is NaN, or infinite along a period (kRepeat, kMirror)
-  int64_t behind = 0;            // projective: q is not positive, NaN or below 2^-126
-  int first_x = 0, first_y = 0;  // the first of them, row by row
-  std::string Summary() const;   // in a sentence
+  int64_t pixels = 0;            ///< looked up: all but the background
+  int64_t not_a_number = 0;      ///< some coordinate is NaN, or infinite along a period (kRepeat, kMirror)
+  int64_t behind = 0;            ///< projective: q is not positive, NaN or below 2^-126
+  int first_x = 0, first_y = 0;  ///< the first of them, row by row
+  std::string Summary() const;   ///< in a sentence
 };
-// Counts them in one evaluation of `coords`, which is streamed; the same numbers for any threads. The filter,
-// the border and what a NaN becomes do not matter. For ApplyTables1D count one channel: dims 1, axes {c}; for
-// ApplyTable3D dims 3. Throws Error: a coordinate channel or mask that is missing.
+/// Counts them in one evaluation of `coords`, which is streamed; the same numbers for any threads. The
+/// filter, the border and what a NaN becomes do not matter. For ApplyTables1D count one channel: dims 1, axes
+/// {c}; for ApplyTable3D dims 3. Throws Error: a coordinate channel or mask that is missing.
 LostCoordinates CountLostCoordinates(const Node& coords, int dims, const LookupParams& params = {},
                                      const RenderOptions& options = {});
 
-// R, G, B (clamped to [0,1], NaN to 0) are the coordinates of a 3-D table of three or four channels; its
-// first three results replace them, alpha and other channels keep their bits. Error unless the image has
-// three channels. kNearest, kLinear, kTetrahedral, kCubic. |error| as Lookup; uint8 and uint16 results are
-// correctly rounded but within 2^-12 of a code of a tie. Source: spec/lookup-tables.md.
+/// R, G, B (clamped to [0,1], NaN to 0) are the coordinates of a 3-D table of three or four channels; its
+/// first three results replace them, alpha and other channels keep their bits. Error unless the image has
+/// three channels. kNearest, kLinear, kTetrahedral, kCubic. |error| as Lookup; uint8 and uint16 results are
+/// correctly rounded but within 2^-12 of a code of a tie. Source: spec/lookup-tables.md.
 struct Table3DParams {
   TableFilter filter = TableFilter::kTetrahedral;
   CubicKernel cubic = CubicKernel::kCatmullRom;
 };
 Node ApplyTable3D(const Node& image, const Table& table, const Table3DParams& params = {});
 
-// Each channel through a 1-D table of its own: tables[c] (one dimension, one result channel) for channel c of
-// the image; an empty Table, and channels beyond the list, keep their bits. Samples are clamped to [0,1] for
-// the index, NaN reads entry 0. |error| <= 2 u times the larger entry read (cubic 8 u); entries are returned
-// as they are. uint8 images are mapped code by code, correctly rounded. kNearest, kLinear, kCubic.
+/// Each channel through a 1-D table of its own: tables[c] (one dimension, one result channel) for channel c
+/// of the image; an empty Table, and channels beyond the list, keep their bits. Samples are clamped to [0,1]
+/// for the index, NaN reads entry 0. |error| <= 2 u times the larger entry read (cubic 8 u); entries are
+/// returned as they are. uint8 images are mapped code by code, correctly rounded. kNearest, kLinear, kCubic.
 struct Tables1DParams {
   std::vector<Table> tables;
   TableFilter filter = TableFilter::kLinear;

@@ -1,5 +1,5 @@
-// Noise: white, value, gradient, simplex, cell, sparse convolution and spot noise, sums of octaves, on grids
-// and at the positions of an image.
+/// Noise: white, value, gradient, simplex, cell, sparse convolution and spot noise, sums of octaves, on grids
+/// and at the positions of an image. @file
 #ifndef TESSERA_OPS_NOISE_H_
 #define TESSERA_OPS_NOISE_H_
 
@@ -13,118 +13,123 @@
 namespace tessera {
 
 enum class NoiseKind : uint8_t {
-  kWhite,     // one uniform number per lattice cell
-  kValue,     // uniform numbers at lattice points, interpolated with the fade
-  kGradient,  // gradients at lattice points (Perlin); 0 at every lattice point
-  kSimplex,   // gradients at the corners of simplices, radially weighted
-  kCell,      // distance to the nearest feature points (Worley)
-  kSparse,    // sparse convolution (Lewis): Poisson impulses of random height, radial kernel
-  kSpot,      // spot noise (van Wijk): Poisson spots of random sign, elliptical kernel
-  kHash,      // one uniform number per position: the hash of its coordinates as floats (OSL's hashnoise)
+  kWhite,     ///< one uniform number per lattice cell
+  kValue,     ///< uniform numbers at lattice points, interpolated with the fade
+  kGradient,  ///< gradients at lattice points (Perlin); 0 at every lattice point
+  kSimplex,   ///< gradients at the corners of simplices, radially weighted
+  kCell,      ///< distance to the nearest feature points (Worley)
+  kSparse,    ///< sparse convolution (Lewis): Poisson impulses of random height, radial kernel
+  kSpot,      ///< spot noise (van Wijk): Poisson spots of random sign, elliptical kernel
+  kHash,      ///< one uniform number per position: the hash of its coordinates as floats (OSL's hashnoise)
 };
-// Where the random numbers of lattice points come from. Colour noise of kOsl is OSL's too.
+/// Where the random numbers of lattice points come from. Colour noise of kOsl is OSL's too.
 enum class NoiseLattice : uint8_t {
-  kTessera,  // integer hash of cells modulo 2^32, any seed. Where no period is asked for the noise comes back
-             // 2^32 cells away along an axis, and 2^31 away along two axes at once
-  kPerlin,  // Perlin's published permutation and gradients (2002), evaluated in double in the published order
-  kOsl,  // Open Shading Language, as MaterialX and Cycles: Jenkins' hash, OSL's gradients and scales; kinds
-         // kGradient (OSL's perlin), kWhite (cell), kSimplex and kHash, with periods as OSL's pnoise has them
+  kTessera,  ///< integer hash of cells modulo 2^32, any seed. Where no period is asked for the noise comes
+             ///< back 2^32 cells away along an axis, and 2^31 away along two axes at once
+  kPerlin,  ///< Perlin's published permutation and gradients (2002), evaluated in double in the published
+            ///< order
+  kOsl,  ///< Open Shading Language, as MaterialX and Cycles: Jenkins' hash, OSL's gradients and scales; kinds
+         ///< kGradient (OSL's perlin), kWhite (cell), kSimplex and kHash, with periods as OSL's pnoise has
+         ///< them
 };
 enum class NoiseFade : uint8_t { kQuintic, kCubic, kLinear };
-// How octave values n in [-1,1] enter the sum.
+/// How octave values n in [-1,1] enter the sum.
 enum class NoiseSum : uint8_t {
-  kFbm,         // n
-  kTurbulence,  // |n|
-  kBillow,      // 2|n| - 1
-  kRidged,      // (1 - |n|)^2
+  kFbm,         ///< n
+  kTurbulence,  ///< |n|
+  kBillow,      ///< 2|n| - 1
+  kRidged,      ///< (1 - |n|)^2
 };
 enum class NoiseOutput : uint8_t {
-  kValue,     // the same value in every channel, alpha 1
-  kColor,     // independent noise per channel, alpha 1 (lattice kOsl: OSL's colour noise)
-  kGradient,  // channel 0 the value, channels 1 to dims its derivatives per lattice cell, further channels 0
-  // Packings of stored noise (Miller and Jones); with kValue and sum kTurbulence they are the paper's four.
-  kOctaves,  // channel k is octave k alone, unweighted: T = |R| + |G|/2 + |B|/4 + |A|/8 of signed values
-  kNormal,   // channels 0 to 2 the gradient's direction, 1/2 + 1/2 g/|g| (signed: g/|g|; where it vanishes
-             // 0), channel 3 the value; further ones 0
+  kValue,     ///< the same value in every channel, alpha 1
+  kColor,     ///< independent noise per channel, alpha 1 (lattice kOsl: OSL's colour noise)
+  kGradient,  ///< channel 0 the value, channels 1 to dims its derivatives per lattice cell, further channels
+              ///< 0
+  /// Packings of stored noise (Miller and Jones); with kValue and sum kTurbulence they are the paper's four.
+  kOctaves,  ///< channel k is octave k alone, unweighted: T = |R| + |G|/2 + |B|/4 + |A|/8 of signed values
+  kNormal,   ///< channels 0 to 2 the gradient's direction, 1/2 + 1/2 g/|g| (signed: g/|g|; where it vanishes
+             ///< 0), channel 3 the value; further ones 0
 };
-// How rows of grids are made; the noise is the same.
+/// How rows of grids are made; the noise is the same.
 enum class NoiseMethod : uint8_t {
-  kAuto,        // lattice columns collapsed per row, then every pixel interpolated
-  kAccumulate,  // high-resolution filtering by accumulation: the block of pixels around every lattice point,
-                // a sampled window times the point's value or gradient, is added, in passes of blocks that do
-                // not overlap. kValue and kGradient on kTessera in 2 to 4 dimensions, without slopes and
-                // warp, a whole number of pixels per cell in every octave, aspect 1
+  kAuto,        ///< lattice columns collapsed per row, then every pixel interpolated
+  kAccumulate,  ///< high-resolution filtering by accumulation: the block of pixels around every lattice
+                ///< point, a sampled window times the point's value or gradient, is added, in passes of
+                ///< blocks that do not overlap. kValue and kGradient on kTessera in 2 to 4 dimensions,
+                ///< without slopes and warp, a whole number of pixels per cell in every octave, aspect 1
 };
 enum class CellDistance : uint8_t { kF1, kF2, kF2MinusF1 };
 
-// A position p has one coordinate per dimension, in lattice cells. Octave k is noise at scale_k * p + shift_k
-// with scale_0 = 1, scale_k = scale_{k-1} * lacunarity, and weight_k = gain^k or weights[k]. shift_0 = 0;
-// further shifts are pseudo-random in [0,1) on lattice kTessera (so that octaves do not vanish together) and
-// 0 on the published ones.
+/// A position p has one coordinate per dimension, in lattice cells. Octave k is noise at scale_k * p +
+/// shift_k with scale_0 = 1, scale_k = scale_{k-1} * lacunarity, and weight_k = gain^k or weights[k]. shift_0
+/// = 0; further shifts are pseudo-random in [0,1) on lattice kTessera (so that octaves do not vanish
+/// together) and 0 on the published ones.
 struct NoiseParams {
   NoiseKind kind = NoiseKind::kGradient;
   NoiseLattice lattice = NoiseLattice::kTessera;
-  NoiseFade fade = NoiseFade::kQuintic;  // lattice kTessera, kinds kValue and kGradient
+  NoiseFade fade = NoiseFade::kQuintic;  ///< lattice kTessera, kinds kValue and kGradient
   NoiseSum sum = NoiseSum::kFbm;
   NoiseOutput output = NoiseOutput::kValue;
   CellDistance distance = CellDistance::kF1;
-  int dims = 2;                       // 1 to 4 (kPerlin 1 to 3)
-  uint32_t seed = 0;                  // on published lattices a shift by whole cells; 0 is as published
-  double frequency = 8;               // on grids: cells across the frame's width (0: one per pixel);
-                                      // at positions: cells per unit
-  double aspect = 1;                  // cells along x for one along y; 1e-3 to 1e3
-  std::array<double, 4> offset = {};  // cells; on grids offset[2] and [3] are the third and fourth coordinate
-  int octaves = 1;                    // 0 to 64; 0 gives noise 0
-  double lacunarity = 2;              // [1, 16]
-  double gain = 0.5;                  // [0, 4]
-  std::vector<double> weights = {};   // spectral weights per octave instead of gain, or empty
-  std::array<int, 4> period = {};     // cells until the noise repeats, per axis; 0: never. At most 2^24; with
-                                   // more than one octave the lacunarity must be whole. kSimplex (2^20 in the
-                                   // highest octave) fits its lattice to the periods: turned, and lengths off
-                                   // by up to 0.7 cells per period; not on kOsl
-  double warp = 0;        // domain warp: positions move by warp * noise, in cells
-  bool is_signed = true;  // false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
-  NoiseMethod method = NoiseMethod::kAuto;  // grids
-  bool antialias = false;                   // grids: octaves fade to their mean from 1/2 to 1 cell per pixel
-  int slices = 1;                 // grids: the image is that many slices stacked along y, rows that are left
-                                  // over belong to the last; slice s has third coordinate offset[2] + s *
-                                  // step, as a table of three dimensions wants it
-  double jitter = 1;              // kCell: [0,1], 0 puts feature points at cell centres
-  double density = 2;             // kSparse, kSpot: impulses per cell, (0, 8]
-  double stretch = 1, angle = 0;  // kSpot: length over width of a spot, [1, 64], and its direction in degrees
-  double bias = 0.5, contrast = 0.5;  // Perlin's bias and gain of the finished value taken as t in [0,1]
-                                      // (before signs return); 0.5 leaves it alone; both in (0,1)
-  Roi frame = {};                     // filled in by Noise(): pixels are counted from its corner
+  int dims = 2;          ///< 1 to 4 (kPerlin 1 to 3)
+  uint32_t seed = 0;     ///< on published lattices a shift by whole cells; 0 is as published
+  double frequency = 8;  ///< on grids: cells across the frame's width (0: one per pixel);
+                         ///< at positions: cells per unit
+  double aspect = 1;     ///< cells along x for one along y; 1e-3 to 1e3
+  std::array<double, 4> offset =
+      {};                 ///< cells; on grids offset[2] and [3] are the third and fourth coordinate
+  int octaves = 1;        ///< 0 to 64; 0 gives noise 0
+  double lacunarity = 2;  ///< [1, 16]
+  double gain = 0.5;      ///< [0, 4]
+  std::vector<double> weights = {};  ///< spectral weights per octave instead of gain, or empty
+  std::array<int, 4> period = {};  ///< cells until the noise repeats, per axis; 0: never. At most 2^24; with
+                                   ///< more than one octave the lacunarity must be whole. kSimplex (2^20 in
+                                   ///< the highest octave) fits its lattice to the periods: turned, and
+                                   ///< lengths off by up to 0.7 cells per period; not on kOsl
+  double warp = 0;        ///< domain warp: positions move by warp * noise, in cells
+  bool is_signed = true;  ///< false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
+  NoiseMethod method = NoiseMethod::kAuto;  ///< grids
+  bool antialias = false;  ///< grids: octaves fade to their mean from 1/2 to 1 cell per pixel
+  int slices = 1;          ///< grids: the image is that many slices stacked along y, rows that are left
+                           ///< over belong to the last; slice s has third coordinate offset[2] + s *
+                           ///< step, as a table of three dimensions wants it
+  double jitter = 1;       ///< kCell: [0,1], 0 puts feature points at cell centres
+  double density = 2;      ///< kSparse, kSpot: impulses per cell, (0, 8]
+  double stretch = 1,
+         angle = 0;  ///< kSpot: length over width of a spot, [1, 64], and its direction in degrees
+  double bias = 0.5, contrast = 0.5;  ///< Perlin's bias and gain of the finished value taken as t in [0,1]
+                                      ///< (before signs return); 0.5 leaves it alone; both in (0,1)
+  Roi frame = {};                     ///< filled in by Noise(): pixels are counted from its corner
 };
 
-// Noise on the pixel grid of `spec`. Pixel (x, y) is at ((x + 1/2 - x0) * step, (y + 1/2 - y0) * step, 0, 0)
-// + offset, step = frequency / width of the display window (the data window's where that is empty). Ranges
-// (signed): kWhite, kHash, kValue, kGradient, kSimplex [-1,1]; kCell [0, sqrt(dims) * 1.5]; kSparse and kSpot
-// standard deviation 1/3; a sum of octaves times the sum of its weights. Published lattices keep their
-// published ranges. Error: 1e-6 * sum of weights up to coordinates of 2^31 (cells and fractions are kept
-// apart), bits equal on AVX2 and AVX-512. Cost: grid forms of kValue and kGradient on kTessera 0.25 to 1.3 ns
-// per octave; other kinds 2 to 30. Throws Error for parameters outside the ranges above. Source:
-// spec/noise.md.
+/// Noise on the pixel grid of `spec`. Pixel (x, y) is at ((x + 1/2 - x0) * step, (y + 1/2 - y0) * step, 0, 0)
+/// + offset, step = frequency / width of the display window (the data window's where that is empty). Ranges
+/// (signed): kWhite, kHash, kValue, kGradient, kSimplex [-1,1]; kCell [0, sqrt(dims) * 1.5]; kSparse and
+/// kSpot standard deviation 1/3; a sum of octaves times the sum of its weights. Published lattices keep their
+/// published ranges. Error: 1e-6 * sum of weights up to coordinates of 2^31 (cells and fractions are kept
+/// apart), bits equal on AVX2 and AVX-512. Cost: grid forms of kValue and kGradient on kTessera 0.25 to 1.3
+/// ns per octave; other kinds 2 to 30. Throws Error for parameters outside the ranges above. Source:
+/// spec/noise.md.
 Node Noise(const ImageSpec& spec, const NoiseParams& params);
 
-// Noise at the positions held in an image (a G-buffer's P): `dims` channels, times frequency plus offset; or
-// exactly twice as many, where channel dims + i is added to channel i, so that a position may have 48 bits;
-// of any other number the further channels are not read. Positions that are NaN or infinite give noise 0. The
-// result has position's windows and `channels` channels. Error: 1e-6 * (sum of weights) plus the noise's
-// slope times 2^-24 cells per octave's scale. Throws Error as Noise does, for fewer channels than dims, and
-// for what only grids have (slices, kAccumulate).
+/// Noise at the positions held in an image (a G-buffer's P): `dims` channels, times frequency plus offset; or
+/// exactly twice as many, where channel dims + i is added to channel i, so that a position may have 48 bits;
+/// of any other number the further channels are not read. Positions that are NaN or infinite give noise 0.
+/// The result has position's windows and `channels` channels. Error: 1e-6 * (sum of weights) plus the noise's
+/// slope times 2^-24 cells per octave's scale. Throws Error as Noise does, for fewer channels than dims, and
+/// for what only grids have (slices, kAccumulate).
 Node NoiseAt(const Node& position, const NoiseParams& params, int channels = 1);
 
-// SVG 1.1's feTurbulence, to the letter, in the first four channels, further ones 0: the reference function
-// at user-space points (x, y) = whole pixel coordinates; results clamped to [0,1]. Values agree with the
-// specification's C code within 1e-5. `seed` follows SVG's rules for zero and negative seeds. stitch: base
-// frequencies are adjusted so that the frame tiles. Throws Error for numbers outside the ranges below and a
-// seed that is not finite.
+/// SVG 1.1's feTurbulence, to the letter, in the first four channels, further ones 0: the reference function
+/// at user-space points (x, y) = whole pixel coordinates; results clamped to [0,1]. Values agree with the
+/// specification's C code within 1e-5. `seed` follows SVG's rules for zero and negative seeds. stitch: base
+/// frequencies are adjusted so that the frame tiles. Throws Error for numbers outside the ranges below and a
+/// seed that is not finite.
 struct SvgTurbulenceParams {
   bool fractal_noise = false;
   double seed = 0;
-  std::array<double, 2> base_frequency = {0.05, 0.05};  // [0, 1e6], cycles per pixel
-  int octaves = 1;                                      // 0 to 64
+  std::array<double, 2> base_frequency = {0.05, 0.05};  ///< [0, 1e6], cycles per pixel
+  int octaves = 1;                                      ///< 0 to 64
   bool stitch = false;
   Roi frame = {};
 };

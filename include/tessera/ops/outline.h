@@ -1,4 +1,4 @@
-// Lines and masks for compositing: outlines from depth, normals and ids, halos, brushes, sprites.
+/// Lines and masks for compositing: outlines from depth, normals and ids, halos, brushes, sprites. @file
 #ifndef TESSERA_OPS_OUTLINE_H_
 #define TESSERA_OPS_OUTLINE_H_
 
@@ -11,32 +11,32 @@
 
 namespace tessera {
 
-// Spec: compositing.md, "Silhouette by counting", "Halo from depth", billboard smoke; u = 2^-24.
+/// Spec: compositing.md, "Silhouette by counting", "Halo from depth", billboard smoke; u = 2^-24. @file
 
-// Lines of a picture from what lies behind its pixels. A pixel is 1 when it differs from a 4-neighbour inside
-// the image, else 0; each test serves where its image is given:
-//   depth:  the second difference of 1/z along a row or column exceeds `depth_tolerance` times the largest
-//   |1/z| of the
-//           three: nothing on planes however tilted, since 1/z is affine across them in screen space;
-//           infinite z counts as 1/z = 0, NaN and 0 as well. The line is on both sides of a step.
-//   normal: |n . m| < cos(normal_degrees) |n| |m| with the right or lower neighbour; zero and NaN normals
-//   differ from all
-//           others. Both pixels are marked.
-//   id:     ids differ in any channel. Both pixels are marked.
-// Depth is channel 0 of its image, normals channels 0 to 2. Windows are equal, else Error; so is nothing to
-// test. The comparisons are made in double on the float samples. One channel.
+/// Lines of a picture from what lies behind its pixels. A pixel is 1 when it differs from a 4-neighbour
+/// inside the image, else 0; each test serves where its image is given:
+///   depth:  the second difference of 1/z along a row or column exceeds `depth_tolerance` times the largest
+///   |1/z| of the
+///           three: nothing on planes however tilted, since 1/z is affine across them in screen space;
+///           infinite z counts as 1/z = 0, NaN and 0 as well. The line is on both sides of a step.
+///   normal: |n . m| < cos(normal_degrees) |n| |m| with the right or lower neighbour; zero and NaN normals
+///   differ from all
+///           others. Both pixels are marked.
+///   id:     ids differ in any channel. Both pixels are marked.
+/// Depth is channel 0 of its image, normals channels 0 to 2. Windows are equal, else Error; so is nothing to
+/// test. The comparisons are made in double on the float samples. One channel.
 struct EdgeInputs {
   Node depth, normal, id;
 };
 struct EdgeParams {
   double depth_tolerance = 0.01;
-  double normal_degrees = 30;  // 0 to 90
+  double normal_degrees = 30;  ///< 0 to 90
 };
 Node Edges(const EdgeInputs& inputs, const EdgeParams& params = {});
 
-// Outline of a mask (first channel > 0.5) by counting 4-neighbours inside it, k: kInner marks mask pixels
-// with k < 4, kOuter pixels beside the mask (k > 0), kCount gives k / 4. Outside the image nothing is mask,
-// unless `clamp` repeats the edge. One channel, exact.
+/// Outline of a mask (first channel > 0.5) by counting 4-neighbours inside it, k: kInner marks mask pixels
+/// with k < 4, kOuter pixels beside the mask (k > 0), kCount gives k / 4. Outside the image nothing is mask,
+/// unless `clamp` repeats the edge. One channel, exact.
 enum class OutlineKind : uint8_t { kInner, kOuter, kBoth, kCount };
 struct OutlineParams {
   OutlineKind kind = OutlineKind::kInner;
@@ -44,33 +44,33 @@ struct OutlineParams {
 };
 Node Outline(const Node& mask, const OutlineParams& params = {});
 
-// Lines with halos: a line pixel (lines > 0) stays when no line within `radius` pixels is nearer by more than
-// `epsilon`: z <= Zmin + epsilon, Zmin the smallest line depth on the disc. epsilon >= radius times the
-// depth's slope along a line, or it erases itself. Elsewhere 0. Line samples keep their bits. Depth is its
-// image's first channel; a NaN depth is never nearer and is erased. Cost O(radius^2) per line pixel.
+/// Lines with halos: a line pixel (lines > 0) stays when no line within `radius` pixels is nearer by more
+/// than `epsilon`: z <= Zmin + epsilon, Zmin the smallest line depth on the disc. epsilon >= radius times the
+/// depth's slope along a line, or it erases itself. Elsewhere 0. Line samples keep their bits. Depth is its
+/// image's first channel; a NaN depth is never nearer and is erased. Cost O(radius^2) per line pixel.
 struct HaloParams {
-  int radius = 3;  // 0 to 64
+  int radius = 3;  ///< 0 to 64
   double epsilon = 0.01;
 };
 Node Halo(const Node& lines, const Node& depth, const HaloParams& params = {});
 
-// A round dab of paint at (x, y) in pixels (pixel centres at half-integers). Its opacity falls from the
-// middle to 0 at the radius: full within `hardness` * radius, then as 1 - (3 t^2 - 2 t^3).
+/// A round dab of paint at (x, y) in pixels (pixel centres at half-integers). Its opacity falls from the
+/// middle to 0 at the radius: full within `hardness` * radius, then as 1 - (3 t^2 - 2 t^3).
 struct Dab {
   double x = 0, y = 0, radius = 8;
   double opacity = 0.25;
-  double hardness = 0;  // 0 to 1
+  double hardness = 0;  ///< 0 to 1
 };
-// The coverage of dabs laid over each other, 1 - product of (1 - opacity): n equal dabs give 1 - (1 - a)^n.
-// `output` gives the window; one channel "A". Computed in double, |error| <= 2 u. Error unless radius > 0,
-// opacity in [0, 1].
+/// The coverage of dabs laid over each other, 1 - product of (1 - opacity): n equal dabs give 1 - (1 - a)^n.
+/// `output` gives the window; one channel "A". Computed in double, |error| <= 2 u. Error unless radius > 0,
+/// opacity in [0, 1].
 Node AirbrushMask(const ImageSpec& output, const std::vector<Dab>& dabs);
-// Dabs along a line through the points, `spacing` pixels apart, shaped like `brush`.
+/// Dabs along a line through the points, `spacing` pixels apart, shaped like `brush`.
 std::vector<Dab> Stroke(const std::vector<std::array<double, 2>>& points, double spacing, const Dab& brush);
 
-// A round soft sprite: colour times alpha times the dab's fall-off, painted over those behind it (depth
-// falling: far first, equal depths in order). `density` below `threshold` drops it whole. RGBA,
-// premultiplied; double, |error| <= 4 u.
+/// A round soft sprite: colour times alpha times the dab's fall-off, painted over those behind it (depth
+/// falling: far first, equal depths in order). `density` below `threshold` drops it whole. RGBA,
+/// premultiplied; double, |error| <= 4 u.
 struct Sprite {
   double x = 0, y = 0, radius = 8;
   double alpha = 0.5;
@@ -79,22 +79,22 @@ struct Sprite {
 };
 Node Sprites(const ImageSpec& output, const std::vector<Sprite>& sprites, double threshold = 1.0 / 512);
 
-// Puffs of smoke or vapour that rise from (x, y): born every `interval`, each lives `life`, moves with its
-// own velocity, grows from `radius` by `growth` times its age and fades as (1 - age / life)^2. Everything
-// depends on `seed` and `time` only; any time may be asked for. Error unless interval and life are above 0,
-// and for more than 100,000 puffs alive at once.
+/// Puffs of smoke or vapour that rise from (x, y): born every `interval`, each lives `life`, moves with its
+/// own velocity, grows from `radius` by `growth` times its age and fades as (1 - age / life)^2. Everything
+/// depends on `seed` and `time` only; any time may be asked for. Error unless interval and life are above 0,
+/// and for more than 100,000 puffs alive at once.
 struct PuffParams {
   double x = 0, y = 0, time = 1;
   double interval = 0.02, life = 1;
-  double velocity_x = 0, velocity_y = -100, spread = 25;  // pixels per time unit; up is negative y
+  double velocity_x = 0, velocity_y = -100, spread = 25;  ///< pixels per time unit; up is negative y
   double radius = 6, growth = 20, alpha = 0.35;
   std::array<double, 3> color = {0.8, 0.8, 0.8};
   uint32_t seed = 0;
 };
 std::vector<Sprite> Puffs(const PuffParams& params);
 
-// A light seen from a distance: the size shrinks with the square root of the attenuation 1 / (kc + kl d + kq
-// d^2); below `threshold` the size stays and alpha falls as the area would.
+/// A light seen from a distance: the size shrinks with the square root of the attenuation 1 / (kc + kl d + kq
+/// d^2); below `threshold` the size stays and alpha falls as the area would.
 struct LightPoint {
   double size = 1, alpha = 1;
 };

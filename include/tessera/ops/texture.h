@@ -1,4 +1,5 @@
-// Procedural textures made of noise: clouds, marble, wood, fire, smoke, water ripples, and Gardner's sines.
+/// Procedural textures made of noise: clouds, marble, wood, fire, smoke, water ripples, and Gardner's sines.
+/// @file
 #ifndef TESSERA_OPS_TEXTURE_H_
 #define TESSERA_OPS_TEXTURE_H_
 
@@ -12,42 +13,42 @@
 namespace tessera {
 
 enum class TextureKind : uint8_t {
-  kClouds,   // Gardner's sines broken up by fBm, lit from the upper left, over a blue sky
-  kMarble,   // ramp(sin(2 pi (x freq + T))), T turbulence
-  kWood,     // ramp of rings around an axis below the board, bent by noise, with grain
-  kFire,     // three layers of rising fBm, heat falling with height; premultiplied with alpha
-  kSmoke,    // a rising, widening, fading plume; premultiplied with alpha
-  kRipples,  // displacement by rings of water: channel 0 is x, 1 is y, around 1/2, further ones the height
-  kGardner,  // T = k X Y alone, in every channel; with slices the volume k X Y Z inside an ellipsoid
+  kClouds,   ///< Gardner's sines broken up by fBm, lit from the upper left, over a blue sky
+  kMarble,   ///< ramp(sin(2 pi (x freq + T))), T turbulence
+  kWood,     ///< ramp of rings around an axis below the board, bent by noise, with grain
+  kFire,     ///< three layers of rising fBm, heat falling with height; premultiplied with alpha
+  kSmoke,    ///< a rising, widening, fading plume; premultiplied with alpha
+  kRipples,  ///< displacement by rings of water: channel 0 is x, 1 is y, around 1/2, further ones the height
+  kGardner,  ///< T = k X Y alone, in every channel; with slices the volume k X Y Z inside an ellipsoid
 };
 
-// Textures are functions of pixel position and time; time moves a coordinate, so that frames flow without
-// flicker, and octaves beyond Nyquist are faded. Lengths are in widths of the display window. Colours are
-// linear. Channels beyond those a texture makes are 0; alpha is 1 but for fire and smoke.
+/// Textures are functions of pixel position and time; time moves a coordinate, so that frames flow without
+/// flicker, and octaves beyond Nyquist are faded. Lengths are in widths of the display window. Colours are
+/// linear. Channels beyond those a texture makes are 0; alpha is 1 but for fire and smoke.
 struct TextureParams {
   TextureKind kind = TextureKind::kClouds;
   uint32_t seed = 0;
-  double frequency = 4;  // features across the width, [0, 2^20]
-  int octaves = 8;       // of the noise, 0 to 64
-  double time = 0;       // seconds, within 1e6
-  // kFire
-  int layers = 3;   // of noise, 1 to 3, the broadest first
-  double rise = 1;  // factor on the speeds at which they rise, within 100
-  double wind = 0;  // drift to the right, widths per second, within 100
-  // kGardner: T = scale * X * Y with X = sum over `terms` of c_i sin(f_i x + p_i) + t0, c_{i+1} = 0.707 c_i.
-  int terms = 5;           // 1 to 12
-  double amplitude = 1;    // c_1
-  double threshold = 0.6;  // t0
-  double scale = 0.05;     // k
+  double frequency = 4;  ///< features across the width, [0, 2^20]
+  int octaves = 8;       ///< of the noise, 0 to 64
+  double time = 0;       ///< seconds, within 1e6
+  /// kFire
+  int layers = 3;   ///< of noise, 1 to 3, the broadest first
+  double rise = 1;  ///< factor on the speeds at which they rise, within 100
+  double wind = 0;  ///< drift to the right, widths per second, within 100
+  /// kGardner: T = scale * X * Y with X = sum over `terms` of c_i sin(f_i x + p_i) + t0, c_{i+1} = 0.707 c_i.
+  int terms = 5;           ///< 1 to 12
+  double amplitude = 1;    ///< c_1
+  double threshold = 0.6;  ///< t0
+  double scale = 0.05;     ///< k
   int slices = 1;
 
-  std::vector<NoiseParams> fields = {};  // filled in by Texture()
-  Roi frame = {};                        // filled in by Texture()
+  std::vector<NoiseParams> fields = {};  ///< filled in by Texture()
+  Roi frame = {};                        ///< filled in by Texture()
 };
 
-// Error: 4e-5 for colours, 2e-5 * k (terms * (t0 + c_1))^2 for kGardner. Cost: tens of ns per pixel and
-// core. Throws Error for parameters outside the ranges. Sources: spec/noise.md; Gardner, "Visual simulation
-// of clouds", 1985.
+/// Error: 4e-5 for colours, 2e-5 * k (terms * (t0 + c_1))^2 for kGardner. Cost: tens of ns per pixel and
+/// core. Throws Error for parameters outside the ranges. Sources: spec/noise.md; Gardner, "Visual simulation
+/// of clouds", 1985.
 Node Texture(const ImageSpec& spec, const TextureParams& params);
 
 }  // namespace tessera

@@ -1,5 +1,5 @@
-// Pictures of volumes: lit surfaces, textured surfaces and hypertexture of distance fields, and density
-// volumes.
+/// Pictures of volumes: lit surfaces, textured surfaces and hypertexture of distance fields, and density
+/// volumes. @file
 #ifndef TESSERA_OPS_VOLUME_H_
 #define TESSERA_OPS_VOLUME_H_
 
@@ -18,43 +18,43 @@
 
 namespace tessera {
 
-// What is drawn.
+/// What is drawn.
 enum class VolumeMode : uint8_t {
-  // Surfaces: the first crossing of a level along the ray, lit.
-  kIso,    // material colour
-  kSolid,  // colour from a block of texture at the surface point
-  kBump,   // normal combined with the gradient of noise: normalize(k V + B)
-  kMelt,   // the level of the field read at p + up * s(p), s noise growing downward
-  // Hypertexture: the soft region between two levels, modulated (Dmf), composited.
+  /// Surfaces: the first crossing of a level along the ray, lit.
+  kIso,    ///< material colour
+  kSolid,  ///< colour from a block of texture at the surface point
+  kBump,   ///< normal combined with the gradient of noise: normalize(k V + B)
+  kMelt,   ///< the level of the field read at p + up * s(p), s noise growing downward
+  /// Hypertexture: the soft region between two levels, modulated (Dmf), composited.
   kFur,
   kFire,
-  kHyper,  // the caller's chain, transfer function and shading
-  // Density volumes through a transfer function.
-  kOver,       // back to front
-  kUnder,      // front to back: the same picture, ends early
-  kAttenuate,  // mean of a c along the ray, a the opacity of the transfer function's reference length
-  kXray,       // exp(-sum kappa h) in R, G, B; 1 where the ray misses
-  kMip,        // largest value, 0 to 1 over the transfer function's domain
+  kHyper,  ///< the caller's chain, transfer function and shading
+  /// Density volumes through a transfer function.
+  kOver,       ///< back to front
+  kUnder,      ///< front to back: the same picture, ends early
+  kAttenuate,  ///< mean of a c along the ray, a the opacity of the transfer function's reference length
+  kXray,       ///< exp(-sum kappa h) in R, G, B; 1 where the ray misses
+  kMip,        ///< largest value, 0 to 1 over the transfer function's domain
 };
-// Where the samples of a ray lie.
+/// Where the samples of a ray lie.
 enum class VolumeMethod : uint8_t {
-  kRays,       // from where the ray enters the volume
-  kSlices,     // planes parallel to the image
-  kShells,     // spheres around the eye
-  kStacks,     // the volume's own slices along the axis that the view is nearest to (x before y before z)
-  kShearWarp,  // slices sheared and composited in the volume's frame, then one 2-D warp; perspective
-               // cameras stand before all slices, and the nearest slice has one pixel a voxel
+  kRays,       ///< from where the ray enters the volume
+  kSlices,     ///< planes parallel to the image
+  kShells,     ///< spheres around the eye
+  kStacks,     ///< the volume's own slices along the axis that the view is nearest to (x before y before z)
+  kShearWarp,  ///< slices sheared and composited in the volume's frame, then one 2-D warp; perspective
+               ///< cameras stand before all slices, and the nearest slice has one pixel a voxel
 };
 enum class Classification : uint8_t {
-  kPost,           // interpolate, then look up
-  kPre,            // look up at voxels, then interpolate colour times extinction
-  kPreIntegrated,  // a table over the values at both ends of a segment
+  kPost,           ///< interpolate, then look up
+  kPre,            ///< look up at voxels, then interpolate colour times extinction
+  kPreIntegrated,  ///< a table over the values at both ends of a segment
 };
 
-// Colour (not premultiplied) and opacity of a reference length of material of each value. Between points
-// linear; beyond the first and last constant. Sampled to 1,024 entries of colour and extinction -log1p(-a) /
-// length over [first, last value] (an opacity of 1 counts as 1 - 1e-40), read linearly. Opacities are clamped
-// to [0, 1], NaN to 0.
+/// Colour (not premultiplied) and opacity of a reference length of material of each value. Between points
+/// linear; beyond the first and last constant. Sampled to 1,024 entries of colour and extinction -log1p(-a) /
+/// length over [first, last value] (an opacity of 1 counts as 1 - 1e-40), read linearly. Opacities are
+/// clamped to [0, 1], NaN to 0.
 struct TransferPoint {
   double value = 0;
   std::array<double, 3> color = {1, 1, 1};
@@ -62,19 +62,19 @@ struct TransferPoint {
 };
 struct VolumeTransferFunction {
   std::vector<TransferPoint> points;
-  double length = 0.01;  // world units that have these opacities
+  double length = 0.01;  ///< world units that have these opacities
 };
-// A text file: lines of "value r g b opacity", # starts a comment. Throws Error naming the file and line.
+/// A text file: lines of "value r g b opacity", # starts a comment. Throws Error naming the file and line.
 VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file);
 
 struct VolumeMaterial {
   std::array<double, 3> color = {0.80, 0.60, 0.42};
   double ambient = 0.25, diffuse = 0.75, specular = 0.35;
   double exponent = 40;
-  Vector3 light = {-0.45, 0.65, 0.62};  // towards the light, world; any length
+  Vector3 light = {-0.45, 0.65, 0.62};  ///< towards the light, world; any length
 };
 
-// Half space that is kept: normal . p >= offset.
+/// Half space that is kept: normal . p >= offset.
 struct CuttingPlane {
   Vector3 normal = {0, 0, 1};
   double offset = 0;
@@ -83,86 +83,88 @@ struct CuttingPlane {
 struct VolumeParams {
   VolumeMode mode = VolumeMode::kIso;
   Camera camera;
-  double iso = 0;    // surfaces: the level; hypertexture: d_in, where density is 1
-  double soft = -1;  // width of the soft region: d_out = iso + soft. 0: a hard step; -1: what suits the mode
-  bool inside_above = false;  // surfaces: values above the level are inside (density volumes)
+  double iso = 0;  ///< surfaces: the level; hypertexture: d_in, where density is 1
+  double soft =
+      -1;  ///< width of the soft region: d_out = iso + soft. 0: a hard step; -1: what suits the mode
+  bool inside_above = false;  ///< surfaces: values above the level are inside (density volumes)
   VolumeMaterial material;
-  double step = 0;  // sample spacing along the axis, world units; 0: one voxel (the smallest spacing);
-                    // fur 1.25, fire 2.5
+  double step = 0;  ///< sample spacing along the axis, world units; 0: one voxel (the smallest spacing);
+                    ///< fur 1.25, fire 2.5
   double termination =
-      1.0 / 512;  // front to back ends at alpha 1 - termination; error <= termination * largest colour
+      1.0 / 512;  ///< front to back ends at alpha 1 - termination; error <= termination * largest colour
   VolumeMethod method = VolumeMethod::kRays;
-  bool leap = true;  // space leaping; pictures are the same bits without
+  bool leap = true;  ///< space leaping; pictures are the same bits without
   std::vector<CuttingPlane> planes;
-  double time = 0;  // seconds: melt, fur, fire, drifts
-  // kSolid, kBump, kMelt, kFur, kFire
-  double frequency = 0;  // noise blocks per world unit; 0: what suits the mode
+  double time = 0;  ///< seconds: melt, fur, fire, drifts
+  /// kSolid, kBump, kMelt, kFur, kFire
+  double frequency = 0;  ///< noise blocks per world unit; 0: what suits the mode
   double amount =
-      -1;  // melt: sag, fur: droop, fire: height of flames (world units); bump: k of eq. 7; < 0: default
+      -1;  ///< melt: sag, fur: droop, fire: height of flames (world units); bump: k of eq. 7; < 0: default
   TurbulenceLookup lookup = TurbulenceLookup::kBlock;
-  NoiseBlock block = {};  // empty: made
-  // kHyper and density modes
+  NoiseBlock block = {};  ///< empty: made
+  /// kHyper and density modes
   std::vector<Dmf> dmf;
-  VolumeTransferFunction transfer;  // empty: white, opacity rising from 0 to 0.1 a voxel (hypertexture: 0.5)
+  VolumeTransferFunction
+      transfer;  ///< empty: white, opacity rising from 0 to 0.1 a voxel (hypertexture: 0.5)
   Classification classification = Classification::kPost;
-  bool shade = false;  // gradient shading by `material`
-  bool depth = false;  // a further channel Z: planar depth of the surface (hypertexture and density: where
-                       // alpha passes 1/2), infinity where there is none
+  bool shade = false;  ///< gradient shading by `material`
+  bool depth = false;  ///< a further channel Z: planar depth of the surface (hypertexture and density: where
+                       ///< alpha passes 1/2), infinity where there is none
 };
 
-// A picture of `spec`'s windows; the camera looks through the display window. Channels R, G, B, A
-// (premultiplied) and, with `depth`, Z. Leaping, tiles and threads change no bit. `scene_depth`, where given,
-// holds planar depths (channel 0): rays end there (fractions of a step count); NaN and values at or below the
-// near side draw nothing, infinity everything.
-//
-// Leaping is conservative: trilinear interpolation never leaves the range of a cell's corners, so blocks of
-// cells whose range misses the levels (the transfer function's support), widened by the largest displacement,
-// are stepped over by the exact distance to the nearest block that matters; within, a surface is approached
-// by the value over the largest slope nearby, on a grid of 1/4 voxel. Features that a ray crosses in less
-// than that may be missed.
-//
-// Opacities are corrected for the length of each sample's segment, 1 - exp(-extinction length), in all modes that
-// composite, so that pictures converge as `step` shrinks; kAttenuate averages the opacity of a reference length,
-// which no step changes, and kMip takes the largest of the samples.
-//
-// Error against the double-precision march (kAttenuate: the integral, plus what midpoints of this step miss of
-// it; kShearWarp: the sheared picture itself): 1e-5 at 256 samples, 1e-4 at 4,096 (premultiplied), plus what
-// moving the ray by 1e-4 voxel changes (silhouettes), plus `termination`. Throws Error: empty volume or spec,
-// parameters outside their ranges. Sources: spec/volume-and-hypertexture.md; Miller and Jones, "Texturing and
-// Hypertexturing of Volumetric Objects", 2005; Lacroute and Levoy 1994.
+/// A picture of `spec`'s windows; the camera looks through the display window. Channels R, G, B, A
+/// (premultiplied) and, with `depth`, Z. Leaping, tiles and threads change no bit. `scene_depth`, where
+/// given, holds planar depths (channel 0): rays end there (fractions of a step count); NaN and values at or
+/// below the near side draw nothing, infinity everything.
+///
+/// Leaping is conservative: trilinear interpolation never leaves the range of a cell's corners, so blocks of
+/// cells whose range misses the levels (the transfer function's support), widened by the largest
+/// displacement, are stepped over by the exact distance to the nearest block that matters; within, a surface
+/// is approached by the value over the largest slope nearby, on a grid of 1/4 voxel. Features that a ray
+/// crosses in less than that may be missed.
+///
+/// Opacities are corrected for the length of each sample's segment, 1 - exp(-extinction length), in all modes
+/// that composite, so that pictures converge as `step` shrinks; kAttenuate averages the opacity of a
+/// reference length, which no step changes, and kMip takes the largest of the samples.
+///
+/// Error against the double-precision march (kAttenuate: the integral, plus what midpoints of this step miss
+/// of it; kShearWarp: the sheared picture itself): 1e-5 at 256 samples, 1e-4 at 4,096 (premultiplied), plus
+/// what moving the ray by 1e-4 voxel changes (silhouettes), plus `termination`. Throws Error: empty volume or
+/// spec, parameters outside their ranges. Sources: spec/volume-and-hypertexture.md; Miller and Jones,
+/// "Texturing and Hypertexturing of Volumetric Objects", 2005; Lacroute and Levoy 1994.
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
                   const Node& scene_depth);
 
-// A volume of a scene, and where it stands: `to_world`, a rigid motion, leads from its own coordinates to the
-// world's, in which the camera, cutting planes and the light are given.
+/// A volume of a scene, and where it stands: `to_world`, a rigid motion, leads from its own coordinates to
+/// the world's, in which the camera, cutting planes and the light are given.
 struct PlacedVolume {
   Volume volume;
   VolumeParams params;
   Matrix4 to_world = kIdentity4;
 };
-// One picture of up to 8 volumes. The camera of the first serves all. All media are marched together, on
-// samples as close as the closest of their steps: where they overlap, their extinctions add up and their
-// colours mix by them, so that the order of the list changes nothing but rounding (1e-6), and media apart
-// from each other hide one another by their depth. The nearest of the surfaces ends the rays and shows
-// through what lies before it. Alpha, Z, leaping and the error bound are those of RenderVolume. Modes:
-// surfaces, hypertexture, over and under (both front to back), by the method kRays. `samples` above 1: the
-// mean of so many jittered pictures, as RenderVolumeSupersampled's. Throws Error: other modes and methods,
-// more volumes, a matrix that is no rigid motion.
+/// One picture of up to 8 volumes. The camera of the first serves all. All media are marched together, on
+/// samples as close as the closest of their steps: where they overlap, their extinctions add up and their
+/// colours mix by them, so that the order of the list changes nothing but rounding (1e-6), and media apart
+/// from each other hide one another by their depth. The nearest of the surfaces ends the rays and shows
+/// through what lies before it. Alpha, Z, leaping and the error bound are those of RenderVolume. Modes:
+/// surfaces, hypertexture, over and under (both front to back), by the method kRays. `samples` above 1: the
+/// mean of so many jittered pictures, as RenderVolumeSupersampled's. Throws Error: other modes and methods,
+/// more volumes, a matrix that is no rigid motion.
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, int samples = 1);
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth);
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth,
                    int samples);
-// The picture that RenderVolume or RenderVolumes made (scene depth included) with one more volume in it, seen
-// by its camera. Throws Error when `picture` is anything else.
+/// The picture that RenderVolume or RenderVolumes made (scene depth included) with one more volume in it,
+/// seen by its camera. Throws Error when `picture` is anything else.
 Node AddVolume(const Node& picture, const PlacedVolume& volume, int samples = 1);
-// The mean of `samples` pictures whose rays pass at jittered places in the pixel (JitterSet): antialiasing by
-// the accumulation operations. Depth, where asked for, is averaged too.
+/// The mean of `samples` pictures whose rays pass at jittered places in the pixel (JitterSet): antialiasing
+/// by the accumulation operations. Depth, where asked for, is averaged too.
 Node RenderVolumeSupersampled(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
                               int samples);
-// A camera that sees all of a volume from a direction: degrees around y from +z, and above the horizon. A
-// field of view of 0 gives a parallel camera. `zoom` 1: the volume's bounding sphere touches the shorter
-// side.
+/// A camera that sees all of a volume from a direction: degrees around y from +z, and above the horizon. A
+/// field of view of 0 gives a parallel camera. `zoom` 1: the volume's bounding sphere touches the shorter
+/// side.
 Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, double field_of_view,
                    double aspect, double zoom = 1);
 
