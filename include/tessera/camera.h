@@ -12,20 +12,26 @@
 
 namespace tessera {
 
+/// X, y, z.
 using Vector3 = std::array<double, 3>;
 /// Row-major, for column vectors: p' = M (x, y, z, 1).
 using Matrix4 = std::array<double, 16>;
 
-constexpr Matrix4 kIdentity4 = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+constexpr Matrix4 kIdentity4 = {1, 0, 0, 0, 0, 1, 0, 0,
+                                0, 0, 1, 0, 0, 0, 0, 1};  ///< Leaves points where they are.
 
+/// The matrix product a b.
 Matrix4 Product(const Matrix4& a, const Matrix4& b);
 /// Throws Error when the matrix is singular (or nearly: the residual |A A^-1 - 1| exceeds 1e-6) or not
 /// finite.
 Matrix4 Inverse(const Matrix4& m, const std::string& subject = "matrix");
+/// Rows and columns exchanged.
 Matrix4 Transposed(const Matrix4& m);
 /// The four coordinates of M (p, 1), not divided.
 std::array<double, 4> Transform(const Matrix4& m, const Vector3& p);
+/// Scalar product.
 double Dot(const Vector3& a, const Vector3& b);
+/// Vector product, right-handed.
 Vector3 Cross(const Vector3& a, const Vector3& b);
 /// Unit length; a zero vector stays zero.
 Vector3 Normalized(const Vector3& v);
@@ -41,6 +47,7 @@ class Camera {
   /// the direction of a parallel projection. Throws Error unless the matrix can be inverted (its z row may be
   /// anything for a perspective one: worldToNDC of some renderers leaves depth out).
   explicit Camera(const Matrix4& world_to_clip, const std::string& subject = "camera");
+  /// From both matrices; Error as above.
   Camera(const Matrix4& world_to_camera, const Matrix4& world_to_clip, const std::string& subject = "camera");
 
   /// At `eye` towards `target`, `up` upwards; vertical field of view in degrees; width over height. Clip z
@@ -59,9 +66,11 @@ class Camera {
   /// Adds (or replaces) both attributes.
   void ToMetadata(ImageSpec& spec) const;
 
+  /// Row-major, for column vectors.
   const Matrix4& world_to_clip() const { return world_to_clip_; }
   /// Eye space: looks down -z unless the matrix given says otherwise.
   const Matrix4& world_to_camera() const { return world_to_camera_; }
+  /// Whether rays meet in the eye.
   bool perspective() const { return perspective_; }
   /// The centre of projection; for a parallel one the point of depth 0 on its axis.
   const Vector3& eye() const { return eye_; }
@@ -71,8 +80,10 @@ class Camera {
   /// Points that project to (x, y): origin + t * direction; forward . direction = 1, so t is the planar depth
   /// and t |direction| the distance. Both are affine in x and y.
   struct Ray {
-    Vector3 origin, direction;
+    Vector3 origin;     ///< world position
+    Vector3 direction;  ///< world units per planar depth
   };
+  /// Of a place in clip coordinates.
   Ray RayAt(double clip_x, double clip_y) const;
   /// Through the centre of pixel (x, y) of an image shown in `window` (x right, y down).
   Ray PixelRay(const Roi& window, double x, double y) const;
@@ -82,6 +93,7 @@ class Camera {
   Vector3 PointAt(double clip_x, double clip_y, double depth) const;
   /// forward . (p - eye), positive in front; and |p - eye| (parallel: the planar depth).
   double PlanarDepth(const Vector3& p) const;
+  /// To the eye; of a parallel camera the planar depth.
   double Distance(const Vector3& p) const;
 
  private:
@@ -105,6 +117,7 @@ enum class DepthKind : uint8_t {
 };
 /// Planar depth of a window depth: near far / (far - w (far - near)); `far` may be infinite: near / (1 - w).
 double PlanarOfWindow(double window_depth, double near, double far);
+/// The inverse of PlanarOfWindow.
 double WindowOfPlanar(double planar_depth, double near, double far);
 
 }  // namespace tessera

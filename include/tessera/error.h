@@ -12,10 +12,13 @@ namespace tessera {
 /// subject is the file or the argument and the reason names what was found and what was expected.
 class Error : public std::runtime_error {
  public:
+  /// What() is both with ": " between.
   Error(const std::string& subject, const std::string& reason)
       : std::runtime_error(subject + ": " + reason), subject_(subject), reason_(reason) {}
 
+  /// The file or argument.
   const std::string& subject() const { return subject_; }
+  /// What was found, and what was expected.
   const std::string& reason() const { return reason_; }
 
  private:

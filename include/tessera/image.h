@@ -15,9 +15,11 @@ namespace tessera {
 /// How a sample is stored. Integers are unsigned normalised: code / (2^bits - 1). kHalf is IEEE binary16.
 enum class PixelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
 
+/// Bytes of a sample.
 constexpr size_t PixelBytes(PixelType t) {
   return t == PixelType::kUint8 ? 1 : t == PixelType::kFloat ? 4 : 2;
 }
+/// "uint8", "uint16", "half", "float".
 constexpr const char* PixelTypeName(PixelType t) {
   constexpr const char* kNames[] = {"uint8", "uint16", "half", "float"};
   return kNames[static_cast<int>(t)];
@@ -26,9 +28,10 @@ constexpr const char* PixelTypeName(PixelType t) {
 /// One metadata item, kept bit for bit. `type` is an OpenImageIO type name ("float", "int[2]", "matrix",
 /// "string"); `bytes` holds the value; strings are held in `strings` instead.
 struct Attribute {
-  std::string name, type;
-  std::vector<std::byte> bytes;
-  std::vector<std::string> strings;
+  std::string name;                  ///< as in the file
+  std::string type;                  ///< OpenImageIO's name
+  std::vector<std::byte> bytes;      ///< the value
+  std::vector<std::string> strings;  ///< the value of strings
 };
 
 /// What an image is, without its pixels. Value type; cheap to copy (metadata is shared).
@@ -45,8 +48,11 @@ struct ImageSpec {
   /// (Y for one channel; Y,A for two). Throws Error when a size is negative or the channel count is below 1.
   ImageSpec(int width, int height, int channel_count, PixelType type = PixelType::kFloat);
 
+  /// Number of channels.
   int channel_count() const { return static_cast<int>(channels.size()); }
+  /// Of the data window.
   int width() const { return data_window.width(); }
+  /// Of the data window.
   int height() const { return data_window.height(); }
   /// Index of the channel of that name, -1 when absent.
   int ChannelIndex(const std::string& name) const;
@@ -59,13 +65,16 @@ std::vector<std::string> DefaultChannelNames(int count);
 /// planar, sub-rectangle, flipped through a negative row stride). Owns nothing; the pixels must outlive it.
 template <typename Byte>
 struct BasicImageView {
-  Byte* data = nullptr;  ///< first channel of pixel (roi.x0, roi.y0)
-  Roi roi;               ///< image coordinates covered
-  int channels = 0;
-  PixelType type = PixelType::kFloat;
-  ptrdiff_t channel_stride = 0, pixel_stride = 0, row_stride = 0;  ///< bytes
+  Byte* data = nullptr;                ///< first channel of pixel (roi.x0, roi.y0)
+  Roi roi;                             ///< image coordinates covered
+  int channels = 0;                    ///< number of channels
+  PixelType type = PixelType::kFloat;  ///< of the samples
+  ptrdiff_t channel_stride = 0;        ///< bytes from channel to channel
+  ptrdiff_t pixel_stride = 0;          ///< bytes from pixel to pixel
+  ptrdiff_t row_stride = 0;            ///< bytes from row to row; may be negative
 
   BasicImageView() = default;
+  /// Any strides, in bytes.
   BasicImageView(Byte* d, const Roi& r, int nchannels, PixelType t, ptrdiff_t cs, ptrdiff_t ps, ptrdiff_t rs)
       : data(d), roi(r), channels(nchannels), type(t), channel_stride(cs), pixel_stride(ps), row_stride(rs) {}
   /// Interleaved and contiguous.
@@ -90,7 +99,9 @@ struct BasicImageView {
     return v;
   }
 };
+/// Writable pixels.
 using ImageView = BasicImageView<std::byte>;
+/// Readable pixels.
 using ConstImageView = BasicImageView<const std::byte>;
 
 /// Owned pixels: interleaved, 64-byte aligned, zero at first. Copies share the pixels (like a shared_ptr).
@@ -102,7 +113,9 @@ class Image {
   /// The same with pixels of any value, for those who write every one: zeros would cost as much as a copy.
   static Image Uninitialized(ImageSpec spec);
 
+  /// What the image is.
   const ImageSpec& spec() const { return spec_; }
+  /// Its pixels, writable.
   ImageView view() const { return view_; }
   /// Typed access to a sample, for samples and tests; T must match the pixel type's size.
   template <typename T>

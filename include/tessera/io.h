@@ -19,6 +19,7 @@
 
 namespace tessera {
 
+/// Which of a file's images is read.
 struct ReadOptions {
   int subimage = 0;    ///< index of the part
   std::string part{};  ///< or its name (EXR part, TIFF page name); wins over the index when not empty
@@ -33,13 +34,15 @@ struct ReadOptions {
 /// deep data, an unknown part (those present are listed).
 Node Read(const std::string& file, const ReadOptions& options = {});
 
+/// How a file is written.
 struct WriteOptions {
   std::optional<PixelType> type{};  ///< empty: the node's spec().type
-  RenderOptions render{};
+  RenderOptions render{};           ///< of the evaluation
+
   /// Added to, or replacing, the node's metadata; one without any value removes it. OpenImageIO's output
   /// hints ("compression", "oiio:BitsPerSample") work too; tile_width and tile_height of 0 ask for scanlines.
   std::vector<Attribute> attributes{};
-  RunStats* stats = nullptr;
+  RunStats* stats = nullptr;  ///< filled in when not null
 };
 
 /// Evaluates and writes, streaming bands of rows. The file appears whole or not at all: it is written beside
@@ -57,7 +60,9 @@ void Write(const Node& node, const std::string& file, const WriteOptions& option
 /// renames. Destroying an uncommitted output removes it.
 class PendingOutput {
  public:
+  /// Evaluates and writes the temporary file; Error as Write.
   PendingOutput(const Node& node, const std::string& file, const WriteOptions& options);
+  /// Takes over the output that is moved from.
   PendingOutput(PendingOutput&&) noexcept;
   PendingOutput& operator=(PendingOutput&&) = delete;
   ~PendingOutput();
@@ -85,7 +90,9 @@ void RemoveUnfinishedOutputs();
 /// ours, throws Error. ToImageBuf wraps the image's pixels and keeps them alive as long as the returned
 /// pointer lives.
 Node FromImageBuf(const OIIO::ImageBuf& buffer);
+/// The image's pixels as OpenImageIO's, without a copy.
 std::shared_ptr<OIIO::ImageBuf> ToImageBuf(const Image& image);
+/// The buffer's local pixels as a view; Error as FromImageBuf.
 ConstImageView ViewOf(const OIIO::ImageBuf& buffer);
 
 /// The names of a file's subimages in order, empty for one that has none; throws Error.
@@ -95,20 +102,33 @@ std::vector<std::string> Subimages(const std::string& file);
 /// counts of NaN, infinite and finite values, whether constant and monochrome. Integer types are reported in
 /// codes. The Node form evaluates in float32 first, into memory.
 std::string StatsText(const Image& image);
+/// The same of a node that is evaluated first.
 std::string StatsText(const Node& node, const RenderOptions& options = {});
 
 /// Thresholds of a comparison, as oiiotool's --fail, --failpercent, --hardfail and the same for warnings.
 struct DiffOptions {
-  double fail = 1e-6, fail_percent = 0, hard_fail = std::numeric_limits<double>::infinity();
-  double warn = 1e-6, warn_percent = 0, hard_warn = std::numeric_limits<double>::infinity();
+  double fail = 1e-6;                                          ///< a pixel fails whose error is larger
+  double fail_percent = 0;                                     ///< so many per cent of the pixels may fail
+  double hard_fail = std::numeric_limits<double>::infinity();  ///< one error larger than this fails the image
+  double warn = 1e-6;                                          ///< a pixel warns whose error is larger
+  double warn_percent = 0;                                     ///< so many per cent of the pixels may warn
+  double hard_warn = std::numeric_limits<double>::infinity();  ///< one error larger than this warns
 };
+/// What the thresholds say of a comparison.
 enum class DiffVerdict : uint8_t { kPass, kWarning, kFailure };
+/// What a comparison found.
 struct DiffReport {
-  DiffVerdict verdict = DiffVerdict::kPass;
-  double mean_error = 0, rms_error = 0, psnr = 0, max_error = 0;
-  int max_x = 0, max_y = 0, max_channel = 0;  ///< where the largest error is
-  int64_t warned = 0, failed = 0;             ///< pixels over the thresholds
-  std::string text;                           ///< what oiiotool --diff prints after its first line
+  DiffVerdict verdict = DiffVerdict::kPass;  ///< by the thresholds
+  double mean_error = 0;                     ///< mean absolute difference
+  double rms_error = 0;                      ///< root mean square of the differences
+  double psnr = 0;                           ///< peak signal to noise ratio in dB, of a peak of 1
+  double max_error = 0;                      ///< largest absolute difference
+  int max_x = 0;                             ///< where the largest error is
+  int max_y = 0;                             ///< where the largest error is
+  int max_channel = 0;                       ///< where the largest error is
+  int64_t warned = 0;                        ///< pixels over the thresholds
+  int64_t failed = 0;                        ///< pixels over the thresholds
+  std::string text;                          ///< what oiiotool --diff prints after its first line
 };
 /// Compares every channel over the union of the data windows (black where one has no pixel), integers as [0,
 /// 1].

@@ -15,8 +15,8 @@ namespace tessera {
 /// Corners of triangles, as numbers of points counted from 0. A distance field needs a closed surface; which
 /// way round the corners go does not matter.
 struct Mesh {
-  std::vector<Vector3> points;
-  std::vector<std::array<int, 3>> triangles;
+  std::vector<Vector3> points;                ///< corners
+  std::vector<std::array<int, 3>> triangles;  ///< numbers of three points each
 };
 
 /// A Wavefront OBJ file: lines `v x y z` and `f a b c ...` (numbers from 1, below 0 counted from the end,

@@ -32,7 +32,7 @@ struct OcioParams {
   std::vector<std::pair<std::string, std::string>> context = {};
   bool unpremult = false;  ///< divide by alpha before, multiply after
 };
-inline constexpr char kBuiltInConfig[] = "built-in";
+inline constexpr char kBuiltInConfig[] = "built-in";  ///< Name of the config that the library holds.
 
 /// From one colour space (name, alias or role) to another.
 Node ColorConvert(const Node& image, const std::string& from, const std::string& to,
@@ -45,17 +45,21 @@ bool HasColorSpace(const std::string& name, const OcioParams& params = {});
 /// `display` and `view`: the config's defaults. `looks` replace the view's own. `inverse` goes from the
 /// display back.
 struct OcioDisplayParams {
-  std::string from = {}, looks = {};
-  bool inverse = false;
+  std::string from = {};   ///< colour space of the image
+  std::string looks = {};  ///< instead of the view's own
+  bool inverse = false;    ///< from the display back
 };
+/// To a display's view, as OcioDisplayParams says.
 Node OcioDisplay(const Node& image, const std::string& display, const std::string& view,
                  const OcioDisplayParams& display_params = {}, const OcioParams& params = {});
 
 /// Looks of the config ("a", "a, -b", "a | b"), from and to colour spaces; empty as for the display.
 struct OcioLookParams {
-  std::string from = {}, to = {};
-  bool inverse = false;
+  std::string from = {};  ///< colour space of the image
+  std::string to = {};    ///< colour space of the result
+  bool inverse = false;   ///< undoes the looks
 };
+/// Through looks of the config, as OcioLookParams says.
 Node OcioLook(const Node& image, const std::string& looks, const OcioLookParams& look_params = {},
               const OcioParams& params = {});
 
@@ -64,9 +68,10 @@ Node OcioLook(const Node& image, const std::string& looks, const OcioLookParams&
 /// interpolation of its 3-D and 1-D tables; tetrahedral is linear for the latter.
 struct LutParams {
   TableFilter filter = TableFilter::kTetrahedral;  ///< kNearest, kLinear, kTetrahedral, kCubic
-  bool inverse = false;
+  bool inverse = false;                            ///< undoes the file's transform
   std::string cccid = {};  ///< which correction of a .ccc, .cdl: its id or its index; empty: the first
 };
+/// Through a file found along the config's search path, as LutParams says.
 Node OcioFileTransform(const Node& image, const std::string& file, const LutParams& lut_params = {},
                        const OcioParams& params = {});
 /// The same without a config: `file` as it stands.
@@ -83,17 +88,26 @@ Node ApplyProcessor(const Node& image, const OCIO_NAMESPACE::ConstProcessorRcPtr
 /// on `tiles` tiles of 64x64 pixels spread over the image; CIEDE2000 reads both results as sRGB, limited to
 /// [0,1].
 struct BakeParams {
-  int size = 33;  ///< 2 to 129
-  double low = 0, high = 0;
-  int tiles = 64;
+  int size = 33;    ///< 2 to 129
+  double low = 0;   ///< lower end of the domain
+  double high = 0;  ///< its upper end; not above low: the image's own range
+  int tiles = 64;   ///< compared for the report
 };
+/// How far a baked table is from its transform.
 struct BakeReport {
-  int64_t pixels = 0;
-  double max_error = 0, rms_error = 0, max_ciede2000 = 0;
-  double low = 0, high = 0;  ///< the domain
+  int64_t pixels = 0;        ///< compared
+  double max_error = 0;      ///< largest absolute difference of R, G, B
+  double rms_error = 0;      ///< root mean square of the differences
+  double max_ciede2000 = 0;  ///< largest colour difference
+  double low = 0;            ///< lower end of the domain
+  double high = 0;           ///< its upper end
   bool shaped = false;       ///< by a logarithm
+
+  /// In a sentence.
   std::string Summary() const;
 };
+/// The transform as shaper and table, as BakeParams says. Cost: size^3 transformed entries and one lookup a
+/// pixel.
 Node Bake(const Node& image, const std::function<Node(const Node&)>& transform, const BakeParams& params = {},
           BakeReport* report = nullptr);
 

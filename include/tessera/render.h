@@ -16,9 +16,11 @@ namespace tessera {
 struct RenderOptions {
   int threads = 0;                         ///< 0: every core
   size_t memory_budget = size_t{1} << 29;  ///< bytes that streaming buffers and arenas may take together
-  int tile_width = 0, tile_height = 0;     ///< 0: the planner's choice
+  int tile_width = 0;                      ///< 0: the planner's choice
+  int tile_height = 0;                     ///< 0: the planner's choice
   bool optimize = true;                    ///< fold, drop and share; off for comparison
   bool shuffle_tiles = false;              ///< serial, in a shuffled order: for tests
+
   /// Names of rewrite rules (RewriteRules) that are not applied, or "all": for tests and for finding a fault.
   std::vector<std::string> rules_off = {};
   std::function<bool(double)> progress = {};  ///< called with the share done in [0,1]; false cancels
@@ -26,12 +28,14 @@ struct RenderOptions {
 
 /// What an evaluation did, for --runstats and the benchmarks.
 struct RunStats {
+  /// One pass over the pixels.
   struct Pass {
-    std::string name;
-    double seconds = 0;
-    int64_t pixels = 0, bytes = 0;  ///< pixels produced; bytes read from sources and written to the sink
+    std::string name;    ///< "render", "stream", or an operation that takes a pass of its own
+    double seconds = 0;  ///< of wall clock
+    int64_t pixels = 0;  ///< produced
+    int64_t bytes = 0;   ///< read from sources and written to the sink
   };
-  std::vector<Pass> passes;
+  std::vector<Pass> passes;        ///< in order
   std::vector<std::string> rules;  ///< names of the rewrite rules that were applied, each once
 };
 
@@ -48,8 +52,9 @@ void RenderInto(const Node& node, const ImageView& out, const RenderOptions& opt
 
 /// A rule that rewrites the bound list of steps of a run (loads, operations, stores) into a faster one.
 struct RuleInfo {
-  std::string name;
+  std::string name;  ///< for RenderOptions::rules_off
   std::string help;  ///< what becomes what, in a line
+
   /// May round integer results to the neighbouring code where they lie within a few roundings of floats (of
   /// 2^-24 times the largest sample) of the tie between both; else bits are equal.
   bool rounds = false;

@@ -31,6 +31,7 @@ enum class TableFilter : uint8_t {
   kCubic,        ///< 4^D entries
   kMipmap,       ///< linear within, and between two of, the levels of a mip chain; see Lookup
 };
+/// Mitchell and Netravali's family of cubics.
 enum class CubicKernel : uint8_t {
   kCatmullRom,  ///< B = 0, C = 1/2: passes through the entries
   kMitchell,    ///< B = C = 1/3: a little softer
@@ -40,8 +41,8 @@ enum class CubicKernel : uint8_t {
 /// What lies beyond the entries of an axis.
 enum class TableWrap : uint8_t {
   kClampEdge,  ///< the nearest entry
-  kClamp,  ///< OpenGL 1.x: the coordinate is clamped to [0,1], entries beyond are the border colour, so that
-           ///< a linear lookup at 0 or 1 of a kCentres table is half border
+  kClamp,   ///< OpenGL 1.x: the coordinate is clamped to [0,1], entries beyond are the border colour, so that
+            ///< a linear lookup at 0 or 1 of a kCentres table is half border
   kBorder,  ///< the border colour
   kRepeat,  ///< period 1 (kEnds: entry N - 1 stands for entry 0)
   kMirror,  ///< period 2; at its turns the edge entry is seen twice, with kEnds once
@@ -60,13 +61,21 @@ class Table {
   Table(std::vector<int> sizes, int channels, std::span<const float> samples, TableAlign align,
         PixelType storage = PixelType::kFloat);
 
+  /// Number of axes; 0 for an empty table.
   int dims() const { return static_cast<int>(sizes_.size()); }
+  /// Entries along an axis.
   int size(int axis) const { return sizes_[static_cast<size_t>(axis)]; }
+  /// Entries along every axis.
   const std::vector<int>& sizes() const { return sizes_; }
+  /// Product of the sizes.
   int64_t entries() const;
+  /// Channels of an entry.
   int channels() const { return channels_; }
+  /// Type of the samples.
   PixelType storage() const { return storage_; }
+  /// Where entries lie on their axes.
   TableAlign align() const { return align_; }
+  /// Whether there are no entries.
   bool empty() const { return sizes_.empty(); }
   /// Bytes of the samples.
   size_t bytes() const;
@@ -76,6 +85,7 @@ class Table {
   std::vector<float> Samples() const;
   /// The same samples rounded to another storage, or read with the other alignment.
   Table WithStorage(PixelType storage) const;
+  /// The same samples read with the other alignment.
   Table WithAlign(TableAlign align) const;
 
  private:
@@ -88,8 +98,9 @@ class Table {
 
 /// How a table is read. Axis a takes its coordinate from channel axes[a] of the coordinate image.
 struct LookupParams {
-  TableFilter filter = TableFilter::kLinear;
-  CubicKernel cubic = CubicKernel::kCatmullRom;
+  TableFilter filter = TableFilter::kLinear;     ///< how entries are combined
+  CubicKernel cubic = CubicKernel::kCatmullRom;  ///< of kCubic
+
   /// One per axis; of a shorter list the last serves the rest. Empty means kClampEdge.
   std::vector<TableWrap> wrap = {};
   /// One value per result channel, missing ones 0: the border colour of kClamp and kBorder, and the result
@@ -121,10 +132,11 @@ void SampleTable(const Table& table, const LookupParams& params, const double* c
 /// M}, N varying faster. Keeps the image's pixel type as storage. Error unless the height divides, with 1 to
 /// 4 channels.
 struct TableLayout {
-  int dims = 0;  ///< 0: from the number of slices; without any 2, or 1 for one row
-  std::vector<int> slices = {};
-  TableAlign align = TableAlign::kCentres;
+  int dims = 0;                             ///< 0: from the number of slices; without any 2, or 1 for one row
+  std::vector<int> slices = {};             ///< {N} or {N, M}; empty: none
+  TableAlign align = TableAlign::kCentres;  ///< where entries lie
 };
+/// A table of an image's pixels, as TableLayout says.
 Table TableFromImage(const ConstImageView& image, const TableLayout& layout = {});
 /// Images of equal size and channels as the slices of a 3-D table.
 Table TableFromSlices(std::span<const Image> slices, TableAlign align = TableAlign::kCentres);
@@ -133,21 +145,24 @@ Table TableFromSlices(std::span<const Image> slices, TableAlign align = TableAli
 /// a low-discrepancy sequence over the domain (all axes), and at the middles of the cells along each axis'
 /// ends.
 struct FunctionTable {
-  Table table;
-  double max_error = 0, rms_error = 0;  ///< over all channels
-  std::array<double, 4> worst = {};     ///< coordinates of the largest error
+  Table table;                       ///< the samples
+  double max_error = 0;              ///< largest absolute error over all channels
+  double rms_error = 0;              ///< root mean square over all channels
+  std::array<double, 4> worst = {};  ///< coordinates of the largest error
 };
+/// What TableFromFunction samples, and where it looks for the error.
 struct FunctionTableParams {
-  std::vector<int> sizes;  ///< entries per axis; as many axes as f has variables
-  int channels = 1;
-  TableAlign align = TableAlign::kEnds;
-  PixelType storage = PixelType::kFloat;
-  LookupParams lookup = {};  ///< the method whose error is reported
-  int probes = 20000;
+  std::vector<int> sizes;                 ///< entries per axis; as many axes as f has variables
+  int channels = 1;                       ///< of a result
+  TableAlign align = TableAlign::kEnds;   ///< where entries lie
+  PixelType storage = PixelType::kFloat;  ///< of the entries
+  LookupParams lookup = {};               ///< the method whose error is reported
+  int probes = 20000;                     ///< places at which the error is measured
 };
 /// f(coordinates, result): coordinates in [0,1], sizes.size() of them; result: `channels` values to fill.
 /// Called from this thread only.
 using TableFunction = std::function<void(const double* coords, double* result)>;
+/// F sampled, and how far lookups are from it, as FunctionTable says. Cost: entries + probes calls of f.
 FunctionTable TableFromFunction(const TableFunction& f, const FunctionTableParams& params);
 
 /// The inverse of a 1-D table of one channel whose entries increase (or decrease) strictly, as a kEnds table

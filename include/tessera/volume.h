@@ -20,20 +20,23 @@ namespace tessera {
 /// right, j up, k towards the viewer of the default camera. A sample stands for the value scale * v + bias, v
 /// the stored number (integers as code / (2^bits - 1)).
 struct VolumeSpec {
-  std::array<int, 3> size = {0, 0, 0};
-  PixelType type = PixelType::kFloat;
-  Vector3 spacing = {1, 1, 1};
-  Vector3 origin = {0, 0, 0};
-  double scale = 1, bias = 0;
+  std::array<int, 3> size = {0, 0, 0};  ///< voxels along x, y, z
+  PixelType type = PixelType::kFloat;   ///< of the stored numbers
+  Vector3 spacing = {1, 1, 1};          ///< world units from centre to centre
+  Vector3 origin = {0, 0, 0};           ///< centre of voxel (0, 0, 0)
+  double scale = 1;                     ///< of stored numbers
+  double bias = 0;                      ///< added to the product
 
   /// A volume centred at 0 whose longest side measures 2.
   static VolumeSpec Centred(const std::array<int, 3>& size, PixelType type = PixelType::kFloat,
                             const Vector3& proportions = {1, 1, 1});
+  /// World position of a place in voxels.
   Vector3 Position(double i, double j, double k) const {
     return {origin[0] + i * spacing[0], origin[1] + j * spacing[1], origin[2] + k * spacing[2]};
   }
   /// Corners of the box of all voxels, half a voxel beyond the outermost centres.
   Vector3 Low() const { return Position(-0.5, -0.5, -0.5); }
+  /// The opposite corner.
   Vector3 High() const { return Position(size[0] - 0.5, size[1] - 0.5, size[2] - 0.5); }
 };
 
@@ -60,7 +63,9 @@ class Volume {
   static Volume FromImage(const ConstImageView& stack, int slices, int channel = 0,
                           const Vector3& proportions = {1, 1, 1});
 
+  /// Whether there are no voxels.
   bool empty() const { return data_ == nullptr; }
+  /// Size, place and scale.
   const VolumeSpec& spec() const;
   /// Value of a voxel; the nearest one beyond the sides.
   double At(int i, int j, int k) const;
@@ -72,10 +77,12 @@ class Volume {
   Vector3 Gradient(double i, double j, double k) const;
   /// Smallest and largest value; samples that were NaN.
   std::array<double, 2> Range() const;
+  /// Samples that were NaN.
   int64_t nan_samples() const;
   /// Bytes of the samples, and of everything that hangs on them.
   size_t bytes() const;
 
+  /// The library's own.
   const std::shared_ptr<base::VolumeData>& data() const { return data_; }
 
  private:
@@ -85,9 +92,9 @@ class Volume {
 /// How a file without a header of its own is read.
 struct RawVolumeParams {
   std::array<int, 3> size = {0, 0, 0};  ///< 0: the file describes itself
-  PixelType type = PixelType::kUint8;
-  int64_t header = 0;  ///< bytes skipped
-  bool big_endian = false;
+  PixelType type = PixelType::kUint8;   ///< of the numbers in the file
+  int64_t header = 0;                   ///< bytes skipped
+  bool big_endian = false;              ///< byte order of the file
   bool is_signed = false;  ///< 16-bit integers with sign: value in [-32768, 32767] / 65535 + 32768 / 65535
 };
 /// A volume file that OpenImageIO reads (OpenVDB), a stack of slices (`#` or %03d stands for the number, from
@@ -96,12 +103,13 @@ struct RawVolumeParams {
 /// the longest side measures 2. `part` is the name or number of one of several grids or images of a file. Of
 /// a sparse grid the box of its active voxels is read. Throws Error naming the file.
 struct VolumeFileParams {
-  RawVolumeParams raw;
-  int slices = 0;
-  int channel = 0;
-  Vector3 spacing = {1, 1, 1};
-  std::string part = {};
+  RawVolumeParams raw;          ///< how a raw file is read; without a size the file describes itself
+  int slices = 0;               ///< in one image; 0: the file says
+  int channel = 0;              ///< of an image
+  Vector3 spacing = {1, 1, 1};  ///< proportions of a voxel
+  std::string part = {};        ///< grid or image of a file; empty: the first
 };
+/// A volume of a file, as VolumeFileParams says.
 Volume ReadVolume(const std::string& file, const VolumeFileParams& params = {});
 /// The samples alone, x fastest, as ReadVolume with the same size and type reads them.
 void WriteRawVolume(const Volume& volume, const std::string& file);
@@ -111,30 +119,46 @@ void WriteRawVolume(const Volume& volume, const std::string& file);
 /// and in smooth blends, the magnitude is a lower bound.
 class Solid {
  public:
+  /// Exact.
   static Solid Sphere(const Vector3& centre, double radius);
   static Solid Ellipsoid(const Vector3& centre, const Vector3& radii);  ///< lower bound
+
+  /// Exact; corners rounded by `rounding`.
   static Solid Box(const Vector3& centre, const Vector3& half_size, double rounding = 0);
   static Solid Torus(const Vector3& centre, double radius, double tube);  ///< axis y
+
+  /// Exact.
   static Solid Capsule(const Vector3& from, const Vector3& to, double radius);
   static Solid Cone(const Vector3& from, const Vector3& to, double from_radius,
                     double to_radius);                       ///< rounded ends
   static Solid Plane(const Vector3& normal, double offset);  ///< inside: normal . p < offset
+
   /// Any function with |grad| <= 1.
   static Solid Function(std::function<double(const Vector3&)> distance);
 
+  /// At a world position; negative inside.
   double Distance(const Vector3& p) const;
+  /// Moved, world units.
   Solid Translated(const Vector3& by) const;
+  /// About an axis through 0, counter-clockwise seen against it.
   Solid Rotated(const Vector3& axis, double degrees) const;
+  /// About 0; by is positive.
   Solid Scaled(double by) const;
   Solid Grown(double by) const;  ///< offset surface
+
+  /// What lies within half the thickness of the surface.
   Solid Shell(double thickness) const;
 
+  /// What is in either.
   friend Solid Union(const Solid& a, const Solid& b);
+  /// What is in both.
   friend Solid Intersection(const Solid& a, const Solid& b);
+  /// What is in a alone.
   friend Solid Difference(const Solid& a, const Solid& b);
   /// Blended over `radius` world units (polynomial of degree 2): min(a, b) - max(radius - |a - b|, 0)^2 / (4
   /// radius).
   friend Solid SmoothUnion(const Solid& a, const Solid& b, double radius);
+  /// The intersection, blended likewise.
   friend Solid SmoothIntersection(const Solid& a, const Solid& b, double radius);
   /// From words: "torus(0,0,0,.6,.2) | sphere(0,.5,0,.3)", | union, & intersection, - difference, with a
   /// blend radius as |.1 or &.1, left to right, parentheses; or a ready-made name ("body", "knot"). Throws
@@ -156,11 +180,12 @@ Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range = 
 /// transform of Felzenszwalb and Huttenlocher on the axis crossings: off by less than half a voxel far from,
 /// and by second order near, the surface. Cost O(voxels).
 struct DistanceFieldParams {
-  double iso = 0.5;
-  bool inside_below = false;
-  PixelType type = PixelType::kFloat;
-  double range = 0;  ///< integer types, as above
+  double iso = 0.5;                    ///< the level
+  bool inside_below = false;           ///< values below the level are inside
+  PixelType type = PixelType::kFloat;  ///< of the voxels
+  double range = 0;                    ///< integer types, as above
 };
+/// Distances to a level of a volume, as DistanceFieldParams says.
 Volume DistanceField(const Volume& volume, const DistanceFieldParams& params);
 
 }  // namespace tessera

@@ -20,9 +20,10 @@ namespace tessera {
 /// `bits` binary places, every operation rounded to the nearest (half to even) and saturated, NaN stored as
 /// 0.
 struct AccumulationFormat {
+  /// Floats, doubles or fixed point.
   enum class Store : uint8_t { kFloat, kDouble, kFixed };
-  Store store = Store::kDouble;
-  int bits = 24;  ///< kFixed: 8 to 32
+  Store store = Store::kDouble;  ///< what a number is
+  int bits = 24;                 ///< kFixed: 8 to 32
 };
 
 /// A x B pixels of accumulators. Images are views of any pixel type and stride with the buffer's window and
@@ -33,15 +34,19 @@ class AccumulationBuffer {
   /// Zero everywhere. Error for an empty window, no channel, bits outside 8 to 32.
   AccumulationBuffer(const Roi& window, int channels, const AccumulationFormat& format = {});
 
+  /// A = value.
   void Clear(double value = 0);
   void Load(const ConstImageView& image, double weight = 1);        ///< A = weight * image
   void Accumulate(const ConstImageView& image, double weight = 1);  ///< A = A + weight * image
   void Add(double value);                                           ///< A = A + value
   void Multiply(double factor);  ///< A = A * factor; the factor is not limited
+
   /// image = factor * A, limited to [0, 1] (NaN to 0) unless `clamp` is false; rounded to the image's type.
   void Return(const ImageView& image, double factor = 1, bool clamp = true) const;
 
+  /// The pixels covered.
   const Roi& window() const { return window_; }
+  /// Channels of a pixel.
   int channels() const { return channels_; }
   /// What is stored, exactly.
   double at(int x, int y, int channel) const;
@@ -64,10 +69,12 @@ class AccumulationBuffer {
 /// that fixed-point format is modelled instead: load, accumulate in order, return without clamp. A NaN or
 /// infinity where the weight is 0 has no effect.
 struct WeightedSumParams {
-  std::vector<double> weights;
-  int bits = 0;  ///< 0: exact
+  std::vector<double> weights;  ///< one per image
+  int bits = 0;                 ///< 0: exact
 };
+/// A weighted sum of images, as WeightedSumParams says.
 Node WeightedSum(const std::vector<Node>& images, const WeightedSumParams& params);
+/// Their mean: WeightedSum with 1/n each.
 Node Average(const std::vector<Node>& images, int bits = 0);
 
 /// Mean of the last `length` images of a sequence: B_t = B_(t-1) + (I_t - I_(t-n)) / n, without drift: totals
@@ -76,12 +83,14 @@ Node Average(const std::vector<Node>& images, int bits = 0);
 /// integer images. Keeps the last `length` images as floats.
 class RunningTotal {
  public:
+  /// Error for an empty window, no channel, a length below 1.
   RunningTotal(const Roi& window, int channels, int length);
 
   /// Takes in an image of that window and channel count, of any type.
   void Push(const ConstImageView& image);
   /// The mean of the last min(length, images pushed); Error before the first.
   void Mean(const ImageView& out) const;
+  /// Images so far.
   int64_t pushed() const { return pushed_; }
 
  private:
@@ -100,16 +109,20 @@ class RunningTotal {
 /// lattice of rank one with the widest smallest distance among those that have every x and every y once; its
 /// mean is (1/2, 1/2). Error for other counts.
 struct JitterPoint {
-  double x = 0, y = 0;
+  double x = 0;  ///< in [0, 1) pixels
+  double y = 0;  ///< in [0, 1) pixels
 };
+/// Places of `count` samples in a pixel, as JitterPoint says.
 std::vector<JitterPoint> JitterSet(int count);
 
 /// The range of a convolution's result, and of every partial sum in any order of taps, for samples in [low,
 /// high].
 struct AccumulationRange {
-  double minimum = 0, maximum = 0;
-  double scale = 1;  ///< taps times this keep the buffer within [-1, 1]; 1 for a kernel of zeros
+  double minimum = 0;  ///< of any partial sum
+  double maximum = 0;  ///< of any partial sum
+  double scale = 1;    ///< taps times this keep the buffer within [-1, 1]; 1 for a kernel of zeros
 };
+/// Range of sums under these taps, as AccumulationRange says.
 AccumulationRange KernelRange(const std::vector<double>& taps, double low = 0, double high = 1);
 
 /// Correlation by shift and accumulate, as on hardware without convolution: for every tap that is not 0 the
@@ -119,13 +132,17 @@ AccumulationRange KernelRange(const std::vector<double>& taps, double low = 0, d
 /// that format: |error| <= taps * 2^-(bits+1) / scale for samples in [low, high]; beyond that range it
 /// saturates. Error for taps that are not finite or not width * height.
 struct ShiftAccumulateParams {
-  std::vector<double> taps;
-  int width = 3, height = 3;
-  int anchor_x = -1, anchor_y = -1;
-  int bits = 0;  ///< 0: double
-  double low = 0, high = 1;
-  BorderMode border = BorderMode::kClamp;
+  std::vector<double> taps;                ///< row-major, top row first
+  int width = 3;                           ///< columns of taps
+  int height = 3;                          ///< rows of taps
+  int anchor_x = -1;                       ///< column over the pixel; -1: the middle
+  int anchor_y = -1;                       ///< row over the pixel; -1: the middle
+  int bits = 0;                            ///< 0: double
+  double low = 0;                          ///< smallest sample expected
+  double high = 1;                         ///< largest sample expected
+  BorderMode border = BorderMode::kClamp;  ///< what lies beyond the image
 };
+/// Correlation by shifted sums, as ShiftAccumulateParams says.
 Node ShiftAccumulate(const Node& image, const ShiftAccumulateParams& params);
 
 /// Depth of field by gathering: from colour and depth. A point at depth z is spread over a disc of radius
@@ -141,8 +158,9 @@ struct DepthOfFieldParams {
   double focus = 1;        ///< the depth that is sharp, > 0
   double aperture = 8;     ///< pixels times depth units: K of the papers
   double max_radius = 32;  ///< 0 to 128 pixels
-  int depth_channel = 0;
+  int depth_channel = 0;   ///< of the depth image
 };
+/// Blurred by distance from the focus, as DepthOfFieldParams says.
 Node DepthOfField(const Node& image, const Node& depth, const DepthOfFieldParams& params);
 
 }  // namespace tessera

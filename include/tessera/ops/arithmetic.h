@@ -18,9 +18,11 @@ Node Add(const Node& a, const Node& b);      ///< a + b
 Node Sub(const Node& a, const Node& b);      ///< a - b
 Node Mul(const Node& a, const Node& b);      ///< a * b
 Node AbsDiff(const Node& a, const Node& b);  ///< |a - b|
+
 /// The smaller and the larger sample, bit for bit. A number wins over NaN on either side, NaN only of two
 /// NaNs; of -0 and +0 the second operand's is the result.
 Node Min(const Node& a, const Node& b);
+/// The larger sample, likewise.
 Node Max(const Node& a, const Node& b);
 /// Three images: a * b + c, one rounding on processors with fused multiply-add, two on others:
 /// |error| <= 2 u (|a b| + |c|), u = 2^-24.
@@ -31,13 +33,19 @@ Node Mad(const Node& a, const Node& b, const Node& c);
 /// add and subtract, 1 for multiply, 0 for min, max and absolute difference), and values beyond the last
 /// channel are ignored: as oiiotool. Values must be finite and within float32's range, else Error.
 struct ChannelConstants {
-  std::vector<double> values;
+  std::vector<double> values;  ///< in channel order
 };
+/// Image + c.
 Node AddConstant(const Node& image, const std::vector<double>& values);
+/// Image - c.
 Node SubConstant(const Node& image, const std::vector<double>& values);
+/// Image * c.
 Node MulConstant(const Node& image, const std::vector<double>& values);
+/// The smaller of both.
 Node MinConstant(const Node& image, const std::vector<double>& values);
+/// The larger of both.
 Node MaxConstant(const Node& image, const std::vector<double>& values);
+/// Abs(image - c).
 Node AbsDiffConstant(const Node& image, const std::vector<double>& values);
 
 /// |image|, every channel; -0 gives +0, NaN stays NaN.
@@ -46,8 +54,10 @@ Node Abs(const Node& image);
 /// Channels [first, last) become 1 - value; `last` beyond the channel count means all that there are.
 /// Defaults: the colour channels, sparing alpha, as oiiotool. Error unless 0 <= first <= last.
 struct InvertParams {
-  int first = 0, last = 3;
+  int first = 0;  ///< channel
+  int last = 3;   ///< channel behind the last
 };
+/// 1 - value, as InvertParams says.
 Node Invert(const Node& image, const InvertParams& params = {});
 
 /// Limits per channel, read like the constants above, but a channel beyond a list is not limited on that side
@@ -55,9 +65,11 @@ Node Invert(const Node& image, const InvertParams& params = {});
 /// lower one where there are both); a channel without limits keeps its bits. Error where a minimum exceeds
 /// its maximum.
 struct ClampParams {
-  std::vector<double> min, max;
-  bool clamp_alpha = false;
+  std::vector<double> min;   ///< lower limits
+  std::vector<double> max;   ///< upper limits
+  bool clamp_alpha = false;  ///< alpha to [0, 1] as well
 };
+/// Limited from below and above, as ClampParams says.
 Node Clamp(const Node& image, const ClampParams& params);
 
 /// Every channel to the nearest of 2^bits codes in [0, 1]: code / (2^bits - 1), correctly rounded; code is
@@ -67,10 +79,11 @@ Node Clamp(const Node& image, const ClampParams& params);
 /// codes 0 and the last are kept, and the pattern depends on nothing but position and seed. Error unless 1 <=
 /// bits <= 24.
 struct QuantizeParams {
-  int bits = 8;
-  bool dither = false;
-  uint32_t seed = 0;
+  int bits = 8;         ///< 1 to 24
+  bool dither = false;  ///< with an offset before rounding
+  uint32_t seed = 0;    ///< of the offsets
 };
+/// Rounded to codes, as QuantizeParams says.
 Node Quantize(const Node& image, const QuantizeParams& params = {});
 
 }  // namespace tessera

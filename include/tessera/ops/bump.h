@@ -27,11 +27,12 @@ enum class Slope : uint8_t {
 
 /// Height to normals: channels X, Y, Z, unit length; `pack` gives (n + 1)/2. |error| <= 4 u.
 struct HeightNormalsParams {
-  double scale = 1;
-  Slope slope = Slope::kCentral;
-  Wrap wrap = Wrap::kClamp;  ///< beyond the data window
-  bool pack = false;
+  double scale = 1;               ///< of the heights
+  Slope slope = Slope::kCentral;  ///< how slopes are measured
+  Wrap wrap = Wrap::kClamp;       ///< beyond the data window
+  bool pack = false;              ///< to (n + 1)/2
 };
+/// Normals of a height image's first channel, as HeightNormalsParams says.
 Node HeightToNormals(const Node& height, const HeightNormalsParams& params = {});
 
 /// How the product of the perturbed normal with a direction D (unit: the light, or the halfway vector) is
@@ -41,6 +42,7 @@ enum class BumpMethod : uint8_t {
   kShift,    ///< shift and subtract, about the pixel: E = f(p - s D/2) - f(p + s D/2), (E/s + D_z)/sqrt(...)
   kForward,  ///< E = f(p) - f(p + s D), as printed in the papers
 };
+/// What Bump gives.
 enum class BumpOutput : uint8_t {
   kDiffuse,   ///< max(n'.L, 0)
   kSpecular,  ///< max(n'.H, 0)^exponent, H = (L + V)/|L + V| with V = +z; 0 where L + V = 0
@@ -48,15 +50,15 @@ enum class BumpOutput : uint8_t {
 };
 /// Error unless the light is finite and not 0, shift in [0.001, 64], exponent in [0, 10000].
 struct BumpParams {
-  Vector3 light = {-1, 1, 1};  ///< any length
-  double scale = 1;
-  BumpMethod method = BumpMethod::kNormals;
-  BumpOutput output = BumpOutput::kDiffuse;
-  double shift = 1;  ///< s, in pixels
-  double exponent = 20;
-  bool length = true;  ///< false: without the division by sqrt(...), as on hardware that had none
-  Slope slope = Slope::kCentral;
-  Wrap wrap = Wrap::kClamp;
+  Vector3 light = {-1, 1, 1};                ///< any length
+  double scale = 1;                          ///< of the heights
+  BumpMethod method = BumpMethod::kNormals;  ///< how slopes enter
+  BumpOutput output = BumpOutput::kDiffuse;  ///< what is computed
+  double shift = 1;                          ///< s, in pixels
+  double exponent = 20;                      ///< of kSpecular
+  bool length = true;             ///< false: without the division by sqrt(...), as on hardware that had none
+  Slope slope = Slope::kCentral;  ///< of kNormals and of the length
+  Wrap wrap = Wrap::kClamp;       ///< beyond the data window
   int bits = 0;  ///< above 0: heights (limited to [0,1] before scaling) and result stored in so many bits
 };
 /// One channel, Y. |error| <= 4 u (1 + |E|/s) (kSpecular: times the exponent).
@@ -69,8 +71,11 @@ Node Bump(const Node& height, const BumpParams& params = {});
 /// surface's frame: (v.T, v.B, v.N), not normalised. Other channels of the map pass. |error| <= 4 u (inverse:
 /// times |v|).
 struct TangentNormalsParams {
-  bool packed = true, left_handed = false, inverse = false;
+  bool packed = true;        ///< the map holds (n + 1)/2
+  bool left_handed = false;  ///< B = T x N
+  bool inverse = false;      ///< into the surface's frame instead
 };
+/// A normal map on a surface, as TangentNormalsParams says.
 Node TangentNormals(const Node& map, const Node& normals, const Node& tangents,
                     const TangentNormalsParams& params = {});
 
@@ -83,9 +88,10 @@ Node TangentNormals(const Node& map, const Node& normals, const Node& tangents,
 /// finite, or the sum is 0, N. `packed` maps hold (n + 1)/2. Other channels of the map pass. |error| <= 4 u.
 /// Spec: bump.md, general surface.
 struct SurfaceBumpParams {
-  bool packed = true;
-  double scale = 1;  ///< of the heights
+  bool packed = true;  ///< the map holds (n + 1)/2
+  double scale = 1;    ///< of the heights
 };
+/// A bump on a parametric surface, as SurfaceBumpParams says.
 Node SurfaceBump(const Node& map, const Node& normals, const Node& pu, const Node& pv,
                  const SurfaceBumpParams& params = {});
 
@@ -94,10 +100,12 @@ Node SurfaceBump(const Node& map, const Node& normals, const Node& pu, const Nod
 /// any length, which never turns by 90 degrees or more. Result 0 where V is zero or not finite. Other
 /// channels of V's image pass. k > 0 for kSum. |error| <= 4 u (1 + 1/|k V + B|).
 enum class CombineMethod : uint8_t { kSum, kTilt };
+/// Parameters of CombineNormals; the methods are described at CombineMethod.
 struct CombineNormalsParams {
-  double k = 2;
-  CombineMethod method = CombineMethod::kSum;
+  double k = 2;                                ///< weight of the surface's normal (kSum), of the bump (kTilt)
+  CombineMethod method = CombineMethod::kSum;  ///< how they are made one
 };
+/// Two normals made one, as CombineMethod says.
 Node CombineNormals(const Node& normals, const Node& bump, const CombineNormalsParams& params = {});
 
 }  // namespace tessera

@@ -13,8 +13,8 @@ namespace tessera {
 
 /// One channel of a selection: a channel of the image, or a constant where `channel` is -1.
 struct ChannelChoice {
-  int channel = 0;
-  float value = 0;
+  int channel = 0;   ///< from 0; -1: the constant
+  float value = 0;   ///< the constant
   std::string name;  ///< of the result; empty keeps the channel's name, or the default name of the position
 };
 

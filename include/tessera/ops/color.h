@@ -22,7 +22,9 @@ namespace tessera {
 /// built; Error when one is not finite or the sum's magnitude is below 1e-6. Zero and negative weights are
 /// legal.
 struct LuminanceWeights {
-  double r = 0.2126, g = 0.7152, b = 0.0722;
+  double r = 0.2126;  ///< of red
+  double g = 0.7152;  ///< of green
+  double b = 0.0722;  ///< of blue
 };
 inline constexpr LuminanceWeights kRec709 = {0.2126, 0.7152, 0.0722};    ///< linear Rec.709 and sRGB data
 inline constexpr LuminanceWeights kHaeberli = {0.3086, 0.6094, 0.0820};  ///< linear RGB of period monitors
@@ -30,7 +32,9 @@ inline constexpr LuminanceWeights kNtsc601 = {0.299, 0.587, 0.114};  ///< the Y 
 
 /// An angle in degrees.
 struct Degrees {
-  double value;
+  double value;  ///< degrees
+
+  /// Explicit, so that a bare number is never taken for one.
   explicit constexpr Degrees(double v) : value(v) {}
 };
 
@@ -42,18 +46,22 @@ struct Degrees {
 /// is legal. NaN and infinity pass between colour and alpha only where some entry couples them. |error| <= 4
 /// u (sum of |m v| + |bias|).
 struct ColorMatrixParams {
-  std::vector<double> values;
-  bool transpose = false, unpremult = false;
+  std::vector<double> values;  ///< 9, 12, 16 or 20, row-major
+  bool transpose = false;      ///< a pixel is a column vector
+  bool unpremult = false;      ///< colours without their alpha
 };
+/// Colours through a matrix, as ColorMatrixParams says.
 Node ColorMatrix(const Node& image, const ColorMatrixParams& params);
 
 /// s p + (1 - s) L: s = 0 grey (three equal channels), 1 the input's bits, above 1 oversaturated, below 0
 /// reflects the chroma through grey. Keeps L. |error| <= 8 u max(|R|,|G|,|B|) max(1, |s|).
 struct SaturateParams {
-  double saturation = 1;
-  LuminanceWeights weights = kRec709;
+  double saturation = 1;               ///< 0: grey, 1: the image
+  LuminanceWeights weights = kRec709;  ///< of the luminance
 };
+/// More or less chroma about the luminance, as SaturateParams says.
 Node Saturate(const Node& image, const SaturateParams& params);
+/// The same by its numbers.
 Node Saturate(const Node& image, double saturation, const LuminanceWeights& weights = kRec709);
 
 /// Turns hue by an angle (reduced modulo 360 in double; multiples of 90 are exact, 0 keeps the input's bits).
@@ -61,35 +69,41 @@ Node Saturate(const Node& image, double saturation, const LuminanceWeights& weig
 /// otherwise the plain rotation about the grey axis, which keeps R + G + B. +120 turns red to green. |error|
 /// <= 8 u max(|R|,|G|,|B|).
 struct HueParams {
-  double degrees = 0;
-  bool preserve_luminance = true;
-  LuminanceWeights weights = kRec709;
+  double degrees = 0;                  ///< counter-clockwise, red to green
+  bool preserve_luminance = true;      ///< else the grey axis alone
+  LuminanceWeights weights = kRec709;  ///< of the luminance
 };
+/// Hues turned through the circle, as HueParams says.
 Node RotateHue(const Node& image, const HueParams& params);
+/// The same by its angle, luminance kept.
 Node RotateHue(const Node& image, Degrees angle, const LuminanceWeights& weights = kRec709);
 
 /// R = G = B = L; alpha kept. |error| <= 4 u sum of |w v|.
 struct LuminanceParams {
-  LuminanceWeights weights = kRec709;
+  LuminanceWeights weights = kRec709;  ///< divided by their sum
 };
+/// Grey of the same luminance, as LuminanceParams says.
 Node Luminance(const Node& image, const LuminanceParams& params = {});
 
 /// (C,M,Y) = 1 - (R,G,B), alpha kept; its own inverse. One rounding. Meant for unpremultiplied colours.
 struct CmyParams {};
+/// Ink instead of light, as CmyParams says.
 Node Cmy(const Node& image);
 
 /// (C,M,Y) = 1 - (R,G,B), K = min(C,M,Y), C, M, Y less K. The result has exactly the four channels C, M, Y,
 /// K, K being the fourth; alpha and further channels are dropped. In the minimum a number wins over NaN.
 /// |error| <= 4 u max(1, |R|, |G|, |B|).
 struct CmykParams {};
+/// Ink with black, as CmykParams says.
 Node Cmyk(const Node& image);
 
 /// Y = 0.299 R + 0.587 G + 0.114 B, I = 0.596 R - 0.275 G - 0.321 B, Q = 0.212 R - 0.523 G + 0.311 B, in the
 /// places of R, G, B; `inverse` is the inverse of exactly these numbers, computed in double. |error| <= 4 u
 /// sum of |m v|.
 struct YiqParams {
-  bool inverse = false;
+  bool inverse = false;  ///< from YIQ to RGB
 };
+/// To the YIQ of NTSC and back, as YiqParams says.
 Node Yiq(const Node& image, const YiqParams& params = {});
 
 /// (1 - x) first + x second, every channel; x may leave [0, 1]. x = 0 and x = 1 give the bits of the first
@@ -97,27 +111,33 @@ Node Yiq(const Node& image, const YiqParams& params = {});
 /// used, so that FLT_MAX and -FLT_MAX meet at 0. |error| <= 4 u (|(1-x) first| + |x second|). The images have
 /// equal data windows and channel counts, else Error names both.
 struct InterpolateParams {
-  double x = 0.5;
+  double x = 0.5;  ///< 0: the first image, 1: the second
 };
+/// Between two images and beyond, as InterpolateParams says.
 Node Interpolate(const Node& first, const Node& second, const InterpolateParams& params);
+/// The same by its number.
 Node Interpolate(const Node& first, const Node& second, double x);
 
 /// x (R,G,B): interpolation from black. Alpha kept. One rounding of the product with x rounded to float.
 struct BrightnessParams {
-  double x = 1;
+  double x = 1;  ///< 1 keeps the image
 };
+/// Colours scaled, as BrightnessParams says.
 Node Brightness(const Node& image, const BrightnessParams& params);
+/// The same by its number.
 Node Brightness(const Node& image, double x);
 
 /// pivot + x ((R,G,B) - pivot): interpolation from a constant grey. Without a pivot it is the image's mean
 /// luminance over finite pixels (one pass of its own), and an image without finite pixels is returned
 /// unchanged. Alpha kept. |error| <= 2 u (|x v| + |(1 - x) pivot|).
 struct ContrastParams {
-  double x = 1;
-  std::optional<double> pivot;
-  LuminanceWeights weights = kRec709;
+  double x = 1;                        ///< 1 keeps the image, 0 gives the pivot
+  std::optional<double> pivot;         ///< the grey; none: the mean luminance
+  LuminanceWeights weights = kRec709;  ///< of the mean luminance
 };
+/// Colours scaled about a grey, as ContrastParams says.
 Node Contrast(const Node& image, const ContrastParams& params);
+/// The same by its number, about the image's mean luminance.
 Node Contrast(const Node& image, double x);
 
 /// R, G, B times alpha, or divided by it; alpha kept. One rounding. Unpremultiply leaves pixels with alpha 0
@@ -125,8 +145,10 @@ Node Contrast(const Node& image, double x);
 /// is returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha,
 /// Premultiply takes it off: writers store what it says.
 struct PremultiplyParams {};
+/// Colours times alpha, as PremultiplyParams says.
 Node Premultiply(const Node& image);
 struct UnpremultiplyParams {};
+/// Colours over alpha, as PremultiplyParams says.
 Node Unpremultiply(const Node& image);
 
 }  // namespace tessera

@@ -30,10 +30,12 @@ Node Over(const Node& a, const Node& b);
 /// in Z or depth, else Error.
 struct ZOverParams {
   bool zero_is_infinite = false;  ///< depth 0 counts as the largest float
-  std::string depth = {};
+  std::string depth = {};         ///< channel's name or number; empty: found by name
 };
+/// The nearer over the farther, as ZOverParams says.
 Node ZOver(const Node& a, const Node& b, const ZOverParams& params = {});
 
+/// Operators and modes of Blend; s is the foreground, d the background, both premultiplied.
 enum class BlendMode : uint8_t {
   /// Porter-Duff: Fs s + Fd d.
   kClear,
@@ -82,6 +84,7 @@ enum class BlendMode : uint8_t {
 /// "dst-over", "color-dodge", ...; every mode's name in the order above.
 const std::vector<std::string>& BlendModeNames();
 
+/// GL's factors of the source and the destination.
 enum class BlendFactor : uint8_t {
   kDefault,  ///< what the mode says
   kZero,
@@ -113,11 +116,14 @@ const std::vector<std::string>& BlendFactorNames();
 /// hand on further channels of the foreground; all others treat every channel as a colour but a depth
 /// channel, which follows Over's rule.
 struct BlendParams {
-  BlendMode mode = BlendMode::kOver;
-  BlendFactor source = BlendFactor::kDefault, destination = BlendFactor::kDefault;
-  BlendFactor source_alpha = BlendFactor::kDefault, destination_alpha = BlendFactor::kDefault;
-  std::array<double, 4> constant = {0, 0, 0, 0};
+  BlendMode mode = BlendMode::kOver;                      ///< the operator
+  BlendFactor source = BlendFactor::kDefault;             ///< factor of the foreground's colours
+  BlendFactor destination = BlendFactor::kDefault;        ///< factor of the background's colours
+  BlendFactor source_alpha = BlendFactor::kDefault;       ///< factor of the foreground's alpha
+  BlendFactor destination_alpha = BlendFactor::kDefault;  ///< factor of the background's alpha
+  std::array<double, 4> constant = {0, 0, 0, 0};          ///< the constant colour R, G, B, A
 };
+/// The foreground blended with the background, as BlendParams says.
 Node Blend(const Node& foreground, const Node& background, const BlendParams& params);
 
 /// GL's comparisons of an incoming value with a reference or stored one; all but kNotEqual and kAlways are
@@ -138,9 +144,10 @@ const std::vector<std::string>& ComparisonNames();
 /// Pixels whose alpha compares so with `reference` (alpha OP reference) keep their bits, the others become 0
 /// in every channel. Without alpha the image is opaque. Exact.
 struct AlphaTestParams {
-  Comparison test = Comparison::kGreater;
-  float reference = 0;
+  Comparison test = Comparison::kGreater;  ///< alpha OP reference
+  float reference = 0;                     ///< right side of the test
 };
+/// Pixels that pass a test of their alpha, as AlphaTestParams says.
 Node AlphaTest(const Node& image, const AlphaTestParams& params);
 
 /// Every pixel of the foreground whose depth compares so with the background's (scale * fg OP bg, bias added;
@@ -148,12 +155,15 @@ Node AlphaTest(const Node& image, const AlphaTestParams& params);
 /// background under kLess; NaN never wins, but a background whose depth is NaN is always replaced. Channels
 /// as ZOver. Exact.
 struct DepthTestParams {
-  Comparison test = Comparison::kLess;
-  float scale = 1, bias = 0;
-  std::string depth = {};
+  Comparison test = Comparison::kLess;  ///< incoming OP stored
+  float scale = 1;                      ///< of the incoming depth
+  float bias = 0;                       ///< added to it
+  std::string depth = {};               ///< channel, as ZOverParams::depth
 };
+/// Pixels that pass a test of their depth, as DepthTestParams says.
 Node DepthTest(const Node& foreground, const Node& background, const DepthTestParams& params = {});
 
+/// What happens to a stencil byte.
 enum class StencilAction : uint8_t {
   kKeep,
   kZero,
@@ -170,10 +180,12 @@ const std::vector<std::string>& StencilActionNames();
 /// The stencil image's first channel holds bytes as code / 255 (other values are rounded to the nearest code
 /// in [0, 255], NaN to 0). The test is (reference & mask) OP (stencil & mask).
 struct StencilParams {
-  Comparison test = Comparison::kEqual;
-  int reference = 1, mask = 255;  ///< 0 to 255
-  int write_mask = 255;           ///< bits that actions may change
-  StencilAction on_fail = StencilAction::kKeep, on_pass = StencilAction::kKeep;
+  Comparison test = Comparison::kEqual;          ///< reference OP stencil
+  int reference = 1;                             ///< 0 to 255
+  int mask = 255;                                ///< bits that are compared, 0 to 255
+  int write_mask = 255;                          ///< bits that actions may change
+  StencilAction on_fail = StencilAction::kKeep;  ///< action where the test fails
+  StencilAction on_pass = StencilAction::kKeep;  ///< action where it passes
 };
 /// The foreground's pixel where the test passes, the background's elsewhere. Exact.
 Node StencilSelect(const Node& foreground, const Node& background, const Node& stencil,
@@ -187,19 +199,22 @@ Node StencilUpdate(const Node& stencil, const StencilParams& params);
 /// kOrdered: the 16 x 16 Bayer matrix, 256 levels; kRight, kDown: a wipe towards that side; kImage: the
 /// pattern's first channel, values in [0, 1) (NaN keeps a). A NaN t counts as 0. Exact.
 enum class DissolvePattern : uint8_t { kNoise, kOrdered, kRight, kDown, kImage };
+/// Parameters of Dissolve; the patterns are described at DissolvePattern.
 struct DissolveParams {
-  float t = 0.5f;
-  DissolvePattern pattern = DissolvePattern::kNoise;
-  uint32_t seed = 0;
+  float t = 0.5f;                                     ///< how far, 0 to 1
+  DissolvePattern pattern = DissolvePattern::kNoise;  ///< of the thresholds
+  uint32_t seed = 0;                                  ///< of kNoise
 };
+/// From a to b through a threshold pattern, as DissolvePattern says; `pattern` for kImage.
 Node Dissolve(const Node& a, const Node& b, const DissolveParams& params, const Node& pattern = {});
 
 /// The thresholds of kNoise (a hash of position and seed, k / 2^24) or of kOrdered (Bayer's matrix, k / 256),
 /// in every channel of an image of that spec.
 struct ThresholdsParams {
-  bool ordered = false;
-  uint32_t seed = 0;
+  bool ordered = false;  ///< Bayer's matrix instead of the hash
+  uint32_t seed = 0;     ///< of the hash
 };
+/// A threshold pattern as an image, as ThresholdsParams says.
 Node Thresholds(const ImageSpec& spec, const ThresholdsParams& params = {});
 
 /// Reveals `painted` through the mask's first channel: image + m (painted - image), exactly image at m = 0
@@ -212,24 +227,27 @@ Node Reveal(const Node& image, const Node& painted, const Node& mask);
 /// order, NaN last), each over what is behind it, depth that of the nearest with alpha; |error| <= 4 n u (sum
 /// of |terms|).
 struct ZCompositeParams {
-  bool over = false;
-  std::string depth = {};
+  bool over = false;       ///< sorted and laid over each other instead of the nearest alone
+  std::string depth = {};  ///< channel, as ZOverParams::depth
 };
+/// Images merged by depth, as ZCompositeParams says.
 Node ZComposite(const std::vector<Node>& images, const ZCompositeParams& params = {});
 
 /// How many of the images have something at a pixel: depth < far (NaN does not count). One channel. Exact.
 struct DepthComplexityParams {
-  float far = 1;
-  std::string depth = {};
+  float far = 1;           ///< what is not nearer does not count
+  std::string depth = {};  ///< channel, as ZOverParams::depth
 };
+/// How many images cover a pixel, as DepthComplexityParams says.
 Node DepthComplexity(const std::vector<Node>& images, const DepthComplexityParams& params = {});
 
 /// Decals on a base, by the stencil method: where the base has alpha (> 0) the decal of the lowest priority
 /// number among those with alpha > `threshold` is laid over the base (its own alpha counts); elsewhere the
 /// base stays. The first decal is on top of later ones. At most 7, as stencils have 8 bits. |error| as Over.
 struct DecalParams {
-  float threshold = 0;
+  float threshold = 0;  ///< decals show where their alpha is larger
 };
+/// Decals by priority, as DecalParams says.
 Node Decals(const Node& base, const std::vector<Node>& decals, const DecalParams& params = {});
 
 }  // namespace tessera

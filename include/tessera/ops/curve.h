@@ -31,11 +31,21 @@ enum class Negatives : uint8_t {
 /// and slope x + offset for x < join. Evaluated in more than float's precision (double, two floats, or
 /// polynomials that are fitted to the formula) and rounded once.
 struct CurveFormula {
+  /// The formulas, as above.
   enum class Kind : uint8_t { kLinear, kPower, kLog, kExp, kPq, kPqInverse, kHlg, kHlgInverse };
-  Kind kind = Kind::kLinear;
-  double in_scale = 1, in_offset = 0, exponent = 1, out_scale = 1, out_offset = 0, floor = 0;
-  double join = -std::numeric_limits<double>::infinity(), slope = 1, offset = 0;
-  Negatives negatives = Negatives::kExtend;
+  Kind kind = Kind::kLinear;                               ///< which formula
+  double in_scale = 1;                                     ///< factor before it
+  double in_offset = 0;                                    ///< added to that product
+  double exponent = 1;                                     ///< of kPower
+  double out_scale = 1;                                    ///< factor after it
+  double out_offset = 0;                                   ///< added to that product
+  double floor = 0;                                        ///< kLog: smallest argument
+  double join = -std::numeric_limits<double>::infinity();  ///< where the line below the curve ends
+  double slope = 1;                                        ///< of that line
+  double offset = 0;                                       ///< of that line
+  Negatives negatives = Negatives::kExtend;                ///< what becomes of negative samples
+
+  /// The same numbers throughout.
   bool operator==(const CurveFormula&) const = default;
 };
 
@@ -46,8 +56,9 @@ struct CurveFormula {
 /// power, logarithm or exponential: 1 ULP except where a sum cancels to almost nothing. Monotone where the
 /// formula is. Error for other counts of formulas and for numbers that are not finite (join may be infinite).
 struct CurveParams {
-  std::vector<CurveFormula> formulas;
+  std::vector<CurveFormula> formulas;  ///< 1, 3 or 4
 };
+/// Samples through formulas, as CurveParams says.
 Node ApplyCurve(const Node& image, const CurveParams& params);
 
 /// Named curves between scene- or display-linear light and a signal. Constants as published; where published
@@ -73,8 +84,11 @@ enum class TransferFunction : uint8_t {
 /// Light to signal, and back. Default for negatives: mirrored for sRGB, Rec.709, PQ and HLG; the others as
 /// they stand.
 CurveFormula Encoding(TransferFunction curve);
+/// Signal to light.
 CurveFormula Decoding(TransferFunction curve);
+/// Light to signal: ApplyCurve with Encoding(curve).
 Node Encode(const Node& image, TransferFunction curve);
+/// Signal to light: ApplyCurve with Decoding(curve).
 Node Decode(const Node& image, TransferFunction curve);
 /// Names as on the command line ("srgb", "rec709", ...), in the order of the enumeration.
 const std::vector<std::string>& TransferFunctionNames();
@@ -86,8 +100,9 @@ Node Power(const Node& image, double exponent, Negatives negatives = Negatives::
 /// of NaN. One value serves every channel, alpha included; of several the n-th is channel n's, and channels
 /// beyond the list keep their bits: as oiiotool's --powc. |error| <= 3 u |result| (1.5 ULP; measured 0.7).
 struct PowerConstants {
-  std::vector<double> values;
+  std::vector<double> values;  ///< exponents in channel order
 };
+/// Samples to powers, as PowerConstants says.
 Node PowerConstant(const Node& image, const std::vector<double>& values);
 
 }  // namespace tessera

@@ -48,6 +48,7 @@ enum class EnvironmentDirection : uint8_t {
 /// What a mirror shows of a map that has more texels than the picture shows.
 enum class EnvironmentFilter : uint8_t {
   kBilinear,  ///< the four texels around the place: sharp, and restless where the map is looked at from afar
+
   /// An average as wide as the pixel's own reflection: trilinear, between the map and a chain of cube maps,
   /// each of half the edge, averaged by solid angle. The width is the angle to the directions looked up by
   /// the neighbouring pixels: the larger of across and down, each the smaller of its two sides, so that at an
@@ -59,8 +60,9 @@ enum class EnvironmentFilter : uint8_t {
 
 /// Error for a normal image of fewer than three channels, a singular matrix, numbers out of range.
 struct EnvironmentParams {
-  EnvironmentMap map = EnvironmentMap::kLatLong;
-  EnvironmentDirection direction = EnvironmentDirection::kReflection;
+  EnvironmentMap map = EnvironmentMap::kLatLong;                       ///< the map's projection
+  EnvironmentDirection direction = EnvironmentDirection::kReflection;  ///< which direction is looked up
+
   /// From the normals' space to the map's, row-major; the upper 3x3 turns the looked-up direction.
   Matrix4 matrix = kIdentity4;
   /// To the viewer, in the normals' space; any length. Not used with a camera or an eye.
@@ -76,7 +78,8 @@ struct EnvironmentParams {
   /// Texels along an edge of the cube that holds the averages; 0 lets the lobe decide (at most 1 % of the
   /// contrast off, typically 0.1 %); -1 sums the whole map for every pixel: exact and slow.
   int table = 0;
-  EnvironmentFilter filter = EnvironmentFilter::kBilinear;
+  EnvironmentFilter filter = EnvironmentFilter::kBilinear;  ///< for maps finer than the picture
+
   /// Reflectance at normal incidence: the colour (not alpha) is multiplied by F = F0 + (1 - F0) (1 -
   /// |n.v|)^5.
   std::optional<double> fresnel;
@@ -100,16 +103,20 @@ Node Environment(const Node& normals, const Node& positions, const Node& map,
 /// EnvironmentParams, whose own, and whose map, are not used with it.
 class EnvironmentTexture {
  public:
+  /// Parameters as in EnvironmentParams; Error as there.
   EnvironmentTexture(const Image& map, EnvironmentMap projection, double lobe = 0, int table = 0,
                      EnvironmentFilter filter = EnvironmentFilter::kBilinear);
   struct Data;
+  /// The library's own.
   const std::shared_ptr<const Data>& data() const { return data_; }
 
  private:
   std::shared_ptr<const Data> data_;
 };
+/// The same with a map that is prepared already.
 Node Environment(const Node& normals, const EnvironmentTexture& texture,
                  const EnvironmentParams& params = {});
+/// The same with positions and a map that is prepared already.
 Node Environment(const Node& normals, const Node& positions, const EnvironmentTexture& texture,
                  const EnvironmentParams& params);
 
@@ -119,23 +126,28 @@ Node Environment(const Node& normals, const Node& positions, const EnvironmentTe
 /// parabolic map their own directions; the empty squares of a cross are 0. A single parabolic map becomes one
 /// with zeros behind.
 struct EnvironmentConvertParams {
-  EnvironmentMap from = EnvironmentMap::kLatLong, to = EnvironmentMap::kCube;
-  int width = 0, height = 0;
-  Matrix4 matrix = kIdentity4;  ///< from the result's directions to the source's
-  int samples = 0;
+  EnvironmentMap from = EnvironmentMap::kLatLong;  ///< projection of the map
+  EnvironmentMap to = EnvironmentMap::kCube;       ///< projection of the result
+  int width = 0;                                   ///< of the result, pixels
+  int height = 0;                                  ///< of the result, pixels
+  Matrix4 matrix = kIdentity4;                     ///< from the result's directions to the source's
+  int samples = 0;                                 ///< along each side of a pixel; 0: by the mapping
 };
+/// A map in another projection, as EnvironmentConvertParams says.
 Node ConvertEnvironment(const Node& map, const EnvironmentConvertParams& params);
 
 /// Directions and places on a map of width x height texels, for programs that make or read maps themselves.
 /// Places are in texels from the upper left corner; false where the map has none. DirectionOf gives unit
 /// length; false where the place belongs to no direction.
 bool PlaceOf(EnvironmentMap map, int width, int height, const Vector3& direction, double* x, double* y);
+/// The direction of a place in texels, unit length; false where there is none.
 bool DirectionOf(EnvironmentMap map, int width, int height, double x, double y, Vector3* direction);
 
 /// What is done to a normal image's first three channels, in this order: unpack, transform, reflect,
 /// normalise, flip, pack.
 struct NormalsParams {
   bool unpack = false;  ///< n = 2 c - 1, of codes in [0, 1]
+
   /// Of positions; normals take the inverse transpose of its upper 3x3. Error if that is singular.
   std::optional<Matrix4> matrix;
   std::optional<Vector3>
@@ -153,31 +165,40 @@ enum class Highlight : uint8_t {
   kHalfway,     ///< max(s.n, 0)^e, s = (l + v)/|l + v| (Blinn)
   kReflection,  ///< max(r.l, 0)^e, r the viewer's mirrored direction (Phong)
 };
+/// Light, eye and material of Phong.
 struct PhongParams {
   /// To a distant light (any length), or its place when `point`.
   Vector3 light = {0, 0, 1};
-  bool point = false;          ///< needs positions
-  Vector3 view = {0, 0, 1};    ///< to a distant viewer
-  std::optional<Vector3> eye;  ///< the viewer's place; needs positions
-  std::array<double, 3> ambient = {0, 0, 0}, diffuse = {1, 1, 1}, specular = {0, 0, 0}, emission = {0, 0, 0};
-  Highlight highlight = Highlight::kHalfway;
-  double exponent = 0;  ///< 0 to 10,000; x^0 = 1 for x > 0, 0^0 = 0
+  bool point = false;                          ///< needs positions
+  Vector3 view = {0, 0, 1};                    ///< to a distant viewer
+  std::optional<Vector3> eye;                  ///< the viewer's place; needs positions
+  std::array<double, 3> ambient = {0, 0, 0};   ///< R, G, B, light and material multiplied
+  std::array<double, 3> diffuse = {1, 1, 1};   ///< R, G, B
+  std::array<double, 3> specular = {0, 0, 0};  ///< R, G, B
+  std::array<double, 3> emission = {0, 0, 0};  ///< R, G, B, added without light
+  Highlight highlight = Highlight::kHalfway;   ///< whose formula
+  double exponent = 0;                         ///< 0 to 10,000; x^0 = 1 for x > 0, 0^0 = 0
   std::array<double, 3> attenuation = {1, 0,
                                        0};  ///< 1 / (kc + kl d + kq d^2) of a point light; at least 1e-20
+
   /// Spotlight of a point light: where it shines, half the cone's angle in degrees (180: no spot), the
   /// exponent.
   Vector3 spot_direction = {0, 0, -1};
-  double spot_cutoff = 180, spot_exponent = 0;
+  double spot_cutoff = 180;  ///< half the cone's angle in degrees; 180: no spot
+  double spot_exponent = 0;  ///< of the cosine to spot_direction
+
   /// 2 and more: the power is read from a table of so many entries, linearly, endpoint aligned, as the papers
   /// do. With `bits` above 0, its base, its entries and its result pass through a framebuffer of so many
   /// bits.
-  int table = 0, bits = 0;
+  int table = 0;
+  int bits = 0;  ///< 0: floats
 };
 /// C = emission + a f (ambient + max(l.n, 0) diffuse + [l.n > 0] highlight specular), channels R, G, B. 0
 /// where a normal is zero or not finite, or a position that is used is not finite; l + v = 0 has no
 /// highlight. |error| <= 4 u (1 + exponent/2^24) times the sum of the terms' magnitudes. Table: |error| <= e
 /// (e - 1)/(8 (N - 1)^2) more.
 Node Phong(const Node& normals, const PhongParams& params);
+/// The same with positions, for point lights and near viewers.
 Node Phong(const Node& normals, const Node& positions, const PhongParams& params);
 
 /// A map of max(d.light, 0)^exponent, one channel: Phong's highlight as a picture, to be looked up by

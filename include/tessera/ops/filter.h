@@ -41,11 +41,14 @@ enum class FilterMethod {
 /// A kernel of width x height weights, row by row, top row first. The weight at column anchor_x, row anchor_y
 /// lies over the pixel that is computed. With `planes` above 1 there is one such set of weights per channel.
 struct Kernel {
-  int width = 1, height = 1;
-  int anchor_x = 0, anchor_y = 0;
-  int planes = 1;
-  std::vector<double> weights = {1};
+  int width = 1;                      ///< columns
+  int height = 1;                     ///< rows
+  int anchor_x = 0;                   ///< column over the pixel computed
+  int anchor_y = 0;                   ///< row over the pixel computed
+  int planes = 1;                     ///< sets of weights: 1, or one per channel
+  std::vector<double> weights = {1};  ///< width * height * planes of them
 
+  /// The weight at column x, row y.
   double at(int x, int y, int plane = 0) const {
     return weights[(static_cast<size_t>(plane) * height + static_cast<size_t>(y)) * width + x];
   }
@@ -63,6 +66,7 @@ struct Kernel {
 Kernel NamedKernel(const std::string& name, double width = 3, double height = 3);
 /// The size as text, "7x5" or "7".
 Kernel NamedKernel(const std::string& name, const std::string& size);
+/// Every name that NamedKernel knows.
 std::vector<std::string> KernelNames();
 
 /// The kernel as a one-channel image whose data window has the anchor at pixel (0, 0), as oiiotool's
@@ -84,16 +88,19 @@ Node KernelImage(const Kernel& kernel);
 /// blocks in which a sample deviates by more than 16 times the mean magnitude are transformed in double and
 /// keep to the bound of sums.
 struct ConvolveParams {
-  bool correlate = false;
-  double divisor = 0, bias = 0;
-  bool preserve_alpha = false;
-  BorderMode border = BorderMode::kClamp;
-  double border_value = 0;
-  FilterMethod method = FilterMethod::kAuto;
+  bool correlate = false;                     ///< the kernel as it lies, not turned by half
+  double divisor = 0;                         ///< 0 stands for 1
+  double bias = 0;                            ///< added to the sum
+  bool preserve_alpha = false;                ///< colours alone, without their alpha
+  BorderMode border = BorderMode::kClamp;     ///< what lies beyond the image
+  double border_value = 0;                    ///< the sample of kBlack
+  FilterMethod method = FilterMethod::kAuto;  ///< how it is computed
+
   /// 8 to 32: an accumulation buffer in fixed point is modelled, see ShiftAccumulate; for one plane without
   /// bias, preserved alpha, border value or kRenormalize, else Error. 0: exact.
   int bits = 0;
 };
+/// The image under a kernel, as ConvolveParams says.
 Node Convolve(const Node& image, const Kernel& kernel, const ConvolveParams& params = {});
 /// The kernel is an image: its data window says where the anchor (pixel (0, 0)) is. One channel serves all,
 /// or there are as many as the image has. `normalize` divides by the sum of the weights (not when that is 0).
@@ -102,9 +109,10 @@ Node Convolve(const Node& image, const Node& kernel, const ConvolveParams& param
               bool normalize = true);
 /// The operation that both make, for --explain and the reference.
 struct Convolution {
-  Kernel kernel;          ///< as given; of a kernel image only size and anchor
-  ConvolveParams params;  ///< without preserve_alpha, which is a graph of its own
-  bool kernel_image = false, normalize = false;
+  Kernel kernel;              ///< as given; of a kernel image only size and anchor
+  ConvolveParams params;      ///< without preserve_alpha, which is a graph of its own
+  bool kernel_image = false;  ///< the kernel is the second input
+  bool normalize = false;     ///< it is divided by its sum
 };
 
 /// A Gaussian of standard deviation sigma in pixels, 0 to 10,000 (0 leaves an axis alone), normalised. Along
@@ -115,15 +123,19 @@ struct Convolution {
 /// which takes longer. Direct sums add two samples of one weight first, with Convolve's limit. Flat images
 /// stay within 2 ULP. Error for other sigmas and methods.
 struct GaussianParams {
-  double sigma_x = 1, sigma_y = 1;
-  BorderMode border = BorderMode::kClamp;
-  double border_value = 0;
-  FilterMethod method = FilterMethod::kAuto;
+  double sigma_x = 1;                         ///< pixels, 0 to 10,000
+  double sigma_y = 1;                         ///< pixels, 0 to 10,000
+  BorderMode border = BorderMode::kClamp;     ///< what lies beyond the image
+  double border_value = 0;                    ///< the sample of kBlack
+  FilterMethod method = FilterMethod::kAuto;  ///< how it is computed
+
   /// 8 to 32: rows, then columns through an accumulation buffer of that many binary places (ShiftAccumulate),
   /// scaled apart; for sigma up to 24.9, kAuto or kDirect, and borders as with Convolve's bits, else Error.
   int bits = 0;
 };
+/// A Gaussian blur, as GaussianParams says.
 Node GaussianBlur(const Node& image, const GaussianParams& params);
+/// The same sigma both ways.
 Node GaussianBlur(const Node& image, double sigma);
 
 /// The mean of width x height pixels, at a cost that does not depend on the size. Sums are taken in double; a
@@ -131,11 +143,13 @@ Node GaussianBlur(const Node& image, double sigma);
 /// subtracted (sums of blocks' ends and begins), beyond that running sums start afresh. |error| <= 2 u S.
 /// Sizes 1 to 65,535; an even size has its anchor at (size - 1) / 2.
 struct BoxParams {
-  int width = 3, height = 3;
-  BorderMode border = BorderMode::kClamp;
-  double border_value = 0;
-  FilterMethod method = FilterMethod::kAuto;
+  int width = 3;                              ///< pixels, 1 to 65,535
+  int height = 3;                             ///< pixels, 1 to 65,535
+  BorderMode border = BorderMode::kClamp;     ///< what lies beyond the image
+  double border_value = 0;                    ///< the sample of kBlack
+  FilterMethod method = FilterMethod::kAuto;  ///< how it is computed
 };
+/// The mean of a rectangle, as BoxParams says.
 Node BoxBlur(const Node& image, const BoxParams& params);
 
 /// Differences of neighbours weighted 1 2 1, differences first: exactly 0 on flat images, 8 times the slope
@@ -143,10 +157,12 @@ Node BoxBlur(const Node& image, const BoxParams& params);
 /// gradient; kXY both components, channel c becoming c.x and c.y. X and Y: |error| <= 4 u S with S the sum of
 /// weights times differences.
 enum class SobelOutput { kMagnitude, kDirection, kXY };
+/// Parameters of Sobel; the outputs are described at SobelOutput.
 struct SobelParams {
-  SobelOutput output = SobelOutput::kMagnitude;
-  BorderMode border = BorderMode::kClamp;
+  SobelOutput output = SobelOutput::kMagnitude;  ///< what is given
+  BorderMode border = BorderMode::kClamp;        ///< what lies beyond the image
   int bits = 0;  ///< 8 to 32: X and Y are summed in an accumulation buffer, see ShiftAccumulate; else Error
+
   /// kFft: X and Y are convolutions by block transforms, with their error; all others but kRecursive and
   /// kDecimated, which are an Error, are the same differences and sums.
   FilterMethod method = FilterMethod::kAuto;
@@ -154,17 +170,21 @@ struct SobelParams {
   /// X and Y are images of their own.
   bool by_parts() const { return bits != 0 || method == FilterMethod::kFft; }
 };
+/// Gradients, as SobelOutput says.
 Node Sobel(const Node& image, const SobelParams& params = {});
 
 /// image + contrast * (image - blurred), the difference set to 0 where it is below threshold, as oiiotool's
 /// --unsharp; `kernel` is a name that NamedKernel knows, or "median".
 struct UnsharpParams {
-  std::string kernel = "gaussian";
-  double width = 3, contrast = 1, threshold = 0;
-  BorderMode border = BorderMode::kClamp;
+  std::string kernel = "gaussian";         ///< of the blur
+  double width = 3;                        ///< of the kernel, pixels
+  double contrast = 1;                     ///< factor of the difference
+  double threshold = 0;                    ///< smaller differences count as 0
+  BorderMode border = BorderMode::kClamp;  ///< what lies beyond the image
   int bits = 0;  ///< 8 to 32: blurred through an accumulation buffer, see Convolve; not with "median"
   FilterMethod method = FilterMethod::kAuto;  ///< of the blur, as Convolve has them; "median" has kAuto alone
 };
+/// Sharpened, as UnsharpParams says.
 Node UnsharpMask(const Node& image, const UnsharpParams& params = {});
 
 /// Order statistics of width x height pixels around each one, per channel; pixels beyond the image do not
@@ -174,10 +194,14 @@ Node UnsharpMask(const Node& image, const UnsharpParams& params = {});
 /// to the height, of bytes, of dilation and erosion hardly more for large windows than for small ones. Error
 /// for sizes other than 1 to 255.
 struct RankParams {
-  int width = 3, height = 3;
+  int width = 3;   ///< pixels, 1 to 255
+  int height = 3;  ///< pixels, 1 to 255
 };
+/// The middle sample of a window, as RankParams says.
 Node Median(const Node& image, const RankParams& params);
+/// The largest sample of a window, as RankParams says.
 Node Dilate(const Node& image, const RankParams& params);
+/// The smallest sample of a window, as RankParams says.
 Node Erode(const Node& image, const RankParams& params);
 
 }  // namespace tessera

@@ -21,6 +21,7 @@ enum class LicIntegrator : uint8_t {
   kCell,  ///< from pixel to pixel, direction constant within each (Cabral and Leedom 1993; rlic): a tap per
           ///< pixel
 };
+/// Weights of taps along a line.
 enum class LicKernel : uint8_t {
   kBox,
   kTent,
@@ -29,6 +30,7 @@ enum class LicKernel : uint8_t {
   kRipple,  ///< a Hann window over a wave of `phase`: a loop of phases moves along the field
   kUser,    ///< LicParams::weights
 };
+/// Whose lines are followed.
 enum class LicMethod : uint8_t {
   kAuto,    ///< kDirect; from a length of 64 kShared where it can be had
   kDirect,  ///< a line from every pixel, both ways
@@ -40,6 +42,7 @@ enum class LicBorder : uint8_t {
   kClamp,   ///< it goes on, reading the edge
   kRepeat,  ///< the field is periodic
 };
+/// What is done about the contrast that averaging takes away.
 enum class LicContrast : uint8_t {
   kNone,
   kRescale,   ///< the contrast that averaging white noise takes away is put back: mean + gain / sqrt(sum w^2)
@@ -47,17 +50,20 @@ enum class LicContrast : uint8_t {
               ///< - mean)
   kEqualize,  ///< histogram equalisation (Equalize)
 };
+/// How |f| shows in the picture.
 enum class LicMagnitude : uint8_t {
   kNone,
   kColor,   ///< three channels: a colour of |f| times the convolution
   kNoise,   ///< spots of the noise grow with |f|
   kLength,  ///< lines as long as |f| over its largest value
 };
+/// What the library's own noise looks like.
 enum class LicNoise : uint8_t {
   kWhite,     ///< uniform, one value a pixel, 256 levels
   kFiltered,  ///< white noise under a small binomial kernel, contrast restored
   kSparse,    ///< few bright spots on black
 };
+/// What the field's numbers mean.
 enum class LicUnits : uint8_t {
   kPixels,      ///< components in pixels
   kNormalized,  ///< x in widths, y in heights of the image
@@ -67,33 +73,37 @@ enum class LicUnits : uint8_t {
 
 /// Parameters of Lic. Lengths are in pixels of the result.
 struct LicParams {
-  double length = 20;  ///< each way, [0, 100000]; in taps for kCell
-  double step = 1;     ///< between taps, [1/16, 16]
-  LicIntegrator integrator = LicIntegrator::kAdaptive;
-  LicKernel kernel = LicKernel::kBox;
-  double phase = 0;  ///< kRipple: turns of its wave, [0,1) makes a loop
-  double waves = 2;  ///< kRipple: waves within the kernel
-  std::vector<double> weights =
-      {};  ///< kUser: an odd number, from the farthest tap backward to the farthest forward; >= 0
-  LicMethod method = LicMethod::kAuto;
-  LicBorder border = LicBorder::kStop;
-  LicContrast contrast = LicContrast::kNone;
-  double gain = 0.75;  ///< kRescale: share of the noise's contrast that is put back
-  LicMagnitude magnitude = LicMagnitude::kNone;
-  LicNoise noise = LicNoise::kWhite;
-  int spot = 1;  ///< pixels across a cell of the noise, 1 to 64
-  uint32_t seed = 0;
-  bool linear = false;  ///< the texture between its pixels: bilinear instead of nearest
-  bool speed = false;   ///< lines as long as |f| times the length: step is in time
-  LicUnits units = LicUnits::kPixels;
-  double scale_x = 1, scale_y = 1;  ///< user units: factors on the components
-  bool y_up = false;                ///< the second component points up
-  bool bicubic =
-      false;  ///< a field of another size is brought to the picture's by Catmull-Rom, not bilinearly
-  double smallest = 1e-6;     ///< vectors shorter than this times the longest are 0
-  bool alpha = false;         ///< an alpha channel that is 0 where masked
-  int width = 0, height = 0;  ///< of the result without an image; 0: the field's
-  bool with_image = false;    ///< set by Lic: input 0 is the image, input 1 the field
+  double length = 20;                                   ///< each way, [0, 100000]; in taps for kCell
+  double step = 1;                                      ///< between taps, [1/16, 16]
+  LicIntegrator integrator = LicIntegrator::kAdaptive;  ///< how a line is followed
+  LicKernel kernel = LicKernel::kBox;                   ///< weights along it
+  double phase = 0;                                     ///< kRipple: turns of its wave, [0,1) makes a loop
+  double waves = 2;                                     ///< kRipple: waves within the kernel
+
+  /// kUser: an odd number, from the farthest tap backward to the farthest forward; >= 0.
+  std::vector<double> weights = {};
+  LicMethod method = LicMethod::kAuto;           ///< whose lines
+  LicBorder border = LicBorder::kStop;           ///< where a line leaves the image
+  LicContrast contrast = LicContrast::kNone;     ///< of the result
+  double gain = 0.75;                            ///< kRescale: share of the noise's contrast that is put back
+  LicMagnitude magnitude = LicMagnitude::kNone;  ///< how |f| shows
+  LicNoise noise = LicNoise::kWhite;             ///< of Lic(field)
+  int spot = 1;                                  ///< pixels across a cell of the noise, 1 to 64
+  uint32_t seed = 0;                             ///< of the noise
+  bool linear = false;                 ///< the texture between its pixels: bilinear instead of nearest
+  bool speed = false;                  ///< lines as long as |f| times the length: step is in time
+  LicUnits units = LicUnits::kPixels;  ///< of the field
+  double scale_x = 1;                  ///< user units: factors on the components
+  double scale_y = 1;                  ///< user units: factors on the components
+  bool y_up = false;                   ///< the second component points up
+
+  /// A field of another size is brought to the picture's by Catmull-Rom, not bilinearly.
+  bool bicubic = false;
+  double smallest = 1e-6;   ///< vectors shorter than this times the longest are 0
+  bool alpha = false;       ///< an alpha channel that is 0 where masked
+  int width = 0;            ///< of the result without an image; 0: the field's
+  int height = 0;           ///< of the result without an image; 0: the field's
+  bool with_image = false;  ///< set by Lic: input 0 is the image, input 1 the field
 };
 
 /// The field's first two channels are the vector's components at the pixels' centres, x right and y down; a
@@ -119,6 +129,7 @@ struct LicParams {
 /// Errors: fewer than two channels, weights that are not finite or sum to 0, parameters out of range. Source:
 /// Cabral, Leedom 1993; Stalling, Hege 1995; spec/lic.md.
 Node Lic(const Node& field, const LicParams& params = {});
+/// The image smeared along the field.
 Node Lic(const Node& image, const Node& field, const LicParams& params = {});
 
 /// The parameters of frame `frame` (from 1) of `frames` that make a loop: kernel kRipple, phase (frame - 1) /

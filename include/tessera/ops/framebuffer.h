@@ -23,28 +23,33 @@ namespace tessera {
 /// given or above 1/2. Depth is the first channel of `depth`, or `z` everywhere, squeezed to scale * depth +
 /// bias. Windows are equal.
 struct Fragments {
-  Node color, depth = {}, coverage = {};
-  float z = 0;
-  float depth_scale = 1, depth_bias = 0;
+  Node color;             ///< R, G, B, A
+  Node depth = {};        ///< may be empty
+  Node coverage = {};     ///< may be empty: all pixels
+  float z = 0;            ///< depth without a depth image
+  float depth_scale = 1;  ///< of the depth
+  float depth_bias = 0;   ///< added to it
 };
 
 /// The state of the pipeline; the default writes every fragment as it is. Order: scissor, stipple, alpha
 /// test, stencil test, depth test, blending, masks. Where the depth test is off depth is neither compared nor
 /// written.
 struct DrawState {
-  std::optional<Roi> scissor = {};
-  std::optional<std::array<uint32_t, 32>> stipple = {};  ///< drawn where bit x mod 32 of row y mod 32 is 1
-  AlphaTestParams alpha_test = {Comparison::kAlways, 0};
-  bool stencil_test = false;
-  StencilParams stencil = {Comparison::kAlways, 0, 255, 255, StencilAction::kKeep, StencilAction::kKeep};
-  StencilAction on_depth_fail =
-      StencilAction::kKeep;  ///< stencil passes, depth fails; on_pass is for both passed
-  bool depth_test = false;
-  Comparison depth_function = Comparison::kLess;  ///< incoming OP stored; see DepthTest for NaN
-  bool depth_write = true;
-  bool blend = false;
-  BlendParams blending = {};
-  std::array<bool, 4> color_mask = {true, true, true, true};
+  std::optional<Roi> scissor = {};                        ///< fragments outside are dropped
+  std::optional<std::array<uint32_t, 32>> stipple = {};   ///< drawn where bit x mod 32 of row y mod 32 is 1
+  AlphaTestParams alpha_test = {Comparison::kAlways, 0};  ///< fragments that fail are dropped
+  bool stencil_test = false;                              ///< whether it is on
+  StencilParams stencil = {Comparison::kAlways, 0, 255, 255, StencilAction::kKeep,
+                           StencilAction::kKeep};  ///< the stencil test and its actions
+
+  /// Stencil passes, depth fails; on_pass is for both passed.
+  StencilAction on_depth_fail = StencilAction::kKeep;
+  bool depth_test = false;                                    ///< whether it is on
+  Comparison depth_function = Comparison::kLess;              ///< incoming OP stored; see DepthTest for NaN
+  bool depth_write = true;                                    ///< fragments that pass leave their depth
+  bool blend = false;                                         ///< whether it is on; else fragments replace
+  BlendParams blending = {};                                  ///< equation and factors
+  std::array<bool, 4> color_mask = {true, true, true, true};  ///< which of R, G, B, A are written
 };
 
 /// Buffers over one window: colour R, G, B, A of any pixel type (integers are GL's fixed point: fragments are
@@ -54,10 +59,14 @@ struct DrawState {
 /// without four channels or with unequal windows.
 class Framebuffer {
  public:
+  /// Cleared; Error for an empty window.
   explicit Framebuffer(const Roi& window, PixelType color = PixelType::kFloat);
 
+  /// R, G, B, A everywhere.
   void ClearColor(const std::array<float, 4>& color);
+  /// One depth everywhere.
   void ClearDepth(float depth = 1);
+  /// One byte everywhere.
   void ClearStencil(uint8_t value = 0);
 
   /// Draws all fragments inside the window; returns how many passed every test.
@@ -67,13 +76,18 @@ class Framebuffer {
   const Image& color() const { return color_; }
   const Image& depth() const { return depth_; }      ///< one channel Z
   const Image& stencil() const { return stencil_; }  ///< one channel of bytes
+
+  /// The pixels covered.
   const Roi& window() const { return window_; }
 
   /// GL's accumulation operations on the colour buffer: kAccumulate A += value * colour, kLoad A = value *
   /// colour, kAdd and kMultiply by value, kReturn colour = value * A, limited to [0, 1] for integers only.
   enum class AccumulationOp : uint8_t { kAccumulate, kLoad, kAdd, kMultiply, kReturn };
+  /// One operation, as AccumulationOp says.
   void Accumulate(AccumulationOp op, double value);
+  /// One value everywhere in the accumulation buffer.
   void ClearAccumulation(double value = 0) { Accumulation().Clear(value); }
+  /// The accumulation buffer, made when first asked for.
   AccumulationBuffer& Accumulation();
 
  private:

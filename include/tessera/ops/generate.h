@@ -15,8 +15,9 @@ namespace tessera {
 /// One colour everywhere: values per channel; one value serves every channel, channels beyond the list get 1
 /// (as oiiotool). Values must be finite.
 struct ConstantParams {
-  std::vector<double> color = {1};
+  std::vector<double> color = {1};  ///< per channel
 };
+/// One colour everywhere, as ConstantParams says.
 Node Constant(const ImageSpec& spec, const ConstantParams& params = {});
 /// Black everywhere, alpha included.
 Node Create(const ImageSpec& spec);
@@ -26,9 +27,12 @@ Node Create(const ImageSpec& spec);
 /// color1 and 1 in color2. Left of and above the origin the pattern goes on without a seam. Error unless
 /// width and height are at least 1.
 struct CheckerParams {
-  std::vector<double> color1 = {0}, color2 = {1};
-  int width = 16, height = 16;
+  std::vector<double> color1 = {0};  ///< of the rectangle at the origin
+  std::vector<double> color2 = {1};  ///< of its neighbours
+  int width = 16;                    ///< of a rectangle, pixels
+  int height = 16;                   ///< of a rectangle, pixels
 };
+/// A checkerboard, as CheckerParams says.
 Node Checker(const ImageSpec& spec, const CheckerParams& params = {});
 
 /// The coloured quad that starts a pixel-texture algorithm: channel 0 is s = (x + 1/2) / width, channel 1
@@ -38,6 +42,7 @@ Node Checker(const ImageSpec& spec, const CheckerParams& params = {});
 struct RampParams {
   Roi frame;  ///< (0, 0) to (1, 1) of s and t
 };
+/// Coordinates as colours, as RampParams says.
 Node Ramp(const ImageSpec& spec);
 
 }  // namespace tessera

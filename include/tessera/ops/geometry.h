@@ -37,11 +37,14 @@ enum class Wrap : uint8_t { kBlack, kClamp, kRepeat, kMirror };
 /// logarithms of what is brighter than 0.18 in R, G and B are filtered. Error unless 1 <= width, height <=
 /// 2^24. Cost: O(pixels x (height + width of filter)).
 struct ResizeParams {
-  int width = 0, height = 0;
-  int x = 0, y = 0;
-  std::string filter;
-  bool compress_highlights = false;
+  int width = 0;                     ///< of the display window
+  int height = 0;                    ///< of the display window
+  int x = 0;                         ///< of the display window
+  int y = 0;                         ///< of the display window
+  std::string filter;                ///< empty: lanczos3 or blackman-harris
+  bool compress_highlights = false;  ///< logarithms of what is bright
 };
+/// Another resolution, as ResizeParams says.
 Node Resize(const Node& image, const ResizeParams& params);
 
 /// Mip levels. Level k has the sides max(1, floor(side / 2^k)) and is filtered from level 0 with the filter
@@ -50,13 +53,15 @@ Node Resize(const Node& image, const ResizeParams& params);
 /// its right; what is left over is zero. Halves of integers by a box are rounded as Resize does. Error for a
 /// level that the image does not have.
 struct MipParams {
-  std::string filter = "box";
-  Wrap wrap = Wrap::kClamp;  ///< as the texture is wrapped
-  int level = -1;
+  std::string filter = "box";  ///< box, linear, mitchell or lanczos3
+  Wrap wrap = Wrap::kClamp;    ///< as the texture is wrapped
+  int level = -1;              ///< -1: all
 };
+/// A level, or all in one picture, as MipParams says.
 Node Mip(const Node& image, const MipParams& params = {});
 /// Levels 0, 1, ... down to 1 x 1, each a node of its own.
 std::vector<Node> MipChain(const Node& image, const MipParams& params = {});
+/// Levels down to 1 x 1.
 int MipLevelCount(const ImageSpec& image);
 /// Where a level lies in the picture of all levels; the whole picture for -1.
 Roi MipLevelWindow(const ImageSpec& image, int level);
@@ -66,16 +71,20 @@ Roi MipLevelWindow(const ImageSpec& image, int level);
 /// bit. Negative factors reflect about that corner, so that windows lie left of or above it. Error when a
 /// factor is 0, not finite, or no pixel would be left.
 struct ZoomParams {
-  double x = 1, y = 1;
+  double x = 1;  ///< factor across
+  double y = 1;  ///< factor down
 };
+/// Pixels as rectangles, as ZoomParams says.
 Node Zoom(const Node& image, const ZoomParams& params);
 
 /// The content moves by (x, y) pixels, right and down; the windows stay. Whole shifts keep bits.
 struct ShiftParams {
-  double x = 0, y = 0;
-  std::string filter = "lanczos3";
-  Wrap wrap = Wrap::kClamp;
+  double x = 0;                     ///< pixels to the right
+  double y = 0;                     ///< pixels down
+  std::string filter = "lanczos3";  ///< of fractions of a pixel
+  Wrap wrap = Wrap::kClamp;         ///< what is seen beyond the data window
 };
+/// Moved, as ShiftParams says.
 Node Shift(const Node& image, const ShiftParams& params);
 
 /// The image is carried over by a 3x3 matrix, row-major; as oiiotool a position is a ROW vector: (x' q, y' q,
@@ -85,12 +94,13 @@ Node Shift(const Node& image, const ShiftParams& params);
 /// the image has q > 0) is black, as is NaN. Error unless M is finite and invertible. An empty filter is
 /// lanczos3. `compress_highlights` as in Resize.
 struct WarpParams {
-  std::vector<double> matrix;
-  std::string filter;
-  Wrap wrap = Wrap::kBlack;
-  bool recompute_window = false;
-  bool compress_highlights = false;
+  std::vector<double> matrix;        ///< 9 numbers, row-major, for row vectors
+  std::string filter;                ///< empty: lanczos3
+  Wrap wrap = Wrap::kBlack;          ///< what is seen beyond the data window
+  bool recompute_window = false;     ///< to hold the warped data window
+  bool compress_highlights = false;  ///< logarithms of what is bright
 };
+/// Carried over by a matrix, as WarpParams says.
 Node Warp(const Node& image, const WarpParams& params);
 
 /// Each result pixel is the image at (s, t), read from two channels of `coordinates`, in [0, 1] across the
@@ -98,23 +108,29 @@ Node Warp(const Node& image, const WarpParams& params);
 /// the image's channels. The filter keeps its width of source pixels. A coordinate that is NaN or infinite
 /// gives black. An empty filter is lanczos3.
 struct StWarpParams {
-  std::string filter;
-  Wrap wrap_s = Wrap::kBlack, wrap_t = Wrap::kBlack;
-  int channel_s = 0, channel_t = 1;
-  bool flip_s = false, flip_t = false;
+  std::string filter;          ///< empty: lanczos3
+  Wrap wrap_s = Wrap::kBlack;  ///< beyond the left and right edge
+  Wrap wrap_t = Wrap::kBlack;  ///< beyond the upper and lower edge
+  int channel_s = 0;           ///< of the coordinates
+  int channel_t = 1;           ///< of the coordinates
+  bool flip_s = false;         ///< s counts from the right
+  bool flip_t = false;         ///< t counts from the bottom
 };
+/// Read at an image's coordinates, as StWarpParams says.
 Node StWarp(const Node& image, const Node& coordinates, const StWarpParams& params = {});
 
 /// result(x, y) = image(x + amount (d_x - centre), y + amount (d_y - centre)), d_x and d_y two channels of
 /// the displacement image (the same one where it has one channel); amount in pixels. SVG's feDisplacementMap
 /// with a filter. Both need the same data window. An empty filter is triangle.
 struct DistortParams {
-  double amount = 0;
-  double centre = 0.5;
-  int channel_x = 0, channel_y = 1;
-  std::string filter;
-  Wrap wrap = Wrap::kClamp;
+  double amount = 0;         ///< pixels per unit of displacement
+  double centre = 0.5;       ///< the displacement that moves nothing
+  int channel_x = 0;         ///< of the displacement image
+  int channel_y = 1;         ///< of the displacement image
+  std::string filter;        ///< empty: triangle
+  Wrap wrap = Wrap::kClamp;  ///< what is seen beyond the data window
 };
+/// Displaced, as DistortParams says.
 Node Distort(const Node& image, const Node& displacement, const DistortParams& params);
 
 }  // namespace tessera

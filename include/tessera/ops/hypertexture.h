@@ -39,16 +39,21 @@ class NoiseBlock {
   /// first at (1/2, 1/2, 1/2) / size. Throws Error: size 4 to 256, finite samples, their count.
   NoiseBlock(std::span<const float> samples, int size, int channels);
 
+  /// Whether there are no samples.
   bool empty() const { return data_ == nullptr; }
+  /// Samples along an edge.
   int size() const;
   int channels() const;  ///< 1 or 4
+
   /// Trilinear in double at a position in blocks (period 1 along every axis).
   void Sample(const Vector3& p, double* values) const;
   /// A bound of the slope of channel 0 per block, from the largest differences of neighbouring samples.
   double slope() const;
-  double low() const, high() const;  ///< of channel 0
+  double low() const;   ///< smallest sample of channel 0
+  double high() const;  ///< largest sample of channel 0
 
   struct Data;
+  /// The library's own.
   const Data& data() const { return *data_; }
 
  private:
@@ -64,21 +69,29 @@ enum class TurbulenceLookup : uint8_t {
   kExact,  ///< the noise itself at every sample: kTurbulenceOctaves of gradient noise, kTurbulenceCells a
            ///< block, seed 0; what the ready-made block of kBlock holds samples of
 };
-inline constexpr int kTurbulenceCells = 4, kTurbulenceOctaves = 4;
+
+/// Lattice cells along the edge of the block that is made for kBlock.
+inline constexpr int kTurbulenceCells = 4;
+inline constexpr int kTurbulenceOctaves = 4;  ///< Octaves of the turbulence in it.
 
 /// What a C++ density modulation function is given: up to 16 samples, and changes `density` in place. Arrays
 /// hold `count` values; positions are in world units; distance is the field's at the (warped) position.
 struct DmfSamples {
-  int count = 0;
-  const float *x, *y, *z, *distance;
-  float* density;
+  int count = 0;          ///< 1 to 16
+  const float* x;         ///< world positions
+  const float* y;         ///< world positions
+  const float* z;         ///< world positions
+  const float* distance;  ///< the field's
+  float* density;         ///< in and out
 };
+/// Called by several threads at once.
 using DmfFunction = std::function<void(const DmfSamples&)>;
 
 /// One step of H(p) = DMF_n(... DMF_1(DMF_0(D(p), p))). t stands for the density so far, in [0, 1]; results
 /// are clamped to [0, 1]. Noise is read at p * frequency + drift * time (blocks per world unit; see
 /// NoiseBlock).
 struct Dmf {
+  /// What a step does.
   enum class Kind : uint8_t {
     kBias,        ///< t^(ln b / ln 0.5), b = amount in (0, 1)
     kGain,        ///< S curve through 1/2 by two biases, g = amount in (0, 1)
@@ -90,15 +103,15 @@ struct Dmf {
     kSwell,       ///< the field is read at p (1 + amount (T(p) - mean)): Perlin's fire
     kFunction,    ///< C++
   };
-  Kind kind = Kind::kBias;
-  double amount = 0.5;
-  double frequency = 1;
-  double upright = 1;  ///< factor of the frequency along y: below 1 the noise is drawn out upward
-  double softness = 0.1;
+  Kind kind = Kind::kBias;    ///< what the step does
+  double amount = 0.5;        ///< how much; see the kind
+  double frequency = 1;       ///< blocks per world unit
+  double upright = 1;         ///< factor of the frequency along y: below 1 the noise is drawn out upward
+  double softness = 0.1;      ///< of kThreshold
   Vector3 drift = {0, 0, 0};  ///< blocks per second
-  TurbulenceLookup lookup = TurbulenceLookup::kBlock;
-  NoiseBlock block = {};  ///< empty: one that suits the kind is made
-  DmfFunction function = nullptr;
+  TurbulenceLookup lookup = TurbulenceLookup::kBlock;  ///< how turbulence is read
+  NoiseBlock block = {};                               ///< empty: one that suits the kind is made
+  DmfFunction function = nullptr;                      ///< of kFunction
 };
 
 /// A chain from words: "bias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1),

@@ -35,11 +35,12 @@ Node Lookup(const Node& coords, const Node& table, const TableLayout& layout = {
 /// Pixels of a coordinate image that have no place in a table of `dims` dimensions, whatever its sizes: those
 /// whose lookup gives the border colour (or NaN) for want of a number.
 struct LostCoordinates {
-  int64_t pixels = 0;            ///< looked up: all but the background
-  int64_t not_a_number = 0;      ///< some coordinate is NaN, or infinite along a period (kRepeat, kMirror)
-  int64_t behind = 0;            ///< projective: q is not positive, NaN or below 2^-126
-  int first_x = 0, first_y = 0;  ///< the first of them, row by row
-  std::string Summary() const;   ///< in a sentence
+  int64_t pixels = 0;           ///< looked up: all but the background
+  int64_t not_a_number = 0;     ///< some coordinate is NaN, or infinite along a period (kRepeat, kMirror)
+  int64_t behind = 0;           ///< projective: q is not positive, NaN or below 2^-126
+  int first_x = 0;              ///< column of the first of them, row by row
+  int first_y = 0;              ///< its row
+  std::string Summary() const;  ///< in a sentence
 };
 /// Counts them in one evaluation of `coords`, which is streamed; the same numbers for any threads. The
 /// filter, the border and what a NaN becomes do not matter. For ApplyTables1D count one channel: dims 1, axes
@@ -52,9 +53,10 @@ LostCoordinates CountLostCoordinates(const Node& coords, int dims, const LookupP
 /// three channels. kNearest, kLinear, kTetrahedral, kCubic. |error| as Lookup; uint8 and uint16 results are
 /// correctly rounded but within 2^-12 of a code of a tie. Source: spec/lookup-tables.md.
 struct Table3DParams {
-  TableFilter filter = TableFilter::kTetrahedral;
-  CubicKernel cubic = CubicKernel::kCatmullRom;
+  TableFilter filter = TableFilter::kTetrahedral;  ///< how entries are combined
+  CubicKernel cubic = CubicKernel::kCatmullRom;    ///< of kCubic
 };
+/// Colours through a 3-D table, as Table3DParams says.
 Node ApplyTable3D(const Node& image, const Table& table, const Table3DParams& params = {});
 
 /// Each channel through a 1-D table of its own: tables[c] (one dimension, one result channel) for channel c
@@ -62,10 +64,11 @@ Node ApplyTable3D(const Node& image, const Table& table, const Table3DParams& pa
 /// for the index, NaN reads entry 0. |error| <= 2 u times the larger entry read (cubic 8 u); entries are
 /// returned as they are. uint8 images are mapped code by code, correctly rounded. kNearest, kLinear, kCubic.
 struct Tables1DParams {
-  std::vector<Table> tables;
-  TableFilter filter = TableFilter::kLinear;
-  CubicKernel cubic = CubicKernel::kCatmullRom;
+  std::vector<Table> tables;                     ///< one per channel
+  TableFilter filter = TableFilter::kLinear;     ///< how entries are combined
+  CubicKernel cubic = CubicKernel::kCatmullRom;  ///< of kCubic
 };
+/// Channels through tables of their own, as Tables1DParams says.
 Node ApplyTables1D(const Node& image, const Tables1DParams& params);
 
 }  // namespace tessera

@@ -12,6 +12,7 @@
 
 namespace tessera {
 
+/// What is at the lattice, and how it becomes a function of position.
 enum class NoiseKind : uint8_t {
   kWhite,     ///< one uniform number per lattice cell
   kValue,     ///< uniform numbers at lattice points, interpolated with the fade
@@ -26,12 +27,13 @@ enum class NoiseKind : uint8_t {
 enum class NoiseLattice : uint8_t {
   kTessera,  ///< integer hash of cells modulo 2^32, any seed. Where no period is asked for the noise comes
              ///< back 2^32 cells away along an axis, and 2^31 away along two axes at once
-  kPerlin,  ///< Perlin's published permutation and gradients (2002), evaluated in double in the published
-            ///< order
+  kPerlin,   ///< Perlin's published permutation and gradients (2002), evaluated in double in the published
+             ///< order
   kOsl,  ///< Open Shading Language, as MaterialX and Cycles: Jenkins' hash, OSL's gradients and scales; kinds
          ///< kGradient (OSL's perlin), kWhite (cell), kSimplex and kHash, with periods as OSL's pnoise has
          ///< them
 };
+/// Weights between lattice points: 6 t^5 - 15 t^4 + 10 t^3, 3 t^2 - 2 t^3, t.
 enum class NoiseFade : uint8_t { kQuintic, kCubic, kLinear };
 /// How octave values n in [-1,1] enter the sum.
 enum class NoiseSum : uint8_t {
@@ -40,11 +42,13 @@ enum class NoiseSum : uint8_t {
   kBillow,      ///< 2|n| - 1
   kRidged,      ///< (1 - |n|)^2
 };
+/// What the channels hold.
 enum class NoiseOutput : uint8_t {
   kValue,     ///< the same value in every channel, alpha 1
   kColor,     ///< independent noise per channel, alpha 1 (lattice kOsl: OSL's colour noise)
   kGradient,  ///< channel 0 the value, channels 1 to dims its derivatives per lattice cell, further channels
               ///< 0
+
   /// Packings of stored noise (Miller and Jones); with kValue and sum kTurbulence they are the paper's four.
   kOctaves,  ///< channel k is octave k alone, unweighted: T = |R| + |G|/2 + |B|/4 + |A|/8 of signed values
   kNormal,   ///< channels 0 to 2 the gradient's direction, 1/2 + 1/2 g/|g| (signed: g/|g|; where it vanishes
@@ -58,6 +62,7 @@ enum class NoiseMethod : uint8_t {
                 ///< blocks that do not overlap. kValue and kGradient on kTessera in 2 to 4 dimensions,
                 ///< without slopes and warp, a whole number of pixels per cell in every octave, aspect 1
 };
+/// Distance to the nearest feature point, the second nearest, or their difference.
 enum class CellDistance : uint8_t { kF1, kF2, kF2MinusF1 };
 
 /// A position p has one coordinate per dimension, in lattice cells. Octave k is noise at scale_k * p +
@@ -65,29 +70,30 @@ enum class CellDistance : uint8_t { kF1, kF2, kF2MinusF1 };
 /// = 0; further shifts are pseudo-random in [0,1) on lattice kTessera (so that octaves do not vanish
 /// together) and 0 on the published ones.
 struct NoiseParams {
-  NoiseKind kind = NoiseKind::kGradient;
-  NoiseLattice lattice = NoiseLattice::kTessera;
-  NoiseFade fade = NoiseFade::kQuintic;  ///< lattice kTessera, kinds kValue and kGradient
-  NoiseSum sum = NoiseSum::kFbm;
-  NoiseOutput output = NoiseOutput::kValue;
-  CellDistance distance = CellDistance::kF1;
-  int dims = 2;          ///< 1 to 4 (kPerlin 1 to 3)
+  NoiseKind kind = NoiseKind::kGradient;          ///< what the noise is made of
+  NoiseLattice lattice = NoiseLattice::kTessera;  ///< whose random numbers
+  NoiseFade fade = NoiseFade::kQuintic;           ///< lattice kTessera, kinds kValue and kGradient
+  NoiseSum sum = NoiseSum::kFbm;                  ///< how octaves are added
+  NoiseOutput output = NoiseOutput::kValue;       ///< what channels hold
+  CellDistance distance = CellDistance::kF1;      ///< of kCell
+  int dims = 2;                                   ///< 1 to 4 (kPerlin 1 to 3)
   uint32_t seed = 0;     ///< on published lattices a shift by whole cells; 0 is as published
   double frequency = 8;  ///< on grids: cells across the frame's width (0: one per pixel);
                          ///< at positions: cells per unit
   double aspect = 1;     ///< cells along x for one along y; 1e-3 to 1e3
-  std::array<double, 4> offset =
-      {};                 ///< cells; on grids offset[2] and [3] are the third and fourth coordinate
-  int octaves = 1;        ///< 0 to 64; 0 gives noise 0
-  double lacunarity = 2;  ///< [1, 16]
-  double gain = 0.5;      ///< [0, 4]
+
+  /// Cells; on grids offset[2] and [3] are the third and fourth coordinate.
+  std::array<double, 4> offset = {};
+  int octaves = 1;                   ///< 0 to 64; 0 gives noise 0
+  double lacunarity = 2;             ///< [1, 16]
+  double gain = 0.5;                 ///< [0, 4]
   std::vector<double> weights = {};  ///< spectral weights per octave instead of gain, or empty
   std::array<int, 4> period = {};  ///< cells until the noise repeats, per axis; 0: never. At most 2^24; with
                                    ///< more than one octave the lacunarity must be whole. kSimplex (2^20 in
                                    ///< the highest octave) fits its lattice to the periods: turned, and
                                    ///< lengths off by up to 0.7 cells per period; not on kOsl
-  double warp = 0;        ///< domain warp: positions move by warp * noise, in cells
-  bool is_signed = true;  ///< false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
+  double warp = 0;                 ///< domain warp: positions move by warp * noise, in cells
+  bool is_signed = true;           ///< false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
   NoiseMethod method = NoiseMethod::kAuto;  ///< grids
   bool antialias = false;  ///< grids: octaves fade to their mean from 1/2 to 1 cell per pixel
   int slices = 1;          ///< grids: the image is that many slices stacked along y, rows that are left
@@ -95,11 +101,12 @@ struct NoiseParams {
                            ///< step, as a table of three dimensions wants it
   double jitter = 1;       ///< kCell: [0,1], 0 puts feature points at cell centres
   double density = 2;      ///< kSparse, kSpot: impulses per cell, (0, 8]
-  double stretch = 1,
-         angle = 0;  ///< kSpot: length over width of a spot, [1, 64], and its direction in degrees
-  double bias = 0.5, contrast = 0.5;  ///< Perlin's bias and gain of the finished value taken as t in [0,1]
-                                      ///< (before signs return); 0.5 leaves it alone; both in (0,1)
-  Roi frame = {};                     ///< filled in by Noise(): pixels are counted from its corner
+  double stretch = 1;      ///< kSpot: length over width of a spot, [1, 64]
+  double angle = 0;        ///< kSpot: the length's direction in degrees
+  double bias = 0.5;  ///< Perlin's bias of the finished value taken as t in [0,1] (before signs return); 0.5
+                      ///< leaves it alone; in (0,1)
+  double contrast = 0.5;  ///< Perlin's gain of it, likewise
+  Roi frame = {};         ///< filled in by Noise(): pixels are counted from its corner
 };
 
 /// Noise on the pixel grid of `spec`. Pixel (x, y) is at ((x + 1/2 - x0) * step, (y + 1/2 - y0) * step, 0, 0)
@@ -126,13 +133,14 @@ Node NoiseAt(const Node& position, const NoiseParams& params, int channels = 1);
 /// frequencies are adjusted so that the frame tiles. Throws Error for numbers outside the ranges below and a
 /// seed that is not finite.
 struct SvgTurbulenceParams {
-  bool fractal_noise = false;
-  double seed = 0;
+  bool fractal_noise = false;                           ///< sums of noise instead of its magnitude
+  double seed = 0;                                      ///< by SVG's rules
   std::array<double, 2> base_frequency = {0.05, 0.05};  ///< [0, 1e6], cycles per pixel
   int octaves = 1;                                      ///< 0 to 64
-  bool stitch = false;
-  Roi frame = {};
+  bool stitch = false;                                  ///< tiles without seams
+  Roi frame = {};                                       ///< filled in by SvgTurbulence(): what is stitched
 };
+/// SVG's turbulence on the pixel grid of `spec`, as SvgTurbulenceParams says.
 Node SvgTurbulence(const ImageSpec& spec, const SvgTurbulenceParams& params);
 
 }  // namespace tessera

@@ -26,22 +26,28 @@ namespace tessera {
 /// Depth is channel 0 of its image, normals channels 0 to 2. Windows are equal, else Error; so is nothing to
 /// test. The comparisons are made in double on the float samples. One channel.
 struct EdgeInputs {
-  Node depth, normal, id;
+  Node depth;   ///< may be empty
+  Node normal;  ///< may be empty
+  Node id;      ///< may be empty
 };
+/// Thresholds of Edges.
 struct EdgeParams {
-  double depth_tolerance = 0.01;
-  double normal_degrees = 30;  ///< 0 to 90
+  double depth_tolerance = 0.01;  ///< relative second difference of 1/z
+  double normal_degrees = 30;     ///< 0 to 90
 };
+/// Lines of a picture, as EdgeInputs says.
 Node Edges(const EdgeInputs& inputs, const EdgeParams& params = {});
 
 /// Outline of a mask (first channel > 0.5) by counting 4-neighbours inside it, k: kInner marks mask pixels
 /// with k < 4, kOuter pixels beside the mask (k > 0), kCount gives k / 4. Outside the image nothing is mask,
 /// unless `clamp` repeats the edge. One channel, exact.
 enum class OutlineKind : uint8_t { kInner, kOuter, kBoth, kCount };
+/// Parameters of Outline; the kinds are described at OutlineKind.
 struct OutlineParams {
-  OutlineKind kind = OutlineKind::kInner;
-  bool clamp = false;
+  OutlineKind kind = OutlineKind::kInner;  ///< what is marked
+  bool clamp = false;                      ///< the edge repeated outside, instead of no mask
 };
+/// The outline of a mask, as OutlineKind says.
 Node Outline(const Node& mask, const OutlineParams& params = {});
 
 /// Lines with halos: a line pixel (lines > 0) stays when no line within `radius` pixels is nearer by more
@@ -49,17 +55,20 @@ Node Outline(const Node& mask, const OutlineParams& params = {});
 /// depth's slope along a line, or it erases itself. Elsewhere 0. Line samples keep their bits. Depth is its
 /// image's first channel; a NaN depth is never nearer and is erased. Cost O(radius^2) per line pixel.
 struct HaloParams {
-  int radius = 3;  ///< 0 to 64
-  double epsilon = 0.01;
+  int radius = 3;         ///< 0 to 64
+  double epsilon = 0.01;  ///< how much nearer another line has to be
 };
+/// Lines that keep clear of nearer ones, as HaloParams says.
 Node Halo(const Node& lines, const Node& depth, const HaloParams& params = {});
 
 /// A round dab of paint at (x, y) in pixels (pixel centres at half-integers). Its opacity falls from the
 /// middle to 0 at the radius: full within `hardness` * radius, then as 1 - (3 t^2 - 2 t^3).
 struct Dab {
-  double x = 0, y = 0, radius = 8;
-  double opacity = 0.25;
-  double hardness = 0;  ///< 0 to 1
+  double x = 0;           ///< of the middle, pixels
+  double y = 0;           ///< of the middle, pixels
+  double radius = 8;      ///< pixels, above 0
+  double opacity = 0.25;  ///< in the middle, 0 to 1
+  double hardness = 0;    ///< 0 to 1
 };
 /// The coverage of dabs laid over each other, 1 - product of (1 - opacity): n equal dabs give 1 - (1 - a)^n.
 /// `output` gives the window; one channel "A". Computed in double, |error| <= 2 u. Error unless radius > 0,
@@ -72,11 +81,16 @@ std::vector<Dab> Stroke(const std::vector<std::array<double, 2>>& points, double
 /// falling: far first, equal depths in order). `density` below `threshold` drops it whole. RGBA,
 /// premultiplied; double, |error| <= 4 u.
 struct Sprite {
-  double x = 0, y = 0, radius = 8;
-  double alpha = 0.5;
-  double red = 1, green = 1, blue = 1;
-  double depth = 0;
+  double x = 0;        ///< of the middle, pixels
+  double y = 0;        ///< of the middle, pixels
+  double radius = 8;   ///< pixels
+  double alpha = 0.5;  ///< in the middle
+  double red = 1;      ///< not premultiplied
+  double green = 1;    ///< not premultiplied
+  double blue = 1;     ///< not premultiplied
+  double depth = 0;    ///< larger is farther
 };
+/// Sprites painted far to near on transparent black, as Sprite says.
 Node Sprites(const ImageSpec& output, const std::vector<Sprite>& sprites, double threshold = 1.0 / 512);
 
 /// Puffs of smoke or vapour that rise from (x, y): born every `interval`, each lives `life`, moves with its
@@ -84,20 +98,30 @@ Node Sprites(const ImageSpec& output, const std::vector<Sprite>& sprites, double
 /// depends on `seed` and `time` only; any time may be asked for. Error unless interval and life are above 0,
 /// and for more than 100,000 puffs alive at once.
 struct PuffParams {
-  double x = 0, y = 0, time = 1;
-  double interval = 0.02, life = 1;
-  double velocity_x = 0, velocity_y = -100, spread = 25;  ///< pixels per time unit; up is negative y
-  double radius = 6, growth = 20, alpha = 0.35;
-  std::array<double, 3> color = {0.8, 0.8, 0.8};
-  uint32_t seed = 0;
+  double x = 0;                                   ///< where they rise, pixels
+  double y = 0;                                   ///< where they rise, pixels
+  double time = 1;                                ///< of the picture
+  double interval = 0.02;                         ///< between births
+  double life = 1;                                ///< how long one lives
+  double velocity_x = 0;                          ///< pixels per time unit
+  double velocity_y = -100;                       ///< pixels per time unit; up is negative
+  double spread = 25;                             ///< largest deviation of a puff's own velocity
+  double radius = 6;                              ///< at birth, pixels
+  double growth = 20;                             ///< of the radius, pixels per time unit
+  double alpha = 0.35;                            ///< at birth
+  std::array<double, 3> color = {0.8, 0.8, 0.8};  ///< R, G, B, not premultiplied
+  uint32_t seed = 0;                              ///< of velocities
 };
+/// The puffs alive at a time, as PuffParams says.
 std::vector<Sprite> Puffs(const PuffParams& params);
 
 /// A light seen from a distance: the size shrinks with the square root of the attenuation 1 / (kc + kl d + kq
 /// d^2); below `threshold` the size stays and alpha falls as the area would.
 struct LightPoint {
-  double size = 1, alpha = 1;
+  double size = 1;   ///< pixels
+  double alpha = 1;  ///< 1 while the size is above the threshold
 };
+/// Size and alpha of a light point at a distance, as LightPoint says.
 LightPoint AttenuatedLight(double size, double distance, double kc, double kl, double kq, double threshold);
 
 }  // namespace tessera

@@ -24,6 +24,7 @@ namespace tessera {
 
 /// --- AOVs: what a renderer's channels are called. --- @file
 
+/// What a renderer's channels hold.
 enum class Aov : uint8_t {
   kColor,     ///< R,G,B (and A) of the beauty or combined pass
   kPosition,  ///< world position
@@ -54,10 +55,13 @@ Node MaskAov(const Node& image, const Node& mask);
 /// far (world units, far may be infinite) between those and window depths. One rounding of the exact value
 /// (relative to the distance; window depths: times the formula's conditioning). NaN and infinity stay.
 struct DepthParams {
-  DepthKind from = DepthKind::kPlanar, to = DepthKind::kEuclidean;
-  Camera camera = {};
-  double near = 0.1, far = 1000;
+  DepthKind from = DepthKind::kPlanar;   ///< kind of the image
+  DepthKind to = DepthKind::kEuclidean;  ///< kind of the result
+  Camera camera = {};                    ///< between planar and Euclidean depths
+  double near = 0.1;                     ///< world units, of window depths
+  double far = 1000;                     ///< world units, of window depths; may be infinite
 };
+/// Depths of another kind, as DepthParams says.
 Node ConvertDepth(const Node& depth, const DepthParams& params);
 
 /// World positions from a depth image (its first channel): X,Y,Z. Error per coordinate: one rounding of it
@@ -67,13 +71,15 @@ Node PositionFromDepth(const Node& depth, const DepthParams& params);
 /// The first three channels as points: M (x,y,z,1), divided by w where `divide`, computed in double, each
 /// rounded once (scale: sum of |products|). Positions where w is 0 become NaN.
 struct TransformParams {
-  Matrix4 matrix = kIdentity4;
-  bool divide = false;
+  Matrix4 matrix = kIdentity4;  ///< row-major, for column vectors
+  bool divide = false;          ///< by w
 };
+/// Points through a matrix, as TransformParams says.
 Node TransformPoints(const Node& position, const TransformParams& params);
 
 /// --- Fog. --- @file
 
+/// How transmittance T falls with distance.
 enum class FogMode : uint8_t {
   kExp,            ///< T = exp(-density d)
   kExp2,           ///< T = exp(-(density d)^2)
@@ -91,13 +97,15 @@ enum class FogMode : uint8_t {
 /// Heidrich et al., "Applications of Pixel Textures in Visualization and Realistic Image Synthesis", section
 /// 5.
 struct FogParams {
-  FogMode mode = FogMode::kExp;
-  double density = 1;  ///< per world unit, at least 0
-  double start = 0, end = 100;
-  std::array<double, 3> color = {0.5, 0.5, 0.5};
-  Vector3 eye = {};
-  bool distance = false;
+  FogMode mode = FogMode::kExp;                   ///< how transmittance falls
+  double density = 1;                             ///< per world unit, at least 0
+  double start = 0;                               ///< kLinear: where fog begins
+  double end = 100;                               ///< kLinear: where nothing else is left
+  std::array<double, 3> color = {0.5, 0.5, 0.5};  ///< of the fog, R, G, B
+  Vector3 eye = {};                               ///< world position
+  bool distance = false;                          ///< the position image holds distances
 };
+/// The picture in fog, as FogParams says.
 Node Fog(const Node& color, const Node& position, const FogParams& params, const Node& fog_color = {},
          const Node& density_factor = {});
 
@@ -105,24 +113,31 @@ Node Fog(const Node& color, const Node& position, const FogParams& params, const
 /// T = exp(-d m) with m the mean density between the eye's height and the point's: exact for every profile,
 /// and the density itself at equal heights. |error| as Fog's; T within 4 ULP.
 struct FogLayer {
-  double height, density;
+  double height;   ///< world units
+  double density;  ///< per world unit
 };
+/// A layer whose density falls off exponentially above its height.
 struct ExponentialLayer {
-  double height, density, falloff;  ///< density * exp(-(y - height) / falloff)
+  double height;   ///< above which the density falls
+  double density;  ///< at that height, per world unit
+  double falloff;  ///< density * exp(-(y - height) / falloff)
 };
+/// How density depends on height.
 enum class FogProfile : uint8_t {
   kConstant,     ///< layers[k].density from its height up to the next one's, the last upwards, none below the
                  ///< first
   kLinear,       ///< straight between the layers' heights, the end values beyond: any sampled profile
   kExponential,  ///< the sum of `exponential`
 };
+/// Parameters of LayerFog and LayerFogByTable.
 struct LayerFogParams {
-  FogProfile profile = FogProfile::kConstant;
-  std::vector<FogLayer> layers;  ///< 1 to 4096, heights increasing
-  std::vector<ExponentialLayer> exponential;
-  std::array<double, 3> color = {0.5, 0.5, 0.5};
-  Vector3 eye = {};
+  FogProfile profile = FogProfile::kConstant;     ///< how density depends on height
+  std::vector<FogLayer> layers;                   ///< 1 to 4096, heights increasing
+  std::vector<ExponentialLayer> exponential;      ///< of kExponential
+  std::array<double, 3> color = {0.5, 0.5, 0.5};  ///< of the fog, R, G, B
+  Vector3 eye = {};                               ///< world position
 };
+/// The picture in fog whose density depends on height, as FogLayer says.
 Node LayerFog(const Node& color, const Node& position, const LayerFogParams& params,
               const Node& fog_color = {}, const Node& density_factor = {});
 /// Any profile, sampled at `samples` heights between low and high.
@@ -130,6 +145,7 @@ std::vector<FogLayer> SampleProfile(const std::function<double(double)>& density
                                     int samples);
 /// Density at a height (at a layer's own lower bound: the layer's), and the mean between two.
 double FogDensity(const LayerFogParams& params, double height);
+/// Mean density between the heights a and b.
 double MeanFogDensity(const LayerFogParams& params, double a, double b);
 
 /// The papers' layered fog: transmittance by a table, for comparison. Beyond the table's distance T is
@@ -139,18 +155,22 @@ enum class FogTable : uint8_t {
   kDistanceHeight,        ///< 2-D: T against distance and height, for this eye
   kDistanceHeightHeight,  ///< 3-D: T against distance, height and the eye's height
 };
+/// Form and size of the tables of LayerFogByTable.
 struct FogTableParams {
-  FogTable form = FogTable::kMeanOfHeight;
-  int size = 64;              ///< entries per axis, 2 to 4096 (3-D: 256)
-  double distance = 100;      ///< length of the distance axis, world units
-  double low = 0, high = 10;  ///< height axis
-  int bits = 0;               ///< coordinates and table quantised to so many bits, 2 to 16; 0: floats
+  FogTable form = FogTable::kMeanOfHeight;  ///< what the table is over
+  int size = 64;                            ///< entries per axis, 2 to 4096 (3-D: 256)
+  double distance = 100;                    ///< length of the distance axis, world units
+  double low = 0;                           ///< lower end of the height axis
+  double high = 10;                         ///< its upper end
+  int bits = 0;  ///< coordinates and table quantised to so many bits, 2 to 16; 0: floats
 };
+/// LayerFog with its transmittance read from a table, as FogTable says.
 Node LayerFogByTable(const Node& color, const Node& position, const LayerFogParams& params,
                      const FogTableParams& table);
 
 /// --- Shadows and projected light. --- @file
 
+/// Which comparisons are averaged.
 enum class ShadowFilter : uint8_t {
   kBox,       ///< `size` x `size` comparisons around the point, each weighted 1 / size^2
   kBilinear,  ///< the four nearest texels' comparisons, bilinear weights
@@ -165,14 +185,17 @@ enum class ShadowFilter : uint8_t {
 /// Cost: size 1 4 ns, size 3 7 ns per pixel and core; the map is prepared once. Errors: a matrix that is not
 /// finite or singular. Source: spec/shadow.md; Williams 1978, Reeves et al. 1987, Segal et al. 1992.
 struct ShadowParams {
-  Matrix4 light = kIdentity4;  ///< world to the light's clip space
-  double bias = -1;
-  int size = 1;  ///< 1 to 64
-  ShadowFilter filter = ShadowFilter::kBox;
-  bool dark_outside = false;
+  Matrix4 light = kIdentity4;                ///< world to the light's clip space
+  double bias = -1;                          ///< added to the map's depths; negative: worked out from the map
+  int size = 1;                              ///< 1 to 64
+  ShadowFilter filter = ShadowFilter::kBox;  ///< which comparisons are averaged
+  bool dark_outside = false;                 ///< beside the map nothing is lit
+
   /// The map's and the positions' precision where the images' types do not tell; 0: from the types.
-  int map_bits = 0, position_bits = 0;
+  int map_bits = 0;
+  int position_bits = 0;  ///< of the positions, likewise
 };
+/// Visibility from a light by its depth map, as ShadowParams says.
 Node Shadow(const Node& position, const Node& light_depth, const ShadowParams& params);
 
 /// The mean of the visibilities of several light samples: jittered lights, 1 to 256 maps and matrices.
@@ -184,9 +207,11 @@ Node SoftShadow(const Node& position, const std::vector<Node>& light_depths,
 /// sum over samples before adding the ambient term. `normal`: unit normals, same window. A zero `direction`
 /// sends light equally to all sides (its cosine is 1).
 struct LightSample {
-  Vector3 position = {}, direction = {};
-  double area = 1;  ///< of this sample
+  Vector3 position = {};   ///< world position
+  Vector3 direction = {};  ///< of the light's normal; 0: equally to all sides
+  double area = 1;         ///< of this sample
 };
+/// Light of one sample of an area light, as LightSample says.
 Node DiffuseLight(const Node& position, const Node& normal, const LightSample& light);
 
 /// Light that a slide or a spot throws on positions, three channels: slide(s,t) / (kc + kl d + kq d^2) times
@@ -194,17 +219,21 @@ Node DiffuseLight(const Node& position, const Node& normal, const LightSample& l
 /// the light. The denominator is at least 1e-20. `slide` may be empty: white inside the light's frame (`cone`
 /// degrees half angle when positive, with a soft rim of `rim` degrees inside it).
 struct SpotlightParams {
-  Camera light = {};
-  std::array<double, 3> color = {1, 1, 1};
-  std::array<double, 3> attenuation = {1, 0, 0};
-  double exponent = 0;
-  double cone = 0, rim = 0;
+  Camera light = {};                              ///< the light's projection
+  std::array<double, 3> color = {1, 1, 1};        ///< R, G, B
+  std::array<double, 3> attenuation = {1, 0, 0};  ///< kc, kl, kq
+  double exponent = 0;                            ///< of the cosine to the axis
+  double cone = 0;                                ///< half angle in degrees; 0: the light's frame
+  double rim = 0;                                 ///< degrees over which the cone fades
 };
+/// Light of a slide or a spot, as SpotlightParams says.
 Node Spotlight(const Node& position, const SpotlightParams& params, const Node& slide = {});
 
 /// --- Solid textures. --- @file
 
+/// How a solid's colour S meets the picture's colour C.
 enum class SolidBlend : uint8_t { kModulate, kReplace, kOver, kAdd };
+/// Where a solid's colour comes from.
 enum class SolidKind : uint8_t { kTable, kMarble, kWood, kNoise, kContours, kHalftone };
 /// Colour C at position P textured by a solid: p = (P - low) / (high - low) per axis (an axis without extent:
 /// 1/2; with `uniform` all axes by the longest), rotated about the block's centre (1/2,1/2,1/2), then a
@@ -215,24 +244,28 @@ enum class SolidKind : uint8_t { kTable, kMarble, kWood, kNoise, kContours, kHal
 /// or C's white accordingly. |error| of p: one rounding of double; procedures 5e-5. Cost: table 9, marble of
 /// 4 octaves 20 ns per pixel and core. Source: spec/solid-texture.md; Peachey 1985, Perlin 1985.
 struct SolidParams {
-  SolidKind kind = SolidKind::kMarble;
-  Vector3 low = {0, 0, 0}, high = {1, 1, 1};
-  bool uniform = false;
+  SolidKind kind = SolidKind::kMarble;  ///< table or procedure
+  Vector3 low = {0, 0, 0};              ///< corner of the block, world units
+  Vector3 high = {1, 1, 1};             ///< opposite corner
+  bool uniform = false;                 ///< one scale for all axes, the longest's
+
   /// Rotation, row-major; rows should be orthonormal (a mirror image is allowed).
   std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  SolidBlend blend = SolidBlend::kModulate;
-  double frequency = 4;
-  int octaves = 4;
-  uint32_t seed = 0;
-  double strength = 1;  ///< of marble's and wood's turbulence
+  SolidBlend blend = SolidBlend::kModulate;  ///< how the solid meets the picture
+  double frequency = 4;                      ///< bands, rings, lines or cells across the block
+  int octaves = 4;                           ///< of noise
+  uint32_t seed = 0;                         ///< of noise
+  double strength = 1;                       ///< of marble's and wood's turbulence
+
   /// Octaves finer than a pixel (from the differences of neighbouring positions) fade out; tables are
   /// mipmapped.
   bool level_of_detail = false;
-  Vector3 plane = {0, 1, 0};
-  double width = 0.1;
-  std::array<double, 3> ink = {0, 0, 0};
-  LookupParams lookup = {};  ///< kTable
+  Vector3 plane = {0, 1, 0};              ///< kContours: the lines' direction
+  double width = 0.1;                     ///< kContours: of a line, in spacings
+  std::array<double, 3> ink = {0, 0, 0};  ///< of lines and screens, R, G, B
+  LookupParams lookup = {};               ///< kTable
 };
+/// The picture textured by a solid, as SolidParams says.
 Node SolidTexture(const Node& color, const Node& position, const SolidParams& params);
 /// The same with a 3-D table of 1 (grey), 3 or 4 (premultiplied) channels: an image of slices stacked along
 /// y.

@@ -10,8 +10,9 @@
 
 namespace tessera {
 
+/// Parameters of ShapedSpots.
 struct ShapedSpotParams {
-  uint32_t seed = 0;
+  uint32_t seed = 0;      ///< of places and signs
   double frequency = 8;   ///< lattice cells across the width, (0, 65536]; cells are at least a pixel wide
   double density = 2;     ///< spots per cell, (0, 8]
   double radius = 0;      ///< of a spot on the surface, in its units, as far as the spot's cell allows;

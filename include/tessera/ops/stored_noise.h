@@ -18,12 +18,14 @@ enum class NoisePacking : uint8_t {
   kNormal,       ///< four channels: the direction of n's gradient, and n
   kPrecomputed,  ///< one channel: turbulence, the sum over octaves of |n(2^k p)| / 2^k
 };
+/// Parameters of StoredNoise.
 struct StoredNoiseParams {
-  NoisePacking packing = NoisePacking::kSingle;
-  int size = 64;    ///< samples along each edge, 2 to 512
-  int cells = 4;    ///< lattice cells along each edge, 1 to `size`
-  int octaves = 8;  ///< kPrecomputed, 1 to 16
-  uint32_t seed = 0;
+  NoisePacking packing = NoisePacking::kSingle;  ///< what the channels hold
+  int size = 64;                                 ///< samples along each edge, 2 to 512
+  int cells = 4;                                 ///< lattice cells along each edge, 1 to `size`
+  int octaves = 8;                               ///< kPrecomputed, 1 to 16
+  uint32_t seed = 0;                             ///< of the noise
+
   /// Integers hold 1/2 + value / 2 of what lies in [-1,1], and half of a turbulence.
   PixelType storage = PixelType::kFloat;
 };
@@ -47,10 +49,11 @@ Node StoredNoiseImage(const StoredNoiseParams& params = {});
 /// ns per lookup. Throws Error for octaves outside 1 to 16, for another wrap than kRepeat and kMirror, and
 /// for a table that is none of this packing.
 struct StoredTurbulenceParams {
-  NoisePacking packing = NoisePacking::kSingle;
-  int octaves = 8;
-  TableWrap wrap = TableWrap::kRepeat;
+  NoisePacking packing = NoisePacking::kSingle;  ///< of the table
+  int octaves = 8;                               ///< 1 to 16; not of kPrecomputed
+  TableWrap wrap = TableWrap::kRepeat;           ///< kRepeat or kMirror
 };
+/// Turbulence by lookups, as StoredTurbulenceParams says.
 Node StoredTurbulence(const Node& position, const Table& table, const StoredTurbulenceParams& params = {});
 
 }  // namespace tessera

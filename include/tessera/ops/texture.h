@@ -12,6 +12,7 @@
 
 namespace tessera {
 
+/// What the texture looks like.
 enum class TextureKind : uint8_t {
   kClouds,   ///< Gardner's sines broken up by fBm, lit from the upper left, over a blue sky
   kMarble,   ///< ramp(sin(2 pi (x freq + T))), T turbulence
@@ -26,21 +27,23 @@ enum class TextureKind : uint8_t {
 /// flicker, and octaves beyond Nyquist are faded. Lengths are in widths of the display window. Colours are
 /// linear. Channels beyond those a texture makes are 0; alpha is 1 but for fire and smoke.
 struct TextureParams {
-  TextureKind kind = TextureKind::kClouds;
-  uint32_t seed = 0;
-  double frequency = 4;  ///< features across the width, [0, 2^20]
-  int octaves = 8;       ///< of the noise, 0 to 64
-  double time = 0;       ///< seconds, within 1e6
+  TextureKind kind = TextureKind::kClouds;  ///< which texture
+  uint32_t seed = 0;                        ///< of its noise
+  double frequency = 4;                     ///< features across the width, [0, 2^20]
+  int octaves = 8;                          ///< of the noise, 0 to 64
+  double time = 0;                          ///< seconds, within 1e6
+
   /// kFire
   int layers = 3;   ///< of noise, 1 to 3, the broadest first
   double rise = 1;  ///< factor on the speeds at which they rise, within 100
   double wind = 0;  ///< drift to the right, widths per second, within 100
+
   /// kGardner: T = scale * X * Y with X = sum over `terms` of c_i sin(f_i x + p_i) + t0, c_{i+1} = 0.707 c_i.
   int terms = 5;           ///< 1 to 12
   double amplitude = 1;    ///< c_1
   double threshold = 0.6;  ///< t0
   double scale = 0.05;     ///< k
-  int slices = 1;
+  int slices = 1;          ///< kGardner: the image is so many slices stacked along y
 
   std::vector<NoiseParams> fields = {};  ///< filled in by Texture()
   Roi frame = {};                        ///< filled in by Texture()

@@ -25,10 +25,11 @@ enum class ColorTableFormat : uint8_t {
   kAlpha,           ///< A
   kIntensity,       ///< one, for all four
 };
+/// A colour table of the pipeline and the channels that it replaces.
 struct ColorTable {
-  std::vector<Table> tables;  ///< empty: the stage is left out
-  ColorTableFormat format = ColorTableFormat::kRgb;
-  bool interpolate = false;  ///< linear instead of OpenGL's nearest entry
+  std::vector<Table> tables;                         ///< empty: the stage is left out
+  ColorTableFormat format = ColorTableFormat::kRgb;  ///< which channels
+  bool interpolate = false;                          ///< linear instead of OpenGL's nearest entry
 };
 
 /// Where samples are limited to [0,1]. Tables and maps always limit the sample that they look up, nothing
@@ -54,28 +55,32 @@ enum class TransferClamp : uint8_t {
 /// stage's own bound. Errors: other counts of numbers and tables, tables of other than one dimension and
 /// channel, numbers that are not finite.
 struct TransferParams {
-  std::vector<double> scale = {}, bias = {};
-  std::vector<Table> maps = {};
-  ColorTable table1 = {};
-  std::optional<Kernel> kernel = {};
-  ConvolveParams convolve = {};
-  std::vector<double> scale_convolved = {}, bias_convolved = {};
-  ColorTable table_convolved = {};
-  std::vector<double> matrix = {};
-  std::vector<double> scale2 = {}, bias2 = {};
-  ColorTable table2 = {};
-  Table lookup = {};
-  LookupParams lookup_params = {};
-  TransferClamp clamp = TransferClamp::kNone;
-  int bits = 0;
+  std::vector<double> scale = {};              ///< stage 2: factors
+  std::vector<double> bias = {};               ///< stage 2: added after the factors
+  std::vector<Table> maps = {};                ///< stage 3
+  ColorTable table1 = {};                      ///< stage 4
+  std::optional<Kernel> kernel = {};           ///< stage 5
+  ConvolveParams convolve = {};                ///< how stage 5 is computed
+  std::vector<double> scale_convolved = {};    ///< stage 6: factors
+  std::vector<double> bias_convolved = {};     ///< stage 6: added after the factors
+  ColorTable table_convolved = {};             ///< stage 7
+  std::vector<double> matrix = {};             ///< stage 8: 9 or 16 numbers, row-major
+  std::vector<double> scale2 = {};             ///< stage 9: factors
+  std::vector<double> bias2 = {};              ///< stage 9: added after the factors
+  ColorTable table2 = {};                      ///< stage 10
+  Table lookup = {};                           ///< stage 12
+  LookupParams lookup_params = {};             ///< how stage 12 reads its table
+  TransferClamp clamp = TransferClamp::kNone;  ///< stage 13: where samples are limited
+  int bits = 0;                                ///< 0: floats throughout
 };
+/// The pipeline that TransferParams describes, as nodes that are there already.
 Node Transfer(const Node& image, const TransferParams& params);
 
 /// Pixels that look up a stage's tables with NaN in some channel, and so read entry 0 of it; for the pixel
 /// texture those that have no place in it.
 struct LostSamples {
-  std::string stage;  ///< "map", "table1", "tablec", "table2" or "lookup"
-  LostCoordinates lost;
+  std::string stage;     ///< "map", "table1", "tablec", "table2" or "lookup"
+  LostCoordinates lost;  ///< how many, and where first
 };
 /// Counts them for every stage that looks up, in the pipeline's order: each time one evaluation of what comes
 /// before it, streamed; the same numbers for any threads.

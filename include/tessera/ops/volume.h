@@ -25,10 +25,12 @@ enum class VolumeMode : uint8_t {
   kSolid,  ///< colour from a block of texture at the surface point
   kBump,   ///< normal combined with the gradient of noise: normalize(k V + B)
   kMelt,   ///< the level of the field read at p + up * s(p), s noise growing downward
+
   /// Hypertexture: the soft region between two levels, modulated (Dmf), composited.
   kFur,
   kFire,
   kHyper,  ///< the caller's chain, transfer function and shading
+
   /// Density volumes through a transfer function.
   kOver,       ///< back to front
   kUnder,      ///< front to back: the same picture, ends early
@@ -45,6 +47,7 @@ enum class VolumeMethod : uint8_t {
   kShearWarp,  ///< slices sheared and composited in the volume's frame, then one 2-D warp; perspective
                ///< cameras stand before all slices, and the nearest slice has one pixel a voxel
 };
+/// When values become colour and opacity.
 enum class Classification : uint8_t {
   kPost,           ///< interpolate, then look up
   kPre,            ///< look up at voxels, then interpolate colour times extinction
@@ -56,58 +59,68 @@ enum class Classification : uint8_t {
 /// length over [first, last value] (an opacity of 1 counts as 1 - 1e-40), read linearly. Opacities are
 /// clamped to [0, 1], NaN to 0.
 struct TransferPoint {
-  double value = 0;
-  std::array<double, 3> color = {1, 1, 1};
-  double opacity = 0;
+  double value = 0;                         ///< of the volume
+  std::array<double, 3> color = {1, 1, 1};  ///< R, G, B, not premultiplied
+  double opacity = 0;                       ///< of the reference length
 };
+/// Colour and opacity of every value; see TransferPoint.
 struct VolumeTransferFunction {
-  std::vector<TransferPoint> points;
-  double length = 0.01;  ///< world units that have these opacities
+  std::vector<TransferPoint> points;  ///< values increasing
+  double length = 0.01;               ///< world units that have these opacities
 };
 /// A text file: lines of "value r g b opacity", # starts a comment. Throws Error naming the file and line.
 VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file);
 
+/// Phong's material of surfaces under one distant light.
 struct VolumeMaterial {
-  std::array<double, 3> color = {0.80, 0.60, 0.42};
-  double ambient = 0.25, diffuse = 0.75, specular = 0.35;
-  double exponent = 40;
-  Vector3 light = {-0.45, 0.65, 0.62};  ///< towards the light, world; any length
+  std::array<double, 3> color = {0.80, 0.60, 0.42};  ///< R, G, B
+  double ambient = 0.25;                             ///< share without light
+  double diffuse = 0.75;                             ///< factor of n.l
+  double specular = 0.35;                            ///< factor of the highlight, which is white
+  double exponent = 40;                              ///< of the highlight
+  Vector3 light = {-0.45, 0.65, 0.62};               ///< towards the light, world; any length
 };
 
 /// Half space that is kept: normal . p >= offset.
 struct CuttingPlane {
-  Vector3 normal = {0, 0, 1};
-  double offset = 0;
+  Vector3 normal = {0, 0, 1};  ///< any length but 0
+  double offset = 0;           ///< along the normal as given
 };
 
+/// What RenderVolume draws, and how.
 struct VolumeParams {
-  VolumeMode mode = VolumeMode::kIso;
-  Camera camera;
-  double iso = 0;  ///< surfaces: the level; hypertexture: d_in, where density is 1
-  double soft =
-      -1;  ///< width of the soft region: d_out = iso + soft. 0: a hard step; -1: what suits the mode
+  VolumeMode mode = VolumeMode::kIso;  ///< what is drawn
+  Camera camera;                       ///< looks through the display window
+  double iso = 0;                      ///< surfaces: the level; hypertexture: d_in, where density is 1
+
+  /// Width of the soft region: d_out = iso + soft. 0: a hard step; -1: what suits the mode.
+  double soft = -1;
   bool inside_above = false;  ///< surfaces: values above the level are inside (density volumes)
-  VolumeMaterial material;
+  VolumeMaterial material;    ///< of surfaces
   double step = 0;  ///< sample spacing along the axis, world units; 0: one voxel (the smallest spacing);
                     ///< fur 1.25, fire 2.5
-  double termination =
-      1.0 / 512;  ///< front to back ends at alpha 1 - termination; error <= termination * largest colour
-  VolumeMethod method = VolumeMethod::kRays;
-  bool leap = true;  ///< space leaping; pictures are the same bits without
-  std::vector<CuttingPlane> planes;
-  double time = 0;  ///< seconds: melt, fur, fire, drifts
+
+  /// Front to back ends at alpha 1 - termination; error <= termination * largest colour.
+  double termination = 1.0 / 512;
+  VolumeMethod method = VolumeMethod::kRays;  ///< where samples lie
+  bool leap = true;                           ///< space leaping; pictures are the same bits without
+  std::vector<CuttingPlane> planes;           ///< what lies beyond any of them is cut away
+  double time = 0;                            ///< seconds: melt, fur, fire, drifts
+
   /// kSolid, kBump, kMelt, kFur, kFire
   double frequency = 0;  ///< noise blocks per world unit; 0: what suits the mode
-  double amount =
-      -1;  ///< melt: sag, fur: droop, fire: height of flames (world units); bump: k of eq. 7; < 0: default
-  TurbulenceLookup lookup = TurbulenceLookup::kBlock;
-  NoiseBlock block = {};  ///< empty: made
+
+  /// Melt: sag, fur: droop, fire: height of flames (world units); bump: k of eq. 7; < 0: default.
+  double amount = -1;
+  TurbulenceLookup lookup = TurbulenceLookup::kBlock;  ///< how turbulence is read
+  NoiseBlock block = {};                               ///< empty: made
+
   /// kHyper and density modes
   std::vector<Dmf> dmf;
   VolumeTransferFunction
       transfer;  ///< empty: white, opacity rising from 0 to 0.1 a voxel (hypertexture: 0.5)
-  Classification classification = Classification::kPost;
-  bool shade = false;  ///< gradient shading by `material`
+  Classification classification = Classification::kPost;  ///< order of lookup and interpolation
+  bool shade = false;                                     ///< gradient shading by `material`
   bool depth = false;  ///< a further channel Z: planar depth of the surface (hypertexture and density: where
                        ///< alpha passes 1/2), infinity where there is none
 };
@@ -133,15 +146,16 @@ struct VolumeParams {
 /// spec, parameters outside their ranges. Sources: spec/volume-and-hypertexture.md; Miller and Jones,
 /// "Texturing and Hypertexturing of Volumetric Objects", 2005; Lacroute and Levoy 1994.
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
+/// The same behind and between what has these depths.
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,
                   const Node& scene_depth);
 
 /// A volume of a scene, and where it stands: `to_world`, a rigid motion, leads from its own coordinates to
 /// the world's, in which the camera, cutting planes and the light are given.
 struct PlacedVolume {
-  Volume volume;
-  VolumeParams params;
-  Matrix4 to_world = kIdentity4;
+  Volume volume;                  ///< in its own coordinates
+  VolumeParams params;            ///< of its own picture
+  Matrix4 to_world = kIdentity4;  ///< a rigid motion
 };
 /// One picture of up to 8 volumes. The camera of the first serves all. All media are marched together, on
 /// samples as close as the closest of their steps: where they overlap, their extinctions add up and their
@@ -152,7 +166,9 @@ struct PlacedVolume {
 /// mean of so many jittered pictures, as RenderVolumeSupersampled's. Throws Error: other modes and methods,
 /// more volumes, a matrix that is no rigid motion.
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, int samples = 1);
+/// The same behind and between what has these depths.
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth);
+/// The same with the mean of `samples` pictures.
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth,
                    int samples);
 /// The picture that RenderVolume or RenderVolumes made (scene depth included) with one more volume in it,
