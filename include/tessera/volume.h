@@ -40,7 +40,7 @@ struct VolumeSpec {
   Vector3 High() const { return Position(size[0] - 0.5, size[1] - 0.5, size[2] - 0.5); }
 };
 
-namespace base {
+namespace model {
 struct VolumeData;
 }
 
@@ -83,10 +83,10 @@ class Volume {
   size_t bytes() const;
 
   /// The library's own.
-  const std::shared_ptr<base::VolumeData>& data() const { return data_; }
+  const std::shared_ptr<model::VolumeData>& data() const { return data_; }
 
  private:
-  std::shared_ptr<base::VolumeData> data_;
+  std::shared_ptr<model::VolumeData> data_;
 };
 
 /// How a file without a header of its own is read.

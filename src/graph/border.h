@@ -2,7 +2,7 @@
 #ifndef TESSERA_GRAPH_BORDER_H_
 #define TESSERA_GRAPH_BORDER_H_
 
-#include "graph/stage.h"
+#include "base/stage.h"
 
 namespace tessera::graph {
 

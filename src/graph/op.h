@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/error.h"
 #include "tessera/image.h"
 #include "tessera/node.h"

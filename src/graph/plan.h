@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "base/stage.h"
 #include "graph/op.h"
 #include "graph/source.h"
-#include "graph/stage.h"
 #include "tessera/node.h"
 
 namespace tessera::graph {

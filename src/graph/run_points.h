@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/arena.h"
+#include "base/stage.h"
 #include "graph/program.h"
-#include "graph/stage.h"
 #include "simd/pixels.h"
 
 namespace tessera::graph {

@@ -13,7 +13,7 @@
 #include <map>
 #include <vector>
 
-#include "base/volume_data.h"
+#include "model/volume_data.h"
 #include "tessera/error.h"
 
 namespace tessera {
@@ -43,7 +43,7 @@ PixelType TypeOf(const OIIO::TypeDesc& type) {
 Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   const RawVolumeParams& raw = params.raw;
   Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
-  base::VolumeData& data = *volume.data();
+  model::VolumeData& data = *volume.data();
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw Error(file, "cannot be opened");
   const size_t pixel = PixelBytes(raw.type), row = pixel * static_cast<size_t>(raw.size[0]);
@@ -195,7 +195,7 @@ Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
     for (size_t a = 0; a < 3; ++a) spacing[a] *= sides[a];
   }
   Volume volume(VolumeSpec::Centred({spec.width, spec.height, depth}, type, spacing));
-  base::VolumeData& data = *volume.data();
+  model::VolumeData& data = *volume.data();
   const size_t pixel = PixelBytes(type), line = pixel * row_samples, plane = line * all_rows;
   std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(size[2]) : 1));
   for (int k = 0; k < depth; ++k) {
@@ -234,7 +234,7 @@ Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
 }
 
 void WriteRawVolume(const Volume& volume, const std::string& file) {
-  const base::VolumeData& data = *volume.data();
+  const model::VolumeData& data = *volume.data();
   const VolumeSpec& spec = volume.spec();
   std::ofstream stream(file, std::ios::binary);
   const size_t pixel = PixelBytes(spec.type);

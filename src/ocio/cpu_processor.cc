@@ -5,15 +5,15 @@
 #include <utility>
 
 #include "base/block.h"
-#include "base/foreign_pixels.h"
 #include "graph/op.h"
+#include "model/foreign_pixels.h"
 #include "ocio/config.h"
 
 namespace tessera::ocio {
 namespace {
 
 // A processor on rows of RGBA floats.
-base::ForeignPixels::Function OnRows(lib::ConstCPUProcessorRcPtr processor) {
+model::ForeignPixels::Function OnRows(lib::ConstCPUProcessorRcPtr processor) {
   return [processor = std::move(processor)](float* rgba, int count) {
     lib::PackedImageDesc row(rgba, count, 1, lib::CHANNEL_ORDERING_RGBA);
     processor->apply(row);
@@ -22,7 +22,7 @@ base::ForeignPixels::Function OnRows(lib::ConstCPUProcessorRcPtr processor) {
 
 class CpuStage final : public graph::PointStage {
  public:
-  explicit CpuStage(base::ForeignPixels::Function run) : run_(std::move(run)) {}
+  explicit CpuStage(model::ForeignPixels::Function run) : run_(std::move(run)) {}
   void Run(const graph::PointArgs& args) const override {
     alignas(64) float pixels[kBlockPixels * 4];
     for (int i = 0; i < args.count; ++i) {
@@ -35,12 +35,12 @@ class CpuStage final : public graph::PointStage {
   }
 
  private:
-  base::ForeignPixels::Function run_;
+  model::ForeignPixels::Function run_;
 };
 
-class CpuOp final : public graph::OpWith<base::ForeignPixels> {
+class CpuOp final : public graph::OpWith<model::ForeignPixels> {
  public:
-  explicit CpuOp(base::ForeignPixels params) : OpWith(std::move(params)) {}
+  explicit CpuOp(model::ForeignPixels params) : OpWith(std::move(params)) {}
   std::string Name() const override { return "ociocpu"; }
   std::string Describe() const override { return "OpenColorIO"; }
   graph::OpKind Kind() const override { return graph::OpKind::kColor; }
@@ -58,7 +58,7 @@ class CpuOp final : public graph::OpWith<base::ForeignPixels> {
 }  // namespace
 
 Node ApplyCpuProcessor(const Node& image, const lib::ConstProcessorRcPtr& processor) {
-  base::ForeignPixels params;
+  model::ForeignPixels params;
   params.run = OnRows(processor->getOptimizedCPUProcessor(lib::OPTIMIZATION_LOSSLESS));
   params.check = OnRows(processor->getOptimizedCPUProcessor(lib::OPTIMIZATION_NONE));
   params.alpha = image.spec().alpha >= 3;

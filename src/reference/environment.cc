@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "ops/environment/settings.h"
+#include "model/environment_settings.h"
 #include "reference/environment_map.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "base/foreign_pixels.h"
+#include "model/foreign_pixels.h"
 #include "reference/reference.h"
 
 namespace tessera::reference {
@@ -18,7 +18,7 @@ namespace {
 constexpr double kForeignError = 0x1p-20, kSensitivity = 4;
 
 void EvaluateForeign(const Call& call) {
-  const auto& foreign = std::any_cast<const base::ForeignPixels&>(call.parameters);
+  const auto& foreign = std::any_cast<const model::ForeignPixels&>(call.parameters);
   const ImageD& in = call.in[0];
   const int alpha = foreign.alpha ? call.in_specs[0].alpha : -1;
   // Rows at a time; `moved`: every sample of one channel a float further, to see how its rounding shows.

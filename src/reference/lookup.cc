@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/lookup_params.h"
+#include "model/lookup_settings.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 
@@ -269,7 +269,7 @@ Source SourceOf(const ImageD& image, const TableLayout& layout) {
 
 class LookupEvaluation {
  public:
-  LookupEvaluation(const Call& call, const base::LookupSettings& settings)
+  LookupEvaluation(const Call& call, const model::LookupSettings& settings)
       : call_(call), p_(settings.lookup) {
     if (settings.table.empty() && call.in[1].roi.empty()) return;
     levels_.push_back(settings.table.empty() ? SourceOf(call.in[1], settings.layout)
@@ -289,7 +289,7 @@ class LookupEvaluation {
   }
 
  private:
-  void BuildLevels(const base::LookupSettings& settings) {
+  void BuildLevels(const model::LookupSettings& settings) {
     Table first = settings.table;
     if (first.empty()) {
       const Source& s = levels_[0];
@@ -378,11 +378,11 @@ class LookupEvaluation {
 };
 
 void EvaluateLookup(const Call& call) {
-  LookupEvaluation(call, std::any_cast<const base::LookupSettings&>(call.parameters)).Run();
+  LookupEvaluation(call, std::any_cast<const model::LookupSettings&>(call.parameters)).Run();
 }
 Roi LookupInput(const std::any& parameters, int input, const Roi& out) {
   if (input == 1) return {-(1 << 30), -(1 << 30), 1 << 30, 1 << 30};
-  const auto& settings = std::any_cast<const base::LookupSettings&>(parameters);
+  const auto& settings = std::any_cast<const model::LookupSettings&>(parameters);
   return settings.lookup.filter == TableFilter::kMipmap ? Inflate(out, 1, 1) : out;
 }
 
@@ -390,7 +390,7 @@ Roi LookupInput(const std::any& parameters, int input, const Roi& out) {
 double Unit(double v) { return v > 0 ? std::min(v, 1.0) : 0.0; }
 
 void EvaluateTable3D(const Call& call) {
-  const auto& settings = std::any_cast<const base::Table3DSettings&>(call.parameters);
+  const auto& settings = std::any_cast<const model::Table3DSettings&>(call.parameters);
   const Source table = SourceOf(settings.table);
   const Roi& r = call.out.roi;
   for (int y = r.y0; y < r.y1; ++y) {
@@ -409,7 +409,7 @@ void EvaluateTable3D(const Call& call) {
 }
 
 void EvaluateTables1D(const Call& call) {
-  const auto& settings = std::any_cast<const base::Tables1DSettings&>(call.parameters);
+  const auto& settings = std::any_cast<const model::Tables1DSettings&>(call.parameters);
   ForEachSample(call, [&](int x, int y, int c) {
     const double v = call.in[0].at(x, y, c);
     const auto k = static_cast<size_t>(c);

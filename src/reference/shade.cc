@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "ops/shade/settings.h"
+#include "model/shade_settings.h"
 #include "reference/reference.h"
 #include "reference/shade_loop.h"
 

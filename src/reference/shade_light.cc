@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "ops/shade/settings.h"
+#include "model/shade_settings.h"
 #include "reference/reference.h"
 #include "reference/shade_loop.h"
 #include "tessera/ops/shade.h"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "ops/volume/settings.h"
+#include "model/volume_settings.h"
 #include "reference/reference.h"
 #include "reference/volume_sheared.h"
 #include "reference/volume_substance.h"

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "ops/volume/settings.h"
+#include "model/volume_settings.h"
 #include "reference/volume_substance.h"
 
 namespace tessera::reference {

@@ -1,7 +1,7 @@
 // What the reference of volume pictures finds at a point.
 #include "reference/volume_substance.h"
 
-#include "ops/volume/settings.h"
+#include "model/volume_settings.h"
 #include "reference/noise_lattice.h"
 
 namespace tessera::reference {

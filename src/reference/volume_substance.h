@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "ops/volume/settings.h"
+#include "model/volume_settings.h"
 
 namespace tessera::reference {
 

@@ -1,6 +1,6 @@
 // Dispatch of the two loops that have a tail, pixels of any type and stride to float planes and back, and of
 // moves of bytes between rows of pixels without a look at what they mean.
-// Plain header: the graph uses it without seeing Highway.
+// A plain header: those who use it do not see Highway.
 #ifndef TESSERA_SIMD_PIXELS_H_
 #define TESSERA_SIMD_PIXELS_H_
 

@@ -47,7 +47,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {

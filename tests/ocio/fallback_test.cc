@@ -8,9 +8,9 @@
 #include <random>
 #include <string>
 
-#include "base/foreign_pixels.h"
 #include "config_text.h"
 #include "lut_files.h"
+#include "model/foreign_pixels.h"
 #include "reference/reference.h"
 #include "support/test_ops.h"
 #include "tessera/ocio.h"
@@ -86,7 +86,7 @@ TEST_F(FallbackTest, LiesBeforeAndBehindAreFound) {
 }
 
 // An operation in the processor's place: `run` is what it does, `check` what it should do.
-class StandIn final : public graph::OpWith<base::ForeignPixels> {
+class StandIn final : public graph::OpWith<model::ForeignPixels> {
  public:
   using OpWith::OpWith;
   std::string Name() const override { return "ociocpu"; }
@@ -95,7 +95,7 @@ class StandIn final : public graph::OpWith<base::ForeignPixels> {
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
     class Stage final : public graph::PointStage {
      public:
-      explicit Stage(const base::ForeignPixels& p) : p_(p) {}
+      explicit Stage(const model::ForeignPixels& p) : p_(p) {}
       void Run(const graph::PointArgs& a) const override {
         for (int i = 0; i < a.count; ++i) {
           float v[4];
@@ -106,7 +106,7 @@ class StandIn final : public graph::OpWith<base::ForeignPixels> {
       }
 
      private:
-      base::ForeignPixels p_;
+      model::ForeignPixels p_;
     };
     return std::make_unique<Stage>(params());
   }
@@ -120,7 +120,7 @@ TEST_F(FallbackTest, AProcessorThatLiesIsFound) {
   };
   for (const float error : {0.0f, 1e-9f, 1e-6f, 1e-4f}) {
     const Node node = graph::MakeNode(
-        std::make_shared<const StandIn>(base::ForeignPixels{curve(error), curve(0)}), {image_});
+        std::make_shared<const StandIn>(model::ForeignPixels{curve(error), curve(0)}), {image_});
     const VerifyReport report = Verify(node);
     EXPECT_EQ(report.within_bound, error < 1e-8f) << report.Summary();
   }

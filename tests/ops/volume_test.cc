@@ -13,8 +13,8 @@
 #include <random>
 #include <vector>
 
-#include "base/distance_transform.h"
-#include "base/volume_data.h"
+#include "model/distance_transform.h"
+#include "model/volume_data.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
 #include "tessera/mesh.h"
@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-const base::ForEach kInOrder = [](int64_t count, const std::function<void(int64_t)>& task) {
+const model::ForEach kInOrder = [](int64_t count, const std::function<void(int64_t)>& task) {
   for (int64_t i = 0; i < count; ++i) task(i);
 };
 
@@ -165,7 +165,7 @@ TEST(Volume, DistanceTransformEqualsBruteForce) {
   std::vector<uint8_t> set(13 * 9 * 11);
   for (auto& s : set) s = random() % 60 == 0;
   std::vector<int32_t> nearest;
-  const std::vector<float> squared = base::SquaredDistances(size, set, spacing, &nearest);
+  const std::vector<float> squared = model::SquaredDistances(size, set, spacing, &nearest);
   const auto place = [&](size_t i) {
     return Vector3{static_cast<double>(i % 13) * spacing[0], static_cast<double>(i / 13 % 9) * spacing[1],
                    static_cast<double>(i / 117) * spacing[2]};
@@ -183,14 +183,14 @@ TEST(Volume, DistanceTransformEqualsBruteForce) {
     ASSERT_NEAR(squared[i], best, 1e-4) << i;
     ASSERT_NEAR(to(static_cast<size_t>(nearest[i])), best, 1e-4);
   }
-  const std::vector<float> none = base::SquaredDistances(size, std::vector<uint8_t>(set.size()), spacing);
+  const std::vector<float> none = model::SquaredDistances(size, std::vector<uint8_t>(set.size()), spacing);
   EXPECT_TRUE(std::isinf(none[5]));
 }
 
 // From any point of a block a leap of its length meets no cell whose corners reach into the range.
 TEST(Volume, LeapsNeverPassABlockThatMatters) {
   const Volume v = Random({37, 22, 29}, PixelType::kUint8, 9);
-  const base::VolumeData& data = *v.data();
+  const model::VolumeData& data = *v.data();
   const auto grid = data.Leaps(254.5, 1e9, kInOrder);
   std::mt19937 random(2);
   const auto uniform = [&](double a, double b) {

@@ -11,7 +11,7 @@
 #include <optional>
 #include <type_traits>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/color/affine.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/ops/composite.h"
 
 namespace tessera::ops {

@@ -13,7 +13,7 @@
 #include <memory>
 
 #include "base/block.h"
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "simd/fused-inl.h"
 #include "simd/gather-inl.h"
 #include "simd/point-inl.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/environment/projection.h"
 #include "tessera/image.h"
 

@@ -7,9 +7,9 @@
 
 #include "base/number_text.h"
 #include "graph/op.h"
+#include "model/environment_settings.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/environment_stages.h"
-#include "ops/environment/settings.h"
 #include "ops/modifiers.h"
 #include "tessera/error.h"
 

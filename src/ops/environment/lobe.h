@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/environment/atlas.h"
 
 namespace tessera::ops {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/environment/atlas.h"
 #include "ops/environment/lookup.h"
 

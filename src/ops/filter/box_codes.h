@@ -8,7 +8,7 @@
 #include <type_traits>
 
 #include "base/arena.h"
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/node.h"
 #include "tessera/ops/filter.h"
 

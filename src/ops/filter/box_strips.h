@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/filter/extend.h"
 #include "tessera/ops/filter.h"
 

@@ -2,7 +2,7 @@
 #ifndef TESSERA_OPS_FILTER_DECIMATED_H_
 #define TESSERA_OPS_FILTER_DECIMATED_H_
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/filter/recursive.h"
 #include "tessera/ops/filter.h"
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/ops/filter.h"
 
 namespace tessera::ops {

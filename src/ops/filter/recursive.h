@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/filter/extend.h"
 #include "tessera/ops/filter.h"
 

@@ -2,7 +2,7 @@
 #ifndef TESSERA_OPS_FILTER_RUNNING_SUM_H_
 #define TESSERA_OPS_FILTER_RUNNING_SUM_H_
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/filter/extend.h"
 #include "tessera/ops/filter.h"
 

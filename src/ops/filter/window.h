@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/filter/fft_convolve.h"
 #include "ops/filter/fir.h"
 #include "ops/filter/fir_bytes.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/filter/integer_sums.h"
 #include "ops/filter/window.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/ops/geometry.h"
 
 namespace tessera::ops {

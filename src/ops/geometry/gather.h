@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/geometry/filters.h"
 #include "tessera/image.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "base/arena.h"
-#include "base/table_axis.h"
-#include "base/table_sample.h"
+#include "model/table_axis.h"
+#include "model/table_sample.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -24,7 +24,7 @@ constexpr int kLongestAxis = 1 << 22;
 
 std::vector<TableWrap> Wraps(const LookupParams& params, size_t dims) {
   std::vector<TableWrap> wraps;
-  for (size_t a = 0; a < dims; ++a) wraps.push_back(base::WrapOf(params.wrap, static_cast<int>(a)));
+  for (size_t a = 0; a < dims; ++a) wraps.push_back(model::WrapOf(params.wrap, static_cast<int>(a)));
   return wraps;
 }
 
@@ -97,7 +97,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
       entry_of[i] = {0};
       continue;
     }
-    const base::TableAxis axis{sizes[i], align, axes_[a].wrap};
+    const model::TableAxis axis{sizes[i], align, axes_[a].wrap};
     int pad = params_.filter == TableFilter::kCubic ? 3 : 1;
     if (pad == 1 && axis.wrap == TableWrap::kClampEdge && sizes[i] > 1) {
       // Nothing lies beyond: the last cell is chosen at its own end, so that both of its entries are there.
@@ -180,7 +180,7 @@ Grid::Grid(const Table& table, const LookupParams& params, const graph::Workers*
 Grid::Grid(const ConstImageView& image, const TableLayout& layout, const LookupParams& params,
            const graph::Workers* workers)
     : channels_(image.channels), params_(params), image_(image) {
-  const std::vector<int> sizes = base::TableSizes(image.roi, image.channels, layout);
+  const std::vector<int> sizes = model::TableSizes(image.roi, image.channels, layout);
   SetAxes(sizes, layout.align);
   const int width = image.roi.width();
   const bool cubic = params.filter == TableFilter::kCubic;
@@ -219,7 +219,7 @@ Grid::Grid(const ConstImageView& image, const TableLayout& layout, const LookupP
 
 void Grid::SampleOne(const float* coords, float* result) const {
   const int width = image_.roi.width();
-  base::TableEntries entries{sizes_, channels_, align_, {}};
+  model::TableEntries entries{sizes_, channels_, align_, {}};
   if (!table_.empty()) {
     entries.read = [this](int64_t i, int c) { return table_.At(i, c); };
   } else {
@@ -232,7 +232,7 @@ void Grid::SampleOne(const float* coords, float* result) const {
   }
   double at[4] = {}, value[4] = {};
   for (int a = 0; a < dims_; ++a) at[a] = coords[a];
-  base::SampleEntries(entries, params_, at, value);
+  model::SampleEntries(entries, params_, at, value);
   for (int c = 0; c < channels_; ++c) result[c] = static_cast<float>(value[c]);
 }
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/table.h"
 
 namespace tessera::ops {

@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
-#include "base/lookup_params.h"
-#include "base/table_axis.h"
 #include "graph/op.h"
+#include "model/lookup_settings.h"
+#include "model/table_axis.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/lookup/lookup_stage.h"
 #include "ops/modifiers.h"
@@ -18,7 +18,7 @@
 namespace tessera::ops {
 namespace {
 
-using base::LookupSettings;
+using model::LookupSettings;
 
 std::string ChannelList(const ImageSpec& spec) {
   std::string text;
@@ -114,7 +114,7 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
   }
   int Dims(std::span<const ImageSpec> in) const {
     if (!params().table.empty()) return params().table.dims();
-    return static_cast<int>(base::TableSizes(in[1].data_window, 1, params().layout).size());
+    return static_cast<int>(model::TableSizes(in[1].data_window, 1, params().layout).size());
   }
   std::vector<int> Axes(int dims) const {
     std::vector<int> axes = params().lookup.axes;
@@ -199,7 +199,7 @@ Node MakeLookup(std::span<const Node> in, const Arguments& a, const ImageSpec*) 
   p.mask = a.Integer("mask");
   const Node result = Lookup(in[0], in[1], layout, p);
   if (a.Flag("count") && a.notes != nullptr) {
-    const auto dims = static_cast<int>(base::TableSizes(in[1].spec().data_window, 1, layout).size());
+    const auto dims = static_cast<int>(model::TableSizes(in[1].spec().data_window, 1, layout).size());
     a.notes->push_back(CountLostCoordinates(in[0], dims, p).Summary());
   }
   return result;
@@ -274,7 +274,7 @@ namespace tessera {
 Node Lookup(const Node& coords, const Table& table, const LookupParams& params) {
   if (table.empty()) throw Error("lookup", "found an empty table, expected 1 to 4 dimensions");
   ops::Check(params);
-  base::LookupSettings settings;
+  model::LookupSettings settings;
   settings.table = table;
   settings.lookup = params;
   return graph::MakeNode(std::make_shared<const ops::LookupOp>(std::move(settings)), {coords});
@@ -282,7 +282,7 @@ Node Lookup(const Node& coords, const Table& table, const LookupParams& params) 
 
 Node Lookup(const Node& coords, const Node& table, const TableLayout& layout, const LookupParams& params) {
   ops::Check(params);
-  base::LookupSettings settings;
+  model::LookupSettings settings;
   settings.layout = layout;
   settings.lookup = params;
   return graph::MakeNode(std::make_shared<const ops::LookupOp>(std::move(settings)), {coords, table});

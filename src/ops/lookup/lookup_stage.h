@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "ops/lookup/grid.h"
 
 namespace tessera::ops {

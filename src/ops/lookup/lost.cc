@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "base/table_axis.h"
 #include "graph/render.h"
+#include "model/table_axis.h"
 #include "tessera/error.h"
 #include "tessera/ops/lookup.h"
 
@@ -39,7 +39,7 @@ class LostSink final : public graph::RowSink {
     bool no_number = false;
     for (int a = 0; a < dims_ && !behind; ++a) {
       // A size matters to the reduction no more than the alignment does.
-      const base::TableAxis axis{.wrap = base::WrapOf(params_.wrap, a)};
+      const model::TableAxis axis{.wrap = model::WrapOf(params_.wrap, a)};
       no_number |= std::isnan(axis.Reduce(pixel[channels_[static_cast<size_t>(a)]] / divisor));
     }
     if (!behind && !no_number) return;

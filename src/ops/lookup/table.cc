@@ -11,8 +11,8 @@
 #include <string>
 #include <string_view>
 
-#include "base/lookup_params.h"
 #include "graph/op.h"
+#include "model/lookup_settings.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/lookup/point_stages.h"
 #include "ops/modifiers.h"
@@ -22,8 +22,8 @@
 namespace tessera::ops {
 namespace {
 
-using base::Table3DSettings;
-using base::Tables1DSettings;
+using model::Table3DSettings;
+using model::Tables1DSettings;
 
 class Table3DOp final : public graph::OpWith<Table3DSettings> {
  public:
@@ -300,7 +300,7 @@ Node ApplyTable3D(const Node& image, const Table& table, const Table3DParams& pa
   if (params.filter == TableFilter::kMipmap) {
     throw Error("table3d", "found the filter mipmap, expected nearest, linear, tetrahedral or cubic");
   }
-  base::Table3DSettings settings{table, {}};
+  model::Table3DSettings settings{table, {}};
   settings.lookup.filter = params.filter;
   settings.lookup.cubic = params.cubic;
   return graph::MakeNode(std::make_shared<const ops::Table3DOp>(std::move(settings)), {image});
@@ -315,7 +315,7 @@ Node ApplyTables1D(const Node& image, const Tables1DParams& params) {
   if (params.filter == TableFilter::kMipmap) {
     throw Error("table", "found the filter mipmap, expected nearest, linear or cubic");
   }
-  base::Tables1DSettings settings{params.tables, {}};
+  model::Tables1DSettings settings{params.tables, {}};
   settings.lookup.filter = params.filter == TableFilter::kTetrahedral ? TableFilter::kLinear : params.filter;
   settings.lookup.cubic = params.cubic;
   return graph::MakeNode(std::make_shared<const ops::Tables1DOp>(std::move(settings)), {image});

@@ -7,8 +7,8 @@
 
 #include "base/number_text.h"
 #include "graph/op.h"
+#include "model/shade_settings.h"
 #include "ops/shade/fog_kernel.h"
-#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/ops/shade.h"
 
 namespace tessera::ops {

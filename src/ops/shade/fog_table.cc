@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "graph/op.h"
+#include "model/shade_settings.h"
 #include "ops/shade/place_kernel.h"
-#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"

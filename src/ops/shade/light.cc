@@ -5,9 +5,9 @@
 
 #include "base/number_text.h"
 #include "graph/op.h"
+#include "model/shade_settings.h"
 #include "ops/modifiers.h"
 #include "ops/shade/light_kernel.h"
-#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/ops/shade.h"
 
 namespace tessera::ops {

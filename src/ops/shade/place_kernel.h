@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "graph/stage.h"
+#include "base/stage.h"
 #include "tessera/camera.h"
 #include "tessera/ops/shade.h"
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "graph/stage.h"
-#include "ops/shade/settings.h"
+#include "base/stage.h"
+#include "model/shade_settings.h"
 
 namespace tessera::ops {
 

@@ -8,9 +8,9 @@
 
 #include "base/number_text.h"
 #include "graph/op.h"
+#include "model/shade_settings.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/noise/plan.h"
-#include "ops/shade/settings.h"
 #include "ops/shade/shade_ops.h"
 #include "ops/shade/solid_kernel.h"
 #include "tessera/error.h"

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "base/volume_data.h"
-#include "ops/volume/settings.h"
+#include "model/volume_data.h"
+#include "model/volume_settings.h"
 #include "tessera/ops/hypertexture.h"
 #include "tessera/ops/volume.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/arena.h"
-#include "ops/volume/settings.h"
+#include "model/volume_settings.h"
 #include "tessera/error.h"
 #include "tessera/ops/noise.h"
 #include "tessera/render.h"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/number_text.h"
-#include "ops/volume/settings.h"
+#include "model/volume_settings.h"
 #include "ops/volume/transfer.h"
 #include "tessera/error.h"
 
@@ -76,7 +76,7 @@ RaySet RaysOf(const VolumeDraw& draw, double middle) {
 }
 
 Field FieldOf(const VolumeDraw& draw) {
-  const base::VolumeData& data = *draw.volume.data();
+  const model::VolumeData& data = *draw.volume.data();
   Field f;
   f.samples = data.samples;
   f.type = data.spec.type;
@@ -269,10 +269,10 @@ double MiddleDepth(const VolumeDraw& draw) {
 
 void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& workers, Prepared& out) {
   const VolumeParams& p = draw.params;
-  const base::VolumeData& data = *draw.volume.data();
+  const model::VolumeData& data = *draw.volume.data();
   const VolumeSpec& v = data.spec;
   const double voxel = Smallest(v.spacing);
-  const base::ForEach for_each = [&](int64_t count, const std::function<void(int64_t)>& task) {
+  const model::ForEach for_each = [&](int64_t count, const std::function<void(int64_t)>& task) {
     workers.For(count, [&](int64_t i, int) { task(i); });
   };
   const RaySet rays = RaysOf(draw, middle);
@@ -299,7 +299,7 @@ void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& worker
         4e-6 * (std::isfinite(low) ? std::fabs(low) : 0) + 4e-6 * (std::isfinite(high) ? std::fabs(high) : 0);
     low -= wider, high += wider;
   };
-  base::Displacement reach;
+  model::Displacement reach;
   const auto find_leaps = [&]() {
     out.leaps = data.Leaps(low, high, for_each, reach);
     out.own = data.Leaps(low, high, for_each);
@@ -486,7 +486,7 @@ void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& worker
   }
   find_leaps();
   m.field = field;
-  if (m.zero_stays && field.leaps && reach == base::Displacement()) {
+  if (m.zero_stays && field.leaps && reach == model::Displacement()) {
     m.far = static_cast<float>(far + 4e-6 * (std::fabs(far) + std::fabs(data.code_bias)));
     m.pace = static_cast<float>(field.least_pace / std::fabs(data.code_scale));
   }

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "graph/stage.h"
+#include "base/stage.h"
+#include "model/volume_settings.h"
 #include "ops/volume/march.h"
-#include "ops/volume/settings.h"
 
 namespace tessera::ops::volume {
 
@@ -23,7 +23,7 @@ VolumeDraw CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, con
 struct Prepared {
   SurfaceArgs surface;
   MediumArgs medium;
-  std::shared_ptr<const base::LeapGrid> leaps, own;
+  std::shared_ptr<const model::LeapGrid> leaps, own;
 };
 // Depths are counted from `middle`.
 void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& workers, Prepared& out);

@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "graph/op.h"
+#include "model/volume_settings.h"
 #include "ops/volume/march.h"
-#include "ops/volume/settings.h"
 
 namespace tessera::ops::volume {
 

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "base/number_text.h"
+#include "model/volume_settings.h"
 #include "ops/noise/plan.h"
-#include "ops/volume/settings.h"
 #include "tessera/error.h"
 
 namespace tessera::ops::volume {

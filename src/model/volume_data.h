@@ -1,7 +1,7 @@
 // What a Volume shares: samples with a border, bounds of blocks of cells, and how far a ray may leap from
 // each.
-#ifndef TESSERA_BASE_VOLUME_DATA_H_
-#define TESSERA_BASE_VOLUME_DATA_H_
+#ifndef TESSERA_MODEL_VOLUME_DATA_H_
+#define TESSERA_MODEL_VOLUME_DATA_H_
 
 #include <array>
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 #include "tessera/volume.h"
 
-namespace tessera::base {
+namespace tessera::model {
 
 inline constexpr int kVolumeBefore = 1, kVolumeBehind = 2;  // repeated voxels along every axis
 inline constexpr int kVolumeBorder = kVolumeBefore + kVolumeBehind;
@@ -85,6 +85,6 @@ struct VolumeData {
   mutable std::vector<Cached> grids_;
 };
 
-}  // namespace tessera::base
+}  // namespace tessera::model
 
-#endif  // TESSERA_BASE_VOLUME_DATA_H_
+#endif  // TESSERA_MODEL_VOLUME_DATA_H_

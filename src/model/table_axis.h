@@ -1,7 +1,7 @@
 // The rules of one table axis: how a coordinate becomes a position among its entries, and which entry an
 // index beyond them stands for. Plain C++, shared by the table builders and the lookups' careful path.
-#ifndef TESSERA_BASE_TABLE_AXIS_H_
-#define TESSERA_BASE_TABLE_AXIS_H_
+#ifndef TESSERA_MODEL_TABLE_AXIS_H_
+#define TESSERA_MODEL_TABLE_AXIS_H_
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 
 #include "tessera/table.h"
 
-namespace tessera::base {
+namespace tessera::model {
 
 // The wrap of an axis in a list whose last item serves the rest.
 inline TableWrap WrapOf(const std::vector<TableWrap>& wrap, int axis) {
@@ -104,6 +104,6 @@ inline std::array<double, 4> CubicWeights(CubicKernel kernel, double f) {
   return {f == 1 ? 0 : far(1 + f), near(f), near(1 - f), f == 0 ? 0 : far(2 - f)};
 }
 
-}  // namespace tessera::base
+}  // namespace tessera::model
 
-#endif  // TESSERA_BASE_TABLE_AXIS_H_
+#endif  // TESSERA_MODEL_TABLE_AXIS_H_

@@ -1,7 +1,7 @@
 // Shading parameters together with which optional images an operation has: what ops and their reference
 // share.
-#ifndef TESSERA_OPS_SHADE_SETTINGS_H_
-#define TESSERA_OPS_SHADE_SETTINGS_H_
+#ifndef TESSERA_MODEL_SHADE_SETTINGS_H_
+#define TESSERA_MODEL_SHADE_SETTINGS_H_
 
 #include "tessera/ops/shade.h"
 
@@ -43,4 +43,4 @@ struct SolidSettings {
 
 }  // namespace tessera::ops
 
-#endif  // TESSERA_OPS_SHADE_SETTINGS_H_
+#endif  // TESSERA_MODEL_SHADE_SETTINGS_H_

@@ -1,6 +1,6 @@
 // One table lookup in double precision over entries that live anywhere.
-#ifndef TESSERA_BASE_TABLE_SAMPLE_H_
-#define TESSERA_BASE_TABLE_SAMPLE_H_
+#ifndef TESSERA_MODEL_TABLE_SAMPLE_H_
+#define TESSERA_MODEL_TABLE_SAMPLE_H_
 
 #include <cstdint>
 #include <functional>
@@ -8,7 +8,7 @@
 
 #include "tessera/table.h"
 
-namespace tessera::base {
+namespace tessera::model {
 
 struct TableEntries {
   std::span<const int> sizes;
@@ -21,6 +21,6 @@ struct TableEntries {
 void SampleEntries(const TableEntries& table, const LookupParams& params, const double* coords,
                    double* result);
 
-}  // namespace tessera::base
+}  // namespace tessera::model
 
-#endif  // TESSERA_BASE_TABLE_SAMPLE_H_
+#endif  // TESSERA_MODEL_TABLE_SAMPLE_H_

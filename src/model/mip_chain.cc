@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "base/table_axis.h"
+#include "model/table_axis.h"
 #include "tessera/error.h"
 #include "tessera/table.h"
 
@@ -42,7 +42,7 @@ double Value(MipFilter filter, double x) {
       return 1 - x;
     case MipFilter::kMitchell: {
       const int cell = static_cast<int>(x);
-      const std::array<double, 4> w = base::CubicWeights(CubicKernel::kMitchell, x - cell);
+      const std::array<double, 4> w = model::CubicWeights(CubicKernel::kMitchell, x - cell);
       return cell == 0 ? w[1] : w[0];
     }
     case MipFilter::kLanczos3:
@@ -101,7 +101,7 @@ std::vector<Table> MipChain(const Table& table, MipFilter filter, const std::vec
     for (size_t a = 0; a < sizes.size(); ++a) {
       const int fine = sizes[a], coarse = std::max(1, above[a] / 2);
       if (fine == 1) continue;
-      const base::TableAxis axis{fine, table.align(), base::WrapOf(wrap, static_cast<int>(a))};
+      const model::TableAxis axis{fine, table.align(), model::WrapOf(wrap, static_cast<int>(a))};
       size_t inner = channels, outer = 1;
       for (size_t b = 0; b < a; ++b) inner *= static_cast<size_t>(sizes[b]);
       for (size_t b = a + 1; b < sizes.size(); ++b) outer *= static_cast<size_t>(sizes[b]);

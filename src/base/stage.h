@@ -1,7 +1,7 @@
 // How an operation is computed: an op compiled for this CPU. Stages are immutable; every thread uses the same
 // one.
-#ifndef TESSERA_GRAPH_STAGE_H_
-#define TESSERA_GRAPH_STAGE_H_
+#ifndef TESSERA_BASE_STAGE_H_
+#define TESSERA_BASE_STAGE_H_
 
 #include <cstddef>
 #include <cstdint>
@@ -156,4 +156,4 @@ class WholeStage {
 
 }  // namespace tessera::graph
 
-#endif  // TESSERA_GRAPH_STAGE_H_
+#endif  // TESSERA_BASE_STAGE_H_

@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "base/arena.h"
-#include "base/distance_transform.h"
-#include "base/volume_data.h"
+#include "model/distance_transform.h"
+#include "model/volume_data.h"
 
-namespace tessera::base {
+namespace tessera::model {
 namespace {
 
 constexpr int kSmallSide = 320;  // volumes up to here have blocks of 4 cells, larger ones of 8
@@ -214,7 +214,7 @@ std::shared_ptr<const LeapGrid> VolumeData::Leaps(double low, double high, const
     }
   }
   const std::shared_ptr<std::byte> memory =
-      AllocateAligned((count + 32) * sizeof(uint16_t), Access::kScattered);
+      base::AllocateAligned((count + 32) * sizeof(uint16_t), base::Access::kScattered);
   grid->leap = {memory, reinterpret_cast<uint16_t*>(memory.get())};
   std::fill_n(grid->leap.get(), count + 32, uint16_t{255});
   if (grid->any) {
@@ -247,4 +247,4 @@ size_t VolumeData::extra_bytes() const {
   return bytes;
 }
 
-}  // namespace tessera::base
+}  // namespace tessera::model

@@ -4,9 +4,9 @@
 #include <limits>
 #include <vector>
 
-#include "base/distance_transform.h"
 #include "base/number_text.h"
-#include "base/volume_data.h"
+#include "model/distance_transform.h"
+#include "model/volume_data.h"
 #include "tessera/error.h"
 #include "tessera/volume.h"
 
@@ -57,7 +57,7 @@ double DistanceToDisc(const Feature& f, const Vector3& p, double radius) {
 Volume DistanceField(const Solid& solid, const VolumeSpec& wanted, double range) {
   const VolumeSpec spec = DistanceSpec(wanted, range);
   Volume volume(spec);
-  base::VolumeData& data = *volume.data();
+  model::VolumeData& data = *volume.data();
   constexpr int kEdge = 8;
   const Vector3& s = spec.spacing;
   const double radius = 0.5 * (kEdge - 1) * std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
@@ -152,9 +152,9 @@ Volume DistanceField(const Volume& volume, const DistanceFieldParams& params) {
   }
 
   Volume result(spec);
-  base::VolumeData& data = *result.data();
+  model::VolumeData& data = *result.data();
   std::vector<int32_t> nearest;
-  const std::vector<float> squared = base::SquaredDistances(n, set, spec.spacing, &nearest);
+  const std::vector<float> squared = model::SquaredDistances(n, set, spec.spacing, &nearest);
   const double widest = std::max({spec.spacing[0], spec.spacing[1], spec.spacing[2]}), disc = kDisc * widest;
   const double none = widest * (n[0] + n[1] + n[2]);  // no surface at all
   for (int k = 0; k < n[2]; ++k) {

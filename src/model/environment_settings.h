@@ -1,7 +1,7 @@
 // What an environment lookup keeps: its parameters, and the map where that is not an input. Read by its
 // reference.
-#ifndef TESSERA_OPS_ENVIRONMENT_SETTINGS_H_
-#define TESSERA_OPS_ENVIRONMENT_SETTINGS_H_
+#ifndef TESSERA_MODEL_ENVIRONMENT_SETTINGS_H_
+#define TESSERA_MODEL_ENVIRONMENT_SETTINGS_H_
 
 #include "tessera/ops/environment.h"
 
@@ -15,4 +15,4 @@ struct EnvironmentSettings {
 
 }  // namespace tessera::ops
 
-#endif  // TESSERA_OPS_ENVIRONMENT_SETTINGS_H_
+#endif  // TESSERA_MODEL_ENVIRONMENT_SETTINGS_H_

@@ -1,17 +1,17 @@
 // One table lookup in double precision: nearest, linear, simplex or cubic, any wrap, only entries that have
 // weight.
-#include "base/table_sample.h"
+#include "model/table_sample.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "base/table_axis.h"
+#include "model/table_axis.h"
 #include "tessera/table.h"
 
 namespace tessera {
-namespace base {
+namespace model {
 namespace {
 
 // Sums weighted entries; an entry of weight 0 is not looked at.
@@ -123,11 +123,11 @@ void SampleEntries(const TableEntries& table, const LookupParams& params, const 
   }
 }
 
-}  // namespace base
+}  // namespace model
 
 void SampleTable(const Table& table, const LookupParams& params, const double* coords, double* result) {
   const auto read = [&table](int64_t entry, int channel) { return table.At(entry, channel); };
-  base::SampleEntries({table.sizes(), table.channels(), table.align(), read}, params, coords, result);
+  model::SampleEntries({table.sizes(), table.channels(), table.align(), read}, params, coords, result);
 }
 
 }  // namespace tessera

@@ -10,7 +10,7 @@
 
 #include "base/arena.h"
 #include "base/number_text.h"
-#include "base/volume_data.h"
+#include "model/volume_data.h"
 #include "tessera/error.h"
 
 namespace tessera {
@@ -75,7 +75,7 @@ void Check(const VolumeSpec& s) {
                                 ", expected at least 1 voxel along every axis");
     }
     voxels =
-        voxels > std::numeric_limits<int32_t>::max() ? voxels : voxels * (int64_t{n} + base::kVolumeBorder);
+        voxels > std::numeric_limits<int32_t>::max() ? voxels : voxels * (int64_t{n} + model::kVolumeBorder);
   }
   if (voxels > std::numeric_limits<int32_t>::max()) {
     throw Error(kSubject, "found " + std::to_string(s.size[0]) + "x" + std::to_string(s.size[1]) + "x" +
@@ -98,7 +98,7 @@ void Check(const VolumeSpec& s) {
 
 }  // namespace
 
-namespace base {
+namespace model {
 
 VolumeData::VolumeData(const VolumeSpec& s) : spec(s) {
   Check(s);
@@ -107,7 +107,7 @@ VolumeData::VolumeData(const VolumeSpec& s) : spec(s) {
   const int64_t count = slice * (spec.size[2] + kVolumeBorder);
   const size_t pixel = PixelBytes(spec.type);
   const size_t bytes = static_cast<size_t>(count) * pixel + 64;
-  memory = AllocateAligned(bytes);
+  memory = base::AllocateAligned(bytes);
   std::memset(memory.get(), 0, bytes);
   samples = memory.get() + static_cast<size_t>(kVolumeBefore * (slice + row + 1)) * pixel;
   code_scale = spec.scale / MostOf(spec.type);
@@ -152,7 +152,7 @@ void VolumeData::FillBorder() {
   }
 }
 
-}  // namespace base
+}  // namespace model
 
 VolumeSpec VolumeSpec::Centred(const std::array<int, 3>& size, PixelType type, const Vector3& proportions) {
   VolumeSpec s;
@@ -168,7 +168,7 @@ VolumeSpec VolumeSpec::Centred(const std::array<int, 3>& size, PixelType type, c
   return s;
 }
 
-Volume::Volume(const VolumeSpec& spec) : data_(std::make_shared<base::VolumeData>(spec)) {}
+Volume::Volume(const VolumeSpec& spec) : data_(std::make_shared<model::VolumeData>(spec)) {}
 
 Volume::Volume(const VolumeSpec& spec, const std::function<double(const Vector3&)>& f) : Volume(spec) {
   if (!f) throw Error(kSubject, "found no function, expected one");
@@ -295,7 +295,7 @@ int64_t Volume::nan_samples() const { return empty() ? 0 : data_->nan_samples; }
 
 size_t Volume::bytes() const {
   if (empty()) return 0;
-  return static_cast<size_t>(data_->slice * (data_->spec.size[2] + base::kVolumeBorder)) *
+  return static_cast<size_t>(data_->slice * (data_->spec.size[2] + model::kVolumeBorder)) *
              PixelBytes(data_->spec.type) +
          data_->extra_bytes();
 }

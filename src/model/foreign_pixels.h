@@ -1,11 +1,11 @@
 // A function of pixels that another library computes, as a plain parameter: the engine runs it, the reference
 // checks it, and neither needs to know the library.
-#ifndef TESSERA_BASE_FOREIGN_PIXELS_H_
-#define TESSERA_BASE_FOREIGN_PIXELS_H_
+#ifndef TESSERA_MODEL_FOREIGN_PIXELS_H_
+#define TESSERA_MODEL_FOREIGN_PIXELS_H_
 
 #include <functional>
 
-namespace tessera::base {
+namespace tessera::model {
 
 struct ForeignPixels {
   // On `count` RGBA float pixels in place; may be called by several threads at once.
@@ -15,6 +15,6 @@ struct ForeignPixels {
   bool alpha = false;  // reads and writes the image's alpha; otherwise it sees an alpha of 1
 };
 
-}  // namespace tessera::base
+}  // namespace tessera::model
 
-#endif  // TESSERA_BASE_FOREIGN_PIXELS_H_
+#endif  // TESSERA_MODEL_FOREIGN_PIXELS_H_

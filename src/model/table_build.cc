@@ -9,12 +9,12 @@
 #include <Imath/half.h>
 
 #include "base/number_text.h"
-#include "base/table_axis.h"
+#include "model/table_axis.h"
 #include "tessera/error.h"
 #include "tessera/table.h"
 
 namespace tessera {
-namespace base {
+namespace model {
 
 std::vector<int> TableSizes(const Roi& window, int channels, const TableLayout& layout) {
   const auto given = static_cast<int>(layout.slices.size());
@@ -52,7 +52,7 @@ std::vector<int> TableSizes(const Roi& window, int channels, const TableLayout& 
   return sizes;
 }
 
-}  // namespace base
+}  // namespace model
 
 namespace {
 
@@ -96,7 +96,7 @@ double Probe(int64_t n, int axis, int dims) {
 }  // namespace
 
 Table TableFromImage(const ConstImageView& image, const TableLayout& layout) {
-  std::vector<int> sizes = base::TableSizes(image.roi, image.channels, layout);
+  std::vector<int> sizes = model::TableSizes(image.roi, image.channels, layout);
   std::vector<float> samples;
   samples.reserve(static_cast<size_t>(image.roi.pixels()) * static_cast<size_t>(image.channels));
   AppendPixels(image, samples);

@@ -1,12 +1,12 @@
 // What the lookup operations keep: the table beside the public parameters. Read by their references.
-#ifndef TESSERA_BASE_LOOKUP_PARAMS_H_
-#define TESSERA_BASE_LOOKUP_PARAMS_H_
+#ifndef TESSERA_MODEL_LOOKUP_SETTINGS_H_
+#define TESSERA_MODEL_LOOKUP_SETTINGS_H_
 
 #include <vector>
 
 #include "tessera/table.h"
 
-namespace tessera::base {
+namespace tessera::model {
 
 struct LookupSettings {
   Table table;  // empty: input 1 is the table, laid out as `layout` says
@@ -24,6 +24,6 @@ struct Tables1DSettings {
   LookupParams lookup;
 };
 
-}  // namespace tessera::base
+}  // namespace tessera::model
 
-#endif  // TESSERA_BASE_LOOKUP_PARAMS_H_
+#endif  // TESSERA_MODEL_LOOKUP_SETTINGS_H_

@@ -1,7 +1,7 @@
 // What a volume's picture keeps: its parameters, completed and checked, and the samples of blocks of noise,
 // as the march and its reference read them.
-#ifndef TESSERA_OPS_VOLUME_SETTINGS_H_
-#define TESSERA_OPS_VOLUME_SETTINGS_H_
+#ifndef TESSERA_MODEL_VOLUME_SETTINGS_H_
+#define TESSERA_MODEL_VOLUME_SETTINGS_H_
 
 #include <cstdint>
 #include <memory>
@@ -61,4 +61,4 @@ inline constexpr double kFurRoot = 0.22;  // light at the roots
 
 }  // namespace tessera::ops::volume
 
-#endif  // TESSERA_OPS_VOLUME_SETTINGS_H_
+#endif  // TESSERA_MODEL_VOLUME_SETTINGS_H_

@@ -1,11 +1,11 @@
 // Exact Euclidean distance transforms of grids.
-#include "base/distance_transform.h"
+#include "model/distance_transform.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace tessera::base {
+namespace tessera::model {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
@@ -87,4 +87,4 @@ std::vector<float> SquaredDistances(const std::array<int, 3>& size, const std::v
   return squared;
 }
 
-}  // namespace tessera::base
+}  // namespace tessera::model
