@@ -1,4 +1,4 @@
-# What the samples with Blender share; sourced as ". blender_common.sh NAME [OUTDIR]" by samples/NAME.sh.
+# What the samples with Blender share; sourced as ". blender_common.sh NAME [OUTDIR]" by the sample NAME.
 # Sets out, tessera and here; without Blender or oiiotool it says so and exits with 77 (skipped).
 fail() {
   echo "$name.sh: error: $*" >&2

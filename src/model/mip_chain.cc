@@ -90,7 +90,7 @@ std::vector<Table> MipChain(const Table& table, MipFilter filter, const std::vec
   std::vector<Table> levels = {table};
   const auto channels = static_cast<size_t>(table.channels());
   // Means of means are means; any other filter, and entries that overlap at the ends, must start from level
-  // 0, or each level widens what the one above has smoothed (spec/accumulation-and-convolution.md).
+  // 0, or each level widens what the one above has smoothed (doc/maths/lookup.md).
   const bool recursive = filter == MipFilter::kBox && table.align() == TableAlign::kCentres;
   while (levels.back().entries() > 1) {
     const Table& from = recursive ? levels.back() : table;

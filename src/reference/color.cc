@@ -1,4 +1,4 @@
-// The oracle of the colour operations, from the stepwise formulas of spec/color.md, in double.
+// The oracle of the colour operations, from the stepwise formulas of doc/maths/color.md, in double.
 #include "tessera/ops/color.h"
 
 #include <algorithm>

@@ -56,7 +56,7 @@ int64_t Wrapped(int64_t i, int64_t n, TableWrap wrap, bool ends) {
   return i;
 }
 
-// The kernel k(x) of spec/lookup-tables.md.
+// The kernel k(x) of doc/maths/lookup.md.
 double Kernel(CubicKernel kernel, double x) {
   const double b = kernel == CubicKernel::kMitchell ? 1.0 / 3 : kernel == CubicKernel::kBSpline ? 1 : 0;
   const double c = kernel == CubicKernel::kMitchell ? 1.0 / 3 : kernel == CubicKernel::kBSpline ? 0 : 0.5;

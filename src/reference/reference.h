@@ -35,8 +35,8 @@ inline constexpr double kUnknownJump = 1e30;
 
 // What a reference function is given. `out` has its roi set; in[k] covers the region input_roi asked for
 // (out.roi for point operations). `scale`, when not null, has out's shape and receives what the operation's
-// bound is a multiple of (ACCURACY: S = sum |w x| for a weighted sum, max |RGB| for hue, |result| for one
-// rounding): bound = OpInfo::bound_u * 2^-24 * scale.
+// bound is a multiple of (doc/accuracy.md: S = sum |w x| for a weighted sum, max |RGB| for hue,
+// |result| for one rounding): bound = OpInfo::bound_u * 2^-24 * scale.
 struct Call {
   const std::any& parameters;  // the op's parameter struct
   std::span<const ImageD> in;

@@ -1,4 +1,4 @@
-// The oracle of places and fog, from the formulas of spec/fog.md, in double.
+// The oracle of places and fog, from the formulas of doc/maths/fog.md, in double.
 #include "tessera/ops/shade.h"
 
 #include <algorithm>

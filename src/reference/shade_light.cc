@@ -1,4 +1,4 @@
-// The oracle of shadows, lights and solid textures, from spec/shadow.md and spec/solid-texture.md, in double.
+// The oracle of shadows, lights and solid textures, from doc/maths/shadow.md and doc/maths/solid.md. Double.
 #include <algorithm>
 #include <cfloat>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Bump mapping: spec/bump.md's table of errors, its checks and hard cases, on every target.
+// Bump mapping: doc/maths/bump.md's table of errors, its checks and hard cases, on every target.
 #include "tessera/ops/bump.h"
 
 #include <gmock/gmock.h>

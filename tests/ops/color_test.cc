@@ -1,4 +1,4 @@
-// Colour operations on every target: checks and hard cases of spec/color.md, bounds against the oracle,
+// Colour operations on every target: checks and hard cases of doc/maths/color.md, bounds against the oracle,
 // folding.
 #include "tessera/ops/color.h"
 
@@ -181,7 +181,7 @@ TEST_P(ColorTest, HueIsAGroup) {
   // The plain rotation by 120 degrees is the permutation R to G to B.
   const Samples turned = Values(RotateHue(Pixels({1, 0, 0, 0.5f}), {120, false}));
   EXPECT_LT(MaxDifference(turned, {0, 1, 0, 0.5f}), 1e-7);
-  // Haeberli's weights, values printed in spec/color.md.
+  // Haeberli's weights, values printed in doc/maths/color.md.
   EXPECT_LT(MaxDifference(Values(RotateHue(Pixels({1, 0, 0, 1}), Degrees(90), kHaeberli)),
                           {0.0041055f, 0.5814557f, -0.5732448f, 1}),
             1e-6);

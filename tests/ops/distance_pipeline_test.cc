@@ -80,8 +80,8 @@ struct Row {
   bool every_stage;
   double max, rms;
 };
-// What was measured. spec/fog.md states for the stored sum of squares 0.044, 0.011 and 0.0028: the square
-// root of half a code.
+// What was measured. doc/maths/fog.md states for the stored sum of squares 0.044, 0.011 and 0.0028: the
+// square root of half a code.
 constexpr Row kRows[] = {
     {8, false, 0.044, 0.0100},   {8, true, 0.057, 0.0105},     {12, false, 0.011, 0.00249},
     {12, true, 0.0136, 0.00254}, {16, false, 0.0028, 0.00063}, {16, true, 0.0034, 0.00064},

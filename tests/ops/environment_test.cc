@@ -1,5 +1,5 @@
-// Environment maps: the accuracy row (1/1024 texel, continuity over seams and poles), spec/environment.md's
-// checks and hard cases, on every target.
+// Environment maps: the accuracy row (1/1024 texel, continuity over seams and poles),
+// doc/maths/environment.md's checks and hard cases, on every target.
 #include "tessera/ops/environment.h"
 
 #include <gmock/gmock.h>
@@ -363,7 +363,7 @@ TEST_P(EnvironmentTest, AFramebufferOfFewBitsShowsItsSteps) {
     }
     return angle;
   };
-  // spec/environment.md: 8 bits turn reflections by up to 0.74 degrees.
+  // doc/maths/environment.md: 8 bits turn reflections by up to 0.74 degrees.
   EXPECT_NEAR(worst(8), 0.68, 0.12);
   EXPECT_NEAR(worst(12), 0.68 / 16, 0.02);
 }

@@ -1,4 +1,4 @@
-// Fog: spec/fog.md's checks and hard cases on every target, transmittance within its ULPs, the papers'
+// Fog: doc/maths/fog.md's checks and hard cases on every target, transmittance within its ULPs, the papers'
 // tables.
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Normals transformed and packed, Phong's lighting by formula and by table: spec/environment.md's checks and
-// hard cases.
+// Normals transformed and packed, Phong's lighting by formula and by table: doc/maths/environment.md's checks
+// and hard cases.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -186,7 +186,7 @@ TEST_P(LightingTest, PowerTablesErrAsTheSpecificationSays) {
     EXPECT_LE(worst, row.error * 1.3);
     EXPECT_GE(worst, row.error * 0.5);
     if (row.exponent == 50) {
-      // Exponent 50 in 8 bits: spec/bump.md counts four codes above one half.
+      // Exponent 50 in 8 bits: doc/maths/bump.md counts four codes above one half.
       p.bits = 8;
       const Image coarse = Render(Phong(FromImage(Vectors(n)), p));
       std::vector<float> above;
@@ -200,7 +200,7 @@ TEST_P(LightingTest, PowerTablesErrAsTheSpecificationSays) {
   }
 }
 
-// The highlight as a sphere map: spec/environment.md's table of errors by size and exponent, bilinear.
+// The highlight as a sphere map: doc/maths/environment.md's table of errors by size and exponent, bilinear.
 TEST_P(LightingTest, HighlightMapsErrAsTheSpecificationSays) {
   std::vector<Vector3> directions;
   for (const Vector3& d : RandomDirections(60000, 5)) {

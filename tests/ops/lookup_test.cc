@@ -1,4 +1,4 @@
-// Tables and lookups on every target: spec/lookup-tables.md's checks and hard cases, bounds against the
+// Tables and lookups on every target: doc/maths/lookup.md's checks and hard cases, bounds against the
 // oracle.
 #include "tessera/ops/lookup.h"
 

@@ -1,4 +1,4 @@
-// Shadows and projected light: spec/shadow.md's checks and hard cases on every target.
+// Shadows and projected light: doc/maths/shadow.md's checks and hard cases on every target.
 #include <gtest/gtest.h>
 
 #include <cmath>

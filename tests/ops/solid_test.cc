@@ -1,4 +1,4 @@
-// Solid textures: spec/solid-texture.md's checks and hard cases on every target.
+// Solid textures: doc/maths/solid.md's checks and hard cases on every target.
 #include <gtest/gtest.h>
 
 #include <cmath>

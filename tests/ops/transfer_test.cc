@@ -89,7 +89,7 @@ TEST(TransferTest, ClampsAndCodesWhereAsked) {
 }
 
 TEST(TransferTest, RotationAboutTheMiddleOfTheCube) {
-  // Spec: scale 2, bias -1, rotation, scale 1/2, bias 1/2 fixes (1/2, 1/2, 1/2) and turns the rest about it.
+  // Scale 2, bias -1, rotation, scale 1/2, bias 1/2 fixes (1/2, 1/2, 1/2) and turns the rest about it.
   const TransferParams p{.scale = {2, 2, 2, 1},
                          .bias = {-1, -1, -1, 0},
                          .matrix = {0, -1, 0, 1, 0, 0, 0, 0, 1},

@@ -13,7 +13,8 @@
 
 namespace tessera {
 
-/// Spec: accumulation-and-convolution.md; the operators are those of GL's accumulation buffer. u = 2^-24.
+/// The operators are those of GL's accumulation buffer (Haeberli and Akeley 1990; OpenGL 2.1, 4.2.4;
+/// McReynolds et al. 1997, 6.4, 7.5, 9.2); doc/maths/filter.md. u = 2^-24.
 /// @file
 
 /// How an accumulation buffer stores its numbers. kFixed models the papers' hardware: numbers in [-1, 1] with

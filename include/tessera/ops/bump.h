@@ -15,7 +15,7 @@ namespace tessera {
 /// UP (against the rows), z towards the viewer. f_x and f_y are the height's derivatives per pixel; the
 /// perturbed normal is (-f_x, -f_y, 1)/sqrt(1 + f_x^2 + f_y^2). Differences are taken first, in double:
 /// adding a constant to all heights changes nothing. NaN reaches the pixels whose differences it takes part
-/// in. Spec: bump.md; the course notes' 8.3-8.4. @file
+/// in. Sources: McReynolds et al. 1997, 8.3 and 8.4; Peercy et al. 1997; doc/maths/bump.md. @file
 
 /// How slopes are measured.
 enum class Slope : uint8_t {
@@ -86,7 +86,7 @@ Node TangentNormals(const Node& map, const Node& normals, const Node& tangents,
 /// where P_u x P_v is turned against N. On a square patch, |P_u| = |P_v| = k, the relief is 1/k as steep as
 /// on a unit patch. Where N is zero or not finite the result is 0; where P_u and P_v give no area, or are not
 /// finite, or the sum is 0, N. `packed` maps hold (n + 1)/2. Other channels of the map pass. |error| <= 4 u.
-/// Spec: bump.md, general surface.
+/// Source: Peercy et al. 1997, equations 1 to 6; doc/maths/bump.md.
 struct SurfaceBumpParams {
   bool packed = true;  ///< the map holds (n + 1)/2
   double scale = 1;    ///< of the heights

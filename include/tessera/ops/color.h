@@ -16,7 +16,8 @@ namespace tessera {
 /// the channels present. Neighbours that are affine (all but Cmyk, Interpolate, Premultiply, Unpremultiply,
 /// and a contrast about the image's own mean) fold into one matrix in double. A NaN or infinity in R, G or B
 /// reaches R, G and B of its pixel in matrices (not in scale and bias); alpha is not touched by it. u =
-/// 2^-24. Formulas: spec/color.md. @file
+/// 2^-24. Sources: Haeberli 1993; Haeberli and Voorhies 1994; McReynolds et al. 1997, 12.2;
+/// doc/maths/color.md. @file
 
 /// Weights of R, G, B in the luminance L = w . (R,G,B). They are divided by their sum when an operation is
 /// built; Error when one is not finite or the sum's magnitude is below 1e-6. Zero and negative weights are

@@ -16,8 +16,8 @@ namespace tessera {
 /// alpha beyond [0, 1], glows (alpha 0 with colour), NaN and infinities follow IEEE 754; integer results
 /// saturate and are rounded once. Where data windows differ the result covers both, as oiiotool does, and an
 /// image is transparent black beyond its own. Images have equal numbers of channels in the same order, else
-/// Error. u = 2^-24. Spec: compositing.md; Porter and Duff, Compositing Digital Images, 1984; OpenGL 4.6
-/// sections 17.3.4 to 17.3.6; W3C Compositing and Blending Level 1. @file
+/// Error. u = 2^-24. Sources: Porter and Duff 1984; OpenGL 4.6, 17.3.4 to
+/// 17.3.6; W3C 2015; McReynolds et al. 1997, 10 and 14; doc/maths/composite.md. @file
 
 /// The first over the second, to oiiotool's letter: a + (1 - clamp(alpha of a, 0, 1)) b in every channel but
 /// depth, which is a's where that clamped alpha is not 0, else b's. |error| <= 3 u (|a| + |(1 - alpha) b|);

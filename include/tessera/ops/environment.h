@@ -36,7 +36,8 @@ namespace tessera {
 /// half texel next to a latitude-longitude map's pole, and the last texel inside a sphere map's rim, run
 /// towards the mean of the texels around it. Places are right within 1/1024 texel on maps 16,384 texels wide,
 /// at seams and poles too. The result lies within the range of the texels read. NaN texels reach only results
-/// in which they have weight. Spec: environment.md.
+/// in which they have weight. Sources: McReynolds et al. 1997, 9.3.2; Heidrich and Seidel
+/// 1998; doc/maths/environment.md.
 enum class EnvironmentMap : uint8_t { kSphere, kParabolic, kDualParabolic, kLatLong, kCube };
 
 /// The lookup's direction.

@@ -13,7 +13,7 @@ namespace tessera {
 
 /// All act on every channel alike, alpha included, and clamp nothing. NaN and infinity spread exactly over
 /// the part of a kernel that has weight. S is the sum of |weight * sample| under the kernel, k its number of
-/// weights, u = 2^-24. Formulas and the papers' mistakes: spec/accumulation-and-convolution.md. @file
+/// weights, u = 2^-24. Formulas and the papers' mistakes: doc/maths/filter.md. @file
 
 /// What lies beyond the image.
 enum class BorderMode {
@@ -27,7 +27,7 @@ enum class BorderMode {
 };
 
 /// How a result is computed. All give the same picture within their bounds; kAuto takes the cheapest that
-/// stays within ACCURACY's row.
+/// stays within the bound of doc/accuracy.md.
 enum class FilterMethod {
   kAuto,
   kDirect,     ///< every weight of the kernel
@@ -54,7 +54,7 @@ struct Kernel {
   }
 };
 
-/// A kernel by name. Of fixed size (spec, section "Kernels"; weights as printed, with the divisor that makes
+/// A kernel by name. Of fixed size (doc/maths/filter.md; weights as printed, with the divisor that makes
 /// their sum 1 where they are a mean or a smoothing): line_horizontal, line_vertical, line_left, line_right,
 /// emboss_n .. emboss_nw, mean3, smooth3, smooth5 (1 4 6 4 1 binomial), smooth5_course, highpass3, highpass5,
 /// highpass5_course, laplacian3, laplacian5, sobel_x, sobel_y, prewitt_x, prewitt_y, scharr_x, scharr_y. Of

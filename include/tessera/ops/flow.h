@@ -127,7 +127,7 @@ struct LicParams {
 /// pixel to pixel; kRk4 160. A texture sample per tap. Memory: a copy of the field, the noise.
 ///
 /// Errors: fewer than two channels, weights that are not finite or sum to 0, parameters out of range. Source:
-/// Cabral, Leedom 1993; Stalling, Hege 1995; spec/lic.md.
+/// Cabral and Leedom 1993; Stalling and Hege 1995; doc/maths/flow.md.
 Node Lic(const Node& field, const LicParams& params = {});
 /// The image smeared along the field.
 Node Lic(const Node& image, const Node& field, const LicParams& params = {});

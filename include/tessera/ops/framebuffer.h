@@ -17,7 +17,7 @@
 
 namespace tessera {
 
-/// Spec: compositing.md; OpenGL 2.1 chapter 4, "Per-Fragment Operations". @file
+/// Source: OpenGL 2.1, chapter 4, "Per-Fragment Operations"; doc/maths/composite.md. @file
 
 /// What arrives: one fragment for every pixel of `color`'s data window (R, G, B, A) where `coverage` is not
 /// given or above 1/2. Depth is the first channel of `depth`, or `z` everywhere, squeezed to scale * depth +

@@ -17,7 +17,7 @@ namespace tessera {
 /// pixel's centre or edge counts as there, so identities, whole shifts, flips and quarter turns keep the
 /// pixels' bits. Weights sum to 1 within 1 ULP. NaN and infinities spread only to results that give them
 /// weight. |error| <= 6 u V, V the largest |value| under the filter times the sum of |weight|, u = 2^-24.
-/// Spec: lookup-tables.md, accumulation-and-convolution.md.
+/// Sources: Keys 1981; Mitchell and Netravali 1988; doc/maths/geometry.md.
 ///
 /// Filters, by oiiotool's names (width in pixels of the coarser image): box 1, triangle (linear) 2, gaussian
 /// 3, sharp-gaussian 2, catmull-rom (catrom) 4, blackman-harris 3, sinc 4, lanczos3 6, radial-lanczos3 6,

@@ -23,9 +23,9 @@ namespace tessera {
 /// return its bits. kMipmap: level log2(rho), rho the larger of the coordinate differences per pixel along x
 /// and y in texels of level 0, each the smaller of the differences to the two neighbours that exist and are
 /// valid, so that an object's edge does not blur; blended linearly between two levels of MipChain(kBox).
-/// Spec: lookup-tables.md. Cost: one pass over the coordinates; kMipmap builds the chain when the node is
-/// made (or evaluated, for a node). Errors: a coordinate channel that is missing (those present are listed),
-/// kMipmap of four dimensions.
+/// Sources: Heidrich et al. 1999, 2 and 7; Williams 1983; doc/maths/lookup.md. Cost: one pass over the
+/// coordinates; kMipmap builds the chain when the node is made (or evaluated, for a node). Errors: a
+/// coordinate channel that is missing (those present are listed), kMipmap of four dimensions.
 Node Lookup(const Node& coords, const Table& table, const LookupParams& params = {});
 /// The table is an image that is computed whole first; layout as in TableFromImage. The result has its
 /// channel names.
@@ -51,7 +51,8 @@ LostCoordinates CountLostCoordinates(const Node& coords, int dims, const LookupP
 /// R, G, B (clamped to [0,1], NaN to 0) are the coordinates of a 3-D table of three or four channels; its
 /// first three results replace them, alpha and other channels keep their bits. Error unless the image has
 /// three channels. kNearest, kLinear, kTetrahedral, kCubic. |error| as Lookup; uint8 and uint16 results are
-/// correctly rounded but within 2^-12 of a code of a tie. Source: spec/lookup-tables.md.
+/// correctly rounded but within 2^-12 of a code of a tie. Source: McReynolds et al. 1997, 12.2.3;
+/// doc/maths/lookup.md.
 struct Table3DParams {
   TableFilter filter = TableFilter::kTetrahedral;  ///< how entries are combined
   CubicKernel cubic = CubicKernel::kCatmullRom;    ///< of kCubic

@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-/// Spec: compositing.md, "Silhouette by counting", "Halo from depth", billboard smoke; u = 2^-24. @file
+/// Sources: McReynolds et al. 1997, 6.3, 11.1, 11.6, 15.2, 15.3; doc/maths/composite.md; u = 2^-24. @file
 
 /// Lines of a picture from what lies behind its pixels. A pixel is 1 when it differs from a 4-neighbour
 /// inside the image, else 0; each test serves where its image is given:

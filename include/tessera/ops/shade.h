@@ -93,9 +93,8 @@ enum class FogMode : uint8_t {
 /// positions. Colours of fewer than three channels are greys, as AsColors takes them. `fog_color`, when
 /// given, is F per pixel (R,G,B). `density_factor`'s first channel multiplies the density (kLinear and
 /// kTransmittance: 1 - T): below 1 for pixels that emit light, 0 (or NaN) for pixels to be left alone. Cost:
-/// about 5 ns per pixel and core. Errors: density below 0, ranges that are not finite. Source: spec/fog.md;
-/// Heidrich et al., "Applications of Pixel Textures in Visualization and Realistic Image Synthesis", section
-/// 5.
+/// about 5 ns per pixel and core. Errors: density below 0, ranges that are not finite. Source: Heidrich et
+/// al. 1999, 5; doc/maths/fog.md.
 struct FogParams {
   FogMode mode = FogMode::kExp;                   ///< how transmittance falls
   double density = 1;                             ///< per world unit, at least 0
@@ -183,7 +182,7 @@ enum class ShadowFilter : uint8_t {
 /// - m - bias| < 4 u. A negative `bias` is worked out from the map: half the tap distance times the slope of
 /// the depths around each texel, plus the map's quantisation step and what half-float positions have lost.
 /// Cost: size 1 4 ns, size 3 7 ns per pixel and core; the map is prepared once. Errors: a matrix that is not
-/// finite or singular. Source: spec/shadow.md; Williams 1978, Reeves et al. 1987, Segal et al. 1992.
+/// finite or singular. Sources: Williams 1978; Reeves et al. 1987; Segal et al. 1992; doc/maths/shadow.md.
 struct ShadowParams {
   Matrix4 light = kIdentity4;                ///< world to the light's clip space
   double bias = -1;                          ///< added to the map's depths; negative: worked out from the map
@@ -242,7 +241,7 @@ enum class SolidKind : uint8_t { kTable, kMarble, kWood, kNoise, kContours, kHal
 /// kContours draws lines where plane . p is a multiple of 1 / frequency, `width` of the spacing wide, in
 /// `ink`; kHalftone compares C's luminance with a screen of `frequency` cells fixed to the solid, and is ink
 /// or C's white accordingly. |error| of p: one rounding of double; procedures 5e-5. Cost: table 9, marble of
-/// 4 octaves 20 ns per pixel and core. Source: spec/solid-texture.md; Peachey 1985, Perlin 1985.
+/// 4 octaves 20 ns per pixel and core. Sources: Peachey 1985; Perlin 1985; doc/maths/solid.md.
 struct SolidParams {
   SolidKind kind = SolidKind::kMarble;  ///< table or procedure
   Vector3 low = {0, 0, 0};              ///< corner of the block, world units

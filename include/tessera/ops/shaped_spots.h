@@ -28,8 +28,7 @@ struct ShapedSpotParams {
 /// everywhere (Campbell's theorem). Where the Jacobian is not finite, or stretches one direction 1000 times
 /// as much as the other, there is no spot. The result has one channel and position's windows. Error: 1e-6
 /// times the sum of heights around a pixel. Cost: 15 to 30 ns per pixel. Throws Error for parameters outside
-/// the ranges, and for fewer than two channels. Source: van Wijk, "Spot noise", 1991, section 4;
-/// spec/noise.md.
+/// the ranges, and for fewer than two channels. Source: van Wijk 1991, 4; doc/maths/noise.md.
 Node ShapedSpots(const Node& position, const ShapedSpotParams& params = {});
 
 }  // namespace tessera

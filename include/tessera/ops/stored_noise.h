@@ -34,7 +34,7 @@ struct StoredNoiseParams {
 /// of the edge. As a table of three dimensions, its lookups wrap with TableWrap::kRepeat (kMirror hides a
 /// seam of values, but not of slopes). Error of samples: 1e-6 times the sum of weights, and the storage's
 /// rounding. Cost: size^3 samples of noise, once. Throws Error for parameters outside the ranges. Source:
-/// Miller and Jones, "Hypertexture rendering on graphics hardware"; spec/noise.md, "Texture-encoded noise".
+/// Miller and Jones 2005, 4; doc/maths/noise.md.
 Table StoredNoise(const StoredNoiseParams& params = {});
 /// The same samples as an image for a file, slices of size x size stacked along y: `size` x size^2 pixels,
 /// which TableFromImage with slices = {size} makes a table of again.

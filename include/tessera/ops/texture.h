@@ -50,8 +50,8 @@ struct TextureParams {
 };
 
 /// Error: 4e-5 for colours, 2e-5 * k (terms * (t0 + c_1))^2 for kGardner. Cost: tens of ns per pixel and
-/// core. Throws Error for parameters outside the ranges. Sources: spec/noise.md; Gardner, "Visual simulation
-/// of clouds", 1985.
+/// core. Throws Error for parameters outside the ranges. Sources: Gardner 1985; McReynolds et al. 1997, 11;
+/// doc/maths/noise.md.
 Node Texture(const ImageSpec& spec, const TextureParams& params);
 
 }  // namespace tessera

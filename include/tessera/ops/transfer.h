@@ -40,7 +40,7 @@ enum class TransferClamp : uint8_t {
   kStages,  ///< after every stage that is there: a fixed-point framebuffer between passes
 };
 
-/// The stages in their order (numbers as in spec/pixel-transfer.md; those left at their defaults cost
+/// The stages in their order (numbers as in doc/maths/transfer.md; those left at their defaults cost
 /// nothing):
 ///  2 scale, bias          6 scale_convolved, bias_convolved     9 scale2, bias2
 ///  3 maps                 7 table_convolved                    10 table2

@@ -143,8 +143,8 @@ struct VolumeParams {
 /// Error against the double-precision march (kAttenuate: the integral, plus what midpoints of this step miss
 /// of it; kShearWarp: the sheared picture itself): 1e-5 at 256 samples, 1e-4 at 4,096 (premultiplied), plus
 /// what moving the ray by 1e-4 voxel changes (silhouettes), plus `termination`. Throws Error: empty volume or
-/// spec, parameters outside their ranges. Sources: spec/volume-and-hypertexture.md; Miller and Jones,
-/// "Texturing and Hypertexturing of Volumetric Objects", 2005; Lacroute and Levoy 1994.
+/// spec, parameters outside their ranges. Sources: Miller and Jones 2005; Lacroute and Levoy
+/// 1994; McReynolds et al. 1997, 13; doc/maths/volume.md.
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
 /// The same behind and between what has these depths.
 Node RenderVolume(const ImageSpec& spec, const Volume& volume, const VolumeParams& params,

@@ -71,7 +71,7 @@ OpInfo TangentNormalsInfo() {
       "B + c N of unit length; T is the tangent made perpendicular to N, B = N x T (T x N with "
       "lefthanded=1). A tangent along N or of length 0 leaves N; a normal that is 0 or not finite gives 0. "
       "inverse=1 brings directions (packed=0: as they are) into the frame: (v.T, v.B, v.N). Other channels "
-      "of the map pass. Source: spec/bump.md.";
+      "of the map pass. Source: McReynolds et al. 1997, 8.3.1.";
   info.bound = "4 u times the length of (a,b,c)";
   info.bound_u = 4;
   info.modifiers = {FlagModifier("packed", "the first image holds codes in [0,1]", "1"),
@@ -95,8 +95,8 @@ OpInfo SurfaceBumpInfo() {
       "surface's parameters u and v, of any length and angle. The map's (a,b,c) = (-f_u,-f_v,1) of a height "
       "f along the normal, codes (n+1)/2 unless packed=0, become normalise(c |PU x PV| N + s (a (PV x N) + b "
       "(N x PU))), s = scale=, negative where PU x PV points against N. PU and PV without area leave N; a "
-      "normal that is 0 or not finite gives 0. Other channels of the map pass. Source: spec/bump.md, the "
-      "reprint's equations 1 to 6.";
+      "normal that is 0 or not finite gives 0. Other channels of the map pass. Source: Blinn 1978; Peercy "
+      "et al. 1997, equations 1 to 6.";
   info.bound = "4 u";
   info.bound_u = 4;
   info.modifiers = {FlagModifier("packed", "the first image holds codes in [0,1]", "1"),
@@ -119,8 +119,8 @@ OpInfo CombineNormalsInfo() {
       "hypertexture paper; larger K is smoother (B at right angles tilts by 45 degrees at K=1, 27 at 2, 7 at "
       "8); V where the sum is shorter than 1e-6. method=tilt: normalise(V - K (B - (B.V) V)) of a gradient B "
       "of any length, which tilts by less than 90 degrees. Unpack codes first (--normals:unpack=1). A normal "
-      "V that is 0 or not finite gives 0. Source: spec/bump.md, equation 7 of "
-      "spec/volume-and-hypertexture.md's source.";
+      "V that is 0 or not finite gives 0. Source: Miller and Jones 2005, "
+      "equation 7.";
   info.bound = "4 u";
   info.bound_u = 4;
   ParamInfo k;

@@ -192,7 +192,7 @@ OpInfo HeightNormalsInfo() {
       "HEIGHT --normalmap gives X,Y,Z = (-f_x, -f_y, 1)/sqrt(1 + f_x^2 + f_y^2) of the first channel f, "
       "times scale=, in pixels; x to the right, y up. slope=central is (f(x+1) - f(x-1))/2, forward f(x+1) - "
       "f(x), sobel its operator over 8, gaussian the derivative of a Gaussian over 7x7 pixels. pack=1 stores "
-      "(n+1)/2. Adding a constant to the heights changes nothing. Source: spec/bump.md.";
+      "(n+1)/2. Adding a constant to the heights changes nothing. Source: McReynolds et al. 1997, 8.3.2.";
   info.bound = "4 u";
   info.bound_u = 4;
   info.modifiers = {NumberModifier("scale", "1", -1e30, 1e30, "of the heights"), SlopeChoice(),
@@ -217,7 +217,7 @@ OpInfo BumpInfo() {
       "0)^exponent with H halfway to +z; emboss E + 1/2. method=normals works with slopes; shift is shift "
       "and subtract about the pixel, E = f(p - s L/2) - f(p + s L/2), n'.L = (E/s + L_z)/sqrt(1 + f_x^2 + "
       "f_y^2); forward is the papers' E = f(p) - f(p + s L). length=0 leaves the root out, as hardware "
-      "without it did. bits=8 or 12 models its framebuffer. Source: spec/bump.md.";
+      "without it did. bits=8 or 12 models its framebuffer. Source: McReynolds et al. 1997, 8.3.";
   info.bound = "4 u (1 + |E|/s), specular times 1 + exponent";
   info.bound_u = 4;
   info.modifiers = {

@@ -10,7 +10,7 @@ OpInfo BrightnessInfo() {
   info.summary = "Scale R,G,B: interpolation from black";
   info.help =
       "R,G,B are multiplied by X: 0 is black, 1 the input bit for bit, above 1 brighter. Alpha and further "
-      "channels are kept. Source: spec/color.md, interpolate / extrapolate.";
+      "channels are kept. Source: Haeberli and Voorhies 1994.";
   info.bound = "2 u |X v|";
   info.bound_u = 2;
   info.arguments = {NumberParam("X", "factor, 1 keeps the image")};

@@ -10,7 +10,7 @@ OpInfo CmyInfo() {
   info.summary = "Cyan, magenta, yellow: 1 - (R,G,B)";
   info.help =
       "R,G,B become 1 - R, 1 - G, 1 - B under the same channel names; alpha and further channels are kept. "
-      "It is its own inverse. Meant for unpremultiplied colours. Source: spec/color.md, CMY.";
+      "It is its own inverse. Meant for unpremultiplied colours. Source: McReynolds et al. 1997, 12.2.4.";
   info.bound = "u (1 + |v|)";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Cmy(in[0]); };

@@ -65,7 +65,7 @@ OpInfo CmykInfo() {
   info.help =
       "C,M,Y = 1 - (R,G,B), K = min(C,M,Y), and K is taken off C, M and Y (simple removal). The result has "
       "the four channels C, M, Y, K; the fourth holds K, and alpha and further channels are dropped. In the "
-      "minimum a number wins over NaN. Source: spec/color.md, CMYK.";
+      "minimum a number wins over NaN. Source: McReynolds et al. 1997, 12.2.4.";
   info.bound = "4 u max(1,|R|,|G|,|B|)";
   info.bound_u = 4;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Cmyk(in[0]); };

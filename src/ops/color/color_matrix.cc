@@ -97,7 +97,7 @@ OpInfo ColorMatrixInfo() {
       "matrix, giving the column form. An image without alpha takes part with the upper left 3x3 and the "
       "bias. unpremult=1 divides R,G,B by alpha before and multiplies by the same alpha after; where alpha "
       "is 0 it does neither. NaN or infinity in R, G or B reaches all three; it passes between colour and "
-      "alpha only where some entry couples them. Source: spec/color.md.";
+      "alpha only where some entry couples them. Source: McReynolds et al. 1997, 12.2.4.";
   info.bound = "4 u (sum of |m v| + |bias|), 8 u with unpremult";
   info.bound_u = 8;
   ParamInfo m;

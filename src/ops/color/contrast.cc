@@ -45,8 +45,7 @@ OpInfo ContrastInfo() {
       "R,G,B become pivot + X * (v - pivot): above 1 more contrast, between 0 and 1 less, 1 the input bit "
       "for bit. Without a pivot it is the mean luminance of the image (rec709 weights) over its finite "
       "pixels, found in a pass of its own and kept by the operation; an image without finite pixels comes "
-      "back unchanged. Alpha is kept. Source: spec/color.md, interpolate / extrapolate (whose seed has the "
-      "direction reversed).";
+      "back unchanged. Alpha is kept. Source: Haeberli and Voorhies 1994.";
   info.bound = "2 u (|X v| + |(1-X) pivot|)";
   info.bound_u = 2;
   info.arguments = {NumberParam("X", "factor, 1 keeps the image")};

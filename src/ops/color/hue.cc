@@ -59,8 +59,8 @@ OpInfo HueInfo() {
       "default) shears so that the weighted luminance stays: H = 1 w^T + cos P + sin P [g]x, P = I - 1 w^T; "
       "preserve=none is the plain rotation, which keeps R+G+B. Greys stay grey. The angle is reduced modulo "
       "360 in double; 0 and 360 return the input bit for bit. Results may leave [0,1]; clamp at the end, not "
-      "between. Alpha is kept; NaN or infinity in R, G or B reaches all three. Source: spec/color.md, hue "
-      "rotation (with its correction of the shear).";
+      "between. Alpha is kept; NaN or infinity in R, G or B reaches all three. Source: Haeberli 1993; "
+      "McReynolds et al. 1997, 12.2.4 (with the shear transposed).";
   info.bound = "8 u max(|R|,|G|,|B|); with negative weights times (sum of |weight|) / |sum|";
   info.bound_u = 8;
   info.arguments = {NumberParam("DEG", "angle in degrees")};

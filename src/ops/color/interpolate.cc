@@ -82,7 +82,7 @@ OpInfo InterpolateInfo() {
   info.help =
       "(1 - X) * first + X * second, every channel. X = 0 and X = 1 return the first and the second image "
       "bit for bit, X outside [0,1] extrapolates; equal images give themselves for any X. FLT_MAX and "
-      "-FLT_MAX meet at 0. Source: spec/color.md, interpolate / extrapolate.";
+      "-FLT_MAX meet at 0. Source: Haeberli and Voorhies 1994.";
   info.bound = "4 u (|(1-X) first| + |X second|)";
   info.bound_u = 4;
   info.arguments = {NumberParam("X", "weight of the second image")};

@@ -10,7 +10,7 @@ OpInfo LuminanceInfo() {
   info.summary = "Grey image of the weighted luminance";
   info.help =
       "R = G = B = wR R + wG G + wB B; alpha and further channels are kept. The weights are divided by their "
-      "sum; a sum near 0 is refused. Source: spec/color.md, luminance matrix.";
+      "sum; a sum near 0 is refused. Source: Haeberli 1993.";
   info.bound = "4 u (|wR R| + |wG G| + |wB B|)";
   info.bound_u = 4;
   info.modifiers = {WeightsParam()};

@@ -103,8 +103,8 @@ OpInfo PremultiplyInfo() {
   info.summary = "Multiply R,G,B by alpha";
   info.help =
       "R,G,B become R*A, G*A, B*A; alpha and further channels are kept, and the mark oiio:UnassociatedAlpha "
-      "is taken off. An image without alpha is returned unchanged. Source: as oiiotool --premult, "
-      "spec/color.md, premultiplied alpha.";
+      "is taken off. An image without alpha is returned unchanged. As oiiotool "
+      "--premult. Source: Porter and Duff 1984.";
   info.bound = "u |result|";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Premultiply(in[0]); };

@@ -12,7 +12,7 @@ OpInfo SaturateInfo() {
       "R,G,B become S * (R,G,B) + (1 - S) * L, L being the weighted luminance. S = 0 is grey, 1 the input "
       "bit for bit, above 1 oversaturated, below 0 the chroma is reflected through grey. Alpha and further "
       "channels are kept; nothing is clamped. NaN or infinity in R, G or B reaches all three. Source: "
-      "spec/color.md, saturation.";
+      "Haeberli 1993.";
   info.bound = "8 u max(|R|,|G|,|B|) max(1,|S|); with negative weights times (sum of |weight|) / |sum|";
   info.bound_u = 8;
   info.arguments = {NumberParam("S", "saturation factor, 1 keeps the image")};

@@ -31,7 +31,7 @@ OpInfo YiqInfo() {
       "Y = 0.299 R + 0.587 G + 0.114 B, I = 0.596 R - 0.275 G - 0.321 B, Q = 0.212 R - 0.523 G + 0.311 B, in "
       "the places of R, G, B; names and alpha are kept. inverse=1 goes back with the inverse of exactly "
       "these numbers, computed in double. I and Q are negative for many colours: store them as float or "
-      "half. Source: spec/color.md, YIQ.";
+      "half. Source: McReynolds et al. 1997, 12.2.4.";
   info.bound = "4 u sum of |m v|";
   info.bound_u = 4;
   ParamInfo inverse;

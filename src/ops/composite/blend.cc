@@ -168,7 +168,7 @@ OpInfo BlendInfo() {
       "Nothing is limited in float; integers saturate and are rounded once. T is 0 unless both alphas are "
       "positive. The non-separable modes limit colours to [0, alpha] first. Images without alpha are "
       "opaque; the result covers both windows. Source: Porter and Duff 1984, OpenGL 4.6 section 17.3.6, W3C "
-      "Compositing and Blending Level 1 sections 9 and 10, spec/compositing.md.";
+      "Compositing and Blending Level 1 sections 9 and 10.";
   info.bound =
       "4 u (Porter-Duff, GL), 8 u (separable), 32 u (non-separable) * sum of the magnitudes of the terms";
   info.bound_u = 4;

@@ -113,8 +113,8 @@ OpInfo DissolveInfo() {
       "and pixels that have turned stay so as T grows. pattern=noise: a hash of the pixel (seed=); ordered: "
       "the 16x16 Bayer matrix; right, down: a wipe towards that side; image: A B PATTERN --dissolve, h the "
       "first channel of PATTERN, in [0,1), NaN keeps A. The share of B is T where h is spread evenly; an "
-      "8-bit pattern has 256 steps. For a cross-fade see --interp. Source: stencil dissolve of the SGI "
-      "course notes, spec/compositing.md.";
+      "8-bit pattern has 256 steps. For a cross-fade see --interp. Source: McReynolds et "
+      "al. 1997, 14.1.";
   info.bound = "exact";
   ParamInfo t;
   t.name = "T";

@@ -208,7 +208,7 @@ OpInfo EdgesInfo() {
       "zero or NaN normal always). Ids: a neighbour's differs. Each test is made where its channels are: "
       "depthchannel= (default the first named Z or depth), normalchannels= (three; default N.x,N.y,N.z and "
       "the like), idchannel=. Silhouettes of a mask are --outline, lines that stop behind others --halo. "
-      "Source: spec/compositing.md, tessera rule.";
+      "Compare McReynolds et al. 1997, 15.3.";
   info.bound = "exact";
   info.modifiers = {NumberModifier("depth", "0.01", 0, 1e30, "tolerance, relative to 1/z"),
                     NumberModifier("normal", "30", 0, 90, "degrees between neighbours' normals"),
@@ -243,8 +243,8 @@ OpInfo OutlineInfo() {
   info.help =
       "The mask is the first channel above 1/2; k counts its pixels among the four neighbours. kind=inner: "
       "mask pixels with k < 4; outer: pixels beside the mask, k > 0; both; count: k / 4. Outside the image "
-      "nothing is mask; clamp=1 repeats the edge. The result has one channel. Source: spec/compositing.md, "
-      "tessera rule.";
+      "nothing is mask; clamp=1 repeats the edge. The result has one channel. Compare "
+      "McReynolds et al. 1997, 15.3.";
   info.bound = "exact";
   info.modifiers = {ChoiceModifier("kind", OutlineNames(), "which pixels are marked"),
                     FlagModifier("clamp", "1: the mask goes on beyond the image's edge")};
@@ -265,7 +265,7 @@ OpInfo HaloInfo() {
       "LINES DEPTH --halo: a line pixel (first channel of LINES above 0) is kept where its depth (first "
       "channel of DEPTH) is at most epsilon= above that of every line pixel within radius= pixels, else it "
       "becomes 0; epsilon must reach radius times the depth's slope along a line, or lines erase themselves. "
-      "One channel. Source: spec/compositing.md.";
+      "One channel. Source: McReynolds et al. 1997, 15.2.";
   info.bound = "exact";
   info.modifiers = {
       IntegerModifier("radius", "3", 0, 64, "pixels on either side of a line that it keeps free"),

@@ -32,7 +32,8 @@ OpInfo ZCompositeInfo() {
       "sorted by depth, near to far (equal ones in order, NaN last), and each is laid over what lies behind "
       "it; depth is that of the nearest pixel whose alpha is above 0, else of the last. At most 256 images "
       "there. The result covers all windows; beyond its own an image is 0, depth included, which is near: "
-      "give it a depth first (--crop then --depthtest), or equal windows. Source: spec/compositing.md.";
+      "give it a depth first (--crop then --depthtest), or equal windows. Source: McReynolds et al. 1997, "
+      "14.4.";
   info.bound = "nearest: exact; over: 4 n u * sum of |A-weighted terms|";
   info.bound_u = 4;
   info.modifiers = {
@@ -56,8 +57,8 @@ OpInfo DepthComplexityInfo() {
   info.summary = "How many of several images have something at a pixel";
   info.help =
       "Takes n= images (2) and counts at every pixel those whose depth is below far=, in one channel: 0, 1, "
-      "2, ... (times 1/255 it is a stencil). NaN does not count. Source: spec/compositing.md, depth "
-      "complexity.";
+      "2, ... (times 1/255 it is a stencil). NaN does not count. Source: "
+      "McReynolds et al. 1997, 14.3.";
   info.bound = "exact";
   info.modifiers = {
       CountModifier("number of images", 65536, "2"),
@@ -81,7 +82,7 @@ OpInfo DecalsInfo() {
       "BASE DECAL1 ... DECALn --decals:n=: where BASE has alpha above 0, the first decal whose alpha is "
       "above threshold= is laid over it; decals below it do not show there, and outside the base nothing "
       "changes: what priorities in a stencil buffer do, base value 2^n, decal k value 2^(k-1), drawn where "
-      "less. BASE's depth stays. n is at most 7. Source: spec/compositing.md.";
+      "less. BASE's depth stays. n is at most 7. Source: McReynolds et al. 1997, 14.2.";
   info.bound = "3 u (|decal| + |(1 - A) base|)";
   info.bound_u = 3;
   info.modifiers = {

@@ -30,7 +30,7 @@ OpInfo OverInfo() {
       "background's. As oiiotool --over, windows too: the result covers both images, transparent black where "
       "one has no pixel. Images without alpha are opaque. Floats are not limited; integers saturate, 8-bit "
       "results are correctly rounded. NaN follows IEEE 754, but in alpha counts as 0. Source: Porter and "
-      "Duff 1984; spec/compositing.md.";
+      "Duff 1984.";
   info.bound = "3 u (|FG| + |(1 - A) BG|)";
   info.bound_u = 3;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Over(in[0], in[1]); };

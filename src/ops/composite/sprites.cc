@@ -131,7 +131,7 @@ OpInfo PuffsInfo() {
       "carried by its own velocity (velocity= x,y with a random part up to spread=, pixels per unit; up is "
       "negative y), growing from radius= by growth= per unit and fading as alpha= (1 - age/life)^2; those "
       "below 1/512 are dropped, younger ones lie in front. Everything follows from seed= and time=. Lay it "
-      "--over a picture. Source: billboard smoke, spec/compositing.md.";
+      "--over a picture. Source: McReynolds et al. 1997, 11.1 and 11.2.";
   info.bound = "4 u";
   info.bound_u = 4;
   info.modifiers = {NumberModifier("x", "0", -1e9, 1e9, "of the source, pixels"),

@@ -51,8 +51,7 @@ OpInfo AlphaTestInfo() {
   info.help =
       "Pixels whose alpha compares as OP with ref= keep their bits, the others become 0 in every channel: "
       "alpha OP ref. To discard pixels of alpha 0: greater, or notequal, with ref=0. A NaN alpha passes only "
-      "notequal and always; an image without alpha is opaque. Source: OpenGL 2.1 section 4.1.4; "
-      "spec/compositing.md.";
+      "notequal and always; an image without alpha is opaque. Source: OpenGL 2.1 section 4.1.4.";
   info.bound = "exact";
   info.arguments = {TestArgument("never, less, equal, lequal, greater, notequal, gequal or always")};
   info.modifiers = {
@@ -107,8 +106,7 @@ OpInfo StencilInfo() {
       "image's first channel, code / 255.\n"
       "STENCIL --stencil OP:update=1 gives the stencil afterwards: pass= or fail= (keep, zero, replace by "
       "ref, incr and decr that saturate, invert, incr-wrap, decr-wrap) acts on the bits of writemask=. "
-      "Values between codes are rounded to the nearest, NaN is 0. Source: OpenGL 4.6 section 17.3.3; "
-      "spec/compositing.md.";
+      "Values between codes are rounded to the nearest, NaN is 0. Source: OpenGL 4.6 section 17.3.3.";
   info.bound = "exact; an updated stencil is code / 255, correctly rounded";
   info.bound_u = 1;
   info.arguments = {

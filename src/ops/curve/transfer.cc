@@ -233,7 +233,7 @@ OpInfo TransferInfo() {
       "divisor=, method= and preservealpha=. The matrix is row by row and acts on columns (R,G,B,A), or R,G,B for 9 numbers. Nothing "
       "else limits values unless clamp=final (after the last stage) or clamp=stages (after each); "
       "quantize=BITS rounds to codes of that depth after each stage, as a framebuffer does. Scales, matrices "
-      "and limits fold into one matrix. Source: spec/pixel-transfer.md.";
+      "and limits fold into one matrix. Source: OpenGL 1.2, 3.6; McReynolds et al. 1997, 12.1.1.";
   info.bound = "each stage as its own operation";
   info.modifiers = {
       ListParam("scale", "factors, stage 2"),

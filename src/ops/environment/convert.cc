@@ -163,7 +163,8 @@ OpInfo ConvertEnvironmentInfo() {
       "or 3x4 faces). Every pixel is the mean of a grid of linear lookups, as many along each side as the "
       "mapping's derivatives put texels under it (at most 64), or samples=N. matrix= turns the result's "
       "directions into the source's. Pixels beyond a sphere map's rim have its colour, those beyond a "
-      "parabolic map's circle their own directions. Source: spec/environment.md.";
+      "parabolic map's circle their own directions. Source: McReynolds et al. 1997, 9.3.2; Heidrich and "
+      "Seidel 1998.";
   info.bound = "8 u times the largest texel under a pixel (from lat-long: times 1 + w/8 + h/3)";
   info.bound_u = 8;
   ParamInfo geometry;

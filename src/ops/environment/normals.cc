@@ -64,7 +64,7 @@ OpInfo NormalsInfo() {
       "refused); reflect=x,y,z mirrors the direction to the viewer, 2 (n.v) n - v (n.n); unit length "
       "(normalize=0 leaves it); flip=1 turns round; pack=1 gives codes, c = (n + 1)/2, for storage as "
       "integers. Zero normals stay 0 (packed 1/2), NaN stays NaN. Computed in double: any length will do. "
-      "Other channels pass. Source: spec/environment.md, Maths.";
+      "Other channels pass. Source: Heidrich et al. 1999, 6.";
   info.bound = "2 u * |result| (packed: 2 u)";
   info.bound_u = 2;
   info.modifiers = {FlagModifier("unpack", "from codes in [0,1]"),

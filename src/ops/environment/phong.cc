@@ -120,7 +120,7 @@ OpInfo PhongInfo() {
       "three; specular=1 when only exponent is given.\n"
       "table=N reads the power from N entries as the papers do, bits=8 or 12 through a framebuffer of so "
       "many bits: the bands of 8 bits at exponent 50 are the papers'. Normals (and positions) that are 0, "
-      "NaN or infinite give 0. Source: spec/environment.md, Phong.";
+      "NaN or infinite give 0. Source: Phong 1975; Blinn 1977; McReynolds et al. 1997, 18.2.";
   info.bound = "4 u times the sum of the terms' magnitudes";
   info.bound_u = 4;
   const auto color = [](const char* name, const char* value, const char* help) {

@@ -111,7 +111,7 @@ OpInfo LicInfo() {
       "--lic:input=1:length=10:contrast=equalize.\n"
       "animate=N with a # output writes N frames from 1 that loop: kernel=ripple, phase (frame-1)/N. A "
       "field that changes in time is a sequence of files, each frame the lines of its own moment.\n"
-      "Source: Cabral, Leedom 1993; Stalling, Hege 1995; spec/lic.md.";
+      "Source: Cabral and Leedom 1993; Stalling and Hege 1995; Heidrich et al. 1999, 3.";
   info.bound =
       "what positions off by 1e-3 pixels (adaptive; 1e-4 others) and by the errors of the steps that may be "
       "taken can change; undecided where a line's end, or a quarter of what it reads, hangs on that; "

@@ -226,7 +226,8 @@ OpInfo LookupInfo() {
       "is not positive the result is the border colour. A coordinate that is NaN (infinite, with repeat or "
       "mirror) gives the border colour, or NaN with nan=1; count=1 prints how many there are and where the "
       "first is, for one more evaluation of COORDS. Where channel mask= is 0 the pixel keeps COORDS' bits. "
-      "NaN and infinite entries reach only results in which they have weight. Source: spec/lookup-tables.md.";
+      "NaN and infinite entries reach only results in which they have weight. Source: Heidrich et al. 1999, "
+      "2 and 7; Williams 1983.";
   info.bound =
       "3 u (four dimensions 4 u; cubic in D dimensions 8 u D 1.25^(D-1), measured 5.5, 9.8, 10.6 and 15 u) times "
       "the largest entry read; but for cubic, an axis whose positions are "

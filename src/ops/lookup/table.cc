@@ -252,7 +252,7 @@ OpInfo TableInfo() {
       "ALPHA table, channels=all its INTENSITY table. filter=nearest is OpenGL's own rule. stage= names the "
       "place in the pixel-transfer pipeline that the table stands for; on a command line the order of the "
       "commands is what counts. 8-bit pixels are mapped code by code. LUT files: --lut. Source: "
-      "spec/pixel-transfer.md.";
+      "McReynolds et al. 1997, 12.2.3.";
   info.bound = "2 u times the larger entry read (cubic 8 u); entries are exact";
   info.bound_u = 2;
   ParamInfo table;

@@ -3,7 +3,7 @@
 // n(x, y) = sum over lattice points q of W(x - x_q) W(y - y_q) (value_q + gradient_q . (p - q)) with the
 // window W(t) = 1 - u(|t|), |t| < 1. Where a cell has a whole number of pixels, W and t W sampled once serve
 // every lattice point. Blocks of points two cells apart do not overlap: four passes, by the parity of the
-// point's coordinates. Source: spec/noise.md, "High-resolution filtering by accumulation".
+// point's coordinates. Source: McReynolds et al. 1997, 5.13.3; doc/maths/noise.md.
 #include <algorithm>
 #include <cmath>
 #include <string>

@@ -379,7 +379,7 @@ OpInfo NoiseAtInfo() {
       "offset=; where the image has exactly twice as many channels, channel dims + i is added to channel i, "
       "for positions of 48 bits. type= is one of the noise generators, whose modifiers apply. The result "
       "has channels= channels. A position that is NaN or infinite gives noise 0.\n"
-      "Source: van Wijk's spot noise on position buffers, spec/noise.md.";
+      "Source: van Wijk 1991, 4 (spots on surfaces); Perlin 1985.";
   info.bound = "3e-6 times the sum of the octaves' weights, for positions whose product with freq is exact";
   info.bound_u = 20;
   ParamInfo type = ChoiceModifier(

@@ -8,7 +8,7 @@
 namespace tessera::ops {
 namespace {
 
-// K. Perlin, "Improving noise", SIGGRAPH 2002: 0..255 in random order.
+// K. Perlin, "Improving noise", 2002: 0..255 in random order.
 constexpr std::array<uint8_t, 256> kPermutation = {
     151, 160, 137, 91,  90,  15,  131, 13,  201, 95,  96,  53,  194, 233, 7,   225, 140, 36,  103, 30,
     69,  142, 8,   99,  37,  240, 21,  10,  23,  190, 6,   148, 247, 120, 234, 75,  0,   26,  197, 62,

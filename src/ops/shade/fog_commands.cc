@@ -153,7 +153,7 @@ OpInfo FogInfo() {
                   "exp2: T = exp(-(density d)^2); linear: T = (end - d) / (end - start) within [0,1] "
                   "(Blender's Mist with linear falloff is 1 - T); transmittance: the second image is T. d is "
                   "the Euclidean distance to the eye.\n") +
-              kCommonHelp + "Source: spec/fog.md; Heidrich et al., pixel textures, section 5.1.";
+              kCommonHelp + "Source: Heidrich et al. 1999, 5.1.";
   info.bound = "4 u * (T |C| + (1 - T) |A F|); T within 2 ULP";
   info.bound_u = 4;
   info.modifiers = {
@@ -204,7 +204,7 @@ OpInfo LayerFogInfo() {
                   "3d (and the eye's height), over range=distance,low,high; bits= quantises coordinates and "
                   "entries, as 8- and 12-bit "
                   "framebuffers did.\n") +
-              kCommonHelp + "Source: spec/fog.md; Heidrich et al., section 5.2.";
+              kCommonHelp + "Source: Heidrich et al. 1999, 5.2 (eq. 5 with a signed height).";
   info.bound = "4 u * (T |C| + (1 - T) |A F|); T within 4 ULP (table=0)";
   info.bound_u = 4;
   ParamInfo layers =

@@ -82,7 +82,7 @@ OpInfo DiffuseLightInfo() {
       "at the receiver, 0) max(cos at the light, 0) / max(r^2, A). direction is where the light faces; 0,0,0 "
       "sends light to all sides. Multiply by the sample's --shadow, sum over the samples, multiply by the "
       "surface's colour and add the ambient light: each hard shadow is weighted per pixel before the sum. 0 "
-      "where the position or normal is NaN. Source: spec/shadow.md; Heckbert and Herf 1997.";
+      "where the position or normal is NaN. Source: Heckbert and Herf 1997, 3.";
   info.bound = "8 u * (A/pi) |n| / max(r^2, A)";
   info.bound_u = 8;
   info.modifiers = {VectorModifier("light", "0,10,0", 3, "the sample's place in world space"),
@@ -110,7 +110,7 @@ OpInfo SpotlightInfo() {
       "axis)^exponent, 0 behind the light and outside its frame. light= as --shadow's; d is the distance to "
       "it. cone= limits it to that half angle with a soft rim= inside. POSITION SLIDE --spotlight:slide=1 "
       "projects an image, bilinear, its edges the frame's. Add the lights, multiply by --shadow. The "
-      "denominator is at least 1e-20. Source: spec/shadow.md; Segal et al. 1992, sections 3.1, 3.2.";
+      "denominator is at least 1e-20. Source: Segal et al. 1992, 3.1 and 3.2.";
   info.bound = "16 u * |color slide| / attenuation, plus the slide's look-up";
   info.bound_u = 16;
   info.modifiers = {

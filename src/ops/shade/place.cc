@@ -126,7 +126,7 @@ OpInfo DepthInfo() {
       "- w. Between planar and euclidean the camera matters: camera= with 16 numbers (world to clip) or 32 "
       "(world to camera, world to clip), rows of matrices for column vectors, or else the image's "
       "worldToCamera and worldToNDC; d = z |ray|, ray of length 1 along the axis. Every channel is "
-      "converted. NaN stays; infinity stays infinite. Source: spec/fog.md.";
+      "converted. NaN stays; infinity stays infinite. Source: McReynolds et al. 1997, 4.3.";
   info.bound = "16 u * |result| (window depths: 16 u * (|result| + 1))";
   info.bound_u = 16;
   info.modifiers = {ChoiceModifier("from", KindsFrom(0), "kind of depth in the image"),
@@ -149,8 +149,8 @@ OpInfo PositionInfo() {
   info.help =
       "DEPTH --position:camera=… gives X,Y,Z: eye + depth * ray of the pixel's centre, in world units. "
       "depth= says what the first channel holds (see --depth); a depth channel by a renderer's name is "
-      "preferred. camera= as there. Infinite depths give infinite positions; NaN gives NaN. Source: "
-      "spec/shadow.md (a position AOV is more accurate where there is one).";
+      "preferred. camera= as there. Infinite depths give infinite positions; NaN gives NaN. A "
+      "position AOV is more accurate where there is one.";
   info.bound = "4 u * (|origin| + |depth * ray|) + the depth's own formula, 16 u";
   info.bound_u = 20;
   info.modifiers = {ChoiceModifier("depth", KindsFrom(0), "kind of depth in the image"),

@@ -100,8 +100,8 @@ OpInfo ShadowInfo() {
   info.summary = "Visibility of positions from a light by its depth map, 1 lit";
   info.help =
       std::string("POSITION LIGHTDEPTH --shadow:light=M gives one channel V. ") + kShadowHelp +
-      "Multiply what the light adds by it. Source: spec/shadow.md; Williams 1978; Reeves, Salesin, Cook "
-      "1987; Segal et al. 1992.";
+      "Multiply what the light adds by it. Source: Williams 1978; Reeves et al. 1987; Segal et "
+      "al. 1992, 3.3 (with its epsilon on the other side).";
   info.bound = "comparisons right unless |r - m - bias| < 4 u; box weights exact, bilinear 4 u";
   info.bound_u = 4;
   info.modifiers = {CameraModifier("light", "world to the light's clip space; default the map's metadata")};
@@ -131,7 +131,7 @@ OpInfo SoftShadowInfo() {
           "POSITION MAP1 … MAPN --softshadow N: every map is tested as --shadow does, with its own matrix "
           "(the maps' worldToNDC, or lights= with 16 N numbers), and the visibilities are averaged: "
           "N + 1 levels. Jittered light positions give N levels in every penumbra. ") +
-      kShadowHelp + "Source: spec/shadow.md; Heckbert and Herf 1997.";
+      kShadowHelp + "Source: Heckbert and Herf 1997.";
   info.bound = "as --shadow's";
   info.bound_u = 4;
   info.arguments = {IntegerModifier("N", "", 2, 256, "number of maps")};

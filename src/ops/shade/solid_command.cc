@@ -37,7 +37,7 @@ OpInfo SolidInfo() {
       "alpha A, which stays. lod=1 fades octaves finer than a pixel and reads tables by mip level, by the "
       "differences of neighbouring positions on the same surface. Pixels whose position is NaN keep their "
       "bits; an axis of the box without extent is 1/2. Positions are never filtered. Source: "
-      "spec/solid-texture.md; Peachey 1985; Perlin 1985.";
+      "Peachey 1985; Perlin 1985; Westermann and Ertl 1997.";
   info.bound = "64 u * max(|C|, A), for the same p and noise";
   info.bound_u = 64;
   ParamInfo box =

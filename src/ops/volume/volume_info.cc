@@ -365,8 +365,8 @@ OpInfo VolumeInfo() {
       "Rays leap over what is provably empty; the pictures are the same bits with leap=0. method: where "
       "samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own slices), or shearwarp "
       "(sheared slices, one warp; over and under alone, unlit).\n"
-      "Source: Miller and Jones, Texturing and Hypertexturing of Volumetric Objects, 2005; Lacroute and "
-      "Levoy, 1994; spec/volume-and-hypertexture.md.";
+      "Source: Miller and Jones 2005; Perlin and Hoffert 1989; Lacroute and Levoy 1994; "
+      "McReynolds et al. 1997, 13.";
   info.bound =
       "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
       "colour where alpha passes 1 - termination; attenuate: plus what midpoints of the step miss of the "
