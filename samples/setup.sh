@@ -11,7 +11,8 @@ fail() {
 
 # openimageio-tools is needed to build too: OpenImageIO's CMake package checks that its programs exist. OpenVDB's
 # headers include Boost's, which its package does not bring.
-packages="g++ cmake ninja-build ccache doxygen libopenimageio-dev openimageio-tools libopencolorio-dev libhwy-dev libtbb-dev
+packages="g++ cmake ninja-build ccache doxygen clang-format clang-tidy
+  libopenimageio-dev openimageio-tools libopencolorio-dev libhwy-dev libtbb-dev
   libopenvdb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev python3 mate-backgrounds $*"
 
 [ "${TESSERA_SETUP:-}" = skip ] && exit 0

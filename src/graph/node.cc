@@ -52,8 +52,9 @@ NodeData::~NodeData() {
 // An alpha among the three colours would be computed with them and passed on at once.
 static void RequireAlphaApart(const std::string& op, const ImageSpec& image) {
   if (image.channel_count() < 3 || image.alpha < 0 || image.alpha > 2) return;
-  throw Error(op, "found the alpha channel " + image.channels[static_cast<size_t>(image.alpha)] +
-                      " among the first three channels, expected colours there; --ch reorders or renames them");
+  throw Error(op,
+              "found the alpha channel " + image.channels[static_cast<size_t>(image.alpha)] +
+                  " among the first three channels, expected colours there; --ch reorders or renames them");
 }
 
 Node MakeNode(std::shared_ptr<const Op> op, std::vector<Node> inputs) {

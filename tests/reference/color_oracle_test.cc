@@ -78,8 +78,8 @@ TEST(ColorOracle, HueKeepsLuminanceAndGroups) {
   EXPECT_NEAR(a[0][0] + a[1][1] + a[2][2], 1 + 2 * std::cos(40 * std::numbers::pi / 180), 1e-12);
 }
 
-// By mpmath, 30 digits, from IEC 61966-2-1, BT.709 with the digits of its constants that BT.2020 gives, ST 2084,
-// BT.2100 (HLG), S-2016-001 (ACEScct) and ARRI's LogC3 for EI 800.
+// By mpmath, 30 digits, from IEC 61966-2-1, BT.709 with the digits of its constants that BT.2020 gives, ST
+// 2084, BT.2100 (HLG), S-2016-001 (ACEScct) and ARRI's LogC3 for EI 800.
 TEST(ColorOracle, CurvesHaveTheirStandardsValues) {
   struct Value {
     const char* curve;

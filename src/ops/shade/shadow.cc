@@ -98,10 +98,9 @@ OpInfo ShadowInfo() {
   info.family = "shade";
   info.inputs = 2;
   info.summary = "Visibility of positions from a light by its depth map, 1 lit";
-  info.help =
-      std::string("POSITION LIGHTDEPTH --shadow:light=M gives one channel V. ") + kShadowHelp +
-      "Multiply what the light adds by it. Source: Williams 1978; Reeves et al. 1987; Segal et "
-      "al. 1992, 3.3 (with its epsilon on the other side).";
+  info.help = std::string("POSITION LIGHTDEPTH --shadow:light=M gives one channel V. ") + kShadowHelp +
+              "Multiply what the light adds by it. Source: Williams 1978; Reeves et al. 1987; Segal et "
+              "al. 1992, 3.3 (with its epsilon on the other side).";
   info.bound = "comparisons right unless |r - m - bias| < 4 u; box weights exact, bilinear 4 u";
   info.bound_u = 4;
   info.modifiers = {CameraModifier("light", "world to the light's clip space; default the map's metadata")};
