@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "call.h"
 #include "copy.h"
@@ -60,10 +61,11 @@ Outcome Run(const ContestNames& names, const Options& options, const Contest& c)
     }
   }
   for (const Contest::Peer& peer : c.peers) {
+    if (options.alone) break;
     contestants.push_back(std::make_unique<Call>(peer.name, peer.run));
   }
   std::map<std::string, Errors> judged;
-  if (c.judge) {
+  if (c.judge && !options.alone) {
     for (const auto& contestant : contestants) {
       contestant->Prepare();
       contestant->Run();
@@ -73,15 +75,19 @@ Outcome Run(const ContestNames& names, const Options& options, const Contest& c)
   Frame frame;
   frame.width = out.roi.width(), frame.height = out.roi.height(), frame.type = out.type;
   frame.output = c.output;
-  const Node truth = c.judge ? Constant(c.output.spec()) : c.truth ? c.truth : c.ways[0].node;
+  std::optional<Oracle> oracle;
+  if (!options.alone) {
+    const Node truth = c.judge ? Constant(c.output.spec()) : c.truth ? c.truth : c.ways[0].node;
+    oracle.emplace(truth, c.oracle_bands, c.oracle_rows);
+  }
   Outcome outcome;
-  outcome.results = Measure(std::move(contestants), frame, Oracle(truth, c.oracle_bands, c.oracle_rows),
-                            options.repetitions, options.seconds);
+  outcome.results = Measure(std::move(contestants), frame, oracle ? &*oracle : nullptr, options.repetitions,
+                            options.seconds);
   outcome.type = out.type;
   outcome.pixels = pixels;
   double peer_seconds = 0;  // of the fastest peer; 0: there is none
   for (Measured& m : outcome.results) {
-    if (c.judge) m.errors = judged[m.name];
+    if (c.judge && !options.alone) m.errors = judged[m.name];
     const bool is_peer =
         std::any_of(c.peers.begin(), c.peers.end(), [&](const auto& p) { return p.name == m.name; });
     if (is_peer && (peer_seconds == 0 || Median(m.seconds) < peer_seconds)) peer_seconds = Median(m.seconds);
@@ -103,7 +109,7 @@ void RegisterContest(const ContestNames& names, const Options& options, std::fun
   for (const std::string& target : options.targets) {
     for (const std::string& way : names.ways) contestants.push_back(WayName(target, way));
   }
-  contestants.insert(contestants.end(), names.peers.begin(), names.peers.end());
+  if (!options.alone) contestants.insert(contestants.end(), names.peers.begin(), names.peers.end());
   const std::string prefix = names.suite + "/" + names.task + "/" + names.pixels + "/" +
                              std::to_string(names.width) + "x" + std::to_string(names.height) +
                              "/threads:" + std::to_string(names.threads);

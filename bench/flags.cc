@@ -17,7 +17,7 @@ namespace {
 
 constexpr char kUsage[] =
     "expected --sizes=WxH|large,... --types=float,half,uint16,uint8 --threads=N,... "
-    "--targets=all|best|NAME,... --repetitions=N --seconds=S";
+    "--targets=all|best|NAME,... --repetitions=N --seconds=S --alone";
 
 std::vector<std::string> Split(const std::string& list) {
   std::vector<std::string> words;
@@ -87,6 +87,8 @@ Options ParseOptions(int* argc, char** argv) {
       if (words.front() == "best") options.targets = {SimdTargets().front()};
     } else if (is("--repetitions")) {
       options.repetitions = Positive(flag, words.front());
+    } else if (argument == "--alone") {
+      options.alone = true;
     } else if (is("--seconds")) {
       options.seconds = Positive(flag, words.front());
     } else {

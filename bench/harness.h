@@ -12,7 +12,8 @@
 
 namespace tessera::bench {
 
-// What the flags --sizes --types --threads --targets --repetitions --seconds chose; see kUsage in flags.cc.
+// What the flags --sizes --types --threads --targets --repetitions --seconds --alone chose; see kUsage in
+// flags.cc.
 struct Options {
   struct Size {
     int width = 0, height = 0;  // 0 x 0: ten times the last-level cache, whatever the pixel type
@@ -23,6 +24,7 @@ struct Options {
   std::vector<std::string> targets;  // empty: every one this processor can run
   int repetitions = 15;
   double seconds = 0;  // a contestant that has run this long stops after kFewestRepetitions; 0: never
+  bool alone = false;  // no peers, and nothing is judged: for bench/turns, which compares two builds
 };
 
 struct Measured {
@@ -32,13 +34,13 @@ struct Measured {
   bool is_copy = false;
 };
 
-// Warms every contestant up, checks its pixels against the oracle, then makes `repetitions` rounds in which
-// each contestant has one turn, in an order shuffled anew for each round. A turn is one run, or the mean of
-// as many as fill four milliseconds. With `seconds` slow contestants leave early, which quick looks need; the
-// protocol's figures are made without.
+// Warms every contestant up, checks its pixels against the oracle (unless null), then makes `repetitions`
+// rounds in which each contestant has one turn, in an order shuffled anew for each round. A turn is one run,
+// or the mean of as many as fill four milliseconds. With `seconds` slow contestants leave early, which quick
+// looks need; the protocol's figures are made without.
 inline constexpr int kFewestRepetitions = 5;
 std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestants, const Frame& frame,
-                              const Oracle& oracle, int repetitions, double seconds = 0);
+                              const Oracle* oracle, int repetitions, double seconds = 0);
 
 double Median(std::vector<double> values);
 

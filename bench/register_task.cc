@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <sstream>
 
 #include "group.h"
@@ -48,12 +50,12 @@ struct FrameCache {
   }
 };
 
-// Everybody but this library and the copies; null where one has no call for a task.
-constexpr std::unique_ptr<Contestant> (*kPeers[])(const Setting&) = {
-    MakeOcio,           MakeOiio,     MakeOpenCv,        MakeLibm,          MakeOiioResample,
-    MakeOpenCvResample, MakeVips,     MakeOpenCvFilter,  MakeOiioFilter,    MakePixman,
-    MakeInPlace,        MakeReads,    MakeRecursiveBlur, MakeDecimatedBlur, MakeShortBlur,
-    MakeMiddleBlur,     MakeLongBlur, MakeBoxesBlur};
+// Other ways of this library, and everybody else but the copies; null where one has no call for a task.
+using Make = std::unique_ptr<Contestant> (*)(const Setting&);
+constexpr Make kWays[] = {MakeInPlace,   MakeReads,      MakeRecursiveBlur, MakeDecimatedBlur,
+                          MakeShortBlur, MakeMiddleBlur, MakeLongBlur,      MakeBoxesBlur};
+constexpr Make kPeers[] = {MakeOcio,           MakeOiio, MakeOpenCv,       MakeLibm,       MakeOiioResample,
+                           MakeOpenCvResample, MakeVips, MakeOpenCvFilter, MakeOiioFilter, MakePixman};
 
 struct TaskRun {
   Task task;
@@ -69,9 +71,11 @@ struct TaskRun {
     contestants.push_back(MakeCopy(setting, true));
     for (const std::string& target : options.targets) contestants.push_back(MakeTessera(setting, target));
     if (with_unfolded) contestants.push_back(MakeTessera(setting, options.targets.front(), false));
-    for (const auto make : kPeers) {
-      if (auto peer = make(setting)) contestants.push_back(std::move(peer));
-    }
+    const auto add = [&](const Make make) {
+      if (auto contestant = make(setting)) contestants.push_back(std::move(contestant));
+    };
+    if (!options.alone) std::for_each(std::begin(kPeers), std::end(kPeers), add);
+    std::for_each(std::begin(kWays), std::end(kWays), add);
     return contestants;
   }
 
@@ -111,11 +115,12 @@ struct TaskRun {
     const Frame frame = cache.Make(task, size, type);
     std::vector<Node> nodes;
     for (const Image& image : frame.inputs) nodes.push_back(FromImage(image));
-    const Oracle oracle(task.Build(nodes, frame.output.spec()));
     Outcome outcome;
-    outcome.results =
-        Measure(Contestants({task, frame, threads}), frame, oracle, options.repetitions, options.seconds);
-    AddErrors(outcome.results);
+    std::optional<Oracle> oracle;
+    if (!options.alone) oracle.emplace(task.Build(nodes, frame.output.spec()));
+    outcome.results = Measure(Contestants({task, frame, threads}), frame, oracle ? &*oracle : nullptr,
+                              options.repetitions, options.seconds);
+    if (!options.alone) AddErrors(outcome.results);
     outcome.type = type;
     outcome.pixels = static_cast<double>(frame.pixels());
     const double sample = static_cast<double>(PixelBytes(type)), pixel = 4 * sample;
