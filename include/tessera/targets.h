@@ -7,8 +7,8 @@
 
 namespace tessera {
 
-/// Names of the compiled targets that this CPU can run, best first: "AVX3", "AVX2", "SSE4", and "SCALAR" in a
-/// library for processors without the last.
+/// Names of the compiled targets that this CPU can run, best first: "AVX3", "AVX2", "SSE4"
+/// on x86-64.
 std::vector<std::string> SimdTargets();
 
 /// The name of the one that the next evaluation uses.

@@ -15,48 +15,27 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_TARGET == HWY_SCALAR
-constexpr int kParts = 1;
-#else
 constexpr int kParts = 2;
-#endif
 
 // Part `kPart` of a float vector's lanes.
 template <int kPart>
 HWY_INLINE VD Part(V v) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::PromoteTo(DD(), v);
-#else
   const hn::Half<D> dh;
   return hn::PromoteTo(DD(), kPart == 0 ? hn::LowerHalf(dh, v) : hn::UpperHalf(dh, v));
-#endif
 }
 // Both parts rounded to float.
 HWY_INLINE V Join(const VD (&parts)[kParts]) {
-#if HWY_TARGET == HWY_SCALAR
-  return Rounded(parts[0]);
-#else
   const hn::Half<D> dh;
   return hn::Combine(D(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
-#endif
 }
 // Both parts, whole numbers within int32, as integers.
 HWY_INLINE VI JoinIntegers(const VD (&parts)[kParts]) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Set(DI(), static_cast<int32_t>(hn::GetLane(parts[0])));
-#else
   const hn::Half<DI> dh;
   return hn::Combine(DI(), hn::DemoteTo(dh, parts[1]), hn::DemoteTo(dh, parts[0]));
-#endif
 }
 // The lowest 32 bits of both parts' doubles, as integers.
 HWY_INLINE VI JoinLowBits(const VD (&parts)[kParts]) {
-#if HWY_TARGET == HWY_SCALAR
-  const hn::RebindToUnsigned<DD> du;
-  return hn::Set(DI(), static_cast<int32_t>(static_cast<uint32_t>(hn::GetLane(hn::BitCast(du, parts[0])))));
-#else
   return hn::ConcatEven(DI(), hn::BitCast(DI(), parts[1]), hn::BitCast(DI(), parts[0]));
-#endif
 }
 // f.template operator()<part>() for every part.
 template <class F>

@@ -121,11 +121,6 @@ HWY_INLINE void InverseColumns(const Columns<T>& x, int length, const T* twiddle
 
 // to(x, y) = from(y, x) of a square of `size` (a multiple of 4).
 HWY_INLINE void TransposeSquare(const float* from, float* to, int size, ptrdiff_t stride) {
-#if HWY_TARGET == HWY_SCALAR
-  for (int y = 0; y < size; ++y) {
-    for (int x = 0; x < size; ++x) to[x * stride + y] = from[y * stride + x];
-  }
-#else
   const hn::CappedTag<float, 4> d;
   const hn::Repartition<double, decltype(d)> dd;
   for (int y = 0; y < size; y += 4) {
@@ -144,7 +139,6 @@ HWY_INLINE void TransposeSquare(const float* from, float* to, int size, ptrdiff_
       hn::StoreU(hn::BitCast(d, hn::InterleaveUpper(dd, ab2, ce2)), d, q + 3 * stride);
     }
   }
-#endif
 }
 
 // The same of doubles, which are few: no blocks that fit registers.

@@ -91,7 +91,6 @@ HWY_INLINE void TransposePixels(Floats<16>& a, Floats<16>& b, Floats<16>& c, Flo
   using F = Floats<16>;
   const F::Tag t;
   (void)t;
-#if HWY_TARGET != HWY_SCALAR
   if constexpr (F::kVectors == 1) {
     const auto ac_lo = hn::ConcatLowerLower(t, c.v[0], a.v[0]),
                bd_lo = hn::ConcatLowerLower(t, d.v[0], b.v[0]);
@@ -110,7 +109,6 @@ HWY_INLINE void TransposePixels(Floats<16>& a, Floats<16>& b, Floats<16>& c, Flo
     d.v[0] = hn::ConcatUpperUpper(t, x.v[1], w.v[1]), d.v[1] = hn::ConcatUpperUpper(t, z.v[1], y.v[1]);
     return;
   }
-#endif
   // Whole vectors change places.
   constexpr int kEach = F::kVectors / 4;
   F* const rows[4] = {&a, &b, &c, &d};
@@ -125,7 +123,6 @@ HWY_INLINE void TransposePixels(Floats<16>& a, Floats<16>& b, Floats<16>& c, Flo
 HWY_INLINE void PairPixels(Floats<16>& first, Floats<16>& second) {
   using F = Floats<16>;
   const F a = first, b = second;
-#if HWY_TARGET != HWY_SCALAR
   const F::Tag t;
   if constexpr (F::kVectors == 1) {
     const auto low = hn::ConcatLowerLower(t, b.v[0], a.v[0]), high = hn::ConcatUpperUpper(t, b.v[0], a.v[0]);
@@ -139,7 +136,6 @@ HWY_INLINE void PairPixels(Floats<16>& first, Floats<16>& second) {
     second.v[1] = hn::ConcatUpperUpper(t, b.v[1], b.v[0]);
     return;
   }
-#endif
   constexpr int kEach = F::kVectors / 4 > 0 ? F::kVectors / 4 : 1;  // vectors of a pixel
   for (int i = 0; i < 2; ++i) {
     for (int k = 0; k < kEach; ++k) {

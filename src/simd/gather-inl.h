@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "simd/point-inl.h"
+#include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
@@ -52,6 +52,34 @@ HWY_INLINE VI GatherWords(const void* from, VI at) {
 #endif
 }
 HWY_INLINE V GatherFloats(const float* from, VI at) { return hn::BitCast(D(), GatherWords<4>(from, at)); }
+
+// Four bytes from each index below 2^31, in units of `Unit` (1 or 4 bytes).
+template <class Unit>
+HWY_INLINE VU LoadWords(const Unit* from, VU index) {
+#if HWY_TARGET == HWY_AVX2
+  // As above, where one register holds two indices and no sign has to be spread.
+  const LaneList at(index);
+  const auto word = [&](int i) HWY_ATTR {
+    int32_t v;
+    std::memcpy(&v, from + at[i], 4);
+    return v;
+  };
+  const auto four = [&](int i) HWY_ATTR {
+    const __m128i two = _mm_insert_epi32(_mm_cvtsi32_si128(word(i)), word(i + 1), 1);
+    return _mm_insert_epi32(_mm_insert_epi32(two, word(i + 2), 2), word(i + 3), 3);
+  };
+  return VU{_mm256_inserti128_si256(_mm256_castsi128_si256(four(0)), four(4), 1)};
+#else
+  if constexpr (hn::MaxLanes(D()) >= 8 || sizeof(Unit) == 4) {
+    return hn::BitCast(DU(), GatherWords<sizeof(Unit)>(from, hn::BitCast(DI(), index)));
+  } else {
+    alignas(16) uint32_t four[kLanes];
+    const LaneList at(index);
+    for (int i = 0; i < kLanes; ++i) std::memcpy(four + i, from + at[i], 4);
+    return hn::Load(DU(), four);
+  }
+#endif
+}
 
 }  // namespace tessera::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

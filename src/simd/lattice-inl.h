@@ -54,12 +54,8 @@ HWY_INLINE V SignOfBit(VU h) {
 // One of 12 by the upper 16 bits of a lattice point's number, in the upper 16 bits.
 HWY_INLINE VU UpperLatticeEdge(VU h) {
   const DU du;
-#if HWY_TARGET == HWY_SCALAR
-  return hn::And(hn::Mul(hn::ShiftRight<16>(h), hn::Set(du, 12u)), hn::Set(du, 0xffff0000u));
-#else
   const hn::Repartition<uint16_t, DU> du16;
   return hn::BitCast(du, hn::MulHigh(hn::BitCast(du16, h), hn::BitCast(du16, hn::Set(du, 12u << 16))));
-#endif
 }
 HWY_INLINE VU LatticeEdge(VU h) { return hn::ShiftRight<16>(UpperLatticeEdge(h)); }
 

@@ -22,30 +22,17 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 
-// Doubles: half of a float vector's lanes (all of it where a vector is one lane).
-#if HWY_TARGET == HWY_SCALAR
-using DD = hn::CappedTag<double, 1>;
-#else
+// Doubles: half of a float vector's lanes.
 using DD = hn::Repartition<double, D>;
-#endif
 using VD = hn::Vec<DD>;
-
-#if HWY_TARGET == HWY_SCALAR
-// The one-lane DemoteTo limits what overflows; here it becomes infinite as on the other targets.
-HWY_INLINE V Rounded(VD v) { return hn::Set(D(), static_cast<float>(hn::GetLane(v))); }
-#endif
 
 // f(doubles) -> doubles on both halves of the float vectors, rounded to float.
 template <class F>
 HWY_INLINE V InDouble(const F& f, V x) {
-#if HWY_TARGET == HWY_SCALAR
-  return Rounded(f(hn::PromoteTo(DD(), x)));
-#else
   const hn::Half<D> dh;
   const VD low = f(hn::PromoteTo(DD(), hn::LowerHalf(dh, x)));
   const VD high = f(hn::PromoteTo(DD(), hn::UpperHalf(dh, x)));
   return hn::Combine(D(), hn::DemoteTo(dh, high), hn::DemoteTo(dh, low));
-#endif
 }
 
 // How much of a double is needed: the logarithm inside a power (relative error 2^-37), what is rounded to

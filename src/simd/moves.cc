@@ -19,9 +19,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
 void CopyAround(const std::byte* from, size_t bytes, std::byte* to) {
-#if HWY_TARGET == HWY_SCALAR
-  std::memcpy(to, from, bytes);
-#else
   const hn::ScalableTag<uint8_t> d;
   constexpr size_t kBytes = hn::MaxLanes(d);
   size_t i = std::min(bytes, -reinterpret_cast<uintptr_t>(to) % kBytes);
@@ -31,7 +28,6 @@ void CopyAround(const std::byte* from, size_t bytes, std::byte* to) {
                reinterpret_cast<uint8_t*>(to + i));
   }
   std::memcpy(to + i, from + i, bytes - i);
-#endif
 }
 void Copy(const std::byte* from, size_t bytes, std::byte* to, bool around) {
   if (around) return CopyAround(from, bytes, to);
@@ -65,7 +61,6 @@ template <int kInputs>
 HWY_INLINE void MoveChunk(const Moves& m, const std::byte* const* from, int first, int last, int count,
                           std::byte* result, bool around) {
   int i = first;
-#if HWY_TARGET != HWY_SCALAR
   const hn::FixedTag<uint8_t, 16> d;
   const int step = StepOf(m);
   int end = last;  // pixels from here on may be too near the end of a row to load 16 bytes
@@ -105,7 +100,6 @@ HWY_INLINE void MoveChunk(const Moves& m, const std::byte* const* from, int firs
   } else {
     run([d](auto v, uint8_t* to) HWY_ATTR { hn::StoreU(v, d, to); });
   }
-#endif
   (void)count, (void)around;
   MoveSlowly(m, from, i, last, result);
 }

@@ -5,7 +5,7 @@
 //   V operator()(V a, V b, V alpha_a, V alpha_b, Mask<D> is_alpha)   channel by channel; lanes are samples of
 //   any Pixels operator()(const Pixels& a, const Pixels& b)
 // and may have, for 8-bit pixels, `static Bytes Codes(Bytes a, Bytes b)` on interleaved RGBA, which has to
-// give what the float form and correct rounding give (not used on HWY_SCALAR, which has no vectors of bytes);
+// give what the float form and correct rounding give;
 // and `static constexpr bool kSamplesAlike = true` where alpha is a channel like the others.
 #if defined(TESSERA_SIMD_PAIR_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_PAIR_INL_H_
@@ -21,7 +21,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 
-#if HWY_TARGET != HWY_SCALAR
 // kLanes RGBA pixels of 8 bits, and their samples as 16-bit integers, two vectors of every second one.
 using DBytes = hn::Repartition<uint8_t, D>;
 using DWords = hn::Repartition<uint16_t, D>;
@@ -48,7 +47,6 @@ HWY_INLINE Words Div255(Words v) {
 HWY_INLINE Words SumDiv255(Words a, Words b) {
   return Div255(hn::Min(hn::SaturatedAdd(a, b), hn::Set(DWords(), 255 * 255)));
 }
-#endif
 
 template <class F>
 inline constexpr bool kLaneWise = std::is_invocable_v<const F&, V, V, V, V, hn::Mask<D>>;
@@ -95,7 +93,6 @@ class PairStage final : public graph::PointStage {
     const int count = 4 * args.count;
     // In place the line is in the cache already.
     const bool stream = args.sink.stream && CanStream(to) && to != a && to != b;
-#if HWY_TARGET != HWY_SCALAR
     if constexpr (type == PixelType::kUint8 && requires(Bytes v) { F::Codes(v, v); }) {
       const DBytes d;
       for (int i = 0; i < count; i += 4 * kLanes) {
@@ -114,14 +111,12 @@ class PairStage final : public graph::PointStage {
       }
       return;
     }
-#endif
     for (int i = 0; i < count; i += 4 * kLanes) {
       const Pixels pa = ValuesOf<type>(LoadRgbaCodes<type>(a + i)),
                    pb = ValuesOf<type>(LoadRgbaCodes<type>(b + i));
       StoreRgba<type, true>(ApplyPair(f, pa, pb), to + i, stream);
     }
   }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE void StoreBytes(Bytes v, uint8_t* to, bool stream) {
     if (stream) {
       hn::Stream(v, DBytes(), to);
@@ -129,7 +124,6 @@ class PairStage final : public graph::PointStage {
       hn::StoreU(v, DBytes(), to);
     }
   }
-#endif
 
   F f_;
 };

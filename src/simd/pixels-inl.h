@@ -24,11 +24,11 @@ namespace tessera::simd::HWY_NAMESPACE {
 
 constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
 constexpr int kQuarter = kLanes >= 4 ? kLanes / 4 : 1;
-static_assert(kLanes == 1 || kLanes >= 4);
+static_assert(kLanes >= 4);
 
 // The pixel in lane i, and the lane of pixel i.
-constexpr int PixelOfLane(int i) { return kLanes == 1 ? 0 : (i % 4) * kQuarter + i / 4; }
-constexpr int LaneOfPixel(int i) { return kLanes == 1 ? 0 : (i % kQuarter) * 4 + i / kQuarter; }
+constexpr int PixelOfLane(int i) { return (i % 4) * kQuarter + i / 4; }
+constexpr int LaneOfPixel(int i) { return (i % kQuarter) * 4 + i / kQuarter; }
 
 struct LaneTables {
   int32_t pixel[kLanes], lane[kLanes];
@@ -58,10 +58,8 @@ HWY_INLINE Vec ToPixelOrder(Vec v) {
   }
 }
 
-// The 4x4 transpose within 128-bit lanes; its own inverse. With one lane the four vectors already are the
-// planes.
+// The 4x4 transpose within 128-bit lanes; its own inverse.
 HWY_INLINE void Transpose4(V& a, V& b, V& c, V& d) {
-#if HWY_TARGET != HWY_SCALAR
   const D df;
   const hn::Repartition<double, D> dd;
   const auto ab_lo = hn::BitCast(dd, hn::InterleaveLower(df, a, b));
@@ -72,9 +70,6 @@ HWY_INLINE void Transpose4(V& a, V& b, V& c, V& d) {
   b = hn::BitCast(df, hn::InterleaveUpper(dd, ab_lo, cd_lo));
   c = hn::BitCast(df, hn::InterleaveLower(dd, ab_hi, cd_hi));
   d = hn::BitCast(df, hn::InterleaveUpper(dd, ab_hi, cd_hi));
-#else
-  (void)a, (void)b, (void)c, (void)d;
-#endif
 }
 
 // Stores a vector, around the cache when asked (the address is then aligned to the vector). Vectors shorter
@@ -146,12 +141,6 @@ struct Samples<PixelType::kUint8> {
 
 // One 8-bit RGBA pixel a lane to four planes of codes and back, lane by lane.
 HWY_INLINE Pixels UnpackRgba8(VU v) {
-#if HWY_TARGET == HWY_SCALAR
-  const auto plane = [](VU x) HWY_ATTR {
-    return hn::ConvertTo(D(), hn::BitCast(DI(), hn::And(x, hn::Set(DU(), 255u))));
-  };
-  return {plane(v), plane(hn::ShiftRight<8>(v)), plane(hn::ShiftRight<16>(v)), plane(hn::ShiftRight<24>(v))};
-#else
   const hn::Repartition<uint8_t, D> d8;
   // Byte c of every lane, the other bytes zero.
   alignas(16) static constexpr uint8_t kPick[4][16] = {
@@ -165,7 +154,6 @@ HWY_INLINE Pixels UnpackRgba8(VU v) {
                          hn::BitCast(DI(), hn::TableLookupBytesOr0(bytes, hn::LoadDup128(d8, kPick[c]))));
   };
   return {plane(0), plane(1), plane(2), plane(3)};
-#endif
 }
 // The planes are NearestCodeBits of numbers up to 255; shifts push the upper bits out of all but the first.
 HWY_INLINE VU PackRgba8(VU r, VU g, VU b, VU a) {
@@ -225,12 +213,6 @@ HWY_INLINE void MapRgba8(const uint8_t* from, uint8_t* to, bool stream, const F&
 // on 16-bit integers, and on other execution units than the multiply-adds.
 template <class F>
 HWY_INLINE void MapBoundedRgba8(const uint8_t* from, uint8_t* to, bool stream, const F& f) {
-#if HWY_TARGET == HWY_SCALAR
-  MapRgba8(from, to, stream, [&f](const Pixels& p) HWY_ATTR {
-    return Map(f(p),
-               [](V v) HWY_ATTR { return ClampHigh(ClampLow(v, hn::Zero(D())), hn::Set(D(), 255.0f)); });
-  });
-#else
   const DU du;
   const hn::Repartition<int16_t, D> d16;
   const hn::Repartition<uint8_t, D> d8;
@@ -246,7 +228,6 @@ HWY_INLINE void MapBoundedRgba8(const uint8_t* from, uint8_t* to, bool stream, c
   alignas(16) static constexpr uint8_t kOrder[16] = {0, 2, 1, 3, 4, 6, 5, 7, 8, 10, 9, 11, 12, 14, 13, 15};
   const auto ordered = hn::TableLookupBytes(hn::BitCast(d8, bytes), hn::LoadDup128(d8, kOrder));
   StoreOrStream(hn::BitCast(du, ordered), du, reinterpret_cast<uint32_t*>(to), stream);
-#endif
 }
 
 // Whether pixels at this address may be written with StoreRgba's streaming form.

@@ -49,6 +49,11 @@
 
 #include "base/stage.h"
 
+#if HWY_TARGET == HWY_SCALAR
+#error \
+    "Kernels need four lanes: compile for x86-64-v2 or Neon, or with a compiler for which Highway has EMU128"
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -83,14 +88,14 @@ HWY_INLINE Pixels Map(const Pixels& p, const Pixels& q, const Pixels& o, const F
 // The larger (smaller) of x and a bound that is a number; the bound when x is NaN. When x equals the bound
 // the result is the bound (it decides the sign of zero), on every target.
 HWY_INLINE V ClampLow(V x, V bound) {
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
   return hn::Max(x, bound);
 #else
   return hn::IfThenElse(hn::Gt(x, bound), x, bound);
 #endif
 }
 HWY_INLINE V ClampHigh(V x, V bound) {
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
   return hn::Min(x, bound);
 #else
   return hn::IfThenElse(hn::Lt(x, bound), x, bound);

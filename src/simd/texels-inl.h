@@ -37,13 +37,8 @@ HWY_INLINE V Fused(V a, V b, V c) { return Fused(D(), a, b, c); }
 // yes where the sign bit is set, of -0 too, else no.
 template <class D, class Vec>
 HWY_INLINE Vec IfSignThenElse(D d, Vec sign, Vec yes, Vec no) {
-#if HWY_TARGET == HWY_SCALAR
-  const hn::RebindToSigned<D> di;
-  return hn::IfThenElse(hn::RebindMask(d, hn::Lt(hn::BitCast(di, sign), hn::Zero(di))), yes, no);
-#else
   (void)d;
   return hn::IfNegativeThenElse(sign, yes, no);
-#endif
 }
 
 using Quad = Floats<4>;
@@ -120,24 +115,19 @@ HWY_INLINE Floats<n / 2> Lower(const Floats<n>& v) {
 template <int n>
 HWY_INLINE Floats<n / 2> Upper(const Floats<n>& v) {
   Floats<n / 2> h;
-#if HWY_TARGET != HWY_SCALAR
   if constexpr (Floats<n>::kVectors == 1) {
     h.v[0] = hn::UpperHalf(typename Floats<n / 2>::Tag(), v.v[0]);
     return h;
   }
-#endif
   if constexpr (Floats<n>::kVectors > 1) {
     for (int k = 0; k < Floats<n / 2>::kVectors; ++k) h.v[k] = v.v[k + Floats<n / 2>::kVectors];
   }
   return h;
 }
 
-// Quads side by side: quad(first), quad(first + 4), ... fill a vector (one lane: the first).
+// Quads side by side: quad(first), quad(first + 4), ... fill a vector.
 template <class Q>
 HWY_INLINE V VectorOfQuads(const Q& quad, int first) {
-#if HWY_TARGET == HWY_SCALAR
-  return quad(first);
-#else
   if constexpr (kLanes == 4) {
     return quad(first);
   } else {
@@ -149,16 +139,11 @@ HWY_INLINE V VectorOfQuads(const Q& quad, int first) {
       return hn::Combine(D(), hn::Combine(d8, quad(first + 12), quad(first + 8)), a);
     }
   }
-#endif
 }
 // The same from memory, quad k at p(k).
 template <class P>
 HWY_INLINE V LoadQuads(const P& p, int first) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::LoadU(D(), p(first));
-#else
   return VectorOfQuads([&](int k) HWY_ATTR { return hn::LoadU(hn::CappedTag<float, 4>(), p(k)); }, first);
-#endif
 }
 
 // Pairs of kQuarter pixels: their first texels side by side, and their second ones.
@@ -166,7 +151,6 @@ template <class P>
 HWY_INLINE void SplitPairs(const P* pairs, V& first, V& second) {
   const D d;
   (void)d;
-#if HWY_TARGET != HWY_SCALAR
   if constexpr (kLanes == 16) {
     const V even = hn::Combine(d, pairs[2].v[0], pairs[0].v[0]),
             odd = hn::Combine(d, pairs[3].v[0], pairs[1].v[0]);
@@ -178,11 +162,9 @@ HWY_INLINE void SplitPairs(const P* pairs, V& first, V& second) {
     second = hn::ConcatUpperUpper(d, pairs[1].v[0], pairs[0].v[0]);
     return;
   }
-#endif
   if constexpr (kLanes <= 4) first = Lower(pairs[0]).v[0], second = Upper(pairs[0]).v[0];
 }
 
-#if HWY_TARGET != HWY_SCALAR
 // Two adjacent floats from each of two places, side by side.
 HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> JoinPairs(const float* first, const float* second) {
   const hn::CappedTag<float, 2> d2;
@@ -194,15 +176,10 @@ HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> JoinPairs(const float* first, const 
   return hn::Combine(hn::CappedTag<float, 4>(), hn::LoadU(d2, second), hn::LoadU(d2, first));
 #endif
 }
-#endif
 
 // Two adjacent floats from kLanes places: a has the first, b the second, in the order of the places.
 template <class P>
 HWY_INLINE void LoadPairs(const P& p, V& a, V& b) {
-#if HWY_TARGET == HWY_SCALAR
-  a = hn::LoadU(D(), p(0));
-  b = hn::LoadU(D(), p(0) + 1);
-#else
   // Places first, first + 2 of each four.
   const auto two = [&](int first) HWY_ATTR { return JoinPairs(p(first), p(first + 2)); };
   V even, odd;
@@ -219,7 +196,6 @@ HWY_INLINE void LoadPairs(const P& p, V& a, V& b) {
   }
   a = hn::OddEven(hn::DupEven(odd), even);
   b = hn::OddEven(odd, hn::DupOdd(even));
-#endif
 }
 
 }  // namespace tessera::simd::HWY_NAMESPACE

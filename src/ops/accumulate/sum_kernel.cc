@@ -48,12 +48,7 @@ template <class D>
 HWY_INLINE hn::Vec<hn::Rebind<float, D>> Rounded(D d, hn::Vec<D> sum, double factor) {
   const hn::Rebind<float, D> f;
   const auto scaled = hn::Mul(sum, hn::Set(d, factor));
-#if HWY_TARGET == HWY_SCALAR
-  const auto value =
-      hn::Set(f, static_cast<float>(hn::GetLane(scaled)));  // DemoteTo would make infinity finite
-#else
   const auto value = hn::DemoteTo(f, scaled);
-#endif
   const auto nan = hn::BitCast(f, hn::Set(hn::RebindToUnsigned<decltype(f)>(), 0x7FC00000u));
   return hn::IfThenElse(hn::IsNaN(value), nan, value);
 }
@@ -102,11 +97,6 @@ HWY_INLINE void AddImages(D d, const SumJob& job, size_t k, size_t end, int64_t 
 template <int kVectors, class D>
 HWY_INLINE void StoreRounded(D d, const hn::Vec<D> (&sum)[kVectors], double factor, float* out, bool stream) {
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(d));
-#if HWY_TARGET == HWY_SCALAR
-  (void)stream;
-  for (int j = 0; j < kVectors; ++j)
-    hn::StoreU(Rounded(d, sum[j], factor), hn::Rebind<float, D>(), out + j * kLanes);
-#else
   const hn::Twice<hn::Rebind<float, D>> pair;
   for (int j = 0; j < kVectors; j += 2) {
     const auto both = hn::Combine(pair, Rounded(d, sum[j + 1], factor), Rounded(d, sum[j], factor));
@@ -116,7 +106,6 @@ HWY_INLINE void StoreRounded(D d, const hn::Vec<D> (&sum)[kVectors], double fact
       hn::StoreU(both, pair, out + j * kLanes);
     }
   }
-#endif
 }
 
 template <class Keep>

@@ -28,49 +28,37 @@ using M = hn::Mask<s::D>;
 struct AddF {
   static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Add(a, b); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::SaturatedAdd(a, b); }
-#endif
 };
 struct SubF {
   static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Sub(a, b); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::SaturatedSub(a, b); }
-#endif
 };
 struct MulF {
   static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Mul(a, b); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
     return s::FromEvenOdd(s::Div255(hn::Mul(s::Even(a), s::Even(b))),
                           s::Div255(hn::Mul(s::Odd(a), s::Odd(b))));
   }
-#endif
 };
 struct AbsDiffF {
   static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Abs(hn::Sub(a, b)); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
     return hn::Or(hn::SaturatedSub(a, b), hn::SaturatedSub(b, a));
   }
-#endif
 };
 struct MinF {
   static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return s::MinNumber(a, b); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::Min(a, b); }
-#endif
 };
 struct MaxF {
   static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return s::MaxNumber(a, b); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::Max(a, b); }
-#endif
 };
 
 template <class F>

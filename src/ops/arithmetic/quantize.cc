@@ -78,13 +78,9 @@ struct DitheredQuantize {
     // The upper 24 bits as a number in [-1/2, 1/2).
     const s::V share = hn::ConvertTo(d, hn::BitCast(s::DI(), hn::ShiftRight<8>(hash)));
     const s::V offset = hn::Sub(hn::Mul(share, hn::Set(d, 0x1p-24f)), hn::Set(d, 0.5f));
-#if HWY_TARGET == HWY_SCALAR
-    const s::V code = RoundedSum(d, x, offset);
-#else
     const hn::Half<s::D> dh;
     const s::V code = hn::Combine(d, RoundedSum(dh, hn::UpperHalf(dh, x), hn::UpperHalf(dh, offset)),
                                   RoundedSum(dh, hn::LowerHalf(dh, x), hn::LowerHalf(dh, offset)));
-#endif
     // Rounding half to even keeps codes 0 and the last, but leaves a negative zero.
     return hn::Div(hn::Abs(code), hn::Set(d, static_cast<float>(steps)));
   }

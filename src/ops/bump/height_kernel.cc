@@ -58,11 +58,7 @@ HWY_INLINE VD Over(const Height& h) {
 HWY_INLINE void Store(VD v, float* to) {
   const DD d;
   const VD clean = hn::IfThenElse(hn::IsNaN(v), hn::NaN(d), v);
-#if HWY_TARGET == HWY_SCALAR
-  *to = static_cast<float>(hn::GetLane(clean));
-#else
   hn::StoreU(hn::DemoteTo(DF(), clean), DF(), to);
-#endif
 }
 
 void HeightNormals(const HeightSetup& setup, const float* row, ptrdiff_t stride, int count, float* x,

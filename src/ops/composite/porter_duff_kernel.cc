@@ -20,14 +20,12 @@ HWY_INLINE V OneMinus(V v) { return hn::Sub(One(), v); }
 
 struct Over {
   HWY_INLINE V operator()(V a, V b, V alpha_a, V, M) const { return hn::MulAdd(OneMinus(alpha_a), b, a); }
-#if HWY_TARGET != HWY_SCALAR
   // The foreground is whole codes: rounding the product rounds the sum.
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
     const s::Words k = s::Complement(s::AlphaWords(a));
     const s::Bytes rest = s::FromEvenOdd(s::Div255(hn::Mul(k, s::Even(b))), s::Div255(hn::Mul(k, s::Odd(b))));
     return hn::SaturatedAdd(a, rest);
   }
-#endif
 };
 // An alpha beyond [0, 1] counts as the limit, NaN as 0; codes have no other.
 struct OverClamped : Over {
@@ -38,54 +36,42 @@ struct OverClamped : Over {
 };
 struct In {
   HWY_INLINE V operator()(V a, V, V, V alpha_b, M) const { return hn::Mul(a, alpha_b); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
     const s::Words k = s::AlphaWords(b);
     return s::FromEvenOdd(s::Div255(hn::Mul(k, s::Even(a))), s::Div255(hn::Mul(k, s::Odd(a))));
   }
-#endif
 };
 struct Out {
   HWY_INLINE V operator()(V a, V, V, V alpha_b, M) const { return hn::Mul(a, OneMinus(alpha_b)); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
     const s::Words k = s::Complement(s::AlphaWords(b));
     return s::FromEvenOdd(s::Div255(hn::Mul(k, s::Even(a))), s::Div255(hn::Mul(k, s::Odd(a))));
   }
-#endif
 };
-#if HWY_TARGET != HWY_SCALAR
 // (ka * a + kb * b) / 255, rounded once.
 HWY_INLINE s::Bytes TwoProducts(s::Words ka, s::Bytes a, s::Words kb, s::Bytes b) {
   return s::FromEvenOdd(s::SumDiv255(hn::Mul(ka, s::Even(a)), hn::Mul(kb, s::Even(b))),
                         s::SumDiv255(hn::Mul(ka, s::Odd(a)), hn::Mul(kb, s::Odd(b))));
 }
-#endif
 struct Atop {
   HWY_INLINE V operator()(V a, V b, V alpha_a, V alpha_b, M) const {
     return hn::MulAdd(OneMinus(alpha_a), b, hn::Mul(a, alpha_b));
   }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
     return TwoProducts(s::AlphaWords(b), a, s::Complement(s::AlphaWords(a)), b);
   }
-#endif
 };
 struct Xor {
   HWY_INLINE V operator()(V a, V b, V alpha_a, V alpha_b, M) const {
     return hn::Add(hn::Mul(OneMinus(alpha_b), a), hn::Mul(OneMinus(alpha_a), b));  // symmetric to the bit
   }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) {
     return TwoProducts(s::Complement(s::AlphaWords(b)), a, s::Complement(s::AlphaWords(a)), b);
   }
-#endif
 };
 struct Plus {
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Add(a, b); }
-#if HWY_TARGET != HWY_SCALAR
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) { return hn::SaturatedAdd(a, b); }
-#endif
 };
 
 std::unique_ptr<graph::PointStage> NewPorterDuffStage(PorterDuff op, const BlendPlanes& planes) {

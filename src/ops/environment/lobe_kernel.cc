@@ -35,17 +35,12 @@ HWY_INLINE VD Power(VD cosine, double exponent) {
     return hn::Max(cosine, hn::Zero(d));
   } else {
     const auto seen = hn::Gt(cosine, hn::Set(d, kTiny));
-#if HWY_TARGET == HWY_SCALAR
-    const VD log = hn::Set(d, std::log2(std::max(hn::GetLane(cosine), kTiny)));
-    return hn::IfThenElseZero(seen, hn::Set(d, std::exp2(hn::GetLane(log) * exponent)));
-#else
     const hn::Repartition<double, s::D> dd;
     static_assert(hn::MaxLanes(dd) == hn::MaxLanes(DD()));
     const VD safe = hn::IfThenElse(seen, cosine, hn::Set(d, 1.0));
     const VD t = hn::Mul(s::Log2OfDouble<s::Precision::kDouble>(safe), hn::Set(d, exponent));
     const auto counts = hn::And(seen, hn::Gt(t, hn::Set(d, -900.0)));
     return hn::IfThenElseZero(counts, s::Exp2OfDouble<s::Precision::kDouble>(hn::IfThenElseZero(counts, t)));
-#endif
   }
 }
 

@@ -21,7 +21,6 @@ HWY_INLINE VD Set(double v) { return hn::Set(DD(), v); }
 
 void Planes(const float* pixels, int channels, const int* at, int count, float (*plane)[kDirectionRun]) {
   int i = 0;
-#if HWY_TARGET != HWY_SCALAR
   if (channels == 3 && at[0] == 0 && at[1] == 1 && at[2] == 2) {
     const hn::CappedTag<float, 16> d;
     const int step = static_cast<int>(hn::Lanes(d));
@@ -31,7 +30,6 @@ void Planes(const float* pixels, int channels, const int* at, int count, float (
       hn::Store(a, d, plane[0] + i), hn::Store(b, d, plane[1] + i), hn::Store(c, d, plane[2] + i);
     }
   }
-#endif
   for (; i < count; ++i) {
     for (int c = 0; c < 3; ++c) plane[c][i] = pixels[ptrdiff_t{channels} * i + at[c]];
   }

@@ -15,11 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
 
 HWY_INLINE VI GatherCells(const int32_t* cells, VI at) {
-#if HWY_TARGET == HWY_AVX2
-  return hn::BitCast(DI(), LoadWords(cells, hn::BitCast(DU(), at)));
-#else
-  return s::GatherWords<4>(cells, at);
-#endif
+  return hn::BitCast(DI(), s::LoadWords(cells, hn::BitCast(DU(), at)));
 }
 
 // One end of the lines of a vector of pixels: which pixel, what that pixel holds, and how far it is, along
@@ -30,17 +26,6 @@ struct Crossing {
   V x, y;
 };
 
-// `yes` in lanes where `sign` is negative, else `no`.
-HWY_INLINE V IfNegative(V sign, V yes, V no) {
-#if HWY_TARGET == HWY_AVX2
-  // The instruction looks at the sign only; compilers that know what it does compare with 0 first.
-  V r;
-  asm("vblendvps %3, %2, %1, %0" : "=x"(r.raw) : "x"(no.raw), "x"(yes.raw), "x"(sign.raw));
-  return r;
-#else
-  return hn::IfThenElse(hn::Lt(sign, hn::Zero(D())), yes, no);
-#endif
-}
 // Lanes in which one bit of a cell is set, to be used by IfThenElse alone: on AVX2 that looks at the sign
 // only.
 template <int kBit>
@@ -73,9 +58,9 @@ class Strides {
     const D d;
     const DI di;
 #if HWY_TARGET == HWY_AVX2
-    const V x = V{_mm256_permutevar_ps(hn::BitCast(d, x_).raw, cell.raw)};
-    const V y = V{_mm256_permutevar_ps(hn::BitCast(d, y_).raw, hn::ShiftRight<kCellUpShift>(cell).raw)};
-    return hn::BitCast(di, IfNegative(left, y, x));
+    const V x = s::OneOfFour(hn::BitCast(d, x_), hn::BitCast(DU(), cell));
+    const V y = s::OneOfFour(hn::BitCast(d, y_), hn::BitCast(DU(), hn::ShiftRight<kCellUpShift>(cell)));
+    return hn::BitCast(di, s::IfNegative(left, y, x));
 #else
     const auto y_first = hn::RebindMask(di, hn::Lt(left, hn::Zero(d)));
     if constexpr (kLanes >= 16) {
@@ -113,8 +98,8 @@ HWY_INLINE V Cross(Crossing& c) {
   // What is left along y where the edge ahead in x is met, or less than 0. On an edge lines along y, whose
   // share is 0, go along y too.
   const V left = hn::MulAdd(c.x, minus_y, hn::MulSub(c.y, along_x, hn::Set(d, 0x1p-30f)));
-  const V rest = hn::Div(left, IfNegative(left, minus_y, along_x));
-  c.x = IfNegative(left, rest, one), c.y = IfNegative(left, one, rest);
+  const V rest = hn::Div(left, s::IfNegative(left, minus_y, along_x));
+  c.x = s::IfNegative(left, rest, one), c.y = s::IfNegative(left, one, rest);
   return left;
 }
 

@@ -14,6 +14,7 @@
 #include "ops/flow/lines.h"
 #include "simd/gather-inl.h"
 #include "simd/pixels-inl.h"
+#include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::flow::HWY_NAMESPACE {
@@ -107,80 +108,9 @@ HWY_INLINE VI Wrap(VI at, int size) {
   return hn::IfThenElse(hn::Lt(r, n), r, hn::Sub(r, n));
 }
 
-// The lanes of a vector, one by one.
-#if HWY_TARGET == HWY_AVX2
-// Two at a time are moved to where they are an address. Through memory takes longer, since few loads a cycle
-// can be served by a store that has not ended.
-class Indices {
- public:
-  explicit HWY_INLINE Indices(VU v) {
-    const __m128i low = _mm256_castsi256_si128(v.raw), high = _mm256_extracti128_si256(v.raw, 1);
-    pairs_[0] = static_cast<uint64_t>(_mm_cvtsi128_si64(low));
-    pairs_[1] = static_cast<uint64_t>(_mm_extract_epi64(low, 1));
-    pairs_[2] = static_cast<uint64_t>(_mm_cvtsi128_si64(high));
-    pairs_[3] = static_cast<uint64_t>(_mm_extract_epi64(high, 1));
-  }
-  HWY_INLINE uint64_t operator[](int lane) const {
-    const uint64_t pair = pairs_[lane / 2];
-    return lane % 2 == 0 ? static_cast<uint32_t>(pair) : pair >> 32;
-  }
-
- private:
-  uint64_t pairs_[4];
-};
-#else
-// Through memory: where each is an address that takes fewer instructions than to move them out one by one,
-// which compilers would do were the memory not volatile.
-class Indices {
- public:
-  explicit HWY_INLINE Indices(VU v) { hn::Store(v, DU(), lanes_); }
-  HWY_INLINE uint32_t operator[](int lane) const {
-    return static_cast<const volatile uint32_t*>(lanes_)[lane];
-  }
-
- private:
-  alignas(64) uint32_t lanes_[kLanes];
-};
-#endif
-
-#if HWY_TARGET == HWY_AVX2
-// Four bytes from each index, in units of `Unit`.
-template <class Unit>
-HWY_INLINE VU LoadWords(const Unit* from, VU index) {
-  const Indices at(index);
-  const auto word = [&](int i) HWY_ATTR {
-    int32_t v;
-    std::memcpy(&v, from + at[i], 4);
-    return v;
-  };
-  const auto four = [&](int i) HWY_ATTR {
-    const __m128i two = _mm_insert_epi32(_mm_cvtsi32_si128(word(i)), word(i + 1), 1);
-    return _mm_insert_epi32(_mm_insert_epi32(two, word(i + 2), 2), word(i + 3), 3);
-  };
-  return VU{_mm256_inserti128_si256(_mm256_castsi128_si256(four(0)), four(4), 1)};
-}
-#endif
-
 // Four bytes from each of Place's codes, the first one lowest.
-HWY_INLINE VU LoadBytes(const uint8_t* from, VU index) {
-  const DU du;
-#if HWY_TARGET == HWY_AVX2
-  (void)du;
-  return LoadWords(from, index);
-#else
-  if constexpr (hn::MaxLanes(D()) >= 8) {
-    return hn::BitCast(du, s::GatherWords<1>(from, hn::BitCast(DI(), index)));
-  } else {
-    alignas(16) int32_t at[kLanes];
-    alignas(16) uint32_t four[kLanes];
-    hn::Store(hn::BitCast(DI(), index), DI(), at);
-    for (int i = 0; i < kLanes; ++i) std::memcpy(four + i, from + at[i], 4);
-    return hn::Load(du, four);
-  }
-#endif
-}
+HWY_INLINE VU LoadBytes(const uint8_t* from, VU index) { return s::LoadWords(from, index); }
 
-#if HWY_TARGET != HWY_SCALAR
 // Four floats, which are two vectors, for every block of a vector, at every fourth index.
 template <class DF, typename Index>
 HWY_INLINE hn::Vec<DF> LoadBlocks(DF d, const float* from, const Index* index) {
@@ -192,7 +122,6 @@ HWY_INLINE hn::Vec<DF> LoadBlocks(DF d, const float* from, const Index* index) {
     return hn::Combine(d, LoadBlocks(half, from, index + hn::MaxLanes(DF()) / 8), low);
   }
 }
-#endif
 
 // The vectors of a row of two pixels, between the rows of `from` and those a row further on.
 struct Between {
@@ -208,16 +137,7 @@ template <bool kEven>
 HWY_INLINE Between BetweenRows(const float* from, ptrdiff_t row, VU index, V share, Evenness* even) {
   const D d;
   (void)even;
-  const Indices at(index);
-#if HWY_TARGET == HWY_SCALAR
-  const float* const p = from + 2 * size_t{at[0]};
-  const auto rise = [&](int i) HWY_ATTR { return hn::Sub(hn::Set(d, p[row + i]), hn::Set(d, p[i])); };
-  for (int i = 0; kEven && i < 2; ++i) {
-    even->twist = hn::Max(even->twist, hn::Abs(hn::Sub(rise(i + 2), rise(i))));
-  }
-  const auto mix = [&](int i) HWY_ATTR { return hn::MulAdd(share, rise(i), hn::Set(d, p[i])); };
-  return {mix(0), mix(1), mix(2), mix(3)};
-#else
+  const s::LaneList at(index);
   // Four lanes for a position: what is between the rows is found before the lanes are sorted.
   const auto mix = [&](int lane, V t) HWY_ATTR {
     decltype(at[0]) index_of[kLanes / 4];
@@ -233,7 +153,6 @@ HWY_INLINE Between BetweenRows(const float* from, ptrdiff_t row, VU index, V sha
             mix(3, hn::Broadcast<3>(share))};
   s::Transpose4(b.u0, b.v0, b.u1, b.v1);
   return b;
-#endif
 }
 
 // Where a sample of the field is taken: the index of the pixel left above and the shares of the others.

@@ -31,7 +31,6 @@ struct Bundle {
   double far = 0;  // how far they lead from the first one's start
 };
 
-#if HWY_TARGET != HWY_SCALAR
 // The texture's pixel at each index, and the one right of it.
 HWY_INLINE void LoadNeighbours(const float* from, VI at, V& left, V& right) {
   const D d;
@@ -45,7 +44,6 @@ HWY_INLINE void LoadNeighbours(const float* from, VI at, V& left, V& right) {
   const V low = load(hn::LowerHalf(half, at)), high = load(hn::UpperHalf(half, at));
   left = hn::ConcatEven(d, high, low), right = hn::ConcatOdd(d, high, low);
 }
-#endif
 
 // The texture at positions that have all four pixels around them.
 template <bool kLinear>
@@ -71,7 +69,6 @@ HWY_INLINE V TextureInside(const Lines& lines, const Place& place, const Starts&
       return between(value(hn::And(four, byte)), value(hn::And(hn::ShiftRight<16>(four), byte)),
                      value(hn::And(hn::ShiftRight<8>(four), byte)), value(hn::ShiftRight<24>(four)));
     }
-#if HWY_TARGET != HWY_SCALAR
     if (lines.texture_step == 1) {
       const VI at = hn::BitCast(di, hn::Add(row, x));
       V a, b, low_a, low_b;
@@ -81,7 +78,6 @@ HWY_INLINE V TextureInside(const Lines& lines, const Place& place, const Starts&
       const V mean = between(a, b, low_a, low_b);
       if (hn::AllTrue(d, hn::IsFinite(mean))) return mean;
     }
-#endif
   }
   return FindTexels<false, kLinear>(lines, place, start, p).Value(place, 0);
 }
@@ -240,19 +236,12 @@ constexpr int SumsOf(bool smooth) { return smooth ? 4 : 2; }
 // Adds what kPacket lines give, kSums floats each, to the pixels where they are.
 template <int kSums>
 HWY_INLINE void Deposit(const float* parts, const int32_t* places, float* sums) {
-#if HWY_TARGET == HWY_SCALAR
-  for (int lane = 0; lane < kPacket; ++lane) {
-    float* const to = sums + kSums * ptrdiff_t{places[lane]};
-    for (int i = 0; i < kSums; ++i) to[i] += parts[kSums * lane + i];
-  }
-#else
   const hn::CappedTag<float, kSums> few;
   HWY_UNROLL(4)
   for (int lane = 0; lane < kPacket; ++lane) {
     float* const to = sums + kSums * ptrdiff_t{places[lane]};
     hn::StoreU(hn::Add(hn::LoadU(few, to), hn::LoadU(few, parts + kSums * lane)), few, to);
   }
-#endif
 }
 
 // The convolution at every tap that serves pixels. kRunning: of a box, by sums that go along.

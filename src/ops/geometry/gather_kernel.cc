@@ -193,17 +193,13 @@ class Gatherer {
   using Taps = std::integral_constant<int, kTaps>;
 
   void RunMatrix(int x, int y, int count) {
-#if HWY_TARGET != HWY_SCALAR
     if (able_ && PlainMatrix(job_, x, y, count, plain_) && LookUpPlain(x, y, count)) return;
-#endif
     MatrixPositions(job_.map, source_.window, x, y, count, at_);
     LookUpAny(x, y, count);
   }
   void RunImage(int x, int y, int count) {
     const Coordinates from(job_, x, y, count);
-#if HWY_TARGET != HWY_SCALAR
     if (able_ && PlainImage(job_, paired_, from, x, y, count, plain_) && LookUpPlain(x, y, count)) return;
-#endif
     ImagePositions(job_, from, x, y, count, at_);
     LookUpAny(x, y, count);
   }
@@ -287,7 +283,6 @@ class Gatherer {
     ForTaps([&](auto taps, auto linear, size_t g) { LookUp<taps, linear>(g, x, y, count, ahead); });
   }
 
-#if HWY_TARGET != HWY_SCALAR
   // No pixel of the run needs a second look; false where that turns out to be wrong.
   bool LookUpPlain(int x, int y, int count) {
     const ptrdiff_t ahead = Ahead(x, static_cast<uint32_t>(plain_.base[0]) / 2);
@@ -333,7 +328,6 @@ class Gatherer {
           g, out + ptrdiff_t{job_.out.channels} * i, stream);
     }
   }
-#endif
 
   template <int kTaps, bool kLinear>
   void LookUp(size_t g, int x, int y, int count, ptrdiff_t ahead) {
@@ -429,11 +423,9 @@ class Gatherer {
   const GatherJob& job_;
   const GatherSource& source_;
   bool direct_;
-#if HWY_TARGET != HWY_SCALAR
   const bool able_ = source_.taps % 2 == 0 && source_.pixels_per_row > 0;  // to do plain runs
   const PairedMap paired_{job_};
   PlainTaps plain_;
-#endif
   base::ArenaVector<int64_t> above_{job_.scratch};  // the first pixel of every run of the row above
   Positions at_;
   Indices index_;

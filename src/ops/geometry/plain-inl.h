@@ -30,8 +30,6 @@ struct PlainTaps : Squares {
 // Nearer than this to a pixel's centre or to the middle between two, a position may be snapped.
 constexpr float kClose = static_cast<float>(4 * kSnap);
 
-#if HWY_TARGET != HWY_SCALAR
-
 // Whether no distance of a run is close to what it would be snapped to; the middle itself is as good as any.
 inline bool Apart(const PlainTaps& taps, int count) {
   const s::D d;
@@ -257,8 +255,6 @@ inline bool PlainImage(const GatherJob& job, const PairedMap& map, const Coordin
   return FindPlain</*kInside=*/false>(
       source, count, [&](int i, VD& px, VD& py) HWY_ATTR { row.At(x0 + i, from.pairs + 2 * i, px, py); }, to);
 }
-
-#endif
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -136,12 +136,10 @@ struct Coordinates {
     constexpr int kLine = 16;
     const float* const below = row + job.coordinates.row_stride / 4;
     for (int i = 0; i < channels * count; i += kLine) hwy::Prefetch(below + i);
-#if HWY_TARGET != HWY_SCALAR
     if (channels == 4 && job.channel_x == 0 && step == 1 && count == kRun) {
       FirstHalves(row);
       return;
     }
-#endif
     const float* from = row + job.channel_x;
     float* to = pairs;
     for (const float* const end = from + ptrdiff_t{channels} * count; from != end;
@@ -152,7 +150,6 @@ struct Coordinates {
   }
 
  private:
-#if HWY_TARGET != HWY_SCALAR
   // Of a whole run of pixels of four channels.
   void FirstHalves(const float* from) {
     const hn::CappedTag<uint64_t, 8> d;
@@ -164,7 +161,6 @@ struct Coordinates {
       hn::Store(hn::BitCast(f, hn::ConcatEven(d, high, low)), f, pairs + 2 * i);
     }
   }
-#endif
 };
 
 // Positions from two channels of an image.

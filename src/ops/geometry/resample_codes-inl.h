@@ -30,7 +30,6 @@ HWY_INLINE void HalveSamples(const T* a, const T* b, int channels, int from, int
   }
 }
 
-#if HWY_TARGET != HWY_SCALAR
 // Vectors of codes and of their sums.
 template <class T>
 using DHalve = hn::CappedTag<uint8_t, 32>;
@@ -122,7 +121,6 @@ void HalveRow(const T* a, const T* b, int count, T* out, bool stream) {
   }
   HalveSamples(a, b, kChannels, i, count, out);
 }
-#endif
 
 template <class T>
 inline void HalveCodes(const ResampleJob& job) {
@@ -133,9 +131,6 @@ inline void HalveCodes(const ResampleJob& job) {
         reinterpret_cast<const T*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
     const T* const b = a + job.in.row_stride / static_cast<ptrdiff_t>(sizeof(T));
     auto* const out = reinterpret_cast<T*>(job.out.At(roi.x0, y));
-#if HWY_TARGET == HWY_SCALAR
-    HalveSamples(a, b, channels, 0, count, out);
-#else
     switch (channels) {
       case 1:
         HalveRow<T, 1>(a, b, count, out, job.stream);
@@ -152,7 +147,6 @@ inline void HalveCodes(const ResampleJob& job) {
       default:
         HalveSamples(a, b, channels, 0, count, out);
     }
-#endif
   }
 }
 

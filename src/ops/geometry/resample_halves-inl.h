@@ -19,12 +19,6 @@ namespace tessera::ops::HWY_NAMESPACE {
 // Thirty-two floats in order: the even ones to `first`, the odd ones to `second`.
 HWY_INLINE void PairSamples(F16& first, F16& second) {
   const F16 a = first, b = second;
-#if HWY_TARGET == HWY_SCALAR
-  for (int i = 0; i < 8; ++i) {
-    first.v[i] = a.v[2 * i], first.v[i + 8] = b.v[2 * i];
-    second.v[i] = a.v[2 * i + 1], second.v[i + 8] = b.v[2 * i + 1];
-  }
-#else
   const F16::Tag t;
   if constexpr (F16::kVectors == 1) {
     first.v[0] = hn::ConcatEven(t, b.v[0], a.v[0]);
@@ -38,7 +32,6 @@ HWY_INLINE void PairSamples(F16& first, F16& second) {
       second.v[i + kHalf] = hn::ConcatOdd(t, b.v[2 * i + 1], b.v[2 * i]);
     }
   }
-#endif
 }
 
 // A mean of four samples that is one of four codes half way between two codes, beside it on the side of the
@@ -63,17 +56,14 @@ HWY_INLINE s::Floats<N> Settled(s::Floats<N> mean, int largest) {
 
 // The sums of pixels side by side, of eight.
 HWY_INLINE F16 PairSums(const F16& first, const F16& second) {
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-  const auto a = first.v[0].raw, b = second.v[0].raw;
-  F16 sum;
-  sum.v[0] = hn::Add(hn::Vec<F16::Tag>{_mm512_shuffle_f32x4(a, b, 0x88)},
-                     hn::Vec<F16::Tag>{_mm512_shuffle_f32x4(a, b, 0xDD)});
-  return sum;
-#else
+  if constexpr (F16::kVectors == 1) {
+    F16 sum;
+    sum.v[0] = hn::Add(s::EvenBlocks(first.v[0], second.v[0]), s::OddBlocks(first.v[0], second.v[0]));
+    return sum;
+  }
   F16 even = first, odd = second;
   s::PairPixels(even, odd);
   return even + odd;
-#endif
 }
 
 // The mean of two by two RGBA pixels: bandwidth is all there is to it. In floats; three roundings.

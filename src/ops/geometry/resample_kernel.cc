@@ -20,11 +20,9 @@ namespace tessera::ops::HWY_NAMESPACE {
 // Two pixels of row r into the columns, which hold four rows of a pixel each.
 HWY_INLINE void StoreColumns(const D8& x, int r, double* columns) {
   if constexpr (D8::kLanesOf == 8) {
-#if HWY_TARGET != HWY_SCALAR
     const hn::Half<D8::Tag> half;
     hn::StoreU(hn::LowerHalf(half, x.v[0]), half, columns + 4 * r);
     hn::StoreU(hn::UpperHalf(half, x.v[0]), half, columns + 16 + 4 * r);
-#endif
   } else {
     for (int i = 0; i < D8::kVectors; ++i) {
       const int at = i * D8::kLanesOf;

@@ -101,9 +101,6 @@ HWY_INLINE void TransposeRows(const double* HWY_RESTRICT rows, ptrdiff_t stride,
     for (int r = 0; r < kRows; r += kLanes) {
       const double* const from = rows + stride * r + i;
       double* const to = columns + kRows * i + r;
-#if HWY_TARGET == HWY_SCALAR
-      *to = *from;
-#else
       const auto a = hn::Load(d, from), b = hn::Load(d, from + stride);
       if constexpr (kLanes == 2) {
         hn::Store(hn::InterleaveLower(d, a, b), d, to);
@@ -117,18 +114,12 @@ HWY_INLINE void TransposeRows(const double* HWY_RESTRICT rows, ptrdiff_t stride,
         hn::Store(hn::ConcatUpperUpper(d, ef0, ab0), d, to + 2 * kRows);
         hn::Store(hn::ConcatUpperUpper(d, ef1, ab1), d, to + 3 * kRows);
       }
-#endif
     }
   }
 }
 
 // Four samples of sixteen rows, as columns, to the rows' lines.
 HWY_INLINE void StoreLines(const float* HWY_RESTRICT columns, float* HWY_RESTRICT lines, ptrdiff_t stride) {
-#if HWY_TARGET == HWY_SCALAR
-  for (int r = 0; r < kRows; ++r) {
-    for (int i = 0; i < 4; ++i) lines[r * stride + i] = columns[kRows * i + r];
-  }
-#else
   const hn::Full128<float> f;
   const hn::Full128<double> d;
   for (int r = 0; r < kRows; r += 4) {
@@ -144,7 +135,6 @@ HWY_INLINE void StoreLines(const float* HWY_RESTRICT columns, float* HWY_RESTRIC
     hn::Store(hn::BitCast(f, hn::InterleaveLower(d, ab1, xy1)), f, to + 2 * stride);
     hn::Store(hn::BitCast(f, hn::InterleaveUpper(d, ab1, xy1)), f, to + 3 * stride);
   }
-#endif
 }
 
 // Results [x0, x1) of kRows rows from their columns, of which the first is source column c0.

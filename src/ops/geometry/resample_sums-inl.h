@@ -86,11 +86,7 @@ HWY_INLINE F16 Rounded(const D16& x) {
   F16 r;
   const D16::FloatTag f;
   for (int i = 0; i < F16::kVectors; ++i) {
-#if HWY_TARGET == HWY_SCALAR
-    r.v[i] = hn::Set(f, static_cast<float>(hn::GetLane(x.v[i])));  // DemoteTo would make infinity finite
-#else
     r.v[i] = hn::Combine(F16::Tag(), hn::DemoteTo(f, x.v[2 * i + 1]), hn::DemoteTo(f, x.v[2 * i]));
-#endif
   }
   return r.OneNaN();
 }

@@ -85,10 +85,6 @@ HWY_INLINE V LerpPlanes(const float* data, const int32_t* base, const ptrdiff_t*
 // The same for two axes, rows of entries below `high` and `low` of them: along y first, two pixels in 128
 // bits.
 HWY_INLINE V LerpSquares(const float* low, const float* high, const int32_t* base, V x, V y) {
-#if HWY_TARGET == HWY_SCALAR
-  (void)low, (void)high, (void)base, (void)y;
-  return x;
-#else
   const auto pairs = [&](const float* row, int first) HWY_ATTR {
     return s::VectorOfQuads([&](int k) HWY_ATTR { return s::JoinPairs(row + base[k], row + base[k + 2]); },
                             first);
@@ -96,7 +92,6 @@ HWY_INLINE V LerpSquares(const float* low, const float* high, const int32_t* bas
   const V even = s::LerpFromNearer(pairs(low, 0), pairs(high, 0), hn::DupEven(y));
   const V odd = s::LerpFromNearer(pairs(low, 1), pairs(high, 1), hn::DupOdd(y));
   return s::LerpFromNearer(hn::OddEven(hn::DupEven(odd), even), hn::OddEven(odd, hn::DupOdd(even)), x);
-#endif
 }
 template <int kDims>
 HWY_INLINE void GatherLinear1(const Grid& grid, Chunk& chunk, int count) {
@@ -289,14 +284,10 @@ HWY_INLINE void GatherCubic1(const Grid& grid, Chunk& chunk, int count) {
   }
   for (int i = 0; i < count; i += s::kLanes) {
     V q[4];
-    if constexpr (s::kLanes == 1) {
-      for (int k = 0; k < 4; ++k) q[k] = hn::LoadU(d, quads + 4 * i + k);
-    } else {
-      for (int j = 0; j < 4; ++j) {
-        q[j] = s::LoadQuads([&](int k) HWY_ATTR { return quads + 4 * (i + k); }, j);
-      }
-      s::Transpose4(q[0], q[1], q[2], q[3]);
+    for (int j = 0; j < 4; ++j) {
+      q[j] = s::LoadQuads([&](int k) HWY_ATTR { return quads + 4 * (i + k); }, j);
     }
+    s::Transpose4(q[0], q[1], q[2], q[3]);
     V sum = hn::Mul(q[0], hn::Load(d, chunk.weight[0] + i));
     for (int k = 1; k < 4; ++k) sum = hn::MulAdd(q[k], hn::Load(d, chunk.weight[k] + i), sum);
     hn::Store(sum, d, chunk.result + i);

@@ -55,7 +55,6 @@ struct Taps : Squares {
 };
 static_assert(kChunk == kSquares);
 
-#if HWY_TARGET != HWY_SCALAR
 // Asks for the rows of a block's squares, and where kEnds for the lines that the rows end in. unit: floats
 // from place to place. No lambda: g++ takes a function that only asks for memory for one without effects, and
 // drops calls that it has not inlined yet.
@@ -227,8 +226,8 @@ HWY_INLINE bool BlendSquares(const Taps& taps, int count, const BlockResults& re
       const int i = first + k;
       const V low = hn::Load(d, taps.distance + 2 * i), high = hn::Load(d, taps.distance + 2 * i + s::kLanes);
       V left, right;
-      SplitLanes(rows(i, low), rows(i + s::kLanes / 2, high), left, right);
-      sink.Store(InLaneOrder(s::LerpFromNearer(left, right, EvenLanes(low, high))), to + k);
+      s::SplitInBlocks(rows(i, low), rows(i + s::kLanes / 2, high), left, right);
+      sink.Store(s::LanesOfBlocks(s::LerpFromNearer(left, right, s::EvenInBlocks(low, high))), to + k);
     }
   }
   return sink.Suspicious();
@@ -304,14 +303,11 @@ inline bool GatherCubicSquares4(const Grid& grid, const Taps& taps, int count, c
   return sink.Suspicious();
 }
 
-#endif
-
 struct PictureMethod {
   bool (*locate)(const Grid&, const BlockCoordinates&, int count, Taps&) = nullptr;
   bool (*gather)(const Grid&, const Taps&, int count, const BlockResults& results) = nullptr;
 };
 
-#if HWY_TARGET != HWY_SCALAR
 template <int kTexel>
 PictureMethod SquaresMethod(const Grid& grid) {
   const bool x = grid.axis(0).exact, y = grid.axis(1).exact;
@@ -320,14 +316,9 @@ PictureMethod SquaresMethod(const Grid& grid) {
                    : LocateSquares<Exact::kNone, kTexel>,
           kTexel == 1 ? GatherSquares1 : GatherSquares4};
 }
-#endif
 
-// The method for a grid of two axes that are clamped to their edges; none for others, and with one lane.
+// The method for a grid of two axes that are clamped to their edges; none for others.
 inline PictureMethod PictureMethodOf(const Grid& grid) {
-#if HWY_TARGET == HWY_SCALAR
-  (void)grid;
-  return {};
-#else
   if (grid.dims() != 2) return {};
   for (int a = 0; a < 2; ++a) {
     if (grid.axis(a).wrap != TableWrap::kClampEdge) return {};
@@ -337,7 +328,6 @@ inline PictureMethod PictureMethodOf(const Grid& grid) {
     return {LocateCubic, one ? GatherCubicSquares1 : GatherCubicSquares4};
   if (grid.params().filter != TableFilter::kLinear || !grid.edges()) return {};
   return one ? SquaresMethod<1>(grid) : SquaresMethod<4>(grid);
-#endif
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

@@ -51,7 +51,7 @@ inline bool GatherSquarePairs(const float* pairs, const Grid&, const Taps& taps,
           [&](int j) HWY_ATTR { return pairs + 2 * size_t{static_cast<uint32_t>(place[j / 2 + odd])}; }, 0);
     };
     V below, above;
-    SplitLanes(squares(0), squares(1), below, above);
+    s::SplitInBlocks(squares(0), squares(1), below, above);
     return s::LerpFromNearer(below, above, hn::DupOdd(distance));
   });
 }
@@ -74,7 +74,7 @@ HWY_INLINE V CubicRowPairs(const float* pairs, ptrdiff_t stride, const int32_t* 
       return hn::Combine(d, rows(first + 4), rows(first));
     };
     V row, next;
-    SplitLanes(two(kFirst), two(kFirst + 1), row, next);
+    s::SplitInBlocks(two(kFirst), two(kFirst + 1), row, next);
     const V w = hn::TableLookupLanes(weight[k], pixel);
     sum = k == 0 ? hn::Mul(row, w) : hn::MulAdd(row, w, sum);
     sum = hn::MulAdd(next, hn::TableLookupLanes(weight[k + 1], pixel), sum);
@@ -85,10 +85,8 @@ HWY_INLINE V CubicRowPairs(const float* pairs, ptrdiff_t stride, const int32_t* 
 HWY_INLINE void CubicColumns(const float* pairs, ptrdiff_t stride, const int32_t* base, const V* w, V* q) {
   const V a = CubicRowPairs<0>(pairs, stride, base, w), b = CubicRowPairs<8>(pairs, stride, base, w),
           c = CubicRowPairs<2>(pairs, stride, base, w), e = CubicRowPairs<10>(pairs, stride, base, w);
-  SplitLanes(V{_mm512_shuffle_f32x4(a.raw, b.raw, 0x88)}, V{_mm512_shuffle_f32x4(c.raw, e.raw, 0x88)}, q[0],
-             q[1]);
-  SplitLanes(V{_mm512_shuffle_f32x4(a.raw, b.raw, 0xDD)}, V{_mm512_shuffle_f32x4(c.raw, e.raw, 0xDD)}, q[2],
-             q[3]);
+  s::SplitInBlocks(s::EvenBlocks(a, b), s::EvenBlocks(c, e), q[0], q[1]);
+  s::SplitInBlocks(s::OddBlocks(a, b), s::OddBlocks(c, e), q[2], q[3]);
 }
 inline bool GatherCubicPairs(const float* pairs, const Grid& grid, const Taps& taps, int count,
                              const BlockResults& results) {

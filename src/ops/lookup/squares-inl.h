@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "simd/shuffle-inl.h"
 #include "simd/texels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -49,7 +50,6 @@ struct Squares {
   alignas(64) float distance[2 * kSquares + 16];
 };
 
-#if HWY_TARGET != HWY_SCALAR
 template <int kTexel>
 inline constexpr int kUnit = kTexel == 4 ? 2 : 1;
 template <int kTexel>
@@ -60,35 +60,6 @@ HWY_INLINE const float* At(const float* data, int32_t place) {
 // Coordinates and what becomes of them stay in pairs, x in the even lanes and y in the odd ones: they need no
 // shuffles until their cells become places.
 HWY_INLINE V InPairs(float x, float y) { return hn::OddEven(hn::Set(s::D(), y), hn::Set(s::D(), x)); }
-
-// The even and the odd lanes of two vectors, in the order that costs one shuffle: where that is not the
-// lanes' own one, InLaneOrder is to follow.
-HWY_INLINE void SplitLanes(V low, V high, V& even, V& odd) {
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-  even = V{_mm512_shuffle_ps(low.raw, high.raw, 0x88)}, odd = V{_mm512_shuffle_ps(low.raw, high.raw, 0xDD)};
-#elif HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-  even = V{_mm256_shuffle_ps(low.raw, high.raw, 0x88)}, odd = V{_mm256_shuffle_ps(low.raw, high.raw, 0xDD)};
-#else
-  even = hn::ConcatEven(s::D(), high, low), odd = hn::ConcatOdd(s::D(), high, low);
-#endif
-}
-HWY_INLINE V EvenLanes(V low, V high) {
-  V even, odd;
-  SplitLanes(low, high, even, odd);
-  return even;
-}
-template <class Vec>
-HWY_INLINE Vec InLaneOrder(Vec v) {
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-  // Pairs of lanes alternate between the two vectors.
-  alignas(64) static constexpr int32_t kFrom[2][16] = {
-      {0, 1, 4, 5, 2, 3, 6, 7}, {0, 1, 4, 5, 8, 9, 12, 13, 2, 3, 6, 7, 10, 11, 14, 15}};
-  const hn::DFromV<Vec> d;
-  return hn::TableLookupLanes(v, hn::SetTableIndices(d, kFrom[s::kLanes == 16]));
-#else
-  return v;
-#endif
-}
 
 // Places of cells that are whole numbers in [0, 2^23), in pairs, of a picture whose rows are `stride` entries
 // apart.
@@ -102,9 +73,9 @@ class PairPlaces {
   HWY_INLINE VI operator()(V low_cells, V high_cells) const {
     const s::DI di;
     V x, y;
-    SplitLanes(hn::Add(low_cells, shift_), hn::Add(high_cells, shift_), x, y);
+    s::SplitInBlocks(hn::Add(low_cells, shift_), hn::Add(high_cells, shift_), x, y);
     const VI entry = hn::Add(hn::Sub(hn::BitCast(di, x), zeros_), hn::Mul(hn::BitCast(di, y), strides_));
-    return InLaneOrder(kUnit<kTexel> == 2 ? hn::Add(entry, entry) : entry);
+    return s::LanesOfBlocks(kUnit<kTexel> == 2 ? hn::Add(entry, entry) : entry);
   }
 
  private:
@@ -144,44 +115,39 @@ HWY_INLINE V EachFourTimes(const float* p) {
 }
 
 // The pairs of neighbours of kQuarter pixels, blended along y as they lie; then all of them along x.
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-// Two pairs fill a vector.
 template <class P>
 HWY_INLINE V BlendSquares(const P& below, const P& above, const float* distance) {
-  const s::D d;
-  const hn::Half<s::D> half;
-  alignas(64) static constexpr int32_t kY[2][16] = {{1, 1, 1, 1, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 3, 3},
-                                                    {5, 5, 5, 5, 5, 5, 5, 5, 7, 7, 7, 7, 7, 7, 7, 7}};
-  alignas(64) static constexpr int32_t kSide[2][16] = {
-      {0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27},
-      {4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31}};
-  const V distances = hn::LoadU(d, distance);
-  const auto rows = [&](int j) HWY_ATTR {
-    const auto two = [&](const P& row) HWY_ATTR {
-      return hn::Combine(d, hn::LoadU(half, row(2 * j + 1)), hn::LoadU(half, row(2 * j)));
+  if constexpr (s::kLanes == 16) {
+    // Two pairs fill a vector.
+    const s::D d;
+    const hn::Half<s::D> half;
+    alignas(64) static constexpr int32_t kY[2][16] = {{1, 1, 1, 1, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 3, 3},
+                                                      {5, 5, 5, 5, 5, 5, 5, 5, 7, 7, 7, 7, 7, 7, 7, 7}};
+    alignas(64) static constexpr int32_t kSide[2][16] = {
+        {0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27},
+        {4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31}};
+    const V distances = hn::LoadU(d, distance);
+    const auto rows = [&](int j) HWY_ATTR {
+      const auto two = [&](const P& row) HWY_ATTR {
+        return hn::Combine(d, hn::LoadU(half, row(2 * j + 1)), hn::LoadU(half, row(2 * j)));
+      };
+      return s::LerpFromNearer(two(below), two(above),
+                               hn::TableLookupLanes(distances, hn::SetTableIndices(d, kY[j])));
     };
-    return s::LerpFromNearer(two(below), two(above),
-                             hn::TableLookupLanes(distances, hn::SetTableIndices(d, kY[j])));
-  };
-  const V a = rows(0), b = rows(1);
-  const auto side = [&](int k) HWY_ATTR {
-    return V{_mm512_permutex2var_ps(a.raw, _mm512_load_si512(kSide[k]), b.raw)};
-  };
-  return s::LerpFromNearer(side(0), side(1), EachFourTimes<2>(distance));
-}
-#else
-template <class P>
-HWY_INLINE V BlendSquares(const P& below, const P& above, const float* distance) {
-  s::Pair rows[s::kQuarter];
-  for (int j = 0; j < s::kQuarter; ++j) {
-    rows[j] = s::LerpFromNearer(s::Pair::Load(below(j)), s::Pair::Load(above(j)),
-                                s::Pair::Set(distance[2 * j + 1]));
+    const V a = rows(0), b = rows(1);
+    return s::LerpFromNearer(s::OfBoth(a, b, kSide[0]), s::OfBoth(a, b, kSide[1]),
+                             EachFourTimes<2>(distance));
+  } else {
+    s::Pair rows[s::kQuarter];
+    for (int j = 0; j < s::kQuarter; ++j) {
+      rows[j] = s::LerpFromNearer(s::Pair::Load(below(j)), s::Pair::Load(above(j)),
+                                  s::Pair::Set(distance[2 * j + 1]));
+    }
+    V low, high;
+    s::SplitPairs(rows, low, high);
+    return s::LerpFromNearer(low, high, EachFourTimes<2>(distance));
   }
-  V low, high;
-  s::SplitPairs(rows, low, high);
-  return s::LerpFromNearer(low, high, EachFourTimes<2>(distance));
 }
-#endif
 
 // Blends `count` squares of entries of four floats, from `below` on and rows `stride` floats apart; true when
 // some result may be infinite or no number, and nothing is known of those then.
@@ -202,8 +168,6 @@ inline bool BlendSquares4(const float* below, ptrdiff_t stride, const Squares& s
   }
   return sink.Suspicious();
 }
-
-#endif
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -151,14 +151,10 @@ class Table3DStage final : public graph::PointStage {
   }
   // The transpose of the first three of 4x4 bytes within each 128 bits, zeros for the fourth.
   static HWY_INLINE s::VU ColorsOfBytes(s::VU v) {
-#if HWY_TARGET == HWY_SCALAR
-    return v;
-#else
     const hn::Repartition<uint8_t, s::D> d8;
     alignas(16) static constexpr uint8_t kFrom[16] = {0, 4, 8,  128, 1, 5, 9,  128,
                                                       2, 6, 10, 128, 3, 7, 11, 128};
     return hn::BitCast(s::DU(), hn::TableLookupBytesOr0(hn::BitCast(d8, v), hn::LoadDup128(d8, kFrom)));
-#endif
   }
 
   static HWY_INLINE V WithAlpha(V v, V alpha) {

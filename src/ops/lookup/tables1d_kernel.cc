@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <type_traits>
 
 #include "ops/lookup/point_stages.h"
@@ -13,86 +14,11 @@
 #include <hwy/highway.h>
 
 #include "ops/lookup/gather-inl.h"
+#include "simd/code_maps-inl.h"
 #include "simd/fused-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
-
-#if HWY_TARGET == HWY_AVX3
-// 256 bytes in registers, as 128 words of two entries each.
-struct CodeMap {
-  __m512i words[4];
-
-  HWY_INLINE explicit CodeMap(const uint8_t* map) {
-    for (int k = 0; k < 4; ++k) words[k] = _mm512_loadu_si512(map + 64 * k);
-  }
-  // The word that holds the entry of each code in 0..255.
-  HWY_INLINE __m512i Word(__m512i code) const {
-    const __m512i index = _mm512_srli_epi16(code, 1);
-    return _mm512_mask_blend_epi16(_mm512_test_epi16_mask(code, _mm512_set1_epi16(0x80)),
-                                   _mm512_permutex2var_epi16(words[0], index, words[1]),
-                                   _mm512_permutex2var_epi16(words[2], index, words[3]));
-  }
-};
-// The half of each word that its code's lowest bit says.
-HWY_INLINE __m512i HalfOfWord(__m512i word, __m512i code) {
-  const __m512i shift = _mm512_slli_epi16(_mm512_and_si512(code, _mm512_set1_epi16(1)), 3);
-  return _mm512_and_si512(_mm512_srlv_epi16(word, shift), _mm512_set1_epi16(0xFF));
-}
-// Sixteen RGBA pixels.
-template <bool kOne>
-HWY_INLINE __m512i MapPixels(const CodeMap* maps, __m512i codes) {
-  const __m512i even = _mm512_and_si512(codes, _mm512_set1_epi16(0xFF)), odd = _mm512_srli_epi16(codes, 8);
-  __m512i even_word = maps[0].Word(even), odd_word = maps[kOne ? 0 : 1].Word(odd);
-  if constexpr (!kOne) {
-    even_word = _mm512_mask_blend_epi16(0xAAAAAAAAu, even_word, maps[2].Word(even));
-    odd_word = _mm512_mask_blend_epi16(0xAAAAAAAAu, odd_word, maps[3].Word(odd));
-  }
-  return _mm512_or_si512(HalfOfWord(even_word, even), _mm512_slli_epi16(HalfOfWord(odd_word, odd), 8));
-}
-#elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
-// 256 bytes in sixteen rows of sixteen: each row gives the entry of a code's lower half, and the bits of the
-// upper half choose among the rows. That is half the instructions of a load for each code.
-using DCodes = hn::Repartition<uint8_t, s::D>;
-using Codes = hn::Vec<DCodes>;
-// A choice by a bit of each code: on these targets it is the highest bit of a byte that decides.
-template <int shift>
-HWY_INLINE auto BitOf(Codes codes) {
-  const hn::Repartition<uint16_t, s::D> d16;
-  return hn::MaskFromVec(hn::BitCast(DCodes(), hn::ShiftLeft<shift>(hn::BitCast(d16, codes))));
-}
-// The entries in the 2^levels rows from `row` on.
-template <int levels>
-HWY_INLINE Codes MapRows(const uint8_t* row, Codes low, Codes codes) {
-  if constexpr (levels == 0) {
-    return hn::TableLookupBytes(hn::LoadDup128(DCodes(), row), low);
-  } else {
-    const Codes no = MapRows<levels - 1>(row, low, codes);
-    const Codes yes = MapRows<levels - 1>(row + (16 << (levels - 1)), low, codes);
-    return hn::IfThenElse(BitOf<4 - levels>(codes), yes, no);
-  }
-}
-HWY_INLINE Codes MapCodesOf(const uint8_t* map, Codes codes) {
-  return MapRows<4>(map, hn::And(codes, hn::Set(DCodes(), 15)), codes);
-}
-// Within 128 bits the four samples of a channel side by side, and back.
-alignas(16) inline constexpr uint8_t kByChannel[16] = {0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15};
-// Four vectors of RGBA pixels to vectors of one channel each, and back.
-HWY_INLINE void SplitChannels(Codes* v) {
-  const Codes order = hn::LoadDup128(DCodes(), kByChannel);
-  V w[4];
-  for (int k = 0; k < 4; ++k) w[k] = hn::BitCast(s::D(), hn::TableLookupBytes(v[k], order));
-  s::Transpose4(w[0], w[1], w[2], w[3]);
-  for (int k = 0; k < 4; ++k) v[k] = hn::BitCast(DCodes(), w[k]);
-}
-HWY_INLINE void JoinChannels(Codes* v) {
-  const Codes order = hn::LoadDup128(DCodes(), kByChannel);
-  V w[4];
-  for (int k = 0; k < 4; ++k) w[k] = hn::BitCast(s::D(), v[k]);
-  s::Transpose4(w[0], w[1], w[2], w[3]);
-  for (int k = 0; k < 4; ++k) v[k] = hn::TableLookupBytes(hn::BitCast(DCodes(), w[k]), order);
-}
-#endif
 
 class Tables1DStage final : public graph::PointStage {
  public:
@@ -118,9 +44,9 @@ class Tables1DStage final : public graph::PointStage {
   void Run(const graph::PointArgs& args) const override {
     if (args.source.read != nullptr && args.source.type == PixelType::kUint8 && args.sink.write != nullptr &&
         args.sink.type == PixelType::kUint8) {
-      return RunCodes(reinterpret_cast<const uint8_t*>(args.source.read),
-                      reinterpret_cast<uint8_t*>(args.sink.write), args.count,
-                      args.sink.stream && s::CanStream(args.sink.write));
+      return code_maps_->Run(reinterpret_cast<const uint8_t*>(args.source.read),
+                             reinterpret_cast<uint8_t*>(args.sink.write), args.count,
+                             args.sink.stream && s::CanStream(args.sink.write));
     }
     if (linear_inside_) return RunLinear(args);
     Chunk chunk;
@@ -276,11 +202,11 @@ class Tables1DStage final : public graph::PointStage {
   // What every 8-bit code becomes: the float path and its one rounding, so that both give equal pixels.
   void MapCodes() {
     const s::D d;
-    constexpr int kCodes = 256;
+    uint8_t maps[4][s::CodeMaps::kCodes];
     for (int p = 0; p < 4; ++p) {
       Chunk chunk;
       alignas(64) float plane[kChunk];
-      for (int first = 0; first < kCodes; first += kChunk) {
+      for (int first = 0; first < s::CodeMaps::kCodes; first += kChunk) {
         for (int i = 0; i < kChunk; i += s::kLanes) {
           const V code = hn::Add(hn::Set(d, static_cast<float>(first + i)), hn::Iota(d, 0));
           hn::Store(s::FromUnorm8(code), d, plane + i);
@@ -290,57 +216,18 @@ class Tables1DStage final : public graph::PointStage {
         for (int i = 0; i < kChunk; i += s::kLanes) {
           hn::Store(s::ToUnorm<256>(hn::Load(d, plane + i)), s::DI(), codes + i);
         }
-        for (int i = 0; i < kChunk; ++i) map_[p][first + i] = static_cast<uint8_t>(codes[i]);
+        for (int i = 0; i < kChunk; ++i) maps[p][first + i] = static_cast<uint8_t>(codes[i]);
       }
     }
-    one_map_ = std::memcmp(map_[0], map_[1], kCodes) == 0 && std::memcmp(map_[0], map_[2], kCodes) == 0 &&
-               std::memcmp(map_[0], map_[3], kCodes) == 0;
-  }
-  void RunCodes(const uint8_t* from, uint8_t* to, int count, bool stream) const {
-    int i = 0;
-#if HWY_TARGET == HWY_AVX3
-    const CodeMap maps[4] = {CodeMap(map_[0]), CodeMap(map_[1]), CodeMap(map_[2]), CodeMap(map_[3])};
-    const auto store = [&](__m512i v) HWY_ATTR {
-      if (stream) {
-        _mm512_stream_si512(reinterpret_cast<__m512i*>(to + i), v);
-      } else {
-        _mm512_storeu_si512(to + i, v);
-      }
-    };
-    if (one_map_) {
-      for (; i + 64 <= 4 * count; i += 64) store(MapPixels<true>(maps, _mm512_loadu_si512(from + i)));
-    } else {
-      for (; i + 64 <= 4 * count; i += 64) store(MapPixels<false>(maps, _mm512_loadu_si512(from + i)));
-    }
-#elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
-    const DCodes d;
-    constexpr int kBytes = static_cast<int>(hn::MaxLanes(d));
-    for (; i + 4 * kBytes <= 4 * count; i += 4 * kBytes) {
-      Codes v[4];
-      for (int k = 0; k < 4; ++k) v[k] = hn::LoadU(d, from + i + k * kBytes);
-      if (!one_map_) SplitChannels(v);
-      for (int k = 0; k < 4; ++k) v[k] = MapCodesOf(map_[k], v[k]);
-      if (!one_map_) JoinChannels(v);
-      for (int k = 0; k < 4; ++k) s::StoreOrStream(v[k], d, to + i + k * kBytes, stream);
-    }
-#else
-    (void)stream;
-#endif
-    for (; i < 4 * count; i += 4) {
-      to[i] = map_[0][from[i]];
-      to[i + 1] = map_[1][from[i + 1]];
-      to[i + 2] = map_[2][from[i + 2]];
-      to[i + 3] = map_[3][from[i + 3]];
-    }
+    code_maps_.emplace(maps);
   }
 
   std::shared_ptr<const Grid> grids_[4];
   LookupFunction lookup_ = nullptr;
   bool linear_inside_ =
-      false;              // every table takes the short way: linear, finite, its last cell chosen at its end
-  bool colors_ = false;   // that, and there is one for every colour, none for alpha
-  bool one_map_ = false;  // all four maps are equal
-  alignas(64) uint8_t map_[4][256];
+      false;             // every table takes the short way: linear, finite, its last cell chosen at its end
+  bool colors_ = false;  // that, and there is one for every colour, none for alpha
+  std::optional<s::CodeMaps> code_maps_;
 };
 
 std::unique_ptr<graph::PointStage> NewTables1DStage(const std::shared_ptr<const Grid> (&grids)[4]) {

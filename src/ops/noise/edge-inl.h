@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "simd/lattice-inl.h"
+#include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::noise::HWY_NAMESPACE {
@@ -20,11 +21,6 @@ namespace s = simd::HWY_NAMESPACE;
 namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_TARGET == HWY_AVX2
-// Of the four floats in either half, the one that the lower two bits of a lane say.
-HWY_INLINE s::V OneOfFour(s::V four, hn::Vec<s::DU> bits) {
-  return s::V{_mm256_permutevar_ps(four.raw, bits.raw)};
-}
-
 // A lattice point's edge, 0 to 11, in the upper four bits; below is what is left of the product.
 HWY_INLINE s::VU TopEdge(s::VU h) {
   const s::DU du;
@@ -44,7 +40,8 @@ HWY_INLINE s::V EdgeProjection(s::VU top_edge, const s::V* from) {
   const s::V a = hn::IfNegativeThenElse(NotFirstEdges(top_edge), from[0], from[1]);
   const s::V b = hn::IfNegativeThenElse(hn::BitCast(d, top_edge), from[1], from[2]);
   const s::VU signs = hn::ShiftRight<28>(top_edge);
-  return hn::MulAdd(b, OneOfFour(hn::Load(d, kB), signs), hn::Xor(a, OneOfFour(hn::Load(d, kA), signs)));
+  return hn::MulAdd(b, s::OneOfFour(hn::Load(d, kB), signs),
+                    hn::Xor(a, s::OneOfFour(hn::Load(d, kA), signs)));
 }
 
 // Twice the gradients: of 2, 0 and -2 only the upper bytes differ, so a look-up of bytes makes a coordinate.

@@ -20,6 +20,7 @@
 #include "ops/noise/shaped-inl.h"
 #include "simd/lattice-inl.h"
 #include "simd/pixels-inl.h"
+#include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::noise::HWY_NAMESPACE {
@@ -99,17 +100,15 @@ class BlendedEdges {
                                                         0x201, 0x202, 0x011, 0x012, 0x021, 0x022};
     alignas(64) static constexpr uint16_t kUpper[32] = {0x330, 0x360, 0x630, 0x660, 0x303, 0x306,
                                                         0x603, 0x606, 0x033, 0x036, 0x063, 0x066};
-    const auto code = [](const uint16_t* table, VU h) HWY_ATTR {
-      return VU{_mm512_permutexvar_epi16(s::UpperLatticeEdge(h).raw, _mm512_load_si512(table))};
-    };
+    const auto code = [](const uint16_t* table, VU h)
+                          HWY_ATTR { return s::LookUpWords(table, s::UpperLatticeEdge(h)); };
     const VU pair = hn::Add(code(kLower, lower), code(kUpper, upper));
-    return {Pick(across_, hn::ShiftRight<16>(pair)), Pick(across_, hn::ShiftRight<20>(pair)),
-            Pick(along_, hn::ShiftRight<24>(pair))};
+    return {s::OneOfLanes(across_, hn::ShiftRight<16>(pair)),
+            s::OneOfLanes(across_, hn::ShiftRight<20>(pair)),
+            s::OneOfLanes(along_, hn::ShiftRight<24>(pair))};
   }
 
  private:
-  // By an index's lower four bits.
-  static HWY_INLINE V Pick(V table, VU index) { return V{_mm512_permutexvar_ps(index.raw, table.raw)}; }
   V across_, along_;
 };
 #endif
@@ -255,14 +254,9 @@ HWY_INLINE void Collapse(const GridRow& a, const Store& store) {
 // One of half as many entries as a vector has lanes.
 HWY_INLINE V PickOfHalf(const float* p, VI index) {
   const s::D d;
-#if HWY_TARGET == HWY_AVX2
-  return OneOfFour(hn::LoadDup128(d, p), hn::BitCast(s::DU(), index));
-#elif HWY_TARGET == HWY_SCALAR
-  return hn::TableLookupLanes(hn::LoadU(d, p), hn::IndicesFromVec(d, index));
-#else
+  if constexpr (s::kLanes == 8) return s::OneOfFour(hn::LoadDup128(d, p), hn::BitCast(s::DU(), index));
   const V table = hn::ZeroExtendVector(d, hn::LoadU(hn::Half<s::D>(), p));
   return hn::TableLookupLanes(table, hn::IndicesFromVec(d, index));
-#endif
 }
 
 // So few vectors between the same two columns are permuted as their neighbours are.

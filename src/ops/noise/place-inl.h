@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "ops/noise/kernels.h"
-#include "simd/point-inl.h"
+#include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::noise::HWY_NAMESPACE {
@@ -27,7 +27,7 @@ struct Place {
 
 HWY_INLINE void LoadTriples(const float* in, V* p) {
   const s::D d;
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+  if constexpr (s::kLanes < 16) return hn::LoadInterleaved3(d, in, p[0], p[1], p[2]);
   // Two look-ups in two registers for a coordinate; the third of the vectors' lanes come last.
   alignas(64) static constexpr int32_t kFirst[3][16] = {
       {0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 0, 0, 0, 0, 0},
@@ -40,12 +40,8 @@ HWY_INLINE void LoadTriples(const float* in, V* p) {
   const V a = hn::LoadU(d, in), b = hn::LoadU(d, in + 16), c = hn::LoadU(d, in + 32);
 #pragma GCC unroll 3
   for (int k = 0; k < 3; ++k) {
-    const __m512 two = _mm512_permutex2var_ps(a.raw, _mm512_load_si512(kFirst[k]), b.raw);
-    p[k] = V{_mm512_permutex2var_ps(two, _mm512_load_si512(kSecond[k]), c.raw)};
+    p[k] = s::OfBoth(s::OfBoth(a, b, kFirst[k]), c, kSecond[k]);
   }
-#else
-  hn::LoadInterleaved3(d, in, p[0], p[1], p[2]);
-#endif
 }
 
 template <int kDims>

@@ -121,13 +121,9 @@ HWY_INLINE void StoreScaled(V v, float scale, float* to) {
 // The upper 32 bits of a 64-bit product.
 HWY_INLINE VU MulUpper(VU a, VU b) {
   const s::DU du;
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Set(du, static_cast<uint32_t>((uint64_t{hn::GetLane(a)} * hn::GetLane(b)) >> 32));
-#else
   const auto even = hn::BitCast(du, hn::MulEven(a, b));
   const auto odd = hn::BitCast(du, hn::MulEven(hn::DupOdd(a), hn::DupOdd(b)));
   return hn::OddEven(odd, hn::DupOdd(even));
-#endif
 }
 // All ones where a > b.
 HWY_INLINE VU Greater(VU a, VU b) {

@@ -180,7 +180,6 @@ struct Packet {
 inline void Write(const Target& target, int x0, int y0, const Packet& packet) {
   const ImageView& out = target.out;
   const int width = std::min(4, out.roi.x1 - x0), height = std::min(4, out.roi.y1 - y0);
-#if HWY_TARGET != HWY_SCALAR
   if (target.rgba && width == 4) {
     for (int y = 0; y < height; ++y) {
       const D4 d4;
@@ -190,7 +189,6 @@ inline void Write(const Target& target, int x0, int y0, const Packet& packet) {
     }
     return;
   }
-#endif
   for (int y = 0; y < height; ++y) {
     auto* to = reinterpret_cast<float*>(out.At(x0, y0 + y));
     for (int x = 0; x < width; ++x, to += out.channels) {

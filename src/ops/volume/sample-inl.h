@@ -37,9 +37,7 @@ HWY_INLINE V Set(float v) { return hn::Set(D(), v); }
 HWY_INLINE V Lerp(V a, V b, V f) { return hn::MulAdd(f, hn::Sub(b, a), a); }
 HWY_INLINE V Clamp01(V v) { return hn::Min(hn::Max(v, hn::Zero(D())), Set(1)); }
 
-#if HWY_TARGET != HWY_SCALAR
 using D4 = hn::FixedTag<float, 4>;
-#endif
 
 // f(T()) for the type of a volume's samples.
 template <class F>
@@ -149,25 +147,6 @@ HWY_INLINE void Fetch(const void* base, const Places& places, ptrdiff_t stride) 
   for (const int32_t at : places.at) hwy::Prefetch(static_cast<const char*>(base) + stride * at);
 }
 // At base + stride * index bytes.
-#if HWY_TARGET == HWY_SCALAR
-template <int n>
-HWY_INLINE void CopyWords(const void* base, ptrdiff_t offset, float (&words)[n]) {
-  std::memcpy(words, static_cast<const char*>(base) + offset, sizeof words);  // codes lie at any even address
-}
-HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t stride = 16) {
-  float w[4];
-  CopyWords(base, stride * places.at[0], w);
-  return {Set(w[0]), Set(w[1]), Set(w[2]), Set(w[3])};
-}
-HWY_INLINE WordPair WordPairAt(const void* base, const Places& places, ptrdiff_t stride) {
-  float w[2];
-  CopyWords(base, stride * places.at[0], w);
-  return {Set(w[0]), Set(w[1])};
-}
-HWY_INLINE VI WordAt(const void* base, const Places& places, ptrdiff_t stride) {
-  return hn::BitCast(DI(), WordPairAt(base, places, stride).a);
-}
-#else
 // Put together in registers: through memory the wide load would wait for the narrow stores. The blocks of 128
 // bits of a register hold lanes four apart, so that shuffles within blocks leave them in order.
 HWY_INLINE V RowOfWords(const char* base, ptrdiff_t stride, const int32_t* at) {
@@ -231,7 +210,6 @@ HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t strid
           hn::BitCast(d, hn::InterleaveLower(wide, high0, high1)),
           hn::BitCast(d, hn::InterleaveUpper(wide, high0, high1))};
 }
-#endif
 
 HWY_INLINE V LowCode(VI v) { return hn::ConvertTo(D(), hn::And(v, hn::Set(DI(), 0xFFFF))); }
 HWY_INLINE V HighCode(VI v) {
