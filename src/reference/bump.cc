@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <any>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -141,6 +142,21 @@ Vector3 Sum(const Vector3& a, const Vector3& b, double times = 1) {
   return {a[0] + times * b[0], a[1] + times * b[1], a[2] + times * b[2]};
 }
 
+// What of `v` is perpendicular to `n` (Gram and Schmidt). With more digits than double: what is left of a
+// vector along n is the rounding of its parts.
+Vector3 Flattened(const Vector3& v, const Vector3& n) {
+  if (!Usable(v) || !Usable(n)) return {};
+  using Long = std::array<long double, 3>;
+  const auto dot = [](const Long& a, const Long& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const Long to = {n[0], n[1], n[2]};
+  Long rest = {v[0], v[1], v[2]};
+  for (int pass = 0; pass < 2; ++pass) {
+    const long double along = dot(rest, to) / dot(to, to);
+    for (size_t k = 0; k < 3; ++k) rest[k] -= along * to[k];
+  }
+  return {static_cast<double>(rest[0]), static_cast<double>(rest[1]), static_cast<double>(rest[2])};
+}
+
 void EvaluateTangentNormals(const Call& call) {
   const auto& p = std::any_cast<const TangentNormalsParams&>(call.parameters);
   ForEachSample(call, [&](int x, int y, int c) {
@@ -148,9 +164,9 @@ void EvaluateTangentNormals(const Call& call) {
     if (c > 2) return std::pair{own, std::fabs(own)};
     Vector3 a = At(call.in[0], x, y);
     for (double& v : a) v = p.packed ? 2 * v - 1 : v;
-    const Vector3 n = Unit(At(call.in[1], x, y)), raw = Unit(At(call.in[2], x, y));
-    const Vector3 flat = Sum(raw, n, -Dot(raw, n));
-    const bool framed = Dot(flat, flat) > 1e-24 && Usable(n);
+    const Vector3 n = Unit(At(call.in[1], x, y));
+    const Vector3 along = At(call.in[2], x, y), flat = Flattened(along, At(call.in[1], x, y));
+    const bool framed = Dot(flat, flat) > 1e-24 * Dot(along, along);
     const Vector3 t = framed ? Unit(flat) : Vector3{}, b = p.left_handed ? Cross(t, n) : Cross(n, t);
     const double length = std::sqrt(Dot(a, a));
     const auto k = static_cast<size_t>(c);
@@ -168,17 +184,27 @@ void EvaluateSurfaceBump(const Call& call) {
     if (c > 2) return std::pair{own, std::fabs(own)};
     Vector3 a = At(call.in[0], x, y);
     for (double& v : a) v = p.packed ? 2 * v - 1 : v;
-    const Vector3 n = Unit(At(call.in[1], x, y)), u = At(call.in[2], x, y), v = At(call.in[3], x, y),
-                  area = Cross(u, v);
-    const double lengths = Dot(u, u) * Dot(v, v), square = Dot(area, area);
-    const bool framed = lengths > 0 && std::isfinite(lengths) && square > 1e-24 * lengths && Usable(n);
+    const Vector3 raw = At(call.in[1], x, y), n = Unit(raw), u = At(call.in[2], x, y),
+                  v = At(call.in[3], x, y), area = Cross(u, v), v_by_n = Cross(v, raw),
+                  n_by_u = Cross(raw, u);
+    const double lengths = Dot(u, u) * Dot(v, v), square = Dot(area, area), size = std::sqrt(square);
+    const auto k = static_cast<size_t>(c);
+    if (!(lengths > 0 && std::isfinite(lengths) && square > 1e-24 * lengths && Usable(n)))
+      return std::pair{n[k], 1.0};
     // Where the parameters run the other way round, so do their derivatives.
-    const double side = Dot(area, n) < -1e-12 * std::sqrt(square) ? -p.scale : p.scale;
-    Vector3 sum = Sum(Vector3{}, n, a[2] * std::sqrt(square));
-    sum = Sum(sum, Cross(v, n), side * a[0]);
-    sum = Sum(sum, Cross(n, u), side * a[1]);
-    return std::pair{framed && Usable(sum) ? Unit(sum)[static_cast<size_t>(c)] : n[static_cast<size_t>(c)],
-                     1.0};
+    const double above = Dot(area, n) + 1e-12 * size, over = 1 / std::sqrt(Dot(raw, raw));
+    const double side = (above < 0 ? -p.scale : p.scale) * over;
+    Vector3 sum = Sum(Vector3{}, n, a[2] * size);
+    sum = Sum(sum, v_by_n, side * a[0]);
+    sum = Sum(sum, n_by_u, side * a[1]);
+    const double parts =
+        std::fabs(a[2]) * size + std::fabs(side) * (std::fabs(a[0]) * std::sqrt(Dot(v_by_n, v_by_n)) +
+                                                    std::fabs(a[1]) * std::sqrt(Dot(n_by_u, n_by_u)));
+    const double length = std::sqrt(Dot(sum, sum));
+    // Doubles that cancel leave their rounding, which has any direction.
+    if (std::fabs(above) < 0x1p-50 * size || (length < 0x1p-50 * parts && length > 0))
+      call.Undecided(x, y, c, 2);
+    return std::pair{Usable(sum) ? Unit(sum)[k] : n[k], 1 + (length > 0 ? 0x1p-26 * parts / length : 0)};
   });
 }
 
@@ -192,7 +218,7 @@ void EvaluateCombineNormals(const Call& call) {
     if (p.method == CombineMethod::kSum) {
       sum = Sum(Unit(raw), v, p.k);
     } else {
-      sum = Sum(v, Sum(raw, v, -Dot(raw, v)), -p.k);
+      sum = Sum(v, Flattened(raw, At(call.in[0], x, y)), -p.k);
     }
     const bool usable = Usable(v) && Usable(sum) && Dot(sum, sum) >= 1e-12;
     return std::pair{(usable ? Unit(sum) : v)[static_cast<size_t>(c)], 1.0};

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -274,6 +275,45 @@ TEST_P(BumpTest, TangentFrames) {
   const Vector3 n = {0.2, 0.9, -0.5}, t = {1, 0.1, 0.4}, there = put(a, n, t, plain);
   const Vector3 back = put(there, n, t, {.packed = false, .inverse = true});
   for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(back[c], a[c], 1e-6);
+}
+
+// Tangents along the normal but for the rounding of their parts still have a direction across it, that of
+// exact products.
+TEST_P(BumpTest, TangentsNearlyAlongTheNormal) {
+  using Long = std::array<long double, 3>;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(0.1f, 1);
+  for (int k = 0; k < 2000; ++k) {
+    float n[3], t[3];
+    const float times = uniform(random);
+    for (int c = 0; c < 3; ++c) n[c] = uniform(random), t[c] = n[c] * times;
+    Long across, along;
+    for (size_t c = 0; c < 3; ++c) {
+      const size_t i = (c + 1) % 3, j = (c + 2) % 3;
+      across[c] = static_cast<long double>(n[i]) * t[j] - static_cast<long double>(n[j]) * t[i];
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      const size_t i = (c + 1) % 3, j = (c + 2) % 3;
+      along[c] = across[i] * n[j] - across[j] * n[i];
+    }
+    const long double length = std::sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
+    if (length == 0) continue;
+    const Vector3 normal = {n[0], n[1], n[2]}, tangent = {t[0], t[1], t[2]};
+    const Vector3 got = At(Render(TangentNormals(FromImage(Pixel({1, 0, 0})), FromImage(Pixel(normal)),
+                                                 FromImage(Pixel(tangent)), {.packed = false})));
+    for (size_t c = 0; c < 3; ++c) ASSERT_NEAR(got[c], static_cast<double>(along[c] / length), 2e-7) << k;
+    // What tilts away from such a normal is as exact: V - K of the same direction.
+    const double steep = 1e6;
+    const Vector3 tilted = At(Render(CombineNormals(FromImage(Pixel(normal)), FromImage(Pixel(tangent)),
+                                                    {.k = steep, .method = CombineMethod::kTilt})));
+    long double square = 0;
+    Long want;
+    const long double of_n = static_cast<long double>(Dot(normal, normal));
+    for (size_t c = 0; c < 3; ++c) want[c] = n[c] / std::sqrt(of_n) - steep * along[c] / of_n;
+    for (const long double v : want) square += v * v;
+    for (size_t c = 0; c < 3; ++c)
+      ASSERT_NEAR(tilted[c], static_cast<double>(want[c] / std::sqrt(square)), 2e-7) << k;
+  }
 }
 
 TEST_P(BumpTest, SurfaceDerivativesFollowBlinn) {

@@ -36,13 +36,18 @@ struct Tangent {
     return EachPixel(map.a, [&]<int k>() HWY_ATTR {
       Three a = PartOf<k>(map);
       if (params.packed) a = Unpack(a);
-      const Three n = UnitOf(PartOf<k>(normal)), raw = UnitOf(PartOf<k>(tangent));
-      const Three flat = Minus(raw, Times(n, DotOf(raw, n)));
-      // A tangent along the normal leaves nothing but rounding.
-      const auto framed = hn::And(hn::Gt(DotOf(flat, flat), SetD(1e-24)), Positive(DotOf(n, n)));
-      const Three t = Choose(framed, UnitOf(flat), {SetD(0.0), SetD(0.0), SetD(0.0)});
-      Three b = CrossOf(n, t);
-      if (params.left_handed) b = CrossOf(t, n);
+      const Three raw = PartOf<k>(normal), along = PartOf<k>(tangent), n = UnitOf(raw);
+      // Products of floats are exact in double: this keeps its digits however near the tangent is to the
+      // normal.
+      const Three across = CrossOf(raw, along);
+      const VD lengths = hn::Mul(DotOf(raw, raw), DotOf(along, along));
+      // A tangent along the normal has no direction across it.
+      const auto framed =
+          hn::And(Positive(lengths), hn::Gt(DotOf(across, across), hn::Mul(lengths, SetD(1e-24))));
+      const Three zero = {SetD(0.0), SetD(0.0), SetD(0.0)};
+      Three b = Choose(framed, UnitOf(across), zero);
+      const Three t = CrossOf(b, n);
+      if (params.left_handed) b = Minus(zero, b);
       if (params.inverse) return Three{DotOf(a, t), DotOf(a, b), DotOf(a, n)};
       const Three sum = Plus(Plus(Times(t, a.x), Times(b, a.y)), Times(n, a.z));
       const auto turned = hn::And(framed, Positive(DotOf(sum, sum)));
@@ -58,16 +63,18 @@ struct Surface {
     return EachPixel(map.a, [&]<int k>() HWY_ATTR {
       Three a = PartOf<k>(map);
       if (params.packed) a = Unpack(a);
-      const Three n = UnitOf(PartOf<k>(normal)), u = PartOf<k>(pu), v = PartOf<k>(pv);
+      // Products of floats are exact in double, so all cross products are of the pixels as they are.
+      const Three raw = PartOf<k>(normal), n = UnitOf(raw), u = PartOf<k>(pu), v = PartOf<k>(pv);
       const Three area = CrossOf(u, v);
+      const VD long_n = hn::Sqrt(DotOf(raw, raw));
       const VD square = DotOf(area, area), lengths = hn::Mul(DotOf(u, u), DotOf(v, v));
       // Parallel derivatives leave nothing but rounding.
       const auto framed = hn::And(Positive(lengths), hn::Gt(square, hn::Mul(lengths, SetD(1e-24))));
       // A normal in the surface itself is on neither side.
       const auto against = hn::Lt(DotOf(area, n), hn::Mul(hn::Sqrt(square), SetD(-1e-12)));
       const VD turned = hn::IfThenElse(against, SetD(-params.scale), SetD(params.scale));
-      const Three bend = Plus(Times(CrossOf(v, n), a.x), Times(CrossOf(n, u), a.y));
-      const Three sum = Plus(Times(n, hn::Mul(a.z, hn::Sqrt(square))), Times(bend, turned));
+      const Three bend = Plus(Times(CrossOf(v, raw), a.x), Times(CrossOf(raw, u), a.y));
+      const Three sum = Plus(Times(n, hn::Mul(a.z, hn::Sqrt(square))), Times(bend, hn::Div(turned, long_n)));
       const auto usable = hn::And(hn::And(framed, Positive(DotOf(n, n))), Positive(DotOf(sum, sum)));
       return Choose(usable, UnitOf(sum), n);
     });
@@ -78,13 +85,15 @@ struct Combine {
   CombineNormalsParams params;
   HWY_INLINE s::Pixels operator()(const s::Pixels& normal, const s::Pixels& bump) const {
     return EachPixel(normal.a, [&]<int k>() HWY_ATTR {
-      const Three v = UnitOf(PartOf<k>(normal)), raw = PartOf<k>(bump);
+      const Three own = PartOf<k>(normal), v = UnitOf(own), raw = PartOf<k>(bump);
       Three sum;
       if (params.method == CombineMethod::kSum) {
         const Three b = UnitOf(raw);
         sum = Plus(Times(v, SetD(params.k)), b);
       } else {
-        sum = Minus(v, Times(Minus(raw, Times(v, DotOf(raw, v))), SetD(params.k)));
+        // What of the gradient is perpendicular: (V x B) x V, exact products of floats again.
+        const Three across = Times(CrossOf(own, raw), hn::Div(SetD(params.k), hn::Sqrt(DotOf(own, own))));
+        sum = Minus(v, CrossOf(across, v));
       }
       const VD square = DotOf(sum, sum);
       const auto usable =
