@@ -56,9 +56,11 @@ double KeysCubic(double x, double a) {
 
 double Value(const std::string& name, double distance) {
   const double x = std::fabs(distance), radius = KernelOf(name).radius;
-  if (name == "box") return x <= 0.5 ? 1 : 0;
-  // Blackman-Harris is 6e-5 at its very edge, not 0: a pixel there counts.
-  if (x >= radius && !(name == "blackman-harris" && x < radius + 1e-9)) return 0;
+  // At the very edge of its support, however the distance was rounded, a pixel counts for a box and for
+  // Blackman-Harris, which is 6e-5 there, and for no other filter.
+  constexpr double kEdge = 0x1p-40;
+  if (name == "box") return x <= 0.5 * (1 + kEdge) ? 1 : 0;
+  if (x >= radius * (1 - kEdge) && !(name == "blackman-harris" && x < radius + 1e-9)) return 0;
   if (name == "disk") return 1;
   if (name == "triangle" || name == "linear") return 1 - x;
   if (name == "gaussian") return std::exp(-2 * (x / 1.5) * (x / 1.5));
@@ -324,24 +326,64 @@ void EvaluateZoom(const Call& call) {
   });
 }
 
-// One result pixel of a warp.
-void PutLookup(const Call& call, const Lookup& look, int x, int y, double px, double py, double wide_x,
-               double wide_y) {
+// Where one result pixel of a warp looks, how wide, and what doubles in another order may be off by.
+struct Place {
+  double x = 0, y = 0, wide_x = 1, wide_y = 1, off_x = 0, off_y = 0;
+};
+
+// Values and scales of every channel at a place.
+struct Looked {
+  std::vector<double> value, scale;
+};
+Looked LookAt(const Call& call, const Lookup& look, const Place& p) {
   const Roi& w = call.in_specs[0].data_window;
   // A reduction takes in at most 65,536 pixels per axis.
   const double widest = 32768 / KernelOf(look.filter).radius;
-  wide_x = std::min(wide_x, widest), wide_y = std::min(wide_y, widest);
   double black_x = 0, black_y = 0;
-  const auto columns = look.Axis(Snapped(px, 0x1p-17), wide_x, w.x0, w.x1, look.wrap_x, &black_x);
-  const auto rows = look.Axis(Snapped(py, 0x1p-17), wide_y, w.y0, w.y1, look.wrap_y, &black_y);
+  const auto columns =
+      look.Axis(Snapped(p.x, 0x1p-17), std::min(p.wide_x, widest), w.x0, w.x1, look.wrap_x, &black_x);
+  const auto rows =
+      look.Axis(Snapped(p.y, 0x1p-17), std::min(p.wide_y, widest), w.y0, w.y1, look.wrap_y, &black_y);
   // The weights of what is black take part in the sum that all are divided by, so they belong to the scale.
   const double seen_x = Lookup::Absolute(columns), seen_y = Lookup::Absolute(rows);
   const double share = seen_x * seen_y > 0 ? (1 + black_x / seen_x) * (1 + black_y / seen_y) : 1;
+  Looked looked;
   for (int c = 0; c < call.out.channels; ++c) {
     const auto [value, scale] = Lookup::Sum(look.image, columns, rows, c);
-    Put(call, x, y, c, {value, scale * share});
+    looked.value.push_back(value), looked.scale.push_back(scale * share);
+  }
+  return looked;
+}
+
+void PutLookup(const Call& call, const Lookup& look, int x, int y, const Place& place) {
+  const Looked here = LookAt(call, look, place);
+  std::vector<double> apart(here.value.size());
+  // What places that far out, or that near to a horizon, are off by is felt. So is the kernel's snap, which
+  // is a step where a position is that near to its end.
+  const auto near_snap = [](double at, double off) {
+    const double from = std::fabs(2 * at - std::round(2 * at)) / 2;
+    return std::fabs(from - 0x1p-17) <= off;
+  };
+  const double most = std::max(place.off_x, place.off_y);
+  if (call.scale != nullptr &&
+      (most > 0x1p-30 || near_snap(place.x, place.off_x) || near_snap(place.y, place.off_y))) {
+    for (const int side : {0, 1, 2, 3}) {
+      Place aside = place;
+      aside.x += (side % 2 != 0 ? 1 : -1) * place.off_x, aside.y += (side / 2 != 0 ? 1 : -1) * place.off_y;
+      const Looked there = LookAt(call, look, aside);
+      for (size_t c = 0; c < apart.size(); ++c)
+        apart[c] = std::max(apart[c], std::fabs(there.value[c] - here.value[c]));
+    }
+  }
+  for (int c = 0; c < call.out.channels; ++c) {
+    const auto k = static_cast<size_t>(c);
+    Put(call, x, y, c, {here.value[k], here.scale[k]});
+    if (apart[k] > 0) call.Undecided(x, y, c, apart[k]);
   }
 }
+
+// A few roundings of doubles, in parts of the terms of a sum.
+constexpr double kOrder = 0x1p-50;
 
 // Solves (x, y, 1) M = q (X, Y, 1) for x and y by Cramer's rule; false where the projector does not see.
 struct Projector {
@@ -353,14 +395,22 @@ struct Projector {
     sign = cx * m[2] + cy * m[5] + m[8] < 0 ? -1 : 1;
   }
   // x (m0 - X m2) + y (m3 - X m5) = X m8 - m6 and the same with Y; the derivatives of both by X and by Y.
-  bool Source(long double big_x, long double big_y, double at[2], double wide[2]) const {
+  bool Source(long double big_x, long double big_y, Place* to) const {
     const long double a = m[0] - big_x * m[2], b = m[3] - big_x * m[5], e = big_x * m[8] - m[6];
     const long double c = m[1] - big_y * m[2], d = m[4] - big_y * m[5], f = big_y * m[8] - m[7];
     const long double det = a * d - b * c;
     const long double x = (e * d - b * f) / det, y = (a * f - e * c) / det, q = x * m[2] + y * m[5] + m[8];
-    at[0] = static_cast<double>(x), at[1] = static_cast<double>(y);
-    wide[0] = std::max(1.0, static_cast<double>(std::max(std::fabs(d * q / det), std::fabs(b * q / det))));
-    wide[1] = std::max(1.0, static_cast<double>(std::max(std::fabs(c * q / det), std::fabs(a * q / det))));
+    to->x = static_cast<double>(x - 0.5L), to->y = static_cast<double>(y - 0.5L);
+    const auto steepest = [&](long double s, long double t) {
+      return std::max(1.0, static_cast<double>(std::max(std::fabs(s * q / det), std::fabs(t * q / det))));
+    };
+    to->wide_x = steepest(d, b), to->wide_y = steepest(c, a);
+    // What cancels leaves the rounding of its parts.
+    const long double parts_x = std::fabs(e * d) + std::fabs(b * f),
+                      parts_y = std::fabs(a * f) + std::fabs(e * c);
+    const long double share = (std::fabs(a * d) + std::fabs(b * c)) / std::fabs(det);
+    to->off_x = static_cast<double>(kOrder * (parts_x / std::fabs(det) + std::fabs(x) * share));
+    to->off_y = static_cast<double>(kOrder * (parts_y / std::fabs(det) + std::fabs(y) * share));
     return q * sign > 0;
   }
 };
@@ -372,9 +422,9 @@ void EvaluateWarp(const Call& call) {
                     true};
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
-      double at[2], wide[2];
-      if (!projector.Source(x + 0.5L, y + 0.5L, at, wide)) at[0] = at[1] = INFINITY;
-      PutLookup(call, look, x, y, at[0] - 0.5, at[1] - 0.5, wide[0], wide[1]);
+      Place place;
+      if (!projector.Source(x + 0.5L, y + 0.5L, &place)) place = {INFINITY, INFINITY};
+      PutLookup(call, look, x, y, place);
     }
   }
 }
@@ -389,7 +439,10 @@ void EvaluateStWarp(const Call& call) {
       double s = call.in[1].at(x, y, p.channel_s), t = call.in[1].at(x, y, p.channel_t);
       if (p.flip_s) s = 1 - s;
       if (p.flip_t) t = 1 - t;
-      PutLookup(call, look, x, y, d.x0 + s * d.width() - 0.5, d.y0 + t * d.height() - 0.5, 1, 1);
+      Place place{d.x0 + s * d.width() - 0.5, d.y0 + t * d.height() - 0.5};
+      place.off_x = kOrder * (std::fabs(d.x0) + (std::fabs(s) + 1) * d.width());
+      place.off_y = kOrder * (std::fabs(d.y0) + (std::fabs(t) + 1) * d.height());
+      PutLookup(call, look, x, y, place);
     }
   }
 }
@@ -403,7 +456,11 @@ void EvaluateDistort(const Call& call) {
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
       const double dx = call.in[1].at(x, y, p.channel_x),
                    dy = call.in[1].at(x, y, std::min(p.channel_y, last));
-      PutLookup(call, look, x, y, x + p.amount * (dx - p.centre), y + p.amount * (dy - p.centre), 1, 1);
+      Place place{x + p.amount * (dx - p.centre), y + p.amount * (dy - p.centre)};
+      const double far = std::fabs(p.amount * p.centre);
+      place.off_x = kOrder * (std::fabs(x) + std::fabs(p.amount * dx) + far + 1);
+      place.off_y = kOrder * (std::fabs(y) + std::fabs(p.amount * dy) + far + 1);
+      PutLookup(call, look, x, y, place);
     }
   }
 }

@@ -261,29 +261,6 @@ TEST(GeometryTest, HomographiesSeeNothingBehindTheProjector) {
   }
 }
 
-TEST(GeometryTest, TheTailOfAFilterThatSeesTheEdgeIsWithinBound) {
-  // Far from the projector's vanishing line filters are wide, and some reach the picture with their tails
-  // alone.
-  const Node image = FromImage(Noise(50, 37, 3));
-  for (const char* filter : {"lanczos3", "mitchell", "gaussian", "sinc"}) {
-    const VerifyReport report =
-        Verify(Warp(image, {{1, 0, 0.05, 0, 1, 0.05, 0, 0, -1}, filter, Wrap::kBlack, false}));
-    EXPECT_TRUE(report.within_bound) << filter << ": " << report.Summary();
-  }
-}
-
-// At these ratios pixels lie at the very edge of filters, some of which end with a jump.
-TEST(GeometryTest, PixelsAtTheEdgeOfAFilterAreWithinBound) {
-  const Node image = FromImage(testing::RandomImage({0, 0, 64, 40}, 3, 5));
-  for (const char* filter : {"blackman-harris", "box", "gaussian", "sharp-gaussian", "lanczos3", "disk"}) {
-    for (const auto& [width, height] : {std::array{96, 60}, {80, 50}, {48, 30}, {32, 20}, {192, 120}}) {
-      SCOPED_TRACE(std::string(filter) + " to " + std::to_string(width));
-      const VerifyReport report = Verify(Resize(image, {.width = width, .height = height, .filter = filter}));
-      EXPECT_TRUE(report.within_bound) << report.Summary();
-    }
-  }
-}
-
 // Of an image with more than four channels the first four, or any others, are what they are among all.
 TEST(GeometryTest, SomeChannelsOfAWarpAreThoseOfAllOfThem) {
   const Roi window{0, 0, 300, 3};

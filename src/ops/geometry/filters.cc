@@ -19,10 +19,13 @@ double Sinc(double x) {
   return x == std::round(x) ? 0 : std::sin(kPi * x) / (kPi * x);
 }
 
-double Box(double x) { return std::fabs(x) <= 0.5 ? 1 : 0; }
+// Filters that end abruptly: a pixel at their very edge counts or does not, however its distance was rounded.
+constexpr double kIncluded = 1 + FilterKernel::kEdge, kExcluded = 1 - FilterKernel::kEdge;
+
+double Box(double x) { return std::fabs(x) <= 0.5 * kIncluded ? 1 : 0; }
 double Triangle(double x) { return std::max(0.0, 1 - std::fabs(x)); }
-double Gaussian(double x) { return std::fabs(x) < 1.5 ? std::exp(-2 * x * x / 2.25) : 0; }
-double SharpGaussian(double x) { return std::fabs(x) < 1 ? std::exp(-4 * x * x) : 0; }
+double Gaussian(double x) { return std::fabs(x) < 1.5 * kExcluded ? std::exp(-2 * x * x / 2.25) : 0; }
+double SharpGaussian(double x) { return std::fabs(x) < kExcluded ? std::exp(-4 * x * x) : 0; }
 // 6e-5 at its very edge, not 0: a pixel there counts, however its distance was rounded.
 double BlackmanHarris(double x) {
   if (std::fabs(x) > 1.5 + 1e-9) return 0;
@@ -51,7 +54,7 @@ double InterpolatingCubic(double x) {
   if (a >= 1) return kA * (((a - 5) * a + 8) * a - 4);
   return ((kA + 2) * a - kA - 3) * a * a + 1;
 }
-double Disk(double radius) { return radius < 0.5 ? 1 : 0; }
+double Disk(double radius) { return radius < 0.5 * kExcluded ? 1 : 0; }
 
 constexpr FilterKernel kFilters[] = {
     {"box", 1, Box},

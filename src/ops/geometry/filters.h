@@ -16,6 +16,16 @@ struct FilterKernel {
   double width;               // of the support, in pixels of the coarser image
   double (*value)(double x);  // at a distance from the centre; 0 outside the support; not normalised
   bool separable = true;      // else `value` is of the radius
+
+  // Nearer to the edge of the support than this, in parts of its radius, is at the edge.
+  static constexpr double kEdge = 0x1p-40;
+  // The radius with which a pixel at the edge counts, or does not, as `value` has it.
+  double Reach() const { return width / 2 * (value(width / 2) != 0 ? 1 + kEdge : 1 - kEdge); }
+  // `value`, or at an edge where it ends abruptly its limit from inside: what tables are interpolated to.
+  double InsideValue(double x) const {
+    const double inside = width / 2 * (1 - 2 * kEdge), limit = value(inside);
+    return (x > inside || x < -inside) && (limit > 1e-6 || limit < -1e-6) ? limit : value(x);
+  }
 };
 
 // Throws Error(subject, ...) for an unknown name, naming the nearest.

@@ -54,11 +54,14 @@ GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kern
     const double phase = static_cast<double>(p) / kPhases - origin;
     std::vector<double> w;
     double sum = 0;
-    for (int k = 0; k < taps; ++k) w.push_back(filter->value(k - lead - phase)), sum += w.back();
+    for (int k = 0; k < taps; ++k) w.push_back(filter->InsideValue(k - lead - phase)), sum += w.back();
     for (double v : w) phase_weights.push_back(static_cast<float>(sum != 0 ? v / sum : 0));
   }
-  for (int i = 0; i <= static_cast<int>(std::ceil(filter->width / 2)) * kPhases + 1; ++i) {
-    fine.push_back(filter->value(static_cast<double>(i) / kPhases));
+  reach = filter->Reach();
+  // One more for who interpolates at the edge.
+  const int end = static_cast<int>(filter->width / 2 * kPhases);
+  for (int i = 0; i <= end + 1; ++i) {
+    fine.push_back(filter->InsideValue(static_cast<double>(std::min(i, end)) / kPhases));
   }
 }
 

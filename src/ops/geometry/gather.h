@@ -29,6 +29,7 @@ class GatherSource {
   int taps = 0;                      // pixels per axis while nothing is reduced
   bool linear = false;               // two taps, weighted by their distance
   std::vector<float> phase_weights;  // (kPhases + 1) x taps
+  double reach = 0;                  // of the filter, in pixels while nothing is reduced
   std::vector<double> fine;  // the filter every 1 / kPhases of a pixel from its centre, for reductions
   // From one row of `groups` to the next; 0 where rows are no whole number of pixels, or where there are more
   // pixels than an offset can tell.

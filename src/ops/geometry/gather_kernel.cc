@@ -55,9 +55,9 @@ struct AxisWeights {
   void Find(const GatherSource& source, double position, double wide, bool reduced, int size, Wrap wrap) {
     index.clear(), weight.clear(), exact_.clear();
     wide = std::min(wide, GatherSource::kWidest / source.filter->width);
-    const double radius = source.filter->width / 2 * wide;
+    const double radius = source.reach * wide;
     const double from = std::ceil(position - radius), to = std::floor(position + radius);
-    if (!(std::fabs(position) < 0x1p28) || size == 0) return;
+    if (!(std::fabs(position) <= kOutOfReach) || size == 0) return;
     const bool beyond = to < 0 || from > size - 1;
     if (beyond && wrap == Wrap::kBlack) return;
     // Nearest, where a position half-way between two pixels takes the right one; or nothing but the edge's

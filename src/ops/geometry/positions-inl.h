@@ -26,6 +26,8 @@ using VD = hn::Vec<DD>;
 
 // Positions further out than this, and NaN, are nowhere.
 constexpr double kFarthest = 0x1p40;
+// Beyond this all positions are alike: no image is that wide, nor a widened filter.
+constexpr double kOutOfReach = 0x1p27;
 // Nearer to a pixel's centre or edge than this is there: whole shifts keep bits, and filters that end
 // abruptly end alike on both sides.
 constexpr double kSnap = 0x1p-17;
@@ -220,9 +222,9 @@ void FindTaps(int size, Wrap wrap, int taps, bool nearer, int count, double* pos
     }
     const VD near = hn::Mul(hn::Round(hn::Add(v, v)), half);
     v = hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(v, near)), hn::Set(d, kSnap)), near, v);
-    // Out of reach of every filter is out of reach, however far.
-    const VD reach = hn::Set(d, 0x1p29);
-    v = hn::IfThenElse(somewhere, hn::Min(hn::Max(v, hn::Neg(reach)), reach), reach);
+    // Out of reach of every filter is out of reach, however far; nowhere is beyond that.
+    const VD reach = hn::Set(d, kOutOfReach);
+    v = hn::IfThenElse(somewhere, hn::Min(hn::Max(v, hn::Neg(reach)), reach), hn::Set(d, 4 * kOutOfReach));
     hn::Store(v, d, position + i);
     const VD counted = taps % 2 == 1 ? hn::Add(v, half) : v;
     const VD base = hn::Floor(counted);

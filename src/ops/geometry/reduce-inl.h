@@ -50,7 +50,7 @@ struct WidenedFilter {
   WidenedFilter(D d, const GatherSource& source, Vec wide)
       : fine(source.fine.data()),
         per_pixel(hn::Div(hn::Set(d, double{GatherSource::kPhases}), wide)),
-        end(hn::Set(d, static_cast<double>(source.fine.size() - 1))) {}
+        end(hn::Set(d, source.reach * GatherSource::kPhases)) {}
 
   // The value at a distance in pixels; 0 unless `counts`.
   HWY_INLINE Vec Value(D d, Vec distance, hn::Mask<D> counts) const {
@@ -94,8 +94,8 @@ struct ReducedAxis {
   void Find(const GatherSource& source, int size, int pixels, const double* position, const double* wide) {
     const DD d;
     const int step = static_cast<int>(hn::Lanes(d));
-    const VD one = hn::Set(d, 1.0), radius = hn::Set(d, source.filter->width / 2),
-             end = hn::Set(d, size - 1.0), most = hn::Set(d, kMaxTaps);
+    const VD one = hn::Set(d, 1.0), radius = hn::Set(d, source.reach), end = hn::Set(d, size - 1.0),
+             most = hn::Set(d, kMaxTaps);
     VD widest = hn::Zero(d);
     for (int i = 0; i < pixels; i += step) {
       const VD at = hn::Load(d, position + i), reach = hn::Mul(radius, hn::Load(d, wide + i));
