@@ -27,12 +27,18 @@ double AlphaAt(const Call& call, size_t k, int x, int y) {
   return alpha < 0 ? 1 : call.in[k].at(x, y, alpha);
 }
 
+// A sample of both images; of alpha, 1 where an image has none.
+PixelPair PairAt(const Call& call, int x, int y, int c) {
+  const double as = AlphaAt(call, 0, x, y), ad = AlphaAt(call, 1, x, y);
+  if (c == call.out_spec.alpha) return {as, ad, as, ad, true};
+  return {call.in[0].at(x, y, c), call.in[1].at(x, y, c), as, ad, false};
+}
+
 // f(PixelPair) -> Sample for each sample but depths, which are the front image's.
 template <class F>
 void ForEachPair(const Call& call, int depth, F f) {
   ForEachSample(call, [&](int x, int y, int c) -> Sample {
-    PixelPair p{call.in[0].at(x, y, c), call.in[1].at(x, y, c), AlphaAt(call, 0, x, y),
-                AlphaAt(call, 1, x, y), c == call.out_spec.alpha};
+    const PixelPair p = PairAt(call, x, y, c);
     if (c == depth) return Rounded(FrontDepth(p.s, p.d, p.as));
     return f(p);
   });
@@ -201,9 +207,8 @@ void EvaluateNonSeparable(const Call& call, BlendMode mode) {
   ForEachSample(call, [&](int x, int y, int c) -> Sample {
     const double s = call.in[0].at(x, y, c);
     if (c >= 3 && c != call.out_spec.alpha) return Rounded(s);
-    const double as = AlphaAt(call, 0, x, y), ad = AlphaAt(call, 1, x, y);
-    const PixelPair p{s, c == call.out_spec.alpha ? ad : call.in[1].at(x, y, c), as, ad,
-                      c == call.out_spec.alpha};
+    const PixelPair p = PairAt(call, x, y, c);
+    const double as = p.as, ad = p.ad;
     const bool both = as > 0 && ad > 0;
     const double full = both ? as * ad : 0;
     if (p.alpha) return Mixed({as, ad, as, ad, true}, {full, full});
@@ -265,11 +270,9 @@ void EvaluateBlend(const Call& call) {
   if (b.mode >= BlendMode::kHue && b.mode <= BlendMode::kLuminosity)
     return EvaluateNonSeparable(call, b.mode);
   ForEachSample(call, [&](int x, int y, int c) -> Sample {
-    const bool alpha = c == call.out_spec.alpha;
-    const PixelPair p{call.in[0].at(x, y, c), call.in[1].at(x, y, c), AlphaAt(call, 0, x, y),
-                      AlphaAt(call, 1, x, y), alpha};
+    const PixelPair p = PairAt(call, x, y, c);
     if (c == depth) return Rounded(FrontDepth(p.s, p.d, p.as));
-    return BlendOne(b, p, static_cast<float>(b.constant[static_cast<size_t>(alpha ? 3 : std::min(c, 2))]));
+    return BlendOne(b, p, static_cast<float>(b.constant[static_cast<size_t>(p.alpha ? 3 : std::min(c, 2))]));
   });
 }
 

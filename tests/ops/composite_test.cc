@@ -199,6 +199,18 @@ TEST(BlendTest, WorkedByHand) {
   });
 }
 
+// An image without alpha has a colour where the other one has its alpha: it is opaque all the same.
+TEST(BlendTest, AColourInThePlaceOfAlphaIsNone) {
+  const Node colors = FromImage(Row({"R", "G", "B", "Y"}, {0.8f, 0.6f, 0.4f, 0.3f}));
+  const Node back = FromImage(Row({"R", "G", "B", "A"}, {0.125f, 0.25f, 0.375f, 0.5f}));
+  OnEveryTarget([&] {
+    for (const BlendMode mode :
+         {BlendMode::kHardLight, BlendMode::kMultiply, BlendMode::kOver, BlendMode::kAtop}) {
+      EXPECT_NEAR(Values(Mode(colors, back, mode))[3], mode == BlendMode::kAtop ? 0.5 : 1, 1e-6);
+    }
+  });
+}
+
 TEST(BlendTest, NonSeparableColours) {
   const Node red = FromImage(Row({"R", "G", "B", "A"}, {1, 0, 0, 1})),
              back = FromImage(Row({"R", "G", "B", "A"}, {0.2f, 0.4f, 0.6f, 1}));

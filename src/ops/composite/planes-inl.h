@@ -37,6 +37,8 @@ struct OnPlanes {
  private:
   HWY_INLINE s::V Plane(int i, s::V a, s::V b, s::V alpha_a, s::V alpha_b) const {
     if (roles[i] == ChannelRole::kDepth) return FrontDepth(a, b, alpha_a);
+    // An image without alpha is opaque, whatever it has in that place.
+    if (roles[i] == ChannelRole::kAlpha) a = alpha_a, b = alpha_b;
     const s::V role = hn::Set(s::D(), roles[i] == ChannelRole::kAlpha ? 1.0f : 0.0f);
     return f(a, b, alpha_a, alpha_b, hn::Ne(role, hn::Zero(s::D())));
   }
