@@ -42,15 +42,16 @@ Color Ramp(const std::vector<Stop>& stops, double t) {
 double Clamped(double v) { return std::clamp(v, 0.0, 1.0); }
 double Smooth(double v) { return Clamped(v) * Clamped(v) * (3 - 2 * Clamped(v)); }
 
-// Sum of terms c_i sin(f_i u + p_i) plus n t0, written out with its angles.
-double Gardner(const TextureParams& p, double x, double y, double z, bool volume) {
+// Sum of terms c_i sin(f_i u + p_i) plus n t0, written out with its angles. `off`: what floats are off by, in
+// u: a few roundings of each term and one of every partial sum, times the other factors.
+double Gardner(const TextureParams& p, double x, double y, double z, bool volume, double* off) {
   constexpr double kRatio[3] = {1, 1.19, 0.87};
   const auto angle = [&](int axis, int term, double units) {
     return 2 * kPi * 0.35 * p.frequency * kRatio[axis] *
            std::ldexp(units + 7 * Random(p.seed, 3000 + axis), term);
   };
   const double drift = 0.4 * p.time;
-  double fx = p.terms * p.threshold, fy = fx, fz = fx, amplitude = p.amplitude;
+  double fx = p.terms * p.threshold, fy = fx, fz = fx, amplitude = p.amplitude, terms = std::fabs(fx);
   for (int i = 0; i < p.terms; ++i, amplitude *= 0.707) {
     const double along_x = i == 0 ? 0 : kPi / 2 * std::sin(angle(1, i - 1, y));
     const double along_y =
@@ -58,8 +59,14 @@ double Gardner(const TextureParams& p, double x, double y, double z, bool volume
     fx += amplitude * std::sin(angle(0, i, x) - drift * std::ldexp(1.0, i) + along_x);
     fy += amplitude * std::sin(angle(1, i, y) + along_y);
     fz += amplitude * std::sin(angle(2, i, z) + along_y);
+    terms += std::fabs(amplitude);
   }
-  return p.scale * fx * fy * (volume ? fz : 1);
+  if (!volume) fz = 1;
+  const double each = (p.terms + 6) * terms;
+  *off = std::fabs(p.scale) *
+         (each * (std::fabs(fy * fz) + std::fabs(fx * fz) + (volume ? std::fabs(fx * fy) : 0)) +
+          12 * std::fabs(fx * fy * fz));
+  return p.scale * fx * fy * fz;
 }
 
 Color Ripples(const TextureParams& p, double s, double t) {
@@ -149,12 +156,7 @@ void Evaluate(const Call& call) {
   const int slice_height = std::max(p.frame.height() / sines.slices, 1);
   const bool covers = p.kind == TextureKind::kFire || p.kind == TextureKind::kSmoke;
   const bool grey = p.kind == TextureKind::kRipples || p.kind == TextureKind::kGardner;
-  const double range =
-      p.kind == TextureKind::kGardner
-          ? std::max(1.0, std::fabs(p.scale) *
-                              std::pow(p.terms * (std::fabs(p.threshold) + std::fabs(p.amplitude)),
-                                       p.slices > 1 ? 3 : 2))
-          : 1;
+  double off = 0;  // of Gardner's sums, in u
   const auto color_at = [&](int x, int y) {
     const double s = (x - p.frame.x0 + 0.5) / width, t = (y - p.frame.y0 + 0.5) / width;
     const double h = 1 - (y - p.frame.y0 + 0.5) / height;
@@ -169,10 +171,13 @@ void Evaluate(const Call& call) {
         row -= slice * slice_height;
       }
       const double z = (slice + 0.5) / sines.slices;
-      gardner = Gardner(sines, s, (row + 0.5) / width, z, sines.slices > 1);
+      gardner = Gardner(sines, s, (row + 0.5) / width, z, sines.slices > 1, &off);
       if (sines.slices > 1) {
         const double u = 2 * s - 1, v = (2.0 * row + 1) / slice_height - 1, w = 2 * z - 1;
-        gardner *= std::max(0.0, 1 - (u * u + v * v + w * w));
+        // The sum of squares is of floats.
+        const double inside = std::max(0.0, 1 - (u * u + v * v + w * w));
+        off = off * inside + 12 * std::fabs(gardner);
+        gardner *= inside;
       }
     }
     return Shade(p, s, t, h, n, gardner);
@@ -181,7 +186,9 @@ void Evaluate(const Call& call) {
   ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
     if (c == 0) color = color_at(x, y);
     // Places are floats, in widths: far down a narrow picture they are that much coarser.
-    const double scale = range * std::max(1.0, std::fabs(y - p.frame.y0 + 0.5) / width);
+    double scale = std::max(1.0, std::fabs(y - p.frame.y0 + 0.5) / width);
+    // Angles are doubles; the row's bound is 336 u.
+    if (p.kind == TextureKind::kGardner) scale = off / 336;
     if (c == call.out_spec.alpha) return {covers ? color[3] : 1.0, scale};
     if (c >= 3) return {grey ? color[2] : 0.0, scale};
     return {color[static_cast<size_t>(c)], scale};

@@ -111,15 +111,17 @@ class TextureStage final : public graph::TileStage {
     std::fill_n(zeros, width, 0.0f);
     std::fill_n(ones, width, 1.0f);
     for (int c : args.channels) planes.push_back(PlaneOf(c, colors, zeros, ones));
+    const double frame_width = std::max(params_.frame.width(), 1);
     const float inverse_width = 1.0f / static_cast<float>(std::max(params_.frame.width(), 1));
     const float inverse_height = 1.0f / static_cast<float>(std::max(params_.frame.height(), 1));
     for (int y = r.y0; y < r.y1; ++y) {
       for (size_t k = 0; k < cursors.size(); ++k) cursors[k].Row(y, noise[k]);
       if (UsesGardner()) gardner_.Row(y, r.x0, r.x1, gardner);
       const float down = static_cast<float>(y - params_.frame.y0) + 0.5f;
-      TexturePlace place{0, down * inverse_width, 1 - down * inverse_height};
+      TexturePlace place{0, down * inverse_width, 1 - down * inverse_height, 0, down / frame_width};
       for (size_t x = 0; x < width; ++x) {
-        place.s = (static_cast<float>(r.x0 + static_cast<int>(x) - params_.frame.x0) + 0.5f) * inverse_width;
+        const float across = static_cast<float>(r.x0 + static_cast<int>(x) - params_.frame.x0) + 0.5f;
+        place.s = across * inverse_width, place.exact_s = across / frame_width;
         const auto n = [&](size_t k) { return noise[k][x]; };
         const Rgba c = Shade(place, n, gardner[x]);
         for (size_t k = 0; k < 4; ++k) colors[k][x] = c[k];
@@ -141,9 +143,9 @@ class TextureStage final : public graph::TileStage {
       case TextureKind::kClouds:
         return Clouds(p, gardner, n(0), n(1));
       case TextureKind::kMarble:
-        return Marble(p, frequency, n(0));
+        return Marble(p, params_.frequency, n(0));
       case TextureKind::kWood:
-        return Wood(p, 14 * frequency, n(0), n(1));
+        return Wood(p, 14 * params_.frequency, n(0), n(1));
       case TextureKind::kFire:
         return Fire(p, n(0), n(1), n(2));
       case TextureKind::kSmoke:
@@ -301,7 +303,7 @@ OpInfo GardnerInfo() {
       "third factor, inside the ellipsoid that touches the volume's sides, fading towards its rim.",
       "3");
   std::erase_if(info.modifiers, [](const ParamInfo& m) { return m.name == "octaves"; });
-  info.bound = "2e-5 * scale * (terms * (|t0| + |c_1|))^2";
+  info.bound = "(terms + 6) u * the sum of |c_i| and |terms t0|, times the other factors";
   info.bound_u = 336;
   info.modifiers.push_back(IntegerModifier("terms", "5", 1, 12, "sines per axis"));
   info.modifiers.push_back(NumberModifier("amplitude", "1", -1e3, 1e3, "c_1"));

@@ -40,28 +40,30 @@ Rgba Ramp(const RampStop (&stops)[n], float t) {
   return c;
 }
 
-// Where a pixel is: s across and t down in widths, h the height above the lower edge in heights.
+// Where a pixel is: s across and t down in widths, h the height above the lower edge in heights. Exactly for
+// what repeats, as many bands or rings leave little of a float's fraction.
 struct TexturePlace {
   float s, t, h;
+  double exact_s, exact_t;
 };
 
-inline Rgba Marble(const TexturePlace& p, float bands, float turbulence) {
+inline Rgba Marble(const TexturePlace& p, double bands, float turbulence) {
   static constexpr RampStop kRamp[] = {{0.0f, {0.030f, 0.035f, 0.048f}},
                                        {0.02f, {0.115f, 0.125f, 0.15f}},
                                        {0.10f, {0.24f, 0.25f, 0.27f}},
                                        {0.35f, {0.62f, 0.61f, 0.59f}},
                                        {1.0f, {0.90f, 0.88f, 0.84f}}};
-  const float wave = 0.5f + 0.5f * SinTurns(bands * (0.8f * p.s + 0.45f * p.t) + 0.9f * turbulence);
-  return Ramp(kRamp, wave);
+  const double turns = bands * (0.8 * p.exact_s + 0.45 * p.exact_t) + 0.9 * double{turbulence};
+  return Ramp(kRamp, 0.5f + 0.5f * SinTurns(static_cast<float>(turns - std::floor(turns))));
 }
 
-inline Rgba Wood(const TexturePlace& p, float rings, float bend, float grain) {
+inline Rgba Wood(const TexturePlace& p, double rings, float bend, float grain) {
   static constexpr RampStop kRamp[] = {
       {0.0f, {0.52f, 0.27f, 0.105f}}, {0.55f, {0.40f, 0.18f, 0.060f}}, {1.0f, {0.17f, 0.062f, 0.018f}}};
   // Rings around an axis that passes a little below the middle, nearly along the board.
-  const float y = p.t - 0.33f, z = 0.17f + 0.06f * p.s;
-  const float r = rings * std::sqrt(y * y + z * z) + 0.55f * bend;
-  const float w = r - std::floor(r);
+  const double y = p.exact_t - 0.33, z = 0.17 + 0.06 * p.exact_s;
+  const double r = rings * std::sqrt(y * y + z * z) + 0.55 * double{bend};
+  const float w = static_cast<float>(r - std::floor(r));
   // Slow growth in summer, a quick dark edge: continuous, so that no edge is aliased.
   const float late = w < 0.82f ? w * (1 / 0.82f) : (1 - w) * (1 / 0.18f);
   Rgba c = Ramp(kRamp, late * late);
