@@ -39,6 +39,10 @@ Wide Modulo(Wide v, Wide m) { return v - Floor(v / m) * m; }
 struct Query {
   std::array<Wide, 4> position = {};
   int channel = 0;
+  // Where floats may have gone instead: what is added to a domain warp's displacements, and which of two
+  // points that are equally far is the nearer one.
+  std::array<double, 4> aside = {};
+  int tie = 0;
 };
 
 double MeanSize(const NoiseParams& p) {
@@ -76,7 +80,7 @@ double Warp(const NoiseParams& p, const Query& q, bool on_grid, double step, int
   inner.antialias = false;
   inner.bias = inner.contrast = 0.5;
   inner.seed = OctaveSeed(p.seed, 1000 + axis, 0);
-  return Sum(inner, {q.position, 0}, on_grid, step).value;
+  return Sum(inner, {q.position}, on_grid, step).value;
 }
 
 double Bend(double t, double bias, double contrast) {
@@ -95,11 +99,12 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
   const bool halved = !p.is_signed && both_signs;
   std::array<double, 4> displacement = {};
   for (int a = 0; a < p.dims && p.warp != 0; ++a) {
-    displacement[static_cast<size_t>(a)] = p.warp * Warp(p, q, on_grid, step, a);
+    displacement[static_cast<size_t>(a)] =
+        p.warp * Warp(p, q, on_grid, step, a) + q.aside[static_cast<size_t>(a)];
   }
   NoiseValue sum;
   sum.scale = 0;
-  double scale = 1, weight = 1;
+  double scale = 1, weight = 1, steeper = 0;
   for (int k = 0; k < p.octaves; ++k) {
     double w = p.weights.empty()                           ? weight
                : static_cast<size_t>(k) < p.weights.size() ? p.weights[static_cast<size_t>(k)]
@@ -145,10 +150,11 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
     }
     const int channel = p.lattice == NoiseLattice::kOsl && color ? q.channel : -1;
     if (w != 0) {
-      const NoiseValue n = EvaluateNoise(p, seed, period, channel, place);
+      const NoiseValue n = EvaluateNoise(p, seed, period, channel, place, q.tie);
       sum.value += w * shaped(n.value);
       const double shape_slope = p.sum == NoiseSum::kFbm || p.sum == NoiseSum::kTurbulence ? 1 : 2;
       sum.scale += std::fabs(w) * (n.scale - 1) * shape_slope;
+      steeper += std::fabs(w) * std::max(0.0, n.slope_scale - n.scale) * shape_slope;
       sum.scale += std::fabs(w) * (shape_slope - 1 + 4 * std::fabs(p.warp) * scale);
       const double sign = n.value > 0 ? 1 : n.value < 0 ? -1 : 0;
       const double factor = p.sum == NoiseSum::kFbm          ? 1
@@ -160,6 +166,7 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
     scale *= p.lacunarity;
     weight *= p.gain;
   }
+  sum.slope_scale = sum.scale + steeper;
   if (halved) {
     sum.value = 0.5 + 0.5 * sum.value;
     for (double& slope : sum.slope) slope *= 0.5;
@@ -171,6 +178,29 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
     sum.scale = 8 * (sum.scale + 1);
   }
   return sum;
+}
+
+// What floats may have instead, where a value hangs on a decision: in which cell a displaced position lies,
+// which of two points is the nearest. `sum` gives the noise of a query.
+template <typename SumOf>
+std::vector<NoiseValue> Others(const NoiseParams& p, const Query& q, const SumOf& sum) {
+  std::vector<NoiseValue> others;
+  if (p.kind != NoiseKind::kWhite && p.kind != NoiseKind::kCell) return others;
+  // A displacement is a noise within its own bound, times warp, added to a position in floats.
+  const double off = std::fabs(p.warp) * 1e-6 + (1 + std::fabs(p.warp)) * 0x1p-23;
+  for (int corner = 0; corner < 1 << p.dims && p.warp != 0; ++corner) {
+    Query aside = q;
+    for (int a = 0; a < p.dims; ++a)
+      aside.aside[static_cast<size_t>(a)] = (corner >> a & 1) != 0 ? off : -off;
+    others.push_back(sum(aside));
+  }
+  const bool slopes = p.output == NoiseOutput::kGradient || p.output == NoiseOutput::kNormal;
+  for (int tie = 1; tie <= 2 && slopes && p.kind == NoiseKind::kCell; ++tie) {
+    Query aside = q;
+    aside.tie = tie;
+    others.push_back(sum(aside));
+  }
+  return others;
 }
 
 // The parameters of one channel's field.
@@ -189,7 +219,7 @@ bool FieldPerChannel(const NoiseParams& p) {
 // value or slope of the channel of a result, with its error's scale.
 std::pair<double, double> Channel(const NoiseParams& p, const NoiseValue& n, int c, int alpha) {
   // 0.5 is added in the unsigned forms.
-  const double scale = std::max(n.scale, 1.0);
+  const double scale = std::max(n.scale, 1.0), slope_scale = std::max(n.slope_scale, 1.0);
   const bool normal = p.output == NoiseOutput::kNormal;
   if (p.output == NoiseOutput::kOctaves) return {n.value, scale};
   if (p.output != NoiseOutput::kGradient && !normal) {
@@ -201,14 +231,14 @@ std::pair<double, double> Channel(const NoiseParams& p, const NoiseValue& n, int
   double steepness = 0, frequency = 1, weight = 1;
   for (int k = 0; k < p.octaves; ++k, frequency *= p.lacunarity, weight *= p.gain)
     steepness += 8 * frequency * weight;
-  if (!normal) return {n.slope[static_cast<size_t>(c - 1)], steepness * scale};
+  if (!normal) return {n.slope[static_cast<size_t>(c - 1)], steepness * slope_scale};
   const auto axis = static_cast<size_t>(c);
   double square = 0;
   for (size_t a = 0; a < 3 && static_cast<int>(a) < p.dims; ++a) square += n.slope[a] * n.slope[a];
   const double length = std::sqrt(square), half = p.is_signed ? 1 : 0.5;
   const double direction = c < p.dims && length > 0 ? n.slope[axis] / length : 0;
   // Where the gradient vanishes its direction is anything.
-  const double error = std::min(4 * steepness * scale / std::max(length, 1e-30), 0x1p25);
+  const double error = std::min(4 * steepness * slope_scale / std::max(length, 1e-30), 0x1p25);
   return {half * direction + (1 - half), 2 + error};
 }
 
@@ -218,8 +248,15 @@ void EvaluateGrid(const Call& call) {
   const int height = std::max(p.frame.height() / p.slices, 1);
   // Channels of a pixel share one noise, except in colour.
   NoiseValue kept;
+  std::vector<NoiseValue> others;
+  const auto decided = [&](int x, int y, int c) {
+    const std::pair<double, double> here = Channel(p, kept, c, call.out_spec.alpha);
+    for (const NoiseValue& other : others)
+      call.Undecided(x, y, c, std::fabs(Channel(p, other, c, call.out_spec.alpha).first - here.first));
+    return here;
+  };
   ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
-    if (c > 0 && !FieldPerChannel(p)) return Channel(p, kept, c, call.out_spec.alpha);
+    if (c > 0 && !FieldPerChannel(p)) return decided(x, y, c);
     int slice = 0, row = y - p.frame.y0;
     if (p.slices > 1) {
       slice = std::clamp(static_cast<int>(std::floor(static_cast<double>(row) / height)), 0, p.slices - 1);
@@ -229,8 +266,11 @@ void EvaluateGrid(const Call& call) {
     q.position = {static_cast<Wide>(x - p.frame.x0 + 0.5) * (step * p.aspect),
                   static_cast<Wide>(row + 0.5) * step, static_cast<Wide>(slice) * step, 0};
     q.channel = c;
-    kept = Sum(ChannelParams(p, c), q, true, step);
-    return Channel(p, kept, c, call.out_spec.alpha);
+    const NoiseParams own = ChannelParams(p, c);
+    const auto sum = [&](const Query& at) { return Sum(own, at, true, step); };
+    kept = sum(q);
+    if (call.undecided != nullptr) others = Others(own, q, sum);
+    return decided(x, y, c);
   });
 }
 
@@ -253,7 +293,9 @@ void EvaluateAt(const Call& call) {
     }
     q.channel = c;
     if (finite) {
-      NoiseValue n = Sum(ChannelParams(p, c), q, false, p.frequency);
+      const NoiseParams own = ChannelParams(p, c);
+      const auto sum = [&](const Query& at) { return Sum(own, at, false, p.frequency); };
+      NoiseValue n = sum(q);
       // A product that is no float has no bits that could be hashed alike.
       for (int a = 0; a < p.dims && p.kind == NoiseKind::kHash; ++a) {
         const auto axis = static_cast<size_t>(a);
@@ -261,6 +303,10 @@ void EvaluateAt(const Call& call) {
         if (position != static_cast<Wide>(static_cast<float>(position))) n.scale = 0x1p25;
       }
       const std::pair<double, double> result = Channel(p, n, c, call.out_spec.alpha);
+      if (call.undecided != nullptr) {
+        for (const NoiseValue& other : Others(own, q, sum))
+          call.Undecided(x, y, c, std::fabs(Channel(p, other, c, call.out_spec.alpha).first - result.first));
+      }
       double slope = 0, frequency = 1, weight = 1;
       for (int k = 0; k < p.octaves; ++k, frequency *= p.lacunarity, weight *= p.gain)
         slope += frequency * weight;

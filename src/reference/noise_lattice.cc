@@ -257,7 +257,8 @@ void ForNeighbours(const NoiseParams& p, uint32_t seed, const Cells& period, con
   }
 }
 
-NoiseValue CellNoise(const NoiseParams& p, uint32_t seed, const Cells& period, const NoisePlace& place) {
+NoiseValue CellNoise(const NoiseParams& p, uint32_t seed, const Cells& period, const NoisePlace& place,
+                     int tie) {
   std::vector<std::pair<double, Vector>> points;
   ForNeighbours(p, seed, period, place, [&](uint32_t h, const Vector& offset) {
     Vector r = {};
@@ -268,8 +269,11 @@ NoiseValue CellNoise(const NoiseParams& p, uint32_t seed, const Cells& period, c
     }
     points.emplace_back(std::sqrt(square), r);
   });
-  std::partial_sort(points.begin(), points.begin() + 2, points.end(),
-                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  // Squares of distances in floats, of two or three products each.
+  const auto k = static_cast<size_t>(tie);
+  if (tie > 0 && k < points.size() && points[k].first - points[k - 1].first < 0x1p-20)
+    std::swap(points[k], points[k - 1]);
   NoiseValue n;
   n.scale = 2;
   const double w1 = p.distance == CellDistance::kF1 ? 1 : p.distance == CellDistance::kF2 ? 0 : -1;
@@ -306,7 +310,7 @@ NoiseValue Impulses(const NoiseParams& p, uint32_t seed, const Cells& period, co
   energy *= surface[p.dims] / (3.0 * kSteps) / stretch;
   const double scale = 1 / (3 * std::sqrt(p.density * (spot ? 1 : 1.0 / 3) * energy));
   NoiseValue n;
-  n.scale = 1;
+  n.scale = n.slope_scale = 1;
   ForNeighbours(p, seed, period, place, [&](uint32_t h, const Vector& offset) {
     const uint32_t number = Next(h, 1);
     uint32_t state = h;
@@ -332,7 +336,11 @@ NoiseValue Impulses(const NoiseParams& p, uint32_t seed, const Cells& period, co
       for (double v : mr) square += v * v;
       const double t = std::max(0.0, 1 - square);
       n.value += scale * height * std::pow(t, power);
-      n.scale += scale * stretch;
+      // The square of the distance is off by some u times the stretch, and t^power by power t^(power - 1)
+      // that. Slopes have one power less; those of spots begin with a step, so they feel it from before the
+      // rim.
+      n.scale += scale * (power * stretch * std::pow(t, power - 1) + std::pow(t, power));
+      n.slope_scale += scale * stretch;
       for (size_t a = 0; a < 4; ++a)
         n.slope[a] += scale * height * 2 * power * std::pow(t, power - 1) * mm[a];
     }
@@ -364,7 +372,7 @@ std::vector<LatticeSpot> LatticeSpots(int i, int j, uint32_t seed, double densit
 }
 
 NoiseValue EvaluateNoise(const NoiseParams& p, uint32_t seed, const Cells& period, int channel,
-                         const NoisePlace& place) {
+                         const NoisePlace& place, int tie) {
   switch (p.kind) {
     case NoiseKind::kWhite:
       return White(p, seed, channel, place);
@@ -376,7 +384,7 @@ NoiseValue EvaluateNoise(const NoiseParams& p, uint32_t seed, const Cells& perio
     case NoiseKind::kHash:
       return HashOfPosition(p, seed, channel, place);
     case NoiseKind::kCell:
-      return CellNoise(p, seed, period, place);
+      return CellNoise(p, seed, period, place, tie);
     default:
       return Impulses(p, seed, period, place);
   }

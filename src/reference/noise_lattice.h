@@ -28,7 +28,8 @@ struct NoisePlace {
 
 struct NoiseValue {
   double value = 0;
-  double scale = 1;  // what its error bound is a multiple of
+  double scale = 1;        // what its error bound is a multiple of
+  double slope_scale = 0;  // and that of its slopes, where it is another
   std::array<double, 4> slope = {};
 };
 
@@ -44,9 +45,10 @@ std::vector<LatticeSpot> LatticeSpots(int i, int j, uint32_t seed, double densit
 // The seed of a noise's octave.
 uint32_t OctaveSeed(uint32_t seed, int octave, int channel);
 
-// One octave; `channel` is -1 but for OSL's colour noise.
+// One octave; `channel` is -1 but for OSL's colour noise. `tie`: where two points of cell noise are equally
+// far, as floats have it, the other one is the nearest (1) or the second (2).
 NoiseValue EvaluateNoise(const NoiseParams& params, uint32_t seed, const std::array<uint32_t, 4>& period,
-                         int channel, const NoisePlace& place);
+                         int channel, const NoisePlace& place, int tie = 0);
 
 // A whole noise at a pixel of its grid.
 double GridNoise(const NoiseParams& params, int x, int y);

@@ -18,22 +18,29 @@ constexpr double kPi = std::numbers::pi;
 
 // --- Shadows. ---
 
+// A few roundings of doubles: what sums in another order are off by, in parts of their terms.
+constexpr double kOrder = 0x1p-50;
+
 class Map {
  public:
   Map(const ImageD& depths, const ops::ShadowSettings& settings) : depths_(depths), s_(settings) {}
   int width() const { return depths_.roi.width(); }
   int height() const { return depths_.roi.height(); }
-  // The texel with its bias as float, texels counted from the map's corner.
-  double Biased(int x, int y) const {
+  // The texel with its bias as float, texels counted from the map's corner; `sign` times what doubles in
+  // another order may have.
+  double Biased(int x, int y, int sign) const {
     if (x < 0 || y < 0 || x >= width() || y >= height()) return s_.shadow.dark_outside ? -kInf : kInf;
     const double m = At(x, y);
     if (!(m < 1)) return kInf;
-    if (s_.shadow.bias >= 0) return static_cast<float>(m + s_.shadow.bias);
+    const auto rounded = [&](double bias) {
+      return static_cast<float>(m + bias + sign * kOrder * (std::fabs(m) + std::fabs(bias)));
+    };
+    if (s_.shadow.bias >= 0) return rounded(s_.shadow.bias);
     const bool coarse = s_.position_step > 1e-6;
     const double reach =
         (s_.shadow.filter == ShadowFilter::kBilinear ? 1 : s_.shadow.size / 2.0) + (coarse ? 1 : 0);
     const double slope = Slope(At(x - 1, y), m, At(x + 1, y)) + Slope(At(x, y - 1), m, At(x, y + 1));
-    return static_cast<float>(m + (reach * slope + s_.map_step * (1 + 2 * reach)));
+    return rounded(reach * slope + s_.map_step * (1 + 2 * reach));
   }
 
  private:
@@ -54,15 +61,30 @@ class Map {
   const ops::ShadowSettings& s_;
 };
 
-double Visibility(const ops::ShadowSettings& s, const Map& map, const double* p) {
+// Which way doubles in another order may have gone: in columns, in rows, and in depth.
+struct Aside {
+  int u = 0, v = 0, r = 0;
+};
+
+double Visibility(const ops::ShadowSettings& s, const Map& map, const double* p, const Aside& aside) {
   const Matrix4& m = s.shadow.light;
+  // A row's sum and what it may be off by.
   const auto row = [&](size_t i) {
     return m[4 * i] * p[0] + m[4 * i + 1] * p[1] + m[4 * i + 2] * p[2] + m[4 * i + 3];
   };
+  const auto off = [&](size_t i) {
+    double sum = std::fabs(m[4 * i + 3]);
+    for (size_t k = 0; k < 3; ++k) sum += std::fabs(m[4 * i + k] * p[k]);
+    return kOrder * sum;
+  };
   const double w = row(3);
-  if (w < 1e-20) return 0;
-  const double u = (row(0) / w + 1) / 2 * map.width(), v = (1 - row(1) / w) / 2 * map.height();
-  double r = (row(2) / w + 1) / 2;
+  if (w + aside.r * off(3) < 1e-20) return 0;
+  const auto part = [&](size_t i, int sign) {
+    const double quotient = row(i) / w;
+    return quotient + sign * ((off(i) + off(3) * std::fabs(quotient)) / std::fabs(w) + kOrder);
+  };
+  const double u = (part(0, aside.u) + 1) / 2 * map.width(), v = (1 - part(1, aside.v)) / 2 * map.height();
+  double r = (part(2, aside.r) + 1) / 2;
   if (std::isnan(u) || std::isnan(v) || !(r <= 1)) return 1;
   if (s.shadow.bias < 0) {
     for (size_t k = 0; k < 3; ++k) {
@@ -74,7 +96,7 @@ double Visibility(const ops::ShadowSettings& s, const Map& map, const double* p)
   const auto inside = [](double at, int size) {
     return static_cast<int>(std::clamp(std::floor(at), -1000.0, size + 1000.0));
   };
-  const auto lit = [&](int x, int y) { return depth <= map.Biased(x, y) ? 1.0 : 0.0; };
+  const auto lit = [&](int x, int y) { return depth <= map.Biased(x, y, -aside.r) ? 1.0 : 0.0; };
   if (s.shadow.filter == ShadowFilter::kBilinear) {
     const int x = inside(u - 0.5, map.width()), y = inside(v - 0.5, map.height());
     const double fx = std::clamp(u - 0.5 - std::floor(u - 0.5), 0.0, 1.0);
@@ -94,9 +116,17 @@ double Visibility(const ops::ShadowSettings& s, const Map& map, const double* p)
 void Shadow(const Call& call) {
   const auto& s = *std::any_cast<ops::ShadowSettings>(&call.parameters);
   const Map map(call.in[1], s);
+  constexpr Aside kAsides[] = {{0, 0, -1}, {0, 0, 1}, {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}, {1, 1, 0}};
   EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
     const double p[3] = {call.in[0].at(x, y, 0), call.in[0].at(x, y, 1), call.in[0].at(x, y, 2)};
-    pixel.Set(0, Visibility(s, map, p), 1);
+    const double visible = Visibility(s, map, p, {});
+    pixel.Set(0, visible, 1);
+    if (call.undecided == nullptr) return;
+    for (const Aside& aside : kAsides) {
+      const double jump = std::fabs(Visibility(s, map, p, aside) - visible);
+      // Between two texels bilinear weights go on as they were.
+      if (jump > 0x1p-30) call.Undecided(x, y, jump);
+    }
   });
 }
 
