@@ -20,42 +20,92 @@
 namespace tessera::reference {
 namespace {
 
-// The mean over all texels with the weights of a lobe around d. `table`: the bound of a tabulated one, as a
-// scale.
-Sample LobeMean(const Map& m, const Vec& d, double exponent, bool table) {
-  struct Item {
-    double cosine, weight;
-    Sample sample;
-  };
-  std::vector<Item> items;
-  double nearest = 0, low = std::numeric_limits<double>::infinity(), high = -low;
-  Sample sum(m.channels());
-  for (int face = 0; face < m.faces(); ++face) {
-    for (int j = 0; j < m.h(); ++j) {
-      for (int i = 0; i < m.w(); ++i) {
-        const double weight = SolidAngle(m, i, j);
-        if (!(weight > 0)) continue;
-        const Vec at = m.Direction(face, (2 * i + 1.0) / m.w() - 1, 1 - (2 * j + 1.0) / m.h());
-        Item item = {Dot(at, d) / (Norm(at) * Norm(d)), weight, m.Texel(face, i, j)};
-        if (!std::isfinite(item.sample.largest)) continue;
-        nearest = std::max(nearest, item.cosine);
-        for (const double v : item.sample.value) low = std::min(low, v), high = std::max(high, v);
-        sum.largest = std::max(sum.largest, item.sample.largest);
-        items.push_back(item);
+// Means over all texels with the weights of a lobe around a direction.
+class Lobe {
+ public:
+  Lobe(const Map& m, double exponent, int table) : channels_(m.channels()), exponent_(exponent) {
+    for (int face = 0; face < m.faces(); ++face) {
+      for (int j = 0; j < m.h(); ++j) {
+        for (int i = 0; i < m.w(); ++i) Add(m, face, i, j);
       }
     }
+    if (table < 0) return;
+    // As documented: so many texels an edge by themselves, and as many cells of which all texels are one.
+    const double chosen = std::clamp(std::ceil(16 * std::sqrt(exponent)), 16.0, 512.0);
+    edge_ = table > 0 ? table : chosen;
+    const double cells = std::ceil(24 * std::sqrt(exponent));
+    gathered_ = static_cast<double>(items_.size()) > 6 * cells * cells;
   }
-  double total = 0;
-  for (const Item& item : items) {
-    if (!(item.cosine > 0)) continue;
-    const double p = item.weight * std::pow(item.cosine / nearest, exponent);
-    for (size_t c = 0; c < sum.value.size(); ++c) sum.value[c] += p * item.sample.value[c];
-    total += p;
+
+  // `largest`: the scale of the bound.
+  Sample Mean(const Vec& d) const {
+    Sample sum(channels_);
+    sum.value = Value(d);
+    sum.largest = largest_;
+    if (edge_ == 0 || !(high_ > low_)) return sum;
+    // Between its texels a table is bilinear: by the curvature across them, four times for where it is
+    // largest nearby. Items below 1e-6 of the nearest one's power are left out.
+    const double contrast = high_ - low_, step = 2 / edge_;
+    double off = edge_ < 4 ? contrast : contrast * 2e-6 * (exponent_ + 1) + (gathered_ ? 0.01 * contrast : 0);
+    if (edge_ >= 4) {
+      const Vec n = Normalized(d), up = std::fabs(n[1]) < 0.7 ? Vec{0, 1, 0} : Vec{1, 0, 0};
+      const Vec across = Normalized(Cross(up, n)), along = Cross(n, across);
+      double bend = 0;
+      for (const Vec& axis : {across, along}) {
+        const auto there = Value(Moved(n, axis, step)), back = Value(Moved(n, axis, -step));
+        double most = 0;
+        for (size_t c = 0; c < sum.value.size(); ++c)
+          most = std::max(most, std::fabs(there[c] + back[c] - 2 * sum.value[c]));
+        bend += most;
+      }
+      off += std::min(contrast, bend / 2);
+    }
+    sum.largest += off / (8 * 0x1p-24);
+    return sum;
   }
-  for (double& v : sum.value) v = total > 0 ? v / total : 0;
-  if (table && high > low) sum.largest += (high - low) * 0.01 / (8 * 0x1p-24);
-  return sum;
-}
+
+ private:
+  struct Item {
+    Vec direction;
+    double weight;
+    std::vector<double> value;
+  };
+  static Vec Moved(const Vec& d, const Vec& axis, double by) {
+    return {d[0] + by * axis[0], d[1] + by * axis[1], d[2] + by * axis[2]};
+  }
+  void Add(const Map& m, int face, int i, int j) {
+    const double weight = SolidAngle(m, i, j);
+    if (!(weight > 0)) return;
+    const Vec at = m.Direction(face, (2 * i + 1.0) / m.w() - 1, 1 - (2 * j + 1.0) / m.h());
+    const Sample texel = m.Texel(face, i, j);
+    if (!std::isfinite(texel.largest)) return;
+    for (const double v : texel.value) low_ = std::min(low_, v), high_ = std::max(high_, v);
+    largest_ = std::max(largest_, texel.largest);
+    items_.push_back({Normalized(at), weight, texel.value});
+  }
+  std::vector<double> Value(const Vec& d) const {
+    std::vector<double> cosines, sum(static_cast<size_t>(channels_));
+    double nearest = 0, total = 0;
+    for (const Item& item : items_) {
+      cosines.push_back(Dot(item.direction, d) / Norm(d));
+      nearest = std::max(nearest, cosines.back());
+    }
+    for (size_t k = 0; k < items_.size(); ++k) {
+      if (!(cosines[k] > 0)) continue;
+      const double p = items_[k].weight * std::pow(cosines[k] / nearest, exponent_);
+      for (size_t c = 0; c < sum.size(); ++c) sum[c] += p * items_[k].value[c];
+      total += p;
+    }
+    for (double& v : sum) v = total > 0 ? v / total : 0;
+    return sum;
+  }
+
+  int channels_;
+  double exponent_, edge_ = 0;
+  bool gathered_ = false;
+  double low_ = std::numeric_limits<double>::infinity(), high_ = -low_, largest_ = 0;
+  std::vector<Item> items_;
+};
 
 ImageD Doubles(const Image& image) {
   ImageD d(image.spec().data_window, image.spec().channel_count());
@@ -233,6 +283,8 @@ void EvaluateEnvironment(const Call& call) {
   const Map map(picture, p.map);
   std::optional<Mips> mips;
   if (p.filter == EnvironmentFilter::kMip && !map.empty()) mips.emplace(map);
+  std::optional<Lobe> lobe;
+  if (p.lobe > 0 && !map.empty()) lobe.emplace(map, p.lobe, p.table);
   const Mirror mirror(call, p, positions);
   const Roi& r = call.out.roi;
   for (int y = r.y0; y < r.y1; ++y) {
@@ -243,8 +295,7 @@ void EvaluateEnvironment(const Call& call) {
         if (mips) {
           sample = mips->LookUp(pixel.direction, mirror.Footprint(x, y, pixel.direction));
         } else {
-          sample =
-              p.lobe > 0 ? LobeMean(map, pixel.direction, p.lobe, p.table >= 0) : map.LookUp(pixel.direction);
+          sample = lobe ? lobe->Mean(pixel.direction) : map.LookUp(pixel.direction);
         }
       }
       for (int c = 0; c < call.out.channels; ++c) {

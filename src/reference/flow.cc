@@ -422,15 +422,23 @@ void EvaluateEqualize(const Call& call) {
     each([&](double v) {
       if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
     });
+    const auto place = [&](double v) { return high > low ? (v - low) / (high - low) * 65535 : 0.0; };
     const auto number = [&](double v) {
       if (!std::isfinite(v)) return v > 0 ? 65535L : 0L;
-      return high > low ? std::lround((v - low) / (high - low) * 65535) : 0L;
+      return std::lround(place(v));
+    };
+    // Whether doubles in another order have it in the next class.
+    const auto at_edge = [&](double v) {
+      return std::isfinite(v) && std::fabs(place(v) - std::floor(place(v)) - 0.5) < 0x1p-34;
     };
     std::vector<double> count(65536);
-    double total = 0;
+    double total = 0, at_edges = 0;
     each([&](double v) {
-      if (!std::isnan(v)) count[static_cast<size_t>(number(v))] += 1, total += 1;
+      if (!std::isnan(v)) count[static_cast<size_t>(number(v))] += 1, total += 1, at_edges += at_edge(v);
     });
+    bool exact = true;  // samples that may be off may be in another class
+    for (size_t k = 0; !call.tolerances.empty() && k < call.tolerances[0].samples.size(); ++k)
+      exact = exact && call.tolerances[0].samples[k] == 0;
     std::vector<double> below(65537);
     for (size_t i = 0; i < 65536; ++i) below[i + 1] = below[i] + count[i];
     for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
@@ -441,7 +449,11 @@ void EvaluateEqualize(const Call& call) {
         const auto before = i > 0 ? i - 1 : i, after = std::min<size_t>(i + 2, 65536);
         call.out.at(x, y, c) = same ? v : (below[i] + 0.5 * count[i]) / total;
         const double near = same ? 0 : (below[after] - below[before]) / total;
-        if (call.scale != nullptr) call.scale->at(x, y, c) = same ? 0x1p-126 : 0x1p24 * (near + 1e-6);
+        if (!same && exact && at_edge(v)) call.Undecided(x, y, c, near);
+        if (call.scale == nullptr) continue;
+        call.scale->at(x, y, c) = same    ? 0x1p-126
+                                  : exact ? call.out.at(x, y, c) + 0x1p24 * at_edges / total
+                                          : 0x1p24 * (near + 1e-6);
       }
     }
   }

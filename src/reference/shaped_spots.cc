@@ -36,7 +36,7 @@ void Evaluate(const Call& call) {
   // Campbell: density per cell^2 times the energy of a round spot of one cell, pi / 5.
   const double filling = 1 / (3 * std::sqrt(p.density * std::numbers::pi / 5));
   ForEachSample(call, [&](int x, int y, int) -> std::pair<double, double> {
-    double sum = 0, scale = 1;
+    double sum = 0, off = 0;
     const auto at = [&](int pixel, int corner) {
       return static_cast<int>(std::floor((pixel - corner + 0.5) / cell));
     };
@@ -56,12 +56,16 @@ void Evaluate(const Call& call) {
           const double height = filling * std::sqrt(std::sqrt(determinant) * cell * cell / square);
           const double dx = x + 0.5 - cx, dy = y + 0.5 - cy;
           const double t = 1 - (e * dx * dx + 2 * f * dx * dy + g * dy * dy) / square;
-          if (t > 0) sum += s.sign * height * t * t;
-          scale += height;
+          if (!(t > 0)) continue;
+          sum += s.sign * height * t * t;
+          // Sums are doubles; what a nearly singular metric makes of their roundings is less than this.
+          off += 0x1p-8 * height;
         }
       }
     }
-    return {p.is_signed ? sum : 0.5 + 0.5 * sum, scale};
+    const double value = p.is_signed ? sum : 0.5 + 0.5 * sum;
+    // The factor that all spots share is a float.
+    return {value, std::fabs(value) + (p.is_signed ? 1 : 0.5) * std::fabs(sum) + off};
   });
 }
 

@@ -184,8 +184,8 @@ OpInfo ShapedSpotsInfo() {
       "spot's centre. R is radius=, or what lets the spot fill its cell; standard deviation 1/3 everywhere. "
       "Where the Jacobian is singular there is no spot.\n"
       "Source: van Wijk, Spot noise, 1991.";
-  info.bound = "1e-6 on a range of 2, times the stretch of spots";
-  info.bound_u = 16.7;
+  info.bound = "u times the value and the sum of the spots";
+  info.bound_u = 1;
   info.modifiers = {
       NumberModifier("seed", "0", -2147483648.0, 4294967295.0, "whole number, modulo 2^32"),
       NumberModifier("freq", "8", 1e-6, 65536, "lattice cells across the width"),
