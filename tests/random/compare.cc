@@ -33,7 +33,27 @@ double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 // A case that takes longer is given up, and one that took so long is not compared in further ways.
-constexpr double kMostSeconds = 5, kLongSeconds = 0.5;
+constexpr double kMostSeconds = 5;
+double LongSeconds(const Case& c) { return c.large ? 3 : 0.5; }
+
+// Whether a format keeps all samples of such an image.
+bool CanHold(const std::string& format, const ImageSpec& spec, PixelType type) {
+  const int channels = spec.channel_count();
+  const std::set<std::string> names(spec.channels.begin(), spec.channels.end());
+  if (names.size() < spec.channels.size()) return false;
+  if (format == "exr") return type == PixelType::kHalf || type == PixelType::kFloat;
+  const bool plain =
+      spec.data_window == spec.display_window && spec.data_window.x0 == 0 && spec.data_window.y0 == 0;
+  const bool bytes = type == PixelType::kUint8, codes = bytes || type == PixelType::kUint16;
+  const bool colors = channels == 3 || channels == 4;
+  if (!plain) return false;
+  if (format == "png" || format == "sgi") return codes && channels <= 4;
+  if (format == "tga") return bytes && colors;
+  if (format == "bmp") return bytes && channels == 3;
+  if (format == "ppm") return codes && channels == 3;
+  if (format == "dpx") return codes && colors;
+  return type != PixelType::kHalf;  // TIFF
+}
 
 // One case with what its comparisons share.
 class Comparison {
@@ -42,6 +62,9 @@ class Comparison {
       : c_(c), folder_(folder), tally_(tally), built_(Build(c)) {
     RunStats stats;
     base_ = Limited(node(), {.threads = 1}, &stats);
+    const int64_t bytes = base_.spec().data_window.pixels() * base_.spec().channel_count() *
+                          static_cast<int64_t>(PixelBytes(c.type));
+    if (bytes > int64_t{8} << 20) tally_.Add(kCases, "above 8 MB");
     for (const std::string& rule : std::set<std::string>(stats.rules.begin(), stats.rules.end()))
       tally_.Add(kApplied, rule);
   }
@@ -55,7 +78,7 @@ class Comparison {
         return EachRule();
       case Check::kTypes:
         if (c_.type == PixelType::kFloat) return std::nullopt;
-        return DifferRounded(base_.view(), Floats().view(), AnyRuleRounds());
+        return DifferRounded(base_.view(), Floats().view(), AnyRuleRounds(), Off());
       case Check::kTiles:
         return Against("tiles of " + std::to_string(c_.tile_width) + "x" + std::to_string(c_.tile_height),
                        {.threads = 1, .tile_width = c_.tile_width, .tile_height = c_.tile_height});
@@ -79,8 +102,10 @@ class Comparison {
         return Targets();
       case Check::kReference:
         return BeyondReference(built_, tally_);
+      case Check::kPlain:
+        return PlainTarget();
       case Check::kVerify:
-        return WrongVerdict(node(), base_, c_.index, tally_);
+        return Verdict();
       case Check::kCount:
         break;
     }
@@ -105,12 +130,16 @@ class Comparison {
       floats_ = Limited(node(), PixelType::kFloat, {.threads = 1, .rules_off = {"all"}});
     return floats_;
   }
+  // How far the operations' own bounds let a sample be off: asked where codes differ, which is rare.
+  OffFunction Off() const {
+    return [this](int x, int y, int c) { return ToleranceAt(node(), x, y, c); };
+  }
   // Where a rule may round, or may have been applied to one of two variants only.
   Words DifferMaybeRounded(const ConstImageView& got, const ConstImageView& want) {
     Words words = Differ(got, want);
     if (words && AnyRuleRounds()) {
       const ConstImageView floats = Floats().view();
-      words = Differ(got, want, &floats);
+      words = Differ(got, want, &floats, Off());
     }
     return words;
   }
@@ -141,13 +170,16 @@ class Comparison {
     }
     return std::nullopt;
   }
-  Words CallersPixels() {
+  // Of the window, what the caller asks for.
+  Roi Part() const {
     Roi part = node().spec().data_window;
-    if (c_.partial) {
-      part.x0 += part.width() / 4, part.x1 -= part.width() / 5;
-      part.y0 += part.height() / 3, part.y1 -= part.height() / 5;
-    }
-    const Pixels pixels(part, node().spec().channel_count(), c_.type, c_.layout);
+    if (!c_.partial) return part;
+    part.x0 += part.width() / 4, part.x1 -= part.width() / 5;
+    part.y0 += part.height() / 3, part.y1 -= part.height() / 5;
+    return part;
+  }
+  Words CallersPixels() {
+    const Pixels pixels(Part(), node().spec().channel_count(), c_.type, c_.layout);
     pixels.Scribble();
     RenderInto(node(), pixels.view(), {.threads = 1, .progress = Progress()});
     const std::string variant = "caller's " + c_.layout.Words() + (c_.partial ? " in part" : "");
@@ -162,40 +194,60 @@ class Comparison {
   }
   Words File() {
     const ImageSpec& spec = node().spec();
-    const bool exr = c_.type == PixelType::kHalf || (c_.type == PixelType::kFloat && c_.threads == 2);
-    const bool plain =
-        spec.data_window == spec.display_window && spec.data_window.x0 == 0 && spec.data_window.y0 == 0;
-    const std::set<std::string> names(spec.channels.begin(), spec.channels.end());
     // What is marked as unpremultiplied is multiplied when it is read.
     const bool unassociated =
         spec.metadata != nullptr &&
         std::any_of(spec.metadata->begin(), spec.metadata->end(),
                     [](const Attribute& a) { return a.name == "oiio:UnassociatedAlpha"; });
-    if (unassociated) return std::nullopt;
-    if ((!exr && !plain) || names.size() < spec.channels.size()) return std::nullopt;
-    const std::string file = folder_ + (exr ? "/result.exr" : "/result.tif");
-    Write(node(), file, {.type = c_.type, .render = {.threads = c_.threads}});
+    if (unassociated || !CanHold(c_.format, spec, c_.type)) return std::nullopt;
+    const std::string file = folder_ + "/result." + c_.format;
+    PendingOutput output(node(), file, {.type = c_.type, .render = {.threads = c_.threads}});
+    const StoredPixels stored = output.ReadBack();
+    if (stored.window != spec.data_window || stored.channels.size() != spec.channels.size() ||
+        stored.type != c_.type || stored.bits != 0) {
+      return "file: another window, type or number of channels was read back";
+    }
+    tally_.Add(kFiles, c_.format);
+    const Image codes = InOrder(stored);
+    Words words =
+        Prefixed("file " + c_.format + ", read back", DifferMaybeRounded(codes.view(), base_.view()));
+    if (stored.unassociated >= 0) return AllOpaque(stored) ? words : std::nullopt;
+    if (words) return words;
+    output.Commit();
     const Node read = Read(file);
     if (read.spec().data_window != spec.data_window || read.spec().channel_count() != spec.channel_count() ||
         read.spec().type != c_.type) {
       return "file: another window, type or number of channels was read";
     }
-    // Formats have an order of channels of their own.
+    StoredPixels again = stored;  // the order of the file's channels is the same
     const Image image = Render(read, c_.type, {.threads = 1});
-    if (exr && read.spec().channels != spec.channels) {
-      const Image sorted(base_.spec());
-      for (int k = 0; k < spec.channel_count(); ++k) {
-        const int at = read.spec().ChannelIndex(spec.channels[static_cast<size_t>(k)]);
-        if (at < 0) return "file: channel " + spec.channels[static_cast<size_t>(k)] + " is not there";
-        ConstImageView from = image.view();
-        ImageView to = sorted.view();
-        from.data = from.At(from.roi.x0, from.roi.y0, at), to.data = to.At(to.roi.x0, to.roi.y0, k);
-        from.channels = to.channels = 1;
-        CopySamples(from, to);
-      }
-      return Prefixed("file", DifferMaybeRounded(sorted.view(), base_.view()));
+    again.read = [&](const ImageView& rows) { CopySamples(image.view(), rows); };
+    return Prefixed("file " + c_.format, DifferMaybeRounded(InOrder(again).view(), base_.view()));
+  }
+  // The held samples with their channels as the result has them.
+  Image InOrder(const StoredPixels& stored) const {
+    Image held(base_.spec()), sorted(base_.spec());
+    stored.read(held.view());
+    for (size_t k = 0; k < stored.channels.size(); ++k) {
+      ConstImageView from = held.view();
+      ImageView to = sorted.view();
+      from.data = from.At(from.roi.x0, from.roi.y0, static_cast<int>(k));
+      to.data = to.At(to.roi.x0, to.roi.y0, stored.channels[k]);
+      from.channels = to.channels = 1;
+      CopySamples(from, to);
     }
-    return Prefixed("file", DifferMaybeRounded(image.view(), base_.view()));
+    return sorted;
+  }
+  // Whether colours were neither divided by alpha nor are to be multiplied by it.
+  bool AllOpaque(const StoredPixels& stored) const {
+    const int alpha = stored.channels[static_cast<size_t>(stored.unassociated)];
+    const Roi& r = base_.spec().data_window;
+    for (int y = r.y0; y < r.y1; ++y) {
+      for (int x = r.x0; x < r.x1; ++x) {
+        if (SampleAt(base_.view(), x, y, alpha) != 1) return false;
+      }
+    }
+    return true;
   }
   Words InPlace() {
     const Built again = Build(c_);
@@ -203,6 +255,25 @@ class Comparison {
     const Image apart = Render(again.result(), source.type, {.threads = 1});
     RenderInto(again.result(), source, {.threads = 1});
     return Prefixed("in place", DifferMaybeRounded(source, apart.view()));
+  }
+  Words PlainTarget() {
+    std::vector<std::string> plain;
+    for (const std::string& target : SimdTargets()) {
+      if (target.rfind("AVX", 0) != 0 && target.rfind("NEON", 0) != 0) plain.push_back(target);
+    }
+    if (plain.empty()) return std::nullopt;
+    const std::string& target = plain[c_.index % plain.size()];
+    SetSimdTarget(target);
+    return Prefixed(target, BeyondReference(Build(c_), tally_));  // whoever asked sets the target back
+  }
+  Words Verdict() {
+    // Of an image, or of whatever pixels the caller has.
+    const bool own = c_.index % 2 == 0;
+    const Pixels pixels(own ? node().spec().data_window : Part(), node().spec().channel_count(), c_.type,
+                        own ? Layout() : c_.layout);
+    RenderInto(node(), pixels.view(), {.threads = 1, .progress = Progress()});
+    const Words words = WrongVerdict(node(), pixels.view(), c_.index, tally_);
+    return own ? words : Prefixed("caller's " + c_.layout.Words(), words);
   }
   Words Targets() {
     Words words;
@@ -241,7 +312,7 @@ std::optional<Finding> Comparer::Run(const Case& c) {
   for (int k = 0; k < static_cast<int>(Check::kCount); ++k) {
     const auto check = static_cast<Check>(k);
     if ((c.checks & Bit(check)) == 0) continue;
-    if (comparison->seconds() > kLongSeconds) {
+    if (comparison->seconds() > LongSeconds(c)) {
       tally_.Add(kCases, "cut short");
       return std::nullopt;
     }

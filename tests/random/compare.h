@@ -31,6 +31,8 @@ class Comparer {
 // of the graph at once; each operation within its bound of the double reference.
 std::optional<std::string> DifferEager(const Built& built);
 std::optional<std::string> BeyondReference(const Built& built, Tally& tally);
+// What the operations' bounds together let a sample of the graph at once be off; 0 where that is not known.
+double ToleranceAt(const Node& node, int x, int y, int channel);
 
 }  // namespace tessera::random
 

@@ -128,6 +128,19 @@ std::optional<std::string> Apart(const Built& built, Image* result, const Use& u
 
 }  // namespace
 
+double ToleranceAt(const Node& node, int x, int y, int channel) {
+  verify::ReferenceEngine engine(BoundOf);
+  engine.SetDeadline(std::chrono::steady_clock::now() + std::chrono::milliseconds(300));
+  try {
+    const double off = engine.Evaluate(node, {x, y, x + 1, y + 1}).tolerance.at(x, y, channel);
+    return std::isfinite(off) ? off : 0;
+  } catch (const verify::ReferenceEngine::OutOfTime&) {
+    return 0;
+  } catch (const Error&) {  // an operation without reference
+    return 0;
+  }
+}
+
 std::optional<std::string> DifferEager(const Built& built) {
   Image eager;
   Apart(built, &eager, [](const Node&, const Image&) { return std::optional<std::string>(); });

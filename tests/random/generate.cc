@@ -16,6 +16,10 @@ using ops::OpInfo;
 
 // Larger results are not worth their time.
 constexpr int64_t kMostSamples = 40000;
+// But results above 8 MB, which are stored around the cache: every so many-th case is one.
+constexpr uint64_t kLargeEvery = 1200, kFirstLarge = 600;
+constexpr int64_t kMostOfLarge = 12000000;
+constexpr double kLargeBytes = 8.4e6;
 
 // Rows whose preparation takes long come less often.
 double WeightOf(const OpInfo& op) {
@@ -55,7 +59,7 @@ bool OnlyPointsBelow(const Node& node) {
 const char* CheckName(Check check) {
   constexpr const char* kNames[] = {"rules",   "each-rule", "types",     "tiles", "threads",
                                     "shuffle", "pixels",    "stream",    "file",  "in-place",
-                                    "eager",   "targets",   "reference", "verify"};
+                                    "eager",   "targets",   "reference", "plain", "verify"};
   static_assert(std::size(kNames) == static_cast<size_t>(Check::kCount));
   return kNames[static_cast<size_t>(check)];
 }
@@ -150,6 +154,9 @@ Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder,
     if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) tiles_.push_back(op);
     if (kind == graph::OpKind::kChannel || kind == graph::OpKind::kColor) points_.push_back(op);
     if (op->name == "ccmatrix" || op->name == "saturate" || op->name == "hue") grades_.push_back(op);
+    for (const char* quick : {"blur", "sobel", "resize", "shift", "zoom", "dilate", "convolve"}) {
+      if (op->name == quick) quick_.push_back(op);
+    }
     if (op->name == "clamp") clamp_ = op;
   }
 }
@@ -161,7 +168,7 @@ const OpInfo& Generator::DrawRow(Draw& draw, const std::vector<const OpInfo*>& r
   }
 }
 
-bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s) {
+bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s, bool plain) {
   Step step;
   step.op = &op;
   Surroundings around{4, s.window.width(), s.window.height()};
@@ -171,7 +178,7 @@ bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s) {
   } else if (!s.pictures.empty()) {
     around.channels = s.pictures[0].spec().channel_count();
   }
-  step.words = words_.Drawn(draw, op, around);
+  if (!plain) step.words = words_.Drawn(draw, op, around);
   const size_t pictures_before = s.pictures.size();
   const auto undo = [&] {
     s.pictures.resize(pictures_before);
@@ -212,7 +219,8 @@ bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s) {
       spec.data_window = spec.display_window = step.window;
     }
     const Node node = op.make(inputs, arguments, op.generator ? &spec : nullptr);
-    if (node.spec().data_window.pixels() * node.spec().channel_count() > kMostSamples ||
+    const int64_t most = s.made.large ? kMostOfLarge : kMostSamples;
+    if (node.spec().data_window.pixels() * node.spec().channel_count() > most ||
         node.spec().data_window.empty()) {
       tally_.Add(kTooLarge, op.name);
       return undo();
@@ -233,9 +241,9 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
     double share;
   } kShares[] = {{Check::kRules, 1},    {Check::kEachRule, 1},   {Check::kTypes, 1},
                  {Check::kTiles, 0.7},  {Check::kThreads, 0.15}, {Check::kShuffle, 0.15},
-                 {Check::kPixels, 0.6}, {Check::kStream, 0.35},  {Check::kFile, 0.01},
+                 {Check::kPixels, 0.6}, {Check::kStream, 0.35},  {Check::kFile, 0.08},
                  {Check::kEager, 0.3},  {Check::kTargets, 0.3},  {Check::kReference, 0.1},
-                 {Check::kVerify, 0.02}};
+                 {Check::kPlain, 0.03}, {Check::kVerify, 0.03}};
   for (const auto& [check, share] : kShares) {
     if (draw.Chance(share)) c.checks |= Bit(check);
   }
@@ -263,26 +271,74 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
   c.threads = draw.Between(2, 3);
   c.layout = DrawLayout(draw);
   c.partial = draw.Chance(0.4);
+  c.format = draw.Of({"exr", "tif", "png", "sgi", "tga", "bmp", "ppm", "dpx"});
+  const bool deep = c.type == PixelType::kHalf || c.type == PixelType::kFloat;
+  if (deep) c.format = draw.Of({"exr", "exr", "tif"});
   const int rules = static_cast<int>(RewriteRules().size());
   c.rules = draw.Chance(0.15) ? rules : std::min(rules, 2);
   c.first_rule = rules > 0 ? draw.Below(rules) : 0;
 }
 
+// A case that has grown, with pictures numbered first.
+Case Generator::Finished(Draw& draw, State& s) const {
+  if (s.steps.empty()) {  // nothing was accepted: a copy
+    static const OpInfo& kCopy = *ops::FindOp("addc");
+    Step step;
+    step.op = &kCopy, step.words.positional = {"0"}, step.inputs = {-1};
+    s.made.steps.push_back(step);
+    s.steps.push_back(kCopy.make(std::vector{s.pictures[0]}, Parsed(kCopy, step.words), nullptr));
+  }
+  Case& c = s.made;
+  for (Step& step : c.steps) {
+    for (int& i : step.inputs) i = i < 0 ? -1 - i : i + static_cast<int>(c.pictures.size());
+  }
+  Prune(c);
+  DrawChecks(draw, c, s.steps.back());
+  return c;
+}
+
+// A few quick operations on an image whose result is too large for a cache.
+Case Generator::MakeLarge(uint64_t seed, uint64_t index, Draw& draw, const OpInfo* only) {
+  State s;
+  s.made.seed = seed, s.made.index = index, s.made.large = true;
+  s.made.type = draw.Of(
+      {PixelType::kFloat, PixelType::kFloat, PixelType::kHalf, PixelType::kUint16, PixelType::kUint8});
+  Picture picture = DrawPicture(draw, {0, 0, 1, 1});
+  const int width = draw.Between(700, 1500);
+  const double row =
+      static_cast<double>(width) * picture.channels * static_cast<double>(PixelBytes(s.made.type));
+  const int x = draw.Chance(0.5) ? 0 : draw.Between(-40, 40);
+  picture.window = s.window = {x, 0, x + width, 1 + static_cast<int>(kLargeBytes / row)};
+  s.AddPicture(picture);
+  for (int k = 0, steps = draw.Between(1, 3); k < steps; ++k) {
+    const auto& rows = k == 0 && draw.Chance(0.4) && !quick_.empty() ? quick_
+                       : points_.empty()                             ? rows_
+                                                                     : points_;
+    for (int attempt = 0; attempt < 30; ++attempt) {
+      if (AddStep(draw, only != nullptr && k == 0 && attempt < 3 ? *only : DrawRow(draw, rows), s)) break;
+    }
+  }
+  return Finished(draw, s);
+}
+
 Case Generator::Make(uint64_t seed, uint64_t index, const OpInfo* only) {
   Draw draw(seed, index);
+  if (index % kLargeEvery == kFirstLarge) return MakeLarge(seed, index, draw, only);
   State s;
   s.made.seed = seed, s.made.index = index;
   s.window = DrawWindow(draw);
-  const int pictures = draw.Weighted({0, 70, 22, 8});
-  for (int k = 0; k < pictures; ++k) {
-    s.AddPicture(DrawPicture(draw, k == 0 || draw.Chance(0.9) ? s.window : DrawWindow(draw)));
-  }
   int steps = 1 + draw.Weighted({26, 24, 17, 12, 8, 6, 4, 3});
   // A window or gather, then points, is what people do most; and a way through the engine of its own.
   const bool tile_then_points = draw.Chance(0.25) && !tiles_.empty() && !points_.empty();
   // So are colours by matrices, with clamps between them.
   const bool grades = !tile_then_points && draw.Chance(0.1) && !grades_.empty();
   if (grades) steps = std::max(steps, 4);
+  const int pictures = draw.Weighted({0, 70, 22, 8});
+  for (int k = 0; k < pictures; ++k) {
+    Picture picture = DrawPicture(draw, k == 0 || draw.Chance(0.9) ? s.window : DrawWindow(draw));
+    if (grades) picture.channels = draw.Of({3, 4, 4});
+    s.AddPicture(picture);
+  }
   const int at = only != nullptr ? draw.Below(steps) : -1;
   for (int k = 0; k < steps; ++k) {
     for (int attempt = 0; attempt < 30; ++attempt) {
@@ -292,24 +348,13 @@ Case Generator::Make(uint64_t seed, uint64_t index, const OpInfo* only) {
         op = grades && k % 2 == 1 && clamp_ != nullptr ? clamp_ : &DrawRow(draw, rows);
         if (op->generator && k + 1 == steps && steps > 1 && draw.Chance(0.9)) continue;
       }
-      if (AddStep(draw, *op, s)) break;
+      // Limits of all channels alike are what two matrices may be joined over.
+      const bool plain = grades && op == clamp_ && draw.Chance(0.7);
+      if (AddStep(draw, *op, s, plain)) break;
     }
   }
-  if (s.steps.empty()) {  // nothing was accepted: a copy
-    static const OpInfo& kCopy = *ops::FindOp("addc");
-    Step step;
-    step.op = &kCopy, step.words.positional = {"0"}, step.inputs = {-1};
-    s.made.steps.push_back(step);
-    s.steps.push_back(kCopy.make(std::vector{s.pictures[0]}, Parsed(kCopy, step.words), nullptr));
-  }
-  Case& c = s.made;
-  c.type = DrawType(draw);
-  for (Step& step : c.steps) {
-    for (int& i : step.inputs) i = i < 0 ? -1 - i : i + static_cast<int>(c.pictures.size());
-  }
-  Prune(c);
-  DrawChecks(draw, c, s.steps.back());
-  return c;
+  s.made.type = DrawType(draw);
+  return Finished(draw, s);
 }
 
 }  // namespace tessera::random

@@ -40,6 +40,7 @@ enum class Check {
   kEager,      // operation by operation, optimiser off, against the graph at once
   kTargets,    // instruction sets with fused multiply-add against each other
   kReference,  // every operation by itself within its bound of the double reference
+  kPlain,      // the same on an instruction set without fused multiply-add
   kVerify,     // Verify passes what is right and condemns what is not
   kCount
 };
@@ -56,6 +57,8 @@ struct Case {
   int tile_width = 8, tile_height = 8, threads = 2;
   Layout layout;                  // of the caller's pixels
   bool partial = false;           // only a part of the window is asked for
+  bool large = false;             // a result that does not fit into a cache, and is stored around it
+  std::string format;             // of the file: its extension
   int first_rule = 0, rules = 0;  // which rules are switched off one at a time
   int values() const { return static_cast<int>(pictures.size() + steps.size()); }
 };
@@ -85,11 +88,14 @@ class Generator {
 
  private:
   struct State;
-  bool AddStep(Draw& draw, const ops::OpInfo& op, State& state);
+  // `plain`: without arguments or modifiers.
+  bool AddStep(Draw& draw, const ops::OpInfo& op, State& state, bool plain = false);
   const ops::OpInfo& DrawRow(Draw& draw, const std::vector<const ops::OpInfo*>& rows) const;
   void DrawChecks(Draw& draw, Case& c, const Node& result) const;
+  Case MakeLarge(uint64_t seed, uint64_t index, Draw& draw, const ops::OpInfo* only);
+  Case Finished(Draw& draw, State& state) const;
 
-  std::vector<const ops::OpInfo*> rows_, tiles_, points_, grades_;
+  std::vector<const ops::OpInfo*> rows_, tiles_, points_, grades_, quick_;
   const ops::OpInfo* clamp_ = nullptr;
   WordSource words_;
   Tally& tally_;

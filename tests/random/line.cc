@@ -66,7 +66,9 @@ std::string ValueWords(const Case& c, int value) {
 
 std::string CommandLine(const Case& c) {
   return "tessera " + ValueWords(c, c.values() - 1) + " -d " + PixelTypeName(c.type) + " -o out." +
-         (c.type == PixelType::kHalf ? "exr" : "tif");
+         (!c.format.empty()            ? c.format
+          : c.type == PixelType::kHalf ? "exr"
+                                       : "tif");
 }
 
 std::string InWords(const Case& c) {

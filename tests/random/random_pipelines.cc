@@ -81,10 +81,12 @@ void PrintCoverage(const Report& r) {
     const std::string name = CheckName(static_cast<Check>(k));
     std::printf("comparison %-12s %lld\n", name.c_str(), Of(r, kChecked, name));
   }
-  const auto cases = r.tally.counts().find(kCases);
-  if (cases == r.tally.counts().end()) return;
-  for (const auto& [name, count] : cases->second)
-    std::printf("cases %-20s %lld\n", name.c_str(), static_cast<long long>(count));
+  for (const char* kind : {kFiles, kCases}) {
+    const auto names = r.tally.counts().find(kind);
+    if (names == r.tally.counts().end()) continue;
+    for (const auto& [name, count] : names->second)
+      std::printf("%-5s %-20s %lld\n", kind, name.c_str(), static_cast<long long>(count));
+  }
 }
 
 // How much was never seen.
@@ -98,6 +100,13 @@ int Missing(const Report& r) {
   for (const ops::OpInfo* op : RegistryRows()) need(kCompared, op->name);
   for (const RuleInfo& rule : RewriteRules()) need(kApplied, rule.name), need(kSwitchedOff, rule.name);
   for (int k = 0; k < static_cast<int>(Check::kCount); ++k) need(kChecked, CheckName(static_cast<Check>(k)));
+  for (const char* format : {"exr", "tif", "png", "sgi", "tga", "bmp", "ppm", "dpx"}) need(kFiles, format);
+  need(kCases, "above 8 MB");
+  // A rule that is hardly ever met is hardly ever compared.
+  for (const RuleInfo& rule : RewriteRules()) {
+    if (r.tally.Of(kApplied, rule.name) * 200 < r.cases)
+      std::printf("RARE rule %s\n", rule.name.c_str()), ++missing;
+  }
   return missing;
 }
 

@@ -24,10 +24,11 @@ int CodeAt(const ConstImageView& view, int x, int y, int c) {
   return code;
 }
 
-bool IsNearTie(float v, PixelType type) {
+// `off`: by how much more than a few roundings of 1 the value may be off.
+bool IsNearTie(float v, PixelType type, double off) {
   const double codes = type == PixelType::kUint8 ? 255 : 65535, position = double{v} * codes;
   // A rule that rounds has another float than this one, a few roundings away.
-  return std::fabs(position - std::floor(position) - 0.5) <= 0x1p-12 + 0x1p-22 * codes;
+  return std::fabs(position - std::floor(position) - 0.5) <= 0x1p-12 + (0x1p-22 + off) * codes;
 }
 
 std::string ValueWords(const ConstImageView& view, int x, int y, int c) {
@@ -63,7 +64,7 @@ double SampleAt(const ConstImageView& view, int x, int y, int c) {
 }
 
 std::optional<std::string> Differ(const ConstImageView& got, const ConstImageView& want,
-                                  const ConstImageView* floats) {
+                                  const ConstImageView* floats, const OffFunction& off) {
   if (got.type != want.type || got.channels != want.channels) return "types or channel counts differ";
   const Roi& r = got.roi;
   const size_t bytes = PixelBytes(got.type);
@@ -75,9 +76,9 @@ std::optional<std::string> Differ(const ConstImageView& got, const ConstImageVie
         if (std::memcmp(got.At(x, y, c), want.At(x, y, c), bytes) == 0) continue;
         if (!IsInteger(got.type)) {
           if (std::isnan(SampleAt(got, x, y, c)) && std::isnan(SampleAt(want, x, y, c))) continue;
-        } else if (floats != nullptr && std::abs(CodeAt(got, x, y, c) - CodeAt(want, x, y, c)) == 1 &&
-                   IsNearTie(static_cast<float>(SampleAt(*floats, x, y, c)), got.type)) {
-          continue;
+        } else if (floats != nullptr && std::abs(CodeAt(got, x, y, c) - CodeAt(want, x, y, c)) == 1) {
+          const auto v = static_cast<float>(SampleAt(*floats, x, y, c));
+          if (IsNearTie(v, got.type, 0) || (off && IsNearTie(v, got.type, off(x, y, c)))) continue;
         }
         if (wrong++ == 0) {
           first = "at x=" + std::to_string(x) + " y=" + std::to_string(y) + " channel " + std::to_string(c) +
@@ -92,7 +93,7 @@ std::optional<std::string> Differ(const ConstImageView& got, const ConstImageVie
 }
 
 std::optional<std::string> DifferRounded(const ConstImageView& packed, const ConstImageView& floats,
-                                         bool near_ties) {
+                                         bool near_ties, const OffFunction& off) {
   const Pixels rounded(packed.roi, packed.channels, packed.type, {});
   const Roi& r = packed.roi;
   for (int y = r.y0; y < r.y1; ++y) {
@@ -102,7 +103,7 @@ std::optional<std::string> DifferRounded(const ConstImageView& packed, const Con
       }
     }
   }
-  return Differ(packed, rounded.view(), near_ties ? &floats : nullptr);
+  return Differ(packed, rounded.view(), near_ties ? &floats : nullptr, off);
 }
 
 bool AllOrdinary(const ConstImageView& view) {

@@ -36,6 +36,7 @@ inline constexpr char kReferenced[] = "reference";  // operations that were comp
 inline constexpr char kUndecided[] = "undecided";   // values of theirs that hang on a decision
 inline constexpr char kApplied[] = "rule on";       // cases where a rewrite rule was applied
 inline constexpr char kSwitchedOff[] = "rule off";  // and was switched off alone for comparison
+inline constexpr char kFiles[] = "file";            // files that were read back, by extension
 inline constexpr char kCases[] = "cases";           // "run", "refused", "cut", "verdicts", ...
 
 }  // namespace tessera::random

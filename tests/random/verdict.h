@@ -11,9 +11,10 @@
 
 namespace tessera::random {
 
-// In words: `result`, which is right, was condemned; or it was passed with one wrong sample. Which sample is
-// spoilt follows from `number`.
-std::optional<std::string> WrongVerdict(const Node& node, const Image& result, uint64_t number, Tally& tally);
+// In words: `result`, which is right, was condemned; or it was passed with one wrong sample, which is written
+// into it. Which one follows from `number`.
+std::optional<std::string> WrongVerdict(const Node& node, const ImageView& result, uint64_t number,
+                                        Tally& tally);
 
 }  // namespace tessera::random
 
