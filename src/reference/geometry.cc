@@ -57,10 +57,11 @@ double KeysCubic(double x, double a) {
 double Value(const std::string& name, double distance) {
   const double x = std::fabs(distance), radius = KernelOf(name).radius;
   // At the very edge of its support, however the distance was rounded, a pixel counts for a box and for
-  // Blackman-Harris, which is 6e-5 there, and for no other filter.
+  // Blackman-Harris, which is 6e-5 there, and for no other filter that ends abruptly.
   constexpr double kEdge = 0x1p-40;
   if (name == "box") return x <= 0.5 * (1 + kEdge) ? 1 : 0;
-  if (x >= radius * (1 - kEdge) && !(name == "blackman-harris" && x < radius + 1e-9)) return 0;
+  const bool abrupt = name == "gaussian" || name == "sharp-gaussian" || name == "disk";
+  if (x >= radius * (abrupt ? 1 - kEdge : 1) && !(name == "blackman-harris" && x < radius + 1e-9)) return 0;
   if (name == "disk") return 1;
   if (name == "triangle" || name == "linear") return 1 - x;
   if (name == "gaussian") return std::exp(-2 * (x / 1.5) * (x / 1.5));

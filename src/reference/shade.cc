@@ -9,6 +9,7 @@
 #include "model/shade_settings.h"
 #include "reference/reference.h"
 #include "reference/shade_loop.h"
+#include "tessera/error.h"
 
 namespace tessera::reference {
 namespace {
@@ -57,22 +58,50 @@ void Depth(const Call& call) {
   }
 }
 
+// The camera with every number some roundings aside: what its rays move by then, a matrix that is nearly
+// singular makes of the roundings of any way to invert it. The camera itself where that cannot be inverted.
+Camera CameraAside(const Camera& camera) {
+  const auto aside = [](Matrix4 m, unsigned signs) {
+    for (size_t i = 0; i < m.size(); ++i) m[i] *= 1 + ((signs >> i & 1) != 0 ? 0x1p-46 : -0x1p-46);
+    return m;
+  };
+  const Matrix4 &view = camera.world_to_camera(), &clip = camera.world_to_clip();
+  const Roi frame{0, 0, 1, 1};
+  try {
+    const Camera alone(clip);  // whether the view was given or follows from the projection
+    const bool follows = alone.PixelRay(frame, 0, 0).origin == camera.PixelRay(frame, 0, 0).origin;
+    return follows ? Camera(aside(clip, 0x9A6C)) : Camera(aside(view, 0x5AC3), aside(clip, 0x9A6C));
+  } catch (const Error&) {
+    return camera;
+  }
+}
+
 void Position(const Call& call) {
   const auto& p = *std::any_cast<DepthParams>(&call.parameters);
   const Roi& frame = FrameOf(call.in_specs[0]);
+  const Camera camera_aside = CameraAside(p.camera);
+  const Camera::Ray corner = p.camera.PixelRay(frame, 0, 0);
   EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
     const double depth = ToPlanar(p, frame, call.in[0].at(x, y, 0), x, y);
     const Camera::Ray ray = p.camera.PixelRay(frame, x, y);
+    const Camera::Ray aside = camera_aside.PixelRay(frame, x, y);
     const auto longest = [](const Vector3& v) {
       return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])});
     };
+    constexpr double kBound = 16 * 0x1p-24;
     for (size_t k = 0; k < 3; ++k) {
       const double along = ray.direction[k] == 0 && !std::isnan(depth) ? 0 : depth * ray.direction[k];
       // Origins and directions are differences of terms in double, from an inverse matrix: where they are
       // nearly 0 the error is theirs.
       const double terms =
           longest(ray.origin) + (std::isfinite(depth) ? std::fabs(depth) : 0) * longest(ray.direction);
-      pixel.Set(k, ray.origin[k] + along, std::fabs(ray.origin[k]) + std::fabs(along) + 0x1p-19 * terms);
+      // Rays are affine from pixel 0, 0 on, in double: far from there they leave those terms' roundings.
+      const double deep = std::isfinite(depth) ? std::fabs(depth) : 0;
+      const double moved = std::fabs(aside.origin[k] - ray.origin[k]) +
+                           deep * std::fabs(aside.direction[k] - ray.direction[k]) +
+                           0x1p-48 * (longest(corner.origin) + deep * longest(corner.direction));
+      pixel.Set(k, ray.origin[k] + along,
+                std::fabs(ray.origin[k]) + std::fabs(along) + 0x1p-19 * terms + moved / kBound);
     }
   });
 }

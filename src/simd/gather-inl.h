@@ -53,7 +53,7 @@ HWY_INLINE VI GatherWords(const void* from, VI at) {
 }
 HWY_INLINE V GatherFloats(const float* from, VI at) { return hn::BitCast(D(), GatherWords<4>(from, at)); }
 
-// Four bytes from each index below 2^31, in units of `Unit` (1 or 4 bytes).
+// Four bytes from each index in units of `Unit` (1 or 4 bytes). On AVX2 none may be negative.
 template <class Unit>
 HWY_INLINE VU LoadWords(const Unit* from, VU index) {
 #if HWY_TARGET == HWY_AVX2
@@ -75,7 +75,7 @@ HWY_INLINE VU LoadWords(const Unit* from, VU index) {
   } else {
     alignas(16) uint32_t four[kLanes];
     const LaneList at(index);
-    for (int i = 0; i < kLanes; ++i) std::memcpy(four + i, from + at[i], 4);
+    for (int i = 0; i < kLanes; ++i) std::memcpy(four + i, from + static_cast<int32_t>(at[i]), 4);
     return hn::Load(DU(), four);
   }
 #endif

@@ -22,9 +22,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::simd::HWY_NAMESPACE {
 
-constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
 constexpr int kQuarter = kLanes >= 4 ? kLanes / 4 : 1;
-static_assert(kLanes >= 4);
 
 // The pixel in lane i, and the lane of pixel i.
 constexpr int PixelOfLane(int i) { return (i % 4) * kQuarter + i / 4; }

@@ -66,6 +66,9 @@ using DU = hn::RebindToUnsigned<D>;
 using VI = hn::Vec<DI>;
 using VU = hn::Vec<DU>;
 
+constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+static_assert(kLanes >= 4);
+
 // One vector of pixels: four planes in registers.
 struct Pixels {
   V r, g, b, a;

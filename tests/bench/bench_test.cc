@@ -107,7 +107,8 @@ TEST(MeasureTest, JudgesEachByItsOwnPixelsAndInterleaves) {
   contestants.push_back(std::make_unique<Writer>("right", frame, 7, &log));
   contestants.push_back(std::make_unique<Writer>("idle", frame, -1, &log));
   contestants.push_back(std::make_unique<Writer>("wrong", frame, 9, &log));
-  const auto results = Measure(std::move(contestants), frame, Oracle(FromImage(exact)), 15);
+  const Oracle oracle(FromImage(exact));
+  const auto results = Measure(std::move(contestants), frame, &oracle, 15);
   ASSERT_EQ(results.size(), 3u);
   EXPECT_EQ(results[0].errors.wrong_codes, 0);
   EXPECT_EQ(results[1].errors.wrong_codes, 8 * 8 * 4);

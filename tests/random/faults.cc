@@ -198,7 +198,7 @@ const std::vector<Fault>& Faults() {
     // Whatever depends on tiles shows in several ways; which one is met first is chance.
     const std::vector<Check> ways = {Check::kTiles,  Check::kThreads, Check::kShuffle,   Check::kPixels,
                                      Check::kStream, Check::kRules,   Check::kReference, Check::kVerify,
-                                     Check::kEager,  Check::kTypes};
+                                     Check::kEager,  Check::kTypes,   Check::kPlain,     Check::kEachRule};
     return std::vector<Fault>{
         Row<Wrong::kLastOfBlock>("last-of-block",
                                  {Check::kTiles, Check::kRules, Check::kTypes, Check::kThreads}),
@@ -209,8 +209,8 @@ const std::vector<Fault>& Faults() {
         Row<Wrong::kThreads>("threads", {Check::kThreads}),
         Row<Wrong::kOrder>("order", {Check::kTiles, Check::kShuffle, Check::kTypes, Check::kThreads}),
         Row<Wrong::kTarget>("target", {Check::kTargets}),
-        Row<Wrong::kReference>("reference", {Check::kReference, Check::kVerify}),
-        Row<Wrong::kInPlace>("in-place", {Check::kRules, Check::kInPlace}),
+        Row<Wrong::kReference>("reference", {Check::kReference, Check::kPlain, Check::kVerify}),
+        Row<Wrong::kInPlace>("in-place", {Check::kRules, Check::kEachRule, Check::kInPlace}),
         Row<Wrong::kTileCorner>("tile-corner", ways),
         Row<Wrong::kTileHalo>("tile-halo", ways),
         Row<Wrong::kTileBytes>("tile-bytes", {Check::kRules}),

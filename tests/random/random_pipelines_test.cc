@@ -36,6 +36,35 @@ class RandomPipelines : public ::testing::Test {
   Tally tally_;
 };
 
+// Workers are forks, and go before every test that starts threads in this process.
+TEST_F(RandomPipelines, WorkersReportAndCount) {
+  random::Run run;
+  run.seed = 5, run.count = 12, run.workers = 2, run.rows = RowsWith(Faultless()), run.only = &Faultless();
+  const Report report = RunCases(run);
+  EXPECT_EQ(report.cases, 12);
+  EXPECT_TRUE(report.failures.empty());
+  EXPECT_EQ(report.slowest.size(), 10u);
+  EXPECT_EQ(report.tally.Of(kCompared, "faultless"), 12);
+}
+
+// A worker that dies is a finding with its case, and the others go on.
+TEST_F(RandomPipelines, ACrashIsAFinding) {
+  ops::OpInfo crash = Faultless();
+  crash.name = "crash";
+  crash.make = [](std::span<const Node> in, const ops::Arguments&, const ImageSpec*) -> Node {
+    if (in[0].spec().width() > 100) raise(SIGSEGV);
+    return in[0];
+  };
+  random::Run run;
+  run.seed = 5, run.count = 40, run.workers = 2, run.failures = 1, run.rows = RowsWith(crash),
+  run.only = &crash;
+  ::testing::internal::CaptureStdout();
+  const Report report = RunCases(run);
+  ::testing::internal::GetCapturedStdout();
+  ASSERT_FALSE(report.failures.empty());
+  EXPECT_NE(report.failures[0].find("crash"), std::string::npos) << report.failures[0];
+}
+
 class FaultIs : public RandomPipelines, public ::testing::WithParamInterface<size_t> {};
 INSTANTIATE_TEST_SUITE_P(RandomPipelines, FaultIs, ::testing::Range(size_t{0}, Faults().size()),
                          [](const ::testing::TestParamInfo<size_t>& info) {
@@ -56,7 +85,8 @@ TEST_P(FaultIs, FoundAndShrunk) {
     EXPECT_NE(std::find(fault.found_by.begin(), fault.found_by.end(), finding->check), fault.found_by.end())
         << CheckName(finding->check) << ": " << finding->what;
     const Case shortest = ShrunkOf(c, *finding, comparer, 60);
-    if (finding->check != Check::kThreads) {
+    // Who reads what nobody wrote, or when others write, may not do so twice.
+    if (finding->check != Check::kThreads && fault.op.name != "tile-halo") {
       EXPECT_TRUE(comparer.Run(shortest)) << InWords(shortest);
     }
     EXPECT_LE(shortest.steps.size(), 3u) << InWords(shortest);
@@ -157,34 +187,6 @@ TEST_F(RandomPipelines, RoundedCodesMayDifferAtATieAlone) {
   EXPECT_FALSE(differs(129, 128.4999 / 255, true));
   EXPECT_TRUE(differs(129, 128.4999 / 255, false));
   EXPECT_TRUE(differs(130, 128.5 / 255, true));
-}
-
-TEST_F(RandomPipelines, WorkersReportAndCount) {
-  random::Run run;
-  run.seed = 5, run.count = 12, run.workers = 2, run.rows = RowsWith(Faultless()), run.only = &Faultless();
-  const Report report = RunCases(run);
-  EXPECT_EQ(report.cases, 12);
-  EXPECT_TRUE(report.failures.empty());
-  EXPECT_EQ(report.slowest.size(), 10u);
-  EXPECT_EQ(report.tally.Of(kCompared, "faultless"), 12);
-}
-
-// A worker that dies is a finding with its case, and the others go on.
-TEST_F(RandomPipelines, ACrashIsAFinding) {
-  ops::OpInfo crash = Faultless();
-  crash.name = "crash";
-  crash.make = [](std::span<const Node> in, const ops::Arguments&, const ImageSpec*) -> Node {
-    if (in[0].spec().width() > 100) raise(SIGSEGV);
-    return in[0];
-  };
-  random::Run run;
-  run.seed = 5, run.count = 40, run.workers = 2, run.failures = 1, run.rows = RowsWith(crash),
-  run.only = &crash;
-  ::testing::internal::CaptureStdout();
-  const Report report = RunCases(run);
-  ::testing::internal::GetCapturedStdout();
-  ASSERT_FALSE(report.failures.empty());
-  EXPECT_NE(report.failures[0].find("crash"), std::string::npos) << report.failures[0];
 }
 
 }  // namespace

@@ -20,11 +20,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 using simd::HWY_NAMESPACE::D;
 using simd::HWY_NAMESPACE::DI;
 using simd::HWY_NAMESPACE::DU;
+using simd::HWY_NAMESPACE::kLanes;
 using simd::HWY_NAMESPACE::V;
 using simd::HWY_NAMESPACE::VI;
 using simd::HWY_NAMESPACE::VU;
-
-constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
 
 // Which of the vectors are finite.
 HWY_INLINE hn::Mask<D> Known(V u, V v) {

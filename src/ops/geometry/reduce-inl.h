@@ -23,21 +23,25 @@ namespace s = simd::HWY_NAMESPACE;
 template <class D>
 HWY_INLINE void LoadNeighbours(D d, const double* table, const int32_t* at, hn::Vec<D>& here,
                                hn::Vec<D>& next) {
-  const auto pair = [&](int lane) HWY_ATTR { return hn::LoadU(hn::Full128<double>(), table + at[lane]); };
-  hn::Vec<D> even, odd;
-  if constexpr (hn::MaxLanes(D()) == 2) {
-    even = pair(0), odd = pair(1);
+  if constexpr (hn::MaxLanes(D()) == 1) {
+    here = hn::Set(d, table[at[0]]), next = hn::Set(d, table[at[0] + 1]);
   } else {
-    const hn::CappedTag<double, 4> four;
-    const auto quad = [&](int lane) HWY_ATTR { return hn::Combine(four, pair(lane + 2), pair(lane)); };
-    if constexpr (hn::MaxLanes(D()) == 4) {
-      even = quad(0), odd = quad(1);
+    const auto pair = [&](int lane) HWY_ATTR { return hn::LoadU(hn::Full128<double>(), table + at[lane]); };
+    hn::Vec<D> even, odd;
+    if constexpr (hn::MaxLanes(D()) == 2) {
+      even = pair(0), odd = pair(1);
     } else {
-      even = hn::Combine(d, quad(4), quad(0)), odd = hn::Combine(d, quad(5), quad(1));
+      const hn::CappedTag<double, 4> four;
+      const auto quad = [&](int lane) HWY_ATTR { return hn::Combine(four, pair(lane + 2), pair(lane)); };
+      if constexpr (hn::MaxLanes(D()) == 4) {
+        even = quad(0), odd = quad(1);
+      } else {
+        even = hn::Combine(d, quad(4), quad(0)), odd = hn::Combine(d, quad(5), quad(1));
+      }
     }
+    here = hn::InterleaveLower(d, even, odd);
+    next = hn::InterleaveUpper(d, even, odd);
   }
-  here = hn::InterleaveLower(d, even, odd);
-  next = hn::InterleaveUpper(d, even, odd);
 }
 
 // The tabulated filter, wider. Whoever looks up one pixel or many gets the same bits.

@@ -12,6 +12,7 @@
 
 #include "ops/geometry/resample_kernel.h"
 #include "ops/geometry/resample_sums-inl.h"
+#include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {

@@ -260,6 +260,8 @@ OpInfo WoodInfo() {
       TextureKind::kWood, "Wood: rings around an axis, bent by noise",
       "A board cut nearly along its tree's axis: rings with a slow light and a quick dark side, and grain.",
       "2");
+  info.bound = "1e-5, times the distance from the top in widths where that is above 1";
+  info.bound_u = 168;
   info.make = Make<TextureKind::kWood>;
   return info;
 }
