@@ -16,6 +16,7 @@
 #include <type_traits>
 
 #include "simd/math-inl.h"
+#include "simd/pixels-inl.h"
 #include "simd/point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -119,33 +120,56 @@ HWY_INLINE void InverseColumns(const Columns<T>& x, int length, const T* twiddle
   }
 }
 
-// to(x, y) = from(y, x) of a square of `size` (a multiple of 4).
-HWY_INLINE void TransposeSquare(const float* from, float* to, int size, ptrdiff_t stride) {
+// Where a forward transform leaves a frequency.
+constexpr int RowOfFrequency(int frequency, int length) {
+  if (length <= 2) return frequency;
+  return frequency % 4 * (length / 4) + RowOfFrequency(frequency / 4, length / 4);
+}
+
+// to(x, y) = from(y, x) for `rows` by `columns` (multiples of 4) of `from`.
+HWY_INLINE void Transpose(const float* from, ptrdiff_t from_stride, float* to, ptrdiff_t to_stride, int rows,
+                          int columns) {
   const hn::CappedTag<float, 4> d;
   const hn::Repartition<double, decltype(d)> dd;
-  for (int y = 0; y < size; y += 4) {
-    for (int x = 0; x < size; x += 4) {
-      const float* p = from + y * stride + x;
-      const auto a = hn::LoadU(d, p), b = hn::LoadU(d, p + stride), c = hn::LoadU(d, p + 2 * stride),
-                 e = hn::LoadU(d, p + 3 * stride);
+  for (int y = 0; y < rows; y += 4) {
+    for (int x = 0; x < columns; x += 4) {
+      const float* p = from + y * from_stride + x;
+      const auto a = hn::LoadU(d, p), b = hn::LoadU(d, p + from_stride),
+                 c = hn::LoadU(d, p + 2 * from_stride), e = hn::LoadU(d, p + 3 * from_stride);
       const auto ab = hn::BitCast(dd, hn::InterleaveLower(d, a, b)),
                  ab2 = hn::BitCast(dd, hn::InterleaveUpper(d, a, b));
       const auto ce = hn::BitCast(dd, hn::InterleaveLower(d, c, e)),
                  ce2 = hn::BitCast(dd, hn::InterleaveUpper(d, c, e));
-      float* q = to + x * stride + y;
+      float* q = to + x * to_stride + y;
       hn::StoreU(hn::BitCast(d, hn::InterleaveLower(dd, ab, ce)), d, q);
-      hn::StoreU(hn::BitCast(d, hn::InterleaveUpper(dd, ab, ce)), d, q + stride);
-      hn::StoreU(hn::BitCast(d, hn::InterleaveLower(dd, ab2, ce2)), d, q + 2 * stride);
-      hn::StoreU(hn::BitCast(d, hn::InterleaveUpper(dd, ab2, ce2)), d, q + 3 * stride);
+      hn::StoreU(hn::BitCast(d, hn::InterleaveUpper(dd, ab, ce)), d, q + to_stride);
+      hn::StoreU(hn::BitCast(d, hn::InterleaveLower(dd, ab2, ce2)), d, q + 2 * to_stride);
+      hn::StoreU(hn::BitCast(d, hn::InterleaveUpper(dd, ab2, ce2)), d, q + 3 * to_stride);
     }
   }
 }
 
 // The same of doubles, which are few: no blocks that fit registers.
-inline void TransposeSquare(const double* from, double* to, int size, ptrdiff_t stride) {
-  for (int y = 0; y < size; ++y) {
-    for (int x = 0; x < size; ++x) to[x * stride + y] = from[y * stride + x];
+inline void Transpose(const double* from, ptrdiff_t from_stride, double* to, ptrdiff_t to_stride, int rows,
+                      int columns) {
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) to[x * to_stride + y] = from[y * from_stride + x];
   }
+}
+
+// A vector of every fourth float, one channel of RGBA pixels; up to the last pixel's fourth are read. Half
+// the shuffles of a transpose where but one channel is wanted.
+HWY_INLINE V LoadEveryFourth(const float* p) {
+  const D d;
+  const V low = hn::ConcatEven(d, hn::LoadU(d, p + kLanes), hn::LoadU(d, p));
+  const V high = hn::ConcatEven(d, hn::LoadU(d, p + 3 * kLanes), hn::LoadU(d, p + 2 * kLanes));
+  return hn::ConcatEven(d, high, low);
+}
+
+// Vectors of the four channels of as many pixels, one after the other, to RGBA pixels.
+HWY_INLINE void StoreInterleaved(const Pixels& q, float* p) {
+  StoreRgba<PixelType::kFloat, true>(
+      {ToPlaneOrder(q.r), ToPlaneOrder(q.g), ToPlaneOrder(q.b), ToPlaneOrder(q.a)}, p, false);
 }
 
 }  // namespace tessera::simd::HWY_NAMESPACE

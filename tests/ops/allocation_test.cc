@@ -293,7 +293,7 @@ class FaultyOp final : public graph::OpWith<Fault> {
       void Run(const graph::TileArgs& args) const override {
         std::vector<float> row;
         if (fault_.allocates) row.resize(static_cast<size_t>(args.out.roi.width()), 0.5f);
-        const bool known = !fault_.dispatches || ops::ChooseFft() != nullptr;
+        const bool known = !fault_.dispatches || ops::ChooseFft().channel != nullptr;
         for (int y = args.out.roi.y0; y < args.out.roi.y1; ++y) {
           for (int x = args.out.roi.x0; x < args.out.roi.x1; ++x) {
             auto* const to = reinterpret_cast<float*>(args.out.At(x, y));

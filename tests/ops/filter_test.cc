@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -174,6 +175,39 @@ double ProductSum(const Image& image, const std::vector<double>& row, const std:
     sum += column[static_cast<size_t>(j)] * line;
   }
   return sum;
+}
+
+// What a transform gives for a channel hangs neither on the channels beside it nor on where tiles end.
+TEST(ConvolveTest, TransformedChannelsAreTheirOwn) {
+  const ConvolveParams by_transform{.method = FilterMethod::kFft};
+  const Kernel k = NamedKernel("disk", 23, 19);
+  for (const int channels : {2, 3, 4, 6}) {
+    const Image image = Random(210, 170, channels);
+    image.at<float>(70, 30, 1) = 1e5f;    // transformed in double
+    image.at<float>(150, 90, 0) = 3e38f;  // overflows in floats
+    image.at<float>(20, 140, 1) = kNaN;   // summed
+    const Node node = FromImage(image);
+    OnEveryTarget([&] {
+      const Node whole = Convolve(node, k, by_transform);  // the kernel's transform is the target's
+      const Image all = Render(whole);
+      const Image tiled = Render(whole, PixelType::kFloat, {.tile_width = 37, .tile_height = 29});
+      for (int c = 0; c < channels; ++c) {
+        const std::vector<ChannelChoice> choice = {ChannelChoice{.channel = c}};
+        const Image wanted = Render(SelectChannels(whole, choice)),
+                    alone = Render(Convolve(SelectChannels(node, choice), k, by_transform));
+        int wrong[3] = {};
+        for (int y = 0; y < 170; ++y) {
+          for (int x = 0; x < 210; ++x) {
+            const auto bits = std::bit_cast<uint32_t>(all.at<float>(x, y, c));
+            wrong[0] += std::bit_cast<uint32_t>(tiled.at<float>(x, y, c)) != bits;
+            wrong[1] += std::bit_cast<uint32_t>(wanted.at<float>(x, y, 0)) != bits;
+            wrong[2] += std::bit_cast<uint32_t>(alone.at<float>(x, y, 0)) != bits;
+          }
+        }
+        EXPECT_THAT(wrong, ::testing::Each(0)) << channels << " channels, " << c;
+      }
+    });
+  }
 }
 
 // Weights that read the same from both ends have a form of their own, one more up to 31 along a row; rows

@@ -36,7 +36,7 @@ struct WindowFunctions {
   FirFunctions fir;
   CodesFunctions codes;
   BytesFunctions bytes;
-  FftFunction fft;
+  FftFunctions fft;
 };
 WindowFunctions ChooseWindowFunctions();
 

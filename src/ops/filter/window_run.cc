@@ -45,34 +45,55 @@ void Window::RunPlane(const WindowFunctions& functions, const Plane& plane, cons
 
 void Window::RunBlocks(const WindowFunctions& functions, const graph::TileArgs& args,
                        const Roi& window) const {
-  const Plane& plane = planes_[0];
-  const FftKernel& fft = plane.fft;
+  const FftKernel& shape = planes_[0].fft;
   const Roi blocks = WholeBlocks(args.out.roi, window);
-  const int channels = args.in[0].channels;
-  float* scratch = args.scratch.Allocate<float>(FftScratchFloats(fft));
-  ImageView extended = base::NewTile(args.scratch, {0, 0, fft.size, fft.size}, channels);
-  for (int y = blocks.y0; y < blocks.y1; y += fft.step_y()) {
-    for (int x = blocks.x0; x < blocks.x1; x += fft.step_x()) {
-      const Roi results{x, y, x + fft.step_x(), y + fft.step_y()};
-      const Roi part = Intersection(args.out.roi, results);
-      extended.roi = Footprint(results);
+  const auto& held = args.in_channels[0];
+  const int size = shape.size, channels = args.in[0].channels, results = args.out.channels;
+  constexpr int kMost = 4;  // channels that are put together at once
+  const size_t plane = static_cast<size_t>(size) * static_cast<size_t>(shape.step_y()) + 16;
+  float* const scratch = args.scratch.Allocate<float>(FftScratchFloats(shape));
+  float* const planes = args.scratch.Allocate<float>(plane * kMost);
+  ImageView extended = base::NewTile(args.scratch, {0, 0, size, size}, channels);
+  for (int y = blocks.y0; y < blocks.y1; y += shape.step_y()) {
+    for (int x = blocks.x0; x < blocks.x1; x += shape.step_x()) {
+      const Roi block{x, y, x + shape.step_x(), y + shape.step_y()};
+      const Roi part = Intersection(args.out.roi, block);
+      extended.roi = Footprint(block);
       graph::FillWithBorder(args.in[0], window, EngineBorder(options_.border), extended);
-      FirTile tile{FloatAt(extended, extended.roi.x0, extended.roi.y0),
-                   extended.row_stride / 4,
-                   FloatAt(args.out, part.x0, part.y0),
-                   args.out.row_stride / 4,
-                   part.width() * channels,
-                   part.height(),
-                   channels,
-                   false};
-      functions.fft(fft,
-                    {tile.in, tile.in_stride, tile.out, tile.out_stride, channels, part.x0 - x, part.y0 - y,
-                     part.x1 - x, part.y1 - y},
-                    scratch);
-      if (std::all_of(tile.out, tile.out + channels, [](float v) { return std::isfinite(v); })) continue;
-      // Something is not finite: every result gets the sum over its own neighbours.
-      tile.in += (part.y0 - y) * tile.in_stride + static_cast<ptrdiff_t>(part.x0 - x) * channels;
-      functions.fir.direct(plane.direct, tile);
+      const ptrdiff_t stride = extended.row_stride / 4;
+      for (int first = 0; first < results; first += kMost) {
+        FftResults together{.channels = std::min(kMost, results - first),
+                            .x0 = part.x0 - x,
+                            .y0 = part.y0 - y,
+                            .x1 = part.x1 - x,
+                            .y1 = part.y1 - y,
+                            .out = FloatAt(args.out, part.x0, part.y0) + first,
+                            .out_stride = args.out.row_stride / 4,
+                            .step = results};
+        for (int i = 0; i < together.channels; ++i) {
+          const int channel = args.channels[static_cast<size_t>(first + i)];
+          const auto at = std::find(held.begin(), held.end(), channel) - held.begin();
+          const Plane& of = planes_[planes_.size() == 1 ? 0 : static_cast<size_t>(channel)];
+          const float* const in = FloatAt(extended, extended.roi.x0, extended.roi.y0) + at;
+          float* const to = planes + plane * static_cast<size_t>(i);
+          together.plane[i] = to;
+          if (functions.fft.channel(of.fft, {in, stride, channels}, together.y0, together.y1, to, scratch))
+            continue;
+          // Something is not finite: every result gets the sum over its own neighbours.
+          const ptrdiff_t padded = size + 16;
+          for (int row = 0; row < size; ++row) {
+            for (int n = 0; n < size; ++n)
+              scratch[row * padded + n] = in[row * stride + ptrdiff_t{n} * channels];
+          }
+          functions.fir.direct(of.direct, {.in = scratch + together.y0 * padded,
+                                           .in_stride = padded,
+                                           .out = to + ptrdiff_t{together.y0} * size,
+                                           .out_stride = size,
+                                           .floats = shape.step_x(),
+                                           .rows = together.y1 - together.y0});
+        }
+        functions.fft.interleave(together, size);
+      }
     }
   }
 }
@@ -151,8 +172,7 @@ void Window::Run(const WindowFunctions& functions, const graph::TileArgs& args, 
   const Roi& o = args.out.roi;
   if (o.empty()) return;
   const ConstImageView& in = args.in[0];
-  if (method_ == FilterMethod::kFft && largest == 0 && planes_.size() == 1 &&
-      in.channels == args.out.channels) {
+  if (method_ == FilterMethod::kFft && largest == 0) {
     RunBlocks(functions, args, window);
     return Finish(args, window);
   }
