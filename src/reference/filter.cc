@@ -130,6 +130,9 @@ void EvaluateConvolve(const Call& call) {
     }
     transform = largest * 32 * std::sqrt(weights) / std::fabs(divisor);
   }
+  // Weights are rounded, of products the column's and the row's; then every tap is added with one rounding,
+  // which for equal samples is the same each time: nothing is left to chance. A transform adds in a tree.
+  const double steps = q.method == FilterMethod::kFft ? 2 + std::log2(std::max(1, taps)) : 3.0 + taps;
   const int alpha = call.in_specs[0].alpha;
   ForEachSample(call, [&](int x, int y, int c) {
     const int plane = planes == 1 ? 0 : c;
@@ -150,8 +153,7 @@ void EvaluateConvolve(const Call& call) {
     }
     if (transform > 0) magnitude = std::max(magnitude, transform);
     const double bias = q.bias * (alpha >= 0 && q.bias != 0 ? call.in[0].at(x, y, alpha) : 1);
-    return Sample(sum + bias,
-                  (2 + std::log2(std::max(1, taps))) * magnitude + 2 * std::fabs(bias) + kSmallestScale);
+    return Sample(sum + bias, steps * magnitude + 2 * std::fabs(bias) + kSmallestScale);
   });
 }
 Roi ConvolveInput(const std::any& parameters, int input, const Roi& out) {
@@ -241,9 +243,14 @@ void EvaluateBlur(const Call& call) {
   if (const auto* box = std::any_cast<BoxParams>(&call.parameters)) {
     const std::vector<double> row(static_cast<size_t>(box->width), 1.0 / box->width);
     const std::vector<double> column(static_cast<size_t>(box->height), 1.0 / box->height);
-    const double taps = double{1} * box->width * box->height;
+    // Small boxes are sums of columns and rows, an addition rounded at a time; large ones are sums in double.
+    const bool small = std::max(box->width, box->height) <= 9;
+    const bool summed = box->method == FilterMethod::kDirect || box->method == FilterMethod::kSeparable ||
+                        (box->method == FilterMethod::kAuto && small);
+    const double steps =
+        summed ? 1 + box->width + box->height : std::log2(double{1} * box->width * box->height);
     return EvaluateSeparable(call, box->border, box->border_value, row, (box->width - 1) / 2, column,
-                             (box->height - 1) / 2, 0, 2 + std::log2(taps));
+                             (box->height - 1) / 2, 0, 2 + steps);
   }
   const auto& p = std::any_cast<const GaussianParams&>(call.parameters);
   const std::vector<double> row = GaussianWeights(p.sigma_x), column = GaussianWeights(p.sigma_y);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "graph/op.h"
 #include "support/filters.h"
 #include "support/whole_kernels.h"
 #include "tessera/ops/channels.h"
@@ -165,6 +166,23 @@ void ExpectBoxes() {
     }
   }
 }
+
+// The operation may be given the same samples as floats later: it keeps to the type that it was made for.
+template <class T>
+void ExpectBoxesOfFloats() {
+  for (const int channels : {1, 3, 4}) {
+    const Image image = CodesIn<T>({-7, -2, 30, 5}, channels);
+    for (const auto& [width, height] : {std::pair{3, 3}, {21, 15}}) {
+      const Node box = BoxBlur(FromImage(image), {.width = width, .height = height});
+      const Node again = graph::MakeNode(box.data()->op, {FromImage(Render(FromImage(image)))});
+      ExpectCodes<T>(again, [&, w = width, h = height](int x, int y, int c) {
+        return ExactCode<T>(image, Constant(w, h), (w - 1) / 2, (h - 1) / 2, BorderMode::kClamp, 0, x, y, c);
+      });
+    }
+  }
+}
+TEST(IntegerWindowTest, BoxesOfBytesThatAreFloatsByNow) { OnEveryTarget(ExpectBoxesOfFloats<uint8_t>); }
+TEST(IntegerWindowTest, BoxesOfWordsThatAreFloatsByNow) { OnEveryTarget(ExpectBoxesOfFloats<uint16_t>); }
 
 TEST(IntegerWindowTest, BoxesOfBytesUnderEveryBorder) { OnEveryTarget(ExpectBoxes<uint8_t>); }
 TEST(IntegerWindowTest, BoxesOfWordsUnderEveryBorder) { OnEveryTarget(ExpectBoxes<uint16_t>); }

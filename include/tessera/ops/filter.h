@@ -77,7 +77,7 @@ Node KernelImage(const Kernel& kernel);
 /// `correlate` adds i and j instead (what other programs often call convolution). divisor 0 stands for 1.
 /// `bias` is multiplied by the pixel's alpha where there is one, as SVG's feConvolveMatrix has it.
 /// `preserve_alpha` divides colours by alpha, convolves only them, and multiplies by alpha again. |error| <=
-/// (2 + log2 k) u S. Cost grows with the kernel's area up to some 10x10, then with its side (separable), or
+/// (3 + k) u S. Cost grows with the kernel's area up to some 10x10, then with its side (separable), or
 /// with its logarithm. Two samples that share a weight of a symmetric row or column are added first: beyond
 /// half of the largest float they overflow. Error when the kernel is larger than 255x255, empty, or holds NaN
 /// or infinity, or when its planes are neither 1 nor as many as there are channels. Flat images stay within 1

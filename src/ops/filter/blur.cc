@@ -238,30 +238,31 @@ class GaussianOp final : public graph::OpWith<GaussianParams> {
 
 class BoxOp final : public graph::OpWith<BoxParams> {
  public:
-  // `codes`: all samples of the image are codes.
-  BoxOp(const BoxParams& p, bool codes) : OpWith(p) {
+  // `codes`: the type that all samples of the image are codes of, if they are. The operation keeps it: its
+  // stage may be given the same samples as floats.
+  BoxOp(const BoxParams& p, std::optional<PixelType> codes) : OpWith(p) {
     const bool small = p.width <= kDirectBox && p.height <= kDirectBox;
     if (p.method == FilterMethod::kSeparable || p.method == FilterMethod::kDirect ||
         (p.method == FilterMethod::kAuto && small)) {
       window_ = BoxWindow(p);
     }
-    sums_codes_ = codes && p.method != FilterMethod::kSeparable && p.method != FilterMethod::kDirect;
+    if (p.method != FilterMethod::kSeparable && p.method != FilterMethod::kDirect) codes_ = codes;
   }
   std::string Name() const override { return "blur"; }
   graph::OpKind Kind() const override {
-    return window_ || sums_codes_ ? graph::OpKind::kTile : graph::OpKind::kWhole;
+    return window_ || codes_ ? graph::OpKind::kTile : graph::OpKind::kWhole;
   }
   bool IsIdentity() const override { return params().width == 1 && params().height == 1; }
   std::string Describe() const override {
     return "box " + std::to_string(params().width) + "x" + std::to_string(params().height) +
-           (window_ && !sums_codes_ ? ", summed" : ", running sums");
+           (window_ && !codes_ ? ", summed" : ", running sums");
   }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
   std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec&) const override {
     return result;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    if (sums_codes_) return MakeBoxOfCodesStage(params(), context.inputs[0]);
+    if (codes_) return MakeBoxOfCodesStage(params(), *codes_, context.inputs[0]);
     return std::make_unique<WindowStage>(window_, context.inputs[0]);
   }
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
@@ -270,7 +271,7 @@ class BoxOp final : public graph::OpWith<BoxParams> {
 
  private:
   std::shared_ptr<const Window> window_;
-  bool sums_codes_ = false;
+  std::optional<PixelType> codes_;
 };
 
 // Rows, then columns, through an accumulation buffer of fixed point.
@@ -322,7 +323,7 @@ OpInfo BlurInfo() {
       "accumulation buffer, as --convolve:bits=; with sigma= rows and columns go through it one after the "
       "other.";
   info.bound =
-      "the named error times the largest sample nearby; box and kernels: (2 + log2 k) u * sum of |weight * "
+      "the named error times the largest sample nearby; box and kernels: (3 + k) u * sum of |weight * "
       "sample|";
   info.bound_u = 1;
   info.arguments = {{.name = "SIZE",
@@ -426,7 +427,8 @@ Node BoxBlur(const Node& image, const BoxParams& p) {
         "found method=lowrank, fft or decimated with a box, expected auto, direct, separable or recursive");
   }
   const BoxParams whole = ops::WithoutValid(p);
-  const bool codes = ops::HoldsCodes(image) && ops::SumsBoxOfCodes(whole, image.spec().type);
+  std::optional<PixelType> codes;
+  if (ops::HoldsCodes(image) && ops::SumsBoxOfCodes(whole, image.spec().type)) codes = image.spec().type;
   const Node node = ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
     return graph::MakeNode(std::make_shared<const ops::BoxOp>(whole, codes), {framed});
   });

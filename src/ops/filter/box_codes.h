@@ -63,7 +63,9 @@ void BoxMeans(const BoxFunctions<T>& functions, const BoxTile<T>& tile, float* o
 bool HoldsCodes(const Node& image);
 // Whether the stage of codes can do a box: of an image that HoldsCodes.
 bool SumsBoxOfCodes(const BoxParams& params, PixelType type);
-std::unique_ptr<graph::TileStage> MakeBoxOfCodesStage(const BoxParams& params, const ImageSpec& in);
+// Of samples that are codes of that type, whether they come as such or as floats.
+std::unique_ptr<graph::TileStage> MakeBoxOfCodesStage(const BoxParams& params, PixelType codes,
+                                                      const ImageSpec& in);
 
 }  // namespace tessera::ops
 

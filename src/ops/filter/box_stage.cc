@@ -24,9 +24,9 @@ bool IsCode(double value, PixelType type) {
 
 class BoxOfCodesStage final : public graph::TileStage {
  public:
-  BoxOfCodesStage(const BoxParams& p, const ImageSpec& in)
+  BoxOfCodesStage(const BoxParams& p, PixelType codes, const ImageSpec& in)
       : params_(p),
-        type_(in.type),
+        type_(codes),
         window_(in.data_window),
         x_(p.border, 0, in.data_window.width()),
         y_(p.border, 0, in.data_window.height()) {}
@@ -196,8 +196,9 @@ bool SumsBoxOfCodes(const BoxParams& p, PixelType type) {
          (p.border != BorderMode::kBlack || IsCode(p.border_value, type));
 }
 
-std::unique_ptr<graph::TileStage> MakeBoxOfCodesStage(const BoxParams& params, const ImageSpec& in) {
-  return std::make_unique<BoxOfCodesStage>(params, in);
+std::unique_ptr<graph::TileStage> MakeBoxOfCodesStage(const BoxParams& params, PixelType codes,
+                                                      const ImageSpec& in) {
+  return std::make_unique<BoxOfCodesStage>(params, codes, in);
 }
 
 }  // namespace tessera::ops

@@ -196,8 +196,8 @@ ConvolveParams CommonParams(const Arguments& a) {
 }
 
 constexpr char kBound[] =
-    "(2 + log2 k) u * S, k the number of weights, S the sum of |weight * sample|; kernels up to 5x5 of sum 0 "
-    "are summed as differences, exactly 0 on flat images: S is then the sum of |weight| times the largest "
+    "(3 + k) u * S, k the number of weights, S the sum of |weight * sample|; kernels up to 5x5 of sum 0 are "
+    "summed as differences, exactly 0 on flat images: S is then the sum of |weight| times the largest "
     "sample; fft: see help";
 constexpr char kSource[] = "Source: McReynolds et al. 1997, 12.3 (kernels, with its mistakes mended).";
 
