@@ -296,7 +296,9 @@ void EvaluateSobel(const Call& call) {
       gx = call.in[0].at(x, y, c), gy = call.in[1].at(x, y, c);
       sx = std::fabs(gx), sy = std::fabs(gy);
     }
-    const double magnitude = std::hypot(gx, gy);
+    // hypot's infinity beside a NaN is not the root of a sum of squares, which is a NaN.
+    const double magnitude =
+        std::isnan(gx) || std::isnan(gy) ? std::numeric_limits<double>::quiet_NaN() : std::hypot(gx, gy);
     switch (p.output) {
       case SobelOutput::kXY:
         return result % 2 == 0 ? Sample(gx, sx + kSmallestScale) : Sample(gy, sy + kSmallestScale);

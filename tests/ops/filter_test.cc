@@ -425,6 +425,14 @@ TEST(SobelTest, RampsAndLargeOffsets) {
   EXPECT_FLOAT_EQ(Render(Sobel(FromImage(step))).at<float>(7, 4), 4e30f);
 }
 
+// Across one column an infinity less itself is a NaN, along it there is an infinite slope.
+TEST(SobelTest, WhatIsNotFiniteIsVerified) {
+  const Image image = Flat(1, 7, 1, 0.5f);
+  image.at<float>(0, 3) = -kInf;
+  const VerifyReport report = Verify(Sobel(FromImage(image)));
+  EXPECT_TRUE(report.within_bound) << report.Summary();
+}
+
 TEST(EmbossTest, NamesAreTheDirectionFromDarkToLight) {
   Image image = Flat(9, 9, 1, 0);
   for (int y = 0; y < 4; ++y) {
