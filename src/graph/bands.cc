@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "graph/executor.h"
-#include "graph/progress.h"
 #include "graph/run.h"
 #include "sched/scheduler.h"
 
@@ -144,7 +143,7 @@ BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, i
 }
 
 void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options) {
+              const RenderOptions& options, Progress& progress) {
   if (roi.empty()) return;
   const Plan& plan = program.plan();
   const int channels = plan.spec.channel_count();
@@ -177,11 +176,12 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
 
   const int threads = sched::ThreadCount(options.threads);
   std::deque<TileWorker> workers;
-  for (int i = 0; i < threads; ++i) workers.emplace_back(program);
-  Progress progress(options.progress, static_cast<int64_t>(bands.size()));
+  for (int i = 0; i < threads; ++i) workers.emplace_back(program, progress.cancelled());
+  progress.Begin(static_cast<int64_t>(bands.size()));
   size_t next = 0;
   sched::PipelineSteps steps;
   steps.read = [&]() -> std::shared_ptr<void> {
+    progress.Check();
     if (next == bands.size()) return nullptr;
     auto band = std::make_shared<Band>();
     band->roi = bands[next++];
@@ -210,6 +210,7 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
       for (int x = band.roi.x0; x < band.roi.x1; x += tile.width) {
         const Roi r{x, y, std::min(x + tile.width, band.roi.x1), std::min(y + tile.height, band.roi.y1)};
         workers[static_cast<size_t>(worker)].Run(band.sources, band.out.Sub(r), false);
+        progress.Check();
       }
     }
   };
@@ -218,6 +219,7 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
     progress.Step();
   };
   sched::Pipeline(threads, shape.tokens, steps);
+  progress.End();
 }
 
 }  // namespace tessera::graph

@@ -6,7 +6,6 @@
 #include <mutex>
 #include <vector>
 
-#include "graph/progress.h"
 #include "graph/run.h"
 #include "sched/scheduler.h"
 
@@ -69,7 +68,8 @@ std::vector<Layout> SourceLayouts(const Plan& plan) {
   return layouts;
 }
 
-void RunResident(const Program& program, const ImageView& out, const RenderOptions& options) {
+void RunResident(const Program& program, const ImageView& out, const RenderOptions& options,
+                 Progress& progress) {
   if (out.roi.empty()) return;
   std::vector<SourceView> sources;
   for (const PlannedSource& s : program.plan().sources) {
@@ -78,10 +78,13 @@ void RunResident(const Program& program, const ImageView& out, const RenderOptio
   const TileShape shape = ChooseTileShape(program, out.roi, options);
   const int64_t columns = (int64_t{out.roi.width()} + shape.width - 1) / shape.width;
   const int64_t rows = (int64_t{out.roi.height()} + shape.height - 1) / shape.height;
-  const int threads = options.shuffle_tiles ? 1 : sched::ThreadCount(options.threads);
+  const int threads =
+      options.shuffle_tiles
+          ? 1
+          : static_cast<int>(std::min<int64_t>(sched::ThreadCount(options.threads), columns * rows));
   std::deque<TileWorker> workers;
-  for (int i = 0; i < threads; ++i) workers.emplace_back(program);
-  Progress progress(options.progress, columns * rows);
+  for (int i = 0; i < threads; ++i) workers.emplace_back(program, progress.cancelled());
+  progress.Begin(columns * rows);
   // A result that does not fit in the last-level cache goes around it: no reads for ownership.
   constexpr int64_t kStreamBytes = int64_t{8} << 20;
   const bool stream =
@@ -99,6 +102,7 @@ void RunResident(const Program& program, const ImageView& out, const RenderOptio
   } else {
     sched::ParallelFor(columns * rows, threads, task);
   }
+  progress.End();
 }
 
 }  // namespace tessera::graph

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "graph/program.h"
+#include "graph/progress.h"
 #include "graph/source.h"
 #include "tessera/render.h"
 
@@ -29,13 +30,14 @@ int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type);
 // The layouts of a plan's sources: of their pixels, or of the rows that are read from files.
 std::vector<Layout> SourceLayouts(const Plan& plan);
 
-// Computes out.roi from sources that are all resident.
-void RunResident(const Program& program, const ImageView& out, const RenderOptions& options);
+// Computes out.roi from sources that are all resident, as a pass of `progress`.
+void RunResident(const Program& program, const ImageView& out, const RenderOptions& options,
+                 Progress& progress);
 
 // Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and
 // `sink` is given.
 void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options);
+              const RenderOptions& options, Progress& progress);
 
 }  // namespace tessera::graph
 

@@ -29,6 +29,7 @@ struct Layout {
   bool ascending = true;                           // a row begins behind the end of the one before
   int first = 0;                                   // of a source: the source's channel that is channel 0 here
 
+  bool operator==(const Layout&) const = default;
   static Layout Of(const ConstImageView& view);
   static Layout Packed(PixelType type, int channels, int first = 0);
   // Of that type, channels side by side, pixels too.

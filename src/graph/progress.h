@@ -1,38 +1,50 @@
-// Counts finished tiles for the caller's progress callback and turns its refusal into Cancelled.
+// How far an evaluation is, for the caller's progress callback, and whether that has cancelled it.
 #ifndef TESSERA_GRAPH_PROGRESS_H_
 #define TESSERA_GRAPH_PROGRESS_H_
 
-#include <algorithm>
+#include <atomic>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <mutex>
+#include <optional>
 
-#include "tessera/error.h"
+#include "sched/watch.h"
 
 namespace tessera::graph {
 
+// Counts finished steps (tiles, bands, tasks) of finished passes. The callback is called from one thread at a
+// time: after a step, with growing shares, and where none ends for long, with the share as it is.
 class Progress {
  public:
-  Progress(const std::function<bool(double)>& callback, int64_t total)
-      : callback_(callback), total_(std::max<int64_t>(1, total)) {}
+  explicit Progress(const std::function<bool(double)>& callback);
 
-  // One more tile is done; calls back from one thread at a time, with growing shares. Throws Cancelled.
-  void Step() {
-    if (!callback_) return;
-    const std::lock_guard lock(mutex_);
-    ++done_;
-    if (cancelled_ || !callback_(static_cast<double>(done_) / static_cast<double>(total_))) {
-      cancelled_ = true;
-      throw Cancelled();
-    }
-  }
+  // So many passes are expected from here on.
+  void Expect(int passes);
+  // A pass of so many steps begins, or the one that began last has ended.
+  void Begin(int64_t steps);
+  void End();
+  // The share is 1, and the callback is not called any more.
+  void Finish();
+
+  // One more step is done. Throws what Check throws.
+  void Step();
+  // Throws Cancelled, or what the callback threw, when the evaluation has to end.
+  void Check() const;
+  const std::atomic<bool>& cancelled() const { return cancelled_; }
 
  private:
-  const std::function<bool(double)>& callback_;
-  const int64_t total_;
-  std::mutex mutex_;
-  int64_t done_ = 0;
-  bool cancelled_ = false;
+  double Share() const;
+  void Call(double share);
+
+  const std::function<bool(double)> callback_;
+  std::mutex mutex_;  // of everything but `cancelled_`
+  double passes_ = 1, ended_ = 0;
+  int64_t steps_ = 1, done_ = 0;
+  double reported_ = 0;
+  std::exception_ptr thrown_;
+  std::atomic<bool> cancelled_ = false;
+  std::optional<sched::Watch> watch_;  // the last: looks at the others
 };
 
 }  // namespace tessera::graph

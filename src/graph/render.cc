@@ -3,17 +3,20 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
 #include <unordered_map>
 #include <utility>
 
 #include "graph/executor.h"
 #include "graph/optimize.h"
 #include "graph/plan.h"
+#include "graph/progress.h"
 #include "graph/rules.h"
 #include "graph/statistics.h"
 #include "graph/topology.h"
 #include "graph/whole.h"
 #include "sched/scheduler.h"
+#include "tessera/prepared_graph.h"
 
 namespace tessera {
 namespace graph {
@@ -35,75 +38,102 @@ class PassTimer {
 };
 
 bool AllResident(const Plan& plan) {
-  for (const PlannedSource& s : plan.sources) {
-    if (!s.source->View()) return false;
-  }
-  return true;
+  return std::all_of(plan.sources.begin(), plan.sources.end(),
+                     [](const PlannedSource& s) { return s.source->View().has_value(); });
 }
 
+ImageSpec AsFloats(ImageSpec spec) {
+  spec.type = PixelType::kFloat;
+  return spec;
+}
+
+// The scheduler's threads, which stop between tasks when the evaluation is cancelled.
 class SchedulerWorkers final : public Workers {
  public:
-  explicit SchedulerWorkers(const RenderOptions& options)
-      : shuffle_(options.shuffle_tiles), threads_(shuffle_ ? 1 : sched::ThreadCount(options.threads)) {}
+  SchedulerWorkers(const RenderOptions& options, const Progress& progress)
+      : shuffle_(options.shuffle_tiles),
+        threads_(shuffle_ ? 1 : sched::ThreadCount(options.threads)),
+        progress_(progress) {}
   int count() const override { return threads_; }
   void For(int64_t n, const std::function<void(int64_t, int)>& task) const override {
+    const auto checked = [&](int64_t i, int worker) {
+      progress_.Check();
+      task(i, worker);
+    };
     if (shuffle_) {
-      sched::ShuffledFor(n, 1, task);
+      sched::ShuffledFor(n, 1, checked);
     } else {
-      sched::ParallelFor(n, threads_, task);
+      sched::ParallelFor(n, threads_, checked);
     }
+    progress_.Check();
   }
 
  private:
-  bool shuffle_;
-  int threads_;
+  const bool shuffle_;
+  const int threads_;
+  const Progress& progress_;
 };
 
-// One evaluation: what must be known or computed beforehand, then the plan.
+// Passes over pixels that a graph takes.
+int CountPasses(const Node& root) {
+  int passes = 1;
+  for (const Node& node : TopologicalOrder(root)) {
+    const NodeData& d = *node.data();
+    passes += d.op->Kind() == OpKind::kWhole;
+    passes += static_cast<int>(d.op->Statistics().size());
+    for (size_t k = 0; k < d.inputs.size(); ++k) passes += d.op->NeedsWhole(static_cast<int>(k));
+  }
+  return passes;
+}
+
+// One graph: what must be known or computed beforehand, then the plan.
 class Evaluation final : public Prepass {
  public:
-  Evaluation(const RenderOptions& options, RunStats* stats)
-      : options_(options), rules_(options.rules_off), quiet_(options), stats_(stats), workers_(options) {
-    quiet_.progress = nullptr;
-  }
+  Evaluation(const RenderOptions& options, RunStats* stats, Progress& progress)
+      : options_(options),
+        rules_(options.rules_off),
+        stats_(stats),
+        progress_(progress),
+        workers_(options, progress) {}
 
   // One of `out` and `sink`.
   void Run(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
-    int operations = 0;
-    for (const Node& n : TopologicalOrder(node)) operations += n.data()->op->Kind() != OpKind::kSource;
-    Node root = options_.optimize ? Optimize(node) : node;
-    const auto compute = [this](const Node& n) {
-      ImageSpec spec = n.spec();
-      spec.type = PixelType::kFloat;
-      const Image image = Image::Uninitialized(std::move(spec));
-      RunWhole(n, image.view());
-      return image;
-    };
+    const Node root = options_.optimize ? Optimize(node) : node;
     if (root.data()->op->Kind() == OpKind::kWhole && rules_.IsOn(kWholeInResult) && out != nullptr &&
         IsDenseFloat(*out) && out->roi == root.spec().data_window) {
       NoteRule(kWholeInResult);
-      RunWhole(ResolveInputs(root, compute), *out);
+      RunWhole(ResolveInputs(root, [this](const Node& n) { return WholeImage(n); }), *out);
       return;
     }
-    root = ResolveWhole(root, compute);
-    const Plan plan = MakePlan(root, operations, *this);
+    const Plan plan = Prepare(node, root);
     const Layout result = out != nullptr ? Layout::Of(*out) : Layout::Packed(type, plan.spec.channel_count());
-    const Program program(plan, SourceLayouts(plan), result, rules_);
+    Execute(Program(plan, SourceLayouts(plan), result, rules_), roi, type, out, sink);
+  }
+
+  // `root`: the node as it is planned.
+  Plan Prepare(const Node& node, const Node& root) {
+    int operations = 0;
+    for (const Node& n : TopologicalOrder(node)) operations += n.data()->op->Kind() != OpKind::kSource;
+    return MakePlan(ResolveWhole(root, [this](const Node& n) { return WholeImage(n); }), operations, *this);
+  }
+
+  void Execute(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
     for (const std::string& name : program.AppliedRules()) NoteRule(name);
     PassTimer timer(stats_, sink != nullptr ? "stream" : "render");
-    if (out != nullptr && AllResident(plan)) {
-      RunResident(program, *out, options_);
+    if (out != nullptr && AllResident(program.plan())) {
+      RunResident(program, *out, options_, progress_);
     } else {
-      RunBands(program, roi, type, out, sink, options_);
+      RunBands(program, roi, type, out, sink, options_, progress_);
     }
-    timer.Stop(roi.pixels(), BytesMoved(plan, roi, type));
+    timer.Stop(roi.pixels(), BytesMoved(program.plan(), roi, type));
   }
 
   double Statistic(const Node& input, const StatisticRequest& request) override {
     PassTimer timer(stats_, "mean");
     MeanSink mean(request.weights);
     const Node color = ColorOf(input);
-    Evaluation(quiet_, nullptr).Run(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean);
+    Evaluation(options_, nullptr, progress_)
+        .Run(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean);
     timer.Stop(input.spec().data_window.pixels(), input.spec().data_window.pixels() * 12);
     return mean.Mean();
   }
@@ -118,11 +148,9 @@ class Evaluation final : public Prepass {
     }
     const auto [it, fresh] = whole_.try_emplace(input.data());
     if (fresh) {
-      ImageSpec spec = input.spec();
-      spec.type = PixelType::kFloat;
-      const Image image = Image::Uninitialized(std::move(spec));
+      const Image image = Image::Uninitialized(AsFloats(input.spec()));
       const ImageView view = image.view();
-      Evaluation(quiet_, stats_).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
+      Evaluation(options_, stats_, progress_).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
       it->second = {input, image};
     }
     return it->second.second.view();
@@ -130,13 +158,22 @@ class Evaluation final : public Prepass {
   const Workers& workers() const override { return workers_; }
 
  private:
+  Image WholeImage(const Node& node) {
+    const Image image = Image::Uninitialized(AsFloats(node.spec()));
+    RunWhole(node, image.view());
+    return image;
+  }
+
   void RunWhole(const Node& node, const ImageView& out) {
     if (out.roi.empty()) return;
     const NodeData& d = *node.data();
     const ContextOf context(d, *this);
     const StageContext& c = context.For({-1, -1, -1, -1});
     PassTimer timer(stats_, d.op->Name());
+    progress_.Begin(1);
     d.op->MakeWholeStage(c)->Run(c.whole, out, workers_);
+    progress_.End();
+    progress_.Check();
     int64_t bytes = out.roi.pixels() * out.pixel_stride;
     for (const ConstImageView& in : c.whole) bytes += in.roi.pixels() * in.pixel_stride;
     timer.Stop(out.roi.pixels(), bytes);
@@ -150,17 +187,37 @@ class Evaluation final : public Prepass {
 
   const RenderOptions& options_;
   const RuleSet rules_;
-  RenderOptions quiet_;
-  RunStats* stats_;
-  SchedulerWorkers workers_;
+  RunStats* const stats_;
+  Progress& progress_;
+  const SchedulerWorkers workers_;
   std::unordered_map<const NodeData*, std::pair<Node, Image>> whole_;  // the node keeps its address taken
 };
+
+void Evaluate(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
+              const RenderOptions& options, RunStats* stats) {
+  Progress progress(options.progress);
+  if (options.progress) progress.Expect(CountPasses(node));
+  Evaluation(options, stats, progress).Run(node, roi, type, out, sink);
+  progress.Finish();
+  progress.Check();
+}
+
+void RequireFit(const ImageSpec& spec, const ImageView& out) {
+  if (!spec.data_window.Contains(out.roi))
+    throw Error("render", "the region reaches outside the image's data window");
+  if (out.data == nullptr && !out.roi.empty())
+    throw Error("render", "found an output without pixels, expected an address");
+  if (out.channels != spec.channel_count()) {
+    throw Error("render", "the output has " + std::to_string(out.channels) + " channels, expected " +
+                              std::to_string(spec.channel_count()));
+  }
+}
 
 }  // namespace
 
 void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderOptions& options,
                   RunStats* stats) {
-  Evaluation(options, stats).Run(node, node.spec().data_window, type, nullptr, &sink);
+  Evaluate(node, node.spec().data_window, type, nullptr, &sink, options, stats);
 }
 
 }  // namespace graph
@@ -174,16 +231,56 @@ Image Render(const Node& node, PixelType type, const RenderOptions& options, Run
 }
 
 void RenderInto(const Node& node, const ImageView& out, const RenderOptions& options, RunStats* stats) {
-  const ImageSpec& spec = node.spec();
-  if (!spec.data_window.Contains(out.roi))
-    throw Error("render", "the region reaches outside the image's data window");
-  if (out.data == nullptr && !out.roi.empty())
-    throw Error("render", "found an output without pixels, expected an address");
-  if (out.channels != spec.channel_count()) {
-    throw Error("render", "the output has " + std::to_string(out.channels) + " channels, expected " +
-                              std::to_string(spec.channel_count()));
+  graph::RequireFit(node.spec(), out);
+  graph::Evaluate(node, out.roi, out.type, &out, nullptr, options, stats);
+}
+
+struct PreparedGraph::Kept {
+  Kept(const Node& node, const RenderOptions& given, RunStats* stats)
+      : options(given),
+        rules(options.rules_off),
+        progress(options.progress),
+        evaluation(options, stats, progress) {
+    static_cast<void>(node.spec());  // throws for an empty node
+    progress.Expect(graph::CountPasses(node));
+    plan = evaluation.Prepare(node, options.optimize ? graph::Optimize(node) : node);
+    progress.Finish();
+    progress.Check();
+    options.progress = nullptr;
   }
-  graph::Evaluation(options, stats).Run(node, out.roi, out.type, &out, nullptr);
+
+  const graph::Program& ProgramFor(const graph::Layout& result) {
+    const std::lock_guard lock(mutex);
+    for (const auto& [layout, program] : programs) {
+      if (layout == result) return *program;
+    }
+    programs.emplace_back(
+        result, std::make_unique<const graph::Program>(plan, graph::SourceLayouts(plan), result, rules));
+    return *programs.back().second;
+  }
+
+  RenderOptions options;
+  const graph::RuleSet rules;
+  graph::Progress progress;      // of the preparation
+  graph::Evaluation evaluation;  // has the whole images
+  graph::Plan plan;
+  std::mutex mutex;
+  std::vector<std::pair<graph::Layout, std::unique_ptr<const graph::Program>>> programs;
+};
+
+PreparedGraph::PreparedGraph(const Node& node, const RenderOptions& options, RunStats* stats)
+    : kept_(std::make_unique<Kept>(node, options, stats)) {}
+PreparedGraph::~PreparedGraph() = default;
+
+const ImageSpec& PreparedGraph::spec() const { return kept_->plan.spec; }
+
+void PreparedGraph::RenderInto(const ImageView& out, const std::function<bool(double)>& callback) const {
+  graph::RequireFit(spec(), out);
+  graph::Progress progress(callback);
+  graph::Evaluation(kept_->options, nullptr, progress)
+      .Execute(kept_->ProgramFor(graph::Layout::Of(out)), out.roi, out.type, &out, nullptr);
+  progress.Finish();
+  progress.Check();
 }
 
 }  // namespace tessera

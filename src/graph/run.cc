@@ -25,7 +25,8 @@ bool HasMargin(const ConstImageView& view, ptrdiff_t margin, const Roi& region) 
 
 }  // namespace
 
-TileWorker::TileWorker(const Program& program) : program_(program), moves_(simd::CurrentMoveFunctions()) {
+TileWorker::TileWorker(const Program& program, const std::atomic<bool>& cancelled)
+    : program_(program), cancelled_(cancelled), moves_(simd::CurrentMoveFunctions()) {
   const Plan& plan = program.plan();
   for (int i = 0; i <= program.result(); ++i) is_tile_.push_back(program.IsTile(i));
   made_.resize(plan.buffers.size());
@@ -59,6 +60,7 @@ void TileWorker::Run(std::span<const SourceView> sources, const ImageView& out, 
     margins_[Z(program_.source(static_cast<int>(k)))] = sources[k].margin;
   }
   for (size_t s = 0; s < program_.steps.size(); ++s) {
+    if (cancelled_.load(std::memory_order_relaxed)) return;
     const Step& step = program_.steps[s];
     if (regions_.buffers[Z(step.made)].empty()) continue;
     const bool around = stream && step.to == result;

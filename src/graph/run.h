@@ -2,6 +2,7 @@
 #ifndef TESSERA_GRAPH_RUN_H_
 #define TESSERA_GRAPH_RUN_H_
 
+#include <atomic>
 #include <memory>
 #include <span>
 #include <vector>
@@ -22,8 +23,9 @@ struct SourceView {
 // What a worker thread carries from tile to tile. After the first tiles nothing is allocated.
 class TileWorker {
  public:
-  // Uses the SIMD target of this moment. The program must outlive it.
-  explicit TileWorker(const Program& program);
+  // Uses the SIMD target of this moment. The program must outlive it. `cancelled`: whether to leave tiles
+  // undone.
+  TileWorker(const Program& program, const std::atomic<bool>& cancelled);
 
   // Computes `out.roi` of the result into `out`. `stream`: write around the cache.
   void Run(std::span<const SourceView> sources, const ImageView& out, bool stream);
@@ -34,6 +36,7 @@ class TileWorker {
   ConstImageView Fetch(const Window& window, size_t input, const Roi& out);
 
   const Program& program_;
+  const std::atomic<bool>& cancelled_;
   const simd::MoveFunctions moves_;
   base::Arena arena_;
   Regions regions_;

@@ -5,7 +5,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -237,27 +236,31 @@ TEST_P(EveryStage, TakesNoMemoryAndAsksForNoTargetPerTile) {
 class TileLog {
  public:
   explicit TileLog(const Node& node, PixelType type, int width, int height) {
+    const Roi& window = node.spec().data_window;
+    const int columns = (window.width() + width - 1) / width, rows = (window.height() + height - 1) / height;
+    after_.resize(static_cast<size_t>(std::max(1, columns * rows)));
     RenderOptions options{.threads = 1, .tile_width = width, .tile_height = height};
     options.progress = [this](double share) {
-      if (share <= last_share_) tiles_ = 0;  // another pass
+      // The same share again says that time has passed; passes before the last are overwritten.
+      if (share > last_share_) after_[calls_++ % after_.size()] = all_allocations;
       last_share_ = share;
-      if (tiles_ < after_.size()) after_[tiles_++] = all_allocations;
       return true;
     };
     Render(node, type, options);
   }
-  size_t tiles() const { return tiles_; }
+  size_t tiles() const { return std::min(calls_, after_.size()); }
   // How many tiles after the first took memory.
   int Takers() const {
     int takers = 0;
-    for (size_t i = 1; i < tiles_; ++i) takers += after_[i] != after_[i - 1] ? 1 : 0;
+    for (size_t i = calls_ - tiles() + 1; i < calls_; ++i)
+      takers += after_[i % after_.size()] != after_[(i - 1) % after_.size()] ? 1 : 0;
     return takers;
   }
 
  private:
-  std::array<int64_t, 256> after_{};
-  size_t tiles_ = 0;
-  double last_share_ = 2;
+  std::vector<int64_t> after_;
+  size_t calls_ = 0;
+  double last_share_ = -1;
 };
 
 constexpr Roi kLarge{-5, 3, 187, 131};  // 8 x 16 tiles
