@@ -1,9 +1,6 @@
 // Table: validation, storage in any pixel type, exact reading back.
 #include "tessera/table.h"
 
-#define IMATH_HALF_NO_LOOKUP_TABLE
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -11,6 +8,7 @@
 #include <string>
 
 #include "base/arena.h"
+#include "base/half.h"
 #include "tessera/error.h"
 
 namespace tessera {
@@ -33,7 +31,7 @@ void Store(float value, PixelType type, std::byte* to) {
     case PixelType::kUint16:
       return put(Code<uint16_t>(value, 65535));
     case PixelType::kHalf:
-      return put(Imath::half(value).bits());
+      return put(base::HalfFromFloat(value));
     case PixelType::kFloat:
       return put(value);
   }
@@ -50,7 +48,7 @@ float Load(const std::byte* from, PixelType type) {
     case PixelType::kUint16:
       return static_cast<float>(get(uint16_t{}) / 65535.0);
     case PixelType::kHalf:
-      return imath_half_to_float(get(uint16_t{}));
+      return base::FloatFromHalf(get(uint16_t{}));
     case PixelType::kFloat:
       break;
   }

@@ -5,9 +5,7 @@
 #include <limits>
 #include <string>
 
-#define IMATH_HALF_NO_LOOKUP_TABLE
-#include <Imath/half.h>
-
+#include "base/half.h"
 #include "base/number_text.h"
 #include "model/table_axis.h"
 #include "tessera/error.h"
@@ -67,7 +65,7 @@ float Sample(const std::byte* at, PixelType type) {
       return static_cast<float>(code / 65535.0);
     case PixelType::kHalf:
       std::memcpy(&code, at, sizeof code);
-      return imath_half_to_float(code);
+      return base::FloatFromHalf(code);
     case PixelType::kFloat:
       break;
   }

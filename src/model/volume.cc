@@ -1,14 +1,13 @@
 // Volumes in memory: allocation, conversion, voxels one by one.
 #include "tessera/volume.h"
 
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "base/arena.h"
+#include "base/half.h"
 #include "base/number_text.h"
 #include "model/volume_data.h"
 #include "tessera/error.h"
@@ -32,9 +31,9 @@ double ReadCode(const std::byte* p, PixelType type) {
       return v;
     }
     case PixelType::kHalf: {
-      Imath::half v;
+      uint16_t v;
       std::memcpy(&v, p, 2);
-      return v;
+      return base::FloatFromHalf(v);
     }
     default: {
       float v;
@@ -55,7 +54,7 @@ void WriteCode(std::byte* p, PixelType type, double code) {
       return;
     }
     case PixelType::kHalf: {
-      const Imath::half v(static_cast<float>(code));
+      const uint16_t v = base::HalfFromFloat(static_cast<float>(code));
       std::memcpy(p, &v, 2);
       return;
     }

@@ -1,11 +1,10 @@
 // Bounds of blocks of cells, and the exact Euclidean distance between blocks that rays leap by.
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "base/arena.h"
+#include "base/half.h"
 #include "model/distance_transform.h"
 #include "model/volume_data.h"
 
@@ -15,9 +14,12 @@ namespace {
 constexpr int kSmallSide = 320;  // volumes up to here have blocks of 4 cells, larger ones of 8
 constexpr size_t kMostGrids = 8;
 
+struct HalfBits {
+  uint16_t bits;
+};
 float AsFloat(uint8_t v) { return v; }
 float AsFloat(uint16_t v) { return v; }
-float AsFloat(Imath::half v) { return v; }
+float AsFloat(HalfBits v) { return base::FloatFromHalf(v.bits); }
 float AsFloat(float v) { return v; }
 
 // Bounds over a row of blocks: columns first, then each block's share of the columns.
@@ -156,7 +158,7 @@ const VolumeData::Blocks& VolumeData::BlocksOf(const ForEach& for_each) const {
         AddRows<uint16_t>(*this, j0, k0, edge, c);
         break;
       case PixelType::kHalf:
-        AddRows<Imath::half>(*this, j0, k0, edge, c);
+        AddRows<HalfBits>(*this, j0, k0, edge, c);
         break;
       default:
         AddRows<float>(*this, j0, k0, edge, c);
