@@ -40,10 +40,11 @@ struct Query {
   std::array<Wide, 4> position = {};
   int channel = 0;
   // Where floats may have gone instead: what is added to a domain warp's displacements, and which of two
-  // points that are equally far is the nearer one.
+  // points that are equally far is the nearer one (1, 2), or the other side of a fold (kOtherSide).
   std::array<double, 4> aside = {};
   int tie = 0;
 };
+constexpr int kOtherSide = 3;
 
 double MeanSize(const NoiseParams& p) {
   const auto d = static_cast<size_t>(p.dims);
@@ -150,13 +151,15 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
     }
     const int channel = p.lattice == NoiseLattice::kOsl && color ? q.channel : -1;
     if (w != 0) {
-      const NoiseValue n = EvaluateNoise(p, seed, period, channel, place, q.tie);
+      const NoiseValue n = EvaluateNoise(p, seed, period, channel, place, q.tie == kOtherSide ? 0 : q.tie);
       sum.value += w * shaped(n.value);
       const double shape_slope = p.sum == NoiseSum::kFbm || p.sum == NoiseSum::kTurbulence ? 1 : 2;
       sum.scale += std::fabs(w) * (n.scale - 1) * shape_slope;
       steeper += std::fabs(w) * std::max(0.0, n.slope_scale - n.scale) * shape_slope;
       sum.scale += std::fabs(w) * (shape_slope - 1 + 4 * std::fabs(p.warp) * scale);
-      const double sign = n.value > 0 ? 1 : n.value < 0 ? -1 : 0;
+      double sign = n.value > 0 ? 1 : n.value < 0 ? -1 : 0;
+      // At a fold, within what a float's value is off by.
+      if (q.tie == kOtherSide && std::fabs(n.value) < n.scale * 0x1p-20) sign = n.value > 0 ? -1 : 1;
       const double factor = p.sum == NoiseSum::kFbm          ? 1
                             : p.sum == NoiseSum::kTurbulence ? sign
                             : p.sum == NoiseSum::kBillow     ? 2 * sign
@@ -181,10 +184,16 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
 }
 
 // What floats may have instead, where a value hangs on a decision: in which cell a displaced position lies,
-// which of two points is the nearest. `sum` gives the noise of a query.
+// which of two points is the nearest, on which side of a fold a value is. `sum` gives the noise of a query.
 template <typename SumOf>
 std::vector<NoiseValue> Others(const NoiseParams& p, const Query& q, const SumOf& sum) {
   std::vector<NoiseValue> others;
+  const bool slopes = p.output == NoiseOutput::kGradient || p.output == NoiseOutput::kNormal;
+  if (slopes && p.sum != NoiseSum::kFbm) {
+    Query aside = q;
+    aside.tie = kOtherSide;
+    others.push_back(sum(aside));
+  }
   if (p.kind != NoiseKind::kWhite && p.kind != NoiseKind::kCell) return others;
   // A displacement is a noise within its own bound, times warp, added to a position in floats.
   const double off = std::fabs(p.warp) * 1e-6 + (1 + std::fabs(p.warp)) * 0x1p-23;
@@ -194,7 +203,6 @@ std::vector<NoiseValue> Others(const NoiseParams& p, const Query& q, const SumOf
       aside.aside[static_cast<size_t>(a)] = (corner >> a & 1) != 0 ? off : -off;
     others.push_back(sum(aside));
   }
-  const bool slopes = p.output == NoiseOutput::kGradient || p.output == NoiseOutput::kNormal;
   for (int tie = 1; tie <= 2 && slopes && p.kind == NoiseKind::kCell; ++tie) {
     Query aside = q;
     aside.tie = tie;

@@ -36,28 +36,6 @@ double ToPlanar(const DepthParams& p, const Roi& frame, double depth, int x, int
   }
 }
 
-void Depth(const Call& call) {
-  const auto& p = *std::any_cast<DepthParams>(&call.parameters);
-  const Roi& frame = FrameOf(call.in_specs[0]);
-  const Roi& r = call.out.roi;
-  for (int y = r.y0; y < r.y1; ++y) {
-    for (int x = r.x0; x < r.x1; ++x) {
-      for (int c = 0; c < call.out.channels; ++c) {
-        const double depth = call.in[0].at(x, y, c), planar = ToPlanar(p, frame, depth, x, y);
-        double v = planar;
-        if (p.to == DepthKind::kEuclidean) v = planar * RayLength(p, frame, x, y);
-        if (p.to == DepthKind::kWindow) v = WindowOfPlanar(planar, p.near, p.far);
-        if (p.to == DepthKind::kReversedWindow) v = 1 - WindowOfPlanar(planar, p.near, p.far);
-        call.out.at(x, y, c) = v;
-        // Window depths are differences of two terms.
-        const bool window = p.to == DepthKind::kWindow || p.to == DepthKind::kReversedWindow;
-        const double size = std::fabs(v) + (window ? 1 : 0);
-        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(size, 0x1p-126);
-      }
-    }
-  }
-}
-
 // The camera with every number some roundings aside: what its rays move by then, a matrix that is nearly
 // singular makes of the roundings of any way to invert it. The camera itself where that cannot be inverted.
 Camera CameraAside(const Camera& camera) {
@@ -76,6 +54,43 @@ Camera CameraAside(const Camera& camera) {
   }
 }
 
+// What a pixel's ray leaves of its length, in the rows' bound: as the camera's numbers are off, and as rays
+// that are affine from pixel 0, 0 on leave those terms' roundings.
+constexpr double kRowBound = 16 * 0x1p-24;
+double Longest(const Vector3& v) { return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])}); }
+double RayOff(const DepthParams& p, const Roi& frame, const Camera& aside, int x, int y) {
+  const auto clip = ClipOfPixel(frame, x, y);
+  const double length = p.camera.DistancePerDepth(clip[0], clip[1]);
+  const double off = std::fabs(aside.DistancePerDepth(clip[0], clip[1]) - length) +
+                     0x1p-48 * Longest(p.camera.PixelRay(frame, 0, 0).direction);
+  return off / length / kRowBound;
+}
+
+void Depth(const Call& call) {
+  const auto& p = *std::any_cast<DepthParams>(&call.parameters);
+  const Roi& frame = FrameOf(call.in_specs[0]);
+  const bool turns = (p.from == DepthKind::kEuclidean) != (p.to == DepthKind::kEuclidean);
+  const Camera aside = turns ? CameraAside(p.camera) : p.camera;
+  const Roi& r = call.out.roi;
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x) {
+      for (int c = 0; c < call.out.channels; ++c) {
+        const double depth = call.in[0].at(x, y, c), planar = ToPlanar(p, frame, depth, x, y);
+        double v = planar;
+        if (p.to == DepthKind::kEuclidean) v = planar * RayLength(p, frame, x, y);
+        if (p.to == DepthKind::kWindow) v = WindowOfPlanar(planar, p.near, p.far);
+        if (p.to == DepthKind::kReversedWindow) v = 1 - WindowOfPlanar(planar, p.near, p.far);
+        call.out.at(x, y, c) = v;
+        // Window depths are differences of two terms.
+        const bool window = p.to == DepthKind::kWindow || p.to == DepthKind::kReversedWindow;
+        const double size =
+            std::fabs(v) * (1 + (turns ? RayOff(p, frame, aside, x, y) : 0)) + (window ? 1 : 0);
+        if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(size, 0x1p-126);
+      }
+    }
+  }
+}
+
 void Position(const Call& call) {
   const auto& p = *std::any_cast<DepthParams>(&call.parameters);
   const Roi& frame = FrameOf(call.in_specs[0]);
@@ -85,23 +100,19 @@ void Position(const Call& call) {
     const double depth = ToPlanar(p, frame, call.in[0].at(x, y, 0), x, y);
     const Camera::Ray ray = p.camera.PixelRay(frame, x, y);
     const Camera::Ray aside = camera_aside.PixelRay(frame, x, y);
-    const auto longest = [](const Vector3& v) {
-      return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])});
-    };
-    constexpr double kBound = 16 * 0x1p-24;
     for (size_t k = 0; k < 3; ++k) {
       const double along = ray.direction[k] == 0 && !std::isnan(depth) ? 0 : depth * ray.direction[k];
       // Origins and directions are differences of terms in double, from an inverse matrix: where they are
       // nearly 0 the error is theirs.
       const double terms =
-          longest(ray.origin) + (std::isfinite(depth) ? std::fabs(depth) : 0) * longest(ray.direction);
+          Longest(ray.origin) + (std::isfinite(depth) ? std::fabs(depth) : 0) * Longest(ray.direction);
       // Rays are affine from pixel 0, 0 on, in double: far from there they leave those terms' roundings.
       const double deep = std::isfinite(depth) ? std::fabs(depth) : 0;
       const double moved = std::fabs(aside.origin[k] - ray.origin[k]) +
                            deep * std::fabs(aside.direction[k] - ray.direction[k]) +
-                           0x1p-48 * (longest(corner.origin) + deep * longest(corner.direction));
+                           0x1p-48 * (Longest(corner.origin) + deep * Longest(corner.direction));
       pixel.Set(k, ray.origin[k] + along,
-                std::fabs(ray.origin[k]) + std::fabs(along) + 0x1p-19 * terms + moved / kBound);
+                std::fabs(ray.origin[k]) + std::fabs(along) + 0x1p-19 * terms + moved / kRowBound);
     }
   });
 }

@@ -120,7 +120,11 @@ std::optional<std::string> Apart(const Built& built, Image* result, const Use& u
     const Image image = Render(alone, PixelType::kFloat, kPlain);
     const std::optional<std::string> words = use(alone, image);
     if (words) return words;
-    apart[&d] = FromImage(image);
+    // Codes that are only moved stay codes: operations that follow may have been made for them.
+    const bool moved = d.op->Kind() == OpKind::kCrop || d.op->Kind() == OpKind::kShuffle;
+    const PixelType type = alone.spec().type;
+    const bool codes = moved && (type == PixelType::kUint8 || type == PixelType::kUint16);
+    apart[&d] = FromImage(codes ? Render(alone, type, kPlain) : image);
     if (result != nullptr) *result = image;
   }
   return std::nullopt;

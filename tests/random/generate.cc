@@ -153,6 +153,7 @@ Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder,
     const graph::OpKind kind = KindOf(*op);
     if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) tiles_.push_back(op);
     if (kind == graph::OpKind::kChannel || kind == graph::OpKind::kColor) points_.push_back(op);
+    if (kind == graph::OpKind::kColor && op->inputs == 2) pairs_.push_back(op);
     if (op->name == "ccmatrix" || op->name == "saturate" || op->name == "hue") grades_.push_back(op);
     for (const char* quick : {"blur", "sobel", "resize", "shift", "zoom", "dilate", "convolve"}) {
       if (op->name == quick) quick_.push_back(op);
@@ -321,9 +322,46 @@ Case Generator::MakeLarge(uint64_t seed, uint64_t index, Draw& draw, const OpInf
   return Finished(draw, s);
 }
 
+// From packed pixels to packed pixels of the same type, in one operation or in colours that follow each
+// other: the rules that need just that come too rarely by chance.
+Case Generator::MakePacked(uint64_t seed, uint64_t index, Draw& draw) {
+  State s;
+  s.made.seed = seed, s.made.index = index;
+  s.window = DrawWindow(draw);
+  const int kind = draw.Below(6);
+  const bool pair = kind == 0 && !pairs_.empty();
+  s.made.type = draw.Of({PixelType::kUint8, PixelType::kUint16});
+  if (pair && draw.Chance(0.4)) s.made.type = draw.Of({PixelType::kHalf, PixelType::kFloat});
+  for (int k = 0; k < (pair ? 2 : 1); ++k) {
+    Picture picture = DrawPicture(draw, s.window);
+    picture.channels = draw.Chance(0.9) ? 4 : picture.channels;
+    picture.type = s.made.type, picture.layout = {};
+    s.AddPicture(picture);
+  }
+  const auto add = [&](const std::vector<const OpInfo*>& rows, bool plain) {
+    if (rows.empty()) return;
+    for (int attempt = 0; attempt < 10; ++attempt) {
+      if (AddStep(draw, DrawRow(draw, rows), s, plain && attempt == 0)) return;
+    }
+  };
+  if (pair) {
+    add(pairs_, draw.Chance(0.5));
+  } else if (kind == 1) {
+    add(draw.Chance(0.5) ? tiles_ : quick_, false);
+  } else {
+    add(grades_, false);
+    if (kind > 2) {
+      if (clamp_ != nullptr) AddStep(draw, *clamp_, s, draw.Chance(0.7));
+      add(grades_, false);
+    }
+  }
+  return Finished(draw, s);
+}
+
 Case Generator::Make(uint64_t seed, uint64_t index, const OpInfo* only) {
   Draw draw(seed, index);
   if (index % kLargeEvery == kFirstLarge) return MakeLarge(seed, index, draw, only);
+  if (only == nullptr && draw.Chance(0.15)) return MakePacked(seed, index, draw);
   State s;
   s.made.seed = seed, s.made.index = index;
   s.window = DrawWindow(draw);

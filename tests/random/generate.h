@@ -93,9 +93,10 @@ class Generator {
   const ops::OpInfo& DrawRow(Draw& draw, const std::vector<const ops::OpInfo*>& rows) const;
   void DrawChecks(Draw& draw, Case& c, const Node& result) const;
   Case MakeLarge(uint64_t seed, uint64_t index, Draw& draw, const ops::OpInfo* only);
+  Case MakePacked(uint64_t seed, uint64_t index, Draw& draw);
   Case Finished(Draw& draw, State& state) const;
 
-  std::vector<const ops::OpInfo*> rows_, tiles_, points_, grades_, quick_;
+  std::vector<const ops::OpInfo*> rows_, tiles_, points_, pairs_, grades_, quick_;
   const ops::OpInfo* clamp_ = nullptr;
   WordSource words_;
   Tally& tally_;

@@ -104,7 +104,7 @@ int Missing(const Report& r) {
   need(kCases, "above 8 MB");
   // A rule that is hardly ever met is hardly ever compared.
   for (const RuleInfo& rule : RewriteRules()) {
-    if (r.tally.Of(kApplied, rule.name) * 200 < r.cases)
+    if (r.tally.Of(kApplied, rule.name) * 1000 < r.cases)
       std::printf("RARE rule %s\n", rule.name.c_str()), ++missing;
   }
   return missing;

@@ -76,9 +76,12 @@ std::optional<std::string> Differ(const ConstImageView& got, const ConstImageVie
         if (std::memcmp(got.At(x, y, c), want.At(x, y, c), bytes) == 0) continue;
         if (!IsInteger(got.type)) {
           if (std::isnan(SampleAt(got, x, y, c)) && std::isnan(SampleAt(want, x, y, c))) continue;
-        } else if (floats != nullptr && std::abs(CodeAt(got, x, y, c) - CodeAt(want, x, y, c)) == 1) {
+        } else if (floats != nullptr) {
           const auto v = static_cast<float>(SampleAt(*floats, x, y, c));
-          if (IsNearTie(v, got.type, 0) || (off && IsNearTie(v, got.type, off(x, y, c)))) continue;
+          const int apart = std::abs(CodeAt(got, x, y, c) - CodeAt(want, x, y, c));
+          if (apart == 1 && IsNearTie(v, got.type, 0)) continue;
+          const double most = off ? off(x, y, c) : 0, codes = got.type == PixelType::kUint8 ? 255 : 65535;
+          if (apart == 1 ? IsNearTie(v, got.type, most) : apart <= 2 * most * codes) continue;
         }
         if (wrong++ == 0) {
           first = "at x=" + std::to_string(x) + " y=" + std::to_string(y) + " channel " + std::to_string(c) +

@@ -46,8 +46,8 @@ OpInfo ContrastInfo() {
       "for bit. Without a pivot it is the mean luminance of the image (rec709 weights) over its finite "
       "pixels, found in a pass of its own and kept by the operation; an image without finite pixels comes "
       "back unchanged. Alpha is kept. Source: Haeberli and Voorhies 1994.";
-  info.bound = "2 u (|X v| + |(1-X) pivot|)";
-  info.bound_u = 2;
+  info.bound = "3 u (|X v| + |(1-X) pivot|)";
+  info.bound_u = 3;
   info.arguments = {NumberParam("X", "factor, 1 keeps the image")};
   ParamInfo pivot;
   pivot.name = "pivot";
