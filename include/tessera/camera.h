@@ -8,8 +8,10 @@
 #include <span>
 #include <string>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// X, y, z.
@@ -121,5 +123,6 @@ double PlanarOfWindow(double window_depth, double near, double far);
 double WindowOfPlanar(double planar_depth, double near, double far);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_CAMERA_H_

@@ -5,6 +5,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "tessera/export.h"
+
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Thrown when a node is built from bad parameters, a file cannot be opened, read or written, memory is
@@ -32,5 +35,6 @@ class Cancelled : public Error {
 };
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_ERROR_H_

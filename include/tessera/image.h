@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/roi.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// How a sample is stored. Integers are unsigned normalised: code / (2^bits - 1). kHalf is IEEE binary16.
@@ -130,5 +132,6 @@ class Image {
 };
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_IMAGE_H_

@@ -1,8 +1,6 @@
-/// Images in files and in OpenImageIO's hands. Formats and metadata are OpenImageIO's work. @file
+/// Images in files. Formats and metadata are OpenImageIO's work; its own images: oiio_adapter.h. @file
 #ifndef TESSERA_IO_H_
 #define TESSERA_IO_H_
-
-#include <OpenImageIO/imagebuf.h>
 
 #include <cstdint>
 #include <functional>
@@ -12,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/render.h"
 #include "tessera/stored.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Which of a file's images is read.
@@ -85,16 +85,6 @@ class PendingOutput {
 /// handlers.
 void RemoveUnfinishedOutputs();
 
-/// Adapters without a copy. FromImageBuf borrows the buffer's local pixels (they must outlive the graph's
-/// use) or, when the ImageBuf is backed by an image cache, is deep, or has pixels of a type that is none of
-/// ours, throws Error. ToImageBuf wraps the image's pixels and keeps them alive as long as the returned
-/// pointer lives.
-Node FromImageBuf(const OIIO::ImageBuf& buffer);
-/// The image's pixels as OpenImageIO's, without a copy.
-std::shared_ptr<OIIO::ImageBuf> ToImageBuf(const Image& image);
-/// The buffer's local pixels as a view; Error as FromImageBuf.
-ConstImageView ViewOf(const OIIO::ImageBuf& buffer);
-
 /// The names of a file's subimages in order, empty for one that has none; throws Error.
 std::vector<std::string> Subimages(const std::string& file);
 
@@ -135,5 +125,6 @@ struct DiffReport {
 DiffReport Compare(const Image& a, const Image& b, const DiffOptions& options = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_IO_H_

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "tessera/camera.h"
+#include "tessera/export.h"
 #include "tessera/volume.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Corners of triangles, as numbers of points counted from 0. A distance field needs a closed surface; which
@@ -42,5 +44,6 @@ Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range = 0)
 bool HasMeshConverter();
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_MESH_H_

@@ -4,8 +4,10 @@
 
 #include <memory>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 namespace graph {
@@ -39,5 +41,6 @@ Node FromImage(const Image& image);
 Node FromView(const ConstImageView& pixels, const ImageSpec& spec);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_NODE_H_

@@ -2,16 +2,16 @@
 #ifndef TESSERA_OCIO_H_
 #define TESSERA_OCIO_H_
 
-#include <OpenColorIO/OpenColorIO.h>
-
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/table.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Every function here has OpenColorIO optimise a processor without loss and turns it into the library's own
@@ -77,9 +77,6 @@ Node OcioFileTransform(const Node& image, const std::string& file, const LutPara
 /// The same without a config: `file` as it stands.
 Node ApplyLut(const Node& image, const std::string& file, const LutParams& lut_params = {});
 
-/// Any processor of the caller's.
-Node ApplyProcessor(const Node& image, const OCIO_NAMESPACE::ConstProcessorRcPtr& processor);
-
 /// A transform of R, G, B as a shaper curve and a table of size^3 entries, read with tetrahedra: for
 /// transforms too slow, or not allowed, where the image goes. The domain is the range of the image's finite
 /// colours (one pass over it), or [low, high] where low < high; the shaper is the identity for a domain
@@ -112,5 +109,6 @@ Node Bake(const Node& image, const std::function<Node(const Node&)>& transform, 
           BakeReport* report = nullptr);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OCIO_H_

@@ -7,9 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Options of one evaluation. Results never depend on threads or tile shape: bits are equal for any value.
@@ -66,5 +68,6 @@ const std::vector<RuleInfo>& RewriteRules();
 std::string Explain(const Node& node, PixelType type = PixelType::kFloat, const RenderOptions& options = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_RENDER_H_

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "tessera/export.h"
+
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Pixels (x, y) with x0 <= x < x1 and y0 <= y < y1; x right, y down. Empty when either side is <= 0.
@@ -47,5 +50,6 @@ constexpr Roi Union(const Roi& a, const Roi& b) {
 constexpr Roi Inflate(const Roi& r, int dx, int dy) { return {r.x0 - dx, r.y0 - dy, r.x1 + dx, r.y1 + dy}; }
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_ROI_H_

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Pixels that VerifyStored reads, a few rows at a time.
@@ -24,5 +26,6 @@ struct StoredPixels {
 };
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_STORED_H_

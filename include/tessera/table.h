@@ -11,8 +11,10 @@
 #include <span>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Where an entry lies on its axis of N entries, in coordinates [0,1]. Mixing the two is a half-texel shift.
@@ -186,5 +188,6 @@ std::vector<Table> MipChain(const Table& table, MipFilter filter = MipFilter::kB
                             const std::vector<TableWrap>& wrap = {}, const std::vector<double>& border = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_TABLE_H_

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
+
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Names of the compiled targets that this CPU can run, best first: "AVX3", "AVX2", "SSE4"
@@ -19,5 +22,6 @@ std::string SimdTarget();
 void SetSimdTarget(const std::string& name);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_TARGETS_H_

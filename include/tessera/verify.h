@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/render.h"
 #include "tessera/stored.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// How much of a picture is checked.
@@ -75,5 +77,6 @@ VerifyReport VerifyStored(const Node& node, const ConstImageView& stored, const 
 VerifyReport VerifyStored(const Node& node, const StoredPixels& stored, const VerifyOptions& options = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_VERIFY_H_

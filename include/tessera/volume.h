@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "tessera/camera.h"
+#include "tessera/export.h"
 #include "tessera/image.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Voxel (i, j, k), counted from 0, has its centre at origin + (i, j, k) * spacing in world units; i runs
@@ -189,5 +191,6 @@ struct DistanceFieldParams {
 Volume DistanceField(const Volume& volume, const DistanceFieldParams& params);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_VOLUME_H_

@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/ops/filter.h"
 #include "tessera/roi.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// The operators are those of GL's accumulation buffer (Haeberli and Akeley 1990; OpenGL 2.1, 4.2.4;
@@ -165,5 +167,6 @@ struct DepthOfFieldParams {
 Node DepthOfField(const Node& image, const Node& depth, const DepthOfFieldParams& params);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_ACCUMULATE_H_

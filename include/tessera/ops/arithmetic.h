@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Two images. Both need the same data window and the same number of channels, else Error names both; a
@@ -87,5 +89,6 @@ struct QuantizeParams {
 Node Quantize(const Node& image, const QuantizeParams& params = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_ARITHMETIC_H_

@@ -6,9 +6,11 @@
 #include <cstdint>
 
 #include "tessera/camera.h"
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/ops/geometry.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Heights are the first channel of an image, in pixels (times `scale`), seen from above: x to the right, y
@@ -109,5 +111,6 @@ struct CombineNormalsParams {
 Node CombineNormals(const Node& normals, const Node& bump, const CombineNormalsParams& params = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_BUMP_H_

@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/roi.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// One channel of a selection: a channel of the image, or a constant where `channel` is -1.
@@ -50,5 +52,6 @@ Node Crop(const Node& image, const Roi& window);
 Roi ParseGeometry(const std::string& text, const Roi& base);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_CHANNELS_H_

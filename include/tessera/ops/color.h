@@ -6,8 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// All act on the channels R, G, B (the first three) and, where said, on alpha; other channels pass through.
@@ -153,5 +155,6 @@ struct UnpremultiplyParams {};
 Node Unpremultiply(const Node& image);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_COLOR_H_

@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Pixels are premultiplied (colour times alpha); an image without alpha is opaque. Floats are never limited:
@@ -251,5 +253,6 @@ struct DecalParams {
 Node Decals(const Node& base, const std::vector<Node>& decals, const DecalParams& params = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_COMPOSITE_H_

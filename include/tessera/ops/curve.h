@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// What a formula does with negative samples.
@@ -106,5 +108,6 @@ struct PowerConstants {
 Node PowerConstant(const Node& image, const std::vector<double>& values);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_CURVE_H_

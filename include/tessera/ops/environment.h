@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "tessera/camera.h"
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/table.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// How a picture holds the radiance of all directions (x, y, z), y up. Row 0 is the upper edge; (s, t) runs
@@ -216,5 +218,6 @@ FunctionTable PhongTable(int size, const Vector3& light, double exponent,
                          PixelType storage = PixelType::kFloat);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_ENVIRONMENT_H_

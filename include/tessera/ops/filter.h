@@ -7,8 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// All act on every channel alike, alpha included, and clamp nothing. NaN and infinity spread exactly over
@@ -205,5 +207,6 @@ Node Dilate(const Node& image, const RankParams& params);
 Node Erode(const Node& image, const RankParams& params);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_FILTER_H_

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// How a streamline is followed from tap to tap. P' = v(P), v the field between pixels, bilinear.
@@ -143,5 +145,6 @@ LicParams LicFrame(LicParams params, int frame, int frames);
 Node Equalize(const Node& image);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_FLOW_H_

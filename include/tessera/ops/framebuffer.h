@@ -9,12 +9,14 @@
 #include <optional>
 #include <span>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/composite.h"
 #include "tessera/roi.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Source: OpenGL 2.1, chapter 4, "Per-Fragment Operations"; doc/maths/composite.md. @file
@@ -108,5 +110,6 @@ void DrawDecals(Framebuffer& framebuffer, const Fragments& base, std::span<const
 void DrawDissolve(Framebuffer& framebuffer, const Fragments& to, const Node& pattern, float t);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_FRAMEBUFFER_H_

@@ -4,9 +4,11 @@
 
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Generators take windows, channel names and alpha of the result from a spec; nothing is stored, pixels are
@@ -46,5 +48,6 @@ struct RampParams {
 Node Ramp(const ImageSpec& spec);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_GENERATE_H_

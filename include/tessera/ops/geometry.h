@@ -7,9 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/roi.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Pixel (x, y) covers [x, x+1) x [y, y+1), its centre is at (x + 1/2, y + 1/2); x right, y down. Every
@@ -134,5 +136,6 @@ struct DistortParams {
 Node Distort(const Node& image, const Node& displacement, const DistortParams& params);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_GEOMETRY_H_

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "tessera/camera.h"
+#include "tessera/export.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// What a block of noise holds. Blocks repeat without seams.
@@ -122,5 +124,6 @@ struct Dmf {
 std::vector<Dmf> ParseDmf(const std::string& words);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_HYPERTEXTURE_H_

@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/render.h"
 #include "tessera/table.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Every pixel's channels are the coordinates (s,t,r,q) of a lookup; the result has the table's channels.
@@ -73,5 +75,6 @@ struct Tables1DParams {
 Node ApplyTables1D(const Node& image, const Tables1DParams& params);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_LOOKUP_H_

@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// What is at the lattice, and how it becomes a function of position.
@@ -145,5 +147,6 @@ struct SvgTurbulenceParams {
 Node SvgTurbulence(const ImageSpec& spec, const SvgTurbulenceParams& params);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_NOISE_H_

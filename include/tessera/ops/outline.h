@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Sources: McReynolds et al. 1997, 6.3, 11.1, 11.6, 15.2, 15.3; doc/maths/composite.md; u = 2^-24. @file
@@ -125,5 +127,6 @@ struct LightPoint {
 LightPoint AttenuatedLight(double size, double distance, double kc, double kl, double kq, double threshold);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_OUTLINE_H_

@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "tessera/camera.h"
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/table.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Rules of all: positions are the first three channels of an image of the colour's data window (fewer:
@@ -276,5 +278,6 @@ Node SolidCoordinates(const Node& position, const SolidParams& params);
 std::array<double, 9> RotationAbout(const Vector3& axis, double degrees);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_SHADE_H_

@@ -5,9 +5,11 @@
 
 #include <cstdint>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Parameters of ShapedSpots.
@@ -32,5 +34,6 @@ struct ShapedSpotParams {
 Node ShapedSpots(const Node& position, const ShapedSpotParams& params = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_SHAPED_SPOTS_H_

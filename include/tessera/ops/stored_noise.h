@@ -5,10 +5,12 @@
 
 #include <cstdint>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/table.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// The four packings of Miller and Jones; n is gradient noise in [-1,1] at positions in lattice cells.
@@ -57,5 +59,6 @@ struct StoredTurbulenceParams {
 Node StoredTurbulence(const Node& position, const Table& table, const StoredTurbulenceParams& params = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_STORED_NOISE_H_

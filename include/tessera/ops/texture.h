@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/ops/noise.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// What the texture looks like.
@@ -55,5 +57,6 @@ struct TextureParams {
 Node Texture(const ImageSpec& spec, const TextureParams& params);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_TEXTURE_H_

@@ -7,12 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/ops/filter.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/render.h"
 #include "tessera/table.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// Which tables a colour table holds, in this order, and the channels they replace; the others keep their
@@ -88,5 +90,6 @@ std::vector<LostSamples> CountLostSamples(const Node& image, const TransferParam
                                           const RenderOptions& options = {});
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_TRANSFER_H_

@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "tessera/camera.h"
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/ops/hypertexture.h"
 #include "tessera/volume.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// What is drawn.
@@ -185,5 +187,6 @@ Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, doubl
                    double aspect, double zoom = 1);
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_VOLUME_H_
