@@ -7,6 +7,7 @@
 # What is compiled for it: target_sources(tessera_io PRIVATE ...).
 include(CheckLinkerFlag)
 check_linker_flag(CXX LINKER:-Bsymbolic-functions TESSERA_BSYMBOLIC)
+check_linker_flag(CXX LINKER:--no-as-needed TESSERA_NO_AS_NEEDED)
 function(tessera_component)
   cmake_parse_arguments(PARSE_ARGV 0 arg "" "ABI" "PUBLIC;PRIVATE;ON")
   list(GET arg_UNPARSED_ARGUMENTS 0 component)
@@ -39,11 +40,16 @@ function(tessera_component)
   if(TESSERA_BSYMBOLIC)
     target_link_options(${target}_shared PRIVATE LINKER:-Bsymbolic-functions)
   endif()
-  # What registers itself as it is loaded would be left behind in an archive, where nothing asks for it by name.
+  if(NOT TESSERA_SANITIZE AND NOT APPLE)
+    target_link_options(${target}_shared PRIVATE LINKER:-z,defs)  # whatever is missing is missed here
+  endif()
+  # What registers itself as it is loaded would be left behind, in an archive and by linkers that record as needed only
+  # what is called, as nothing asks for it by name.
   if(component MATCHES "^(io|ocio|volume)$")
-    foreach(kind "" _shared)
-      target_link_options(${target}${kind} INTERFACE LINKER:-u,tessera_component_${component})
-    endforeach()
+    target_link_options(${target} INTERFACE LINKER:-u,tessera_component_${component})
+    if(TESSERA_NO_AS_NEEDED)
+      target_link_options(${target}_shared INTERFACE LINKER:--no-as-needed)
+    endif()
   endif()
   if(BUILD_SHARED_LIBS)
     add_library(tessera::${component} ALIAS ${target}_shared)

@@ -1,18 +1,39 @@
-# Install rules, and the package that find_package(tessera CONFIG) finds.
+# Install rules, and the package that find_package(tessera CONFIG) finds: both kinds of every component.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(TESSERA_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/tessera)
-install(TARGETS tessera tessera_reference tessera_verify EXPORT tesseraTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+get_property(TESSERA_COMPONENTS GLOBAL PROPERTY TESSERA_COMPONENTS)
+set(static tessera_reference)
+set(shared "")
+foreach(component IN LISTS TESSERA_COMPONENTS)
+  set(target tessera_${component})
+  if(component STREQUAL "tessera")
+    set(target tessera)
+  endif()
+  list(APPEND static ${target})
+  list(APPEND shared ${target}_shared)
+endforeach()
+foreach(kind static shared)
+  install(TARGETS ${${kind}} EXPORT tesseraTargets-${kind} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(EXPORT tesseraTargets-${kind} NAMESPACE tessera:: DESTINATION ${TESSERA_PACKAGE_DIR})
+endforeach()
 if(TARGET tessera_cli)
   install(TARGETS tessera_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/tessera DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
-install(EXPORT tesseraTargets NAMESPACE tessera:: DESTINATION ${TESSERA_PACKAGE_DIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/tessera ${PROJECT_BINARY_DIR}/include/tessera
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/tesseraConfig.cmake.in
   ${PROJECT_BINARY_DIR}/tesseraConfig.cmake INSTALL_DESTINATION ${TESSERA_PACKAGE_DIR})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/tesseraConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/tesseraConfig.cmake ${PROJECT_BINARY_DIR}/tesseraConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/tesseraRepairs.cmake DESTINATION ${TESSERA_PACKAGE_DIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# For pkg-config: the shared libraries.
+list(TRANSFORM TESSERA_COMPONENTS PREPEND -ltessera_ OUTPUT_VARIABLE TESSERA_LIBRARIES)
+list(REMOVE_ITEM TESSERA_LIBRARIES -ltessera_tessera -ltessera_verify)
+list(JOIN TESSERA_LIBRARIES " " TESSERA_LIBRARIES)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/tessera.pc.in ${PROJECT_BINARY_DIR}/tessera.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/tessera.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "tessera/oiio_adapter.h"
 #include "tessera/tessera.h"
 
 int main(int argc, char** argv) {

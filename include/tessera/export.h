@@ -11,8 +11,8 @@
 #define TESSERA_API_END _Pragma("GCC visibility pop")
 #else
 #define TESSERA_API
-#define TESSERA_API_BEGIN
-#define TESSERA_API_END
+#define TESSERA_API_BEGIN  ///< before the namespace
+#define TESSERA_API_END    ///< behind it
 #endif
 
 #endif  // TESSERA_EXPORT_H_

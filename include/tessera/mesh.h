@@ -37,10 +37,10 @@ size_t OpenEdges(const Mesh& mesh);
 /// float rounding; farther away the Euclidean transform of that band (DistanceFieldParams: off by less than
 /// half a voxel). Where a surface has holes wider than a voxel nothing is inside. `range` as for solids.
 /// Throws Error: nothing inside anywhere (a surface with holes is named so), spacing not the same along all
-/// axes, corners that are no points, a library that was built without OpenVDB. Cost: triangles, plus
+/// axes, corners that are no points, a program without the component tessera::volume. Cost: triangles, plus
 /// O(voxels).
 Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range = 0);
-/// Whether the library was built with OpenVDB.
+/// Whether the program has the component tessera::volume, which is built where OpenVDB is installed.
 bool HasMeshConverter();
 
 }  // namespace tessera

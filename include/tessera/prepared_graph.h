@@ -5,10 +5,12 @@
 #include <functional>
 #include <memory>
 
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 #include "tessera/render.h"
 
+TESSERA_API_BEGIN
 namespace tessera {
 
 /// A graph made ready to be asked for regions again and again: what it needs to know of whole images is
@@ -35,5 +37,6 @@ class PreparedGraph {
 };
 
 }  // namespace tessera
+TESSERA_API_END
 
 #endif  // TESSERA_PREPARED_GRAPH_H_

@@ -103,7 +103,8 @@ struct RawVolumeParams {
 /// the first file that exists), an image of slices one above the other (`slices`), or raw samples (raw.size
 /// given). `spacing` as for VolumeSpec::proportions, times the size of a voxel that the file gives (OpenVDB);
 /// the longest side measures 2. `part` is the name or number of one of several grids or images of a file. Of
-/// a sparse grid the box of its active voxels is read. Throws Error naming the file.
+/// a sparse grid the box of its active voxels is read. Throws Error naming the file; all but raw samples need
+/// the component tessera::io.
 struct VolumeFileParams {
   RawVolumeParams raw;          ///< how a raw file is read; without a size the file describes itself
   int slices = 0;               ///< in one image; 0: the file says

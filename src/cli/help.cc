@@ -4,6 +4,7 @@
 #include "cli/describe.h"
 #include "cli/session.h"
 #include "tessera/targets.h"
+#include "tessera/version.h"
 
 namespace tessera::cli {
 namespace {
@@ -45,7 +46,7 @@ void PrintParam(std::ostream& out, const ops::ParamInfo& param) {
 }  // namespace
 
 void PrintOverview(std::ostream& out) {
-  out << "tessera " TESSERA_VERSION
+  out << "tessera " TESSERA_VERSION_STRING
          ": image operations, fused and run tile by tile.\n\n"
          "Usage: tessera FILE... COMMAND... -o FILE\n"
          "  The line is read from left to right: a file name pushes an image, a command pops its operands "
@@ -104,7 +105,7 @@ void PrintCommandHelp(std::ostream& out, const std::string& topic) {
 }
 
 void PrintVersion(std::ostream& out) {
-  out << "tessera " TESSERA_VERSION "\ntargets:";
+  out << "tessera " TESSERA_VERSION_STRING "\ntargets:";
   for (const std::string& target : SimdTargets()) out << ' ' << target;
   out << "\n";
 }

@@ -9,6 +9,7 @@
 #include "cli/report.h"
 #include "cli/session.h"
 #include "tessera/verify.h"
+#include "tessera/version.h"
 
 namespace tessera::cli {
 namespace {
@@ -40,7 +41,8 @@ void AddHistory(const Entry& entry, const std::string& line, std::vector<Attribu
     history += line;
   }
   attributes.push_back(TextAttribute("Exif:ImageHistory", history));
-  attributes.push_back(TextAttribute("Software", std::string("tessera " TESSERA_VERSION " : ") + line));
+  attributes.push_back(
+      TextAttribute("Software", std::string("tessera " TESSERA_VERSION_STRING " : ") + line));
 }
 
 // `seconds`: what writing took.

@@ -3,7 +3,9 @@
 #define TESSERA_GRAPH_BORDER_H_
 
 #include "base/stage.h"
+#include "tessera/export.h"
 
+TESSERA_API_BEGIN
 namespace tessera::graph {
 
 // The part of the data window whose pixels appear in `wanted` once the border rule is applied.
@@ -14,5 +16,6 @@ Roi BorderSource(const Roi& wanted, const Roi& window, Border border);
 void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, const ImageView& out);
 
 }  // namespace tessera::graph
+TESSERA_API_END
 
 #endif  // TESSERA_GRAPH_BORDER_H_

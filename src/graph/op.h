@@ -12,9 +12,11 @@
 
 #include "base/stage.h"
 #include "tessera/error.h"
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera::graph {
 
 // How an operation's channels depend on its inputs' channels.
@@ -138,5 +140,6 @@ void RequireSameWindow(const std::string& op, std::span<const ImageSpec> inputs)
 void RequireColor(const std::string& op, const ImageSpec& input);
 
 }  // namespace tessera::graph
+TESSERA_API_END
 
 #endif  // TESSERA_GRAPH_OP_H_

@@ -3,8 +3,10 @@
 #define TESSERA_GRAPH_RENDER_H_
 
 #include "graph/source.h"
+#include "tessera/export.h"
 #include "tessera/render.h"
 
+TESSERA_API_BEGIN
 namespace tessera::graph {
 
 // Evaluates the whole data window into a sink, band by band in row order: read, compute and write overlap and
@@ -13,5 +15,6 @@ void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderO
                   RunStats* stats = nullptr);
 
 }  // namespace tessera::graph
+TESSERA_API_END
 
 #endif  // TESSERA_GRAPH_RENDER_H_

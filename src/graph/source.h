@@ -7,9 +7,11 @@
 #include <string>
 
 #include "graph/op.h"
+#include "tessera/export.h"
 #include "tessera/image.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera::graph {
 
 // Reads rows of some channels. One thread at a time uses a reader; rows are asked for in ascending order and
@@ -68,5 +70,6 @@ class RowSink {
 };
 
 }  // namespace tessera::graph
+TESSERA_API_END
 
 #endif  // TESSERA_GRAPH_SOURCE_H_

@@ -10,6 +10,7 @@
 #include "io/spec.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
+#include "tessera/oiio_adapter.h"
 
 namespace tessera {
 namespace {

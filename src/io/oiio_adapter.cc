@@ -1,4 +1,6 @@
 // OpenImageIO's in-memory images as ours and back, sharing the pixels.
+#include "tessera/oiio_adapter.h"
+
 #include <OpenImageIO/imagebuf.h>
 
 #include <memory>
@@ -6,7 +8,6 @@
 
 #include "io/spec.h"
 #include "tessera/error.h"
-#include "tessera/io.h"
 
 namespace tessera {
 

@@ -1,20 +1,20 @@
-// Volumes from files: those that OpenImageIO knows, stacks of slices, raw samples.
+// Volumes from files that OpenImageIO knows, and from stacks of slices.
 #include "tessera/volume.h"
 
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <vector>
 
 #include "model/volume_data.h"
+#include "model/volume_makers.h"
 #include "tessera/error.h"
+#include "tessera/export.h"
 
 namespace tessera {
 namespace {
@@ -38,58 +38,6 @@ PixelType TypeOf(const OIIO::TypeDesc& type) {
   if (type == OIIO::TypeDesc::UINT16) return PixelType::kUint16;
   if (type == OIIO::TypeDesc::HALF) return PixelType::kHalf;
   return PixelType::kFloat;
-}
-
-Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
-  const RawVolumeParams& raw = params.raw;
-  Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
-  model::VolumeData& data = *volume.data();
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(file, "cannot be opened");
-  const size_t pixel = PixelBytes(raw.type), row = pixel * static_cast<size_t>(raw.size[0]);
-  const auto wanted = static_cast<uintmax_t>(raw.header) + static_cast<uintmax_t>(row) *
-                                                               static_cast<uintmax_t>(raw.size[1]) *
-                                                               static_cast<uintmax_t>(raw.size[2]);
-  std::error_code unknown;
-  const uintmax_t found = fs::file_size(file, unknown);
-  if (!unknown && found < wanted) {
-    throw Error(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) +
-                          " for " + std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) + "x" +
-                          std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type));
-  }
-  stream.seekg(raw.header);
-  const bool swap = raw.big_endian != (std::endian::native == std::endian::big) && pixel > 1;
-  std::vector<std::byte> line(row);
-  for (int k = 0; k < raw.size[2]; ++k) {
-    for (int j = 0; j < raw.size[1]; ++j) {
-      if (!stream.read(reinterpret_cast<char*>(line.data()), static_cast<std::streamsize>(row))) {
-        throw Error(file, "ends in slice " + std::to_string(k) + " of " + std::to_string(raw.size[2]));
-      }
-      if (swap) {
-        for (size_t i = 0; i < row; i += pixel) std::reverse(line.begin() + i, line.begin() + i + pixel);
-      }
-      if (raw.is_signed && raw.type == PixelType::kUint16) {
-        for (size_t i = 0; i < row; i += 2) {
-          uint16_t v;
-          std::memcpy(&v, &line[i], 2);
-          v = static_cast<uint16_t>(v ^ 0x8000u);
-          std::memcpy(&line[i], &v, 2);
-        }
-      }
-      std::byte* const to = data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
-      if (raw.type == PixelType::kUint8 || raw.type == PixelType::kUint16) {
-        std::memcpy(to, line.data(), row);
-      } else {  // through the conversion that keeps NaN out
-        for (int i = 0; i < raw.size[0]; ++i) {
-          std::memcpy(to + static_cast<size_t>(i) * pixel, &line[static_cast<size_t>(i) * pixel], pixel);
-          const double v = data.Code(i, j, k);
-          if (v != v) data.SetCode(i, j, k, v);
-        }
-      }
-    }
-  }
-  data.FillBorder();
-  return volume;
 }
 
 // The files of a numbered sequence in the order of their numbers, or the file itself. `#`s or %d, %03d stand
@@ -155,11 +103,7 @@ Vector3 VoxelOf(const OIIO::ImageSpec& spec) {
   return sides;
 }
 
-}  // namespace
-
-Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
-  const bool raw = params.raw.size[0] > 0 || params.raw.size[1] > 0 || params.raw.size[2] > 0;
-  if (raw) return ReadRaw(file, params);
+Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   const std::vector<std::string> files = SlicesOf(file);
   int part = 0;
   auto input = Open(files[0], params.part, part);
@@ -233,21 +177,12 @@ Volume ReadVolume(const std::string& file, const VolumeFileParams& params) {
   return volume;
 }
 
-void WriteRawVolume(const Volume& volume, const std::string& file) {
-  const model::VolumeData& data = *volume.data();
-  const VolumeSpec& spec = volume.spec();
-  std::ofstream stream(file, std::ios::binary);
-  const size_t pixel = PixelBytes(spec.type);
-  for (int k = 0; k < spec.size[2] && stream; ++k) {
-    for (int j = 0; j < spec.size[1]; ++j) {
-      const std::byte* const row =
-          data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
-      stream.write(reinterpret_cast<const char*>(row),
-                   static_cast<std::streamsize>(pixel * static_cast<size_t>(spec.size[0])));
-    }
-  }
-  stream.close();
-  if (!stream) throw Error(file, "cannot be written");
-}
+}  // namespace
 
 }  // namespace tessera
+
+// Asked for by name by whoever links this component (cmake/component.cmake).
+extern "C" {
+TESSERA_API bool tessera_component_io =
+    (tessera::model::TheVolumeMakers().from_images = &tessera::ReadImages, true);
+}

@@ -5,6 +5,9 @@
 
 #include <functional>
 
+#include "tessera/export.h"
+
+TESSERA_API_BEGIN
 namespace tessera::model {
 
 struct ForeignPixels {
@@ -16,5 +19,6 @@ struct ForeignPixels {
 };
 
 }  // namespace tessera::model
+TESSERA_API_END
 
 #endif  // TESSERA_MODEL_FOREIGN_PIXELS_H_

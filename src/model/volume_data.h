@@ -11,8 +11,10 @@
 #include <mutex>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/volume.h"
 
+TESSERA_API_BEGIN
 namespace tessera::model {
 
 inline constexpr int kVolumeBefore = 1, kVolumeBehind = 2;  // repeated voxels along every axis
@@ -86,5 +88,6 @@ struct VolumeData {
 };
 
 }  // namespace tessera::model
+TESSERA_API_END
 
 #endif  // TESSERA_MODEL_VOLUME_DATA_H_

@@ -1,9 +1,9 @@
 // The commands of colour management, as oiiotool has them, and what they share: config, context, baking.
-#include "ocio/ocio_ops.h"
-
 #include <algorithm>
 
+#include "ops/registry.h"
 #include "tessera/error.h"
+#include "tessera/export.h"
 #include "tessera/ocio.h"
 
 namespace tessera::ops {
@@ -124,8 +124,6 @@ OpInfo Row(const std::string& name, const std::string& summary, const std::strin
   return info;
 }
 
-}  // namespace
-
 OpInfo LutInfo() {
   OpInfo info = Row(
       "lut", "Apply a LUT file of any format that OpenColorIO reads",
@@ -222,4 +220,15 @@ OpInfo OcioFileTransformInfo() {
   return info;
 }
 
+std::vector<OpInfo> OcioRows() {
+  return {LutInfo(), ColorConvertInfo(), OcioDisplayInfo(), OcioLookInfo(), OcioFileTransformInfo()};
+}
+
+}  // namespace
 }  // namespace tessera::ops
+
+// Asked for by name by whoever links this component (cmake/component.cmake).
+extern "C" {
+TESSERA_API bool tessera_component_ocio =
+    (tessera::ops::AddComponent({"ocio", "transfer", &tessera::ops::OcioRows}), true);
+}

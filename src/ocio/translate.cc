@@ -9,6 +9,7 @@
 #include "graph/op.h"
 #include "ocio/config.h"
 #include "ocio/formulas.h"
+#include "tessera/ocio_adapter.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"

@@ -265,6 +265,14 @@ void RequireUsed(const OpInfo& op, const Arguments& a) {
   for (const ParamInfo& param : op.modifiers) check(param, param.name + "=");
 }
 
+// What messages about a parameter of the row are about.
+std::string SubjectOf(const OpInfo& op, const ParamInfo& param) {
+  const bool positional = std::any_of(op.arguments.begin(), op.arguments.end(),
+                                      [&param](const ParamInfo& p) { return &p == &param; });
+  if (!positional) return op.name + ":" + param.name;
+  return op.arguments.size() == 1 ? op.name : op.name + " " + param.name;
+}
+
 // The default of an optional parameter; an empty one stays empty (no numbers), and is asked for through
 // Given().
 Arguments::Value DefaultValue(const std::string& subject, const ParamInfo& param) {
@@ -333,12 +341,12 @@ Arguments ParseArguments(const OpInfo& op, std::span<const std::string> position
   }
   for (size_t i = 0; i < op.arguments.size(); ++i) {
     const ParamInfo& param = op.arguments[i];
-    const std::string subject = op.arguments.size() == 1 ? op.name : op.name + " " + param.name;
+    const std::string subject = SubjectOf(op, param);
     result.values[param.name] = i < positional.size() ? ParamParser(subject, param).Parse(positional[i], true)
                                                       : DefaultValue(subject, param);
   }
   for (const ParamInfo& param : op.modifiers) {
-    result.values[param.name] = DefaultValue(op.name + ":" + param.name, param);
+    result.values[param.name] = DefaultValue(SubjectOf(op, param), param);
   }
   for (const auto& [key, text] : modifiers) {
     const auto param = std::find_if(op.modifiers.begin(), op.modifiers.end(),
@@ -355,15 +363,15 @@ Arguments ParseArguments(const OpInfo& op, std::span<const std::string> position
       }
       throw Error(op.name, reason);
     }
-    result.values[key] = ParamParser(op.name + ":" + key, *param).Parse(text, true);
+    result.values[key] = ParamParser(SubjectOf(op, *param), *param).Parse(text, true);
   }
   RequireUsed(op, result);
   return result;
 }
 
-Arguments ParseExample(const OpInfo& op, const std::string& example) {
-  std::vector<std::string> positional;
-  std::vector<std::pair<std::string, std::string>> modifiers;
+Words SplitExample(const OpInfo& op, const std::string& example) {
+  Words words;
+  auto& [positional, modifiers] = words;
   for (size_t begin = 0; begin < example.size();) {
     const size_t end = std::min(example.find(' ', begin), example.size());
     const std::string word = example.substr(begin, end - begin);
@@ -381,7 +389,16 @@ Arguments ParseExample(const OpInfo& op, const std::string& example) {
                              equals == std::string::npos ? "" : word.substr(equals + 1));
     }
   }
-  return ParseArguments(op, positional, modifiers);
+  return words;
+}
+
+Arguments ParseExample(const OpInfo& op, const std::string& example) {
+  const Words words = SplitExample(op, example);
+  return ParseArguments(op, words.positional, words.modifiers);
+}
+
+void CheckValue(const OpInfo& op, const ParamInfo& param, const std::string& text) {
+  ParamParser(SubjectOf(op, param), param).Parse(text, true);
 }
 
 }  // namespace tessera::ops

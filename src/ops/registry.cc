@@ -1,9 +1,13 @@
-// The list of operations: one line for each, in the order of the help.
+// The list of operations: one line for each, in the order of the help, and what components add to it.
 #include "ops/registry.h"
 
 #include <algorithm>
+#include <atomic>
+#include <iterator>
+#include <list>
+#include <mutex>
+#include <string_view>
 
-#include "ocio/ocio_ops.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/bump/bump_ops.h"
@@ -22,9 +26,10 @@
 #include "ops/volume/volume_ops.h"
 
 namespace tessera::ops {
+namespace {
 
-const std::vector<OpInfo>& Registry() {
-  static const std::vector<OpInfo> kRows = {
+std::vector<OpInfo> OwnRows() {
+  return {
       AddInfo(),
       SubInfo(),
       MulInfo(),
@@ -57,11 +62,6 @@ const std::vector<OpInfo>& Registry() {
       PowerConstantInfo(),
       CurveInfo(),
       TransferInfo(),
-      LutInfo(),
-      ColorConvertInfo(),
-      OcioDisplayInfo(),
-      OcioLookInfo(),
-      OcioFileTransformInfo(),
       ConvolveInfo(),
       EmbossInfo(),
       LaplacianInfo(),
@@ -153,7 +153,48 @@ const std::vector<OpInfo>& Registry() {
       CombineNormalsInfo(),
       VolumeInfo(),
   };
-  return kRows;
+}
+
+// The list, and earlier ones whose rows somebody may hold.
+struct Lists {
+  std::mutex mutex;
+  std::vector<Component> components;
+  std::list<std::vector<OpInfo>> all;
+  std::atomic<const std::vector<OpInfo>*> newest = nullptr;
+};
+Lists& TheLists() {
+  static Lists lists;
+  return lists;
+}
+
+}  // namespace
+
+const std::vector<OpInfo>& Registry() {
+  Lists& lists = TheLists();
+  if (const auto* const rows = lists.newest.load(std::memory_order_acquire)) return *rows;
+  const std::lock_guard lock(lists.mutex);
+  if (const auto* const rows = lists.newest.load(std::memory_order_acquire)) return *rows;
+  std::vector<OpInfo> rows = OwnRows();
+  for (const Component& component : lists.components) {
+    const auto before =
+        std::find_if(rows.begin(), rows.end(), [&](const OpInfo& op) { return op.name == component.behind; });
+    std::vector<OpInfo> more = component.rows();
+    rows.insert(before == rows.end() ? before : before + 1, std::make_move_iterator(more.begin()),
+                std::make_move_iterator(more.end()));
+  }
+  lists.all.push_back(std::move(rows));
+  lists.newest.store(&lists.all.back(), std::memory_order_release);
+  return lists.all.back();
+}
+
+void AddComponent(const Component& component) {
+  Lists& lists = TheLists();
+  const std::lock_guard lock(lists.mutex);
+  for (const Component& present : lists.components) {
+    if (std::string_view(present.name) == component.name) return;
+  }
+  lists.components.push_back(component);
+  lists.newest.store(nullptr, std::memory_order_release);
 }
 
 const OpInfo* FindOp(const std::string& name) {

@@ -7,8 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "tessera/export.h"
 #include "tessera/node.h"
 
+TESSERA_API_BEGIN
 namespace tessera::ops {
 
 enum class ParamType : uint8_t {
@@ -80,7 +82,16 @@ struct OpInfo {
   std::string identity;  // the example that returns the input's bits, empty when there is none
 };
 
+// All rows, in the order of the help: the library's own, and those of the components that a program has.
 const std::vector<OpInfo>& Registry();
+// Rows that a library above this one brings as it is loaded; listed behind the row of that name. Rows that
+// were handed out before stay where they are.
+struct Component {
+  const char* name;
+  const char* behind;
+  std::vector<OpInfo> (*rows)();
+};
+void AddComponent(const Component& component);
 const OpInfo* FindOp(const std::string& name);
 // Checks and converts; throws Error(subject, reason) that names the parameter, what was found, what was
 // expected and, for an unknown key or choice, the nearest known one.
@@ -90,11 +101,19 @@ Arguments ParseArguments(const OpInfo& op, std::span<const std::string> position
 std::string UseOf(const ParamInfo& param);
 // Whether a positional argument is left out of a line with these modifiers.
 bool IsLeftOut(const ParamInfo& param, std::span<const std::pair<std::string, std::string>> modifiers);
-// From one of OpInfo::examples.
+// Throws the Error that ParseArguments would throw for this one value.
+void CheckValue(const OpInfo& op, const ParamInfo& param, const std::string& text);
+// One of OpInfo::examples in words, and as arguments.
+struct Words {
+  std::vector<std::string> positional;
+  std::vector<std::pair<std::string, std::string>> modifiers;
+};
+Words SplitExample(const OpInfo& op, const std::string& example);
 Arguments ParseExample(const OpInfo& op, const std::string& example);
 // The nearest of `known` by edit distance, or empty when nothing is near.
 std::string Nearest(const std::string& word, std::span<const std::string> known);
 
 }  // namespace tessera::ops
+TESSERA_API_END
 
 #endif  // TESSERA_OPS_REGISTRY_H_

@@ -2,6 +2,7 @@
 #include <OpenImageIO/imagebufalgo.h>
 
 #include "files.h"
+#include "tessera/oiio_adapter.h"
 
 namespace tessera {
 namespace {

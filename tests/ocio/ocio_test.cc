@@ -2,6 +2,7 @@
 // files and names; baking and its report.
 #include "tessera/ocio.h"
 
+#include <OpenColorIO/OpenColorIO.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

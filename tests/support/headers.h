@@ -1,4 +1,5 @@
-// The headers that tests have in common, compiled once. Tests include what they use all the same.
+// The headers that tests have in common, compiled once: none of the project's own, or a line in one of them
+// would have every test compiled again. Tests include what they use all the same.
 #ifndef TESSERA_TESTS_SUPPORT_HEADERS_H_
 #define TESSERA_TESTS_SUPPORT_HEADERS_H_
 
@@ -13,7 +14,5 @@
 #include <random>
 #include <string>
 #include <vector>
-
-#include "tessera/tessera.h"
 
 #endif  // TESSERA_TESTS_SUPPORT_HEADERS_H_

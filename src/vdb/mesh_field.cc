@@ -1,8 +1,4 @@
 // Distance fields of meshes through OpenVDB's converter.
-#include "tessera/error.h"
-#include "tessera/mesh.h"
-
-#if defined(TESSERA_OPENVDB)
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/MeshToVolume.h>
 
@@ -10,12 +6,13 @@
 #include <cstdint>
 #include <string>
 #include <vector>
-#endif
+
+#include "model/volume_makers.h"
+#include "tessera/error.h"
+#include "tessera/export.h"
+#include "tessera/mesh.h"
 
 namespace tessera {
-
-#if defined(TESSERA_OPENVDB)
-
 namespace {
 
 constexpr float kBand = 3;  // voxels on both sides of the surface that the converter fills in
@@ -41,11 +38,7 @@ openvdb::FloatGrid::Ptr Convert(const Mesh& mesh, const VolumeSpec& spec) {
                                                           kBand, kBand);
 }
 
-}  // namespace
-
-bool HasMeshConverter() { return true; }
-
-Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range) {
+Volume FieldOfMesh(const Mesh& mesh, const VolumeSpec& spec, double range) {
   const double voxel = spec.spacing[0];
   for (double s : spec.spacing) {
     if (std::fabs(s - voxel) > 1e-9 * std::fabs(voxel)) {
@@ -93,14 +86,11 @@ Volume DistanceField(const Mesh& mesh, const VolumeSpec& spec, double range) {
   });
 }
 
-#else
-
-bool HasMeshConverter() { return false; }
-
-Volume DistanceField(const Mesh&, const VolumeSpec&, double) {
-  throw Error("mesh", "found a build without OpenVDB, expected libopenvdb-dev when Tessera was configured");
-}
-
-#endif
-
+}  // namespace
 }  // namespace tessera
+
+// Asked for by name by whoever links this component (cmake/component.cmake).
+extern "C" {
+TESSERA_API bool tessera_component_volume =
+    (tessera::model::TheVolumeMakers().from_mesh = &tessera::FieldOfMesh, true);
+}
