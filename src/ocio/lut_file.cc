@@ -3,13 +3,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <set>
+#include <map>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -59,7 +60,7 @@ class Checker {
       } else if (words_[0] == "LUT_1D_INPUT_RANGE" || words_[0] == "LUT_3D_INPUT_RANGE") {
         RequireRange(words_[0], 1);
       } else {
-        RequireFinite(0);
+        RequireNumbersWhereAny();
       }
     }
     for (int c = 0; c < 3; ++c) {
@@ -70,24 +71,80 @@ class Checker {
     }
   }
 
+  // Entries between braces.
   void Spi1d() {
+    int open = 0;
     while (Next()) {
       if (words_[0] == "From") {
         RequireRange("From", 1);
-      } else {
-        RequireFinite(0);
+      } else if (words_[0] == "{" || words_[0] == "}") {
+        open = words_[0] == "{" ? line_ : 0;
+      } else if (open > 0) {
+        RequireNumbers(0);
+      }
+    }
+    if (open > 0) RefuseUnclosed(open);
+  }
+
+  // Houdini's: groups of entries between braces.
+  void Lut() {
+    std::vector<int> open;
+    while (Next()) {
+      for (const std::string& word : words_) {
+        if (word == "{") open.push_back(line_);
+        if (word == "}" && !open.empty()) open.pop_back();
+      }
+      if (!open.empty() && words_[0] != "{" && words_.back() != "{") RequireNumbers(0);
+    }
+    if (!open.empty()) RefuseUnclosed(open.back());
+  }
+
+  void Spi3d() {
+    std::map<std::array<int, 3>, int> seen;
+    while (Next()) {
+      if (words_.size() != 6) continue;
+      std::array<int, 3> at{};
+      for (size_t i = 0; i < 3; ++i) {
+        const std::string& word = words_[i];
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), at[i]);
+        if (error != std::errc() || end != word.data() + word.size())
+          Refuse("found \"" + word + "\"" + Where() + ", expected the index of an entry");
+      }
+      RequireNumbers(3);
+      if (const auto [first, added] = seen.emplace(at, line_); !added) {
+        Refuse("found the entry " + words_[0] + " " + words_[1] + " " + words_[2] + " twice" + Where() +
+               " and in line " + std::to_string(first->second));
       }
     }
   }
 
-  void Spi3d() {
-    std::set<std::vector<std::string>> seen;
-    while (Next()) {
-      if (words_.size() != 6) continue;
-      RequireFinite(3);
-      if (!seen.insert({words_[0], words_[1], words_[2]}).second) {
-        Refuse("found the entry " + words_[0] + " " + words_[1] + " " + words_[2] + " twice" + Where());
+  // Cinespace's: metadata, then for each channel a curve of N inputs that increase and N outputs, then the
+  // table.
+  void Csp() {
+    bool metadata = false;
+    int curve_lines = 0;
+    for (int line = 0; Next(); ++line) {
+      if (words_[0] == "BEGIN" || words_[0] == "END") {
+        metadata = words_[0] == "BEGIN";
+        continue;
       }
+      if (metadata || line < 2) continue;
+      RequireNumbers(0);
+      if (++curve_lines > 9 || curve_lines % 3 != 2) continue;
+      for (size_t i = 1; i < words_.size(); ++i) {
+        double before = 0, value = 0;
+        IsNumber(words_[i - 1], before), IsNumber(words_[i], value);
+        if (!(before < value))
+          Refuse("found inputs of a curve from " + words_[i - 1] + " to " + words_[i] + Where() +
+                 ", expected them to increase");
+      }
+    }
+  }
+
+  // Formats of lines that are words, or numbers from end to end.
+  void Lines() {
+    while (Next()) {
+      if (words_[0] != "3DMESH") RequireNumbersWhereAny();  // a word of Lustre's .3dl
     }
   }
 
@@ -130,14 +187,24 @@ class Checker {
         Refuse("found \"" + words_[c + 1] + "\"" + Where() + ", expected a number");
     }
   }
-  // Words that are numbers must be finite; OpenColorIO judges the others.
-  void RequireFinite(size_t from) const {
+  // Every word a finite number as C++ writes them: OpenColorIO reads the start of a word and drops the rest.
+  void RequireNumbers(size_t from) const {
     for (size_t i = from; i < words_.size(); ++i) {
       double value = 0;
-      if (IsNumber(words_[i], value) && !std::isfinite(value)) {
-        Refuse("found " + words_[i] + Where() + ", expected finite numbers");
-      }
+      if (!IsNumber(words_[i], value))
+        Refuse("found \"" + words_[i] + "\"" + Where() + ", expected a number");
+      if (!std::isfinite(value)) Refuse("found " + words_[i] + Where() + ", expected finite numbers");
     }
+  }
+  // The same of a line that begins with a number or what looks like one; OpenColorIO judges the others.
+  void RequireNumbersWhereAny() const {
+    double value = 0;
+    if (std::string("+-.0123456789").find(words_[0][0]) != std::string::npos || IsNumber(words_[0], value))
+      RequireNumbers(0);
+  }
+  [[noreturn]] void RefuseUnclosed(int line) const {
+    Refuse("found { in line " + std::to_string(line) +
+           " and the end of the file, expected } after the last entry");
   }
 
   const std::string& file_;
@@ -181,6 +248,9 @@ CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
   if (extension == ".cube") checker.Cube();
   if (extension == ".spi1d") checker.Spi1d();
   if (extension == ".spi3d") checker.Spi3d();
+  if (extension == ".csp") checker.Csp();
+  if (extension == ".lut" && stream.peek() != 'L') checker.Lut();
+  if (extension == ".itx" || extension == ".3dl" || extension == ".spimtx") checker.Lines();
   char start[4] = {};
   stream.clear();
   stream.seekg(0);

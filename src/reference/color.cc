@@ -50,6 +50,9 @@ double Weights(const LuminanceWeights& given, double w[3]) {
   return std::fabs(w[0]) + std::fabs(w[1]) + std::fabs(w[2]);
 }
 
+// w v, where a weight of 0 takes no part, be v what it may.
+double Weighted(double w, double v) { return w == 0 ? 0 : w * v; }
+
 // Multiplies a column by a 3x3 matrix in place.
 void Transform(const double m[3][3], double v[3]) {
   double r[3];
@@ -62,9 +65,9 @@ void SaturateReference(const Call& call) {
   double w[3];
   const double terms = Weights(p.weights, w);
   EachPixel(call, [&](const double* in, double* out, double* scale) {
-    const double grey = w[0] * in[0] + w[1] * in[1] + w[2] * in[2];
+    const double grey = Weighted(w[0], in[0]) + Weighted(w[1], in[1]) + Weighted(w[2], in[2]);
     for (int i = 0; i < 3; ++i) {
-      out[i] = grey + p.saturation * (in[i] - grey);
+      out[i] = Weighted(1 - p.saturation, grey) + Weighted(p.saturation, in[i]);
       scale[i] = LargestColor(in) * std::max(1.0, std::fabs(p.saturation)) * terms;
     }
   });
@@ -102,8 +105,9 @@ void LuminanceReference(const Call& call) {
   Weights(Params<LuminanceParams>(call).weights, w);
   EachPixel(call, [&](const double* in, double* out, double* scale) {
     for (int i = 0; i < 3; ++i) {
-      out[i] = w[0] * in[0] + w[1] * in[1] + w[2] * in[2];
-      scale[i] = std::fabs(w[0] * in[0]) + std::fabs(w[1] * in[1]) + std::fabs(w[2] * in[2]);
+      const double terms[] = {Weighted(w[0], in[0]), Weighted(w[1], in[1]), Weighted(w[2], in[2])};
+      out[i] = terms[0] + terms[1] + terms[2];
+      scale[i] = std::fabs(terms[0]) + std::fabs(terms[1]) + std::fabs(terms[2]);
     }
   });
 }
@@ -203,9 +207,6 @@ void ColorMatrixReference(const Call& call) {
   const auto entry = [&](int i, int j) {
     return p.values[static_cast<size_t>(p.transpose ? j * n + i : i * n + j)];
   };
-  // Where nothing couples alpha and colour, not even NaN passes between them.
-  bool coupled = false;
-  for (int i = 0; i < 3 && n == 4; ++i) coupled |= entry(i, 3) != 0 || entry(3, i) != 0;
   EachPixel(call, [&](const double* in, double* out, double* scale) {
     const double a = alpha >= 0 ? in[alpha] : 0;
     const double divisor = p.unpremult && alpha >= 0 && a != 0 ? a : 1;
@@ -217,9 +218,9 @@ void ColorMatrixReference(const Call& call) {
       double sum = biased ? p.values[static_cast<size_t>(n * n + j)] : 0, magnitude = std::fabs(sum);
       for (int i = 0; i < n; ++i) {
         if (i == 3 && alpha < 0) continue;
-        if (!coupled && (i == 3) != (j == 3)) continue;
-        sum += pixel[i] * entry(i, j);
-        magnitude += std::fabs(pixel[i] * entry(i, j));
+        const double term = Weighted(entry(i, j), pixel[i]);
+        sum += term;
+        magnitude += std::fabs(term);
       }
       const double factor = j < 3 ? divisor : 1;
       out[to] = sum * factor;

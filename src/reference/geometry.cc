@@ -134,7 +134,7 @@ struct Lookup {
       if (!seen && outside == Outside::kCounts) unseen += std::fabs(w);
       if (seen && w != 0) taps.push_back({static_cast<int>(at), w});
     }
-    if (sum == 0) return {};
+    if (sum == 0 || (outside == Outside::kLeftOut && sum < 0)) return {};
     for (Tap& t : taps) t.weight /= sum;
     if (black != nullptr) *black = unseen / std::fabs(sum);
     return taps;

@@ -171,6 +171,25 @@ TEST(LutTest, InverseAndOtherFilters) {
   }
 }
 
+// Diagonal transforms keep infinities and NaN in their channel: CDLs, ranges, matrices.
+TEST(LutTest, InfinitiesStayInTheirChannel) {
+  const Folder folder;
+  const std::string cdl = folder.Write(
+      "slope.cc",
+      "<ColorCorrection id=\"a\"><SOPNode><Slope>1.1 1.1 1.1</Slope><Offset>0 0 0</Offset><Power>1 1 1</Power>"
+      "</SOPNode><SatNode><Saturation>1</Saturation></SatNode></ColorCorrection>\n");
+  const float inf = std::numeric_limits<float>::infinity();
+  ImageSpec spec(2, 1, 3);
+  const Image image(spec);
+  const float values[6] = {inf, 0.5f, 0.2f, inf, inf, inf};
+  std::memcpy(image.view().data, values, sizeof values);
+  const Image got = Render(ApplyLut(FromImage(image), cdl));
+  EXPECT_TRUE(got.at<float>(0, 0, 0) >= 1) << got.at<float>(0, 0, 0);
+  EXPECT_NEAR(got.at<float>(0, 0, 1), 0.55f, 1e-6);
+  EXPECT_NEAR(got.at<float>(0, 0, 2), 0.22f, 1e-6);
+  for (int c = 0; c < 3; ++c) EXPECT_TRUE(got.at<float>(1, 0, c) >= 1) << c;
+}
+
 TEST(LutTest, ByteOrderMarkAndCarriageReturnsAreAccepted) {
   const Folder folder;
   std::string rows = "LUT_3D_SIZE 2\r\n";
@@ -229,6 +248,24 @@ TEST(LutTest, BadFilesAreRefusedByName) {
   const std::string head = "SPILUT 1.0\n3 3\n2 2 2\n", one = "0 0 0 0 0 0\n";
   EXPECT_THAT(refusal("few.spi3d", head + one), HasSubstr("Not enough entries"));
   EXPECT_THAT(refusal("twice.spi3d", head + one + one), HasSubstr("found the entry 0 0 0 twice"));
+  EXPECT_THAT(refusal("twice00.spi3d", head + one + "00 0 0 0 0 0\n"),
+              HasSubstr("twice in line 5 and in line 4"));
+  EXPECT_THAT(refusal("comma.spi3d", head + "0 0 0 0,5 0 0\n"), HasSubstr("found \"0,5\" in line 4"));
+  EXPECT_THAT(refusal("comma.cube", "LUT_3D_SIZE 2\n0,5 0 0\n" + good), HasSubstr("found \"0,5\" in line 2"));
+  EXPECT_THAT(refusal("hex.cube", "LUT_3D_SIZE 2\n0x1p3 0 0\n" + good),
+              HasSubstr("found \"0x1p3\" in line 2"));
+  EXPECT_THAT(refusal("hex.spi1d", "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n0x1p3\n}\n"),
+              HasSubstr("found \"0x1p3\" in line 7"));
+  EXPECT_THAT(refusal("open.spi1d", "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n1\n"),
+              HasSubstr("found { in line 5 and the end of the file"));
+  const std::string curve = "2\n0 1\n0 1\n", cube = "2 2 2\n" + good;
+  EXPECT_THAT(refusal("falls.csp", "CSPLUTV100\n3D\n\n2\n1 0\n0 1\n" + curve + curve + "\n" + cube),
+              HasSubstr("expected them to increase"));
+  EXPECT_EQ(Refusal([&] {
+              ApplyLut(image,
+                       folder.Write("ok.csp", "CSPLUTV100\n3D\n\n" + curve + curve + curve + "\n" + cube));
+            }),
+            "accepted");
   EXPECT_THAT(Refusal([&] { ApplyLut(image, folder.path()); }), HasSubstr("found a directory"));
   EXPECT_THAT(Refusal([&] { ApplyLut(image, "/nowhere/a.cube"); }),
               HasSubstr("/nowhere/a.cube: no such file"));

@@ -281,14 +281,33 @@ TEST(ArithmeticTest, PackingRoundsTheExactProductHalfToEven) {
   });
 }
 
+TEST(ArithmeticTest, PairsCoverBothWindows) {
+  ImageSpec spec(3, 2, 1);
+  const Image left(spec);
+  spec.data_window = {2, 1, 5, 4};
+  spec.display_window = {-1, 0, 5, 4};
+  const Image right(spec);
+  std::fill_n(reinterpret_cast<float*>(left.view().data), 6, 0.5f);
+  std::fill_n(reinterpret_cast<float*>(right.view().data), 9, 0.25f);
+  const Image sub = Render(Sub(FromImage(left), FromImage(right)));
+  EXPECT_EQ(sub.spec().data_window, (Roi{0, 0, 5, 4}));
+  EXPECT_EQ(sub.spec().display_window, (Roi{-1, 0, 5, 4}));
+  EXPECT_EQ(sub.at<float>(0, 0, 0), 0.5f);
+  EXPECT_EQ(sub.at<float>(2, 1, 0), 0.25f);
+  EXPECT_EQ(sub.at<float>(4, 3, 0), -0.25f);
+  EXPECT_EQ(sub.at<float>(4, 0, 0), 0);
+  EXPECT_EQ(Render(Mul(FromImage(left), FromImage(right))).at<float>(0, 0, 0), 0);
+  EXPECT_EQ(Render(Min(FromImage(left), FromImage(right))).at<float>(0, 0, 0), 0);
+}
+
 TEST(ArithmeticTest, RefusalsNameBothOperands) {
   const Node four = Constant(ImageSpec(4, 4, 4)), three = Constant(ImageSpec(4, 4, 3)),
              wide = Constant(ImageSpec(5, 4, 4));
   EXPECT_EQ(Refusal([&] { Add(four, three); }),
             "add: operands differ in channels: 4 (R,G,B,A) and 3 (R,G,B), expected the same number");
   EXPECT_THAT(Refusal([&] { Mad(four, four, three); }), HasSubstr("mad: operands differ in channels"));
-  EXPECT_EQ(Refusal([&] { Mul(four, wide); }),
-            "mul: operands differ in size: 4x4 and 5x4, expected equal data windows");
+  EXPECT_EQ(Refusal([&] { Mad(four, four, wide); }),
+            "mad: operands differ in size: 4x4 and 5x4, expected equal data windows");
   EXPECT_THAT(Refusal([&] { Add(four, Node()); }), HasSubstr("add: an operand is empty"));
   EXPECT_THAT(Refusal([&] { AddConstant(four, {}); }), HasSubstr("addc: found no numbers"));
   EXPECT_THAT(Refusal([&] { AddConstant(four, {kNaN}); }), HasSubstr("expected finite numbers"));

@@ -226,13 +226,36 @@ TEST_P(ColorTest, NotANumberSpreadsOnlyWhereSaid) {
   EXPECT_EQ(bright[5], kInf);
   const Samples coupled =
       Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));
-  for (size_t i = 0; i < 4; ++i) EXPECT_TRUE(std::isnan(coupled[i]));
-  // Nothing couples colour and alpha: 16 numbers or 9, NaN stays on its side.
+  // Alpha has a weight of R here, G and B have none.
+  EXPECT_TRUE(std::isnan(coupled[0]));
+  EXPECT_EQ(coupled[1], 0.5f);
+  EXPECT_EQ(coupled[2], 0.25f);
+  EXPECT_TRUE(std::isnan(coupled[3]));
+  // Nothing couples the channels: 16 numbers or 9, NaN stays in its own.
   const Samples apart = Values(ColorMatrix(Pixels(bad), {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}}));
-  for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(std::isnan(apart[i]));
+  EXPECT_TRUE(std::isnan(apart[0]));
+  EXPECT_EQ(apart[1], 0.5f);
+  EXPECT_EQ(apart[2], 0.25f);
   EXPECT_EQ(apart[3], 1.5f);
   EXPECT_EQ(apart[8], 0.5f);
   EXPECT_TRUE(std::isnan(apart[11]));
+  // A weight of 0 is none, whether the matrix has nine numbers or sixteen, is divided by alpha or not.
+  const Samples hot = {kInf, 0.5f, 0.25f, 0.5f, kInf, -kInf, kNaN, 0.5f};
+  for (const bool unpremult : {false, true}) {
+    const Samples scaled = Values(ColorMatrix(Pixels(hot), {{2, 0, 0, 0, 3, 0, 0, 0, 4}, false, unpremult}));
+    EXPECT_EQ(scaled[0], kInf);
+    EXPECT_EQ(scaled[1], 1.5f);
+    EXPECT_EQ(scaled[2], 1.0f);
+    EXPECT_EQ(scaled[4], kInf);
+    EXPECT_EQ(scaled[5], -kInf);
+    EXPECT_TRUE(std::isnan(scaled[6]));
+    const Samples swapped = Values(
+        ColorMatrix(Pixels(hot), {{0, 1, 0, 0, 1, 0, 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}, false, unpremult}));
+    EXPECT_EQ(swapped[0], 0.5f);
+    EXPECT_EQ(swapped[1], kInf);
+    EXPECT_EQ(swapped[2], 0.5f);
+    EXPECT_EQ(swapped[3], 0.5f);
+  }
   const Samples clamped = Values(Clamp(Pixels(bad), {{0.1}, {1}}));
   EXPECT_EQ(clamped[0], 0.1f);
   EXPECT_EQ(clamped[5], 1.0f);

@@ -310,7 +310,15 @@ TEST(WindowTest, ResultCoversBothImages) {
   EXPECT_EQ(over.at<float>(3, 2, 0), 0.625f);
   EXPECT_EQ(over.at<float>(6, 4, 3), 0.25f);
   EXPECT_EQ(over.at<float>(6, 0, 0), 0);
-  EXPECT_THAT(Refusal([&] { Over(FromImage(a), SelectChannels(FromImage(b), "R,G,B")); }),
+  // An image without alpha is opaque where it has pixels.
+  const Image opaque = Render(Over(FromImage(a), SelectChannels(FromImage(b), "R,G,B")));
+  EXPECT_EQ(opaque.spec().channel_count(), 4);
+  EXPECT_EQ(opaque.at<float>(3, 2, 0), 0.625f);
+  EXPECT_EQ(opaque.at<float>(3, 2, 3), 1);
+  EXPECT_EQ(opaque.at<float>(6, 4, 3), 1);
+  EXPECT_EQ(opaque.at<float>(6, 0, 3), 0);
+  EXPECT_EQ(opaque.at<float>(0, 0, 3), 0.5f);
+  EXPECT_THAT(Refusal([&] { Over(FromImage(a), SelectChannels(FromImage(b), "R,G")); }),
               HasSubstr("channels"));
   EXPECT_THAT(Refusal([&] { ZOver(FromImage(a), FromImage(b)); }), HasSubstr("expected a depth channel"));
 }

@@ -12,10 +12,10 @@
 TESSERA_API_BEGIN
 namespace tessera {
 
-/// Two images. Both need the same data window and the same number of channels, else Error names both; a
-/// second image of one channel goes with every channel of the first one (Mad: not). The result has the first
-/// one's channel names, alpha and metadata. Each sample is computed by one correctly rounded float32
-/// operation; NaN and infinities follow IEEE 754, -0 included. Nothing is clamped.
+/// Two images of the same number of channels, else Error names both; a second image of one channel goes with
+/// every channel of the first (Mad: not). The result covers both windows, 0 for a pixel that one lacks (Mad:
+/// equal windows), and has the first's channel names, alpha and metadata. Each sample is computed by one
+/// correctly rounded float32 operation; NaN and infinities follow IEEE 754, -0 included. Nothing is clamped.
 Node Add(const Node& a, const Node& b);      ///< a + b
 Node Sub(const Node& a, const Node& b);      ///< a - b
 Node Mul(const Node& a, const Node& b);      ///< a * b

@@ -101,7 +101,9 @@ class PairOp final : public graph::OpWith<NoParams> {
   std::string Name() const override { return name_; }
   graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
-    return RequireSameShape(name_, inputs);
+    ImageSpec spec = RequireSameShape(name_, inputs);
+    spec.display_window = Union(spec.display_window, inputs[1].display_window);
+    return spec;
   }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
     return Make(name_);
@@ -119,7 +121,13 @@ Node Pair(const char* name, const Node& a, const Node& b) {
     for (const std::string& channel : a.spec().channels) copies.push_back({0, 0, channel});
     second = SelectChannels(b, copies);
   }
-  return graph::MakeNode(std::make_shared<const PairOp>(name), {a, second});
+  if (!a || !b) return graph::MakeNode(std::make_shared<const PairOp>(name), {a, second});
+  // Pixels that one of them lacks are 0 there.
+  const Roi both = Union(a.spec().data_window, b.spec().data_window);
+  const auto grown = [&both](const Node& image) {
+    return image.spec().data_window == both ? image : Crop(image, both);
+  };
+  return graph::MakeNode(std::make_shared<const PairOp>(name), {grown(a), grown(second)});
 }
 
 // What the six rows have in common.
@@ -132,8 +140,9 @@ OpInfo Row(const char* name, const char* summary, const char* formula, const cha
   info.help =
       std::string("Each sample of the result is ") + formula +
       ", where A is the lower and B the upper image of the stack; alpha and further channels are treated "
-      "like the others. Both images need the same data window and the same number of channels (use --crop "
-      "and --ch to make them equal); a B of one channel goes with every channel of A. The result keeps the names, alpha and metadata of A.\n" +
+      "like the others. The result covers both images' windows, data and display, as oiiotool's; a pixel that one "
+      "of them does not have is 0 there. Both need the same number of channels (--ch makes it equal); a B of one "
+      "channel goes with every channel of A. The result keeps the names, alpha and metadata of A.\n" +
       hard_cases;
   info.bound = "1 rounding: u * |result|";
   info.bound_u = 1;

@@ -13,10 +13,10 @@
 
 namespace tessera::ops {
 
-// Which channels a result depends on, and so where NaN and infinity spread. Folding takes the larger one.
+// Which channels a result may depend on; NaN and infinity spread by weights but 0. Folding takes the larger.
 enum class AffineClass : uint8_t {
   kDiagonal,  // each channel on itself alone
-  kRgb,       // R, G, B on R, G, B (a NaN in one reaches all three); alpha on itself alone
+  kRgb,       // R, G, B on R, G, B; alpha on itself alone
   kFull,      // everything on R, G, B and alpha
 };
 

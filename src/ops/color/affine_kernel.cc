@@ -71,10 +71,15 @@ struct Coefficients {
   }
 };
 
-template <AffineClass kClass>
+// kSparse: a weight of 0 is none, so that infinities and NaN pass only where there is a weight.
+template <AffineClass kClass, bool kSparse = false>
 class Affine {
  public:
-  HWY_INLINE Affine(const Coefficients& c, LimitForm form) : c_(c), form_(form) {}
+  HWY_INLINE Affine(const Coefficients& c, LimitForm form) : c_(c), form_(form) {
+    for (int i = 0; kSparse && i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) kept_[i][j] = std::bit_cast<float>(c.m[i][j] == 0 ? 0u : ~0u);
+    }
+  }
 
   // This for every sample, where it treats those of the first channels alike.
   std::optional<Affine> OfSamples(int channels) const {
@@ -132,10 +137,19 @@ class Affine {
     if constexpr (kClass == AffineClass::kDiagonal) {
       return hn::MulAdd(own, Set(c_.m[i][i]), Set(c_.bias[i]));
     } else {
-      V v = hn::MulAdd(p.r, Set(c_.m[i][0]), Set(c_.bias[i]));
-      v = hn::MulAdd(p.g, Set(c_.m[i][1]), v);
-      v = hn::MulAdd(p.b, Set(c_.m[i][2]), v);
-      if constexpr (kClass == AffineClass::kFull) v = hn::MulAdd(p.a, Set(c_.m[i][3]), v);
+      V v = hn::MulAdd(Kept<i, 0>(p.r), Set(c_.m[i][0]), Set(c_.bias[i]));
+      v = hn::MulAdd(Kept<i, 1>(p.g), Set(c_.m[i][1]), v);
+      v = hn::MulAdd(Kept<i, 2>(p.b), Set(c_.m[i][2]), v);
+      if constexpr (kClass == AffineClass::kFull) v = hn::MulAdd(Kept<i, 3>(p.a), Set(c_.m[i][3]), v);
+      return v;
+    }
+  }
+  // 0 in place of what has no weight.
+  template <int i, int j>
+  HWY_INLINE V Kept(V v) const {
+    if constexpr (kSparse) {
+      return hn::And(v, Set(kept_[i][j]));
+    } else {
       return v;
     }
   }
@@ -157,6 +171,7 @@ class Affine {
 
   Coefficients c_;
   LimitForm form_;
+  float kept_[kSparse ? 4 : 1][4];
 };
 
 // One after the other in registers: uniform limits after the first, after the second uniform ones or none.
@@ -188,11 +203,11 @@ void StoreResults(const graph::PointArgs& args, int first, int count, float* con
   s::StoreChunk(args, first, count, [planes](int i) HWY_ATTR { return s::LoadPlanes(planes, i); });
 }
 
-// Kernel: Affine or Pair, on values and on codes of 8 and 16 bits.
-template <class Kernel>
+// Kernel: Affine or Pair on values, CodesKernel the same on codes of 8 and 16 bits, which are all finite.
+template <class Kernel, class CodesKernel = Kernel>
 class AffineStage final : public graph::PointStage {
  public:
-  AffineStage(const Kernel& values, const Kernel& codes8, const Kernel& codes16)
+  AffineStage(const Kernel& values, const CodesKernel& codes8, const CodesKernel& codes16)
       : values_(values), codes8_(codes8), codes16_(codes16), stored8_(codes8), stored16_(codes16) {
     bounded8_ = codes8.Bound(255) < 32000;
     stored8_.LimitToCodes(255);
@@ -251,14 +266,14 @@ class AffineStage final : public graph::PointStage {
  private:
   // From pixels: to pixels of the same type, on codes where that is allowed, else on values.
   template <PixelType type>
-  void RunFrom(const graph::PointArgs& args, const Kernel& stored) const {
+  void RunFrom(const graph::PointArgs& args, const auto& stored) const {
     using T = typename s::Samples<type>::T;
     const T* const from = reinterpret_cast<const T*>(args.source.read);
     const int count = args.count;
     const Kernel on_values(values_);
     constexpr bool kInteger = type == PixelType::kUint8 || type == PixelType::kUint16;
     if (args.sink.write != nullptr && args.sink.type == type && (!kInteger || args.codes)) {
-      const Kernel on_codes(stored);
+      const std::decay_t<decltype(stored)> on_codes(stored);
       T* const to = reinterpret_cast<T*>(args.sink.write);
       const bool stream = args.sink.stream && s::CanStream(to);
       if constexpr (type == PixelType::kUint8) {
@@ -297,12 +312,13 @@ class AffineStage final : public graph::PointStage {
     }
   }
 
-  Kernel values_, codes8_, codes16_;
-  Kernel stored8_, stored16_;  // limited to the codes there are
-  bool bounded8_ = false;      // results for 8-bit samples fit in 16 bits with a sign
+  Kernel values_;
+  CodesKernel codes8_, codes16_;
+  CodesKernel stored8_, stored16_;  // limited to the codes there are
+  bool bounded8_ = false;           // results for 8-bit samples fit in 16 bits with a sign
 };
 
-template <AffineClass kClass>
+template <AffineClass kClass, bool kSparse = false>
 std::unique_ptr<graph::PointStage> NewStage(const double (&matrix)[4][5], const Limits (&limits)[4]) {
   bool some = false, all = true, uniform = true;
   for (const Limits& l : limits) {
@@ -314,21 +330,32 @@ std::unique_ptr<graph::PointStage> NewStage(const double (&matrix)[4][5], const 
                          : !all    ? LimitForm::kSome
                          : uniform ? LimitForm::kUniform
                                    : LimitForm::kAll;
-  const auto kernel = [&](double unit) { return Affine<kClass>(Coefficients(matrix, limits, unit), form); };
-  return std::make_unique<AffineStage<Affine<kClass>>>(kernel(1), kernel(255), kernel(65535));
+  using Values = Affine<kClass, kSparse>;
+  using Codes = Affine<kClass>;
+  const auto codes = [&](double unit) { return Codes(Coefficients(matrix, limits, unit), form); };
+  return std::make_unique<AffineStage<Values, Codes>>(Values(Coefficients(matrix, limits, 1), form),
+                                                      codes(255), codes(65535));
 }
 
 std::unique_ptr<graph::PointStage> NewAffineStage(AffineClass structure, const double (&matrix)[4][5],
                                                   const Limits (&limits)[4]) {
-  switch (structure) {
-    case AffineClass::kDiagonal:
-      return NewStage<AffineClass::kDiagonal>(matrix, limits);
-    case AffineClass::kRgb:
-      return NewStage<AffineClass::kRgb>(matrix, limits);
-    case AffineClass::kFull:
-      break;
+  const int rows = structure == AffineClass::kFull ? 4 : 3;
+  bool zeros = false, diagonal = true;
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < rows; ++j) {
+      const bool zero = static_cast<float>(matrix[i][j]) == 0;
+      zeros |= zero;
+      diagonal &= zero == (i != j);
+    }
   }
-  return NewStage<AffineClass::kFull>(matrix, limits);
+  if (structure == AffineClass::kDiagonal || diagonal)
+    return NewStage<AffineClass::kDiagonal>(matrix, limits);
+  if (structure == AffineClass::kRgb) {
+    return zeros ? NewStage<AffineClass::kRgb, true>(matrix, limits)
+                 : NewStage<AffineClass::kRgb>(matrix, limits);
+  }
+  return zeros ? NewStage<AffineClass::kFull, true>(matrix, limits)
+               : NewStage<AffineClass::kFull>(matrix, limits);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE

@@ -1,4 +1,5 @@
 // The colour matrix of 9 to 20 numbers, on premultiplied pixels too.
+#include <bit>
 #include <memory>
 
 #include "ops/color/color_ops.h"
@@ -18,14 +19,18 @@ namespace s = simd::HWY_NAMESPACE;
 // Matrix on unpremultiplied colours; the input alpha comes back at the end. Alpha 0 skips both.
 struct UnpremultipliedMatrixKernel {
   float m[4][5];
+  float kept[4][4];  // all bits where there is a weight: a zero weight is none
   bool full, writes_alpha;
 
-  HWY_INLINE s::V Row(const s::Pixels& p, int i) const {
+  HWY_INLINE s::V Term(s::V value, int i, int j, s::V sum) const {
     const s::D d;
-    s::V v = hn::MulAdd(p.r, hn::Set(d, m[i][0]), hn::Set(d, m[i][4]));
-    v = hn::MulAdd(p.g, hn::Set(d, m[i][1]), v);
-    v = hn::MulAdd(p.b, hn::Set(d, m[i][2]), v);
-    return full ? hn::MulAdd(p.a, hn::Set(d, m[i][3]), v) : v;
+    return hn::MulAdd(hn::And(value, hn::Set(d, kept[i][j])), hn::Set(d, m[i][j]), sum);
+  }
+  HWY_INLINE s::V Row(const s::Pixels& p, int i) const {
+    s::V v = Term(p.r, i, 0, hn::Set(s::D(), m[i][4]));
+    v = Term(p.g, i, 1, v);
+    v = Term(p.b, i, 2, v);
+    return full ? Term(p.a, i, 3, v) : v;
   }
   HWY_INLINE s::V Alpha(const s::Pixels& p) const {
     if (full) return Row(p, 3);
@@ -45,6 +50,7 @@ std::unique_ptr<graph::PointStage> MakeUnpremultipliedMatrix(const double (&m)[4
   UnpremultipliedMatrixKernel k;
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 5; ++j) k.m[i][j] = static_cast<float>(m[i][j]);
+    for (int j = 0; j < 4; ++j) k.kept[i][j] = std::bit_cast<float>(k.m[i][j] == 0 ? 0u : ~0u);
   }
   k.full = full, k.writes_alpha = writes_alpha;
   return s::MakeFusedStage<1>(k);
@@ -96,8 +102,9 @@ OpInfo ColorMatrixInfo() {
       "of R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the "
       "matrix, giving the column form. An image without alpha takes part with the upper left 3x3 and the "
       "bias. unpremult=1 divides R,G,B by alpha before and multiplies by the same alpha after; where alpha "
-      "is 0 it does neither. NaN or infinity in R, G or B reaches all three; it passes between colour and "
-      "alpha only where some entry couples them. Source: McReynolds et al. 1997, 12.2.4.";
+      "is 0 it does neither. NaN or infinity passes from a channel to those "
+      "whose weight of it is not 0. Source: "
+      "McReynolds et al. 1997, 12.2.4.";
   info.bound = "4 u (sum of |m v| + |bias|), 8 u with unpremult";
   info.bound_u = 8;
   ParamInfo m;

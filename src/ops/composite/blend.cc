@@ -43,6 +43,34 @@ const std::vector<std::string>& BlendFactorNames() {
 namespace ops {
 namespace {
 
+// What CSS and the canvas of HTML call some of them.
+constexpr std::pair<const char*, BlendMode> kCanvasNames[] = {
+    {"copy", BlendMode::kSource},
+    {"source", BlendMode::kSource},
+    {"destination", BlendMode::kDestination},
+    {"source-over", BlendMode::kOver},
+    {"destination-over", BlendMode::kDestinationOver},
+    {"source-in", BlendMode::kIn},
+    {"destination-in", BlendMode::kDestinationIn},
+    {"source-out", BlendMode::kOut},
+    {"destination-out", BlendMode::kDestinationOut},
+    {"source-atop", BlendMode::kAtop},
+    {"destination-atop", BlendMode::kDestinationAtop},
+    {"lighter", BlendMode::kPlus}};
+
+std::vector<std::string> ModeWords() {
+  std::vector<std::string> words = BlendModeNames();
+  for (const auto& [name, mode] : kCanvasNames) words.emplace_back(name);
+  return words;
+}
+
+BlendMode ModeOf(const std::string& word) {
+  for (const auto& [name, mode] : kCanvasNames) {
+    if (word == name) return mode;
+  }
+  return ChoiceOf<BlendMode>(BlendModeNames(), word);
+}
+
 bool NonSeparable(BlendMode mode) { return mode >= BlendMode::kHue && mode <= BlendMode::kLuminosity; }
 bool HasFactors(BlendMode mode) {
   return mode == BlendMode::kAdd || mode == BlendMode::kSubtract || mode == BlendMode::kReverseSubtract;
@@ -165,6 +193,8 @@ OpInfo BlendInfo() {
       "SVG and CSS, T + (1-ad) s + (1-as) d with T = as ad B(d/ad, s/as): normal (over), multiply, screen, "
       "overlay, darken, lighten, color-dodge, color-burn, hard-light, soft-light, difference, exclusion; "
       "plus-lighter min(1, s+d); on R,G,B only: hue, saturation, color, luminosity.\n"
+      "Names of CSS and canvas: copy, source-over, source-in, source-out, source-atop, destination-over, destination-in, "
+      "destination-out, destination-atop, lighter (plus).\n"
       "Nothing is limited in float; integers saturate and are rounded once. T is 0 unless both alphas are "
       "positive. The non-separable modes limit colours to [0, alpha] first. Images without alpha are "
       "opaque; the result covers both windows. Source: Porter and Duff 1984, OpenGL 4.6 section 17.3.6, W3C "
@@ -172,7 +202,7 @@ OpInfo BlendInfo() {
   info.bound =
       "4 u (Porter-Duff, GL), 8 u (separable), 32 u (non-separable) * sum of the magnitudes of the terms";
   info.bound_u = 4;
-  info.arguments = {ChoiceArgument("MODE", BlendModeNames(), "operator, equation or mode")};
+  info.arguments = {ChoiceArgument("MODE", ModeWords(), "operator, equation or mode")};
   info.modifiers = {
       OnlyWith("MODE=add|subtract|revsubtract", FactorModifier("src", "factor of FG")),
       OnlyWith("MODE=add|subtract|revsubtract", FactorModifier("dst", "factor of BG")),
@@ -182,7 +212,7 @@ OpInfo BlendInfo() {
                    "constant colour r,g,b,a; one number serves all")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     BlendParams p;
-    p.mode = ChoiceOf<BlendMode>(BlendModeNames(), a.Text("MODE"));
+    p.mode = ModeOf(a.Text("MODE"));
     p.source = FactorOf(a.Text("src")), p.destination = FactorOf(a.Text("dst"));
     p.source_alpha = FactorOf(a.Text("srcalpha")), p.destination_alpha = FactorOf(a.Text("dstalpha"));
     if (a.Given("constant") && !ReadsConstant(p)) {

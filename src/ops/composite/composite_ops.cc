@@ -15,8 +15,29 @@ Node MakeCompositeNode(CompositeOp::Traits traits, std::vector<Node> inputs) {
   return graph::MakeNode(std::make_shared<const CompositeOp>(std::move(traits)), std::move(inputs));
 }
 
-Layers MakeLayers(const std::string& op, const std::vector<Node>& images) {
-  if (images.empty()) throw Error(op, "found no image, expected at least one");
+namespace {
+
+// An image without alpha beside one with it and otherwise as many channels is opaque: alpha 1 where that one
+// has it.
+Node WithAlphaOf(const Node& image, const ImageSpec& other) {
+  const ImageSpec& spec = image.spec();
+  if (spec.alpha >= 0 || other.alpha < 0 || spec.channel_count() + 1 != other.channel_count()) return image;
+  std::vector<ChannelChoice> channels;
+  for (int c = 0; c < spec.channel_count(); ++c)
+    channels.push_back({c, 0, spec.channels[static_cast<size_t>(c)]});
+  channels.insert(channels.begin() + other.alpha, {-1, 1, other.channels[static_cast<size_t>(other.alpha)]});
+  return SelectChannels(image, channels);
+}
+
+}  // namespace
+
+Layers MakeLayers(const std::string& op, const std::vector<Node>& given) {
+  if (given.empty()) throw Error(op, "found no image, expected at least one");
+  const auto with_alpha =
+      std::find_if(given.begin(), given.end(), [](const Node& image) { return image.spec().alpha >= 0; });
+  std::vector<Node> images;
+  for (const Node& image : given)
+    images.push_back(with_alpha == given.end() ? image : WithAlphaOf(image, with_alpha->spec()));
   std::vector<ImageSpec> specs;
   Layers layers{{}, images[0].spec()};
   for (const Node& image : images) {

@@ -85,7 +85,8 @@ struct AxisWeights {
         index.push_back(at), exact_.push_back(w);
       }
     }
-    if (sum == 0) {
+    // Beyond the edge with lobes below 0 alone there is nothing to see.
+    if (sum == 0 || (source.renormalize && sum < 0)) {
       index.clear();
       return;
     }

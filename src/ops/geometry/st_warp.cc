@@ -1,10 +1,12 @@
 // Warps by an image of coordinates.
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "tessera/ops/channels.h"
 
 namespace tessera::ops {
 namespace {
@@ -86,13 +88,17 @@ OpInfo StWarpInfo() {
       "IMAGE COORDINATES --st_warp: each result pixel is the image at (s, t), two channels of the "
       "coordinates, from 0 to 1 across the image's display window. The result has the coordinates' windows. "
       "The filter keeps its width of source pixels, as oiiotool's; wrap= names one mode for both axes, "
-      "wrap_t= another for t. With black, pixels beyond the edge are left out of the weights. NaN and "
-      "infinite coordinates give black.";
+      "wrap_t= another for t. With black, pixels beyond the edge are left out of the weights; where nothing but "
+      "negative lobes is left, the result is black. Without wrap= the picture is oiiotool's: the result has the image's "
+      "data window, black where there are no coordinates, and beyond the right and the lower edge one row of black "
+      "pixels counts. NaN and infinite coordinates give black.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
-  ParamInfo wrap_t = WrapModifier("wrap_t", "");
+  ParamInfo wrap = WrapModifier("wrap", "oiiotool"), wrap_t = WrapModifier("wrap_t", "");
+  wrap.choices.insert(wrap.choices.begin(), "oiiotool");
+  wrap_t.only_with = "wrap=black|clamp|repeat|periodic|mirror";
   info.modifiers = {WarpFilterModifier("lanczos3"),
-                    WrapModifier("wrap", "black"),
+                    wrap,
                     wrap_t,
                     Channel("chan_s", "0", "channel of s"),
                     Channel("chan_t", "1", "channel of t"),
@@ -101,16 +107,26 @@ OpInfo StWarpInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     StWarpParams p;
     p.filter = a.Text("filter");
-    p.wrap_s = WrapNamed(a.Text("wrap"));
+    const bool as_oiiotool = a.Text("wrap") == "oiiotool";
+    p.wrap_s = as_oiiotool ? Wrap::kBlack : WrapNamed(a.Text("wrap"));
     p.wrap_t = a.Given("wrap_t") ? WrapNamed(a.Text("wrap_t")) : p.wrap_s;
     p.channel_s = a.Integer("chan_s");
     p.channel_t = a.Integer("chan_t");
     p.flip_s = a.Flag("flip_s");
     p.flip_t = a.Flag("flip_t");
-    return StWarp(in[0], in[1], p);
+    if (!as_oiiotool) return StWarp(in[0], in[1], p);
+    const Roi window = in[0].spec().data_window;
+    if (window.empty()) return StWarp(in[0], in[1], p);
+    Roi with_edge = window;
+    if (with_edge.x1 < INT32_MAX && with_edge.y1 < INT32_MAX) ++with_edge.x1, ++with_edge.y1;
+    return Crop(StWarp(Crop(in[0], with_edge), in[1], p), window);
   };
-  info.examples = {"filter=triangle wrap=repeat", "", "filter=mitchell wrap=mirror wrap_t=clamp flip_s=1",
-                   "filter=box wrap=clamp chan_s=2 flip_t=1", "filter=gaussian"};
+  info.examples = {"filter=triangle wrap=repeat",
+                   "",
+                   "filter=mitchell wrap=mirror wrap_t=clamp flip_s=1",
+                   "filter=box wrap=clamp chan_s=2 flip_t=1",
+                   "filter=gaussian",
+                   "wrap=black"};
   return info;
 }
 

@@ -210,7 +210,8 @@ Node MakeTable(std::span<const Node> in, const Arguments& a, const ImageSpec*) {
   for (size_t k = 0; k < channels.size(); ++k) {
     const std::vector<float>& column = columns[columns.size() > 1 ? k : 0];
     p.tables[static_cast<size_t>(channels[k])] =
-        Table({static_cast<int>(column.size())}, 1, column, TableAlign::kEnds);
+        Table({static_cast<int>(column.size())}, 1, column,
+              a.Text("align") == "centres" ? TableAlign::kCentres : TableAlign::kEnds);
   }
   if (a.Flag("count") && a.notes != nullptr) {
     constexpr size_t kAtOnce = 4;
@@ -249,7 +250,8 @@ OpInfo TableInfo() {
       "channels or one for each. Entry j of N lies at j/(N-1); samples are clamped to [0,1] to find their "
       "place, NaN reads entry 0 (count=1 prints how often), entries may have any value. channels=color (the "
       "first three but alpha), all, or a list of names; the others keep their bits: channels=A is OpenGL's "
-      "ALPHA table, channels=all its INTENSITY table. filter=nearest is OpenGL's own rule. stage= names the "
+      "ALPHA table, channels=all its INTENSITY table. filter=nearest is OpenGL's own rule; with align=centres, where "
+      "entry j fills the range from j/N to (j+1)/N, it makes N equal steps (SVG's discrete). stage= names the "
       "place in the pixel-transfer pipeline that the table stands for; on a command line the order of the "
       "commands is what counts. 8-bit pixels are mapped code by code. LUT files: --lut. Source: "
       "McReynolds et al. 1997, 12.2.3.";
@@ -277,11 +279,18 @@ OpInfo TableInfo() {
   stage.default_value = "color";
   stage.choices = {"color", "postconvolution", "postmatrix"};
   stage.help = "the colour table of OpenGL's pipeline that it stands for";
-  info.modifiers = {channels, filter, stage,
+  ParamInfo align;
+  align.name = "align";
+  align.type = ParamType::kChoice;
+  align.default_value = "ends";
+  align.choices = {"ends", "centres"};
+  align.help = "where entries lie: from 0 to 1, or in the middle of N equal ranges";
+  info.modifiers = {channels, filter, align, stage,
                     FlagModifier("count", "print how many pixels have a NaN that looks up a table")};
   info.make = MakeTable;
-  info.examples = {"0,0.1,0.3,1", "1,0 channels=all",    "0,1,0.5,0.25,0.125 filter=nearest",
-                   "0.5",         "-1,3,2 channels=G,R", "0,0.2,0.1,1 filter=cubic"};
+  info.examples = {
+      "0,0.1,0.3,1",         "1,0 channels=all",         "0,1,0.5,0.25,0.125 filter=nearest",   "0.5",
+      "-1,3,2 channels=G,R", "0,0.2,0.1,1 filter=cubic", "0,0.5,1 filter=nearest align=centres"};
   return info;
 }
 
