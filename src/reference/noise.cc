@@ -84,6 +84,16 @@ double Warp(const NoiseParams& p, const Query& q, bool on_grid, double step, int
   return Sum(inner, {q.position}, on_grid, step).value;
 }
 
+// The sum of the octaves' sizes; 1 where there are none.
+double WeightsOf(const NoiseParams& p) {
+  double all = 0, weight = 1;
+  for (int k = 0; k < p.octaves; ++k, weight *= p.gain) {
+    const auto at = static_cast<size_t>(k);
+    all += std::fabs(p.weights.empty() ? weight : at < p.weights.size() ? p.weights[at] : 0.0);
+  }
+  return all > 0 ? all : 1;
+}
+
 double Bend(double t, double bias, double contrast) {
   t = std::clamp(t, 0.0, 1.0);
   if (bias != 0.5) t = std::pow(t, std::log(bias) / std::log(0.5));
@@ -95,9 +105,6 @@ double Bend(double t, double bias, double contrast) {
 NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) {
   const bool published = p.lattice != NoiseLattice::kTessera;
   const bool color = p.output == NoiseOutput::kColor;
-  const bool both_signs =
-      p.kind != NoiseKind::kCell && (p.sum == NoiseSum::kFbm || p.sum == NoiseSum::kBillow);
-  const bool halved = !p.is_signed && both_signs;
   std::array<double, 4> displacement = {};
   for (int a = 0; a < p.dims && p.warp != 0; ++a) {
     displacement[static_cast<size_t>(a)] =
@@ -170,7 +177,15 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
     weight *= p.gain;
   }
   sum.slope_scale = sum.scale + steeper;
-  if (halved) {
+  const bool absolute = p.sum == NoiseSum::kBillow || p.sum == NoiseSum::kRidged;
+  if (!p.is_signed && absolute) {
+    // Shares of the weights, in [0, 1] and [-1, 1].
+    const double all = WeightsOf(p);
+    sum.value /= all;
+    for (double& slope : sum.slope) slope /= all;
+  }
+  if (!p.is_signed &&
+      (p.sum == NoiseSum::kBillow || (p.sum == NoiseSum::kFbm && p.kind != NoiseKind::kCell))) {
     sum.value = 0.5 + 0.5 * sum.value;
     for (double& slope : sum.slope) slope *= 0.5;
   }
@@ -330,9 +345,9 @@ void EvaluateAt(const Call& call) {
       const double w = own.weights.empty()                           ? weight
                        : static_cast<size_t>(k) < own.weights.size() ? own.weights[static_cast<size_t>(k)]
                                                                      : 0;
-      const double half = p.is_signed || p.kind == NoiseKind::kCell ? 1 : 0.5;
-      if (p.sum == NoiseSum::kBillow) n.value -= half * w;
-      if (p.sum == NoiseSum::kRidged) n.value += w;
+      const double share = p.is_signed ? w : w / WeightsOf(own);
+      if (p.sum == NoiseSum::kBillow) n.value -= p.is_signed ? share : 0.5 * share;
+      if (p.sum == NoiseSum::kRidged) n.value += share;
     }
     return Channel(p, n, c, call.out_spec.alpha);
   });

@@ -196,6 +196,49 @@ TEST(NoiseKinds, PackingsOfABlock) {
   });
 }
 
+// Seven octaves of ridged noise used to be white in 8 bits, of billow black: a sum of sizes grows with the
+// octaves. Whatever their number and weights, results now fill [0, 1], and never leave it.
+TEST(NoiseKinds, SumsOfSizesFillTheRangeWhateverTheOctaves) {
+  for (const NoiseSum sum : {NoiseSum::kRidged, NoiseSum::kBillow}) {
+    for (const NoiseKind kind : {NoiseKind::kGradient, NoiseKind::kValue, NoiseKind::kSimplex}) {
+      for (const double gain : {0.4, 0.5, 1.0}) {
+        for (const int octaves : {1, 2, 4, 7}) {
+          SCOPED_TRACE(std::to_string(static_cast<int>(sum)) + " " + std::to_string(static_cast<int>(kind)) +
+                       " " + std::to_string(octaves) + " octaves of gain " + std::to_string(gain));
+          NoiseParams p;
+          p.kind = kind, p.sum = sum, p.octaves = octaves, p.gain = gain;
+          p.is_signed = false;
+          p.frequency = 24;
+          const std::vector<float> v = Values(Noise(ImageSpec(256, 256, 1), p));
+          double least = 1, most = 0, mean = 0;
+          for (const float x : v) {
+            least = std::min<double>(least, x), most = std::max<double>(most, x);
+            mean += x / static_cast<double>(v.size());
+          }
+          EXPECT_GE(least, 0);
+          EXPECT_LE(most, 1);
+          EXPECT_GT(most - least, gain < 1 ? 0.5 : 0.25);
+          // The mean is the octave's own, which every octave has.
+          p.octaves = 1;
+          double one = 0;
+          for (const float x : Values(Noise(ImageSpec(256, 256, 1), p))) one += x / 65536.0;
+          EXPECT_NEAR(mean, one, 0.03);
+          // Signed, the sum itself.
+          p.octaves = octaves;
+          p.is_signed = true;
+          const std::vector<float> raw = Values(Noise(ImageSpec(256, 256, 1), p));
+          double weights = 0;
+          for (int k = 0; k < octaves; ++k) weights += std::pow(gain, k);
+          for (size_t i = 0; i < v.size(); i += 97) {
+            const double share = raw[i] / weights;
+            ASSERT_NEAR(v[i], sum == NoiseSum::kRidged ? share : 0.5 + 0.5 * share, 2e-6);
+          }
+        }
+      }
+    }
+  }
+}
+
 // The specification's high-resolution filtering: sums of blocks equal direct evaluation at pixel centres, and
 // on a constant lattice the windows are a partition of unity.
 TEST(NoiseKinds, AccumulationEqualsDirectEvaluation) {

@@ -70,6 +70,8 @@ const std::pair<const char*, std::vector<const char*>> kCases[] = {
       "period=1",
       "period=256 dims=3 octaves=3",
       "sum=ridged octaves=3",
+      "sum=ridged octaves=7 weights=1,-0.5,0,2 gradient=1",
+      "sum=billow octaves=7 gain=0.8 bias=0.4",
       "sum=billow octaves=3 antialias=1 freq=40",
       "lattice=osl dims=3 offset=-3,5,8 octaves=2",
       "lattice=osl color=1",
@@ -88,7 +90,7 @@ const std::pair<const char*, std::vector<const char*>> kCases[] = {
       "freq=9 method=accumulate dims=3 z=0.7 offset=-3.3,0.21",
       "freq=9 octaves=2 method=accumulate turbulence=1 period=5 fade=cubic",
       "freq=0",
-      "pack=octaves octaves=3",
+      "pack=octaves octaves=4",
       "pack=octaves dims=3 octaves=9 turbulence=1 signed=1",
       "pack=normal dims=3 octaves=2 freq=3",
       "pack=normal signed=1 lattice=perlin freq=3",
@@ -104,7 +106,8 @@ const std::pair<const char*, std::vector<const char*>> kCases[] = {
     {"hash",
      {"", "lattice=osl color=1 dims=3 freq=8", "dims=1 seed=3 color=1", "dims=4 period=3 freq=16 w=0.5"}},
     {"cell",
-     {"dims=3 distance=f2-f1 z=0.2", "distance=f2 jitter=0.6 period=4 octaves=2", "dims=1", "dims=4 freq=2",
+     {"sum=billow octaves=3", "sum=ridged octaves=2", "dims=3 distance=f2-f1 z=0.2",
+      "distance=f2 jitter=0.6 period=4 octaves=2", "dims=1", "dims=4 freq=2",
       "gradient=1 distance=f2-f1 freq=2"}},
     {"sparse",
      {"dims=3 density=1 freq=4 signed=1", "dims=1 density=8", "period=3 octaves=2 freq=6",
@@ -184,7 +187,7 @@ TEST(NoiseTest, PositionImagesAreWithinTheirBound) {
           "type=spot dims=3 stretch=3 color=1 channels=3", "type=white dims=2 freq=4 lattice=osl",
           "lattice=perlin octaves=2 seed=3", "lattice=osl dims=2 offset=-7.5,1000000.25", "warp=0.5 dims=2",
           "gradient=1 channels=4", "pack=normal channels=5 octaves=2 freq=0.25",
-          "pack=octaves channels=3 octaves=2 dims=2", "type=simplex dims=3 period=4,3,5 octaves=2 freq=0.5",
+          "pack=octaves channels=3 octaves=3 dims=2", "type=simplex dims=3 period=4,3,5 octaves=2 freq=0.5",
           "type=simplex lattice=osl color=1 channels=3", "type=hash lattice=osl",
           "turbulence=1 octaves=3 dims=3 freq=0.5", "dims=1 freq=2", "dims=4", "lattice=perlin warp=0.7"}) {
       SCOPED_TRACE(example);
@@ -436,6 +439,19 @@ TEST(NoiseTest, RefusalsNameTheParameter) {
   EXPECT_THAT(refusal([](NoiseParams& p) { p.octaves = 10000; }),
               HasSubstr("octaves: found 10000, expected 0 to 64"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.frequency = kNaN; }), HasSubstr("freq"));
+  // Octaves side by side need a channel each: those without one were 0, and nothing said so.
+  const auto packed = [](int octaves, int channels) {
+    return Refusal(
+        [&] { Noise(ImageSpec(4, 4, channels), {.output = NoiseOutput::kOctaves, .octaves = octaves}); });
+  };
+  EXPECT_THAT(packed(1, 4), HasSubstr("found 1 octaves for 4 channels, expected octaves=4 or more"));
+  EXPECT_EQ(packed(4, 4), "accepted");
+  EXPECT_EQ(packed(1, 1), "accepted");
+  EXPECT_THAT(Refusal([&] {
+                NoiseAt(FromImage(Image(ImageSpec(2, 2, 3))),
+                        {.output = NoiseOutput::kOctaves, .dims = 3, .octaves = 3}, 4);
+              }),
+              HasSubstr("expected octaves=4 or more"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.dims = 5; }), HasSubstr("dims"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.slices = 2; }), HasSubstr("slices: found 2"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.offset[2] = 1e20; }), HasSubstr("offset: found 1e+20"));

@@ -95,7 +95,11 @@ struct NoiseParams {
                                    ///< the highest octave) fits its lattice to the periods: turned, and
                                    ///< lengths off by up to 0.7 cells per period; not on kOsl
   double warp = 0;                 ///< domain warp: positions move by warp * noise, in cells
-  bool is_signed = true;           ///< false: 1/2 + value/2 (kFbm and kBillow of kinds with both signs)
+
+  /// false: 1/2 + value/2 (kFbm of kinds with both signs); kRidged and kBillow are divided by the sum of the
+  /// octaves' |weights|, and are [0, 1] and 1/2 + value/2 of that, so that they fill the range whatever the
+  /// octaves; kTurbulence is as it is.
+  bool is_signed = true;
   NoiseMethod method = NoiseMethod::kAuto;  ///< grids
   bool antialias = false;  ///< grids: octaves fade to their mean from 1/2 to 1 cell per pixel
   int slices = 1;          ///< grids: the image is that many slices stacked along y, rows that are left

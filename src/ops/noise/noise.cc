@@ -117,7 +117,9 @@ constexpr char kCommonHelp[] =
     "Pixel (x, y) is at ((x + 1/2) * step, (y + 1/2) * step, 0, 0) + offset in lattice cells, step = freq / "
     "width of the display window; z= and w= add to the third and fourth coordinate. Octave k has "
     "lacunarity^k times the frequency, weight gain^k and, but for the first one and for published lattices, "
-    "a pseudo-random shift. Values are 0.5 + N / 2, with signed=1 N, with sums of absolute values the sum. "
+    "a pseudo-random shift. Values are 0.5 + N / 2, with signed=1 N; a turbulence is its sum; billow and "
+    "ridged are divided by the sum of the octaves' weights, 0.5 + N / 2 and N of that in [0,1], with "
+    "signed=1 they are the sums. "
     "Alpha is 1. Cells and fractions are kept apart, so that noise at 2^31 is as good as at 0 (it comes "
     "back 2^32 cells away along an axis, and 2^31 away along two at once), and all instruction sets with "
     "FMA give the same bits.";
@@ -237,6 +239,7 @@ Node Noise(const ImageSpec& spec, const NoiseParams& params) {
   const char* const name = ops::NoiseName(params.kind);
   if (spec.channels.empty()) throw Error(name, "found no channels, expected at least one");
   ops::CheckNoise(name, params);
+  ops::CheckPacking(name, params, spec.channel_count());
   NoiseParams p = params;
   p.frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
   ops::CheckAccumulation(name, p);

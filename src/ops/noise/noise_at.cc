@@ -418,6 +418,7 @@ namespace tessera {
 
 Node NoiseAt(const Node& position, const NoiseParams& params, int channels) {
   ops::CheckNoise("noiseat", params);
+  ops::CheckPacking("noiseat", params, channels);
   if (channels < 1)
     throw Error("noiseat:channels", "found " + std::to_string(channels) + ", expected at least 1");
   if (params.slices != 1) throw Error("noiseat:slices", "found slices, which only grids have");

@@ -121,6 +121,20 @@ double MeanSize(NoiseKind kind, int dims) {
   }
 }
 
+std::pair<double, double> ResultRange(const NoiseParams& p) {
+  if (p.is_signed) return {1, 0};
+  if (p.sum == NoiseSum::kFbm && p.kind != NoiseKind::kCell) return {0.5, 0.5};
+  if (p.sum != NoiseSum::kBillow && p.sum != NoiseSum::kRidged) return {1, 0};
+  double all = 0, weight = 1;
+  for (int k = 0; k < p.octaves; ++k, weight *= p.gain) {
+    const auto index = static_cast<size_t>(k);
+    all += std::fabs(p.weights.empty() ? weight : index < p.weights.size() ? p.weights[index] : 0);
+  }
+  const double share = all > 0 ? 1 / all : 1;
+  if (p.sum == NoiseSum::kRidged) return {share, 0};
+  return {0.5 * share, 0.5};
+}
+
 bool HasFieldPerChannel(const NoiseParams& params) {
   return params.output == NoiseOutput::kColor || params.output == NoiseOutput::kOctaves;
 }
@@ -187,6 +201,14 @@ void CheckNoise(const std::string& op, const NoiseParams& p) {
   }
 }
 
+void CheckPacking(const std::string& op, const NoiseParams& p, int channels) {
+  if (p.output != NoiseOutput::kOctaves || p.octaves >= channels) return;
+  const std::string needed = std::to_string(channels);
+  throw Error(op + ":pack", "found " + std::to_string(p.octaves) + " octaves for " + needed +
+                                " channels, expected octaves=" + needed +
+                                " or more: every channel holds one");
+}
+
 NoisePlan MakeNoisePlan(const NoiseParams& params, bool on_grid, int channel) {
   NoisePlan plan;
   plan.params = params;
@@ -206,10 +228,8 @@ NoisePlan MakeNoisePlan(const NoiseParams& params, bool on_grid, int channel) {
       plan.shift[a] += Scramble(params.seed + 0x9e3779b9u * static_cast<uint32_t>(a)) & 0xffff;
     }
   }
-  const bool both_signs =
-      params.kind != NoiseKind::kCell && (params.sum == NoiseSum::kFbm || params.sum == NoiseSum::kBillow);
-  const double range = !params.is_signed && both_signs ? 0.5 : 1;
-  double scale = 1, weight = 1, bias = range == 0.5 ? 0.5 : 0;
+  const auto [range, middle] = ResultRange(params);
+  double scale = 1, weight = 1, bias = middle;
   const double size = MeanSize(params.kind, params.dims);
   const double means[] = {params.kind == NoiseKind::kCell ? size : 0, size, 2 * size - 1,
                           (1 - size) * (1 - size)};

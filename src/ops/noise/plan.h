@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ops/noise/kernels.h"
@@ -35,6 +36,13 @@ NoiseParams FieldParams(const NoiseParams& params, int channel);
 inline bool HasSlopes(const NoiseParams& params) {
   return params.output == NoiseOutput::kGradient || params.output == NoiseOutput::kNormal;
 }
+
+// The result is this factor times the sum of the octaves, plus what is in the middle of its range: signed,
+// and turbulence, the sum itself; billow and ridged by the sum of their weights, so that they fill [0, 1]
+// however many octaves there are.
+std::pair<double, double> ResultRange(const NoiseParams& params);
+// What has channels enough for octaves side by side. Throws Error.
+void CheckPacking(const std::string& op, const NoiseParams& params, int channels);
 
 // Throws Error naming the parameter.
 void CheckNoise(const std::string& op, const NoiseParams& params);
