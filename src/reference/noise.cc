@@ -300,7 +300,7 @@ void EvaluateGrid(const Call& call) {
 void EvaluateAt(const Call& call) {
   const auto& p = std::any_cast<const NoiseParams&>(call.parameters);
   const ImageD& in = call.in[0];
-  const bool two_parts = in.channels == 2 * p.dims;
+  const bool two_parts = p.low_parts;
   ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
     Query q;
     bool finite = true;

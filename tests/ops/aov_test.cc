@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "../samples/ray_caster.h"
+#include "support/apply.h"
 #include "support/noise_values.h"
 #include "tessera/camera.h"
 #include "tessera/error.h"
@@ -232,6 +233,69 @@ TEST_P(PlaceTest, WindowDepthsEndWhereTheyShould) {
       Values(ConvertDepth(FromImage(depth), {DepthKind::kWindow, DepthKind::kPlanar, {}, 0.5, kInf}));
   EXPECT_EQ(v[0], std::numeric_limits<float>::infinity());
   EXPECT_TRUE(std::isnan(v[1]));
+}
+
+// What takes positions, normals or depths gives from a file of AOVs, where they are not the first channels,
+// the bits that it gives from the AOV alone.
+TEST(Aov, OperationsFindTheirsByName) {
+  ImageSpec spec(12, 9, 11);
+  spec.channels = {"R", "G", "B", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "Z"};
+  spec.alpha = 3;
+  const Image image(spec);
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 12; ++x) {
+      const auto t = static_cast<float>(12 * y + x);
+      for (int c = 0; c < 4; ++c) image.at<float>(x, y, c) = 0.1f + 0.003f * t + 0.1f * static_cast<float>(c);
+      const float normal[] = {std::sin(0.2f * t), std::cos(0.3f * t), 1};
+      const float place[] = {0.37f * static_cast<float>(x), -0.21f * static_cast<float>(y), -2 - 0.01f * t};
+      for (int c = 0; c < 3; ++c) image.at<float>(x, y, 4 + c) = normal[c];
+      for (int c = 0; c < 3; ++c) image.at<float>(x, y, 7 + c) = place[c];
+      image.at<float>(x, y, 10) = 2 + 0.01f * t;
+    }
+  }
+  const Node all = FromImage(image), colour = SelectAov(all, Aov::kColor);
+  const Node normal = SelectAov(all, Aov::kNormal), position = SelectAov(all, Aov::kPosition),
+             depth = SelectAov(all, Aov::kDepth);
+  const std::string camera = "camera=1.5,0,0,0,0,2,0.25,0,0,0,-1,-2,0,0,-1,0";
+  struct Case {
+    testing::Words words;
+    std::vector<Node> alone, files;
+  };
+  for (const Case& c : std::vector<Case>{
+           {{"noiseat", "dims=3 freq=3"}, {position}, {all}},
+           {{"noiseat", "dims=2 freq=3"}, {position}, {all}},
+           {{"shapedspots", ""}, {position}, {all}},
+           {{"solid", "procedure=noise freq=3"}, {colour, position}, {colour, all}},
+           {{"transform", "1,0.5,0,2,0,1,-0.25,1,0.125,0,2,-1,0,0,0,1"}, {position}, {all}},
+           {{"normals", "flip=1"}, {normal}, {all}},
+           {{"phong", "light=1,1,1"}, {normal}, {all}},
+           {{"phong", "position=1 point=1 light=3,4,5 eye=1,2,3"}, {normal, position}, {all, all}},
+           {{"envmap", ""}, {normal, colour}, {all, colour}},
+           {{"envmap", "position=1 eye=1,2,3"}, {normal, position, colour}, {all, all, colour}},
+           {{"combinenormals", "2"}, {normal, normal}, {all, all}},
+           {{"depth", "from=window to=planar near=0.5 far=20"}, {depth}, {all}},
+           {{"position", camera}, {depth}, {all}},
+           {{"halo", ""}, {colour, depth}, {colour, all}}}) {
+    if (ops::FindOp(c.words.op) == nullptr) {
+      ADD_FAILURE() << c.words.op;
+      continue;
+    }
+    EXPECT_EQ(Values(testing::Apply(c.words, c.files)), Values(testing::Apply(c.words, c.alone)))
+        << c.words.op << ' ' << c.words.arguments;
+  }
+}
+
+// Six channels are no positions in two parts unless they are said to be.
+TEST(Aov, NoiseReadsLowPartsOnRequestAlone) {
+  const Image image(ImageSpec(8, 1, 6));
+  for (int x = 0; x < 8; ++x) {
+    for (int c = 0; c < 6; ++c) image.at<float>(x, 0, c) = 0.37f * static_cast<float>(x) + 0.21f * c;
+  }
+  const Node six = FromImage(image), three = PositionsOf(six);
+  EXPECT_EQ(Values(testing::Apply({"noiseat", "dims=3"}, {six})),
+            Values(testing::Apply({"noiseat", "dims=3"}, {three})));
+  EXPECT_NE(Values(testing::Apply({"noiseat", "dims=3 low=1"}, {six})),
+            Values(testing::Apply({"noiseat", "dims=3"}, {three})));
 }
 
 }  // namespace

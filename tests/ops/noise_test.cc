@@ -376,6 +376,7 @@ TEST(NoiseTest, FarFromTheOriginNothingIsLost) {
   const float parts[] = {16777216.0f, 2147483648.0f, 0.375f, -0.25f};
   std::copy(parts, parts + 4, reinterpret_cast<float*>(pair.view().data));
   p.offset = {};
+  p.low_parts = true;
   const float at = Values(NoiseAt(FromImage(pair), p))[0];
   NoiseParams q = Gradient(2);
   q.frequency = 0;
@@ -388,11 +389,16 @@ TEST(NoiseTest, PositionsInTwoPartsOfAnySize) {
   const Node parts = MulConstant(sums, {1000});  // both parts are large
   NoiseParams p = Gradient(2);
   p.frequency = 3;
+  // Twice as many channels as coordinates are no low parts unless they are said to be.
+  EXPECT_EQ(Values(NoiseAt(parts, p)), Values(NoiseAt(SelectChannels(parts, "0,1"), p)));
+  p.low_parts = true;
   const VerifyReport report = Verify(NoiseAt(parts, p), PixelType::kFloat, Sampled(4, 20));
   EXPECT_TRUE(report.within_bound) << report.Summary();
-  // A fifth channel: these are no pairs, the further channels are something else.
+  EXPECT_NE(Values(NoiseAt(parts, p)), Values(NoiseAt(SelectChannels(parts, "0,1,0,1"), p)));
   const Node more = AppendChannels(parts, SelectChannels(parts, "0"));
-  EXPECT_EQ(Values(NoiseAt(more, p)), Values(NoiseAt(SelectChannels(parts, "0,1"), p)));
+  EXPECT_EQ(Values(NoiseAt(more, p)), Values(NoiseAt(parts, p)));
+  EXPECT_THAT(Refusal([&] { NoiseAt(SelectChannels(parts, "0,1,2"), p); }),
+              ::testing::HasSubstr("low parts"));
 }
 
 TEST(NoiseTest, SlopesAreDerivatives) {

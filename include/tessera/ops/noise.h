@@ -111,8 +111,9 @@ struct NoiseParams {
   double angle = 0;        ///< kSpot: the length's direction in degrees
   double bias = 0.5;  ///< Perlin's bias of the finished value taken as t in [0,1] (before signs return); 0.5
                       ///< leaves it alone; in (0,1)
-  double contrast = 0.5;  ///< Perlin's gain of it, likewise
-  Roi frame = {};         ///< filled in by Noise(): pixels are counted from its corner
+  double contrast = 0.5;   ///< Perlin's gain of it, likewise
+  bool low_parts = false;  ///< NoiseAt(): channel dims + i is added to channel i
+  Roi frame = {};          ///< filled in by Noise(): pixels are counted from its corner
 };
 
 /// Noise on the pixel grid of `spec`. Pixel (x, y) is at ((x + 1/2 - x0) * step, (y + 1/2 - y0) * step, 0, 0)
@@ -126,12 +127,12 @@ struct NoiseParams {
 /// doc/maths/noise.md.
 Node Noise(const ImageSpec& spec, const NoiseParams& params);
 
-/// Noise at the positions held in an image (a G-buffer's P): `dims` channels, times frequency plus offset; or
-/// exactly twice as many, where channel dims + i is added to channel i, so that a position may have 48 bits;
-/// of any other number the further channels are not read. Positions that are NaN or infinite give noise 0.
+/// Noise at the positions held in an image (a G-buffer's P): its first `dims` channels, times frequency plus
+/// offset; with `low_parts` channel dims + i is added to channel i, so that a position may have 48 bits.
+/// Further channels are not read. Positions that are NaN or infinite give noise 0.
 /// The result has position's windows and `channels` channels. Error: 1e-6 * (sum of weights) plus the noise's
-/// slope times 2^-24 cells per octave's scale. Throws Error as Noise does, for fewer channels than dims, and
-/// for what only grids have (slices, kAccumulate).
+/// slope times 2^-24 cells per octave's scale. Throws Error as Noise does, for fewer channels than dims
+/// (low_parts: than twice dims), and for what only grids have (slices, kAccumulate).
 Node NoiseAt(const Node& position, const NoiseParams& params, int channels = 1);
 
 /// SVG 1.1's feTurbulence, to the letter, in the first four channels, further ones 0: the reference function

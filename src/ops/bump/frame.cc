@@ -8,6 +8,7 @@
 #include "graph/op.h"
 #include "ops/bump/bump_ops.h"
 #include "ops/environment/environment_ops.h"
+#include "ops/shade/aov_inputs.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -78,7 +79,8 @@ OpInfo TangentNormalsInfo() {
                     FlagModifier("lefthanded", "B = T x N"),
                     FlagModifier("inverse", "into the surface's frame")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return TangentNormals(in[0], in[1], in[2], {a.Flag("packed"), a.Flag("lefthanded"), a.Flag("inverse")});
+    return TangentNormals(in[0], NormalsOf(in[1]), in[2],
+                          {a.Flag("packed"), a.Flag("lefthanded"), a.Flag("inverse")});
   };
   info.examples = {"", "packed=0 lefthanded=1", "packed=0 inverse=1"};
   return info;
@@ -102,7 +104,7 @@ OpInfo SurfaceBumpInfo() {
   info.modifiers = {FlagModifier("packed", "the first image holds codes in [0,1]", "1"),
                     NumberModifier("scale", "1", -1e30, 1e30, "of the heights")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return SurfaceBump(in[0], in[1], in[2], in[3], {a.Flag("packed"), a.Number("scale")});
+    return SurfaceBump(in[0], NormalsOf(in[1]), in[2], in[3], {a.Flag("packed"), a.Number("scale")});
   };
   info.examples = {"", "packed=0 scale=0.3"};
   return info;
@@ -138,7 +140,7 @@ OpInfo CombineNormalsInfo() {
   info.modifiers = {method};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return CombineNormals(
-        in[0], in[1],
+        NormalsOf(in[0]), NormalsOf(in[1]),
         {a.Number("K"), a.Text("method") == "tilt" ? CombineMethod::kTilt : CombineMethod::kSum});
   };
   info.examples = {"2", "0.5", "-0.75 method=tilt"};

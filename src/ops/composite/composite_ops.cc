@@ -8,6 +8,7 @@
 #include "ops/arithmetic/operands.h"
 #include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
+#include "tessera/ops/shade.h"
 
 namespace tessera::ops {
 
@@ -77,11 +78,20 @@ int FindDepth(const std::string& op, const ImageSpec& spec, const std::string& c
     throw Error(op,
                 "found no channel " + channel + " among " + names + ", expected one of these or its number");
   }
+  const std::vector<int> aov = FindAov(spec, Aov::kDepth);
+  if (!aov.empty()) return aov[0];
+  // In a layer of any name, but for the z of a vector's x,y,z.
+  const auto lower = [](std::string text) {
+    std::ranges::transform(text, text.begin(), [](unsigned char x) { return std::tolower(x); });
+    return text;
+  };
   for (int c = 0; c < spec.channel_count(); ++c) {
-    const std::string& name = spec.channels[static_cast<size_t>(c)];
-    std::string last = name.substr(name.rfind('.') + 1);
-    std::transform(last.begin(), last.end(), last.begin(), [](unsigned char x) { return std::tolower(x); });
-    if (last == "z" || last == "depth") return c;
+    const std::string name = lower(spec.channels[static_cast<size_t>(c)]);
+    const size_t start = name.rfind('.') + 1;
+    const std::string layer = name.substr(0, start), last = name.substr(start);
+    const bool vector = std::ranges::any_of(
+        spec.channels, [&](const std::string& other) { return lower(other) == layer + "x"; });
+    if (last == "depth" || (last == "z" && !vector)) return c;
   }
   return -1;
 }

@@ -11,7 +11,9 @@
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/environment_stages.h"
 #include "ops/modifiers.h"
+#include "ops/shade/aov_inputs.h"
 #include "tessera/error.h"
+#include "tessera/ops/shade.h"
 
 namespace tessera::ops {
 namespace {
@@ -130,9 +132,9 @@ Node MakeEnvironment(std::span<const Node> in, const Arguments& a, const ImageSp
   }
   if (in.size() == 3) {
     if (!p.camera && !p.eye) p.camera = Camera::FromMetadata(in[1].spec());
-    return Environment(in[0], in[1], in[2], p);
+    return Environment(NormalsOf(in[0]), PositionsOf(in[1]), in[2], p);
   }
-  return Environment(in[0], in[1], p);
+  return Environment(NormalsOf(in[0]), in[1], p);
 }
 
 }  // namespace
@@ -146,7 +148,8 @@ OpInfo EnvironmentInfo() {
   info.summary = "Reflection of an environment map in surfaces with given normals";
   info.help =
       "NORMAL MAP --envmap looks the map up in the direction of reflection u - 2 (n.u) n of every normal "
-      "(first three channels, any length); u points from the eye to the surface: against view= (default +z, "
+      "(the normals of an AOV file by their names, else the first three channels; any length); u points "
+      "from the eye to the surface: against view= (default +z, "
       "an orthographic viewer), along the rays of camera=, or, as NORMAL POSITION MAP --envmap:position=1, "
       "from eye= (or the camera, or the one in the positions' metadata) to each position. matrix= turns "
       "directions from the normals' space into the map's. along=normal looks up the normal "

@@ -5,6 +5,7 @@
 #include "graph/op.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/point_stages.h"
+#include "ops/shade/aov_inputs.h"
 
 namespace tessera::ops {
 namespace {
@@ -59,7 +60,8 @@ OpInfo NormalsInfo() {
   info.family = "environment";
   info.summary = "Pack, unpack, transform, mirror and normalise normals";
   info.help =
-      "Acts on the first three channels, in this order: unpack=1 takes codes, n = 2 c - 1; matrix= is the "
+      "Acts on the first three channels, or on an AOV file's normals alone, in this order: unpack=1 takes "
+      "codes, n = 2 c - 1; matrix= is the "
       "matrix of positions, and normals take the inverse transpose of its upper 3x3 (a singular one is "
       "refused); reflect=x,y,z mirrors the direction to the viewer, 2 (n.v) n - v (n.n); unit length "
       "(normalize=0 leaves it); flip=1 turns round; pack=1 gives codes, c = (n + 1)/2, for storage as "
@@ -79,7 +81,7 @@ OpInfo NormalsInfo() {
     p.pack = a.Flag("pack");
     if (a.Given("matrix")) p.matrix = MatrixOf(a.Numbers("matrix"));
     if (a.Given("reflect")) p.reflect = VectorOf(a.Numbers("reflect"));
-    return TransformNormals(in[0], p);
+    return TransformNormals(NormalsOf(in[0]), p);
   };
   info.examples = {"", "unpack=1 matrix=1,0,0,0,2,0,0,0,0.5", "pack=1 flip=1", "reflect=0,0,1 normalize=0",
                    "unpack=1 normalize=0 pack=1 matrix=0.8,0.6,0,1,-0.6,0.8,0,2,0,0,1,3,0,0,0,1"};

@@ -240,6 +240,7 @@ Node Noise(const ImageSpec& spec, const NoiseParams& params) {
   if (spec.channels.empty()) throw Error(name, "found no channels, expected at least one");
   ops::CheckNoise(name, params);
   ops::CheckPacking(name, params, spec.channel_count());
+  if (params.low_parts) throw Error(std::string(name) + ":low", "found low parts, which only positions have");
   NoiseParams p = params;
   p.frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
   ops::CheckAccumulation(name, p);

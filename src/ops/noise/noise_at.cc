@@ -13,6 +13,7 @@
 #include "ops/noise/field.h"
 #include "ops/noise/noise_ops.h"
 #include "tessera/ops/noise.h"
+#include "tessera/ops/shade.h"
 
 namespace tessera::ops {
 namespace {
@@ -194,8 +195,8 @@ class PointField {
   bool slopes_ = false;
 };
 
-// Whether coordinates are sums of two channels. Of more channels the further ones are something else.
-bool HasLowParts(const ImageSpec& position, int dims) { return position.channel_count() == 2 * dims; }
+// Channels of a position: with low parts coordinates are sums of two.
+int Coordinates(const NoiseParams& p) { return p.low_parts ? 2 * p.dims : p.dims; }
 
 class NoiseAtStage final : public graph::TileStage {
  public:
@@ -204,7 +205,7 @@ class NoiseAtStage final : public graph::TileStage {
         kernels_(FindNoiseKernels()),
         alpha_(out.alpha),
         width_(out.width()),
-        low_(HasLowParts(in, params.dims)) {
+        low_(params.low_parts) {
     const int fields = HasFieldPerChannel(params) ? out.channel_count() : 1;
     for (int c = 0; c < fields; ++c) {
       fields_.emplace_back(FieldParams(params, c), params.output == NoiseOutput::kColor ? c : 0);
@@ -342,10 +343,11 @@ class NoiseAtOp final : public graph::OpWith<NoiseParams> {
   std::string Name() const override { return "noiseat"; }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
-    const int found = inputs[0].channel_count();
-    if (found < params().dims) {
-      throw Error("noiseat", "found " + std::to_string(found) + " channels, expected at least dims=" +
-                                 std::to_string(params().dims) + " coordinates");
+    const int found = inputs[0].channel_count(), needed = Coordinates(params());
+    if (found < needed) {
+      throw Error("noiseat", "found " + std::to_string(found) + " channels, expected at least " +
+                                 std::to_string(needed) + ", dims=" + std::to_string(params().dims) +
+                                 " coordinates" + (params().low_parts ? " and their low parts" : ""));
     }
     ImageSpec spec = inputs[0];
     spec.channels = DefaultChannelNames(channels_);
@@ -354,9 +356,8 @@ class NoiseAtOp final : public graph::OpWith<NoiseParams> {
     return spec;
   }
   std::vector<bool> NeededChannels(int, const std::vector<bool>&, const ImageSpec& in) const override {
-    const int coordinates = HasLowParts(in, params().dims) ? 2 * params().dims : params().dims;
     std::vector<bool> needed(in.channels.size(), false);
-    std::fill_n(needed.begin(), coordinates, true);
+    std::fill_n(needed.begin(), Coordinates(params()), true);
     return needed;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
@@ -375,16 +376,18 @@ OpInfo NoiseAtInfo() {
   info.family = "noise";
   info.summary = "Noise at the positions held in an image";
   info.help =
-      "The first dims= channels are coordinates (a G-buffer's P), times freq= (cells per unit) plus "
-      "offset=; where the image has exactly twice as many channels, channel dims + i is added to channel i, "
-      "for positions of 48 bits. type= is one of the noise generators, whose modifiers apply. The result "
+      "The positions of an AOV file, found by their names, else the first dims= channels, are coordinates, "
+      "times freq= (cells per unit) plus offset=. low=1 adds channel dims + i to channel i, of the first "
+      "2 dims channels, for positions of 48 bits. type= is one of the noise generators, whose modifiers "
+      "apply. The result "
       "has channels= channels. A position that is NaN or infinite gives noise 0.\n"
       "Source: van Wijk 1991, 4 (spots on surfaces); Perlin 1985.";
   info.bound = "3e-6 times the sum of the octaves' weights, for positions whose product with freq is exact";
   info.bound_u = 20;
   ParamInfo type = ChoiceModifier(
       "type", {"perlin", "white", "value", "simplex", "cell", "sparse", "spot", "hash"}, "kind of noise");
-  info.modifiers = {type, IntegerModifier("channels", "1", 1, 64, "channels of the result")};
+  info.modifiers = {type, IntegerModifier("channels", "1", 1, 64, "channels of the result"),
+                    FlagModifier("low", "channels dims + i are low parts, added to channels i")};
   constexpr std::pair<const char*, const char*> kTypesOf[] = {
       {"fade", "perlin|value"},   {"distance", "cell"}, {"jitter", "cell"},
       {"density", "sparse|spot"}, {"stretch", "spot"},  {"angle", "spot"}};
@@ -406,9 +409,12 @@ OpInfo NoiseAtInfo() {
     for (int k = 0; k <= static_cast<int>(NoiseKind::kHash); ++k) {
       if (a.Text("type") == NoiseName(static_cast<NoiseKind>(k))) kind = static_cast<NoiseKind>(k);
     }
-    return NoiseAt(in[0], NoiseArguments(kind, a), a.Integer("channels"));
+    NoiseParams p = NoiseArguments(kind, a);
+    p.low_parts = a.Flag("low");
+    const bool named = !p.low_parts && p.dims <= 3 && !FindAov(in[0].spec(), Aov::kPosition).empty();
+    return NoiseAt(named ? PositionsOf(in[0]) : in[0], p, a.Integer("channels"));
   };
-  info.examples = {"", "freq=3.7 octaves=4 channels=4"};
+  info.examples = {"", "freq=3.7 octaves=4 channels=4", "dims=2 low=1"};
   return info;
 }
 

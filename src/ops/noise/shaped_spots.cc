@@ -15,6 +15,7 @@
 #include "ops/noise/plan.h"
 #include "simd/lattice.h"
 #include "tessera/error.h"
+#include "tessera/ops/shade.h"
 
 namespace tessera::ops {
 namespace {
@@ -178,7 +179,8 @@ OpInfo ShapedSpotsInfo() {
   info.family = "noise";
   info.summary = "Spot noise that is round on a surface, from the image of its positions";
   info.help =
-      "The image's first two or three channels are the surface's point at every texel. Spots of random "
+      "The positions of an AOV file, else the image's first two or three channels, are the surface's point at "
+      "every texel. Spots of random "
       "sign, Poisson with density= per cell of the texture (freq= cells across the width), are ellipses "
       "there so that they are round on the surface: (1 - |J (p - c)|^2 / R^2)^2 with J the Jacobian at the "
       "spot's centre. R is radius=, or what lets the spot fill its cell; standard deviation 1/3 everywhere. "
@@ -200,7 +202,7 @@ OpInfo ShapedSpotsInfo() {
     p.density = a.Number("density");
     p.radius = a.Number("radius");
     p.is_signed = a.Flag("signed");
-    return ShapedSpots(in[0], p);
+    return ShapedSpots(FindAov(in[0].spec(), Aov::kPosition).empty() ? in[0] : PositionsOf(in[0]), p);
   };
   info.examples = {"", "freq=3 density=1 signed=1 seed=4"};
   return info;

@@ -8,6 +8,7 @@
 #include "graph/op.h"
 #include "ops/channels/names.h"
 #include "ops/modifiers.h"
+#include "ops/shade/aov_inputs.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
@@ -274,6 +275,17 @@ Node PositionsOf(const Node& image) {
                                  ", expected three coordinates or a position AOV");
   }
   return ops::Select(image, {0, 1, 2}, "X,Y,Z");
+}
+
+Node NormalsOf(const Node& image) {
+  const std::vector<int> found = FindAov(image.spec(), Aov::kNormal);
+  if (found.size() < 3 || found == std::vector<int>{0, 1, 2}) return image;
+  return ops::Select(image, found, "X,Y,Z");
+}
+
+Node DepthsOf(const Node& image) {
+  const std::vector<int> found = FindAov(image.spec(), Aov::kDepth);
+  return ops::Select(image, {found.empty() ? 0 : found[0]}, "Z");
 }
 
 }  // namespace tessera

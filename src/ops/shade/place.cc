@@ -6,6 +6,7 @@
 #include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
+#include "ops/shade/aov_inputs.h"
 #include "ops/shade/place_kernel.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
@@ -126,7 +127,8 @@ OpInfo DepthInfo() {
       "- w. Between planar and euclidean the camera matters: camera= with 16 numbers (world to clip) or 32 "
       "(world to camera, world to clip), rows of matrices for column vectors, or else the image's "
       "worldToCamera and worldToNDC; d = z |ray|, ray of length 1 along the axis. Every channel is "
-      "converted. NaN stays; infinity stays infinite. Source: McReynolds et al. 1997, 4.3.";
+      "converted; of an AOV file the depth alone, by its name. NaN stays; infinity stays infinite. Source: "
+      "McReynolds et al. 1997, 4.3.";
   info.bound = "16 u * |result| (window depths: 16 u * (|result| + 1))";
   info.bound_u = 16;
   info.modifiers = {ChoiceModifier("from", KindsFrom(0), "kind of depth in the image"),
@@ -134,7 +136,13 @@ OpInfo DepthInfo() {
                     CameraModifier("camera", "16 or 32 numbers; default the image's metadata")};
   for (ParamInfo& m : RangeModifiers()) info.modifiers.push_back(std::move(m));
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return ConvertDepth(in[0], DepthArguments("depth", a, in, KindOf(a, "from"), KindOf(a, "to")));
+    // Of an AOV file the depth alone.
+    const ImageSpec& spec = in[0].spec();
+    const auto holds = [&](Aov aov) { return !FindAov(spec, aov).empty(); };
+    const bool aovs =
+        holds(Aov::kDepth) && (holds(Aov::kColor) || holds(Aov::kPosition) || holds(Aov::kNormal));
+    return ConvertDepth(aovs ? DepthsOf(in[0]) : in[0],
+                        DepthArguments("depth", a, in, KindOf(a, "from"), KindOf(a, "to")));
   };
   info.examples = {"camera=1.5,0,0,0,0,2,0.25,0,0,0,-1,-2,0,0,-1,0", "from=window to=planar near=0.5 far=20"};
   info.identity = "from=planar to=planar";
@@ -171,7 +179,8 @@ OpInfo TransformPointsInfo() {
   info.family = "shade";
   info.summary = "Points through a 4x4 matrix";
   info.help =
-      "POSITION --transform M: the first three channels become M (x,y,z,1), in double, rounded once; M has "
+      "POSITION --transform M: the first three channels, or an AOV file's positions alone, become M (x,y,z,1), "
+      "in double, rounded once; M has "
       "16 numbers, row by row, for column vectors. divide=1 divides by w (points where w is 0 become NaN), "
       "inverse=1 uses the inverse. Alpha and further channels keep their bits.";
   info.bound = "2 u * (sum of |products|, over |w|)";
@@ -185,7 +194,7 @@ OpInfo TransformPointsInfo() {
     std::copy_n(a.Numbers("M").begin(), 16, p.matrix.begin());
     if (a.Flag("inverse")) p.matrix = Inverse(p.matrix, "transform");
     p.divide = a.Flag("divide");
-    return TransformPoints(in[0], p);
+    return TransformPoints(FindAov(in[0].spec(), Aov::kPosition).empty() ? in[0] : PositionsOf(in[0]), p);
   };
   info.examples = {"1,0.5,0,2,0,1,-0.25,1e3,0.125,0,2,-1,0,0,0,1",
                    "1,0.5,0,2,0,1,-0.25,1,0.125,0,2,-1,0.1,0.1,0.2,3 divide=1"};
@@ -204,9 +213,7 @@ Node ConvertDepth(const Node& depth, const DepthParams& params) {
 
 Node PositionFromDepth(const Node& depth, const DepthParams& params) {
   ops::CheckDepth("position", params);
-  const std::vector<int> found = FindAov(depth.spec(), Aov::kDepth);
-  const int channel = found.empty() ? 0 : found[0];
-  const Node three = SelectChannels(depth, {{channel, 0, "X"}, {channel, 0, "Y"}, {channel, 0, "Z"}});
+  const Node three = SelectChannels(DepthsOf(depth), {{0, 0, "X"}, {0, 0, "Y"}, {0, 0, "Z"}});
   return graph::MakeNode(std::make_shared<const ops::PositionOp>(params), {three});
 }
 
