@@ -15,6 +15,10 @@ namespace tessera::reference {
 namespace {
 
 Roi OneAround(const std::any&, int, const Roi& out) { return Inflate(out, 1, 1); }
+Roi EdgesRoi(const std::any& parameters, int, const Roi& out) {
+  const int reach = std::any_cast<const std::pair<EdgeInputs, EdgeParams>&>(parameters).second.smooth ? 3 : 1;
+  return Inflate(out, reach, reach);
+}
 
 double Reciprocal(double z) { return z == 0 || std::isnan(z) ? 0 : 1 / z; }
 
@@ -23,38 +27,86 @@ void EvaluateEdges(const Call& call) {
   const double tolerance = params.depth_tolerance,
                cosine = std::cos(params.normal_degrees * std::numbers::pi / 180);
   const Roi window = call.out_spec.data_window;
-  ForEachSample(call, [&](int x, int y, int) {
-    const auto bends = [&](const ImageD& z, int dx, int dy) {
-      if (!window.Contains({x - dx, y - dy, x + dx + 1, y + dy + 1})) return false;
-      const double a = Reciprocal(z.at(x - dx, y - dy, 0)), b = Reciprocal(z.at(x, y, 0));
-      const double c = Reciprocal(z.at(x + dx, y + dy, 0));
-      return std::fabs(a - 2 * b + c) > tolerance * std::max({std::fabs(a), std::fabs(b), std::fabs(c)});
-    };
-    const auto turns = [&](const ImageD& n, int dx, int dy) {
+  const ImageD* const depth = inputs.depth ? &call.in[0] : nullptr;
+  const ImageD* const normal = inputs.normal ? &call.in[inputs.depth ? 1 : 0] : nullptr;
+  const ImageD* const id = inputs.id ? &call.in.back() : nullptr;
+  const auto inside = [&](int x, int y) { return window.Contains({x, y, x + 1, y + 1}); };
+  // NaN where a component is.
+  const auto squared = [&](int x, int y) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) sum += normal->at(x, y, c) * normal->at(x, y, c);
+    return sum;
+  };
+  const auto background = [&](int x, int y) {
+    return (depth != nullptr && Reciprocal(depth->at(x, y, 0)) == 0) ||
+           (normal != nullptr && !(squared(x, y) > 0));
+  };
+  // -1, 0 or 1: which way 1/z bends.
+  const auto bends = [&](int x, int y, int dx, int dy) {
+    if (depth == nullptr || !inside(x - dx, y - dy) || !inside(x + dx, y + dy)) return 0;
+    const double a = Reciprocal(depth->at(x - dx, y - dy, 0)), b = Reciprocal(depth->at(x, y, 0));
+    const double c = Reciprocal(depth->at(x + dx, y + dy, 0)), bend = a - 2 * b + c;
+    if (!(std::fabs(bend) > tolerance * std::max({std::fabs(a), std::fabs(b), std::fabs(c)}))) return 0;
+    return bend > 0 ? 1 : -1;
+  };
+  const auto differ = [&](int x, int y, int dx, int dy) {
+    bool result = false;
+    if (normal != nullptr) {
       double dot = 0, here = 0, there = 0;
       for (int c = 0; c < 3; ++c) {
-        const double a = n.at(x, y, c), b = n.at(x + dx, y + dy, c);
+        const double a = normal->at(x, y, c), b = normal->at(x + dx, y + dy, c);
         dot += a * b, here += a * a, there += b * b;
       }
-      return !(here > 0 && there > 0 && std::fabs(dot) >= cosine * std::sqrt(here * there));
-    };
-    const auto differs = [&](const ImageD& id, int dx, int dy) {
-      for (int c = 0; c < id.channels; ++c) {
-        if (id.at(x, y, c) != id.at(x + dx, y + dy, c)) return true;
-      }
-      return false;
-    };
-    bool edge = false;
-    size_t k = 0;
-    if (inputs.depth) edge = bends(call.in[0], 1, 0) || bends(call.in[0], 0, 1), k = 1;
-    for (bool normal = static_cast<bool>(inputs.normal); k < call.in.size(); ++k, normal = false) {
-      for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
-        if (!window.Contains({x + dx, y + dy, x + dx + 1, y + dy + 1})) continue;
-        edge = edge || (normal ? turns(call.in[k], dx, dy) : differs(call.in[k], dx, dy));
+      result = !(here > 0 && there > 0 && std::fabs(dot) >= cosine * std::sqrt(here * there));
+    }
+    for (int c = 0; id != nullptr && c < id->channels; ++c) {
+      result = result || id->at(x, y, c) != id->at(x + dx, y + dy, c);
+    }
+    return result;
+  };
+  const auto between = [&](int x, int y, int dx, int dy) {
+    if (!inside(x, y) || !inside(x + dx, y + dy)) return false;
+    if (background(x, y) || background(x + dx, y + dy)) return background(x, y) != background(x + dx, y + dy);
+    return bends(x, y, dx, dy) * bends(x + dx, y + dy, dx, dy) < 0 || differ(x, y, dx, dy);
+  };
+  const std::pair<int, int> steps[] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+  const auto line = [&](int x, int y) {
+    if (background(x, y)) return 0.0;
+    bool edge = bends(x, y, 1, 0) != 0 || bends(x, y, 0, 1) != 0;
+    for (const auto& [dx, dy] : steps) edge = edge || (inside(x + dx, y + dy) && differ(x, y, dx, dy));
+    return edge ? 1.0 : 0.0;
+  };
+  const auto smooth = [&](int x, int y) {
+    // The pixels around, one after the other, that no line parts from those found before.
+    double share = 0;
+    const double weights[] = {1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
+    std::vector<std::pair<int, int>> found = {{x, y}};
+    for (size_t k = 0; k < found.size(); ++k) {
+      const auto [px, py] = found[k];
+      share += weights[px - x + 2] * weights[py - y + 2];
+      for (const auto& [dx, dy] : steps) {
+        const std::pair next(px + dx, py + dy);
+        if (std::abs(next.first - x) > 2 || std::abs(next.second - y) > 2) continue;
+        const bool parted = between(std::min(px, px + dx), std::min(py, py + dy), std::abs(dx), std::abs(dy));
+        if (!parted && std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
       }
     }
-    return Rounded(edge ? 1 : 0);
-  });
+    // How far the boundary is: the quantile of a Gaussian, as a series, within the pixel that matters.
+    double at = 0;
+    if (share > 0.5) {
+      const double v = std::sqrt(2 * std::numbers::pi) * (share - 0.5);
+      at = share * 256 < 216 ? v + std::pow(v, 3) / 6 + 7 * std::pow(v, 5) / 120 + 127 * std::pow(v, 7) / 5040
+                             : 1;
+    }
+    double value = std::max(1 - at, 0.0);
+    const auto crease = [&](int dx, int dy) {
+      return bends(x, y, dx, dy) != 0 && !between(x, y, dx, dy) && !between(x - dx, y - dy, dx, dy);
+    };
+    if (!background(x, y) && (crease(1, 0) || crease(0, 1))) value = 1;
+    return value;
+  };
+  ForEachSample(call,
+                [&](int x, int y, int) { return std::pair(params.smooth ? smooth(x, y) : line(x, y), 1.0); });
 }
 
 void EvaluateOutline(const Call& call) {
@@ -139,7 +191,7 @@ void EvaluateSprites(const Call& call) {
 }  // namespace
 
 std::vector<Entry> OutlineEntries() {
-  return {{"edges", EvaluateEdges, OneAround},
+  return {{"edges", EvaluateEdges, EdgesRoi},
           {"outline", EvaluateOutline, OneAround},
           {"halo", EvaluateHalo, HaloRoi},
           {"airbrush", EvaluateAirbrush},

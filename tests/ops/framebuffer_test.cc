@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "support/composite.h"
@@ -255,12 +258,68 @@ TEST(EdgesTest, NormalsAndIds) {
   }
   // 30 degrees between the second and the third.
   EXPECT_THAT(Values(Edges({.normal = FromImage(normals)}, {.normal_degrees = 29})),
-              ElementsAre(0, 1, 1, 0, 1, 1));
+              ElementsAre(0, 1, 1, 0, 1, 0));
   EXPECT_THAT(Values(Edges({.normal = FromImage(normals)}, {.normal_degrees = 31})),
-              ElementsAre(0, 0, 0, 0, 1, 1));
+              ElementsAre(0, 0, 0, 0, 1, 0));
   const Node id = FromImage(Row({"id"}, {7, 7, 8, 8, 8, 7}));
   EXPECT_THAT(Values(Edges({.id = id})), ElementsAre(0, 1, 1, 0, 1, 1));
   EXPECT_THAT(Refusal([] { Edges({}); }), HasSubstr("neither depth nor normals nor ids"));
+}
+
+// A disc in front of nothing: nothing has no lines of its own, however it is said.
+TEST(EdgesTest, BackgroundIsLeftAlone) {
+  for (const float nothing : {0.0f, kNaN, kInf}) {
+    const Image depth(ImageSpec(40, 40, 1)), normals(ImageSpec(40, 40, 3));
+    for (int y = 0; y < 40; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        const bool disc = std::hypot(x - 20, y - 20) < 12;
+        depth.at<float>(x, y) = disc ? 3.0f : nothing;
+        for (int c = 0; c < 3; ++c) normals.at<float>(x, y, c) = disc && c == 2 ? 1.0f : 0.0f;
+      }
+    }
+    for (const EdgeInputs& inputs :
+         {EdgeInputs{.depth = FromImage(depth)}, EdgeInputs{.normal = FromImage(normals)},
+          EdgeInputs{.depth = FromImage(depth), .normal = FromImage(normals)}}) {
+      const Image lines = Render(Edges(inputs));
+      int on = 0;
+      for (int y = 0; y < 40; ++y) {
+        for (int x = 0; x < 40; ++x) {
+          const double r = std::hypot(x - 20, y - 20);
+          on += lines.at<float>(x, y) == 1 ? 1 : 0;
+          if (r >= 12 || r < 10) EXPECT_EQ(lines.at<float>(x, y), 0) << x << ' ' << y << ' ' << nothing;
+        }
+      }
+      EXPECT_GT(on, 60);
+    }
+  }
+}
+
+// Lines of one pixel: across a boundary at any angle the coverages add up to one pixel's width, and they are
+// near those of the band itself.
+TEST(EdgesTest, SmoothLinesAreOnePixelWide) {
+  constexpr int kSide = 96;
+  for (const double degrees : {0.0, 10.0, 27.0, 45.0, 71.0, 90.0}) {
+    const double c = std::cos(degrees * std::numbers::pi / 180),
+                 s = std::sin(degrees * std::numbers::pi / 180);
+    const auto at = [&](double x, double y) { return (x - 47.5) * c + (y - 47.5) * s - 0.21; };
+    const Image id(ImageSpec(kSide, kSide, 1));
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) id.at<float>(x, y) = at(x, y) < 0 ? 1.0f : 2.0f;
+    }
+    const Image lines = Render(Edges({.id = FromImage(id)}, {.smooth = true}));
+    double sum = 0, length = 0, squares = 0;
+    int64_t near = 0;
+    for (int y = 8; y < kSide - 8; ++y) {
+      for (int x = 8; x < kSide - 8; ++x) {
+        const double d = std::fabs(at(x, y)), tent = std::max(1 - d, 0.0);
+        sum += lines.at<float>(x, y), length += tent;
+        if (d < 2.5) squares += std::pow(lines.at<float>(x, y) - tent, 2), ++near;
+        if (d > 2) EXPECT_EQ(lines.at<float>(x, y), 0) << x << ' ' << y;
+      }
+    }
+    EXPECT_NEAR(sum / length, 1, 0.08) << degrees;
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(near)), 0.17) << degrees;
+  }
 }
 
 TEST(HaloTest, CrossingLinesLeaveAGapInTheFarOne) {

@@ -21,10 +21,15 @@ namespace tessera {
 ///   |1/z| of the
 ///           three: nothing on planes however tilted, since 1/z is affine across them in screen space;
 ///           infinite z counts as 1/z = 0, NaN and 0 as well. The line is on both sides of a step.
-///   normal: |n . m| < cos(normal_degrees) |n| |m| with the right or lower neighbour; zero and NaN normals
+///   normal: |n . m| < cos(normal_degrees) |n| |m| with one of the four neighbours; zero and NaN normals
 ///   differ from all
 ///           others. Both pixels are marked.
 ///   id:     ids differ in any channel. Both pixels are marked.
+/// Background, whose normal is zero or NaN or whose 1/z is 0, has no lines of its own: the object beside it
+/// has. `smooth`: lines of one pixel instead, antialiased, along the middle between pixels that differ
+/// (background has its half of them): 1 - t where the boundary is t < 1 pixels from the pixel's centre, by
+/// the share of the pixels around, binomial weights of 5 x 5, that lie on its own side; creases of the depth,
+/// which lie on pixels, as without.
 /// Depth is channel 0 of its image, normals channels 0 to 2. Windows are equal, else Error; so is nothing to
 /// test. The comparisons are made in double on the float samples. One channel.
 struct EdgeInputs {
@@ -36,6 +41,7 @@ struct EdgeInputs {
 struct EdgeParams {
   double depth_tolerance = 0.01;  ///< relative second difference of 1/z
   double normal_degrees = 30;     ///< 0 to 90
+  bool smooth = false;            ///< lines of one pixel, antialiased
 };
 /// Lines of a picture, as EdgeInputs says.
 Node Edges(const EdgeInputs& inputs, const EdgeParams& params = {});

@@ -6,8 +6,10 @@
 
 #include "ops/composite/composite_ops.h"
 #include "ops/modifiers.h"
+#include "ops/shade/aov_inputs.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/outline.h"
+#include "tessera/ops/shade.h"
 
 namespace tessera {
 namespace ops {
@@ -80,9 +82,11 @@ void FillTile(const graph::TileArgs& args, const F& value) {
 
 double Reciprocal(float z) { return z == 0 || std::isnan(z) ? 0.0 : 1.0 / double{z}; }
 
-bool Bends(float before, float here, float after, double tolerance) {
+// The second difference of 1/z, 0 where it is within the tolerance.
+double Bend(float before, float here, float after, double tolerance) {
   const double a = Reciprocal(before), b = Reciprocal(here), c = Reciprocal(after);
-  return std::fabs(a - 2 * b + c) > tolerance * std::max({std::fabs(a), std::fabs(b), std::fabs(c)});
+  const double bend = a - 2 * b + c;
+  return std::fabs(bend) > tolerance * std::max({std::fabs(a), std::fabs(b), std::fabs(c)}) ? bend : 0;
 }
 
 bool Turns(const float* n, const float* m, double cosine) {
@@ -98,30 +102,129 @@ bool Turns(const float* n, const float* m, double cosine) {
 struct EdgeTests {
   bool depth = false, normal = false;
   double depth_tolerance = 0, cosine = 0;
+  bool smooth = false;
+};
+
+// The tests at the pixels of one tile, which has enough of its surroundings; beyond the window there is
+// nothing.
+class EdgePixels {
+ public:
+  EdgePixels(const EdgeTests& tests, const Roi& window, const graph::TileArgs& args)
+      : e_(tests), window_(window), in_(args.in) {}
+
+  // No normal, or nothing in any distance.
+  bool Background(int x, int y) const {
+    if (e_.depth && Reciprocal(*Pixel(in_[0], x, y)) == 0) return true;
+    if (!e_.normal) return false;
+    const float* const n = Pixel(in_[e_.depth ? 1 : 0], x, y);
+    return !(double{n[0]} * double{n[0]} + double{n[1]} * double{n[1]} + double{n[2]} * double{n[2]} > 0);
+  }
+  // How the depth bends at a pixel along the row (dx = 1) or the column (dy = 1).
+  double DepthBend(int x, int y, int dx, int dy) const {
+    if (!e_.depth || !Inside(x - dx, y - dy) || !Inside(x + dx, y + dy)) return 0;
+    const ConstImageView& z = in_[0];
+    return Bend(*Pixel(z, x - dx, y - dy), *Pixel(z, x, y), *Pixel(z, x + dx, y + dy), e_.depth_tolerance);
+  }
+  // Whether normals or ids of two neighbours differ.
+  bool Differ(int x, int y, int dx, int dy) const {
+    for (size_t k = e_.depth ? 1 : 0; k < in_.size(); ++k) {
+      const float *here = Pixel(in_[k], x, y), *there = Pixel(in_[k], x + dx, y + dy);
+      const bool normals = e_.normal && k == (e_.depth ? 1 : 0);
+      if (normals ? Turns(here, there, e_.cosine) : !std::equal(here, here + in_[k].channels, there))
+        return true;
+    }
+    return false;
+  }
+  bool Inside(int x, int y) const { return window_.Contains({x, y, x + 1, y + 1}); }
+
+  // A line is on the pixel.
+  bool On(int x, int y) const {
+    if (Background(x, y)) return false;
+    if (DepthBend(x, y, 1, 0) != 0 || DepthBend(x, y, 0, 1) != 0) return true;
+    for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
+      if (Inside(x + dx, y + dy) && Differ(x, y, dx, dy)) return true;
+    }
+    return false;
+  }
+  // A line runs between a pixel and the next one along the row or column: of the depth where it bends one
+  // way here and the other way there.
+  bool Between(int x, int y, int dx, int dy) const {
+    if (!Inside(x, y) || !Inside(x + dx, y + dy)) return false;
+    const bool here = Background(x, y), there = Background(x + dx, y + dy);
+    if (here || there) return here != there;
+    return DepthBend(x, y, dx, dy) * DepthBend(x + dx, y + dy, dx, dy) < 0 || Differ(x, y, dx, dy);
+  }
+  // The depth bends at the pixel, and no line is beside it.
+  bool Crease(int x, int y) const {
+    const auto along = [&](int dx, int dy) {
+      return DepthBend(x, y, dx, dy) != 0 && !Between(x, y, dx, dy) && !Between(x - dx, y - dy, dx, dy);
+    };
+    return !Background(x, y) && (along(1, 0) || along(0, 1));
+  }
+
+ private:
+  const EdgeTests& e_;
+  const Roi& window_;
+  std::span<const ConstImageView> in_;
 };
 
 void RunEdges(const EdgeTests& e, const Roi& window, const graph::TileArgs& args) {
-  FillTile(args, [&](int x, int y) {
-    constexpr int kSteps[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
-    size_t k = 0;
-    if (e.depth) {
-      const ConstImageView& z = args.in[k++];
-      const float here = *Pixel(z, x, y);
-      const bool row = x > window.x0 && x + 1 < window.x1, column = y > window.y0 && y + 1 < window.y1;
-      if (row && Bends(*Pixel(z, x - 1, y), here, *Pixel(z, x + 1, y), e.depth_tolerance)) return 1.0f;
-      if (column && Bends(*Pixel(z, x, y - 1), here, *Pixel(z, x, y + 1), e.depth_tolerance)) return 1.0f;
+  const EdgePixels pixels(e, window, args);
+  FillTile(args, [&](int x, int y) { return pixels.On(x, y) ? 1.0f : 0.0f; });
+}
+
+// Pixels of a square of 5 x 5 that can be reached from its middle without crossing a line: `right` and `down`
+// have bits where one runs to the right of, or below, a pixel.
+uint32_t OwnSide(uint32_t right, uint32_t down) {
+  constexpr uint32_t kAll = (1u << 25) - 1, kNotLast = 0x0f7bdef;  // columns 0 to 3
+  const uint32_t across = ~right & kNotLast, below = ~down & kAll;
+  uint32_t side = 1u << 12;
+  for (uint32_t before = 0; before != side;) {
+    before = side;
+    side |= ((side & across) << 1) | ((side >> 1) & across) | ((side & below) << 5) | ((side >> 5) & below);
+    side &= kAll;
+  }
+  return side;
+}
+
+// Coverage by a line one pixel wide along the boundary of a side that has this share of the weights around
+// the pixel. They are nearly a Gaussian's of deviation 1: the boundary is where its integral has the share.
+double LineCoverage(uint32_t side) {
+  static constexpr int kBinomial[] = {1, 4, 6, 4, 1};
+  int share = 0;
+  for (int k = 0; k < 25; ++k) share += (side >> k & 1) != 0 ? kBinomial[k / 5] * kBinomial[k % 5] : 0;
+  if (share <= 128) return 1;
+  if (share >= 216) return 0;  // more than a pixel away
+  const double y = 2.5066282746310002 * (share / 256.0 - 0.5), q = y * y;
+  return std::max(1 - y * (1 + q * (1.0 / 6 + q * (7.0 / 120 + q * (127.0 / 5040)))), 0.0);
+}
+
+void RunSmoothEdges(const EdgeTests& e, const Roi& window, const graph::TileArgs& args) {
+  const EdgePixels pixels(e, window, args);
+  const Roi &o = args.out.roi, wide = Inflate(o, 2, 2);
+  // Bit 0: a line to the right, bit 1: below.
+  const auto width = static_cast<size_t>(wide.width());
+  uint8_t* const lines = args.scratch.Allocate<uint8_t>(width * static_cast<size_t>(wide.height()));
+  for (int y = wide.y0; y < wide.y1; ++y) {
+    uint8_t* const row = lines + static_cast<size_t>(y - wide.y0) * width;
+    for (int x = wide.x0; x < wide.x1; ++x) {
+      // What lies between the last pixel and the next is of no square, and the next one's bends are not
+      // there.
+      const bool right = x + 1 < wide.x1 && pixels.Between(x, y, 1, 0);
+      const bool below = y + 1 < wide.y1 && pixels.Between(x, y, 0, 1);
+      row[x - wide.x0] = static_cast<uint8_t>((right ? 1 : 0) | (below ? 2 : 0));
     }
-    for (; k < args.in.size(); ++k) {
-      const ConstImageView& in = args.in[k];
-      const bool normals = e.normal && k == (e.depth ? 1 : 0);
-      for (const auto& [dx, dy] : kSteps) {
-        if (!window.Contains({x + dx, y + dy, x + dx + 1, y + dy + 1})) continue;
-        const float *here = Pixel(in, x, y), *there = Pixel(in, x + dx, y + dy);
-        if (normals ? Turns(here, there, e.cosine) : !std::equal(here, here + in.channels, there))
-          return 1.0f;
+  }
+  FillTile(args, [&](int x, int y) {
+    uint32_t right = 0, down = 0;
+    for (int j = 0; j < 5; ++j) {
+      const uint8_t* const row = lines + static_cast<size_t>(y - o.y0 + j) * width + (x - o.x0);
+      for (int i = 0; i < 5; ++i) {
+        right |= (row[i] & 1u) << (5 * j + i), down |= (row[i] >> 1 & 1u) << (5 * j + i);
       }
     }
-    return 0.0f;
+    const double line = (right | down) == 0 ? 0 : LineCoverage(OwnSide(right, down));
+    return e.depth && line < 1 && pixels.Crease(x, y) ? 1.0f : static_cast<float>(line);
   });
 }
 
@@ -167,7 +270,7 @@ const std::vector<std::string>& OutlineNames() {
   return kNames;
 }
 
-// Three channels of normals: as named, or the three whose names end in x, y and z below a layer N or normal.
+// Three channels of normals: as named, or those that a renderer names so; none: empty.
 std::vector<int> FindNormals(const ImageSpec& spec, const std::string& names) {
   std::vector<int> found;
   if (!names.empty()) {
@@ -182,16 +285,8 @@ std::vector<int> FindNormals(const ImageSpec& spec, const std::string& names) {
     }
     return found;
   }
-  for (int c = 0; c + 2 < spec.channel_count(); ++c) {
-    std::string name = spec.channels[static_cast<size_t>(c)];
-    std::ranges::transform(name, name.begin(), [](unsigned char x) { return std::tolower(x); });
-    const size_t dot = name.rfind('.');
-    const std::string layer = name.substr(0, dot == std::string::npos ? name.size() - 1 : dot);
-    const bool normal = layer == "n" || layer == "normal" || layer == "normals" ||
-                        layer.ends_with(".normal") || layer.ends_with(".n");
-    if (normal && name.back() == 'x') return {c, c + 1, c + 2};
-  }
-  return {};
+  found = FindAov(spec, Aov::kNormal);
+  return found.size() == 3 ? found : std::vector<int>{};
 }
 
 }  // namespace
@@ -204,17 +299,23 @@ OpInfo EdgesInfo() {
   info.help =
       "From a picture with its AOVs to one channel, 1 on lines and 0 elsewhere. Depth: the second difference "
       "of 1/z along the row or column exceeds depth= times the largest 1/z of the three pixels; planes give "
-      "nothing however tilted. Normals: the angle to one of the four neighbours exceeds normal= degrees (a "
-      "zero or NaN normal always). Ids: a neighbour's differs. Each test is made where its channels are: "
-      "depthchannel= (default the first named Z or depth), normalchannels= (three; default N.x,N.y,N.z and "
-      "the like), idchannel=. Silhouettes of a mask are --outline, lines that stop behind others --halo. "
+      "nothing however tilted. Normals: the angle to one of the four neighbours exceeds normal= degrees, or "
+      "its normal is 0 or NaN. Ids: a neighbour's differs. Background, whose normal is 0 or NaN or whose depth "
+      "is 0, NaN or infinite, has no lines: its neighbour on the object has. smooth=1: lines of one pixel, "
+      "antialiased, along the middle between pixels that differ (half of them on the background), laid "
+      "through the 5 x 5 pixels around each; creases of the depth, which lie on pixels, stay as they are. "
+      "Each test is made where its channels are: depthchannel= and normalchannels= (three; default by the "
+      "names that renderers give them), idchannel=. Silhouettes of a mask are --outline, lines that stop "
+      "behind others --halo. "
       "Compare McReynolds et al. 1997, 15.3.";
-  info.bound = "exact";
+  info.bound = "exact; smooth=1: 1 u";
+  info.bound_u = 1;
   info.modifiers = {NumberModifier("depth", "0.01", 0, 1e30, "tolerance, relative to 1/z"),
                     NumberModifier("normal", "30", 0, 90, "degrees between neighbours' normals"),
                     TextModifier("depthchannel", "name or number of the depth channel"),
                     TextModifier("normalchannels", "names or numbers of three channels, comma-separated"),
-                    TextModifier("idchannel", "name or number of a channel whose changes are lines")};
+                    TextModifier("idchannel", "name or number of a channel whose changes are lines"),
+                    FlagModifier("smooth", "lines of one pixel, antialiased")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     EdgeInputs inputs;
     const int depth = FindDepth("edges", in[0].spec(), a.Text("depthchannel"));
@@ -228,10 +329,11 @@ OpInfo EdgesInfo() {
     if (!a.Text("idchannel").empty()) {
       inputs.id = ChannelOf(in[0], FindDepth("edges", in[0].spec(), a.Text("idchannel")));
     }
-    return Edges(inputs, {a.Number("depth"), a.Number("normal")});
+    return Edges(inputs, {a.Number("depth"), a.Number("normal"), a.Flag("smooth")});
   };
   info.examples = {"depthchannel=2 normalchannels=0,1,2", "depthchannel=0 depth=0.5",
-                   "normalchannels=1,2,0 normal=60", "idchannel=1"};
+                   "normalchannels=1,2,0 normal=60", "idchannel=1",
+                   "depthchannel=0 depth=0.4 normalchannels=0,1,2 normal=50 smooth=1"};
   return info;
 }
 
@@ -262,16 +364,17 @@ OpInfo HaloInfo() {
   info.inputs = 2;
   info.summary = "Break lines that pass behind nearer ones";
   info.help =
-      "LINES DEPTH --halo: a line pixel (first channel of LINES above 0) is kept where its depth (first "
-      "channel of DEPTH) is at most epsilon= above that of every line pixel within radius= pixels, else it "
-      "becomes 0; epsilon must reach radius times the depth's slope along a line, or lines erase themselves. "
+      "LINES DEPTH --halo: a line pixel (first channel of LINES above 0) is kept where its depth (of an "
+      "AOV file by its name, else the first channel of DEPTH) is at most epsilon= above that of every line "
+      "pixel within radius= pixels, else it becomes 0; epsilon must reach radius times the depth's slope "
+      "along a line, or lines erase themselves. "
       "One channel. Source: McReynolds et al. 1997, 15.2.";
   info.bound = "exact";
   info.modifiers = {
       IntegerModifier("radius", "3", 0, 64, "pixels on either side of a line that it keeps free"),
       NumberModifier("epsilon", "0.01", 0, 1e30, "depth units that count as equal")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return Halo(in[0], in[1], {a.Integer("radius"), a.Number("epsilon")});
+    return Halo(in[0], DepthsOf(in[1]), {a.Integer("radius"), a.Number("epsilon")});
   };
   info.examples = {"", "radius=7 epsilon=0.25", "radius=0"};
   return info;
@@ -287,7 +390,8 @@ Node Edges(const EdgeInputs& inputs, const EdgeParams& params) {
         "idchannel= name them)");
   }
   const ops::EdgeTests e{static_cast<bool>(inputs.depth), static_cast<bool>(inputs.normal),
-                         params.depth_tolerance, std::cos(params.normal_degrees * std::numbers::pi / 180)};
+                         params.depth_tolerance, std::cos(params.normal_degrees * std::numbers::pi / 180),
+                         params.smooth};
   std::vector<Node> nodes;
   if (inputs.depth) nodes.push_back(ops::ChannelOf(inputs.depth, 0));
   if (inputs.normal) {
@@ -298,11 +402,12 @@ Node Edges(const EdgeInputs& inputs, const EdgeParams& params) {
   if (inputs.id) nodes.push_back(inputs.id);
   const ImageSpec spec = ops::LineSpec(nodes[0].spec());
   const auto run = [e, window = spec.data_window](const graph::TileArgs& args) {
-    ops::RunEdges(e, window, args);
+    e.smooth ? ops::RunSmoothEdges(e, window, args) : ops::RunEdges(e, window, args);
   };
-  return graph::MakeNode(std::make_shared<const ops::LineOp>("edges", std::pair(inputs, params), spec, 1,
-                                                             graph::Border::kClamp, run),
-                         std::move(nodes));
+  return graph::MakeNode(
+      std::make_shared<const ops::LineOp>("edges", std::pair(inputs, params), spec, params.smooth ? 3 : 1,
+                                          graph::Border::kClamp, run),
+      std::move(nodes));
 }
 
 Node Outline(const Node& mask, const OutlineParams& params) {
