@@ -91,7 +91,7 @@ void EvaluatePhong(const Call& call) {
           const double d = std::sqrt(Dot(l, l));
           l = Normalized(l);
           weight = 1 / std::max(p.attenuation[0] + p.attenuation[1] * d + p.attenuation[2] * d * d, 1e-20);
-          if (p.spot_cutoff < 180) {
+          if (p.spot_cutoff < 180 || p.spot_exponent > 0) {
             const double c = -Dot(l, Normalized(p.spot_direction));
             const double edge = std::cos(p.spot_cutoff * std::numbers::pi / 180);
             weight *= c < edge ? 0 : p.spot_exponent == 0 ? 1 : Power(c, p.spot_exponent);

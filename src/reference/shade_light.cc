@@ -168,7 +168,7 @@ void Spotlight(const Call& call) {
     const auto clip = Transform(p.light.world_to_clip(), at);
     const double depth = p.light.PlanarDepth(at), d = p.light.Distance(at);
     double value = 0;
-    const bool inside = s.slide || (std::fabs(clip[0]) <= clip[3] && std::fabs(clip[1]) <= clip[3]);
+    const bool inside = std::fabs(clip[0]) <= clip[3] && std::fabs(clip[1]) <= clip[3];
     if (depth > 0 && clip[3] >= 1e-20 && inside) {
       value = 1 / std::max(p.attenuation[0] + p.attenuation[1] * d + p.attenuation[2] * d * d, 1e-20);
       const double cosine = p.light.perspective() ? std::min(depth / d, 1.0) : 1;

@@ -143,6 +143,13 @@ TEST_P(LightingTest, PointLightsAndSpots) {
   EXPECT_EQ(got.at<float>(1, 0), 0);          // 36.9 degrees
   p.spot_cutoff = 40;
   EXPECT_NEAR(Render(Phong(n, at, p)).at<float>(1, 0), 0.8 * std::pow(0.8, 3), 1e-6);
+  // No cone: the cosine alone, SVG's default spot; nothing behind it; exponent 0 is no spot at all.
+  p.spot_cutoff = 180, p.spot_exponent = 1;
+  EXPECT_NEAR(Render(Phong(n, at, p)).at<float>(1, 0), 0.8 * 0.8, 1e-6);
+  p.spot_direction = {0, 0, 1};
+  EXPECT_EQ(Render(Phong(n, at, p)).at<float>(1, 0), 0);
+  p.spot_exponent = 0;
+  EXPECT_NEAR(Render(Phong(n, at, p)).at<float>(1, 0), 0.8, 1e-6);
 }
 
 TEST_P(LightingTest, DiffuseLightOverTheSphereIsPi) {

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "ops/shade/aov_inputs.h"
 #include "support/noise_values.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
@@ -264,6 +265,39 @@ TEST_P(ShadowTest, SoftShadowIsTheMeanAndItsPenumbraALine) {
   EXPECT_EQ(Values(SoftShadow(Points(points), same, one, {})), Values(Shadow(Points(points), maps[0], hard)));
 }
 
+// Shares of nine are not halves: float positions give float shadows, half ones half.
+TEST_P(ShadowTest, ResultsAreOfTheInputsType) {
+  ShadowParams p;
+  p.light = kOwn, p.size = 3;
+  const Node map = Map(8, [](double s, double) { return s < 0.5 ? 0.2 : 0.9; });
+  const Node points = Points({0.5f, 0.5f, 0.5f});
+  EXPECT_EQ(Shadow(points, map, p).spec().type, PixelType::kFloat);
+  const float lit = Values(Shadow(points, map, p))[0];
+  EXPECT_TRUE(lit > 0 && lit < 1) << lit;
+  EXPECT_NEAR(lit * 9, std::round(lit * 9), 1e-5) << lit;
+  const Node half = FromImage(Render(points, PixelType::kHalf));
+  EXPECT_EQ(Shadow(half, map, p).spec().type, PixelType::kHalf);
+}
+
+// Positions and depths are found by their names.
+TEST_P(ShadowTest, AovsAreFoundByName) {
+  const Node points = Points({0.25f, 0.5f, 0.5f, 0.75f, 0.5f, 0.5f});
+  const Node map = Map(8, [](double s, double) { return s < 0.5 ? 0.2 : 0.9; });
+  ImageSpec spec(2, 1, 9);
+  spec.channels = {"R", "G", "B", "N.x", "N.y", "N.z", "P.x", "P.y", "P.z"};
+  const Image all(spec);
+  const std::vector<float> p = Values(points);
+  for (int x = 0; x < 2; ++x) {
+    for (int c = 0; c < 9; ++c)
+      all.at<float>(x, 0, c) = c < 6 ? 9.0f + c : p[static_cast<size_t>(3 * x + c - 6)];
+  }
+  ShadowParams s;
+  s.light = kOwn;
+  EXPECT_EQ(Values(Shadow(PositionsOf(FromImage(all)), map, s)), Values(Shadow(points, map, s)));
+  EXPECT_EQ(Values(NormalsOf(FromImage(all))), (std::vector<float>{12, 13, 14, 12, 13, 14}));
+  EXPECT_EQ(Values(NormalsOf(points)), p);  // X,Y,Z of an image without names of normals
+}
+
 TEST_P(ShadowTest, SlidesAndSpots) {
   SpotlightParams p;
   p.light = Camera::Perspective({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 90, 1, 0.1, 100);
@@ -278,6 +312,9 @@ TEST_P(ShadowTest, SlidesAndSpots) {
   EXPECT_EQ(v[12], 0);
   EXPECT_EQ(Values(Spotlight(Points({0.1f, 0.2f, -2, 0, 0, 2}), p, white)),
             (std::vector<float>{2, 3, 4, 0, 0, 0}));
+  // Beyond its frame a slide is dark, however bright its edge; on the frame's last points it shines.
+  EXPECT_EQ(Values(Spotlight(Points({1.99f, 0, -2, 2.01f, 0, -2, 0, -2.01f, -2, 40, 0, -2}), p, white)),
+            (std::vector<float>{2, 3, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
   // A slide's left half is on the left.
   const Node half = Map(4, [](double s, double) { return s < 0.5 ? 1.0 : 0.0; });
   const std::vector<float> sides = Values(Spotlight(Points({-1, 0, -2, 1, 0, -2}), p, half));

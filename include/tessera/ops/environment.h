@@ -184,8 +184,8 @@ struct PhongParams {
   std::array<double, 3> attenuation = {1, 0,
                                        0};  ///< 1 / (kc + kl d + kq d^2) of a point light; at least 1e-20
 
-  /// Spotlight of a point light: where it shines, half the cone's angle in degrees (180: no spot), the
-  /// exponent.
+  /// Spotlight of a point light: where it shines, half the cone's angle in degrees (180: no
+  /// cone), the exponent of its cosine. SVG's default spot: no cone, exponent 1. 180 and 0: no spot.
   Vector3 spot_direction = {0, 0, -1};
   double spot_cutoff = 180;  ///< half the cone's angle in degrees; 180: no spot
   double spot_exponent = 0;  ///< of the cosine to spot_direction

@@ -216,9 +216,9 @@ struct LightSample {
 Node DiffuseLight(const Node& position, const Node& normal, const LightSample& light);
 
 /// Light that a slide or a spot throws on positions, three channels: slide(s,t) / (kc + kl d + kq d^2) times
-/// max(0, cos of the angle to the axis)^exponent; 0 behind the light and outside the slide. d: distance to
-/// the light. The denominator is at least 1e-20. `slide` may be empty: white inside the light's frame (`cone`
-/// degrees half angle when positive, with a soft rim of `rim` degrees inside it).
+/// max(0, cos of the angle to the axis)^exponent; 0 behind the light and beyond its frame |x|, |y| <= w that
+/// a slide fills. d: distance to the light. The denominator is at least 1e-20. `slide` may be empty: white
+/// (`cone` degrees half angle when positive, with a soft rim of `rim` degrees inside it).
 struct SpotlightParams {
   Camera light = {};                              ///< the light's projection
   std::array<double, 3> color = {1, 1, 1};        ///< R, G, B

@@ -10,7 +10,9 @@
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/point_stages.h"
 #include "ops/environment/projection.h"
+#include "ops/shade/aov_inputs.h"
 #include "tessera/error.h"
+#include "tessera/ops/shade.h"
 #include "tessera/render.h"
 
 namespace tessera::ops {
@@ -28,7 +30,9 @@ PhongSetup SetupOf(const PhongParams& params, bool positions) {
   if (!p.point) p.light = Normalized(p.light);
   p.view = Normalized(p.view);
   p.spot_direction = Normalized(p.spot_direction);
-  if (p.point && p.spot_cutoff < 180) s.spot_cosine = std::cos(p.spot_cutoff * std::numbers::pi / 180);
+  if (p.point && (p.spot_cutoff < 180 || p.spot_exponent > 0)) {
+    s.spot_cosine = std::cos(p.spot_cutoff * std::numbers::pi / 180);
+  }
   const Vector3 half = {p.light[0] + p.view[0], p.light[1] + p.view[1], p.light[2] + p.view[2]};
   // Opposite directions leave nothing but rounding.
   const Vector3 unit = Dot(half, half) > 1e-30 ? Normalized(half) : Vector3{};
@@ -115,8 +119,10 @@ OpInfo PhongInfo() {
       "[l.n > 0] h^E specular); h is max(s.n,0) with s = (l+v)/|l+v| (highlight=halfway) or max(r.l,0) with "
       "r the mirrored view (highlight=reflection). light= and view= point to a distant light and viewer. "
       "NORMAL POSITION --phong:position=1 takes a viewer's place, eye=, and with point=1 the light's place: "
-      "a = 1/(kc + kl d + kq d^2) of attenuation=kc,kl,kq, and f a spotlight's cone: spot= its direction, "
-      "spotcutoff= half its angle, spotexponent= the power of the cosine. Coefficients are one number or "
+      "a = 1/(kc + kl d + kq d^2) of attenuation=kc,kl,kq, and f a spotlight: max(cos,0)^spotexponent of the "
+      "angle to spot=, its direction, within spotcutoff= half the cone's angle. spot= alone is SVG's default: "
+      "the cosine, no cone. Normals and positions of an AOV file are found by their names. "
+      "Coefficients are one number or "
       "three; specular=1 when only exponent is given.\n"
       "table=N reads the power from N entries as the papers do, bits=8 or 12 through a framebuffer of so "
       "many bits: the bands of 8 bits at exponent 50 are the papers'. Normals (and positions) that are 0, "
@@ -145,8 +151,9 @@ OpInfo PhongInfo() {
       OnlyWith("point", NumbersModifier("attenuation", {3}, "constant, linear, quadratic", "1,0,0")),
       OnlyWith("point", NumbersModifier("spot", {3}, "where a spotlight shines", "0,0,-1")),
       OnlyWith("point",
-               NumberModifier("spotcutoff", "180", 0, 180, "half the cone's angle in degrees; 180: none")),
-      OnlyWith("point", NumberModifier("spotexponent", "0", 0, 10000, "of the cone")),
+               NumberModifier("spotcutoff", "180", 0, 180, "half the cone's angle in degrees; 180: no cone")),
+      OnlyWith("point", NumberModifier("spotexponent", "0", 0, 10000,
+                                       "of the spot's cosine; 1 where spot= is given alone")),
       IntegerModifier("table", "0", 0, 1 << 20, "entries of a table of powers; 0: none"),
       OnlyWith("table", IntegerModifier("bits", "0", 0, 24, "of a framebuffer; 0: none"))};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
@@ -164,13 +171,17 @@ OpInfo PhongInfo() {
     p.spot_direction = VectorOf(a.Numbers("spot"));
     p.spot_cutoff = a.Number("spotcutoff"), p.spot_exponent = a.Number("spotexponent");
     p.table = a.Integer("table"), p.bits = a.Integer("bits");
-    return in.size() == 2 ? Phong(in[0], in[1], p) : Phong(in[0], p);
+    // A direction and nothing more is SVG's spot.
+    if (a.Given("spot") && !a.Given("spotcutoff") && !a.Given("spotexponent")) p.spot_exponent = 1;
+    const Node normals = NormalsOf(in[0]);
+    return in.size() == 2 ? Phong(normals, PositionsOf(in[1]), p) : Phong(normals, p);
   };
   info.examples = {"exponent=50 light=1,1,1",
                    "light=-2,1,0.5 ambient=0.1 diffuse=0.5,0.25,1 emission=0.25",
                    "exponent=7.5 highlight=reflection light=0.3,-0.2,1 view=0,1,2 specular=2,1,0",
                    "position=1 point=1 light=3,4,-5 eye=1,2,3 exponent=12 attenuation=1,0.5,0.25",
                    "position=1 point=1 light=0,0,5 spot=0.1,0,-1 spotcutoff=170 spotexponent=2 specular=1",
+                   "position=1 point=1 light=0,0,5 spot=0.1,0,-1",
                    "exponent=20 table=256 light=1,0,1"};
   return info;
 }

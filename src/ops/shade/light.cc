@@ -7,6 +7,7 @@
 #include "graph/op.h"
 #include "model/shade_settings.h"
 #include "ops/modifiers.h"
+#include "ops/shade/aov_inputs.h"
 #include "ops/shade/light_kernel.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
@@ -89,9 +90,7 @@ OpInfo DiffuseLightInfo() {
                     VectorModifier("direction", "0,0,0", 3, "where it faces; 0,0,0: all sides"),
                     NumberModifier("area", "1", 1e-30, 1e30, "of this sample, square world units")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    const std::vector<int> normal = FindAov(in[1].spec(), Aov::kNormal);
-    const Node normals = normal.size() < 3 ? in[1] : SelectAov(in[1], Aov::kNormal);
-    return DiffuseLight(PositionsOf(in[0]), normals,
+    return DiffuseLight(PositionsOf(in[0]), NormalsOf(in[1]),
                         {VectorOf(a, "light"), VectorOf(a, "direction"), a.Number("area")});
   };
   info.examples = {"light=0.5,3,-0.5 direction=0,-1,0.2 area=0.25", "light=2,1.5,2"};
@@ -109,8 +108,8 @@ OpInfo SpotlightInfo() {
       "POSITION --spotlight:light=M gives R,G,B: color / (kc + kl d + kq d^2) times max(0, cos to the "
       "axis)^exponent, 0 behind the light and outside its frame. light= as --shadow's; d is the distance to "
       "it. cone= limits it to that half angle with a soft rim= inside. POSITION SLIDE --spotlight:slide=1 "
-      "projects an image, bilinear, its edges the frame's. Add the lights, multiply by --shadow. The "
-      "denominator is at least 1e-20. Source: Segal et al. 1992, 3.1 and 3.2.";
+      "projects an image, bilinear, its edges the frame's: 0 beyond them. Add the lights, multiply by "
+      "--shadow. The denominator is at least 1e-20. Source: Segal et al. 1992, 3.1 and 3.2.";
   info.bound = "16 u * |color slide| / attenuation, plus the slide's look-up";
   info.bound_u = 16;
   info.modifiers = {
@@ -166,8 +165,7 @@ Node Spotlight(const Node& position, const SpotlightParams& p, const Node& slide
       place.matrix[8 + k] = m[12 + k];
     }
     LookupParams lookup;
-    lookup.wrap = {TableWrap::kBorder};
-    lookup.border = {0, 0, 0, 0};
+    lookup.wrap = {TableWrap::kClampEdge};  // what lies beyond the frame is not lit
     lookup.axes = {0, 1, 2};
     lookup.projective = true;
     TableLayout layout;

@@ -80,11 +80,9 @@ struct SpotlightKernel {
       const VD x = hn::Sub(px, SetD(plan.eye[0])), y = hn::Sub(py, SetD(plan.eye[1])),
                z = hn::Sub(pz, SetD(plan.eye[2]));
       const VD depth = DotD(x, y, z, plan.forward), w = RowTimes(plan.w, px, py, pz);
-      auto lit = hn::And(hn::Gt(depth, zero), hn::Ge(w, SetD(1e-20)));
-      if (!plan.slide) {
-        lit = hn::And(lit, hn::And(hn::Le(hn::Abs(RowTimes(plan.x, px, py, pz)), w),
-                                   hn::Le(hn::Abs(RowTimes(plan.y, px, py, pz)), w)));
-      }
+      const auto inside = hn::And(hn::Le(hn::Abs(RowTimes(plan.x, px, py, pz)), w),
+                                  hn::Le(hn::Abs(RowTimes(plan.y, px, py, pz)), w));
+      const auto lit = hn::And(hn::And(hn::Gt(depth, zero), hn::Ge(w, SetD(1e-20))), inside);
       VD distance = depth, cosine = one;
       if (plan.perspective) {
         distance = LengthOf(x, y, z);

@@ -6,6 +6,7 @@
 #include "graph/op.h"
 #include "model/shade_settings.h"
 #include "ops/modifiers.h"
+#include "ops/shade/aov_inputs.h"
 #include "ops/shade/shade_ops.h"
 #include "ops/shade/shadow_map.h"
 #include "tessera/error.h"
@@ -30,7 +31,6 @@ class ShadowOp final : public graph::OpWith<ShadowSettings> {
     ImageSpec out = in[0];
     out.channels = {"V"};
     out.alpha = -1;
-    if (out.type == PixelType::kFloat) out.type = PixelType::kHalf;
     return out;
   }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext& context) const override {
@@ -179,13 +179,11 @@ Node Shadow(const Node& position, const Node& light_depth, const ShadowParams& p
   }
   if (!std::isfinite(params.bias))
     throw Error("shadow", "found a bias that is not finite, expected a number");
-  const std::vector<int> depth = FindAov(light_depth.spec(), Aov::kDepth);
   ops::ShadowSettings settings;
   settings.shadow = params;
   settings.map_step = ops::StepOf(light_depth.spec().type, params.map_bits, false);
   settings.position_step = ops::StepOf(position.spec().type, params.position_bits, true);
-  const Node map = SelectChannels(light_depth, {{depth.empty() ? 0 : depth[0], 0, "Z"}});
-  return graph::MakeNode(std::make_shared<const ops::ShadowOp>(settings), {position, map});
+  return graph::MakeNode(std::make_shared<const ops::ShadowOp>(settings), {position, DepthsOf(light_depth)});
 }
 
 Node SoftShadow(const Node& position, const std::vector<Node>& light_depths,
