@@ -414,7 +414,7 @@ OpInfo NoiseAtInfo() {
     const bool named = !p.low_parts && p.dims <= 3 && !FindAov(in[0].spec(), Aov::kPosition).empty();
     return NoiseAt(named ? PositionsOf(in[0]) : in[0], p, a.Integer("channels"));
   };
-  info.examples = {"", "freq=3.7 octaves=4 channels=4", "dims=2 low=1"};
+  info.examples = {"", "freq=3.7 octaves=4 channels=4", "dims=1 low=1"};
   return info;
 }
 
