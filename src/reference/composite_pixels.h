@@ -17,11 +17,16 @@ inline double Limited(double v, double low, double high) { return std::fmin(std:
 
 // The channel of depth: the first whose name, or what follows its last dot, is z or depth in any case.
 inline int DepthOf(const ImageSpec& spec) {
-  for (int c = 0; c < spec.channel_count(); ++c) {
-    std::string name = spec.channels[static_cast<size_t>(c)];
-    name.erase(0, name.find_last_of('.') + 1);
+  const auto lower = [](std::string name) {
     for (char& letter : name) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-    if (name == "z" || name == "depth") return c;
+    return name;
+  };
+  for (int c = 0; c < spec.channel_count(); ++c) {
+    const std::string name = lower(spec.channels[static_cast<size_t>(c)]);
+    const std::string layer = name.substr(0, name.find_last_of('.') + 1), last = name.substr(layer.size());
+    bool vector = false;  // the z of x, y, z is no depth
+    for (const std::string& other : spec.channels) vector = vector || lower(other) == layer + "x";
+    if (last == "depth" || (last == "z" && !vector)) return c;
   }
   return -1;
 }

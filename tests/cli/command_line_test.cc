@@ -143,7 +143,7 @@ TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {
            {"a.png cut.png --add -o kept.png", 1, {"cut.png"}},
            {"-i:subimage=7 a.png -o kept.png", 1, {"a.png", "7"}},
            {"-i:subimage=beauty a.png -o kept.png", 1, {"a.png", "beauty"}},
-           {"a.png small.png --add -o kept.png", 1, {"add", "32", "16"}},
+           {"a.png small.png --interp 0.5 -o kept.png", 1, {"interp", "32", "16"}},
            {"a.png small.png --diff", 1, {"32 x 24", "16 x 24"}},
            {"a.png --ch R,Q -o kept.png", 1, {"ch", "Q", "R", "G", "B"}},
            {"a.png --dup --blend:constant=1 over -o kept.png", 2, {"--blend", "constant="}},
