@@ -25,7 +25,9 @@ struct RenderOptions {
 
   /// Names of rewrite rules (RewriteRules) that are not applied, or "all": for tests and for finding a fault.
   std::vector<std::string> rules_off = {};
-  std::function<bool(double)> progress = {};  ///< called with the share done in [0,1]; false cancels
+  /// Called with the share done in [0,1], never a smaller one, several times a second from the beginning on,
+  /// by one thread at a time but not always by the caller's; false cancels.
+  std::function<bool(double)> progress = {};
 };
 
 /// What an evaluation did, for --runstats and the benchmarks.

@@ -29,9 +29,8 @@ inline uint16_t HalfFromFloat(float value) {
     half = 0x7E00u | ((bits >> 13) & 0x3FFu);
   } else if (bits >= 143u << 23) {  // 2^16
     half = 0x7C00u;
-  } else if (bits <
-             113u
-                 << 23) {  // below 2^-14: a sum with 0.5 rounds to multiples of 2^-24 and has them at its end
+  } else if (bits < 113u << 23) {
+    // Below 2^-14: a sum with 0.5 rounds to multiples of 2^-24 and has them at its end.
     half = std::bit_cast<uint32_t>(std::bit_cast<float>(bits) + 0.5f) - std::bit_cast<uint32_t>(0.5f);
   } else {  // a carry out of the mantissa raises the exponent, to infinity from 65520 on
     half = (bits - (112u << 23) + 0xFFFu + ((bits >> 13) & 1u)) >> 13;
