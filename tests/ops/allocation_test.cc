@@ -14,7 +14,7 @@
 
 #include "base/arena.h"
 #include "graph/op.h"
-#include "ops/filter/fft_convolve.h"
+#include "ops/filter/fft/fft.h"
 #include "ops/registry.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"

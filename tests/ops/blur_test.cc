@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "ops/filter/recursive.h"
+#include "ops/filter/gauss/recursive.h"
 #include "support/filters.h"
 #include "tessera/ops/filter.h"
 

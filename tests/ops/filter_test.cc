@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "ops/filter/factor.h"
+#include "ops/filter/window/factor.h"
 #include "support/filters.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"

@@ -10,7 +10,7 @@
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/sum_kernel.h"
 #include "ops/filter/frame.h"
-#include "ops/filter/window.h"
+#include "ops/filter/window/window.h"
 #include "ops/geometry/separable.h"
 #include "ops/modifiers.h"
 #include "tessera/ops/accumulate.h"

@@ -1,5 +1,5 @@
 // Order statistics of a window: median, largest, smallest sample. Pixels beyond the image take no part.
-#include "ops/filter/rank.h"
+#include "ops/filter/rank/rank.h"
 
 #include <algorithm>
 #include <memory>

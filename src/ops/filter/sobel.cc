@@ -9,7 +9,7 @@
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/frame.h"
-#include "ops/filter/window.h"
+#include "ops/filter/window/window.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/filter.h"
