@@ -47,41 +47,6 @@ struct BoxArea {
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 
-#if HWY_TARGET == HWY_SCALAR
-
-inline uint32_t MeanOfSum(uint32_t sum, uint32_t area) {
-  const uint32_t mean = sum / area, rest = sum % area;
-  return mean + (2 * rest + (mean & 1) > area ? 1 : 0);
-}
-
-bool MayMultiply(int, float) { return false; }
-
-template <class T, class Out>
-void SumBoxes(const BoxCodesStrip<T>& s, const BoxArea& area, Out* out, ptrdiff_t out_stride) {
-  const BoxTile<T>& t = s.tile;
-  const int seen = s.seen(), window = t.width * t.channels;
-  std::fill_n(s.sums, seen, ColumnSum<T>{0});
-  const auto add = [&](int line, int sign) {
-    const T* const from = t.lines[line] + s.first;
-    for (int i = 0; i < seen; ++i) s.sums[i] = static_cast<ColumnSum<T>>(s.sums[i] + sign * from[i]);
-  };
-  for (int y = 0; y < t.height; ++y) add(y, 1);
-  for (int y = 0; y < t.rows; ++y) {
-    for (int c = 0; c < t.channels; ++c) {
-      uint32_t sum = 0;
-      for (int i = c; i < window; i += t.channels) sum += s.sums[i];
-      for (int i = c; i < s.count; i += t.channels) {
-        out[y * out_stride + s.first + i] =
-            static_cast<Out>(sizeof(Out) == 4 ? sum : MeanOfSum(sum, static_cast<uint32_t>(area.area)));
-        if (i + t.channels < s.count) sum += uint32_t{s.sums[i + window]} - s.sums[i];
-      }
-    }
-    if (y + 1 < t.rows) add(y, -1), add(y + t.height, 1);
-  }
-}
-
-#else
-
 template <class T>
 HWY_INLINE hn::Vec<DC<T>> Wide(const T* p) {
   return hn::PromoteTo(DC<T>(), hn::LoadU(hn::Rebind<T, DC<T>>(), p));
@@ -320,8 +285,6 @@ void SumBoxes(const BoxCodesStrip<T>& s, const BoxArea& area, Out* out, ptrdiff_
   }
 }
 
-#endif  // HWY_SCALAR
-
 void ByteBoxes(const BoxCodesStrip<uint8_t>& s, const BoxArea& area, uint8_t* out, ptrdiff_t out_stride) {
   SumBoxes(s, area, out, out_stride);
 }
@@ -345,7 +308,7 @@ void SettleByteSums(int area, const uint32_t* sums, int count, float* out) {
   };
   int i = 0;
   for (; i + kByteLanes <= count; i += kByteLanes) hn::StoreU(settled(sums + i), d, out + i);
-  if (kByteLanes == 1 || i == count) return;
+  if (i == count) return;
   HWY_ALIGN uint32_t last[kByteLanes] = {};
   HWY_ALIGN float tail[kByteLanes];
   std::copy(sums + i, sums + count, last);
@@ -364,7 +327,7 @@ void SettleWordSums(int area, const uint32_t* sums, int count, float* out) {
     for (int k = 0; k < kDoubles; ++k) codes[k] = sums[i + k];
     hn::StoreU(settled(codes), DF(), out + i);
   }
-  if (kDoubles == 1 || i == count) return;
+  if (i == count) return;
   HWY_ALIGN float tail[kDoubles];
   std::copy(sums + i, sums + count, codes);
   hn::Store(settled(codes), DF(), tail);

@@ -16,33 +16,19 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 
-// Samples of one vector as two vectors of doubles (one with single lanes).
-#if HWY_TARGET == HWY_SCALAR
-using DD = hn::CappedTag<double, 1>;
-constexpr int kHalves = 1;
-#else
+// Samples of one vector as two vectors of doubles.
 using DD = hn::Repartition<double, D>;
 constexpr int kHalves = 2;
-#endif
 struct Doubles {
   hn::Vec<DD> h[kHalves];
 };
 HWY_INLINE Doubles Widen(V v) {
-#if HWY_TARGET == HWY_SCALAR
-  return {{hn::PromoteTo(DD(), v)}};
-#else
   const hn::Half<D> half;
   return {{hn::PromoteTo(DD(), hn::LowerHalf(half, v)), hn::PromoteTo(DD(), hn::UpperHalf(half, v))}};
-#endif
 }
 HWY_INLINE V Narrow(const Doubles& v) {
-#if HWY_TARGET == HWY_SCALAR
-  // Highway's scalar conversion would turn infinities into the largest float.
-  return hn::Set(D(), static_cast<float>(hn::GetLane(v.h[0])));
-#else
   const hn::Half<D> half;
   return hn::Combine(D(), hn::DemoteTo(half, v.h[1]), hn::DemoteTo(half, v.h[0]));
-#endif
 }
 
 // The sum of samples [first, last] of one vector, afresh.

@@ -145,7 +145,7 @@ void RunningMeans(D d, const BoxStrip& s, const MeanRows& rows, int channel) {
         kMeans == Means::kAny && s.column_factors != nullptr ? s.column_factors[s.first + x] : 1.0;
     HWY_UNROLL(4)
     for (int r = 0; r < kR; ++r) {
-      if constexpr (kMeans == Means::kFloats && HWY_TARGET != HWY_SCALAR) {
+      if constexpr (kMeans == Means::kFloats) {
         hn::StoreU(hn::DemoteTo(f, hn::Mul(sum[r], factor)), f, to[r] + x * pixel);  // no NaN is on a grid
       } else {
         hn::StoreU(MeanOf<kMeans>(d, s, sum[r], factor, scale * rows.factors[static_cast<size_t>(r)]), f,

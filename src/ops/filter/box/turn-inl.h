@@ -16,8 +16,6 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_TARGET != HWY_SCALAR
-
 using D32 = hn::CappedTag<uint32_t, kBoxLines>;
 using DI32 = hn::RebindToSigned<D32>;
 using DF32 = hn::Rebind<float, D32>;
@@ -96,8 +94,6 @@ HWY_INLINE void StoreTurned(hn::Vec<DC<uint16_t>> (&rows)[kBoxLines], uint32_t* 
     }
   }
 }
-
-#endif  // HWY_TARGET
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -45,7 +45,7 @@ bool ToCodes(float largest_code, float near, const float* HWY_RESTRICT samples, 
     all = hn::And(all, whole);
   }
   HWY_ALIGN float tail[kByteLanes] = {};
-  if (kByteLanes > 1) std::copy(samples + i, samples + count, tail);
+  std::copy(samples + i, samples + count, tail);
   for (bool last = true; i < padded; i += kByteLanes, last = false) {
     auto whole = all;
     const auto code = last ? code_of(hn::Load(d, tail), whole) : zero;
@@ -60,7 +60,7 @@ HWY_INLINE void ForVectors(float* row, int count, const F& f) {
   const DB d;
   int i = 0;
   for (; i + kByteLanes <= count; i += kByteLanes) hn::StoreU(f(hn::LoadU(d, row + i), i), d, row + i);
-  if (kByteLanes == 1 || i == count) return;
+  if (i == count) return;
   HWY_ALIGN float tail[kByteLanes] = {};
   std::copy(row + i, row + count, tail);
   hn::Store(f(hn::Load(d, tail), i), d, tail);
@@ -121,7 +121,7 @@ HWY_INLINE void ForBytes(const float* sums, int count, uint8_t* out, const F& f)
   for (; i + kByteLanes <= count; i += kByteLanes) {
     hn::StoreU(ToByte(f(hn::LoadU(DB(), sums + i), i)), DC(), out + i);
   }
-  if (kByteLanes == 1 || i == count) return;
+  if (i == count) return;
   HWY_ALIGN float last[kByteLanes] = {};
   HWY_ALIGN uint8_t tail[kByteLanes];
   std::copy(sums + i, sums + count, last);

@@ -57,14 +57,9 @@ HWY_INLINE VB SettledSample(VB sum, VB divisor, float largest = 255) {
 
 // As floats; every NaN as the same one.
 template <class D>
-HWY_INLINE hn::Vec<hn::Rebind<float, D>> ToFloats([[maybe_unused]] D d, hn::Vec<D> v) {
+HWY_INLINE hn::Vec<hn::Rebind<float, D>> ToFloats(D, hn::Vec<D> v) {
   const hn::Rebind<float, D> f;
-#if HWY_TARGET == HWY_SCALAR
-  // Highway's scalar conversion would turn infinities into the largest float.
-  const auto narrow = hn::Set(f, static_cast<float>(hn::GetLane(v)));
-#else
   const auto narrow = hn::DemoteTo(f, v);
-#endif
   return hn::IfThenElse(hn::IsNaN(narrow), hn::NaN(f), narrow);
 }
 

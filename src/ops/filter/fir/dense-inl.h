@@ -326,7 +326,7 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
 
 inline int DirectDense(const DirectWindow& window, const FirTile& t) {
   const int x_end = t.floats / (2 * kLanes) * (2 * kLanes);
-  if (kLanes == 1 || t.rows < DenseRows(window.width) || x_end == 0) return 0;
+  if (t.rows < DenseRows(window.width) || x_end == 0) return 0;
   if (window.width != window.height) return 0;
   // Loops without ends are worth some taps that are not needed.
   const auto taps = window.weights.size() -

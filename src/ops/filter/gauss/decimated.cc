@@ -46,7 +46,7 @@ void DecimateRows(const float* const* rows, int floats, float* out) {
 
 // `count` pixels of the decimated row; the first one's taps begin at `in`.
 void DecimatePixels(const float* in, int channels, int count, float* out) {
-  if (channels == 4 && kLanes >= 4) {
+  if (channels == 4) {
     const hn::CappedTag<float, 4> d;
     for (int m = 0; m < count; ++m, in += 16, out += 4) {
       auto sum = hn::Zero(d);
@@ -88,7 +88,7 @@ void InterpolateRows(const float* const* rows, int phase, int floats, float* out
 // `width` pixels; in[0] is the decimated sample before the one at the first pixel.
 void InterpolatePixels(const float* in, int channels, int width, float* out, bool stream) {
   int x = 0;
-  if (channels == 4 && kLanes >= 4) {
+  if (channels == 4) {
     const D d;
     constexpr int kPixels = s::kQuarter;
     HWY_ALIGN float weights[4][16];

@@ -42,8 +42,7 @@ struct ColumnsIo {
 
 // Pixels of four channels from `kPixels` rows as one vector, and back.
 template <int kPixels, class DF>
-HWY_INLINE hn::Vec<DF> ReadPixels(DF d, const float* p, [[maybe_unused]] ptrdiff_t stride) {
-#if HWY_TARGET != HWY_SCALAR
+HWY_INLINE hn::Vec<DF> ReadPixels(DF d, const float* p, ptrdiff_t stride) {
   const hn::CappedTag<float, 4> d4;
   if constexpr (kPixels == 4) {
     const hn::Half<DF> half;
@@ -51,13 +50,12 @@ HWY_INLINE hn::Vec<DF> ReadPixels(DF d, const float* p, [[maybe_unused]] ptrdiff
                        hn::Combine(half, hn::LoadU(d4, p + stride), hn::LoadU(d4, p)));
   } else if constexpr (kPixels == 2) {
     return hn::Combine(d, hn::LoadU(d4, p + stride), hn::LoadU(d4, p));
+  } else {
+    return hn::LoadU(d, p);
   }
-#endif
-  if constexpr (kPixels == 1) return hn::LoadU(d, p);
 }
 template <int kPixels, class DF>
-HWY_INLINE void WritePixels(DF d, hn::Vec<DF> v, float* p, [[maybe_unused]] ptrdiff_t stride) {
-#if HWY_TARGET != HWY_SCALAR
+HWY_INLINE void WritePixels(DF d, hn::Vec<DF> v, float* p, ptrdiff_t stride) {
   const hn::CappedTag<float, 4> d4;
   if constexpr (kPixels == 4) {
     const hn::Half<DF> half;
@@ -69,22 +67,21 @@ HWY_INLINE void WritePixels(DF d, hn::Vec<DF> v, float* p, [[maybe_unused]] ptrd
   } else if constexpr (kPixels == 2) {
     hn::StoreU(hn::LowerHalf(d4, v), d4, p);
     hn::StoreU(hn::UpperHalf(d4, v), d4, p + stride);
+  } else {
+    hn::StoreU(v, d, p);
   }
-#endif
-  if constexpr (kPixels == 1) hn::StoreU(v, d, p);
 }
 
-// ... or pixels of neighbouring rows (with single lanes: one channel of one row).
-template <int kPixels>
+// ... or pixels of neighbouring rows.
 struct RgbaRowsIo {
   const float* in;
   float* out;
   ptrdiff_t in_stride, out_stride;  // between rows
   HWY_INLINE V Read(int n, int j) const {
-    return ReadPixels<kPixels>(D(), in + j * kPixels * in_stride + n * 4, in_stride);
+    return ReadPixels<kQuarter>(D(), in + j * kQuarter * in_stride + n * 4, in_stride);
   }
   HWY_INLINE void Write(V v, int n, int j) const {
-    WritePixels<kPixels>(D(), v, out + j * kPixels * out_stride + n * 4, out_stride);
+    WritePixels<kQuarter>(D(), v, out + j * kQuarter * out_stride + n * 4, out_stride);
   }
   HWY_INLINE void Prefetch(int) const {}
 };
@@ -98,17 +95,11 @@ void ForLines(const F& f, const TrackBlock& b, bool rgba_rows, const AxisBorder&
       f(ColumnsIo{b.in + j * kLanes, b.out + j * kLanes, b.in_stride, b.out_stride}, b.length, border, scale,
         scratch);
     }
-  } else if (kLanes == 1) {
-    for (int t = 0; t < kTracks; ++t) {
-      f(RgbaRowsIo<1>{b.in + t / 4 * b.in_stride + t % 4, b.out + t / 4 * b.out_stride + t % 4, 0, 0},
-        b.length, border, scale, scratch);
-    }
-  } else {
-    constexpr int kRows = kQuarter * kFlight;
-    for (int r = 0; r < kTracks / 4; r += kRows) {
-      f(RgbaRowsIo<kQuarter>{b.in + r * b.in_stride, b.out + r * b.out_stride, b.in_stride, b.out_stride},
-        b.length, border, scale, scratch);
-    }
+    return;
+  }
+  for (int r = 0; r < kTracks / 4; r += kQuarter * kFlight) {
+    f(RgbaRowsIo{b.in + r * b.in_stride, b.out + r * b.out_stride, b.in_stride, b.out_stride}, b.length,
+      border, scale, scratch);
   }
 }
 

@@ -44,13 +44,6 @@ namespace {
 // Flags of 64 ranks as bits.
 HWY_INLINE uint64_t BitsOf(const uint8_t* flags) {
   uint64_t bits = 0;
-#if HWY_TARGET == HWY_SCALAR
-  for (int k = 0; k < 64; k += 8) {
-    uint64_t eight;
-    std::memcpy(&eight, flags + k, sizeof eight);
-    bits |= ((eight & 0x0101010101010101u) * 0x0102040810204080u >> 56) << k;
-  }
-#else
   const hn::CappedTag<uint8_t, 64> d;
   constexpr size_t kBytes = hn::MaxLanes(d);
   uint8_t parts[sizeof bits];
@@ -58,7 +51,6 @@ HWY_INLINE uint64_t BitsOf(const uint8_t* flags) {
     hn::StoreMaskBits(d, hn::MaskFromVec(hn::LoadU(d, flags + k)), parts + k / 8);
   }
   std::memcpy(&bits, parts, sizeof bits);
-#endif
   return bits;
 }
 
