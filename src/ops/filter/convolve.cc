@@ -1,11 +1,15 @@
 // Convolution with a named kernel or a kernel image, and the operations that are one named kernel each.
+#include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "graph/op.h"
@@ -201,6 +205,49 @@ constexpr char kBound[] =
     "sample; fft: see help";
 constexpr char kSource[] = "Source: McReynolds et al. 1997, 12.3 (kernels, with its mistakes mended).";
 
+// Weights on the line, row by row: a square of them, or as many as `size` says.
+Kernel WeightsOf(const std::string& text, const std::string& size) {
+  Kernel kernel;
+  kernel.weights.clear();
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    const char *const last = word.data() + word.size(), *const first = word.data() + word.starts_with('+');
+    double weight = 0;
+    const auto [rest, error] = std::from_chars(first, last, weight);
+    if (error != std::errc() || rest != last || word.starts_with("+-")) {
+      throw Error("convolve",
+                  "found '" + word + "' among the weights of kernel=, expected numbers with commas between");
+    }
+    kernel.weights.push_back(weight);
+    begin = end + 1;
+  }
+  const size_t count = kernel.weights.size();
+  double width = std::round(std::sqrt(static_cast<double>(count))), height = width;
+  if (!size.empty()) std::tie(width, height) = ParseSize("convolve", size);
+  if (width * height != static_cast<double>(count) || width != std::floor(width)) {
+    throw Error("convolve",
+                "found " + std::to_string(count) + " weights in kernel=, expected " +
+                    (size.empty() ? "a square of them (4, 9, 16, 25, ...), or size=WIDTHxHEIGHT with it"
+                                  : "as many as size=" + size + " has"));
+  }
+  kernel.width = static_cast<int>(width), kernel.height = static_cast<int>(height);
+  kernel.anchor_x = kernel.width / 2, kernel.anchor_y = kernel.height / 2;
+  return kernel;
+}
+// What kernel= says: a name, or weights.
+Kernel KernelOf(const Arguments& a) {
+  const std::string& text = a.Text("kernel");
+  const bool weights = std::string_view("+-.0123456789").find(text[0]) != std::string_view::npos;
+  Kernel kernel =
+      weights ? WeightsOf(text, a.Given("size") ? a.Text("size") : "") : NamedKernel(text, a.Text("size"));
+  if (a.Given("anchor")) {
+    kernel.anchor_x = static_cast<int>(a.Numbers("anchor")[0]);
+    kernel.anchor_y = static_cast<int>(a.Numbers("anchor")[1]);
+  }
+  return kernel;
+}
+
 OpInfo FixedRow(const char* name, const char* summary) {
   OpInfo info;
   info.name = name;
@@ -221,8 +268,10 @@ OpInfo ConvolveInfo() {
   info.help =
       "IMAGE KERNEL --convolve takes the kernel from an image, one channel for all or one per channel, whose "
       "pixel (0, 0) lies over the pixel computed; --convolve:kernel=NAME takes one image and a kernel by "
-      "name, of size= where the name has no size of its own (--help kernel lists the names). The result is "
-      "the sum over the kernel of weight(i, j) * image(x - i, y - j), divided by divisor, plus bias times "
+      "name, of size= where the name has no size of its own (--help kernel lists the names); "
+      "--convolve:kernel=1,2,1,2,4,2,1,2,1:divisor=16 takes its weights, row by row, a square of them or "
+      "size=WxH, whose middle (column W/2, row H/2, rounded down), or anchor=, lies over the pixel computed. "
+      "The result is the sum over the kernel of weight(i, j) * image(x - i, y - j), divided by divisor, plus bias times "
       "the pixel's alpha, as SVG's feConvolveMatrix; correlate=1 adds i and j instead, which is what "
       "oiiotool does and differs for unsymmetric kernels. A kernel image is divided by its sum (normalize=0 "
       "leaves it, and so does a sum of 0). Kernels are up to 255x255; a tap that is 0 has no influence, not "
@@ -239,11 +288,11 @@ OpInfo ConvolveInfo() {
       {.name = "kernel",
        .type = ParamType::kText,
        .default_value = "",
-       .help = "a kernel's name instead of an image"},
+       .help = "a kernel's name, or its weights with commas between, instead of an image"},
       {.name = "size",
        .type = ParamType::kText,
        .default_value = "3x3",
-       .help = "WxH of a named kernel, in pixels",
+       .help = "WxH of a named kernel, in pixels, or of weights that are no square",
        .only_with = "kernel"},
       {.name = "correlate",
        .type = ParamType::kFlag,
@@ -275,12 +324,7 @@ OpInfo ConvolveInfo() {
     p.divisor = a.Number("divisor");
     p.bias = a.Number("bias");
     if (a.Text("kernel").empty()) return Convolve(in[0], in[1], p, a.Flag("normalize"));
-    Kernel kernel = NamedKernel(a.Text("kernel"), a.Text("size"));
-    if (a.Given("anchor")) {
-      kernel.anchor_x = static_cast<int>(a.Numbers("anchor")[0]);
-      kernel.anchor_y = static_cast<int>(a.Numbers("anchor")[1]);
-    }
-    return Convolve(in[0], kernel, p);
+    return Convolve(in[0], KernelOf(a), p);
   };
   info.identity = "kernel=box size=1x1";
   info.examples = {"kernel=disk size=7x5",
@@ -291,7 +335,9 @@ OpInfo ConvolveInfo() {
                    "kernel=highpass5 border=mirror101 preservealpha=1 correlate=1",
                    "kernel=disk size=9x9 method=lowrank border=valid",
                    "kernel=triangle size=5x5 border=black bordervalue=0.25 method=direct",
-                   "kernel=disk size=23x19 border=mirror"};
+                   "kernel=disk size=23x19 border=mirror",
+                   "kernel=1,2,1,2,4,2,1,2,1 divisor=16",
+                   "kernel=-1,.5,2.5e-1,3,0,-2 size=2x3 anchor=0,2 border=repeat"};
   return info;
 }
 
