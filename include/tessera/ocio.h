@@ -3,6 +3,7 @@
 #define TESSERA_OCIO_H_
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,7 +31,7 @@ struct OcioParams {
   std::string config = {};
   /// Context variables that replace those of the config and the environment.
   std::vector<std::pair<std::string, std::string>> context = {};
-  bool unpremult = false;  ///< divide by alpha before, multiply after
+  bool unpremult = false;  ///< divide by alpha before, multiply after; where alpha is 0 neither (glows)
 };
 inline constexpr char kBuiltInConfig[] = "built-in";  ///< Name of the config that the library holds.
 
@@ -65,10 +66,11 @@ Node OcioLook(const Node& image, const std::string& looks, const OcioLookParams&
 
 /// A file of any format that OpenColorIO reads (.cube .spi1d .spi3d .spimtx .3dl .csp .clf .ctf .cc .ccc .cdl
 /// .lut .look .itx .mga .m3d .cub .vf .icc ...), searched for along the config's search path. `filter` is the
-/// interpolation of its 3-D and 1-D tables; tetrahedral is linear for the latter.
+/// interpolation of its 3-D and 1-D tables; tetrahedral is linear for the latter. Without one, tables have
+/// that of their file (CLF and CTF say it), and tetrahedral where it says none.
 struct LutParams {
-  TableFilter filter = TableFilter::kTetrahedral;  ///< kNearest, kLinear, kTetrahedral, kCubic
-  bool inverse = false;                            ///< undoes the file's transform
+  std::optional<TableFilter> filter = {};  ///< kNearest, kLinear, kTetrahedral, kCubic
+  bool inverse = false;                    ///< undoes the file's transform
   std::string cccid = {};  ///< which correction of a .ccc, .cdl: its id or its index; empty: the first
 };
 /// Through a file found along the config's search path, as LutParams says.

@@ -150,11 +150,12 @@ Node Apply(const Node& image, const Config& config, const lib::ConstTransformRcP
   const lib::ConstProcessorRcPtr processor = Guarded(
       subject, [&] { return config.config->getProcessor(config.context, transform, Direction(inverse)); });
   if (!unpremult) return Translate(image, processor, subject, filter);
-  return Premultiply(Translate(Unpremultiply(image), processor, subject, filter));
+  return Repremultiply(Translate(Unpremultiply(image), processor, subject, filter));
 }
 
-lib::Interpolation InterpolationOf(TableFilter filter) {
-  switch (filter) {
+// A CLF's own interpolation stands whatever is asked for here.
+lib::Interpolation InterpolationOf(const std::optional<TableFilter>& filter) {
+  switch (filter.value_or(TableFilter::kTetrahedral)) {
     case TableFilter::kNearest:
       return lib::INTERP_NEAREST;
     case TableFilter::kLinear:
@@ -163,6 +164,8 @@ lib::Interpolation InterpolationOf(TableFilter filter) {
       return lib::INTERP_BEST;
   }
 }
+
+const TableFilter* Asked(const LutParams& params) { return params.filter ? &*params.filter : nullptr; }
 
 lib::FileTransformRcPtr FileTransformOf(const std::string& file, const LutParams& params) {
   if (params.filter == TableFilter::kMipmap) {
@@ -279,7 +282,7 @@ Node OcioFileTransform(const Node& image, const std::string& file, const LutPara
   const ocio::CheckedLutFile checked(found);
   const auto transform = ocio::FileTransformOf(checked.path(), lut_params);
   return ocio::Apply(image, config, transform, lut_params.inverse, params.unpremult, file,
-                     &lut_params.filter);
+                     ocio::Asked(lut_params));
 }
 
 Node ApplyLut(const Node& image, const std::string& file, const LutParams& lut_params) {
@@ -289,7 +292,7 @@ Node ApplyLut(const Node& image, const std::string& file, const LutParams& lut_p
   raw.context = raw.config->getCurrentContext();
   raw.name = file;
   const auto transform = ocio::FileTransformOf(checked.path(), lut_params);
-  return ocio::Apply(image, raw, transform, lut_params.inverse, false, file, &lut_params.filter);
+  return ocio::Apply(image, raw, transform, lut_params.inverse, false, file, ocio::Asked(lut_params));
 }
 
 }  // namespace tessera

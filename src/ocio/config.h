@@ -58,7 +58,7 @@ class CheckedLutFile {
   bool temporary_ = false;
 };
 
-// A processor as nodes on top of `image`; `filter` serves its tables.
+// A processor as nodes on top of `image`; `filter` serves its tables, null: each has its own.
 Node Translate(const Node& image, const lib::ConstProcessorRcPtr& processor, const std::string& subject,
                const TableFilter* filter = nullptr);
 // The part that has no nodes of its own.

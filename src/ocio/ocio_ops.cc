@@ -23,10 +23,9 @@ ParamInfo FlagParam(const std::string& name, const std::string& help, const std:
   return p;
 }
 ParamInfo InterpParam() {
-  ParamInfo p =
-      TextParam("interp", "how entries of the file's tables are combined; 1-D tables: tetrahedral is linear");
+  ParamInfo p = TextParam(
+      "interp", "how entries of the tables are combined (default: as a CLF or CTF says, else tetrahedral)");
   p.type = ParamType::kChoice;
-  p.default_value = "tetrahedral";
   p.choices = {"nearest", "linear", "tetrahedral", "cubic"};
   return p;
 }
@@ -51,7 +50,8 @@ void AddConfigModifiers(OpInfo& info) {
       "config", "OpenColorIO config file (default: --colorconfig, else the variable OCIO, else built-in)"));
   info.modifiers.push_back(TextParam("key", "context variables, comma-separated"));
   info.modifiers.push_back(TextParam("value", "their values, comma-separated"));
-  info.modifiers.push_back(FlagParam("unpremult", "1 divides by alpha before and multiplies after"));
+  info.modifiers.push_back(
+      FlagParam("unpremult", "1 divides by alpha before and multiplies after, but where it is 0"));
   info.modifiers.push_back(BakeParam());
 }
 
@@ -81,10 +81,12 @@ OcioParams OcioParamsOf(const OpInfo& info, const Arguments& a) {
 LutParams LutParamsOf(const Arguments& a) {
   const std::string& interp = a.Text("interp");
   LutParams params;
-  params.filter = interp == "nearest"  ? TableFilter::kNearest
-                  : interp == "linear" ? TableFilter::kLinear
-                  : interp == "cubic"  ? TableFilter::kCubic
-                                       : TableFilter::kTetrahedral;
+  if (a.Given("interp")) {
+    params.filter = interp == "nearest"  ? TableFilter::kNearest
+                    : interp == "linear" ? TableFilter::kLinear
+                    : interp == "cubic"  ? TableFilter::kCubic
+                                         : TableFilter::kTetrahedral;
+  }
   params.inverse = a.Flag("inverse");
   params.cccid = a.Text("cccid");
   return params;

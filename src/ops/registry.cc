@@ -48,6 +48,7 @@ std::vector<OpInfo> OwnRows() {
       ClampInfo(),
       QuantizeInfo(),
       PremultiplyInfo(),
+      RepremultiplyInfo(),
       UnpremultiplyInfo(),
       ColorMatrixInfo(),
       SaturateInfo(),

@@ -73,12 +73,29 @@ void SaturateReference(const Call& call) {
   });
 }
 
+// As Filter Effects 1 prints the three matrices of hueRotate.
+void CssHueReference(const Call& call, double degrees) {
+  const double t = std::fmod(degrees, 360.0) * kPi / 180, c = std::cos(t), s = std::sin(t);
+  const double m[3][3] = {
+      {0.213 + c * 0.787 - s * 0.213, 0.715 - c * 0.715 - s * 0.715, 0.072 - c * 0.072 + s * 0.928},
+      {0.213 - c * 0.213 + s * 0.143, 0.715 + c * 0.285 + s * 0.140, 0.072 - c * 0.072 - s * 0.283},
+      {0.213 - c * 0.213 - s * 0.787, 0.715 - c * 0.715 + s * 0.715, 0.072 + c * 0.928 + s * 0.072}};
+  EachPixel(call, [&](const double* in, double* out, double* scale) {
+    for (int i = 0; i < 3; ++i) {
+      const double terms[] = {m[i][0] * in[0], m[i][1] * in[1], m[i][2] * in[2]};
+      out[i] = terms[0] + terms[1] + terms[2];
+      scale[i] = std::fabs(terms[0]) + std::fabs(terms[1]) + std::fabs(terms[2]);
+    }
+  });
+}
+
 // The seed's construction, corrected: turn grey to +z, shear planes of equal luminance level, rotate about z,
 // undo.
 void HueReference(const Call& call) {
   const auto& p = Params<HueParams>(call);
+  if (p.preserve == HuePreserve::kCss) return CssHueReference(call, p.degrees);
   double w[3] = {1.0 / 3, 1.0 / 3, 1.0 / 3};
-  const double terms = p.preserve_luminance ? Weights(p.weights, w) : 1;
+  const double terms = p.preserve == HuePreserve::kLuminance ? Weights(p.weights, w) : 1;
   const double a = std::sqrt(0.5), b = -std::sqrt(1.0 / 3), c = std::sqrt(2.0 / 3);
   const double rx[3][3] = {{1, 0, 0}, {0, a, -a}, {0, a, a}}, ry[3][3] = {{c, 0, b}, {0, 1, 0}, {-b, 0, c}};
   const double rx_back[3][3] = {{1, 0, 0}, {0, a, a}, {0, -a, a}},
@@ -191,6 +208,15 @@ void PremultiplyReference(const Call& call) {
   });
 }
 
+// Where alpha is 0 the colours stay: u(p) = p / a there is p itself, and this is its inverse.
+void RepremultiplyReference(const Call& call) {
+  const int alpha = call.in_specs[0].alpha;
+  EachPixel(call, [alpha](const double* in, double* out, double* scale) {
+    const double factor = alpha < 0 || in[alpha] == 0 ? 1 : in[alpha];
+    for (int i = 0; i < 3; ++i) out[i] = in[i] * factor, scale[i] = std::fabs(out[i]);
+  });
+}
+
 void UnpremultiplyReference(const Call& call) {
   const int alpha = call.in_specs[0].alpha;
   EachPixel(call, [alpha](const double* in, double* out, double* scale) {
@@ -243,6 +269,7 @@ std::vector<Entry> ColorEntries() {
           {"contrast", ContrastReference},
           {"interp", InterpolateReference},
           {"premult", PremultiplyReference},
+          {"repremult", RepremultiplyReference},
           {"unpremult", UnpremultiplyReference},
           {"ccmatrix", ColorMatrixReference}};
 }

@@ -42,6 +42,7 @@ const Shared kShared[] = {
     {"Abs", "a", "--addc -0.5 --abs"},
     {"Premult", "p", "--premult"},
     {"Unpremult", "p", "--unpremult --ch R,G,B"},
+    {"Repremult", "p", "--repremult"},
     {"UnpremultMarksTheFile", "p", "--unpremult"},
     {"UnpremultAndBack", "p", "--unpremult --mulc 0.8,0.9,0.7,1 --premult"},
     {"Matrix3", "a", "--ccmatrix 0.6,0.3,0.1,0.2,0.7,0.1,0.05,0.15,0.8"},

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -63,6 +64,12 @@ Image ByOpenColorIO(const Image& image, const lib::ConstProcessorRcPtr& processo
                           4 * bytes * 61);
   cpu->apply(from, to);
   return result;
+}
+
+using Samples3 = std::array<float, 3>;
+Samples3 Middle(const Node& node) {
+  const Image image = Render(node);
+  return {image.at<float>(30, 20, 0), image.at<float>(30, 20, 1), image.at<float>(30, 20, 2)};
 }
 
 // How far two results are apart: floats relative to the pixel's largest sample or 1, and uint16 codes.
@@ -188,6 +195,34 @@ TEST(LutTest, InfinitiesStayInTheirChannel) {
   EXPECT_NEAR(got.at<float>(0, 0, 1), 0.55f, 1e-6);
   EXPECT_NEAR(got.at<float>(0, 0, 2), 0.22f, 1e-6);
   for (int c = 0; c < 3; ++c) EXPECT_TRUE(got.at<float>(1, 0, c) >= 1) << c;
+}
+
+// A CLF's own interpolation stands unless the user gives another; one that says none is read by tetrahedra.
+TEST(LutTest, OwnInterpolation) {
+  const Folder folder;
+  std::string entries;
+  for (int i = 0; i < 8; ++i) {
+    const int r = i >> 2, g = i >> 1 & 1, b = i & 1;
+    entries += std::to_string(r * g) + " " + std::to_string(0.7 * std::max({r, g, b})) + " " +
+               std::to_string(0.9 * std::abs(r - b)) + "\n";
+  }
+  const Image image = Colors(0, 1);
+  for (const std::string own : {"", "trilinear", "tetrahedral"}) {
+    SCOPED_TRACE(own);
+    const std::string path = folder.Write(
+        own + "own.clf",
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<ProcessList id=\"a\" compCLFversion=\"3.0\"><LUT3D "
+        "id=\"b\" " +
+            (own.empty() ? own : "interpolation=\"" + own + "\" ") +
+            "inBitDepth=\"32f\" outBitDepth=\"32f\"><Array dim=\"2 2 2 3\">\n" + entries +
+            "</Array></LUT3D></ProcessList>\n");
+    ExpectClose(ApplyLut(FromImage(image), path), image, FileProcessor(path, false));
+    const Samples3 linear = Middle(ApplyLut(FromImage(image), path, {.filter = TableFilter::kLinear}));
+    const Samples3 tetrahedral =
+        Middle(ApplyLut(FromImage(image), path, {.filter = TableFilter::kTetrahedral}));
+    EXPECT_NE(linear, tetrahedral);
+    EXPECT_EQ(Middle(ApplyLut(FromImage(image), path)), own == "trilinear" ? linear : tetrahedral);
+  }
 }
 
 TEST(LutTest, ByteOrderMarkAndCarriageReturnsAreAccepted) {
@@ -337,13 +372,17 @@ TEST_F(ConfigTest, DisplaysAndLooks) {
               FileProcessor(folder_.path() + "/a.spi3d", false));
 }
 
+// Light where alpha is 0 is converted as it stands and stays, as oiiotool has it.
 TEST_F(ConfigTest, AlphaIsDividedOutWhereAsked) {
   const Image image = Colors(0, 1);
+  for (int x = 0; x < 61; ++x) image.at<float>(x, 1, 3) = 0;
   OcioParams divided = params_;
   divided.unpremult = true;
   const Image got = Render(ColorConvert(FromImage(image), "lin", "video", divided));
+  const Image plain = Render(ColorConvert(FromImage(image), "lin", "video", params_));
+  EXPECT_EQ(std::memcmp(got.view().At(0, 1), plain.view().At(0, 1), 61 * 16), 0);
   const Image want =
-      Render(Premultiply(ColorConvert(Unpremultiply(FromImage(image)), "lin", "video", params_)));
+      Render(Repremultiply(ColorConvert(Unpremultiply(FromImage(image)), "lin", "video", params_)));
   EXPECT_EQ(std::memcmp(got.view().data, want.view().data, 61 * 37 * 16), 0);
 }
 

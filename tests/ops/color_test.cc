@@ -130,10 +130,11 @@ TEST_P(ColorTest, IdentityParametersReturnTheBits) {
   Samples s = RandomSamples(4 * 67, -2, 3);
   s[0] = kNaN, s[5] = kInf, s[9] = -0.0f, s[13] = FLT_MIN / 8;
   const Node in = Pixels(s);
-  for (const Node& node : {RotateHue(in, Degrees(0)), RotateHue(in, Degrees(-720)),
-                           RotateHue(in, {360, false}), Saturate(in, 1), Brightness(in, 1), Contrast(in, 1),
-                           Contrast(in, {1, 0.5}), ColorMatrix(in, {{1, 0, 0, 0, 1, 0, 0, 0, 1}}),
-                           Interpolate(in, Saturate(in, 0), 0), Interpolate(Saturate(in, 0), in, 1)}) {
+  for (const Node& node :
+       {RotateHue(in, Degrees(0)), RotateHue(in, Degrees(-720)), RotateHue(in, {360, HuePreserve::kNone}),
+        Saturate(in, 1), Brightness(in, 1), Contrast(in, 1), Contrast(in, {1, 0.5}),
+        ColorMatrix(in, {{1, 0, 0, 0, 1, 0, 0, 0, 1}}), Interpolate(in, Saturate(in, 0), 0),
+        Interpolate(Saturate(in, 0), in, 1)}) {
     EXPECT_TRUE(SameBits(Values(node), s)) << node.data()->op->Describe();
   }
 }
@@ -179,7 +180,7 @@ TEST_P(ColorTest, HueIsAGroup) {
     EXPECT_LT(MaxDifference(Values(many), original), 1e-6);
   }
   // The plain rotation by 120 degrees is the permutation R to G to B.
-  const Samples turned = Values(RotateHue(Pixels({1, 0, 0, 0.5f}), {120, false}));
+  const Samples turned = Values(RotateHue(Pixels({1, 0, 0, 0.5f}), {120, HuePreserve::kNone}));
   EXPECT_LT(MaxDifference(turned, {0, 1, 0, 0.5f}), 1e-7);
   // Haeberli's weights, values printed in doc/maths/color.md.
   EXPECT_LT(MaxDifference(Values(RotateHue(Pixels({1, 0, 0, 1}), Degrees(90), kHaeberli)),
@@ -321,6 +322,40 @@ TEST_P(ColorTest, MatrixIsRowVectorTimesMatrix) {
       near(Values(ColorMatrix(Pixels(p), {{1, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}})), {5.2f, 6.3f, 7.5f, 0.5f}));
 }
 
+// The numbers as W3C Filter Effects 1 prints them: rows of five, and hueRotate's three matrices.
+TEST_P(ColorTest, SvgAndCss) {
+  const Node in = Pixels({0.2f, 0.3f, 0.5f, 0.5f, 1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1});
+  const auto by = [&](const char* name, const std::string& example) {
+    const ops::OpInfo& op = *ops::FindOp(name);
+    return Values(op.make({&in, 1}, ops::ParseExample(op, example), nullptr));
+  };
+  const Samples rows = by("ccmatrix", "1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20 layout=svg");
+  EXPECT_LT(MaxDifference(Samples(rows.begin(), rows.begin() + 4),
+                          {0.2f + 0.6f + 1.5f + 2 + 5, 1.2f + 2.1f + 4 + 4.5f + 10,
+                           2.2f + 3.6f + 6.5f + 7 + 15, 3.2f + 5.1f + 9 + 9.5f + 20}),
+            1e-5);
+  // luminanceToAlpha.
+  const Samples alpha = by("ccmatrix", "0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0.2126,0.7152,0.0722,0,0 layout=svg");
+  EXPECT_LT(MaxDifference(Samples(alpha.begin() + 8, alpha.begin() + 12), {0, 0, 0, 0.7152f}), 1e-6);
+  EXPECT_THROW(by("ccmatrix", "1,0,0,0,1,0,0,0,1 layout=svg"), Error);
+
+  // Columns are what pure red, green and blue become.
+  const double grey[3] = {0.213, 0.715, 0.072};
+  const double cosine[3][3] = {{0.787, -0.715, -0.072}, {-0.213, 0.285, -0.072}, {-0.213, -0.715, 0.928}};
+  const double sine[3][3] = {{-0.213, -0.715, 0.928}, {0.143, 0.140, -0.283}, {-0.787, 0.715, 0.072}};
+  for (const int degrees : {0, 30, 90, 180, 271, -45, 720 + 60}) {
+    const Samples turned = by("hue", std::to_string(degrees) + " preserve=css");
+    const double t = degrees * std::acos(-1.0) / 180;
+    for (size_t from = 0; from < 3; ++from) {
+      for (size_t to = 0; to < 3; ++to) {
+        const double want = grey[from] + std::cos(t) * cosine[to][from] + std::sin(t) * sine[to][from];
+        EXPECT_NEAR(turned[4 + 4 * from + to], want, 1e-6) << degrees;
+      }
+    }
+  }
+  EXPECT_THROW(by("hue", "30 preserve=css weights=yiq"), Error);
+}
+
 TEST_P(ColorTest, InterpolationHardCases) {
   const Node a = Pixels({FLT_MAX, 1, kInf, -0.0f}), b = Pixels({-FLT_MAX, 1, kInf, 5});
   EXPECT_EQ(Values(Interpolate(a, b, 0.5))[0], 0.0f);
@@ -344,6 +379,13 @@ TEST_P(ColorTest, RoundTrips) {
   EXPECT_EQ(Cmyk(p).spec().channels, (std::vector<std::string>{"C", "M", "Y", "K"}));
   EXPECT_EQ(Values(Unpremultiply(Pixels({0.2f, 0.3f, 0.5f, 0})))[0], 0.2f);
   EXPECT_EQ(Values(Unpremultiply(Pixels({0.2f, 0.3f, 0.5f, 1e-40f})))[0], kInf);
+  const Samples glow = {0.2f, -0.3f, kInf, 0, 0.2f, -0.3f, 0.5f, -0.0f, 0.5f, 1, kNaN, 0.5f};
+  const Samples kept = Values(Repremultiply(Pixels(glow)));
+  EXPECT_TRUE(SameBits(Samples(kept.begin(), kept.begin() + 8), Samples(glow.begin(), glow.begin() + 8)));
+  EXPECT_EQ(kept[8], 0.25f);
+  EXPECT_EQ(kept[9], 0.5f);
+  EXPECT_TRUE(std::isnan(kept[10]));
+  EXPECT_TRUE(std::isnan(Values(Repremultiply(Pixels({0.2f, 0.3f, 0.5f, kNaN})))[0]));
   EXPECT_TRUE(std::isnan(Values(Unpremultiply(Pixels({0.2f, 0.3f, 0.5f, kNaN})))[0]));
 }
 

@@ -68,13 +68,21 @@ Node Saturate(const Node& image, const SaturateParams& params);
 Node Saturate(const Node& image, double saturation, const LuminanceWeights& weights = kRec709);
 
 /// Turns hue by an angle (reduced modulo 360 in double; multiples of 90 are exact, 0 keeps the input's bits).
-/// preserve_luminance: H = 1 w^T + cos t P + sin t P [g]x with P = I - 1 w^T, which keeps L and greys;
-/// otherwise the plain rotation about the grey axis, which keeps R + G + B. +120 turns red to green. |error|
-/// <= 8 u max(|R|,|G|,|B|).
+/// kLuminance: H = 1 w^T + cos t P + sin t P [g]x with P = I - 1 w^T, which keeps L and greys;
+/// kNone: the plain rotation about the grey axis, which keeps R + G + B. +120 turns red to green. kCss: the
+/// matrix of SVG's hueRotate and CSS' hue-rotate() with its published coefficients, which keeps 0.213 R +
+/// 0.715 G + 0.072 B; unlike theirs the result is not limited to [0,1]. |error| <= 8 u max(|R|,|G|,|B|), kCss
+/// 8 u sum of |m v|.
+enum class HuePreserve : uint8_t {
+  kLuminance,  ///< the weighted luminance
+  kNone,       ///< the grey axis alone
+  kCss,        ///< what Filter Effects 1 keeps
+};
+/// An angle, and what the rotation keeps.
 struct HueParams {
-  double degrees = 0;                  ///< counter-clockwise, red to green
-  bool preserve_luminance = true;      ///< else the grey axis alone
-  LuminanceWeights weights = kRec709;  ///< of the luminance
+  double degrees = 0;                              ///< counter-clockwise, red to green
+  HuePreserve preserve = HuePreserve::kLuminance;  ///< what the rotation keeps
+  LuminanceWeights weights = kRec709;              ///< of the luminance, for kLuminance
 };
 /// Hues turned through the circle, as HueParams says.
 Node RotateHue(const Node& image, const HueParams& params);
@@ -147,10 +155,13 @@ Node Contrast(const Node& image, double x);
 /// alone; tiny alphas (1e-40) divide, to infinity if need be; a NaN alpha gives NaN. An image without alpha
 /// is returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha,
 /// Premultiply takes it off: writers store what it says.
+/// Repremultiply is Premultiply but for pixels with alpha 0, which keep their colours (glows, fire): it
+/// undoes Unpremultiply.
 struct PremultiplyParams {};
 /// Colours times alpha, as PremultiplyParams says.
 Node Premultiply(const Node& image);
-struct UnpremultiplyParams {};
+/// Colours times alpha where that is not 0, as PremultiplyParams says.
+Node Repremultiply(const Node& image);
 /// Colours over alpha, as PremultiplyParams says.
 Node Unpremultiply(const Node& image);
 

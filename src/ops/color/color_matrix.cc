@@ -1,6 +1,8 @@
 // The colour matrix of 9 to 20 numbers, on premultiplied pixels too.
 #include <bit>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "ops/color/color_ops.h"
 
@@ -90,6 +92,17 @@ class UnpremultipliedMatrixOp final : public graph::OpWith<ColorMatrixParams> {
   AffineParams affine_;
 };
 
+// Rows of five, a column vector times each, as a square matrix and its bias.
+ColorMatrixParams SvgMatrix(const std::vector<double>& rows, bool unpremult) {
+  if (rows.size() != 20) {
+    throw Error("ccmatrix", "found " + std::to_string(rows.size()) + " numbers, expected 20 with layout=svg");
+  }
+  std::vector<double> values;
+  for (size_t i = 0; i < 16; ++i) values.push_back(rows[i / 4 * 5 + i % 4]);
+  for (size_t i = 0; i < 4; ++i) values.push_back(rows[i * 5 + 4]);
+  return {values, /*transpose=*/true, unpremult};
+}
+
 }  // namespace
 
 OpInfo ColorMatrixInfo() {
@@ -101,10 +114,12 @@ OpInfo ColorMatrixInfo() {
       "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias "
       "of R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the "
       "matrix, giving the column form. An image without alpha takes part with the upper left 3x3 and the "
-      "bias. unpremult=1 divides R,G,B by alpha before and multiplies by the same alpha after; where alpha "
+      "bias. layout=svg takes the 20 numbers as SVG's feColorMatrix and canvas libraries write them: a row of 5 "
+      "for each of R,G,B,A, weights of R,G,B,A and then the bias. They apply it to unpremultiplied colours and "
+      "limit the result: --unpremult --ccmatrix:layout=svg M --clamp:min=0:max=1 --premult. unpremult=1 divides R,G,B by alpha before and multiplies by the same alpha after; where alpha "
       "is 0 it does neither. NaN or infinity passes from a channel to those "
       "whose weight of it is not 0. Source: "
-      "McReynolds et al. 1997, 12.2.4.";
+      "McReynolds et al. 1997, 12.2.4; W3C Filter Effects 1, feColorMatrix.";
   info.bound = "4 u (sum of |m v| + |bias|), 8 u with unpremult";
   info.bound_u = 8;
   ParamInfo m;
@@ -119,13 +134,21 @@ OpInfo ColorMatrixInfo() {
   transpose.type = ParamType::kFlag;
   transpose.default_value = "0";
   transpose.help = "1: transpose the matrix (pixels as columns)";
+  transpose.only_with = "!layout=svg";
+  ParamInfo layout;
+  layout.name = "layout";
+  layout.type = ParamType::kChoice;
+  layout.default_value = "square";
+  layout.help = "square: a matrix, then the bias; svg: four rows of five";
+  layout.choices = {"square", "svg"};
   ParamInfo unpremult;
   unpremult.name = "unpremult";
   unpremult.type = ParamType::kFlag;
   unpremult.default_value = "0";
   unpremult.help = "1: unpremultiply before, premultiply after";
-  info.modifiers = {transpose, unpremult};
+  info.modifiers = {transpose, layout, unpremult};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    if (a.Text("layout") == "svg") return ColorMatrix(in[0], SvgMatrix(a.Numbers("M"), a.Flag("unpremult")));
     return ColorMatrix(in[0], {a.Numbers("M"), a.Flag("transpose"), a.Flag("unpremult")});
   };
   info.examples = {"0.9,0.1,0,0,0.05,0.8,0.1,0,0.1,0.1,0.9,0,0,0,0,1",
@@ -134,7 +157,8 @@ OpInfo ColorMatrixInfo() {
                    "0.5,0,0,0.1,0,0.5,0,0,0,0,0.5,0,0,0.1,0,0.9,0.1,0.2,0.3,0.05",
                    "0.9,0.1,0,0,0.8,0.2,0.1,0,0.9 unpremult=1",
                    "0.9,0.1,0,0,0,0.8,0.2,0,0.1,0,0.9,0,0,0,0,0.5,0,0,0.1,0.2 unpremult=1",
-                   "0.7,0.2,0.1,0.1,0.2,0.7,0.1,0,0.1,0.1,0.8,0.1,0.1,0.1,0,0.8"};
+                   "0.7,0.2,0.1,0.1,0.2,0.7,0.1,0,0.1,0.1,0.8,0.1,0.1,0.1,0,0.8",
+                   "0.8,0.1,0.1,0,0.05,0,0.9,0,0.1,0,0.2,0,0.7,0,-0.1,0,0,0,0.9,0.1 layout=svg"};
   info.identity = "1,0,0,0,1,0,0,0,1";
   return info;
 }

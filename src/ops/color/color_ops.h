@@ -21,6 +21,7 @@ OpInfo HueInfo();
 OpInfo InterpolateInfo();
 OpInfo LuminanceInfo();
 OpInfo PremultiplyInfo();
+OpInfo RepremultiplyInfo();
 OpInfo SaturateInfo();
 OpInfo UnpremultiplyInfo();
 OpInfo YiqInfo();

@@ -23,6 +23,13 @@ struct PremultiplyKernel {
     return {hn::Mul(p.r, p.a), hn::Mul(p.g, p.a), hn::Mul(p.b, p.a), p.a};
   }
 };
+struct RepremultiplyKernel {
+  HWY_INLINE s::Pixels operator()(const s::Pixels& p) const {
+    const auto zero = hn::Eq(p.a, hn::Zero(s::D()));
+    return {hn::IfThenElse(zero, p.r, hn::Mul(p.r, p.a)), hn::IfThenElse(zero, p.g, hn::Mul(p.g, p.a)),
+            hn::IfThenElse(zero, p.b, hn::Mul(p.b, p.a)), p.a};
+  }
+};
 struct UnpremultiplyKernel {
   HWY_INLINE s::Pixels operator()(const s::Pixels& p) const {
     const auto zero = hn::Eq(p.a, hn::Zero(s::D()));
@@ -31,6 +38,7 @@ struct UnpremultiplyKernel {
   }
 };
 std::unique_ptr<graph::PointStage> MakePremultiply() { return s::MakeFusedStage<1>(PremultiplyKernel{}); }
+std::unique_ptr<graph::PointStage> MakeRepremultiply() { return s::MakeFusedStage<1>(RepremultiplyKernel{}); }
 std::unique_ptr<graph::PointStage> MakeUnpremultiply() { return s::MakeFusedStage<1>(UnpremultiplyKernel{}); }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -57,41 +65,50 @@ std::shared_ptr<const std::vector<Attribute>> MarkAlpha(const ImageSpec& spec, b
 }
 
 HWY_EXPORT(MakePremultiply);
+HWY_EXPORT(MakeRepremultiply);
 HWY_EXPORT(MakeUnpremultiply);
+
+enum class Way { kPremultiply, kRepremultiply, kUnpremultiply };
 
 class PremultiplyOp final : public graph::Op {
  public:
-  PremultiplyOp(bool inverse, bool has_alpha)
-      : inverse_(inverse),
-        has_alpha_(has_alpha),
-        parameters_(inverse ? std::any(UnpremultiplyParams()) : std::any(PremultiplyParams())) {}
-  std::string Name() const override { return inverse_ ? "unpremult" : "premult"; }
+  explicit PremultiplyOp(Way way) : way_(way) {}
+  std::string Name() const override {
+    constexpr const char* kNames[] = {"premult", "repremult", "unpremult"};
+    return kNames[static_cast<int>(way_)];
+  }
   graph::OpKind Kind() const override { return graph::OpKind::kColor; }
   const std::any& Parameters() const override { return parameters_; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
-    if (has_alpha_) graph::RequireColor(Name(), inputs[0]);
+    graph::RequireColor(Name(), inputs[0]);
     ImageSpec spec = inputs[0];
-    spec.metadata = MarkAlpha(spec, inverse_);
+    spec.metadata = MarkAlpha(spec, way_ == Way::kUnpremultiply);
     return spec;
   }
-  bool IsIdentity() const override { return !has_alpha_; }
   bool ReadsAlpha() const override { return true; }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
-    return inverse_ ? HWY_DYNAMIC_DISPATCH(MakeUnpremultiply)() : HWY_DYNAMIC_DISPATCH(MakePremultiply)();
+    switch (way_) {
+      case Way::kPremultiply:
+        return HWY_DYNAMIC_DISPATCH(MakePremultiply)();
+      case Way::kRepremultiply:
+        return HWY_DYNAMIC_DISPATCH(MakeRepremultiply)();
+      default:
+        return HWY_DYNAMIC_DISPATCH(MakeUnpremultiply)();
+    }
   }
 
  private:
-  bool inverse_, has_alpha_;
-  std::any parameters_;
+  Way way_;
+  std::any parameters_ = PremultiplyParams();
 };
 
-Node MakePremultiplyNode(const Node& image, bool inverse) {
+Node MakePremultiplyNode(const Node& image, Way way) {
   // Without alpha there is nothing to do, whatever the channels: the input itself.
   if (image.spec().alpha < 0) return image;
   if (image.spec().channel_count() < 3) {
-    return AsColors(image, [inverse](const Node& colors) { return MakePremultiplyNode(colors, inverse); });
+    return AsColors(image, [way](const Node& colors) { return MakePremultiplyNode(colors, way); });
   }
-  return graph::MakeNode(std::make_shared<const PremultiplyOp>(inverse, true), {image});
+  return graph::MakeNode(std::make_shared<const PremultiplyOp>(way), {image});
 }
 
 }  // namespace
@@ -108,6 +125,25 @@ OpInfo PremultiplyInfo() {
   info.bound = "u |result|";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Premultiply(in[0]); };
+  info.examples = {""};
+  return info;
+}
+
+OpInfo RepremultiplyInfo() {
+  OpInfo info;
+  info.name = "repremult";
+  info.family = "color";
+  info.summary = "Multiply R,G,B by alpha, but keep light where alpha is 0";
+  info.help =
+      "R,G,B become R*A, G*A, B*A where alpha is not 0; pixels with alpha 0 (glows, fire: light that hides "
+      "nothing) keep their colours, so that it undoes --unpremult everywhere. Alpha and further channels are "
+      "kept, and the mark oiio:UnassociatedAlpha is taken off. An image without alpha is returned unchanged. "
+      "As oiiotool --repremult.";
+  info.bound = "u |result|";
+  info.bound_u = 1;
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
+    return Repremultiply(in[0]);
+  };
   info.examples = {""};
   return info;
 }
@@ -133,8 +169,9 @@ OpInfo UnpremultiplyInfo() {
 
 }  // namespace ops
 
-Node Premultiply(const Node& image) { return ops::MakePremultiplyNode(image, false); }
-Node Unpremultiply(const Node& image) { return ops::MakePremultiplyNode(image, true); }
+Node Premultiply(const Node& image) { return ops::MakePremultiplyNode(image, ops::Way::kPremultiply); }
+Node Repremultiply(const Node& image) { return ops::MakePremultiplyNode(image, ops::Way::kRepremultiply); }
+Node Unpremultiply(const Node& image) { return ops::MakePremultiplyNode(image, ops::Way::kUnpremultiply); }
 
 }  // namespace tessera
 #endif  // HWY_ONCE
