@@ -159,7 +159,8 @@ void RegisterCase(const Case& c, const Options& options) {
     contest.oracle_bands = 6;
     const Image field = FieldOf(Flows().at(c.flow), c.size);
     for (const Way& way : ways) {
-      LicParams p{.length = double(c.taps), .method = way.method, .linear = c.linear};
+      LicParams p{
+          .length = double(c.taps), .method = way.method, .contrast = LicContrast::kNone, .linear = c.linear};
       p.integrator = way.integrator;
       contest.ways.push_back({way.name, Lic(FromImage(field), p)});
     }

@@ -9,41 +9,23 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "reference/flow_scene.h"
+#include "reference/flow_weights.h"
 #include "reference/reference.h"
 
 namespace tessera::reference {
 namespace {
 
+using flow::ContrastOf;
 using flow::Point;
 using flow::Scene;
-
-int Taps(const LicParams& p) {
-  if (p.kernel == LicKernel::kUser) return static_cast<int>(p.weights.size()) / 2;
-  return static_cast<int>(std::lround(p.integrator == LicIntegrator::kCell ? p.length : p.length / p.step));
-}
-
-double Weight(const LicParams& p, int i) {
-  const double s = i / (Taps(p) + 1.0), pi = std::numbers::pi;
-  switch (p.kernel) {
-    case LicKernel::kBox:
-      return 1;
-    case LicKernel::kTent:
-      return 1 - std::fabs(s);
-    case LicKernel::kHann:
-      return std::pow(std::cos(pi * s / 2), 2);
-    case LicKernel::kRamp:
-      return (1 - s) / 2;
-    case LicKernel::kRipple:
-      return std::pow(std::cos(pi * s / 2), 2) * (1 + std::cos(pi * p.waves * s + 2 * pi * p.phase)) / 2;
-    case LicKernel::kUser:
-      return p.weights[static_cast<size_t>(Taps(p) + i)];
-  }
-  return 1;
-}
+using flow::Taps;
+using flow::Weight;
 
 // Positions of taps 1 to n from a start; `parts` steps of the integrator for each.
 std::vector<Point> Follow(const Scene& scene, const LicParams& p, Point at, double sign, int parts) {
@@ -367,14 +349,31 @@ std::array<double, 3> Color(double t) {
   return c;
 }
 
+// What deviations from the mean are multiplied by at a pixel.
+class Contrast {
+ public:
+  Contrast(const LicParams& p, const Scene& scene) : p_(p), scene_(scene) {}
+  double At(int x, int y) {
+    if (p_.contrast != LicContrast::kRescale || scene_.StillOrNot(x, y) == 1) return 1;
+    int taps = Taps(p_), spot = p_.with_image ? 1 : p_.spot;
+    if (p_.magnitude == LicMagnitude::kLength) taps = static_cast<int>(taps * scene_.Share(x, y));
+    if (p_.magnitude == LicMagnitude::kNoise) spot <<= std::min(3, static_cast<int>(4 * scene_.Share(x, y)));
+    double& known = known_[{taps, spot}];
+    if (known == 0) known = ContrastOf(p_, taps, spot);
+    return known;
+  }
+
+ private:
+  const LicParams& p_;
+  const Scene& scene_;
+  std::map<std::pair<int, int>, double> known_;
+};
+
 void EvaluateLic(const Call& call) {
   const auto& p = std::any_cast<const LicParams&>(call.parameters);
   const Scene scene(p, call);
   const Pixel pixel(scene, p);
-  double sum = 0, squares = 0;
-  for (int i = -Taps(p); i <= Taps(p); ++i) sum += Weight(p, i), squares += Weight(p, i) * Weight(p, i);
-  const double contrast =
-      p.contrast == LicContrast::kRescale ? std::max(1.0, p.gain * sum / std::sqrt(squares)) : 1;
+  Contrast contrasts(p, scene);
   const double mean = !p.with_image && p.noise == LicNoise::kSparse ? 1.0 / 24 : 0.5;
   const bool colored = p.magnitude == LicMagnitude::kColor;
   const Roi& window = call.out_spec.data_window;
@@ -383,6 +382,8 @@ void EvaluateLic(const Call& call) {
       const int px = x - window.x0, py = y - window.y0;
       const Pixel::Result r = pixel.Convolve(px, py);
       const std::array<double, 3> color = Color(scene.Share(px, py));
+      const double contrast = contrasts.At(px, py);
+      const bool still_or_not = p.contrast == LicContrast::kRescale && scene.StillOrNot(px, py) == 0.5;
       for (int c = 0; c < call.out.channels; ++c) {
         double value = 0, tolerance = 0, jump = 0;
         if (!r.masked && !p.with_image && c == (colored ? 3 : 1)) {
@@ -390,8 +391,10 @@ void EvaluateLic(const Call& call) {
         } else if (!r.masked) {
           const size_t k = p.with_image ? static_cast<size_t>(c) : 0;
           value = mean + contrast * (r.value[k] - mean), tolerance = contrast * r.tolerance[k];
-          if (r.undecided) jump = contrast * scene.range(static_cast<int>(k));
-          if (contrast == 1) value = r.value[k];
+          if (r.undecided || still_or_not) jump = contrast * scene.range(static_cast<int>(k));
+          // Of floats: the mean, the factor, their product.
+          tolerance += contrast * 4e-7 * (mean + std::fabs(r.value[k]));
+          if (contrast == 1) value = r.value[k], tolerance = r.tolerance[k];
           if (colored) {
             const double shade = color[static_cast<size_t>(c)];
             value = shade * (0.25 + 1.5 * value), tolerance = 1.5 * shade * tolerance + 4e-6;

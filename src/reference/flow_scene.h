@@ -106,6 +106,14 @@ class Scene {
     const double size = std::hypot(v.x, v.y);
     return size > 0 && size >= p_.smallest * longest_ ? (1 / size) * v : Point{};
   }
+  // 1 where the vector counts as 0, 1/2 where that hangs on its last digits, else 0.
+  double StillOrNot(int x, int y) const {
+    const Point v = Stored(x, y);
+    const double size = std::hypot(v.x, v.y), least = p_.smallest * longest_;
+    if (size == 0) return 1;
+    if (std::fabs(size - least) <= 1e-5 * least) return 0.5;
+    return size < least ? 1 : 0;
+  }
   // Direction of a pixel: the larger component 2^20, the smaller one a whole number below.
   Point Code(int x, int y) const {
     const Point v = Stored(x, y);

@@ -222,8 +222,11 @@ TEST(LicTest, SharedLinesAreNearDirectOnes) {
   for (const Row& row : {Row{10, 16, 42, 8, 13}, Row{20, 12, 31, 6, 10}, Row{60, 7, 20, 4.5, 7}}) {
     for (const LicKernel kernel : {LicKernel::kBox, LicKernel::kHann}) {
       for (const bool linear : {true, false}) {
-        LicParams direct{
-            .length = row.length, .kernel = kernel, .method = LicMethod::kDirect, .linear = linear};
+        LicParams direct{.length = row.length,
+                         .kernel = kernel,
+                         .method = LicMethod::kDirect,
+                         .contrast = LicContrast::kNone,
+                         .linear = linear};
         LicParams shared = direct;
         shared.method = LicMethod::kShared;
         // A Hann kernel is a box of two thirds of the length.
@@ -279,7 +282,7 @@ TEST(LicTest, ThreadsAndRunsGiveTheSameBytes) {
 
 TEST(LicTest, FramesLoopAndMoveDownstream) {
   const Image field = Constant(128, 32, 1, 0);
-  const LicParams p{.length = 24};
+  const LicParams p{.length = 24, .contrast = LicContrast::kNone};
   const auto frame = [&](int k) { return Render(Lic(FromImage(field), LicFrame(p, k, 8))); };
   const Image first = frame(1), second = frame(2);
   LicParams whole = LicFrame(p, 1, 8);
@@ -304,7 +307,8 @@ TEST(LicTest, MagnitudeShowsAsLengthAndColour) {
   double mean = 0;
   for (int i = -2; i <= 2; ++i) mean += texture.at<float>(30 + i, 14) / 5.0;
   EXPECT_NEAR(got.at<float>(30, 14), mean, 1e-6);
-  const Image color = Render(Lic(FromImage(field), {.length = 8, .magnitude = LicMagnitude::kColor}));
+  const Image color = Render(Lic(
+      FromImage(field), {.length = 8, .contrast = LicContrast::kNone, .magnitude = LicMagnitude::kColor}));
   EXPECT_EQ(color.spec().channel_count(), 3);
   EXPECT_GT(color.at<float>(30, 2, 0), color.at<float>(30, 2, 2));
   EXPECT_LT(color.at<float>(30, 14, 0), color.at<float>(30, 14, 2));
@@ -314,7 +318,9 @@ TEST(LicTest, LongLinesInSmallPicturesAndCriticalPointsStayInBounds) {
   const Image saddle = FieldOf(20, 20, [](double x, double y) { return std::pair(x - 9.5, 9.5 - y); });
   for (const LicBorder border : {LicBorder::kStop, LicBorder::kClamp, LicBorder::kRepeat}) {
     for (const LicMethod method : {LicMethod::kDirect, LicMethod::kShared}) {
-      const Image got = Render(Lic(FromImage(saddle), {.length = 3000, .method = method, .border = border}));
+      const Image got =
+          Render(Lic(FromImage(saddle),
+                     {.length = 3000, .method = method, .border = border, .contrast = LicContrast::kNone}));
       for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 20; ++x)
           ASSERT_TRUE(got.at<float>(x, y) >= 0 && got.at<float>(x, y) <= 1) << x << "," << y;
@@ -407,7 +413,10 @@ TEST(LicTest, ModifiersThatOthersSilenceAreRefused) {
   EXPECT_THAT(message({{"phase", "0.5"}}, false), AllOf(HasSubstr("phase="), HasSubstr("kernel=ripple")));
   EXPECT_THAT(message({{"weights", "1,2,1"}, {"kernel", "tent"}}, false),
               AllOf(HasSubstr("kernel="), HasSubstr("weights=")));
-  EXPECT_THAT(message({{"gain", "1"}}, false), AllOf(HasSubstr("gain="), HasSubstr("contrast=rescale")));
+  EXPECT_EQ(message({{"gain", "1"}}, false), "accepted");
+  EXPECT_THAT(message({{"gain", "1"}, {"input", "1"}}, true), HasSubstr("contrast=rescale"));
+  EXPECT_THAT(message({{"gain", "1"}, {"contrast", "none"}}, false),
+              AllOf(HasSubstr("gain="), HasSubstr("contrast=rescale")));
   EXPECT_THAT(message({{"integrator", "cell"}, {"step", "2"}}, false),
               AllOf(HasSubstr("step="), HasSubstr("integrator=cell")));
   EXPECT_THAT(message({{"frame", "2"}}, false), AllOf(HasSubstr("frame="), HasSubstr("animate=")));

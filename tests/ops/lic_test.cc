@@ -148,7 +148,9 @@ TEST(LicTest, VarianceFallsWithTheNumberOfTapsAndRescalePutsItBack) {
   const double noise = Variance(Render(Lic(FromImage(field), {.length = 0})), 0);
   EXPECT_NEAR(noise, 1.0 / 12, 0.001);
   for (const int length : {5, 10, 20}) {
-    const double lic = Variance(Render(Lic(FromImage(field), {.length = double(length)})), length + 1);
+    const double lic =
+        Variance(Render(Lic(FromImage(field), {.length = double(length), .contrast = LicContrast::kNone})),
+                 length + 1);
     EXPECT_NEAR(lic * (2 * length + 1) / noise, 1, 0.05) << length;
     const double rescaled =
         Variance(Render(Lic(FromImage(field),
@@ -156,7 +158,7 @@ TEST(LicTest, VarianceFallsWithTheNumberOfTapsAndRescalePutsItBack) {
                  length + 1);
     EXPECT_NEAR(rescaled / noise, 1, 0.05) << length;
   }
-  const Image lic = Render(Lic(FromImage(field), {.length = 20}));
+  const Image lic = Render(Lic(FromImage(field), {.length = 20, .contrast = LicContrast::kNone}));
   double along = 0, across = 0, squares = 0;
   for (int y = 30; y < 480; ++y) {
     for (int x = 30; x < 480; ++x) {
@@ -167,6 +169,76 @@ TEST(LicTest, VarianceFallsWithTheNumberOfTapsAndRescalePutsItBack) {
   }
   EXPECT_GT(along / squares, 0.9);
   EXPECT_LT(std::fabs(across / squares), 0.05);
+}
+
+TEST(LicTest, OwnNoiseHasTheSameContrastWhateverTheLineIs) {
+  const Node field = FromImage(Constant(512, 512, 1, 0));
+  for (const LicNoise noise : {LicNoise::kWhite, LicNoise::kFiltered, LicNoise::kSparse}) {
+    for (const int spot : {1, 3}) {
+      const LicParams look{.length = 0, .noise = noise, .spot = spot};
+      const double all = std::sqrt(Variance(Render(Lic(field, look)), 0));
+      for (const LicKernel kernel : {LicKernel::kBox, LicKernel::kTent, LicKernel::kHann}) {
+        for (const double step : {0.5, 1.0, 2.0}) {
+          LicParams p = look;
+          p.length = 20, p.kernel = kernel, p.step = step;
+          const double deviation = std::sqrt(Variance(Render(Lic(field, p)), 22));
+          EXPECT_NEAR(deviation / all, 0.75, 0.08)
+              << static_cast<int>(noise) << " spot " << spot << " kernel " << static_cast<int>(kernel)
+              << " step " << step;
+        }
+      }
+    }
+  }
+  // An image is not noise: its mean stays one.
+  const Image texture = Texture(37, 29), along = Constant(37, 29, 1, 0);
+  ExpectSameBits(Lines(texture, along, {.length = 6}),
+                 Lines(texture, along, {.length = 6, .contrast = LicContrast::kNone}));
+}
+
+TEST(LicTest, ContrastIsThatOfThePixelsOwnLine) {
+  const int n = 400;
+  // Still on the left, then lines of a quarter of the length, then of all of it.
+  const Node field = FromImage(FieldOf(n, n, [](double x, double) {
+    return std::pair(x < 100 ? 0.0 : x < 250 ? 0.25 : 1.0, 0.0);
+  }));
+  const auto deviation = [](const Image& image, int from, int to) {
+    double sum = 0, squares = 0, count = 0;
+    for (int y = 0; y < n; ++y) {
+      for (int x = from; x < to; ++x, ++count) {
+        const double v = image.at<float>(x, y);
+        sum += v, squares += v * v;
+      }
+    }
+    return std::sqrt(squares / count - std::pow(sum / count, 2));
+  };
+  const double white = std::sqrt(1.0 / 12);
+  for (const LicMagnitude magnitude : {LicMagnitude::kNone, LicMagnitude::kLength, LicMagnitude::kNoise}) {
+    const LicParams p{.length = 20, .magnitude = magnitude};
+    const Image image = Render(Lic(field, p));
+    EXPECT_NEAR(deviation(image, 0, 80), white, 0.02) << static_cast<int>(magnitude);
+    EXPECT_NEAR(deviation(image, 125, 225), 0.75 * white, 0.03) << static_cast<int>(magnitude);
+    EXPECT_NEAR(deviation(image, 275, 375), 0.75 * white, 0.03) << static_cast<int>(magnitude);
+    EXPECT_TRUE(Verify(Lic(field, p), PixelType::kFloat, {.samples = 2}).within_bound);
+  }
+}
+
+TEST(LicTest, WindowsFallToNothingAtTheLength) {
+  const Image texture = Texture(64, 8);
+  for (const double length : {0.0, 1.0, 7.0}) {
+    for (const LicKernel kernel : {LicKernel::kTent, LicKernel::kHann}) {
+      const Image got = Lines(texture, Constant(64, 8, 1, 0), {.length = length, .kernel = kernel});
+      for (int x = 8; x < 56; ++x) {
+        double sum = 0, all = 0;
+        for (int i = -static_cast<int>(length); i <= length; ++i) {
+          const double share = length > 0 ? i / length : 0;
+          const double w = kernel == LicKernel::kTent ? 1 - std::fabs(share)
+                                                      : 0.5 + 0.5 * std::cos(std::numbers::pi * share);
+          sum += w * texture.at<float>(x + i, 4), all += w;
+        }
+        ASSERT_NEAR(got.at<float>(x, 4), sum / all, 1e-6) << x << " length " << length;
+      }
+    }
+  }
 }
 
 TEST(LicTest, CircleKeepsItsRadiusToTheIntegratorsOrder) {

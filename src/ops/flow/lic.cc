@@ -47,12 +47,11 @@ class Picture {
     const int alpha = context.inputs[field].alpha >= 2 ? context.inputs[field].alpha : -1;
     prepared_ = Prepare(p, context.whole[field], alpha, image, window_, context.workers);
     if (p.contrast == LicContrast::kRescale) {
-      const LicWeights w = WeightsOf(p);
-      double sum = w.centre, squares = w.centre * w.centre;
-      for (const auto* side : {&w.forward, &w.backward}) {
-        for (const double v : *side) sum += v, squares += v * v;
+      rescales_ = true;
+      for (const int level : {0, 1, 2, 3}) {
+        if (level == 0 || p.magnitude == LicMagnitude::kNoise)
+          contrasts_.push_back(ContrastsOf(p, p.with_image ? 1 : p.spot << level));
       }
-      contrast_ = static_cast<float>(std::max(1.0, p.gain * sum / std::sqrt(squares)));
     }
     mean_ = static_cast<float>(prepared_.mean);
   }
@@ -75,19 +74,12 @@ class Picture {
 
   // Whether the convolution of a region is the result's, as it stands.
   bool IsResult(const ImageView& out, std::span<const int> listed) const {
-    return contrast_ == 1 && IsSingle(out, listed);
+    return !rescales_ && IsSingle(out, listed);
   }
   // From the convolution of a region, channels() floats a pixel, to the result's channels listed.
   void Finish(const Roi& local, const float* sums, const ImageView& out, std::span<const int> listed) const {
     const Lines& l = lines();
     const int width = local.width();
-    if (IsSingle(out, listed)) {
-      for (int y = local.y0; y < local.y1; ++y, sums += width) {
-        auto* const to = reinterpret_cast<float*>(out.At(out.roi.x0, out.roi.y0 + y - local.y0));
-        for (int x = 0; x < width; ++x) to[x] = mean_ + contrast_ * (sums[x] - mean_);
-      }
-      return;
-    }
     for (int y = local.y0; y < local.y1; ++y) {
       auto* to = reinterpret_cast<float*>(out.At(out.roi.x0, out.roi.y0 + y - local.y0));
       const float* from = sums + ptrdiff_t{y - local.y0} * width * channels();
@@ -95,9 +87,10 @@ class Picture {
         const bool masked = l.mask != nullptr && l.mask[ptrdiff_t{y} * l.width + x] != 0;
         std::array<float, 3> color{};
         if (p_.magnitude == LicMagnitude::kColor) color = ColorOf(prepared_.SizeAt(x, y));
+        const float contrast = masked || !rescales_ ? 1.0f : ContrastAt(x, y);
         for (int i = 0; i < out.channels; ++i) {
           const int c = listed.empty() ? i : listed[static_cast<size_t>(i)];
-          to[i] = masked ? 0 : Sample(from, c, color);
+          to[i] = masked ? 0 : Sample(from, c, color, contrast);
         }
       }
     }
@@ -110,18 +103,32 @@ class Picture {
     return channels() == 1 && out.channels == 1 && first && p_.magnitude != LicMagnitude::kColor &&
            lines().mask == nullptr;
   }
-  float Sample(const float* sums, int channel, const std::array<float, 3>& color) const {
-    if (p_.with_image) return contrast_ == 1 ? sums[channel] : mean_ + contrast_ * (sums[channel] - mean_);
+  // What deviations from the mean are multiplied by at a pixel.
+  float ContrastAt(int x, int y) const {
+    if (prepared_.IsStill(x, y)) return 1;
+    const Lines& l = lines();
+    const bool grows = p_.magnitude == LicMagnitude::kNoise;
+    const auto level = static_cast<size_t>(grows ? prepared_.SpotLevelAt(x, y) : 0);
+    const std::vector<float>& by_taps = contrasts_[level];
+    if (l.reach == nullptr) return by_taps.back();
+    return by_taps[static_cast<size_t>(
+        std::min(static_cast<float>(l.taps), l.reach[ptrdiff_t{y} * l.width + x]))];
+  }
+  float Sample(const float* sums, int channel, const std::array<float, 3>& color, float contrast) const {
+    const auto shown = [&](float v) { return contrast == 1 ? v : mean_ + contrast * (v - mean_); };
+    if (p_.with_image) return shown(sums[channel]);
     const bool colored = p_.magnitude == LicMagnitude::kColor;
     if (channel == (colored ? 3 : 1)) return 1;  // alpha
-    const float v = contrast_ == 1 ? sums[0] : mean_ + contrast_ * (sums[0] - mean_);
+    const float v = shown(sums[0]);
     return colored ? color[static_cast<size_t>(channel)] * (0.25f + 1.5f * v) : v;
   }
 
   const LicParams p_;
   Roi window_;
   Prepared prepared_;
-  float contrast_ = 1, mean_ = 0.5f;
+  bool rescales_ = false;
+  std::vector<std::vector<float>> contrasts_;  // by octaves of the noise's spots, then by taps
+  float mean_ = 0.5f;
 };
 
 // Lines of one channel that go to an image of one.
@@ -282,6 +289,10 @@ Node Make(LicParams params, std::vector<Node> inputs) {
   params.with_image = inputs.size() == 2;
   if (params.with_image && params.magnitude == LicMagnitude::kColor) {
     throw Error(kName, "found magnitude color with an image, expected the library's own noise");
+  }
+  if (params.contrast == LicContrast::kAuto) {
+    const bool plain = params.with_image || params.speed;
+    params.contrast = plain ? LicContrast::kNone : LicContrast::kRescale;
   }
   if (params.contrast != LicContrast::kEqualize) {
     return graph::MakeNode(std::make_shared<const LicOp>(params), std::move(inputs));

@@ -272,7 +272,7 @@ class NoiseRow {
     uint32_t seed = params_.seed;
     int spot = params_.spot;
     if (params_.magnitude == LicMagnitude::kNoise) {
-      const int level = std::min(3, static_cast<int>(4 * prepared_.SizeAt(x, y)));
+      const int level = prepared_.SpotLevelAt(x, y);
       spot <<= level, seed += static_cast<uint32_t>(level);
     }
     x /= spot, y /= spot;
@@ -388,6 +388,17 @@ float Prepared::SizeAt(int x, int y) const {
   const float* v = lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x};
   const float u = shrink.empty() ? v[0] : v[0] * shrink[static_cast<size_t>(y)];
   return longest_shown > 0 ? std::min(1.0f, std::sqrt(u * u + v[1] * v[1]) / longest_shown) : 0;
+}
+
+int Prepared::SpotLevelAt(int x, int y) const { return std::min(3, static_cast<int>(4 * SizeAt(x, y))); }
+
+bool Prepared::IsStill(int x, int y) const {
+  if (lines.uv == nullptr) {
+    constexpr uint32_t kDirection = (1u << kCellNoiseShift) - 1;
+    return (lines.cells[y * lines.cell_row + x] & kDirection) == kCellStill;
+  }
+  const float* v = lines.uv + y * lines.uv_row + 2 * ptrdiff_t{x};
+  return v[0] * v[0] + v[1] * v[1] < lines.smallest * lines.smallest;
 }
 
 Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha, const ConstImageView& image,

@@ -22,6 +22,10 @@ struct Prepared {
 
   // |f| over its largest value at a pixel, from 0 to 1.
   float SizeAt(int x, int y) const;
+  // Octaves by which the noise's spots at a pixel are larger (LicMagnitude::kNoise).
+  int SpotLevelAt(int x, int y) const;
+  // Whether the vector there is 0, or as good as.
+  bool IsStill(int x, int y) const;
 };
 
 // The weights of the taps: forward 1 to taps, backward 1 to taps, and the centre; their number is the same.
@@ -30,8 +34,11 @@ struct LicWeights {
   double centre = 1;
 };
 LicWeights WeightsOf(const LicParams& params);
-// Number of taps each way.
+// Number of taps each way that weigh anything.
 int TapsOf(const LicParams& params);
+// Contrast::kRescale: what deviations from the mean are multiplied by where lines have 0 to TapsOf taps each
+// way, for noise with spots of so many pixels.
+std::vector<float> ContrastsOf(const LicParams& params, int spot);
 
 // `field`: float, interleaved, at least two channels; its alpha channel or -1. `image`: the texture, or
 // without data for the library's own noise. `window`: the result's pixels.
