@@ -36,9 +36,9 @@ struct SpotlightSettings {
 struct SolidSettings {
   SolidParams solid;
   int table_channels = 0;
-  int octaves = 0;      // given one by one
-  bool spread = false;  // the last input is the distance between neighbours
-  double mean = 0;      // of an octave that fades
+  int octaves = 0;         // given one by one
+  bool footprint = false;  // the last two inputs are the pixel's footprint in the solid
+  double mean = 0;         // of an octave that fades
 };
 
 }  // namespace tessera::ops

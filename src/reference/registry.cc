@@ -27,6 +27,7 @@ std::vector<Entry> GeometryEntries();
 std::vector<Entry> LookupEntries();
 std::vector<Entry> ShadeEntries();
 std::vector<Entry> ShadeLightEntries();
+std::vector<Entry> SolidEntries();
 std::vector<Entry> EnvironmentEntries();
 std::vector<Entry> LightingEntries();
 std::vector<Entry> BumpEntries();
@@ -40,12 +41,12 @@ struct Table {
   std::map<std::string, Entry> entries;
 
   Table() {
-    for (auto* family : {&AccumulateEntries,    &ColorEntries,      &BlendEntries,       &CompositeEntries,
-                         &CurveEntries,         &ArithmeticEntries, &FlowEntries,        &GenerateEntries,
-                         &FilterEntries,        &OutlineEntries,    &NoiseEntries,       &ShapedSpotsEntries,
-                         &SvgTurbulenceEntries, &TextureEntries,    &GeometryEntries,    &LookupEntries,
-                         &ShadeEntries,         &ShadeLightEntries, &EnvironmentEntries, &LightingEntries,
-                         &BumpEntries,          &VolumeEntries,     &ForeignEntries}) {
+    for (auto* family : {&AccumulateEntries,    &ColorEntries,      &BlendEntries,    &CompositeEntries,
+                         &CurveEntries,         &ArithmeticEntries, &FlowEntries,     &GenerateEntries,
+                         &FilterEntries,        &OutlineEntries,    &NoiseEntries,    &ShapedSpotsEntries,
+                         &SvgTurbulenceEntries, &TextureEntries,    &GeometryEntries, &LookupEntries,
+                         &ShadeEntries,         &ShadeLightEntries, &SolidEntries,    &EnvironmentEntries,
+                         &LightingEntries,      &BumpEntries,       &VolumeEntries,   &ForeignEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

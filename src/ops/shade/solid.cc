@@ -21,11 +21,13 @@
 namespace tessera::ops {
 namespace {
 
-class SpreadStage final : public graph::TileStage {
+class FootprintStage final : public graph::TileStage {
  public:
+  explicit FootprintStage(bool mixed) : mixed_(mixed) {}
   Roi InputRoi(int, const Roi& out) const override {
     return {out.x0 - 1, out.y0 - 1, out.x1 + 1, out.y1 + 1};
   }
+  // What is reflected has the same products.
   graph::Border InputBorder(int) const override { return graph::Border::kMirror101; }
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView& in = args.in[0];
@@ -33,24 +35,26 @@ class SpreadStage final : public graph::TileStage {
       const float* rows[3];
       for (int k = 0; k < 3; ++k)
         rows[k] = reinterpret_cast<const float*>(in.At(args.out.roi.x0 - 1, y - 1 + k));
-      spread_(rows, in.channels, args.out.roi.width(),
-              reinterpret_cast<float*>(args.out.At(args.out.roi.x0, y)));
+      footprint_(rows, in.channels, args.out.roi.width(), mixed_,
+                 reinterpret_cast<float*>(args.out.At(args.out.roi.x0, y)));
     }
   }
 
  private:
-  SpreadFunction spread_ = FindSpread();
+  FootprintFunction footprint_ = FindFootprint();
+  bool mixed_;
 };
 
-// How far apart the solid's coordinates of neighbouring pixels are.
-class SpreadOp final : public graph::OpWith<int> {
+// The matrix of what a pixel covers of the solid: its squares, or its mixed products.
+class FootprintOp final : public graph::OpWith<bool> {
  public:
-  SpreadOp() : OpWith(0) {}
-  std::string Name() const override { return "spread"; }
+  explicit FootprintOp(bool mixed) : OpWith(mixed) {}
+  std::string Name() const override { return "footprint"; }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
   ImageSpec OutputSpec(std::span<const ImageSpec> in) const override {
     ImageSpec out = in[0];
-    out.channels = {"spread"};
+    out.channels =
+        params() ? std::vector<std::string>{"xy", "xz", "yz"} : std::vector<std::string>{"xx", "yy", "zz"};
     out.alpha = -1;
     return out;
   }
@@ -60,7 +64,7 @@ class SpreadOp final : public graph::OpWith<int> {
     return needed;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
-    return std::make_unique<SpreadStage>();
+    return std::make_unique<FootprintStage>(params());
   }
 };
 
@@ -80,7 +84,7 @@ class SolidOp final : public graph::OpWith<SolidSettings> {
     plan.params = params().solid;
     plan.table_channels = params().table_channels;
     plan.octaves = params().octaves;
-    plan.spread = params().spread;
+    plan.footprint = params().footprint;
     plan.mean = params().mean;
     return MakeSolidStage(plan);
   }
@@ -188,28 +192,37 @@ Node SolidTexture(const Node& color, const Node& position, const SolidParams& pa
   settings.solid = params;
   std::vector<Node> inputs = {color, p};
   const bool marble = params.kind == SolidKind::kMarble, noise = params.kind == SolidKind::kNoise;
-  settings.spread = params.level_of_detail && (marble || noise || params.kind == SolidKind::kContours);
+  settings.footprint = params.level_of_detail;
+  // Octaves that fade, each by itself, come one by one.
+  const auto add_noise = [&](NoiseParams n) {
+    if (!settings.footprint) {
+      inputs.push_back(NoiseAt(p, n));
+      return;
+    }
+    settings.octaves = n.octaves;
+    for (int k = 0; k < n.octaves; ++k) {
+      NoiseParams octave = n;
+      octave.weights.assign(static_cast<size_t>(n.octaves), 0.0);
+      octave.weights[static_cast<size_t>(k)] = std::exp2(-k);
+      inputs.push_back(NoiseAt(p, octave));
+    }
+  };
   if (marble || noise) {
     NoiseParams n = ops::SolidNoise(params, params.frequency, params.octaves, 0);
     if (marble) n.sum = NoiseSum::kTurbulence;
-    if (!settings.spread) {
-      inputs.push_back(NoiseAt(p, n));
-    } else {
-      settings.octaves = params.octaves;
-      settings.mean = marble ? ops::MeanSize(NoiseKind::kGradient, 3) : 0;
-      for (int k = 0; k < params.octaves; ++k) {
-        n.weights.assign(static_cast<size_t>(params.octaves), 0.0);
-        n.weights[static_cast<size_t>(k)] = std::exp2(-k);
-        inputs.push_back(NoiseAt(p, n));
-      }
-    }
+    settings.mean = marble ? ops::MeanSize(NoiseKind::kGradient, 3) : 0;
+    add_noise(n);
   } else if (params.kind == SolidKind::kWood) {
-    inputs.push_back(NoiseAt(p, ops::SolidNoise(params, 2.5, std::min(params.octaves, 3), 1)));
+    add_noise(ops::SolidNoise(params, ops::kWoodBendCells, std::min(params.octaves, 3), 1));
     // Fibres: fine across, long along z.
-    const TransformParams fibres{{90, 0, 0, 0, 0, 90, 0, 0, 0, 0, 3, 0, 0, 0, 0, 1}, false};
+    const TransformParams fibres{
+        {ops::kWoodAcross, 0, 0, 0, 0, ops::kWoodAcross, 0, 0, 0, 0, ops::kWoodAlong, 0, 0, 0, 0, 1}, false};
     inputs.push_back(NoiseAt(TransformPoints(p, fibres), ops::SolidNoise(params, 1, 1, 2)));
   }
-  if (settings.spread) inputs.push_back(graph::MakeNode(std::make_shared<const ops::SpreadOp>(), {p}));
+  for (const bool mixed : {false, true}) {
+    if (settings.footprint)
+      inputs.push_back(graph::MakeNode(std::make_shared<const ops::FootprintOp>(mixed), {p}));
+  }
   for (size_t k = 2; k < inputs.size(); ++k) inputs[k] = ops::ThreeChannels(inputs[k]);
   return graph::MakeNode(std::make_shared<const ops::SolidOp>(std::move(settings)), std::move(inputs));
 }

@@ -34,8 +34,9 @@ OpInfo SolidInfo() {
       "turbulence). contours: lines where plane . p is a multiple of 1/freq, width= of the spacing, in "
       "ink=; halftone: ink where C's luminance is below a screen that sticks to the solid.\n"
       "blend: modulate C S, replace S A, over S A + C (1 - S alpha), add C + S A; C premultiplied by its "
-      "alpha A, which stays. lod=1 fades octaves finer than a pixel and reads tables by mip level, by the "
-      "differences of neighbouring positions on the same surface. Pixels whose position is NaN keep their "
+      "alpha A, which stays. lod=1 takes the mean over what a pixel covers, by the differences of neighbouring "
+      "positions on the same surface: of bands, rings, lines and screens along their own argument, of noise "
+      "octave by octave; tables by mip level. Pixels whose position is NaN keep their "
       "bits; an axis of the box without extent is 1/2. Positions are never filtered. Source: "
       "Peachey 1985; Perlin 1985; Westermann and Ertl 1997.";
   info.bound = "64 u * max(|C|, A), for the same p and noise";
@@ -66,7 +67,7 @@ OpInfo SolidInfo() {
                ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic"}, "of the table")),
       OnlyWith("procedure=table",
                ChoiceModifier("wrap", {"clamp", "repeat", "mirror", "border"}, "of the table")),
-      FlagModifier("lod", "level of detail")};
+      FlagModifier("lod", "the mean over a pixel")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     SolidParams p;
     p.kind = KindNamed(a.Text("procedure"));
@@ -109,7 +110,10 @@ OpInfo SolidInfo() {
                    "procedure=wood box=-1,-1,-1,2,2,2 freq=5 blend=replace",
                    "procedure=noise freq=3.5 lod=1 blend=add octaves=3",
                    "procedure=contours plane=0.3,1,0.2 freq=6 blend=over lod=1 ink=0.2,0.1,0",
-                   "procedure=halftone freq=9 blend=replace"};
+                   "procedure=halftone freq=9 blend=replace",
+                   "procedure=marble box=-1,-1,-1,2,2,2 freq=3 lod=1 strength=0.7",
+                   "procedure=wood box=-1,-1,-1,2,2,2 freq=5 blend=replace lod=1",
+                   "procedure=halftone freq=9 blend=over lod=1"};
   return info;
 }
 

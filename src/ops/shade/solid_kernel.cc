@@ -11,6 +11,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ops/shade/filtered-inl.h"
 #include "simd/doubles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -74,10 +75,7 @@ HWY_INLINE Texel Ramp(const SolidStop (&stops)[n], V t) {
 
 class SolidStage final : public graph::PointStage {
  public:
-  explicit SolidStage(const SolidPlan& plan) : plan_(plan) {
-    const double* const r = plan.params.plane.data();
-    slope_ = plan.params.frequency * (std::fabs(r[0]) + std::fabs(r[1]) + std::fabs(r[2]));
-  }
+  explicit SolidStage(const SolidPlan& plan) : plan_(plan) {}
 
   void Run(const graph::PointArgs& args) const override {
     const s::D d;
@@ -115,13 +113,14 @@ class SolidStage final : public graph::PointStage {
     const s::D d;
     const auto plane = [&](int k) HWY_ATTR { return hn::LoadU(d, args.in[k][0] + i); };
     const SolidParams& q = plan_.params;
+    if (plan_.footprint) return Filtered(args, i, c, p);
     switch (q.kind) {
       case SolidKind::kTable: {
         if (plan_.table_channels == 1) return {p.r, p.r, p.r, SetF(1)};
         return {p.r, p.g, p.b, plan_.table_channels == 4 ? p.a : SetF(1)};
       }
       case SolidKind::kMarble: {
-        const V turbulence = Noise(args, i);
+        const V turbulence = plane(2);
         const V f = Fraction([&]<int kPart>() HWY_ATTR {
           const VD x = Part<kPart>(p.r), y = Part<kPart>(p.g), z = Part<kPart>(p.b);
           const double bands = q.frequency;
@@ -147,33 +146,165 @@ class SolidStage final : public graph::PointStage {
         return {hn::Mul(t.r, shade), hn::Mul(t.g, shade), hn::Mul(t.b, shade), t.a};
       }
       case SolidKind::kNoise: {
-        const V v = Clamped(hn::MulAdd(Noise(args, i), SetF(0.5), SetF(0.5)), hn::Zero(d), SetF(1));
+        const V v = Clamped(hn::MulAdd(plane(2), SetF(0.5), SetF(0.5)), hn::Zero(d), SetF(1));
         return {v, v, v, SetF(1)};
       }
       case SolidKind::kContours:
-        return Contours(args, i, p);
+        return Contours(p);
       default:
         return Halftone(c, p);
     }
   }
 
-  // The noise of marble, or its octaves one by one, each fading where it is finer than the pixels.
-  HWY_INLINE V Noise(const graph::PointArgs& args, int i) const {
+  // The footprint of pixels in the solid: a symmetric matrix, the squares first.
+  struct Footprint {
+    s::Pixels square, mixed;  // xx, yy, zz; xy, xz, yz
+    HWY_INLINE V Trace() const { return hn::Add(hn::Add(square.r, square.g), square.b); }
+    // The squared width of the footprint along a gradient.
+    template <int kPart>
+    HWY_INLINE VD Along(VD x, VD y, VD z) const {
+      const VD mixed_terms = hn::MulAdd(
+          hn::Mul(x, y), Part<kPart>(mixed.r),
+          hn::MulAdd(hn::Mul(x, z), Part<kPart>(mixed.g), hn::Mul(hn::Mul(y, z), Part<kPart>(mixed.b))));
+      return hn::MulAdd(
+          hn::Mul(x, x), Part<kPart>(square.r),
+          hn::MulAdd(hn::Mul(y, y), Part<kPart>(square.g),
+                     hn::MulAdd(hn::Mul(z, z), Part<kPart>(square.b), hn::Add(mixed_terms, mixed_terms))));
+    }
+  };
+
+  // What is left of a noise's value in the mean over a footprint of so many squared cells.
+  static HWY_INLINE V Fade(V cells, double fade) {
+    return hn::Div(SetF(1), hn::MulAdd(cells, SetF(fade), SetF(1)));
+  }
+  struct Sum {
+    V value, variance;
+  };
+  // Octaves one by one, each as its mean over the footprint, and the variance within.
+  HWY_INLINE Sum Octaves(const graph::PointArgs& args, int i, const Footprint& footprint, double cells,
+                         double fade, double variance) const {
     const s::D d;
-    if (!plan_.spread) return hn::LoadU(d, args.in[2][0] + i);
-    const V spread = hn::Mul(hn::LoadU(d, args.in[2 + plan_.octaves][0] + i), SetF(plan_.params.frequency));
-    V sum = hn::Zero(d);
-    float gain = 1, cells = 1;
-    for (int k = 0; k < plan_.octaves; ++k, gain *= 0.5f, cells *= 2) {
-      const V fade = Clamped(hn::NegMulAdd(spread, SetF(4 * cells), SetF(2)), hn::Zero(d), SetF(1));
+    const V trace = footprint.Trace();
+    Sum sum = {hn::Zero(d), hn::Zero(d)};
+    double gain = 1;
+    for (int k = 0; k < plan_.octaves; ++k, gain *= 0.5, cells *= 2) {
+      const V left = Fade(hn::Mul(trace, SetF(cells * cells)), fade);
       const V value = hn::LoadU(d, args.in[2 + k][0] + i), mean = SetF(gain * plan_.mean);
-      sum = hn::Add(sum, hn::MulAdd(fade, hn::Sub(value, mean), mean));
+      sum.value = hn::Add(sum.value, hn::MulAdd(left, hn::Sub(value, mean), mean));
+      sum.variance =
+          hn::MulAdd(hn::NegMulAdd(left, left, SetF(1)), SetF(gain * gain * variance), sum.variance);
     }
     return sum;
   }
 
-  HWY_INLINE Texel Contours(const graph::PointArgs& args, int i, const s::Pixels& p) const {
+  // The procedure's mean over the footprint.
+  HWY_INLINE Texel Filtered(const graph::PointArgs& args, int i, const s::Pixels& c,
+                            const s::Pixels& p) const {
     const s::D d;
+    const SolidParams& q = plan_.params;
+    const int last = 2 + plan_.octaves + (q.kind == SolidKind::kWood ? 1 : 0);
+    const Footprint footprint = {s::LoadPlanes(args.in[last], i), s::LoadPlanes(args.in[last + 1], i)};
+    switch (q.kind) {
+      case SolidKind::kMarble: {
+        const Sum noise = Octaves(args, i, footprint, q.frequency, kSizeFade, kSizeVariance);
+        const double turbulence = kMarbleTurbulence * q.strength;
+        return InColors([&]<int kPart>(VD* color) HWY_ATTR {
+          const double row[4] = {q.frequency * kMarbleAxis[0], q.frequency * kMarbleAxis[1],
+                                 q.frequency * kMarbleAxis[2], 0};
+          const VD phase = hn::MulAdd(Part<kPart>(noise.value), SetD(turbulence),
+                                      RowTimes(row, Part<kPart>(p.r), Part<kPart>(p.g), Part<kPart>(p.b)));
+          const VD square =
+              hn::MulAdd(Part<kPart>(noise.variance), SetD(12 * turbulence * turbulence),
+                         footprint.template Along<kPart>(SetD(row[0]), SetD(row[1]), SetD(row[2])));
+          bands_.Mean(phase, FootprintWidth(square, kNarrowest), color);
+        });
+      }
+      case SolidKind::kWood: {
+        const Sum noise = Octaves(args, i, footprint, kWoodBendCells, kNoiseFade, kNoiseVariance);
+        const double bend = kWoodBend * q.strength;
+        const Texel t = InColors([&]<int kPart>(VD* color) HWY_ATTR {
+          const VD x = hn::Sub(Part<kPart>(p.r), SetD(0.5)), y = hn::Sub(Part<kPart>(p.g), SetD(0.5));
+          const VD radius = hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y)));
+          // On the axis itself rings have no direction.
+          const VD scale = hn::Div(SetD(q.frequency), hn::Max(radius, SetD(1e-30)));
+          const VD square = hn::MulAdd(
+              Part<kPart>(noise.variance), SetD(12 * bend * bend),
+              footprint.template Along<kPart>(hn::Mul(x, scale), hn::Mul(y, scale), hn::Zero(s::DD())));
+          const VD rings =
+              hn::MulAdd(Part<kPart>(noise.value), SetD(bend), hn::Mul(radius, SetD(q.frequency)));
+          rings_.Mean(rings, FootprintWidth(square, kNarrowest), color);
+        });
+        const V across =
+            hn::Mul(hn::Add(footprint.square.r, footprint.square.g), SetF(kWoodAcross * kWoodAcross));
+        const V cells = hn::MulAdd(footprint.square.b, SetF(kWoodAlong * kWoodAlong), across);
+        const V grain = hn::Mul(hn::LoadU(d, args.in[last - 1][0] + i), Fade(cells, kNoiseFade));
+        const V shade = hn::MulAdd(grain, SetF(kWoodGrain), SetF(1));
+        return {hn::Mul(t.r, shade), hn::Mul(t.g, shade), hn::Mul(t.b, shade), t.a};
+      }
+      case SolidKind::kNoise: {
+        const Sum noise = Octaves(args, i, footprint, q.frequency, kNoiseFade, kNoiseVariance);
+        const V v = Clamped(hn::MulAdd(noise.value, SetF(0.5), SetF(0.5)), hn::Zero(d), SetF(1));
+        return {v, v, v, SetF(1)};
+      }
+      case SolidKind::kContours: {
+        VD covered[kParts];
+        EachPart([&]<int kPart>() HWY_ATTR {
+          const double row[4] = {q.frequency * q.plane[0], q.frequency * q.plane[1], q.frequency * q.plane[2],
+                                 0};
+          const VD at = RowTimes(row, Part<kPart>(p.r), Part<kPart>(p.g), Part<kPart>(p.b));
+          const VD square = footprint.template Along<kPart>(SetD(row[0]), SetD(row[1]), SetD(row[2]));
+          covered[kPart] = LineCoverage(at, FootprintWidth(square, kNarrowest), q.width);
+        });
+        return Inked(Join(covered));
+      }
+      default:
+        return FilteredScreen(c, p, footprint);
+    }
+  }
+
+  // The share of a footprint in which the screen is not below the luminance: the three triangles' sum, taken
+  // as even between the ends that its variance gives.
+  HWY_INLINE Texel FilteredScreen(const s::Pixels& c, const s::Pixels& p, const Footprint& footprint) const {
+    const double cells = plan_.params.frequency;
+    VD covered[kParts];
+    EachPart([&]<int kPart>() HWY_ATTR {
+      const auto axis = [&](V at, V square) HWY_ATTR {
+        const VD width = FootprintWidth(hn::Mul(Part<kPart>(square), SetD(cells * cells)), kNarrowestScreen);
+        return TriangleMoments(hn::Mul(Part<kPart>(at), SetD(cells)), width);
+      };
+      const TriangleMoments x = axis(p.r, footprint.square.r), y = axis(p.g, footprint.square.g),
+                            z = axis(p.b, footprint.square.b);
+      // Where the axes move together their triangles do.
+      const VD together =
+          hn::MulAdd(hn::Mul(x.slope, y.slope), Part<kPart>(footprint.mixed.r),
+                     hn::MulAdd(hn::Mul(x.slope, z.slope), Part<kPart>(footprint.mixed.g),
+                                hn::Mul(hn::Mul(y.slope, z.slope), Part<kPart>(footprint.mixed.b))));
+      const VD variance = hn::MulAdd(together, SetD(2.0 / 3 * cells * cells),
+                                     hn::Add(hn::Add(x.variance, y.variance), z.variance));
+      const VD half = FootprintWidth(hn::Mul(variance, SetD(3)), kNarrowestScreen);
+      const VD mean = hn::Add(hn::Add(x.mean, y.mean), z.mean);
+      const VD luminance =
+          hn::MulAdd(Part<kPart>(c.b), SetD(0.0722),
+                     hn::MulAdd(Part<kPart>(c.g), SetD(0.7152), hn::Mul(Part<kPart>(c.r), SetD(0.2126))));
+      const VD above = hn::Div(hn::Sub(mean, ScreenLevel(luminance)), hn::Add(half, half));
+      covered[kPart] = hn::Min(hn::Max(hn::Add(above, SetD(0.5)), hn::Zero(s::DD())), SetD(1));
+    });
+    return Inked(Join(covered));
+  }
+
+  // An opaque texel of three doubles per part.
+  template <class F>
+  static HWY_INLINE Texel InColors(const F& f) {
+    VD parts[3][kParts];
+    EachPart([&]<int kPart>() HWY_ATTR {
+      VD color[3];
+      f.template operator()<kPart>(color);
+      for (size_t k = 0; k < 3; ++k) parts[k][kPart] = color[k];
+    });
+    return {Join(parts[0]), Join(parts[1]), Join(parts[2]), SetF(1)};
+  }
+
+  HWY_INLINE Texel Contours(const s::Pixels& p) const {
     const SolidParams& q = plan_.params;
     const V f = Fraction([&]<int kPart>() HWY_ATTR {
       const double row[4] = {q.frequency * q.plane[0], q.frequency * q.plane[1], q.frequency * q.plane[2],
@@ -182,14 +313,7 @@ class SolidStage final : public graph::PointStage {
     });
     // Distance to the line in spacings, minus half its width.
     const V outside = hn::Sub(hn::Abs(hn::Sub(f, SetF(0.5))), SetF(0.5 * q.width));
-    V covered;
-    if (plan_.spread) {  // an edge one pixel wide
-      const V pixel = hn::Max(hn::Mul(hn::LoadU(d, args.in[2][0] + i), SetF(slope_)), SetF(1e-30));
-      covered = Clamped(hn::Sub(SetF(0.5), hn::Div(outside, pixel)), hn::Zero(d), SetF(1));
-    } else {
-      covered = hn::IfThenElseZero(hn::Lt(outside, hn::Zero(d)), SetF(1));
-    }
-    return Inked(covered);
+    return Inked(hn::IfThenElseZero(hn::Lt(outside, hn::Zero(s::D())), SetF(1)));
   }
 
   // The ink where `covered` is 1.
@@ -225,39 +349,47 @@ class SolidStage final : public graph::PointStage {
   }
 
   SolidPlan plan_;
-  double slope_ = 1;
+  BandFilter bands_;
+  RingFilter rings_;
 };
 
 std::unique_ptr<graph::PointStage> MakeSolid(const SolidPlan& plan) {
   return std::make_unique<SolidStage>(plan);
 }
 
-void Spread(const float* const rows[3], int channels, int count, float* out) {
-  const auto nearer = [](float a, float b) {  // the one that is a number, the smaller of two
-    if (!(a == a)) return b;
-    return b == b ? std::min(a, b) : a;
-  };
+void Footprint(const float* const rows[3], int channels, int count, bool mixed, float* out) {
   const int pixel = channels;
   for (int i = 0; i < count; ++i) {
     const float* const here = rows[1] + (i + 1) * pixel;
     const float* const neighbours[4] = {here - pixel, here + pixel, rows[0] + (i + 1) * pixel,
                                         rows[2] + (i + 1) * pixel};
-    float reach[4];
-    for (int n = 0; n < 4; ++n) {
-      float largest = 0;
-      for (int c = 0; c < 3; ++c) {
-        const float difference = std::fabs(neighbours[n][c] - here[c]);
-        largest = difference == difference ? std::max(largest, difference) : difference;
-        if (!(largest == largest)) break;
+    double sum[3] = {};
+    for (int axis = 0; axis < 2; ++axis) {
+      double j[2][3], square[2];
+      bool number[2];
+      for (int side = 0; side < 2; ++side) {
+        square[side] = 0;
+        for (int c = 0; c < 3; ++c) {
+          j[side][c] = double{neighbours[2 * axis + side][c]} - double{here[c]};
+          square[side] += j[side][c] * j[side][c];
+        }
+        number[side] = square[side] <= 1e100;  // neither NaN nor infinite
       }
-      reach[n] = largest;
+      const double both = number[0] && number[1] ? square[0] + square[1] : 0;
+      for (int side = 0; side < 2; ++side) {
+        if (!number[side]) continue;
+        // Alone it counts for both.
+        const double weight = !number[1 - side] ? 1 : both > 0 ? square[1 - side] / both : 0;
+        const double* const v = j[side];
+        sum[0] += weight * (mixed ? v[0] * v[1] : v[0] * v[0]);
+        sum[1] += weight * (mixed ? v[0] * v[2] : v[1] * v[1]);
+        sum[2] += weight * (mixed ? v[1] * v[2] : v[2] * v[2]);
+      }
     }
-    const float x = nearer(reach[0], reach[1]), y = nearer(reach[2], reach[3]);
-    const float both = x == x ? (y == y ? std::max(x, y) : x) : y;
-    out[i] = both == both ? both : 0.0f;
+    for (int c = 0; c < 3; ++c) out[3 * i + c] = static_cast<float>(std::min(std::max(sum[c], -1e30), 1e30));
   }
 }
-SpreadFunction FindSpreadHere() { return &Spread; }
+FootprintFunction FindFootprintHere() { return &Footprint; }
 
 }  // namespace
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -267,11 +399,11 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 
 HWY_EXPORT(MakeSolid);
-HWY_EXPORT(FindSpreadHere);
+HWY_EXPORT(FindFootprintHere);
 std::unique_ptr<graph::PointStage> MakeSolidStage(const SolidPlan& plan) {
   return HWY_DYNAMIC_DISPATCH(MakeSolid)(plan);
 }
-SpreadFunction FindSpread() { return HWY_DYNAMIC_DISPATCH(FindSpreadHere)(); }
+FootprintFunction FindFootprint() { return HWY_DYNAMIC_DISPATCH(FindFootprintHere)(); }
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE
