@@ -93,7 +93,14 @@ void EvaluateCurve(const Call& call) {
     } else if (channels >= 3 && formulas.size() > 1) {
       which = static_cast<size_t>(c);
     }
-    return which < formulas.size() ? OfCurve(formulas[which], v) : Rounded(v);
+    if (which >= formulas.size()) return Rounded(v);
+    const CurveFormula& f = formulas[which];
+    // On which side of 0 a sample lies: a curve that is not 0 there may jump.
+    if ((f.negatives == Negatives::kMirror || f.negatives == Negatives::kKeep) &&
+        std::fabs(v) <= call.Tolerance(0, x, y, c)) {
+      call.Undecided(x, y, c, 2 * std::fabs(OfFormula(f, 0).first));
+    }
+    return OfCurve(f, v);
   });
 }
 

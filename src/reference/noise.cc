@@ -191,9 +191,15 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
   }
   if (p.output != NoiseOutput::kGradient && p.output != NoiseOutput::kNormal &&
       (p.bias != 0.5 || p.contrast != 0.5)) {
-    sum.value = p.is_signed ? 2 * Bend(0.5 + 0.5 * sum.value, p.bias, p.contrast) - 1
-                            : Bend(sum.value, p.bias, p.contrast);
-    sum.scale = 8 * (sum.scale + 1);
+    const auto bent = [&](double v) {
+      return p.is_signed ? 2 * Bend(0.5 + 0.5 * v, p.bias, p.contrast) - 1 : Bend(v, p.bias, p.contrast);
+    };
+    // The bend is as steep as one likes near 0, 0.5 and 1: what it makes of the sum's own error, and a rounding.
+    const double error = (sum.scale + 1) * 0x1p-20, value = bent(sum.value);
+    const double spread =
+        std::max(std::fabs(bent(sum.value + error) - value), std::fabs(bent(sum.value - error) - value));
+    sum.value = value;
+    sum.scale = spread * 0x1p20 + 1;
   }
   return sum;
 }

@@ -40,6 +40,7 @@ class Gl {
   HWY_INLINE V Plane(int i, V a, V b, V alpha_a, V alpha_b) const {
     const bool alpha = roles_[i] == ChannelRole::kAlpha;
     if (roles_[i] == ChannelRole::kDepth) return FrontDepth(a, b, alpha_a);
+    if (alpha) a = alpha_a, b = alpha_b;  // an image without alpha is opaque, whatever it has in that place
     if (blend_.equation == GlBlend::Equation::kMin) return s::MinNumber(a, b);
     if (blend_.equation == GlBlend::Equation::kMax) return s::MaxNumber(a, b);
     const auto times = [&](V v, BlendFactor factor)

@@ -181,7 +181,7 @@ void RunPlane(const CurveWork& work, const float* in, float* out, int count) {
   const V lowest = hn::Set(d, keep ? 0.0f : -std::numeric_limits<float>::max());
   const auto line = [&f](VD w) HWY_ATTR { return hn::MulAdd(w, Set(f.slope), Set(f.offset)); };
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
-    const V x = hn::LoadU(d, in + i);
+    const V x = hn::Add(hn::LoadU(d, in + i), zero);  // -0 is 0: a curve that is not 0 there is not mirrored
     V v = hn::AndNot(sign, x);
     if (limit) v = hn::IfThenElse(hn::Lt(v, zero), zero, v);
     hn::Mask<s::D> able;
@@ -233,7 +233,7 @@ void RunPieces(const CurveWork& work, const float* in, float* out, int count) {
     for (int i = first; i < end; i += s::kLanes)
       pieces.Locate<kByBits>(argument(hn::LoadU(d, in + i)), at + (i - first));
     for (int i = first; i < end; i += s::kLanes) {
-      const V x = hn::LoadU(d, in + i), v = argument(x);
+      const V x = hn::Add(hn::LoadU(d, in + i), zero), v = argument(x);  // -0 is 0, as above
       V y = pieces.At<kByBits>(v, at + (i - first));
       auto able = hn::Eq(y, y);
       if (keep) able = hn::And(able, hn::Ge(v, zero));
