@@ -194,7 +194,8 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
     const auto bent = [&](double v) {
       return p.is_signed ? 2 * Bend(0.5 + 0.5 * v, p.bias, p.contrast) - 1 : Bend(v, p.bias, p.contrast);
     };
-    // The bend is as steep as one likes near 0, 0.5 and 1: what it makes of the sum's own error, and a rounding.
+    // The bend is as steep as one likes near 0, 0.5 and 1: what it makes of the sum's own error, and a
+    // rounding.
     const double error = (sum.scale + 1) * 0x1p-20, value = bent(sum.value);
     const double spread =
         std::max(std::fabs(bent(sum.value + error) - value), std::fabs(bent(sum.value - error) - value));

@@ -21,6 +21,28 @@ namespace tessera::simd::HWY_NAMESPACE {
 
 using simd::kAxis;
 
+// What is left of the product a b after its whole part, rounded once: on targets without fused multiply-add
+// from the halves of both (Dekker 1971), where these are no larger than a float.
+HWY_INLINE V RestOfProduct(V a, V b, V whole) {
+#if HWY_NATIVE_FMA
+  return hn::MulSub(a, b, whole);
+#else
+  const D d;
+  const auto upper = [&d](V v) HWY_ATTR {
+    const V big = hn::Mul(v, hn::Set(d, 4097.0f));
+    return hn::Sub(big, hn::Sub(big, v));
+  };
+  const V product = hn::Mul(a, b), a0 = upper(a), b0 = upper(b), a1 = hn::Sub(a, a0), b1 = hn::Sub(b, b0);
+  V error = hn::Sub(hn::Mul(a0, b0), product);
+  error = hn::Add(hn::Add(error, hn::Mul(a0, b1)), hn::Mul(a1, b0));
+  error = hn::Add(error, hn::Mul(a1, b1));
+  const V rest = hn::Sub(product, whole);
+  const auto moderate =
+      hn::Lt(hn::Max(hn::Abs(product), hn::Max(hn::Abs(a), hn::Abs(b))), hn::Set(d, 0x1p100f));
+  return hn::IfThenElse(moderate, hn::Add(rest, error), rest);
+#endif
+}
+
 HWY_INLINE VU LatticeMix(VU h) {
   const DU du;
   h = hn::Mul(h, hn::Set(du, kMix1));

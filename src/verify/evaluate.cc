@@ -79,17 +79,45 @@ Evaluated Crop(const Evaluated& in, const Roi& roi, int channels) {
 
 }  // namespace
 
-const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
+// What the mean may be off by: the mean of what the samples may be off by. Of large images some bands are
+// looked at, and believed to a quarter, since few samples may have most of the error.
+double ReferenceEngine::StatisticError(const Node& input, const graph::StatisticRequest& r) const {
+  constexpr int64_t kMostPixels = 1 << 14;
+  constexpr int kRows = 8;
+  const Roi& window = input.spec().data_window;
+  const int64_t bands = (window.height() + kRows - 1) / kRows;
+  const int64_t affordable =
+      std::max<int64_t>(1, kMostPixels / std::max<int64_t>(1, kRows * int64_t{window.width()}));
+  const int64_t step = (bands + affordable - 1) / affordable;
+  ReferenceEngine errors(bound_);
+  errors.SetDeadline(deadline_);
+  double sum = 0;
+  int64_t count = 0;
+  for (int64_t band = step / 2; band < bands; band += step) {
+    const int y = window.y0 + static_cast<int>(band) * kRows;
+    const Evaluated e = errors.Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
+    for (int64_t i = 0; i < e.value.roi.pixels(); ++i, ++count) {
+      const auto at = static_cast<size_t>(i * e.value.channels);
+      for (size_t c = 0; c < 3; ++c) {
+        const double off = std::fabs(r.weights[c]) * e.tolerance.samples[at + c];
+        if (std::isfinite(off)) sum += off;
+      }
+    }
+  }
+  return count > 0 ? (step > 1 ? 4 : 1) * sum / static_cast<double>(count) : 0;
+}
+
+const std::vector<ReferenceEngine::Statistic>& ReferenceEngine::Statistics(const Node& node) {
   const auto it = statistics_.find(node.data());
   if (it != statistics_.end()) return it->second;
-  std::vector<double> values;
+  std::vector<Statistic> found;
   for (const graph::StatisticRequest& r : node.data()->op->Statistics()) {
     const Node& input = node.data()->inputs[static_cast<size_t>(r.input)];
     const Roi& window = input.spec().data_window;
-    long double sum = 0;
+    long double sum = 0, size = 0;
     int64_t count = 0;
-    // A mean of very many has no error to speak of, and is wanted of whole images.
     ReferenceEngine exact(bound_);
+    exact.SetDeadline(deadline_);
     exact.values_only_ = true;
     constexpr int kRows = 64;  // a band at a time bounds the memory
     for (int y = window.y0; y < window.y1; y += kRows) {
@@ -97,14 +125,23 @@ const std::vector<double>& ReferenceEngine::Statistics(const Node& node) {
       for (int64_t i = 0; i < band.value.roi.pixels(); ++i) {
         const double* p = &band.value.samples[static_cast<size_t>(i * band.value.channels)];
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-        sum += static_cast<long double>(r.weights[0]) * p[0] + static_cast<long double>(r.weights[1]) * p[1] +
-               static_cast<long double>(r.weights[2]) * p[2];
+        for (int c = 0; c < 3; ++c) {
+          const long double term = static_cast<long double>(r.weights[c]) * p[c];
+          sum += term, size += std::fabs(term);
+        }
         ++count;
       }
     }
-    values.push_back(count > 0 ? static_cast<double>(sum / count) : std::numeric_limits<double>::quiet_NaN());
+    if (count == 0) {
+      found.push_back({std::numeric_limits<double>::quiet_NaN(), 0});
+      continue;
+    }
+    // The engine adds in double; a mean of both signs may cancel.
+    const double rounding = 0x1p-50 * static_cast<double>(size / count);
+    const double error = values_only_ ? 0 : StatisticError(input, r) + rounding;
+    found.push_back({static_cast<double>(sum / count), error});
   }
-  return statistics_.emplace(node.data(), std::move(values)).first->second;
+  return statistics_.emplace(node.data(), std::move(found)).first->second;
 }
 
 // Calls the entry's function, at once or row by row, while there is time.
@@ -235,7 +272,9 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   if (d.op->Kind() == OpKind::kShuffle) return Shuffle(d, in, roi);
 
   Evaluated out = Empty(roi, d.spec.channel_count());
-  const std::vector<double>& statistics = Statistics(node);
+  const std::vector<Statistic>& found = Statistics(node);
+  std::vector<double> statistics;
+  for (const Statistic& one : found) statistics.push_back(one.value);
   std::vector<ImageD> values, tolerances;
   for (const Evaluated& e : in) values.push_back(e.value);
   if (values_only_) {
@@ -264,6 +303,18 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   operation.separate_channels = d.op->Kind() == OpKind::kChannel;
   for (size_t k = 0; k < in.size(); ++k) {
     PassErrors(operation, in, k, (entry->weighted_sum_of >> k & 1) != 0, out);
+  }
+  // How the result answers where a statistic is off by what it may be.
+  for (size_t k = 0; k < found.size(); ++k) {
+    if (!(found[k].tolerance > 0)) continue;
+    ImageD moved(roi, d.spec.channel_count());
+    statistics[k] = found[k].value + found[k].tolerance;
+    Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, moved, nullptr});
+    statistics[k] = found[k].value;
+    for (size_t i = 0; i < moved.samples.size(); ++i) {
+      const double change = std::fabs(moved.samples[i] - out.value.samples[i]);
+      if (std::isfinite(change)) out.tolerance.samples[i] += change;
+    }
   }
   return out;
 }

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "graph/op.h"
 #include "reference/reference.h"
 #include "tessera/node.h"
 #include "verify/propagate.h"
@@ -38,12 +39,16 @@ class ReferenceEngine {
   Evaluated Shared(const Node& node, const Roi& roi);
   Evaluated EvaluateNode(const Node& node, const Roi& roi);
   Evaluated EvaluateOp(const Node& node, const Roi& roi);
-  const std::vector<double>& Statistics(const Node& node);
+  struct Statistic {
+    double value = 0, tolerance = 0;
+  };
+  const std::vector<Statistic>& Statistics(const Node& node);
+  double StatisticError(const Node& input, const graph::StatisticRequest& request) const;
   double Largest(const Node& node);
   void Run(const reference::Entry& entry, const reference::Call& call) const;
 
   BoundFunction bound_;
-  std::map<const graph::NodeData*, std::vector<double>> statistics_;
+  std::map<const graph::NodeData*, std::vector<Statistic>> statistics_;
   std::map<const graph::NodeData*, double> largest_;
   // Regions of shared nodes, for one call of Evaluate: a graph of diamonds is not evaluated exponentially
   // often.

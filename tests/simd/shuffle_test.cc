@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -17,6 +18,7 @@
 
 #include "simd/code_maps-inl.h"
 #include "simd/gather-inl.h"
+#include "simd/lattice-inl.h"
 #include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -109,6 +111,28 @@ HWY_ATTR std::vector<std::string> WrongShuffles() {
   return wrong;
 }
 
+// Products whose rest is not the exact one, rounded once.
+HWY_ATTR int WrongRests() {
+  int wrong = 0;
+  uint32_t state = 1;
+  for (int k = 0; k < 2000; ++k) {
+    alignas(64) float a[kLanes], b[kLanes], whole[kLanes];
+    for (int i = 0; i < kLanes; ++i) {
+      const auto random = [&state]() HWY_ATTR {
+        return static_cast<float>((state = state * 1664525u + 1013904223u) >> 8);
+      };
+      a[i] = random() * 0x1p-12f - 2048, b[i] = random() * 0x1p-18f;
+      whole[i] = std::floor(a[i] * b[i]);
+    }
+    const Lanes rest(RestOfProduct(hn::Load(D(), a), hn::Load(D(), b), hn::Load(D(), whole)));
+    for (int i = 0; i < kLanes; ++i) {
+      const double exact = double{a[i]} * b[i] - whole[i];
+      wrong += !(std::fabs(rest.lane[i] - exact) <= 0x1p-23 * std::fabs(exact));
+    }
+  }
+  return wrong;
+}
+
 // Pixels that come out wrong: with one table for all channels and with four, of every length to 70.
 HWY_ATTR int WrongCodes() {
   int wrong = 0;
@@ -138,6 +162,7 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::simd {
 HWY_EXPORT(WrongShuffles);
 HWY_EXPORT(WrongCodes);
+HWY_EXPORT(WrongRests);
 
 class ShuffleTest : public ::testing::TestWithParam<std::string> {
  protected:
@@ -148,6 +173,7 @@ class ShuffleTest : public ::testing::TestWithParam<std::string> {
 TEST_P(ShuffleTest, LanesAreWhatTheNamesSay) {
   EXPECT_EQ(HWY_DYNAMIC_DISPATCH(WrongShuffles)(), std::vector<std::string>());
 }
+TEST_P(ShuffleTest, RestsOfProductsAreExact) { EXPECT_EQ(HWY_DYNAMIC_DISPATCH(WrongRests)(), 0); }
 TEST_P(ShuffleTest, CodesGoThroughTheirTables) { EXPECT_EQ(HWY_DYNAMIC_DISPATCH(WrongCodes)(), 0); }
 
 INSTANTIATE_TEST_SUITE_P(Targets, ShuffleTest, ::testing::ValuesIn(SimdTargets()),

@@ -88,7 +88,7 @@ void Position(const PositionBatch& a) {
     // floor of the product, and what is left of the exact product.
     const auto whole_of = [&](V v) HWY_ATTR { return a.scale.nearest ? hn::Round(v) : hn::Floor(v); };
     V whole = whole_of(hn::Mul(p, f0));
-    V rest = hn::MulSub(p, f0, whole);
+    V rest = s::RestOfProduct(p, f0, whole);
     rest = hn::MulAdd(p, f1, rest);
     rest = hn::Add(hn::MulAdd(low, f0, rest), offset);
     // Where floats hold every integer the fraction is brought into [0, 1); beyond, it keeps its whole part.
@@ -124,7 +124,7 @@ void Octave(const OctaveBatch& a) {
     if (scaled) {
       const V cell = whole;
       whole = hn::Floor(hn::Mul(cell, s0));
-      rest = hn::MulAdd(rest, s0, hn::MulAdd(cell, s1, hn::MulSub(cell, s0, whole)));
+      rest = hn::MulAdd(rest, s0, hn::MulAdd(cell, s1, s::RestOfProduct(cell, s0, whole)));
     }
     rest = hn::Add(rest, shift);
     const V carry = a.nearest ? hn::Round(rest) : hn::Floor(rest);

@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "ops/noise/kernels.h"
+#include "simd/lattice-inl.h"
 #include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -72,7 +73,7 @@ HWY_INLINE Place<kDims> PlaceOf(const PointRow& a, const V* p) {
   for (int k = 0; k < kDims; ++k) {
     const V frequency = hn::Set(d, a.frequency[k][0]);
     place.whole[k] = hn::Floor(hn::Mul(p[k], frequency));
-    place.fraction[k] = hn::MulSub(p[k], frequency, place.whole[k]);
+    place.fraction[k] = s::RestOfProduct(p[k], frequency, place.whole[k]);
     if (kPlain) continue;
     const V rest =
         hn::Add(hn::MulAdd(p[k], hn::Set(d, a.frequency[k][1]), place.fraction[k]), hn::Set(d, a.offset[k]));
@@ -107,7 +108,7 @@ HWY_INLINE Place<kDims> InOctave(const PointOctave& o, const Place<kDims>& base)
 #pragma GCC unroll 16
   for (int k = 0; k < kDims; ++k) {
     const V whole = hn::Floor(hn::Mul(base.whole[k], s0));
-    V rest = hn::MulAdd(base.whole[k], s1, hn::MulSub(base.whole[k], s0, whole));
+    V rest = hn::MulAdd(base.whole[k], s1, s::RestOfProduct(base.whole[k], s0, whole));
     rest = hn::Add(hn::MulAdd(base.fraction[k], s0, rest), hn::Set(d, o.shift[k]));
     const V carry = hn::Floor(rest);
     place.whole[k] = hn::Add(whole, carry);
