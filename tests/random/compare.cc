@@ -131,9 +131,7 @@ class Comparison {
     return floats_;
   }
   // How far the operations' own bounds let a sample be off: asked where codes differ, which is rare.
-  OffFunction Off() const {
-    return [this](int x, int y, int c) { return ToleranceAt(node(), x, y, c); };
-  }
+  OffFunction Off() const { return Tolerances(node()); }
   // Where a rule may round, or may have been applied to one of two variants only.
   Words DifferMaybeRounded(const ConstImageView& got, const ConstImageView& want) {
     Words words = Differ(got, want);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "random/generate.h"
+#include "random/samples.h"
 #include "random/tally.h"
 
 namespace tessera::random {
@@ -32,7 +33,7 @@ class Comparer {
 std::optional<std::string> DifferEager(const Built& built);
 std::optional<std::string> BeyondReference(const Built& built, Tally& tally);
 // What the operations' bounds together let a sample of the graph at once be off; 0 where that is not known.
-double ToleranceAt(const Node& node, int x, int y, int channel);
+OffFunction Tolerances(const Node& node);
 
 }  // namespace tessera::random
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <unordered_map>
 
 #include "graph/op.h"
@@ -132,17 +133,22 @@ std::optional<std::string> Apart(const Built& built, Image* result, const Use& u
 
 }  // namespace
 
-double ToleranceAt(const Node& node, int x, int y, int channel) {
-  verify::ReferenceEngine engine(BoundOf);
-  engine.SetDeadline(std::chrono::steady_clock::now() + std::chrono::milliseconds(300));
-  try {
-    const double off = engine.Evaluate(node, {x, y, x + 1, y + 1}).tolerance.at(x, y, channel);
-    return std::isfinite(off) ? off : 0;
-  } catch (const verify::ReferenceEngine::OutOfTime&) {
-    return 0;
-  } catch (const Error&) {  // an operation without reference
-    return 0;
-  }
+OffFunction Tolerances(const Node& node) {
+  // The engine is kept for what it finds of whole images, which the first sample has time for.
+  const auto engine = std::make_shared<verify::ReferenceEngine>(BoundOf);
+  const auto limit = std::make_shared<std::chrono::milliseconds>(3000);
+  return [node, engine, limit](int x, int y, int channel) -> double {
+    engine->SetDeadline(std::chrono::steady_clock::now() + *limit);
+    *limit = std::chrono::milliseconds(300);
+    try {
+      const double off = engine->Evaluate(node, {x, y, x + 1, y + 1}).tolerance.at(x, y, channel);
+      return std::isfinite(off) ? off : 0;
+    } catch (const verify::ReferenceEngine::OutOfTime&) {
+      return 0;
+    } catch (const Error&) {  // an operation without reference
+      return 0;
+    }
+  };
 }
 
 std::optional<std::string> DifferEager(const Built& built) {
