@@ -17,7 +17,7 @@ using ops::OpInfo;
 // Larger results are not worth their time.
 constexpr int64_t kMostSamples = 40000;
 // But results above 8 MB, which are stored around the cache: every so many-th case is one.
-constexpr uint64_t kLargeEvery = 1200, kFirstLarge = 600;
+constexpr uint64_t kLargeEvery = 400, kFirstLarge = 200;
 constexpr int64_t kMostOfLarge = 12000000;
 constexpr double kLargeBytes = 8.4e6;
 
@@ -154,9 +154,16 @@ Generator::Generator(std::vector<const OpInfo*> rows, const std::string& folder,
     if (kind == graph::OpKind::kTile || kind == graph::OpKind::kWhole) tiles_.push_back(op);
     if (kind == graph::OpKind::kChannel || kind == graph::OpKind::kColor) points_.push_back(op);
     if (kind == graph::OpKind::kColor && op->inputs == 2) pairs_.push_back(op);
+    if (kind == graph::OpKind::kChannel && op->inputs == 2) sample_pairs_.push_back(op);
     if (op->name == "ccmatrix" || op->name == "saturate" || op->name == "hue") grades_.push_back(op);
     for (const char* quick : {"blur", "sobel", "resize", "shift", "zoom", "dilate", "convolve"}) {
       if (op->name == quick) quick_.push_back(op);
+    }
+    for (const char* whole : {"equalize", "blur", "lic"}) {
+      if (op->name == whole) wholes_.push_back(op);
+    }
+    for (const char* move : {"ch", "chappend", "chnames", "crop"}) {
+      if (op->name == move) moves_.push_back(op);
     }
     if (op->name == "clamp") clamp_ = op;
   }
@@ -272,6 +279,11 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
   c.threads = draw.Between(2, 3);
   c.layout = DrawLayout(draw);
   c.partial = draw.Chance(0.4);
+  // Whole images are made in the caller's pixels where those are floats, side by side, and all of them.
+  if (result.data()->op->Kind() == graph::OpKind::kWhole && draw.Chance(0.6)) {
+    c.type = PixelType::kFloat, c.layout = {};
+    c.checks |= Bit(Check::kPixels);
+  }
   c.format = draw.Of({"exr", "tif", "png", "sgi", "tga", "bmp", "ppm", "dpx"});
   const bool deep = c.type == PixelType::kHalf || c.type == PixelType::kFloat;
   if (deep) c.format = draw.Of({"exr", "exr", "tif"});
@@ -310,11 +322,15 @@ Case Generator::MakeLarge(uint64_t seed, uint64_t index, Draw& draw, const OpInf
       static_cast<double>(width) * picture.channels * static_cast<double>(PixelBytes(s.made.type));
   const int x = draw.Chance(0.5) ? 0 : draw.Between(-40, 40);
   picture.window = s.window = {x, 0, x + width, 1 + static_cast<int>(kLargeBytes / row)};
+  // Bytes that are only moved go around the cache in a way of their own.
+  const bool moves = draw.Chance(0.35) && !moves_.empty();
+  if (moves) picture.type = s.made.type, picture.layout = {};
   s.AddPicture(picture);
-  for (int k = 0, steps = draw.Between(1, 3); k < steps; ++k) {
-    const auto& rows = k == 0 && draw.Chance(0.4) && !quick_.empty() ? quick_
-                       : points_.empty()                             ? rows_
-                                                                     : points_;
+  for (int k = 0, steps = draw.Between(1, moves ? 2 : 3); k < steps; ++k) {
+    const auto& rows = moves                                           ? moves_
+                       : k == 0 && draw.Chance(0.4) && !quick_.empty() ? quick_
+                       : points_.empty()                               ? rows_
+                                                                       : points_;
     for (int attempt = 0; attempt < 30; ++attempt) {
       if (AddStep(draw, only != nullptr && k == 0 && attempt < 3 ? *only : DrawRow(draw, rows), s)) break;
     }
@@ -328,13 +344,15 @@ Case Generator::MakePacked(uint64_t seed, uint64_t index, Draw& draw) {
   State s;
   s.made.seed = seed, s.made.index = index;
   s.window = DrawWindow(draw);
-  const int kind = draw.Below(6);
-  const bool pair = kind == 0 && !pairs_.empty();
+  const int kind = draw.Below(8);
+  const bool colors = kind == 0 && !pairs_.empty(), samples = kind == 6 && !sample_pairs_.empty();
+  const bool pair = colors || samples, moves = kind == 7 && !moves_.empty();
   s.made.type = draw.Of({PixelType::kUint8, PixelType::kUint16});
-  if (pair && draw.Chance(0.4)) s.made.type = draw.Of({PixelType::kHalf, PixelType::kFloat});
-  for (int k = 0; k < (pair ? 2 : 1); ++k) {
+  if ((pair || moves) && draw.Chance(0.4)) s.made.type = draw.Of({PixelType::kHalf, PixelType::kFloat});
+  const int alike = draw.Chance(0.4) ? 4 : DrawChannels(draw);
+  for (int k = 0, pictures = moves ? draw.Between(1, 4) : pair ? 2 : 1; k < pictures; ++k) {
     Picture picture = DrawPicture(draw, s.window);
-    picture.channels = draw.Chance(0.9) ? 4 : picture.channels;
+    picture.channels = samples ? alike : moves ? draw.Between(1, 4) : draw.Chance(0.9) ? 4 : picture.channels;
     picture.type = s.made.type, picture.layout = {};
     s.AddPicture(picture);
   }
@@ -344,15 +362,20 @@ Case Generator::MakePacked(uint64_t seed, uint64_t index, Draw& draw) {
       if (AddStep(draw, DrawRow(draw, rows), s, plain && attempt == 0)) return;
     }
   };
-  if (pair) {
-    add(pairs_, draw.Chance(0.5));
+  if (moves) {
+    for (int k = draw.Between(1, 4); k > 0; --k) add(moves_, false);
+  } else if (pair) {
+    add(colors ? pairs_ : sample_pairs_, draw.Chance(0.5));
   } else if (kind == 1) {
-    add(draw.Chance(0.5) ? tiles_ : quick_, false);
+    const int rows = draw.Below(3);
+    add(rows == 0 ? tiles_ : rows == 1 ? quick_ : wholes_, false);
   } else {
     add(grades_, false);
     if (kind > 2) {
       if (clamp_ != nullptr) AddStep(draw, *clamp_, s, draw.Chance(0.7));
       add(grades_, false);
+      // What lies between two colours may be read by something else, too.
+      if (draw.Chance(0.4)) add(draw.Chance(0.5) ? sample_pairs_ : pairs_, true);
     }
   }
   return Finished(draw, s);
@@ -361,7 +384,7 @@ Case Generator::MakePacked(uint64_t seed, uint64_t index, Draw& draw) {
 Case Generator::Make(uint64_t seed, uint64_t index, const OpInfo* only) {
   Draw draw(seed, index);
   if (index % kLargeEvery == kFirstLarge) return MakeLarge(seed, index, draw, only);
-  if (only == nullptr && draw.Chance(0.15)) return MakePacked(seed, index, draw);
+  if (only == nullptr && draw.Chance(0.2)) return MakePacked(seed, index, draw);
   State s;
   s.made.seed = seed, s.made.index = index;
   s.window = DrawWindow(draw);

@@ -96,7 +96,8 @@ class Generator {
   Case MakePacked(uint64_t seed, uint64_t index, Draw& draw);
   Case Finished(Draw& draw, State& state) const;
 
-  std::vector<const ops::OpInfo*> rows_, tiles_, points_, pairs_, grades_, quick_;
+  std::vector<const ops::OpInfo*> rows_, tiles_, points_, pairs_, sample_pairs_, grades_, quick_, wholes_,
+      moves_;
   const ops::OpInfo* clamp_ = nullptr;
   WordSource words_;
   Tally& tally_;
