@@ -14,14 +14,14 @@
 #include "ops/filter/box/codes.h"
 #include "ops/filter/box/running_sum.h"
 #include "ops/filter/box/strips.h"
-#include "ops/filter/codes/codes.h"
+#include "ops/filter/codes/code_sums.h"
 #include "ops/filter/codes/integer_sums.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/frame.h"
 #include "ops/filter/gauss/decimated.h"
 #include "ops/filter/gauss/recursive.h"
+#include "ops/filter/window/methods.h"
 #include "ops/filter/window/stage.h"
-#include "ops/filter/window/window.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/channels.h"
@@ -31,12 +31,7 @@ namespace tessera::ops {
 namespace {
 
 constexpr double kLargestSigma = 10000;
-// Below this a sum of all weights costs no more than the recursion.
-constexpr double kDirectSigma = 3;
-// The recursion's poles are fitted to a continuous Gaussian; under this sigma its samples are too few.
-constexpr double kRecursiveSigma = 2;
 constexpr int kLargestBox = 65535;
-constexpr int kDirectBox = 9;
 // Boxes of integer pixels up to this side are rounded as exact sums are.
 constexpr int kLargestExactBox = 255;
 
@@ -89,7 +84,7 @@ class GaussianStage final : public graph::WholeStage {
     bool finite = true;
     for (int i = out.roi.x0; i < out.roi.x1; ++i) finite = finite && Finite(out, i, out.roi.y0);
     for (int j = out.roi.y0; j < out.roi.y1; ++j) finite = finite && Finite(out, out.roi.x0, j);
-    if (!finite) GaussianWindow(params_)->RunWhole(sums_, in[0], out, workers);
+    if (!finite) sums_.RunWhole(in[0], out, workers);
   }
 
  private:
@@ -108,7 +103,7 @@ class GaussianStage final : public graph::WholeStage {
   GaussianParams params_;
   bool decimated_;
   DecimatedFunctions functions_ = ChooseDecimated();
-  WindowFunctions sums_ = ChooseWindowFunctions();
+  WindowRun sums_{GaussianWindow(params_), PixelType::kFloat};
 };
 
 class BoxStage final : public graph::WholeStage {
@@ -151,17 +146,12 @@ class BoxStage final : public graph::WholeStage {
  private:
   // Whether all that boxes see are codes: what an operation before has made of them need not be.
   bool SeesCodes(const ConstImageView& in, const graph::Workers& workers) const {
-    const auto are_codes = [this](const float* samples, int count) {
-      return type_ == PixelType::kUint8
-                 ? AreBytes(bytes_, samples, count)
-                 : codes_.to_codes(samples, count, IntegerSums::Largest(type_), nullptr);
-    };
     const auto value = static_cast<float>(params_.border_value);
-    std::atomic<bool> all = params_.border != BorderMode::kBlack || are_codes(&value, 1);
+    std::atomic<bool> all = params_.border != BorderMode::kBlack || are_codes_(&value, 1);
     workers.For(in.roi.height(), [&](int64_t i, int) {
       const auto* const row =
           reinterpret_cast<const float*>(in.At(in.roi.x0, in.roi.y0 + static_cast<int>(i)));
-      if (!are_codes(row, in.roi.width() * in.channels)) all = false;
+      if (!are_codes_(row, in.roi.width() * in.channels)) all = false;
     });
     return all;
   }
@@ -171,8 +161,7 @@ class BoxStage final : public graph::WholeStage {
   std::optional<IntegerSums> integers_;  // of integer pixels
   BoxStripFunction strip_ = ChooseBoxStrip();
   BoxTracksFunction tracks_ = ChooseBoxTracks();
-  BytesFunctions bytes_ = ChooseBytes();
-  CodesFunctions codes_ = ChooseCodes();
+  CodesTest are_codes_{type_};
 };
 
 // kValid: the larger result is cropped to the pixels whose kernel lies inside.
@@ -185,24 +174,21 @@ P WithoutValid(P params) {
 class GaussianOp final : public graph::OpWith<GaussianParams> {
  public:
   explicit GaussianOp(const GaussianParams& p) : OpWith(p), method_(p.method) {
-    const double largest = std::max(p.sigma_x, p.sigma_y);
-    const double smallest =
-        std::min(p.sigma_x > 0 ? p.sigma_x : largest, p.sigma_y > 0 ? p.sigma_y : largest);
-    const bool decimates =
-        std::min(p.sigma_x, p.sigma_y) >= kSmallestDecimatedSigma && p.border != BorderMode::kRenormalize;
-    if (method_ == FilterMethod::kAuto) {
-      method_ = largest <= kDirectSigma || smallest < kRecursiveSigma ? FilterMethod::kSeparable
-                : decimates                                           ? FilterMethod::kDecimated
-                                                                      : FilterMethod::kRecursive;
-    }
-    if (method_ == FilterMethod::kRecursive && smallest < kRecursiveSigma) {
-      throw Error("blur", "found method=recursive with a sigma below 2, expected method=auto or direct");
-    }
-    if (method_ == FilterMethod::kDecimated && !decimates) {
-      throw Error("blur",
-                  "found method=decimated with a sigma below 16 or border=renormalize, expected method=auto");
-    }
+    const auto [least, largest] = std::minmax(p.sigma_x, p.sigma_y);
+    const WindowShape shape{.of = WindowShape::kGaussian,
+                            .sigma = largest,
+                            .least_sigma = least > 0 ? least : largest,
+                            .both_axes = least > 0,
+                            .renormalizes = p.border == BorderMode::kRenormalize};
+    if (method_ == FilterMethod::kAuto) method_ = CheapestMethod(shape);
     if (method_ == FilterMethod::kDirect) method_ = FilterMethod::kSeparable;
+    if (!MethodOf(method_).suits(shape)) {
+      throw Error("blur",
+                  method_ == FilterMethod::kRecursive
+                      ? "found method=recursive with a sigma below 2, expected method=auto or direct"
+                      : "found method=decimated with a sigma below 16 or border=renormalize, expected "
+                        "method=auto");
+    }
     if (method_ == FilterMethod::kSeparable) window_ = GaussianWindow(p);
   }
   std::string Name() const override { return "blur"; }
@@ -211,13 +197,7 @@ class GaussianOp final : public graph::OpWith<GaussianParams> {
   std::string Describe() const override {
     char text[128];
     std::snprintf(text, sizeof text, "Gaussian, sigma %g x %g, %s, L1 error below %s", params().sigma_x,
-                  params().sigma_y,
-                  window_                               ? "summed"
-                  : method_ == FilterMethod::kDecimated ? "at a quarter of the resolution"
-                                                        : "recursive",
-                  window_                               ? "1e-6"
-                  : method_ == FilterMethod::kDecimated ? "1e-4"
-                                                        : "2e-5");
+                  params().sigma_y, MethodOf(method_).words, MethodOf(method_).gaussian_error);
     return text;
   }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
@@ -241,12 +221,11 @@ class BoxOp final : public graph::OpWith<BoxParams> {
   // `codes`: the type that all samples of the image are codes of, if they are. The operation keeps it: its
   // stage may be given the same samples as floats.
   BoxOp(const BoxParams& p, std::optional<PixelType> codes) : OpWith(p) {
-    const bool small = p.width <= kDirectBox && p.height <= kDirectBox;
-    if (p.method == FilterMethod::kSeparable || p.method == FilterMethod::kDirect ||
-        (p.method == FilterMethod::kAuto && small)) {
+    const bool summed = p.method == FilterMethod::kSeparable || p.method == FilterMethod::kDirect;
+    if (!summed) codes_ = codes;
+    const WindowShape shape{.of = WindowShape::kBox, .width = p.width, .height = p.height};
+    if (summed || (p.method == FilterMethod::kAuto && CheapestMethod(shape) == FilterMethod::kSeparable))
       window_ = BoxWindow(p);
-    }
-    if (p.method != FilterMethod::kSeparable && p.method != FilterMethod::kDirect) codes_ = codes;
   }
   std::string Name() const override { return "blur"; }
   graph::OpKind Kind() const override {

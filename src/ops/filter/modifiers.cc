@@ -5,8 +5,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <span>
 
 #include "ops/filter/filter_ops.h"
+#include "ops/filter/window/methods.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -20,20 +22,6 @@ constexpr std::array<std::pair<const char*, BorderMode>, 7> kBorders = {
      {"mirror101", BorderMode::kMirror101},
      {"renormalize", BorderMode::kRenormalize},
      {"valid", BorderMode::kValid}}};
-constexpr std::array<std::pair<const char*, FilterMethod>, 7> kMethods = {
-    {{"auto", FilterMethod::kAuto},
-     {"direct", FilterMethod::kDirect},
-     {"separable", FilterMethod::kSeparable},
-     {"lowrank", FilterMethod::kLowRank},
-     {"fft", FilterMethod::kFft},
-     {"recursive", FilterMethod::kRecursive},
-     {"decimated", FilterMethod::kDecimated}}};
-
-template <class Table>
-auto Named(const Table& table, const std::string& name) {
-  return std::find_if(table.begin(), table.end(), [&](const auto& row) { return name == row.first; })->second;
-}
-
 }  // namespace
 
 ParamInfo BorderModifier() {
@@ -71,8 +59,16 @@ ParamInfo BufferBitsModifier() {
       "models an accumulation buffer in fixed point with that many binary places, 8 to 32; 0 is exact");
 }
 
-BorderMode BorderNamed(const std::string& name) { return Named(kBorders, name); }
-FilterMethod MethodNamed(const std::string& name) { return Named(kMethods, name); }
+BorderMode BorderNamed(const std::string& name) {
+  return std::find_if(kBorders.begin(), kBorders.end(), [&](const auto& row) { return name == row.first; })
+      ->second;
+}
+
+FilterMethod MethodNamed(const std::string& name) {
+  const std::span<const MethodRow> rows = Methods();
+  return std::find_if(rows.begin(), rows.end(), [&](const MethodRow& row) { return name == row.name; })
+      ->method;
+}
 
 std::pair<double, double> ParseSize(const std::string& subject, const std::string& text) {
   double size[2] = {0, 0};

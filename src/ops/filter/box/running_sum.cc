@@ -57,15 +57,14 @@ void SumLine(const Io& io, int length, int count, double factor, const AxisBorde
     for (int j = 0; j < kFlight; ++j) hn::Store(io.Read(n, j), d, copy + (n * kFlight + j) * kLanes);
   }
   const auto outside = [&](int n, int j) HWY_ATTR {
-    if (border.rule == AxisBorder::kValue) return beyond;
-    const int source = border.rule == AxisBorder::kEdge ? std::clamp(n, 0, length - 1) : border.Map(n);
-    return io.Read(source, j);
+    const int source = border.Shown(n);
+    return source < 0 ? beyond : io.Read(source, j);
   };
   // Once the line's begin is overwritten, mirrored and repeated samples come from the copy.
   const auto any = [&](int n, int j) HWY_ATTR {
     if (n >= 0 && n < length) return kept(n, j);
-    if (border.rule == AxisBorder::kValue) return beyond;
-    return kept(border.rule == AxisBorder::kEdge ? std::clamp(n, 0, length - 1) : border.Map(n), j);
+    const int source = border.Shown(n);
+    return source < 0 ? beyond : kept(source, j);
   };
   Doubles sum[kFlight];
   V largest[kFlight];

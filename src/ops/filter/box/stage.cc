@@ -108,7 +108,7 @@ class BoxOfCodesStage final : public graph::TileStage {
     const ConstImageView from = inside ? in : Extended(args.scratch, in, seen, value);
     const T** const lines = args.scratch.Allocate<const T*>(static_cast<size_t>(seen.height()));
     for (int y = seen.y0; y < seen.y1; ++y) {
-      const int n = Shown(y_, y - window_.y0, window_.height());
+      const int n = y_.Shown(y - window_.y0);
       lines[y - seen.y0] =
           n < 0 ? beyond
                 : reinterpret_cast<const T*>(from.At(inside ? seen.x0 : from.roi.x0, window_.y0 + n));
@@ -130,13 +130,6 @@ class BoxOfCodesStage final : public graph::TileStage {
     }
   }
 
-  // The sample of a line that is shown at n; -1 for none.
-  static int Shown(const AxisBorder& border, int n, int length) {
-    if (n >= 0 && n < length) return n;
-    if (border.rule == AxisBorder::kValue) return -1;
-    return border.rule == AxisBorder::kEdge ? std::clamp(n, 0, length - 1) : border.Map(n);
-  }
-
   // Lines that reach beyond the image's sides.
   template <class T>
   ConstImageView Extended(base::Arena& scratch, const ConstImageView& in, const Roi& seen, T value) const {
@@ -144,7 +137,7 @@ class BoxOfCodesStage final : public graph::TileStage {
         base::NewTile(scratch, {seen.x0, in.roi.y0, seen.x1, in.roi.y1}, in.channels, type_);
     const auto channels = static_cast<size_t>(in.channels);
     for (int x = seen.x0; x < seen.x1; ++x) {
-      const int n = Shown(x_, x - window_.x0, window_.width());
+      const int n = x_.Shown(x - window_.x0);
       for (int y = in.roi.y0; y < in.roi.y1; ++y) {
         auto* const to = reinterpret_cast<T*>(extended.At(x, y));
         if (n < 0) {

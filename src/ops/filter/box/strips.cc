@@ -201,16 +201,11 @@ class BoxStripRun {
   // ---- Rows in and out ----
 
   int Width() const { return s_.in.roi.width(); }
-  int Height() const { return s_.in.roi.height(); }
 
   // Row t of all that windows see: the image's row t - before_y_, or the one shown there; null for the value.
   const float* SourceRow(int t) const {
-    const int height = Height(), n = t - before_y_;
-    int y = n;
-    if (n < 0 || n >= height) {
-      if (s_.y->rule == AxisBorder::kValue) return nullptr;
-      y = s_.y->rule == AxisBorder::kEdge ? std::clamp(n, 0, height - 1) : s_.y->Map(n);
-    }
+    const int y = s_.y->Shown(t - before_y_);
+    if (y < 0) return nullptr;
     return reinterpret_cast<const float*>(s_.in.data + y * s_.in.row_stride);
   }
   // The strip's part of it, with what lies beside the image; `i`: its place among the padded rows.
@@ -223,9 +218,7 @@ class BoxStripRun {
     if (!fresh) return padded;
     float* to = padded;
     const auto outside = [&](int x) {
-      const int at = s_.x->rule == AxisBorder::kEdge     ? std::clamp(x, 0, Width() - 1)
-                     : s_.x->rule == AxisBorder::kMapped ? s_.x->Map(x)
-                                                         : -1;
+      const int at = s_.x->Shown(x);
       for (int c = 0; c < channels; ++c) *to++ = at < 0 ? s_.x->value : line[ptrdiff_t{at} * channels + c];
     };
     const int end = left + s_.pixels(), inner = std::clamp(left, 0, Width()),

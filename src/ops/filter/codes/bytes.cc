@@ -155,7 +155,7 @@ void BytesOfSums(float band, const float* HWY_RESTRICT sums, int count, uint8_t*
 }
 
 BytesFunctions BytesOfTarget() {
-  return {ToCodes, SettleWhole, SettleSums, CodesOfBytes, BytesOfWhole, BytesOfSums, {}, {}};
+  return {ToCodes, SettleWhole, SettleSums, CodesOfBytes, BytesOfWhole, BytesOfSums};
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -167,19 +167,6 @@ namespace {
 
 HWY_EXPORT(BytesOfTarget);
 
-// The sum in double whose first sample this is.
-double ExactSum(const CodesWindow& w, const float* in, ptrdiff_t stride, int channels) {
-  const bool separable = !w.row.empty();
-  double sum = 0;
-  for (int dx = 0; dx < w.width; ++dx, in += channels) {
-    const double* const column = separable ? w.column(0) : w.column(dx);
-    double down = 0;
-    for (int dy = 0; dy < w.height; ++dy) down += column[dy] * in[dy * stride];
-    sum += separable ? down * w.row[static_cast<size_t>(dx)] : down;
-  }
-  return sum;
-}
-
 }  // namespace
 
 BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, bool separable,
@@ -188,7 +175,6 @@ BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& we
   BytesWindow w;
   w.usable = width * height <= kMostTaps;
   w.band = static_cast<float>(std::min(0.5, (error + 0x1p-21) * kLargestByte));
-  w.product = MakeProductWindow(width, height, weights);
   double least = 0, divisor = 0;
   for (const double v : weights) {
     if (v != 0 && (least == 0 || std::fabs(v) < least)) least = std::fabs(v);
@@ -221,113 +207,7 @@ BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& we
   return w;
 }
 
-BytesFunctions ChooseBytes() {
-  BytesFunctions functions = HWY_DYNAMIC_DISPATCH(BytesOfTarget)();
-  functions.whole = ChooseWhole(), functions.products = ChooseProducts();
-  return functions;
-}
-
-bool AreBytes(const BytesFunctions& functions, const float* samples, int count) {
-  return functions.to_codes(kLargestByte, static_cast<float>(kWholeCode), samples, count, count, nullptr);
-}
-
-void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
-              int largest, const FirTile& tile, const FloatSums& sum) {
-  base::Arena& scratch = sum.scratch;
-  const bool words = largest > kLargestByte;
-  const float divisor = words ? window.divisor_of_words : window.divisor;
-  // Floats of words are off by up to 0.008 of a code.
-  const auto near = static_cast<float>(words ? 2 * kWholeCode : kWholeCode);
-  const int rows = tile.rows + exact.height - 1;
-  const int floats = tile.floats + (exact.width - 1) * tile.channels;
-  const int stride = (floats + 31) / 16 * 16;  // a vector beyond the last tap may be read
-  FirTile codes = tile;
-  auto* const held = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows) + 16);
-  codes.in = held, codes.in_stride = stride, codes.stream = false;
-  bool all = true;
-  for (int y = 0; y < rows; ++y) {
-    float* const to = held + ptrdiff_t{y} * stride;
-    all = functions.to_codes(static_cast<float>(largest), near, tile.in + y * tile.in_stride, floats, stride,
-                             to) &&
-          all;
-  }
-  std::fill_n(held + ptrdiff_t{rows} * stride, 16, 0.0f);
-  if (!all) {
-    sum(tile);
-    codes.out = scratch.Allocate<float>(static_cast<size_t>(tile.floats) * static_cast<size_t>(tile.rows));
-    codes.out_stride = tile.floats;
-  }
-  if (divisor != 0) {
-    sum.functions.direct(window.whole, codes);
-    for (int y = 0; y < tile.rows; ++y) {
-      functions.settle_whole(divisor, static_cast<float>(largest), codes.out + y * codes.out_stride,
-                             tile.floats);
-    }
-  } else {
-    sum(codes);
-    Found found(scratch, tile.floats);
-    for (int y = 0; y < tile.rows; ++y) {
-      float* const row = codes.out + y * codes.out_stride;
-      found.Clear();
-      functions.settle_sums(window.band, row, tile.floats, found);
-      for (const int i : found)
-        row[i] = SettledSample(ExactSum(exact, held + ptrdiff_t{y} * stride + i, stride, tile.channels), 255);
-    }
-  }
-  if (!all) KeepWithoutStrangers(exact, largest, 2 * kWholeCode, tile, codes, scratch);
-}
-
-void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
-              const ByteTile& tile, const FloatSums& sum) {
-  base::Arena& scratch = sum.scratch;
-  if (window.words.usable) return RunWhole(functions.whole, window.words, tile, scratch);
-  if (window.product.usable) return RunProducts(functions.products, window.product, tile, scratch);
-  // Of small windows a few rows of a strip stay in L1 from bytes to bytes; of products the whole strip in L2.
-  const bool few = exact.row.empty();
-  constexpr int kFewRows = 8, kFewSamples = 768, kStripFloats = 1 << 15, kLeast = 128, kUnit = 16;
-  const int rows = tile.rows + exact.height - 1, margin = (exact.width - 1) * tile.channels;
-  const int wanted = few ? kFewSamples : std::max(kLeast, kStripFloats / rows);
-  const int strip = std::min(wanted, tile.samples + kUnit - 1) / kUnit * kUnit;
-  const int block = few ? kFewRows : tile.rows;
-  const int stride = (strip + margin + 31) / 16 * 16;  // a vector beyond the last tap may be read
-  auto* const codes = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows) + 16);
-  auto* const sums = scratch.Allocate<float>(static_cast<size_t>(strip) * static_cast<size_t>(block) + 16);
-  std::fill_n(codes + ptrdiff_t{rows} * stride, 16, 0.0f);
-  Found found(scratch, strip);
-  for (int x = 0; x < tile.samples; x += strip) {
-    const int samples = std::min(strip, tile.samples - x);
-    int converted = 0;
-    for (int y0 = 0; y0 < tile.rows; y0 += block) {
-      const int y1 = std::min(y0 + block, tile.rows);
-      for (; converted < y1 + exact.height - 1; ++converted) {
-        functions.codes_of_bytes(tile.in + converted * tile.in_stride + x, samples + margin,
-                                 codes + ptrdiff_t{converted} * stride);
-      }
-      const FirTile floats{
-          codes + ptrdiff_t{y0} * stride, stride, sums, strip, samples, y1 - y0, tile.channels, false};
-      if (window.divisor != 0) {
-        sum.functions.direct(window.whole, floats);
-      } else {
-        sum(floats);
-      }
-      for (int y = y0; y < y1; ++y) {
-        uint8_t* const out = tile.out + y * tile.out_stride + x;
-        const float* const row = sums + ptrdiff_t{y - y0} * strip;
-        if (window.divisor != 0) {
-          functions.bytes_of_whole(window.divisor, row, samples, out);
-          continue;
-        }
-        found.Clear();
-        functions.bytes_of_sums(window.band, row, samples, out, found);
-        for (const int i : found) {
-          const double sum_of = ExactSum(exact, codes + ptrdiff_t{y} * stride + i, stride, tile.channels);
-          out[i] =
-              static_cast<uint8_t>(std::clamp(std::nearbyint(SettledSample(sum_of, 1)), 0.0f, kLargestByte));
-        }
-      }
-    }
-  }
-}
+BytesFunctions ChooseBytes() { return HWY_DYNAMIC_DISPATCH(BytesOfTarget)(); }
 
 }  // namespace tessera::ops
 #endif  // HWY_ONCE

@@ -6,10 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/arena.h"
 #include "ops/filter/codes/codes.h"
 #include "ops/filter/codes/found.h"
-#include "ops/filter/codes/products.h"
 #include "ops/filter/codes/whole.h"
 #include "ops/filter/fir/fir.h"
 
@@ -24,12 +22,10 @@ struct BytesWindow {
   DirectWindow whole;          // weights times divisor, or divisor_of_words
   float divisor_of_words = 0;  // where floats hold sums of 16-bit codes exactly too, else 0
   float band = 0;
-  // Where bytes go to bytes, and of products where words go to words.
-  WholeWindow words;
-  ProductWindow product;
+  WholeWindow words;  // where bytes go to bytes
 };
-// `weights` as in MakeCodesWindow; `separable`: floats are summed by columns and rows; `error`: of a float
-// result at samples in [0, 1].
+// `weights`: row by row, none where they are too many; `separable`: floats are summed by columns and rows;
+// `error`: of a float result at samples in [0, 1].
 BytesWindow MakeBytesWindow(int width, int height, const std::vector<double>& weights, bool separable,
                             double error);
 
@@ -43,22 +39,8 @@ struct BytesFunctions {
   void (*codes_of_bytes)(const uint8_t* bytes, int count, float* codes);
   void (*bytes_of_whole)(float divisor, const float* sums, int count, uint8_t* out);
   void (*bytes_of_sums)(float band, const float* sums, int count, uint8_t* out, Found& found);
-  WholeFunction whole;
-  ProductFunctions products;
 };
 BytesFunctions ChooseBytes();
-
-// Whether every sample is one of the 256 codes / 255.
-bool AreBytes(const BytesFunctions& functions, const float* samples, int count);
-
-// As RunCodes does, for bytes and, with a divisor of words, 16-bit codes: `sum` gives the float sums of a
-// tile.
-void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
-              int largest, const FirTile& tile, const FloatSums& sum);
-
-// From bytes to bytes.
-void RunBytes(const BytesFunctions& functions, const BytesWindow& window, const CodesWindow& exact,
-              const ByteTile& tile, const FloatSums& sum);
 
 }  // namespace tessera::ops
 

@@ -17,7 +17,6 @@
 #define TESSERA_OPS_FILTER_CODES_CODES_CC_
 namespace tessera::ops {
 constexpr int kCodeRows = CodesWindow::kPadding + 1;  // output rows that share their loads
-constexpr int kCodeBlock = 16;                        // samples that go through together
 }  // namespace tessera::ops
 #endif  // TESSERA_OPS_FILTER_CODES_CODES_CC_
 
@@ -82,23 +81,24 @@ HWY_INLINE void StoreSettled(const VD (&sum)[kVectors], VD unit, float* to, int 
 }
 
 template <int kR>
-void DirectCodes(const CodesWindow& w, VD unit, const FirTile& t, int y) {
-  for (int x = 0; x < t.floats; x += kCodeBlock) {
+void DirectCodes(const CodesWindow& w, VD unit, const FloatTile& t, int y) {
+  for (int x = 0; x < t.samples; x += kCodeBlock) {
     VD sum[kR][kVectors];
     Clear(sum);
     const double* column = w.columns.data();
     for (int dx = 0; dx < w.width; ++dx, column += w.height + 2 * (kCodeRows - 1)) {
       AddColumn(sum, column, t.in + y * t.in_stride + x + dx * t.channels, t.in_stride, w.height);
     }
-    for (int r = 0; r < kR; ++r) StoreSettled(sum[r], unit, t.out + (y + r) * t.out_stride + x, t.floats - x);
+    for (int r = 0; r < kR; ++r)
+      StoreSettled(sum[r], unit, t.out + (y + r) * t.out_stride + x, t.samples - x);
   }
 }
 
 template <int kR>
-void SeparableCodes(const CodesWindow& w, VD unit, const FirTile& t, int y, double* HWY_RESTRICT sums,
+void SeparableCodes(const CodesWindow& w, VD unit, const FloatTile& t, int y, double* HWY_RESTRICT sums,
                     ptrdiff_t stride) {
   const DD d;
-  const int wide = t.floats + (w.width - 1) * t.channels;
+  const int wide = t.samples + (w.width - 1) * t.channels;
   for (int x = 0; x < wide; x += kCodeBlock) {
     VD sum[kR][kVectors];
     Clear(sum);
@@ -107,7 +107,7 @@ void SeparableCodes(const CodesWindow& w, VD unit, const FirTile& t, int y, doub
       for (int j = 0; j < kVectors; ++j) hn::Store(sum[r][j], d, sums + r * stride + x + j * kDoubles);
     }
   }
-  for (int x = 0; x < t.floats; x += kCodeBlock) {
+  for (int x = 0; x < t.samples; x += kCodeBlock) {
     VD sum[kR][kVectors];
     Clear(sum);
     for (int k = 0; k < w.width; ++k) {
@@ -119,12 +119,13 @@ void SeparableCodes(const CodesWindow& w, VD unit, const FirTile& t, int y, doub
           sum[r][j] = hn::MulAdd(hn::LoadU(d, p + r * stride + j * kDoubles), weight, sum[r][j]);
       }
     }
-    for (int r = 0; r < kR; ++r) StoreSettled(sum[r], unit, t.out + (y + r) * t.out_stride + x, t.floats - x);
+    for (int r = 0; r < kR; ++r)
+      StoreSettled(sum[r], unit, t.out + (y + r) * t.out_stride + x, t.samples - x);
   }
 }
 
 // `t.in` holds codes, with whole blocks to read at the ends of rows; `sums` is kCodeRows rows of `stride`.
-void SumCodes(const CodesWindow& w, int largest, const FirTile& t, double* sums, ptrdiff_t stride) {
+void SumCodes(const CodesWindow& w, int largest, const FloatTile& t, double* sums, ptrdiff_t stride) {
   const VD unit = hn::Set(DD(), 1.0 / largest);
   int y = 0;
   if (!w.row.empty()) {
@@ -159,37 +160,6 @@ void AppendColumn(const double* weights, int x, int width, int height, std::vect
   columns.insert(columns.end(), kCodeRows - 1, 0.0);
 }
 
-// How many samples of a channel above and left of each are no codes.
-class Strangers {
- public:
-  Strangers(base::Arena& scratch, const FirTile& t, const FirTile& codes, int floats, int rows, int largest,
-            double whole)
-      : channels_(t.channels),
-        stride_(static_cast<size_t>(floats + t.channels)),
-        counts_(scratch.Allocate<int>(stride_ * static_cast<size_t>(rows + 1))) {
-    std::fill_n(counts_, stride_ * static_cast<size_t>(rows + 1), 0);
-    for (int y = 0; y < rows; ++y) {
-      for (int i = 0; i < floats; ++i) {
-        const double code = static_cast<double>(t.in[y * t.in_stride + i]) * largest;
-        const bool stranger = !(std::fabs(code - codes.in[y * codes.in_stride + i]) < whole);
-        At(y + 1, i + channels_) = At(y + 1, i) + At(y, i + channels_) - At(y, i) + (stranger ? 1 : 0);
-      }
-    }
-  }
-  // Whether there are any under the window whose first sample this is.
-  bool Under(const CodesWindow& w, int y, int i) {
-    const int right = i + w.width * channels_, bottom = y + w.height;
-    return At(bottom, right) - At(bottom, i) - At(y, right) + At(y, i) != 0;
-  }
-
- private:
-  int& At(int y, int i) { return counts_[static_cast<size_t>(y) * stride_ + static_cast<size_t>(i)]; }
-
-  int channels_;
-  size_t stride_;
-  int* counts_;
-};
-
 }  // namespace
 
 CodesWindow MakeCodesWindow(int width, int height, const std::vector<double>& weights) {
@@ -206,31 +176,6 @@ CodesWindow MakeCodesWindow(const std::vector<double>& column, const std::vector
 
 CodesFunctions ChooseCodes() { return HWY_DYNAMIC_DISPATCH(CodesOfTarget)(); }
 
-void RunCodes(const CodesFunctions& functions, const CodesWindow& window, int largest, const FirTile& tile,
-              const FloatSums& as_floats) {
-  base::Arena& scratch = as_floats.scratch;
-  const int rows = tile.rows + window.height - 1;
-  const int floats = tile.floats + (window.width - 1) * tile.channels;
-  // Blocks and padded columns read beyond: there are zeros.
-  const ptrdiff_t stride = (ptrdiff_t{floats} + 2 * kCodeBlock) / kCodeBlock * kCodeBlock;
-  FirTile codes = tile;
-  auto* const held = scratch.Allocate<float>(static_cast<size_t>(stride) * static_cast<size_t>(rows));
-  codes.in = held, codes.in_stride = stride;
-  bool all = true;
-  for (int y = 0; y < rows; ++y) {
-    float* const to = held + y * stride;
-    all = functions.to_codes(tile.in + y * tile.in_stride, floats, largest, to) && all;
-    std::fill(to + floats, to + stride, 0.0f);
-  }
-  auto* const sums = scratch.Allocate<double>(static_cast<size_t>(stride) * kCodeRows);
-  if (all) return functions.sum(window, largest, codes, sums, stride);
-  as_floats(tile);
-  codes.out = scratch.Allocate<float>(static_cast<size_t>(tile.floats) * static_cast<size_t>(tile.rows));
-  codes.out_stride = tile.floats;
-  functions.sum(window, largest, codes, sums, stride);
-  KeepWithoutStrangers(window, largest, kWholeCode, tile, codes, scratch);
-}
-
 float SettledSample(double exact, double largest) {
   // The sink's product is exact.
   double code = std::floor(exact + 0.5);
@@ -238,18 +183,6 @@ float SettledSample(double exact, double largest) {
     code = 2 * std::floor((exact + 0.5 + kTieOfCodes) / 2);
   const double margin = (std::fabs(code) + 0.5) * 0x1.2p-24;  // more than the float's own rounding
   return static_cast<float>(std::clamp(exact, code - 0.5 + margin, code + 0.5 - margin) / largest);
-}
-
-void KeepWithoutStrangers(const CodesWindow& window, int largest, double whole, const FirTile& tile,
-                          const FirTile& codes, base::Arena& scratch) {
-  Strangers strangers(scratch, tile, codes, tile.floats + (window.width - 1) * tile.channels,
-                      tile.rows + window.height - 1, largest, whole);
-  for (int y = 0; y < tile.rows; ++y) {
-    for (int i = 0; i < tile.floats; ++i) {
-      if (!strangers.Under(window, y, i))
-        tile.out[y * tile.out_stride + i] = codes.out[y * codes.out_stride + i];
-    }
-  }
 }
 
 }  // namespace tessera::ops

@@ -4,8 +4,7 @@
 
 #include <vector>
 
-#include "base/arena.h"
-#include "ops/filter/fir/fir.h"
+#include "ops/filter/window/sums.h"
 
 namespace tessera::ops {
 
@@ -28,30 +27,22 @@ CodesWindow MakeCodesWindow(const std::vector<double>& column, const std::vector
 inline constexpr double kTieOfCodes = 1e-8;
 
 inline constexpr double kWholeCode = 0.005;  // farther from a whole number a float is no code
+inline constexpr int kCodeBlock = 16;        // samples that go through together
 
 // The kernels of one instruction set, chosen when a stage is made.
 struct CodesFunctions {
   // The codes of `count` samples, what is no code as 0; whether all are, as far as a float can tell. Null:
-  // none are kept.
+  // none are kept. Whole blocks are written.
   bool (*to_codes)(const float* samples, int count, int largest, float* codes);
-  void (*sum)(const CodesWindow& window, int largest, const FirTile& codes, double* sums, ptrdiff_t stride);
+  // Sums of a tile of codes as floats that the sink rounds as it would round the exact sums. `sums`: scratch
+  // memory, kPadding + 1 rows of `stride`; rows may be read to the end of a block.
+  void (*sum)(const CodesWindow& window, int largest, const FloatTile& codes, double* sums, ptrdiff_t stride);
 };
 CodesFunctions ChooseCodes();
-
-// Sums of a tile as floats that the sink rounds as it would round the exact sums. Samples that are no code /
-// largest are the work of operations before: `as_floats` then computes the tile, and results that see such a
-// sample stay as it leaves them.
-void RunCodes(const CodesFunctions& functions, const CodesWindow& window, int largest, const FirTile& tile,
-              const FloatSums& as_floats);
 
 // An exact result in codes as a sample that the sink rounds as it would round the result, half to even: moved
 // by no more than its last two bits.
 float SettledSample(double exact, double largest);
-
-// Of the results `codes.out`, which are right where a window sees codes alone, those that are go to
-// `tile.out`. A sample of `tile` farther than `whole` from the code in `codes.in` is none.
-void KeepWithoutStrangers(const CodesWindow& window, int largest, double whole, const FirTile& tile,
-                          const FirTile& codes, base::Arena& scratch);
 
 }  // namespace tessera::ops
 

@@ -54,18 +54,6 @@ HWY_EXPORT(FindHalvesOfTarget);
 constexpr int kSmall =
     1024;  // weights whose sum in double is far more exact than the nearest results to a tie
 
-// The samples of a line that a window shows, -1 where the border's value is.
-void ShowSamples(const AxisBorder& border, int first, int length, std::span<int> shown) {
-  for (int n = first; int& sample : shown) {
-    const bool inside = n >= 0 && n < length;
-    sample = inside                               ? n
-             : border.rule == AxisBorder::kEdge   ? std::clamp(n, 0, length - 1)
-             : border.rule == AxisBorder::kMapped ? border.Map(n)
-                                                  : -1;
-    ++n;
-  }
-}
-
 }  // namespace
 
 IntegerSums::FindHalves IntegerSums::ChooseFindHalves() { return HWY_DYNAMIC_DISPATCH(FindHalvesOfTarget)(); }
@@ -113,10 +101,13 @@ double IntegerSums::Exact(const ConstImageView& in, std::span<const int> in_chan
   } else {
     const std::span<int> columns = shown.first(static_cast<size_t>(kernel_.width));
     const std::span<int> rows = shown.last(static_cast<size_t>(kernel_.height));
-    ShowSamples(AxisBorder(options_.border, options_.border_value, window.width()), footprint.x0 - window.x0,
-                window.width(), columns);
-    ShowSamples(AxisBorder(options_.border, options_.border_value, window.height()), footprint.y0 - window.y0,
-                window.height(), rows);
+    // The samples of a row and of a column that the window shows, -1 where the border's value is.
+    const AxisBorder across(options_.border, options_.border_value, window.width());
+    const AxisBorder down(options_.border, options_.border_value, window.height());
+    for (int i = 0; i < kernel_.width; ++i)
+      columns[static_cast<size_t>(i)] = across.Shown(footprint.x0 - window.x0 + i);
+    for (int j = 0; j < kernel_.height; ++j)
+      rows[static_cast<size_t>(j)] = down.Shown(footprint.y0 - window.y0 + j);
     const double beyond = options_.border == BorderMode::kBlack ? options_.border_value * largest_ : 0;
     for (const int row : rows) {
       const float* const line =

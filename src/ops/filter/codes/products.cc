@@ -28,7 +28,7 @@ constexpr int kProductRows = 4;  // rows of results that share their loads
 // Part of a tile, and scratch memory for it.
 template <class T, class F>
 struct ProductStrip {
-  CodeTile<T> tile;
+  SampleTile<T> tile;
   F* sums = nullptr;  // down columns, of kProductRows rows
   ptrdiff_t stride = 0;
   const T** lines = nullptr;  // what windows of those rows see
@@ -272,7 +272,7 @@ HWY_INLINE void WithConstant(int n, const F& f) {
 
 template <class T, class F>
 void RunStrip(const ProductWindow& w, const F* column, const F* row, F near, const ProductStrip<T, F>& s) {
-  const CodeTile<T>& t = s.tile;
+  const SampleTile<T>& t = s.tile;
   const int half_width = w.width / 2, half_height = w.height / 2;
   const int seen = t.samples + (w.width - 1) * t.channels;
   Found& found = *s.found;
@@ -339,7 +339,7 @@ double RoundingsOf(const std::vector<double>& weights) {
 }
 
 template <class T, class F, class R>
-void RunTile(const ProductWindow& window, const CodeTile<T>& tile, base::Arena& scratch, R* run) {
+void RunTile(const ProductWindow& window, const SampleTile<T>& tile, base::Arena& scratch, R* run) {
   constexpr int kCacheBytes = 24 << 10;  // of sums
   const int lines = window.height - 1 + kProductRows, margin = (window.width - 1) * tile.channels;
   constexpr int kSums = kCacheBytes / (kProductRows * sizeof(F));

@@ -5,8 +5,7 @@
 
 #include <vector>
 
-#include "base/arena.h"
-#include "ops/filter/codes/whole.h"
+#include "ops/filter/window/sums.h"
 
 namespace tessera::ops {
 

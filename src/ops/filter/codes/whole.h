@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/arena.h"
+#include "ops/filter/window/sums.h"
 
 namespace tessera::ops {
 
@@ -25,19 +25,6 @@ struct WholeWindow {
 };
 // `weights`: whole numbers, row by row; not usable where they are too large or too many.
 WholeWindow MakeWholeWindow(int width, int height, const std::vector<double>& weights, int divisor);
-
-// A rectangle of bytes or words, as FirTile has one of floats; strides in samples.
-template <class T>
-struct CodeTile {
-  const T* in = nullptr;
-  ptrdiff_t in_stride = 0;
-  T* out = nullptr;
-  ptrdiff_t out_stride = 0;
-  int samples = 0, rows = 0;
-  int channels = 1;
-};
-using ByteTile = CodeTile<uint8_t>;
-using WordTile = CodeTile<uint16_t>;
 
 struct WholeStrip;
 using WholeFunction = void (*)(const WholeWindow&, const WholeStrip&, uint8_t* out, ptrdiff_t out_stride);

@@ -131,7 +131,7 @@ HWY_NOINLINE void DenseBlockAnew(const DirectWindow& window, const float* in, pt
 }
 
 template <class Kind, int kPhase>
-void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int begin, int end) {
+void DirectDenseRgba(const DirectWindow& window, const FloatTile& t, int begin, int end) {
   constexpr int kR = Kind::kRows;
   V held[Kind::kHeld ? 9 : 1];
   if constexpr (Kind::kHeld) {
@@ -141,7 +141,7 @@ void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int begin, in
   const ptrdiff_t stride = t.in_stride, out_stride = t.out_stride;
   const bool stream =
       t.stream && reinterpret_cast<uintptr_t>(t.out + begin) % 64 == 0 && out_stride % 16 == 0;
-  const int rows = t.rows, floats = t.floats;
+  const int rows = t.rows, floats = t.samples;
   const ptrdiff_t centre_at = window.center_y * stride + window.center_x * 4;
   for (int y = 0; y + kR <= rows; y += kR) {
     const float* const in = t.in + y * stride;
@@ -170,7 +170,7 @@ void DirectDenseRgba(const DirectWindow& window, const FirTile& t, int begin, in
 
 // Does what suits it and returns how many floats of each row are done; rows beyond a multiple of
 // DenseRows() are left.
-inline int DirectDense(const DirectWindow& window, const FirTile& t) {
+inline int DirectDense(const DirectWindow& window, const FloatTile& t) {
   if (t.channels != 4 || t.rows < DenseRows(window.width) || window.width != window.height) return 0;
   // Loops without ends are worth some taps that are not needed.
   const auto taps = window.weights.size() -
@@ -187,15 +187,15 @@ inline int DirectDense(const DirectWindow& window, const FirTile& t) {
     const bool known = (to_line(t.in) + 4 * kPhase - begin) % kLanes == 0 && t.in_stride % kLanes == 0;
     // In front of the first tap there may be no memory.
     if (known && begin < 4 * kPhase) begin += kLanes;
-    begin = std::min(begin, t.floats);
-    const int end = begin + (t.floats - begin) / kLanes * kLanes;
+    begin = std::min(begin, t.samples);
+    const int end = begin + (t.samples - begin) / kLanes * kLanes;
     const auto go = [&]<bool kDense>() {
       using Kind = DenseKind<kSide, kSide, kDense, kCentered>;
       known ? DirectDenseRgba<Kind, kPhase>(window, t, begin, end)
             : DirectDenseRgba<Kind, 0>(window, t, begin, end);
     };
     window.dense ? go.template operator()<true>() : go.template operator()<false>();
-    return t.floats;
+    return t.samples;
   };
   switch (window.width) {
     case 3:
@@ -279,7 +279,7 @@ HWY_INLINE void AddGroups(const float* w, const float* in, ptrdiff_t stride, int
 // some weights are 0 and add their zeros, but where they have made a NaN of an infinity or another NaN the
 // sums are taken again without them.
 template <int kW, int kH, bool kDense, bool kCentered, Aligned kAligned>
-void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) {
+void DirectDenseWindow(const DirectWindow& window, const FloatTile& t, int x_end) {
   constexpr int kR = DenseRows(kW), kJ = 2;
   const float* HWY_RESTRICT w = window.weights.data();
   const ptrdiff_t stride = t.in_stride;
@@ -324,8 +324,8 @@ void DirectDenseWindow(const DirectWindow& window, const FirTile& t, int x_end) 
   }
 }
 
-inline int DirectDense(const DirectWindow& window, const FirTile& t) {
-  const int x_end = t.floats / (2 * kLanes) * (2 * kLanes);
+inline int DirectDense(const DirectWindow& window, const FloatTile& t) {
+  const int x_end = t.samples / (2 * kLanes) * (2 * kLanes);
   if (t.rows < DenseRows(window.width) || x_end == 0) return 0;
   if (window.width != window.height) return 0;
   // Loops without ends are worth some taps that are not needed.

@@ -2,6 +2,7 @@
 // every vector length: with four channels and 16 lanes the groups are what one aligned load serves, and only
 // the four group sums have to be shifted.
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "ops/filter/fir/fir.h"
@@ -20,8 +21,8 @@ namespace tessera::ops::HWY_NAMESPACE {
 constexpr int kRows = kLanes == 16 ? 4 : 2;
 
 template <bool kCentered, int kR, int kJ>
-HWY_INLINE void DirectStrip(const DirectWindow& window, const FirTile& t, int x, int y_begin, int y_end) {
-  const int count = std::min(kJ * kLanes, t.floats - x);
+HWY_INLINE void DirectStrip(const DirectWindow& window, const FloatTile& t, int x, int y_begin, int y_end) {
+  const int count = std::min(kJ * kLanes, t.samples - x);
   for (int y = y_begin; y + kR <= y_end; y += kR) {
     V total[kR][kJ];
     DirectBlock<kCentered>(window, t.in + y * t.in_stride + x, t.in_stride, t.channels, total);
@@ -34,44 +35,55 @@ HWY_INLINE void DirectStrip(const DirectWindow& window, const FirTile& t, int x,
 }
 
 template <bool kCentered>
-void DirectColumns(const DirectWindow& window, const FirTile& t, int x_begin) {
+void DirectColumns(const DirectWindow& window, const FloatTile& t, int x_begin) {
   const int whole = t.rows / kRows * kRows;
   int x = x_begin;
-  for (; x + kLanes < t.floats; x += 2 * kLanes) {
+  for (; x + kLanes < t.samples; x += 2 * kLanes) {
     DirectStrip<kCentered, kRows, 2>(window, t, x, 0, whole);
     DirectStrip<kCentered, 1, 2>(window, t, x, whole, t.rows);
   }
-  for (; x < t.floats; x += kLanes) DirectStrip<kCentered, 1, 1>(window, t, x, 0, t.rows);
+  for (; x < t.samples; x += kLanes) DirectStrip<kCentered, 1, 1>(window, t, x, 0, t.rows);
 }
 
 // How many floats lie in front of the first whole vector of results, which can be written around the cache.
 // With 16 lanes DirectDense() sees to them.
-int FloatsToVector(const FirTile& t) {
+int FloatsToVector(const FloatTile& t) {
   if (kLanes == 16 || !t.stream || t.out_stride % kLanes != 0) return 0;
   constexpr auto kBytes = sizeof(float) * kLanes;
   const auto floats = static_cast<int>(-reinterpret_cast<uintptr_t>(t.out) % kBytes / sizeof(float));
-  return std::min(floats, t.floats);
+  return std::min(floats, t.samples);
 }
 
-void RunDirect(const DirectWindow& window, const FirTile& tile) {
+void SumDirectly(const DirectWindow& window, const FloatTile& tile) {
   const auto columns = window.centered ? DirectColumns<true> : DirectColumns<false>;
-  FirTile t = tile;
+  FloatTile t = tile;
   if (const int before = FloatsToVector(t); before > 0) {
-    t.floats = before;
+    t.samples = before;
     columns(window, t, 0);
-    t.in += before, t.out += before, t.floats = tile.floats - before;
+    t.in += before, t.out += before, t.samples = tile.samples - before;
   }
   const int done = DirectDense(window, t);
   if (done > 0) {
-    FirTile rest = t;
+    FloatTile rest = t;
     const int rows = t.rows - t.rows % DenseRows(window.width);
     rest.in += rows * t.in_stride, rest.out += rows * t.out_stride;
-    rest.rows -= rows, rest.floats = done;
+    rest.rows -= rows, rest.samples = done;
     if (rest.rows > 0) columns(window, rest, 0);
   }
-  if (done < t.floats) columns(window, t, done);
+  if (done < t.samples) columns(window, t, done);
 }
-FirFunctions::Direct DirectOfTarget() { return RunDirect; }
+
+class DirectSums final : public WindowSums {
+ public:
+  explicit DirectSums(const DirectWindow& window) : window_(window) {}
+  void Run(const FloatTile& tile, base::Arena&) const override { SumDirectly(window_, tile); }
+
+ private:
+  DirectWindow window_;
+};
+std::unique_ptr<const WindowSums> DirectSumsOfTarget(const DirectWindow& window) {
+  return std::make_unique<const DirectSums>(window);
+}
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -79,9 +91,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::ops {
 
-HWY_EXPORT(DirectOfTarget);
+HWY_EXPORT(DirectSumsOfTarget);
 
-FirFunctions::Direct ChooseDirect() { return HWY_DYNAMIC_DISPATCH(DirectOfTarget)(); }
+std::unique_ptr<const WindowSums> MakeDirectSums(const DirectWindow& window) {
+  return HWY_DYNAMIC_DISPATCH(DirectSumsOfTarget)(window);
+}
 
 DirectWindow MakeDirectWindow(int width, int height, std::vector<float> weights) {
   DirectWindow window;

@@ -2,10 +2,10 @@
 #ifndef TESSERA_OPS_FILTER_FIR_FIR_H_
 #define TESSERA_OPS_FILTER_FIR_FIR_H_
 
-#include <cstddef>
+#include <memory>
 #include <vector>
 
-#include "base/arena.h"
+#include "ops/filter/window/sums.h"
 
 namespace tessera::ops {
 
@@ -26,6 +26,7 @@ struct DirectWindow {
   bool dense = false;  // no zero weight
 };
 DirectWindow MakeDirectWindow(int width, int height, std::vector<float> weights);
+std::unique_ptr<const WindowSums> MakeDirectSums(const DirectWindow& window);
 
 // Sum over terms of: down `column`, then along `row`; no zero weights.
 struct SeparableWindow {
@@ -35,42 +36,7 @@ struct SeparableWindow {
   int width = 1, height = 1;  // of the window
   std::vector<Term> terms;    // all of that size
 };
-
-// A rectangle of samples. `in` points at the window's first tap of the first output sample; strides in
-// floats; rows of `in` may be read up to 16 floats beyond the last tap of the last sample. `stream`: write
-// around the cache where addresses are aligned.
-struct FirTile {
-  const float* in = nullptr;
-  ptrdiff_t in_stride = 0;
-  float* out = nullptr;
-  ptrdiff_t out_stride = 0;
-  int floats = 0, rows = 0;  // of the output
-  int channels = 1;          // floats per pixel
-  bool stream = false;
-};
-
-// The kernels of one instruction set, chosen when a stage is made.
-struct FirFunctions {
-  using Direct = void (*)(const DirectWindow& window, const FirTile& tile);
-  struct Separable {
-    size_t (*scratch_floats)(const SeparableWindow& window, const FirTile& tile);
-    void (*run)(const SeparableWindow& window, const FirTile& tile, float* scratch);
-  };
-  Direct direct;
-  Separable separable;
-};
-FirFunctions::Direct ChooseDirect();
-FirFunctions::Separable ChooseSeparable();
-
-// What computes the sums of tiles in floats: the products, where there are any, or every tap.
-struct FloatSums {
-  const FirFunctions& functions;
-  const DirectWindow& direct;
-  const SeparableWindow& separable;
-  base::Arena& scratch;
-
-  void operator()(const FirTile& tile) const;
-};
+std::unique_ptr<const WindowSums> MakeSeparableSums(const SeparableWindow& window);
 
 }  // namespace tessera::ops
 

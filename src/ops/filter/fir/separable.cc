@@ -1,6 +1,7 @@
 // Window sums of products of a column and a row: columns into a strip in L1, rows from there.
 #include <algorithm>
 #include <cstdlib>
+#include <memory>
 #include <numeric>
 
 #include "base/prefetch.h"
@@ -158,7 +159,7 @@ struct Blocks {
   }
   // Rows whose distance is a multiple of a page lie in the same few sets of the first cache and drive each
   // other out: those of a tile are then copied, one after the other, to where they do not.
-  size_t CopiedFloats(const SeparableWindow& window, const FirTile& t) const {
+  size_t CopiedFloats(const SeparableWindow& window, const FloatTile& t) const {
     constexpr int kPage = 4096, kWays = 8;
     constexpr size_t kMost = size_t{1} << 18;  // a second cache
     const auto period = std::gcd(std::abs(t.in_stride) * ptrdiff_t{sizeof(float)}, ptrdiff_t{kPage});
@@ -198,15 +199,19 @@ void CopyRow(const float* HWY_RESTRICT in, ptrdiff_t stride, int floats, float* 
   }
 }
 
-void RunSeparable(const SeparableWindow& window, const FirTile& t, float* scratch) {
+void SumByColumns(const SeparableWindow& window, const FloatTile& t, base::Arena& arena) {
   const Blocks blocks(window, t.channels);
+  const size_t copied_floats = blocks.CopiedFloats(window, t);
+  const bool copies = copied_floats != 0;
+  auto* const scratch = arena.Allocate<float>(static_cast<size_t>(blocks.rows) *
+                                                  static_cast<size_t>(blocks.stride + blocks.strip) +
+                                              copied_floats + 64);
   float* const sums = scratch + blocks.rows * blocks.stride;  // for kernels of several terms
   float* const copy = sums + blocks.rows * blocks.strip;
-  const bool copies = blocks.CopiedFloats(window, t) != 0;
   const bool one = window.terms.size() == 1;
   const bool symmetric = one && IsSymmetric(window.terms[0].row);
-  for (int x = 0; x < t.floats; x += blocks.strip) {
-    const int count = std::min(blocks.strip, t.floats - x);
+  for (int x = 0; x < t.samples; x += blocks.strip) {
+    const int count = std::min(blocks.strip, t.samples - x);
     const int floats = count + blocks.reach, all_rows = t.rows + window.height - 1;
     const float* const source = t.in + x;
     const float* const in = copies ? copy : source;
@@ -246,13 +251,19 @@ void RunSeparable(const SeparableWindow& window, const FirTile& t, float* scratc
   }
 }
 
-size_t SeparableScratchFloats(const SeparableWindow& window, const FirTile& t) {
-  const Blocks blocks(window, t.channels);
-  return static_cast<size_t>(blocks.rows) *
-             (static_cast<size_t>(blocks.stride) + static_cast<size_t>(blocks.strip)) +
-         blocks.CopiedFloats(window, t) + 64;
+class SeparableSums final : public WindowSums {
+ public:
+  explicit SeparableSums(const SeparableWindow& window) : window_(window) {}
+  void Run(const FloatTile& tile, base::Arena& scratch) const override {
+    SumByColumns(window_, tile, scratch);
+  }
+
+ private:
+  SeparableWindow window_;
+};
+std::unique_ptr<const WindowSums> SeparableSumsOfTarget(const SeparableWindow& window) {
+  return std::make_unique<const SeparableSums>(window);
 }
-FirFunctions::Separable SeparableOfTarget() { return {SeparableScratchFloats, RunSeparable}; }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -260,14 +271,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tessera::ops {
 
-HWY_EXPORT(SeparableOfTarget);
+HWY_EXPORT(SeparableSumsOfTarget);
 
-FirFunctions::Separable ChooseSeparable() { return HWY_DYNAMIC_DISPATCH(SeparableOfTarget)(); }
-
-void FloatSums::operator()(const FirTile& tile) const {
-  if (separable.terms.empty()) return functions.direct(direct, tile);
-  const size_t floats = functions.separable.scratch_floats(separable, tile);
-  functions.separable.run(separable, tile, scratch.Allocate<float>(floats));
+std::unique_ptr<const WindowSums> MakeSeparableSums(const SeparableWindow& window) {
+  return HWY_DYNAMIC_DISPATCH(SeparableSumsOfTarget)(window);
 }
 
 }  // namespace tessera::ops

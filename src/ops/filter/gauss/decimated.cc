@@ -178,11 +178,8 @@ void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double si
   std::vector<float> outside(static_cast<size_t>(floats) + kMargin, value);
   std::vector<std::shared_ptr<std::byte>> scratch(static_cast<size_t>(workers.count()));
   const auto row_at = [&](int y) -> const float* {
-    if (y < 0 || y >= height) {
-      if (border_y.rule == AxisBorder::kValue) return outside.data();
-      y = border_y.rule == AxisBorder::kEdge ? std::clamp(y, 0, height - 1) : border_y.Map(y);
-    }
-    return reinterpret_cast<const float*>(in.data + y * in.row_stride);
+    const int shown = border_y.Shown(y);
+    return shown < 0 ? outside.data() : reinterpret_cast<const float*>(in.data + shown * in.row_stride);
   };
   workers.For(y_axis.count, [&](int64_t i, int worker) {
     auto& memory = scratch[static_cast<size_t>(worker)];
@@ -214,10 +211,10 @@ void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double si
         continue;
       }
       float* const to = line + static_cast<ptrdiff_t>(e) * channels;
-      if (border_x.rule == AxisBorder::kValue) {
+      const int source = border_x.Shown(x);
+      if (source < 0) {
         std::fill_n(to, channels, border_x.value);
       } else {
-        const int source = border_x.rule == AxisBorder::kEdge ? std::clamp(x, 0, width - 1) : border_x.Map(x);
         std::copy_n(own + static_cast<ptrdiff_t>(source) * channels, channels, to);
       }
     }

@@ -8,8 +8,6 @@
 
 namespace tessera::ops {
 
-inline constexpr double kSmallestDecimatedSigma = 16;
-
 // The kernels of one instruction set, chosen when a stage is made.
 struct DecimatedFunctions {
   void (*decimate_rows)(const float* const* rows, int floats, float* out);
@@ -20,7 +18,7 @@ struct DecimatedFunctions {
 };
 DecimatedFunctions ChooseDecimated();
 
-// Both sigmas from kSmallestDecimatedSigma on; any border but kRenormalize. The image is reduced by 4 with
+// Both sigmas from 16 on; any border but kRenormalize. The image is reduced by 4 with
 // the fourth power of a box (13 taps, variance 5), blurred recursively with variance (sigma^2 - 10) / 16, and
 // enlarged with the same 13 taps, which sum to 1 for every position. L1 distance from the sampled Gaussian
 // below 1e-4 from sigma 16 on. `in` and `out` are dense float images of one window. Samples must be finite.

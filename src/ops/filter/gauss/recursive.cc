@@ -68,7 +68,7 @@ void Line(const RecursiveGaussian& g, const Io& io, int length, const AxisBorder
     Settle(g, state, j, mapped ? hn::Zero(d) : x);
   }
   for (int n = -g.warm_up; mapped && n < 0; ++n) {
-    for (int j = 0; j < kFlight; ++j) Advance(g, state, j, hn::Sub(io.Read(border.Map(n), j), origin[j]));
+    for (int j = 0; j < kFlight; ++j) Advance(g, state, j, hn::Sub(io.Read(border.Shown(n), j), origin[j]));
   }
   for (int n = 0; n < length; ++n) {
     io.Prefetch(std::min(n + kPrefetch, length - 1));
@@ -85,7 +85,7 @@ void Line(const RecursiveGaussian& g, const Io& io, int length, const AxisBorder
     Settle(g, state, j, mapped ? hn::Zero(d) : hn::Sub(x, origin[j]));
   }
   for (int n = length - 1 + g.warm_up; mapped && n >= length; --n) {
-    for (int j = 0; j < kFlight; ++j) Advance(g, state, j, hn::Sub(io.Read(border.Map(n), j), origin[j]));
+    for (int j = 0; j < kFlight; ++j) Advance(g, state, j, hn::Sub(io.Read(border.Shown(n), j), origin[j]));
   }
   for (int n = length - 1; n >= 0; --n) {
     io.Prefetch(std::max(n - kPrefetch, 0));

@@ -64,7 +64,10 @@ AxisBorder::AxisBorder(BorderMode border, double border_value, int line_length)
   }
 }
 
-int AxisBorder::Map(int n) const {
+int AxisBorder::Shown(int n) const {
+  if (n >= 0 && n < length_) return n;
+  if (rule == kValue) return -1;
+  if (rule == kEdge) return std::clamp(n, 0, length_ - 1);
   const int period = mode_ == BorderMode::kRepeat   ? length_
                      : mode_ == BorderMode::kMirror ? 2 * length_
                                                     : std::max(1, 2 * (length_ - 1));

@@ -28,8 +28,8 @@ struct AxisBorder {
   float value = 0;
 
   AxisBorder(BorderMode border, double border_value, int line_length);
-  // kMapped: the sample of the line that is shown at n, any integer.
-  int Map(int n) const;
+  // The sample of the line that is shown at n, any integer; -1 for the value.
+  int Shown(int n) const;
 
  private:
   BorderMode mode_;

@@ -1,4 +1,4 @@
-// Chooses a kernel's method by cost and prepares its weights.
+// A kernel's method and weights, and the region that it needs.
 #include "ops/filter/window/window.h"
 
 #include <algorithm>
@@ -9,24 +9,30 @@
 #include <utility>
 
 #include "graph/border.h"
-#include "ops/filter/window/factor.h"
+#include "ops/filter/codes/code_sums.h"
+#include "ops/filter/fir/fir.h"
+#include "ops/filter/window/methods.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
 namespace {
 
 constexpr int kLargest = 255;
-// Cost in multiply-adds per sample, measured on RGBA: columns and rows are moved through L1 once more, and
-// long sums of products soon cost as much as a transform.
-double DirectCost(double taps, int width, int height) {
-  const bool unrolled = width == height && width % 2 == 1 && width <= 9 && taps == width * height;
-  return 4 + (unrolled ? 1 : 1.6) * taps;
-}
-double FftCost(int width, int height) { return 110 * (1 + std::max(width, height) / 90.0); }
-double SeparableCost(int width, int height, int terms) { return 4 + 1.2 * terms * (width + height + 4); }
 constexpr int kMostTerms = 8;  // that are looked for where nobody asked for products
 
-bool HasZero(const std::vector<double>& v) { return std::find(v.begin(), v.end(), 0.0) != v.end(); }
+// The weight that differences are taken from: the nearest to the anchor.
+void Centre(const Kernel& k, const std::vector<double>& weights, DirectWindow& window) {
+  window.centered = true;
+  int nearest = 1 << 30;
+  for (int y = 0; y < k.height; ++y) {
+    for (int x = 0; x < k.width; ++x) {
+      const int distance = (x - k.anchor_x) * (x - k.anchor_x) + (y - k.anchor_y) * (y - k.anchor_y);
+      if (weights[static_cast<size_t>(y * k.width + x)] == 0 || distance >= nearest) continue;
+      nearest = distance;
+      window.center_x = x, window.center_y = y;
+    }
+  }
+}
 
 }  // namespace
 
@@ -91,7 +97,7 @@ Window::Window(const std::string& op, const Kernel& kernel, const WindowOptions&
       anchor_x_(kernel.anchor_x),
       anchor_y_(kernel.anchor_y) {
   RequireKernel(op, kernel);
-  Choose(op, kernel);
+  Choose(op);
 }
 
 Window::Window(const std::vector<double>& row, int left, const std::vector<double>& column, int top,
@@ -103,140 +109,114 @@ Window::Window(const std::vector<double>& row, int left, const std::vector<doubl
       anchor_x_(left),
       anchor_y_(top),
       terms_(1) {
-  Plane plane;
-  plane.separable = {width_, height_, {{RoundWeights(column), RoundWeights(row)}}};
-  plane.codes = MakeCodesWindow(column, row);
   const auto summed = [](const std::vector<double>& weights) {
     std::vector<double> sums(1, 0);
     for (const double w : weights) sums.push_back(sums.back() + w);
     return sums;
   };
+  Plane plane;
+  plane.products = {{column, row}};
   plane.row_sums = summed(row), plane.column_sums = summed(column);
-  planes_.push_back(std::move(plane));
   kernel_.weights.clear();
-  if (width_ > kLargest || height_ > kLargest) return;
-  kernel_ = {width_, height_, left, top, 1, {}};
-  for (const double c : column) {
-    for (const double r : row) kernel_.weights.push_back(c * r);
+  if (width_ <= kLargest && height_ <= kLargest) {
+    kernel_ = {width_, height_, left, top, 1, {}};
+    for (const double c : column) {
+      for (const double r : row) kernel_.weights.push_back(c * r);
+    }
+    plane.weights = kernel_.weights;
   }
-  planes_[0].bytes = MakeBytesWindow(width_, height_, kernel_.weights, /*separable=*/true, ErrorBound());
+  planes_.push_back(std::move(plane));
 }
 
-void Window::Choose(const std::string& op, const Kernel& kernel) {
+void Window::Choose(const std::string& op) {
   const FilterMethod wanted = options_.method;
   if (wanted == FilterMethod::kRecursive || wanted == FilterMethod::kDecimated) {
-    const std::string found = wanted == FilterMethod::kRecursive ? "recursive" : "decimated";
-    throw Error(op, "found method=" + found +
+    throw Error(op, "found method=" + std::string(MethodOf(wanted).name) +
                         ", expected auto, direct, separable, lowrank or fft: blurs by a Gaussian or a box "
                         "(--blur) have further ones");
   }
-  double taps = 0;
-  bool factored = true, exact = true;
-  std::vector<Factors> factors;
+  const auto nonzero =
+      std::count_if(kernel_.weights.begin(), kernel_.weights.end(), [](double w) { return w != 0; });
   // Products cover whole rectangles: where a weight is 0 they would let a NaN through.
-  const bool full = !HasZero(kernel.weights);
-  // As --explain sees a kernel image, whose pixels are not there yet.
-  const bool zeros =
-      std::all_of(kernel.weights.begin(), kernel.weights.end(), [](double w) { return w == 0; });
-  for (int p = 0; p < kernel.planes; ++p) {
+  WindowShape shape{.width = width_, .height = height_, .met = nonzero == std::ssize(kernel_.weights)};
+  shape.taps = static_cast<double>(nonzero) / kernel_.planes;
+  bool factored = true;
+  const auto area = static_cast<ptrdiff_t>(width_) * height_;
+  for (int p = 0; p < kernel_.planes; ++p) {
     const int most = wanted == FilterMethod::kSeparable ? 1
                      : wanted == FilterMethod::kLowRank ? std::min(width_, height_)
                                                         : kMostTerms;
-    Factors f = Factorize(kernel, p, most);
+    Factors f = Factorize(kernel_, p, most);
     factored = factored && !f.terms.empty();
-    exact = exact && f.elementwise;
-    terms_ = std::max(terms_, static_cast<int>(f.terms.size()));
+    shape.met = shape.met && f.elementwise;
+    shape.products = std::max(shape.products, static_cast<int>(f.terms.size()));
     truncation_ = std::max(truncation_, f.residual);
-    factors.push_back(std::move(f));
-  }
-  const size_t area = static_cast<size_t>(width_) * static_cast<size_t>(height_);
-  taps = static_cast<double>(
-             std::count_if(kernel.weights.begin(), kernel.weights.end(), [](double w) { return w != 0; })) /
-         kernel.planes;
-  switch (wanted) {
-    case FilterMethod::kAuto: {
-      method_ = FilterMethod::kDirect;
-      double least = DirectCost(taps, width_, height_);
-      if (const double cost = SeparableCost(width_, height_, terms_);
-          full && factored && exact && cost < least) {
-        least = cost;
-        method_ = terms_ == 1 ? FilterMethod::kSeparable : FilterMethod::kLowRank;
-      }
-      if (FftCost(width_, height_) < least) method_ = FilterMethod::kFft;
-      break;
-    }
-    case FilterMethod::kSeparable:
-      if (zeros) break;
-      if (!full || !factored || !exact) {
-        throw Error(op,
-                    "found method=separable with a kernel that is no product of a column and a row without "
-                    "zeros, expected one, or method=lowrank or direct");
-      }
-      method_ = wanted;
-      break;
-    case FilterMethod::kLowRank:
-      if (factored) method_ = wanted;  // else a plane has nothing but zeros
-      break;
-    default:
-      method_ = wanted;
-  }
-  const bool products = method_ == FilterMethod::kSeparable || method_ == FilterMethod::kLowRank;
-  if (!products) terms_ = 0, truncation_ = 0;
-  const bool edges = TreatsEdges();
-  for (int p = 0; p < kernel.planes; ++p) {
+    const auto first = kernel_.weights.begin() + p * area;
     Plane plane;
-    const auto first = kernel.weights.begin() + static_cast<ptrdiff_t>(static_cast<size_t>(p) * area);
-    const std::vector<double> weights(first, first + static_cast<ptrdiff_t>(area));
-    if (method_ == FilterMethod::kFft) plane.fft = MakeFftKernel(width_, height_, weights);
-    if (!products) {
-      plane.direct = MakeDirectWindow(width_, height_, RoundWeights(weights));
-      double sum = 0, magnitude = 0;
-      for (const double w : weights) sum += w, magnitude += std::fabs(w);
-      // A small zero-sum kernel answers to differences only: flat images give exactly 0.
-      const auto tap = [&](int x, int y) {
-        return weights[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
-      };
-      if (magnitude > 0 && std::fabs(sum) < 1e-12 * magnitude && area <= 25) {
-        plane.direct.centered = true;
-        int nearest = 1 << 30;
-        for (int y = 0; y < height_; ++y) {
-          for (int x = 0; x < width_; ++x) {
-            const int distance = (x - anchor_x_) * (x - anchor_x_) + (y - anchor_y_) * (y - anchor_y_);
-            if (tap(x, y) == 0 || distance >= nearest) continue;
-            nearest = distance;
-            plane.direct.center_x = x, plane.direct.center_y = y;
-          }
-        }
-      }
-    } else {
-      plane.separable.width = width_, plane.separable.height = height_;
-      for (const Product& t : factors[static_cast<size_t>(p)].terms) {
-        plane.separable.terms.push_back({RoundWeights(t.column), RoundWeights(t.row)});
-      }
-    }
-    if (method_ == FilterMethod::kSeparable) {
-      const Product& t = factors[static_cast<size_t>(p)].terms[0];
-      plane.codes = MakeCodesWindow(t.column, t.row);
-    } else {
-      plane.codes = MakeCodesWindow(width_, height_, weights);
-    }
-    if (edges) {
-      const auto w = static_cast<size_t>(width_) + 1;
-      plane.sums.assign(w * (static_cast<size_t>(height_) + 1), 0);
-      for (size_t y = 0; y < static_cast<size_t>(height_); ++y) {
-        for (size_t x = 0; x < w - 1; ++x) {
-          plane.sums[(y + 1) * w + x + 1] = weights[y * (w - 1) + x] + plane.sums[y * w + x + 1] +
-                                            plane.sums[(y + 1) * w + x] - plane.sums[y * w + x];
-        }
-      }
-    }
+    plane.weights.assign(first, first + area), plane.products = std::move(f.terms);
     planes_.push_back(std::move(plane));
   }
-  for (Plane& plane : planes_) {
-    const auto first = kernel.weights.begin() + (&plane - planes_.data()) * static_cast<ptrdiff_t>(area);
-    plane.bytes = MakeBytesWindow(width_, height_, {first, first + static_cast<ptrdiff_t>(area)}, products,
-                                  ErrorBound());
+  shape.met = shape.met && factored;
+  method_ = wanted == FilterMethod::kAuto ? CheapestMethod(shape) : wanted;
+  // A kernel image's pixels are not there yet where --explain sees it: all are zeros.
+  if ((wanted == FilterMethod::kSeparable && nonzero == 0) || (wanted == FilterMethod::kLowRank && !factored))
+    method_ = FilterMethod::kDirect;
+  if (method_ == FilterMethod::kSeparable && !MethodOf(method_).suits(shape)) {
+    throw Error(op,
+                "found method=separable with a kernel that is no product of a column and a row without "
+                "zeros, expected one, or method=lowrank or direct");
   }
+  const bool products = method_ == FilterMethod::kSeparable || method_ == FilterMethod::kLowRank;
+  terms_ = products ? shape.products : 0;
+  if (!products) truncation_ = 0;
+  for (Plane& plane : planes_) {
+    if (!products) plane.products.clear();
+    if (method_ == FilterMethod::kFft) plane.fft = MakeFftKernel(width_, height_, plane.weights);
+    if (!TreatsEdges()) continue;
+    const auto w = static_cast<size_t>(width_) + 1;
+    plane.sums.assign(w * (static_cast<size_t>(height_) + 1), 0);
+    for (size_t y = 0; y < static_cast<size_t>(height_); ++y) {
+      for (size_t x = 0; x < w - 1; ++x) {
+        plane.sums[(y + 1) * w + x + 1] = plane.weights[y * (w - 1) + x] + plane.sums[y * w + x + 1] +
+                                          plane.sums[(y + 1) * w + x] - plane.sums[y * w + x];
+      }
+    }
+  }
+}
+
+std::unique_ptr<const WindowSums> Window::MakeFloatSums(const Plane& plane) const {
+  if (plane.products.empty()) {
+    DirectWindow window = MakeDirectWindow(width_, height_, RoundWeights(plane.weights));
+    double sum = 0, magnitude = 0;
+    for (const double w : plane.weights) sum += w, magnitude += std::fabs(w);
+    // A small zero-sum kernel answers to differences only: flat images give exactly 0.
+    if (magnitude > 0 && std::fabs(sum) < 1e-12 * magnitude && plane.weights.size() <= 25)
+      Centre(kernel_, plane.weights, window);
+    return MakeDirectSums(window);
+  }
+  SeparableWindow window{width_, height_, {}};
+  for (const Product& p : plane.products)
+    window.terms.push_back({RoundWeights(p.column), RoundWeights(p.row)});
+  return MakeSeparableSums(window);
+}
+
+bool Window::SumsCodes(PixelType type) const {
+  if (options_.bias != 0 || TreatsEdges()) return false;
+  // Of bytes few float results are near a tie.
+  constexpr double kMostTapsOfBytes = 81;
+  return type == PixelType::kUint16 || (type == PixelType::kUint8 && (method_ == FilterMethod::kSeparable ||
+                                                                      width_ * height_ <= kMostTapsOfBytes));
+}
+
+std::unique_ptr<const WindowSums> Window::MakeSums(int plane, PixelType type) const {
+  const Plane& p = planes_[static_cast<size_t>(plane)];
+  if (!SumsCodes(type)) return MakeFloatSums(p);
+  CodeKernel kernel;
+  kernel.width = width_, kernel.height = height_, kernel.weights = p.weights;
+  kernel.by_columns = !p.products.empty(), kernel.error = ErrorBound();
+  if (method_ == FilterMethod::kSeparable)
+    kernel.column = p.products[0].column, kernel.row = p.products[0].row;
+  return MakeCodeSums(type, kernel, MakeFloatSums(p));
 }
 
 double Window::ErrorBound() const {
@@ -286,11 +266,33 @@ Roi Window::Footprint(const Roi& out) const {
           out.y1 + (height_ - 1 - anchor_y_)};
 }
 
+Roi Window::Inner(const Roi& out, const Roi& data_window) const {
+  const Roi inner = Intersection(
+      out, {data_window.x0 + anchor_x_, data_window.y0 + anchor_y_, data_window.x1 - (width_ - 1 - anchor_x_),
+            data_window.y1 - (height_ - 1 - anchor_y_)});
+  return inner.empty() ? Roi{out.x0, out.y1, out.x0, out.y1} : inner;
+}
+
+double Window::SumTo(const Plane& plane, int x, int y) const {
+  const auto i = static_cast<size_t>(x), j = static_cast<size_t>(y);
+  if (plane.sums.empty()) return plane.row_sums[i] * plane.column_sums[j];
+  return plane.sums[j * (static_cast<size_t>(width_) + 1) + i];
+}
+double Window::WeightOf(int plane) const {
+  return SumTo(planes_[static_cast<size_t>(plane)], width_, height_);
+}
+double Window::WeightInside(int plane, const Roi& window, int x, int y) const {
+  const Plane& p = planes_[static_cast<size_t>(plane)];
+  const int x0 = std::clamp(window.x0 - (x - anchor_x_), 0, width_),
+            x1 = std::clamp(window.x1 - (x - anchor_x_), x0, width_);
+  const int y0 = std::clamp(window.y0 - (y - anchor_y_), 0, height_),
+            y1 = std::clamp(window.y1 - (y - anchor_y_), y0, height_);
+  return SumTo(p, x1, y1) - SumTo(p, x0, y1) - SumTo(p, x1, y0) + SumTo(p, x0, y0);
+}
+
 std::string Window::Describe() const {
   const std::string size = std::to_string(width_) + "x" + std::to_string(height_);
   switch (method_) {
-    case FilterMethod::kSeparable:
-      return size + " separable";
     case FilterMethod::kLowRank: {
       char bound[32];
       std::snprintf(bound, sizeof bound, "%.1e", truncation_);
@@ -301,7 +303,7 @@ std::string Window::Describe() const {
       return size + " by transforms of " + std::to_string(planes_[0].fft.size) + "x" +
              std::to_string(planes_[0].fft.size);
     default:
-      return size + " direct";
+      return size + " " + MethodOf(method_).name;
   }
 }
 

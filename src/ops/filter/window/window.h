@@ -1,4 +1,4 @@
-// A kernel made ready to run: which method, its weights as floats, and what happens at the image's edge.
+// A kernel made ready to run: which method, its weights, and what happens at the image's edge.
 #ifndef TESSERA_OPS_FILTER_WINDOW_WINDOW_H_
 #define TESSERA_OPS_FILTER_WINDOW_WINDOW_H_
 
@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "base/stage.h"
-#include "ops/filter/codes/bytes.h"
-#include "ops/filter/codes/codes.h"
 #include "ops/filter/fft/fft.h"
-#include "ops/filter/fir/fir.h"
+#include "ops/filter/window/factor.h"
+#include "ops/filter/window/sums.h"
 #include "tessera/ops/filter.h"
 
 namespace tessera::ops {
@@ -31,44 +30,21 @@ struct WindowOptions {
   int alpha = -1;  // channel that the bias is multiplied by
 };
 
-// The kernels of one instruction set, chosen when a stage is made: a window is shared by stages.
-struct WindowFunctions {
-  FirFunctions fir;
-  CodesFunctions codes;
-  BytesFunctions bytes;
-  FftFunctions fft;
-};
-WindowFunctions ChooseWindowFunctions();
-
+// The plan, which stages share: WindowRun runs it.
 class Window {
  public:
   // `correlation` is applied as it stands. Throws Error when the method cannot do it.
   Window(const std::string& op, const Kernel& correlation, const WindowOptions& options);
-
-  // Pixels under the kernel for `out`, beyond the data window too, and those of them that exist and are
-  // needed. A column times a row, each of any length; `left` and `top` taps lie before the pixel.
+  // A column times a row, each of any length; `left` and `top` taps lie before the pixel.
   Window(const std::vector<double>& row, int left, const std::vector<double>& column, int top,
          const WindowOptions& options);
 
+  // Pixels under the kernel for `out`, beyond the data window too, and those of them that exist and are
+  // needed.
   Roi Footprint(const Roi& out) const;
   Roi InputRoi(const Roi& out, const Roi& data_window) const;
-  // Computes args.out from args.in[0], which covers InputRoi; edges are extended here, where they are needed.
-  // `largest`: 0, or the largest code of integer pixels, whose sums are then exact and rounded once.
-  void Run(const WindowFunctions& functions, const graph::TileArgs& args, const Roi& data_window,
-           int largest = 0) const;
-  // Whether Run takes codes of such pixels: where that costs more than it is worth, or what borders and bias
-  // add is no whole code, IntegerSums mends sums of floats.
-  bool SumsCodes(PixelType type) const;
-  // Whether Run, where it sums codes, goes from bytes to bytes, or from words to words, too.
-  bool SumsAsTheyAre(PixelType type) const {
-    if (planes_.size() != 1) return false;
-    const BytesWindow& bytes = planes_[0].bytes;
-    return type == PixelType::kUint8 ? bytes.usable || bytes.product.usable
-                                     : bytes.divisor_of_words == 0 && bytes.product.usable;
-  }
-  // The same for a whole image, tile by tile.
-  void RunWhole(const WindowFunctions& functions, const ConstImageView& in, const ImageView& out,
-                const graph::Workers& workers) const;
+  // The results whose footprints lie inside, or none.
+  Roi Inner(const Roi& out, const Roi& data_window) const;
   // Method, size and error bound in a few words.
   std::string Describe() const;
   FilterMethod method() const { return method_; }
@@ -79,37 +55,39 @@ class Window {
   // Width and height of a tile that suits the method; `alone`: from a source's pixels to the result's.
   graph::TileSize PreferredTile(bool alone) const;
   const WindowOptions& options() const { return options_; }
-
- private:
-  struct Plane {
-    DirectWindow direct;
-    SeparableWindow separable;
-    FftKernel fft;
-    CodesWindow codes;
-    BytesWindow bytes;
-    // For edges: sums of weights over the rectangles [0, x) x [0, y), or of a row's and a column's first
-    // weights.
-    std::vector<double> sums, row_sums, column_sums;
-  };
-  void Choose(const std::string& op, const Kernel& kernel);
   // The blocks of the transform lie on a grid from the data window's corner, whatever the tile.
   Roi WholeBlocks(const Roi& out, const Roi& data_window) const;
-  void RunBlocks(const WindowFunctions& functions, const graph::TileArgs& args, const Roi& data_window) const;
-  void RunPlane(const WindowFunctions& functions, const Plane& plane, const FirTile& tile,
-                base::Arena& scratch, int largest) const;
-  void RunPart(const WindowFunctions& functions, const graph::TileArgs& args, const ConstImageView& in,
-               const Roi& part, int largest) const;
-  template <class T>
-  CodeTile<T> TileOfCodes(const graph::TileArgs& args, const ConstImageView& in, const Roi& part) const;
-  void RunPlanes(const WindowFunctions& functions, const graph::TileArgs& args, const ConstImageView& in,
-                 const ImageView& out, int largest) const;
-  void Finish(const graph::TileArgs& args, const Roi& data_window) const;
+
+  // One set of weights, for all channels or for one.
+  int planes() const { return static_cast<int>(planes_.size()); }
+  const FftKernel& fft(int plane) const { return planes_[static_cast<size_t>(plane)].fft; }
+  // Whether sums of such pixels are taken of their codes: where that costs more than it is worth, or what
+  // borders and bias add is no whole code, IntegerSums mends sums of floats.
+  bool SumsCodes(PixelType type) const;
+  // What sums a plane's windows, in floats or, where it SumsCodes, correctly rounded.
+  std::unique_ptr<const WindowSums> MakeSums(int plane, PixelType type) const;
+
   // Whether pixels near the edge need the weights that lie inside.
   bool TreatsEdges() const {
     return options_.border == BorderMode::kRenormalize ||
            (options_.border == BorderMode::kBlack && options_.border_value != 0);
   }
-  double WeightInside(const Plane& plane, const Roi& data_window, int x, int y) const;
+  // The sum of a plane's weights, and of those that lie inside for one pixel.
+  double WeightOf(int plane) const;
+  double WeightInside(int plane, const Roi& data_window, int x, int y) const;
+
+ private:
+  struct Plane {
+    std::vector<double> weights;
+    std::vector<Product> products;  // that are summed in place of the weights
+    FftKernel fft;
+    // For edges: sums of weights over the rectangles [0, x) x [0, y), or of a row's and a column's first
+    // weights.
+    std::vector<double> sums, row_sums, column_sums;
+  };
+  void Choose(const std::string& op);
+  std::unique_ptr<const WindowSums> MakeFloatSums(const Plane& plane) const;
+  double SumTo(const Plane& plane, int x, int y) const;
 
   WindowOptions options_;
   Kernel kernel_;
