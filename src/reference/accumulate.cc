@@ -22,13 +22,16 @@ double Fixed(double v, int bits) {
   return std::max(-one, std::min(one, code)) / one;
 }
 
-// Whether the last bits of a double decide how Fixed rounds `v`, to which a multiple of `weight` was added.
-// Products with powers of two are exact.
-bool AtTie(double v, double weight, int bits) {
+// How far what Fixed makes of `v` may lie from it where `v`, to which a multiple of `weight` was added, is
+// off by `off`, beyond that itself: a step where it may be rounded to the neighbour. The last bits of a
+// double are off too, but for powers of two, whose products are exact.
+double RoundingJump(double v, double weight, double off, int bits) {
   int exponent = 0;
-  if (std::fabs(std::frexp(weight, &exponent)) == 0.5) return false;
-  const double x = v * std::pow(2.0, bits);
-  return std::fabs(x - std::floor(x) - 0.5) < 0x1p-44 * std::max(1.0, std::fabs(x));
+  const bool exact = std::fabs(std::frexp(weight, &exponent)) == 0.5;
+  const double x = v * std::pow(2.0, bits), slack = exact ? 0 : 0x1p-44 * std::max(1.0, std::fabs(x));
+  const double near = std::fabs(x - std::floor(x) - 0.5);
+  const bool jumps = near < slack || (off > 0 && near <= off * std::pow(2.0, bits));
+  return jumps ? std::ldexp(1.0, -bits) : 0;
 }
 
 // What a sum of several terms is allowed: one rounding, and what a sum in double loses.
@@ -40,16 +43,18 @@ void EvaluateSum(const Call& call) {
   const auto& p = std::any_cast<const WeightedSumParams&>(call.parameters);
   ForEachSample(call, [&](int x, int y, int c) {
     long double sum = 0, absolute = 0;
-    double held = 0;
+    double held = 0, off = 0, jumps = 0;
     for (size_t k = 0; k < p.weights.size(); ++k) {
       if (p.weights[k] == 0) continue;
       const double term = p.weights[k] * call.in[k].at(x, y, c);
       sum += static_cast<long double>(p.weights[k]) * call.in[k].at(x, y, c);
       absolute += std::fabs(term);
       if (p.bits == 0) continue;
-      if (AtTie(held + term, p.weights[k], p.bits)) call.Undecided(x, y, c, std::ldexp(1.0, -p.bits));
+      off += std::fabs(p.weights[k]) * call.Tolerance(static_cast<int>(k), x, y, c);
+      jumps += RoundingJump(held + term, p.weights[k], off, p.bits);
       held = Fixed(held + term, p.bits);
     }
+    if (jumps > 0) call.Undecided(x, y, c, jumps);
     return p.bits != 0 ? Rounded(held) : Total(static_cast<double>(sum), static_cast<double>(absolute));
   });
 }
@@ -60,7 +65,7 @@ void EvaluateShiftAccumulate(const Call& call) {
   const double scale = KernelRange(p.taps, p.low, p.high).scale;
   ForEachSample(call, [&](int x, int y, int c) {
     long double sum = 0, absolute = 0;
-    double held = 0;
+    double held = 0, off = 0, jumps = 0;
     for (int j = 0; j < p.height; ++j) {
       for (int i = 0; i < p.width; ++i) {
         const double tap = p.taps[static_cast<size_t>(j * p.width + i)];
@@ -72,10 +77,12 @@ void EvaluateShiftAccumulate(const Call& call) {
         absolute += std::fabs(tap * v);
         if (p.bits == 0) continue;
         const double next = held + tap * scale * v;
-        if (AtTie(next, tap * scale, p.bits)) call.Undecided(x, y, c, std::ldexp(1.0, -p.bits) / scale);
+        if (inside) off += std::fabs(tap * scale) * call.Tolerance(0, sx, sy, c);
+        jumps += RoundingJump(next, tap * scale, off, p.bits);
         held = Fixed(next, p.bits);
       }
     }
+    if (jumps > 0) call.Undecided(x, y, c, jumps / scale);
     return p.bits != 0 ? Rounded(held / scale)
                        : Total(static_cast<double>(sum), static_cast<double>(absolute));
   });

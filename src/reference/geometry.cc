@@ -5,6 +5,7 @@
 #include <any>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -107,7 +108,7 @@ struct Lookup {
   std::string filter;
   Wrap wrap_x = Wrap::kClamp, wrap_y = Wrap::kClamp;
   Outside outside = Outside::kCounts;
-  bool nearest_picks_one = false;  // a position between two pixels takes the right one
+  bool nearest_picks_one = false;  // a position half-way between two pixels takes the right one
 
   struct Tap {
     int at;
@@ -121,6 +122,11 @@ struct Lookup {
     double sum = 0, unseen = 0;
     if (filter == "box" && nearest_picks_one && wide == 1) {
       auto i = static_cast<int64_t>(std::floor(position + 0.5));
+      // A mirror image is the image mirrored, so that there it is the left one.
+      const double copy =
+          std::floor((position + 0.5 - static_cast<double>(low)) / static_cast<double>(high - low));
+      if (wrap == Wrap::kMirror && std::fmod(copy, 2) != 0)
+        i = static_cast<int64_t>(std::ceil(position - 0.5));
       if (Seen(wrap, low, high, &i)) taps.push_back({static_cast<int>(i), 1});
       return taps;
     }
@@ -135,6 +141,13 @@ struct Lookup {
       if (seen && w != 0) taps.push_back({static_cast<int>(at), w});
     }
     if (sum == 0 || (outside == Outside::kLeftOut && sum < 0)) return {};
+    // Where a small image is seen many times over, each pixel once.
+    if (static_cast<int64_t>(taps.size()) > high - low) {
+      std::map<int, double> folded;
+      for (const Tap& t : taps) folded[t.at] += t.weight;
+      taps.clear();
+      for (const auto& [at, weight] : folded) taps.push_back({at, weight});
+    }
     for (Tap& t : taps) t.weight /= sum;
     if (black != nullptr) *black = unseen / std::fabs(sum);
     return taps;
