@@ -8,6 +8,7 @@
 #include <set>
 
 #include "graph/op.h"
+#include "random/foreign.h"
 #include "random/samples.h"
 #include "random/verdict.h"
 #include "tessera/error.h"
@@ -197,8 +198,10 @@ class Comparison {
         spec.metadata != nullptr &&
         std::any_of(spec.metadata->begin(), spec.metadata->end(),
                     [](const Attribute& a) { return a.name == "oiio:UnassociatedAlpha"; });
-    if (unassociated || !CanHold(c_.format, spec, c_.type)) return std::nullopt;
+    if (unassociated) return std::nullopt;
     const std::string file = folder_ + "/result." + c_.format;
+    if (!CanHold(c_.format, spec, c_.type)) return Padded(file);
+    if (Words words = WrongFromForeign(c_, base_, folder_ + "/foreign", tally_)) return words;
     PendingOutput output(node(), file, {.type = c_.type, .render = {.threads = c_.threads}});
     const StoredPixels stored = output.ReadBack();
     if (stored.window != spec.data_window || stored.channels.size() != spec.channels.size() ||
@@ -221,6 +224,16 @@ class Comparison {
     const Image image = Render(read, c_.type, {.threads = 1});
     again.read = [&](const ImageView& rows) { CopySamples(image.view(), rows); };
     return Prefixed("file " + c_.format, DifferMaybeRounded(InOrder(again).view(), base_.view()));
+  }
+  // Formats without a data window have all of the display window's pixels, those beyond the data window 0.
+  Words Padded(const std::string& file) {
+    ImageSpec shown = node().spec();
+    const bool reaches = !Intersection(shown.display_window, shown.data_window).empty();
+    shown.data_window =
+        shown.display_window = {0, 0, shown.display_window.width(), shown.display_window.height()};
+    const bool plain = (c_.format == "png" || c_.format == "sgi") && shown.alpha < 0;
+    if (!reaches || !plain || !CanHold(c_.format, shown, c_.type)) return std::nullopt;
+    return WrongPadding(c_, node(), file, tally_);
   }
   // The held samples with their channels as the result has them.
   Image InOrder(const StoredPixels& stored) const {

@@ -206,7 +206,7 @@ const std::vector<Fault>& Faults() {
         Row<Wrong::kStore>("store", {Check::kRules}),
         Row<Wrong::kSamples>("samples", {Check::kRules, Check::kEager}),
         Row<Wrong::kThen>("then", {Check::kRules}),
-        Row<Wrong::kThreads>("threads", {Check::kThreads}),
+        Row<Wrong::kThreads>("threads", {Check::kThreads, Check::kStream}),
         Row<Wrong::kOrder>("order", {Check::kTiles, Check::kShuffle, Check::kTypes, Check::kThreads}),
         Row<Wrong::kTarget>("target", {Check::kTargets}),
         Row<Wrong::kReference>("reference", {Check::kReference, Check::kPlain, Check::kVerify}),

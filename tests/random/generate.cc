@@ -134,7 +134,8 @@ void Prune(Case& c) {
 struct Generator::State {
   Case made;
   std::vector<Node> pictures, steps;
-  Roi window;  // what pictures have
+  Roi window;             // what pictures have
+  bool complete = false;  // has its pictures
 
   const Node& At(int value) const {
     return value < 0 ? pictures[static_cast<size_t>(-1 - value)] : steps[static_cast<size_t>(value)];
@@ -186,7 +187,11 @@ bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s, bool plain) {
   } else if (!s.pictures.empty()) {
     around.channels = s.pictures[0].spec().channel_count();
   }
-  if (!plain) step.words = words_.Drawn(draw, op, around);
+  if (!plain) {
+    step.words = words_.Drawn(draw, op, around);
+  } else if (&op == clamp_) {  // without a word it limits nothing
+    step.words.modifiers = {{"min", "0"}, {"max", "1"}};
+  }
   const size_t pictures_before = s.pictures.size();
   const auto undo = [&] {
     s.pictures.resize(pictures_before);
@@ -211,7 +216,7 @@ bool Generator::AddStep(Draw& draw, const OpInfo& op, State& s, bool plain) {
       }
       if (!s.steps.empty() && (k == 0 ? draw.Chance(0.93) : draw.Chance(0.2))) {
         value = static_cast<int>(s.steps.size()) - 1;
-      } else if (!fitting.empty() && draw.Chance(0.65)) {
+      } else if (!fitting.empty() && (s.complete || draw.Chance(0.65))) {
         value = draw.Of(fitting);
       } else {
         Picture picture = DrawPicture(draw, draw.Chance(0.04) ? DrawWindow(draw) : window);
@@ -287,6 +292,10 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
   c.format = draw.Of({"exr", "tif", "png", "sgi", "tga", "bmp", "ppm", "dpx"});
   const bool deep = c.type == PixelType::kHalf || c.type == PixelType::kFloat;
   if (deep) c.format = draw.Of({"exr", "exr", "tif"});
+  if (c.type == PixelType::kUint8 && spec.channel_count() == 3) {  // all that some formats have
+    c.format = draw.Of({"bmp", "ppm", "tga", "png", "sgi", "dpx"});
+    if (draw.Chance(0.3)) c.checks |= Bit(Check::kFile);
+  }
   const int rules = static_cast<int>(RewriteRules().size());
   c.rules = draw.Chance(0.15) ? rules : std::min(rules, 2);
   c.first_rule = rules > 0 ? draw.Below(rules) : 0;
@@ -342,7 +351,7 @@ Case Generator::MakeLarge(uint64_t seed, uint64_t index, Draw& draw, const OpInf
 // other: the rules that need just that come too rarely by chance.
 Case Generator::MakePacked(uint64_t seed, uint64_t index, Draw& draw) {
   State s;
-  s.made.seed = seed, s.made.index = index;
+  s.made.seed = seed, s.made.index = index, s.complete = true;
   s.window = DrawWindow(draw);
   const int kind = draw.Below(8);
   const bool colors = kind == 0 && !pairs_.empty(), samples = kind == 6 && !sample_pairs_.empty();
@@ -350,9 +359,10 @@ Case Generator::MakePacked(uint64_t seed, uint64_t index, Draw& draw) {
   s.made.type = draw.Of({PixelType::kUint8, PixelType::kUint16});
   if ((pair || moves) && draw.Chance(0.4)) s.made.type = draw.Of({PixelType::kHalf, PixelType::kFloat});
   const int alike = draw.Chance(0.4) ? 4 : DrawChannels(draw);
-  for (int k = 0, pictures = moves ? draw.Between(1, 4) : pair ? 2 : 1; k < pictures; ++k) {
+  const int pictures = moves ? draw.Between(1, 4) : pair ? 2 : 1;
+  for (int k = 0; k < pictures; ++k) {
     Picture picture = DrawPicture(draw, s.window);
-    picture.channels = samples ? alike : moves ? draw.Between(1, 4) : draw.Chance(0.9) ? 4 : picture.channels;
+    picture.channels = samples ? alike : moves ? draw.Between(1, 2) : draw.Chance(0.9) ? 4 : picture.channels;
     picture.type = s.made.type, picture.layout = {};
     s.AddPicture(picture);
   }
@@ -363,7 +373,10 @@ Case Generator::MakePacked(uint64_t seed, uint64_t index, Draw& draw) {
     }
   };
   if (moves) {
-    for (int k = draw.Between(1, 4); k > 0; --k) add(moves_, false);
+    const auto append =
+        std::find_if(moves_.begin(), moves_.end(), [](const OpInfo* op) { return op->inputs == 2; });
+    for (int k = 1; k < pictures && append != moves_.end(); ++k) add({*append}, false);
+    for (int k = draw.Between(pictures > 1 ? 0 : 1, 2); k > 0; --k) add(moves_, false);
   } else if (pair) {
     add(colors ? pairs_ : sample_pairs_, draw.Chance(0.5));
   } else if (kind == 1) {

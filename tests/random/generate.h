@@ -88,7 +88,7 @@ class Generator {
 
  private:
   struct State;
-  // `plain`: without arguments or modifiers.
+  // `plain`: without arguments or modifiers; a clamp is to [0, 1].
   bool AddStep(Draw& draw, const ops::OpInfo& op, State& state, bool plain = false);
   const ops::OpInfo& DrawRow(Draw& draw, const std::vector<const ops::OpInfo*>& rows) const;
   void DrawChecks(Draw& draw, Case& c, const Node& result) const;

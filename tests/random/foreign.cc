@@ -1,0 +1,128 @@
+// Written by OpenImageIO itself, read by us.
+#include "random/foreign.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "random/samples.h"
+#include "tessera/error.h"
+#include "tessera/io.h"
+#include "tessera/ops/channels.h"
+#include "tessera/render.h"
+
+namespace tessera::random {
+namespace {
+
+OIIO::TypeDesc TypeOf(PixelType type) {
+  return type == PixelType::kUint8    ? OIIO::TypeDesc::UINT8
+         : type == PixelType::kUint16 ? OIIO::TypeDesc::UINT16
+         : type == PixelType::kHalf   ? OIIO::TypeDesc::HALF
+                                      : OIIO::TypeDesc::FLOAT;
+}
+
+// The image, tiled where `tile` is positive, behind `before` parts of the same shape and other pixels.
+bool WriteAsOthers(const Image& image, const std::string& file, int tile, int before) {
+  const ConstImageView view = image.view();
+  const Roi& window = view.roi;
+  OIIO::ImageSpec spec(window.width(), window.height(), view.channels, TypeOf(view.type));
+  spec.x = spec.full_x = window.x0, spec.y = spec.full_y = window.y0;
+  spec.full_width = spec.width, spec.full_height = spec.height;
+  spec.channelnames = image.spec().channels;
+  spec.alpha_channel = image.spec().alpha;
+  if (tile > 0) spec.tile_width = tile, spec.tile_height = tile, spec.tile_depth = 1;
+  std::vector<OIIO::ImageSpec> specs;
+  for (int part = 0; part <= before; ++part) {
+    specs.push_back(spec);
+    if (before > 0) specs.back().attribute("oiio:subimagename", "part" + std::to_string(part));
+  }
+  const size_t samples = static_cast<size_t>(window.pixels()) * static_cast<size_t>(view.channels);
+  const std::vector<std::byte> others(samples * PixelBytes(view.type), std::byte{0x11});
+  const auto output = OIIO::ImageOutput::create(file);
+  for (int part = 0; part <= before; ++part) {
+    const bool opened =
+        part == 0 && before > 0 ? output->open(file, before + 1, specs.data())
+        : part == 0             ? output->open(file, spec)
+                    : output->open(file, specs[static_cast<size_t>(part)], OIIO::ImageOutput::AppendSubimage);
+    if (!opened) return false;
+    const bool written =
+        part < before ? output->write_image(TypeOf(view.type), others.data())
+                      : output->write_image(TypeOf(view.type), view.data, view.pixel_stride, view.row_stride);
+    if (!written) return false;
+  }
+  return output->close();
+}
+
+}  // namespace
+
+std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, const std::string& base,
+                                            Tally& tally) {
+  const bool deep = c.type == PixelType::kHalf || c.type == PixelType::kFloat;
+  const ImageSpec& spec = result.spec();
+  const int channels = spec.channel_count();
+  // TIFF has no data window, and OpenImageIO makes alpha of what comes fourth.
+  const bool plain = spec.data_window.x0 == 0 && spec.data_window.y0 == 0 && (channels == 1 || channels == 3);
+  if (!deep && !plain) return std::nullopt;
+  const int tile = c.index % 3 == 0 ? 0 : 16 << c.index % 2,
+            before = deep ? static_cast<int>(c.index / 3 % 2) : 0;
+  const std::string file = base + (deep ? ".exr" : ".tif");
+  if (!WriteAsOthers(result, file, tile, before)) return std::nullopt;  // not a file of that format
+  if (tile > 0) tally.Add(kFiles, "tiled");
+  if (before > 0) tally.Add(kFiles, "of parts");
+  const std::string words =
+      "file of others, " + std::to_string(tile) + " pixels a tile, part " + std::to_string(before) + ": ";
+  const Node read = Read(file, {.subimage = before});
+  if (read.spec().data_window != spec.data_window || read.spec().channel_count() != channels ||
+      read.spec().type != c.type) {
+    return words + "another window, type or number of channels was read";
+  }
+  const RenderOptions options{.threads = 1, .tile_height = c.tile_height};
+  const Image all = Render(read, c.type, options);
+  for (int k = 0; k < channels; ++k) {
+    const int from = deep ? read.spec().ChannelIndex(spec.channels[static_cast<size_t>(k)]) : k;
+    if (from < 0) return words + "no channel " + spec.channels[static_cast<size_t>(k)] + " was read";
+    const auto one = [](ConstImageView view, int channel) {
+      view.data = view.At(view.roi.x0, view.roi.y0, channel);
+      view.channels = 1;
+      return view;
+    };
+    if (const auto wrong = Differ(one(all.view(), from), one(result.view(), k))) {
+      return words + "channel " + std::to_string(k) + ": " + *wrong;
+    }
+    if (k != static_cast<int>(c.index % static_cast<uint64_t>(channels))) continue;
+    const Image alone = Render(SelectChannels(read, {{from, 0, "Y"}}), c.type, options);
+    if (const auto wrong = Differ(alone.view(), one(result.view(), k))) {
+      return words + "channel " + std::to_string(k) + " alone: " + *wrong;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> WrongPadding(const Case& c, const Node& result, const std::string& file,
+                                        Tally& tally) {
+  const Roi& shown = result.spec().display_window;
+  const Node padded = Crop(result, shown);
+  try {
+    Write(result, file, {.type = c.type, .render = {.threads = c.threads}});
+  } catch (const Error&) {
+    return std::nullopt;  // not of these channels
+  }
+  const Node read = Read(file);
+  if (read.spec().channel_count() != result.spec().channel_count() || read.spec().type != c.type ||
+      read.spec().width() != shown.width() || read.spec().height() != shown.height()) {
+    return std::nullopt;  // of a format that keeps something else
+  }
+  tally.Add(kFiles, "padded");
+  const Image got = Render(read, c.type, {.threads = 1});
+  const Image want = Render(padded, c.type, {.threads = 1});
+  ConstImageView placed = got.view();
+  placed.roi = shown;
+  const auto words = Differ(placed, want.view());
+  return words ? std::optional<std::string>("file with rows and columns beyond the data window: " + *words)
+               : std::nullopt;
+}
+
+}  // namespace tessera::random

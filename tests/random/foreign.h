@@ -1,0 +1,25 @@
+// Files as other programs write them: in tiles, several parts, rows of all the display window.
+#ifndef TESSERA_TESTS_RANDOM_FOREIGN_H_
+#define TESSERA_TESTS_RANDOM_FOREIGN_H_
+
+#include <optional>
+#include <string>
+
+#include "random/generate.h"
+#include "random/tally.h"
+
+namespace tessera::random {
+
+// What is wrong with the pixels that are read from such a file (`base`: an OpenEXR or TIFF file's name
+// without its extension) of the case's result, all of them or one channel alone, in bands of the case's tile
+// height.
+std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, const std::string& base,
+                                            Tally& tally);
+
+// What is wrong with a file whose format pads the data window to the display window; `file` will be that.
+std::optional<std::string> WrongPadding(const Case& c, const Node& result, const std::string& file,
+                                        Tally& tally);
+
+}  // namespace tessera::random
+
+#endif  // TESSERA_TESTS_RANDOM_FOREIGN_H_
