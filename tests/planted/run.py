@@ -5,8 +5,8 @@
     tests/planted/run.py --list | --check
 
 Every fault is one replacement of text (faults_engine.py, faults_kernels.py). For each the copy in DIR is rebuilt and
-asked, in this order, until one of them fails: the random pipelines as the tests run them, the laws, lines of the
-program with --verify. First all of them run without a fault, and must pass. A fault that none of them sees, or whose
+asked, in this order, until one of them fails: the random pipelines as the tests run them, the laws (laws_test and
+packed_test, which ask every operation), lines of the program with --verify. First all of them run without a fault, and must pass. A fault that none of them sees, or whose
 text is not there any more, is an error.
 """
 import argparse
@@ -113,21 +113,23 @@ def ask_random(tree, fault):
     return how, much, out
 
 
-def ask_laws(tree, fault):
-    words = [tree.program("laws_test"), "--gtest_brief=1"]
-    if not fault.laws:
-        words.append("--gtest_fail_fast")
-    else:
-        names = [name + tail for name in fault.laws.split() for tail in ("", "_?", "_??", "_???")]
-        words.append("--gtest_filter=" + ":".join("*/" + name for name in names))
-    start = time.time()
-    out, code = run(words)
-    if code == 0:
-        return None
-    failed = re.findall(r"^\[  FAILED  \] (\S+)(?:,| \()", out, re.M)
-    law = re.search(r"(\w+\.\w+)/", failed[0]) if failed else None
-    how = "laws, " + (law.group(1) if law else "code %s" % code)
-    return how, "%d failed, %.1f s" % (len(set(failed)), time.time() - start), out
+def ask_tests(program):
+    def ask(tree, fault):
+        words = [tree.program(program), "--gtest_brief=1"]
+        if not fault.laws:
+            words.append("--gtest_fail_fast")
+        else:
+            names = [name + tail for name in fault.laws.split() for tail in ("", "_?", "_??", "_???")]
+            words.append("--gtest_filter=" + ":".join("*/" + name for name in names))
+        start = time.time()
+        out, code = run(words)
+        if code == 0:
+            return None
+        failed = re.findall(r"^\[  FAILED  \] (\S+)(?:,| \()", out, re.M)
+        law = re.search(r"(\w+\.\w+)", failed[0]) if failed else None
+        how = "laws, " + (law.group(1) if law else "code %s" % code)
+        return how, "%d failed, %.1f s" % (len(set(failed)), time.time() - start), out
+    return ask
 
 
 def ask_verify(tree, fault):
@@ -139,7 +141,8 @@ def ask_verify(tree, fault):
     return None
 
 
-ASKED = (("random_pipelines", ask_random), ("laws_test", ask_laws), ("tessera_cli", ask_verify))
+ASKED = (("random_pipelines", ask_random), ("laws_test", ask_tests("laws_test")),
+         ("packed_test", ask_tests("packed_test")), ("tessera_cli", ask_verify))
 
 
 def caught(tree, fault, verbose):

@@ -13,6 +13,7 @@ float.exr --ch R,G,B -d float -o rgb.tif
 float.exr --crop 211x131+37+41 -d half -o window.exr
 float.exr --attrib tile_width 64 --attrib tile_height 32 -d half -o tiled.exr
 float.exr --attrib tile_width 64 --attrib tile_height 48 -d uint16 -o tiled.tif
+window.exr --attrib tile_width 32 --attrib tile_height 32 -d half -o tilewindow.exr
 --pattern simplex:freq=5 2301x1203 4 --mulc 0.4 --addc 0.5 -d uint8 -o large.tif
 """.strip().splitlines()
 JOINED = "float.exr --ch R,G,B -d half window.exr --siappend -o parts.exr"
@@ -27,6 +28,7 @@ window.exr --blur 5x5 --mulc 0.5 -d half --verify -o out.exr
 window.exr --crop 260x180+20+20 --addc 0.1 -d half --verify -o out.exr
 window.exr --crop 211x131+37+41 -d uint8 --verify -o out.png
 tiled.exr --blur 9x9 -d half --verify -o out.exr
+tilewindow.exr --blur 5x5 -d float --verify -o out.exr
 tiled.tif --ch 2,1 --addc 0.01 -d uint16 --verify -o out.tif
 rgba8.tif --attrib tile_width 64 --attrib tile_height 48 --blur 3x3 -d uint8 --verify -o out.tif
 float.exr --attrib tile_width 32 --attrib tile_height 64 --mulc 0.9 -d float --verify -o out.exr
