@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "model/shade_settings.h"
 #include "reference/reference.h"
@@ -23,7 +24,10 @@ constexpr double kOrder = 0x1p-50;
 
 class Map {
  public:
-  Map(const ImageD& depths, const ops::ShadowSettings& settings) : depths_(depths), s_(settings) {}
+  Map(const ImageD& depths, const ops::ShadowSettings& settings)
+      : depths_(depths),
+        s_(settings),
+        own_(static_cast<size_t>(depths.roi.pixels()), std::numeric_limits<double>::quiet_NaN()) {}
   int width() const { return depths_.roi.width(); }
   int height() const { return depths_.roi.height(); }
   // The texel with its bias as float, texels counted from the map's corner; `sign` times what doubles in
@@ -39,8 +43,7 @@ class Map {
     const bool coarse = s_.position_step > 1e-6;
     const double reach =
         (s_.shadow.filter == ShadowFilter::kBilinear ? 1 : s_.shadow.size / 2.0) + (coarse ? 1 : 0);
-    const double slope = Slope(At(x - 1, y), m, At(x + 1, y)) + Slope(At(x, y - 1), m, At(x, y + 1));
-    return rounded(reach * slope + s_.map_step * (1 + 2 * reach));
+    return rounded(OwnDepth(x, y, reach) + s_.map_step * (1 + 2 * reach));
   }
 
  private:
@@ -48,17 +51,70 @@ class Map {
     if (x < 0 || y < 0 || x >= width() || y >= height()) return 1;
     return depths_.at(depths_.roi.x0 + x, depths_.roi.y0 + y, 0);
   }
-  static double Slope(double a, double m, double b) {
-    const bool left = a < 1, right = b < 1;
-    if (left && right) {
-      const double one = std::fabs(m - a), other = std::fabs(b - m);
-      return std::min(std::max(one, other), 2 * std::min(one, other));
+  // How much deeper a texel's own surface is within reach: as its neighbours foretell, or as the map has it.
+  double OwnDepth(int x, int y, double reach) const {
+    double& known = own_[static_cast<size_t>(y) * static_cast<size_t>(width()) + static_cast<size_t>(x)];
+    if (!std::isnan(known)) return known;
+    const double m = At(x, y);
+    double deeper = Deeper(x, y, reach, reach);
+    const int around = std::min(static_cast<int>(std::ceil(reach)), 8);
+    for (int v = y - around; v <= y + around; ++v) {
+      for (int u = x - around; u <= x + around; ++u) {
+        const double other = At(u, v) - m;
+        const double dx = std::abs(u - x), dy = std::abs(v - y);
+        const bool own =
+            At(u, v) < 1 && other <= 6 * Deeper(x, y, dx, dy) && other <= 6 * Deeper(u, v, dx, dy);
+        if (own) deeper = std::max(deeper, other);
+      }
     }
-    return left ? std::fabs(m - a) : right ? std::fabs(b - m) : 0;
+    return known = deeper;
+  }
+  // How much deeper the surface around a texel may be dx, dy away, by its slopes and how it bends and twists.
+  double Deeper(int x, int y, double dx, double dy) const {
+    const auto row = [&](int k) { return At(x + k, y); };
+    const auto column = [&](int k) { return At(x, y + k); };
+    std::vector<double> twists;
+    for (const int v : {-1, 1}) {
+      for (const int u : {-1, 1}) {
+        if (At(x + u, y + v) < 1 && At(x + u, y) < 1 && At(x, y + v) < 1)
+          twists.push_back(u * v * (At(x + u, y + v) - At(x + u, y) - At(x, y + v) + At(x, y)));
+      }
+    }
+    return Slope(row) * dx + Slope(column) * dy + 0.5 * (Bend(row) * dx * dx + Bend(column) * dy * dy) +
+           Consensus(twists) * dx * dy;
+  }
+  template <class F>
+  static double Slope(const F& at) {
+    const bool left = at(-1) < 1, right = at(1) < 1;
+    if (!left || !right) return left ? std::fabs(at(0) - at(-1)) : right ? std::fabs(at(1) - at(0)) : 0;
+    const double one = at(0) - at(-1), other = at(1) - at(0);
+    const double least = std::min(std::fabs(one), std::fabs(other));
+    if (one * other < 0) return std::min(0.5 * std::fabs(at(1) - at(-1)), 2 * least);
+    return std::min(std::max(std::fabs(one), std::fabs(other)), 2 * least);
+  }
+  template <class F>
+  static double Bend(const F& at) {
+    std::vector<double> bends;
+    for (const int k : {-1, 0, 1}) {
+      if (at(k - 1) < 1 && at(k) < 1 && at(k + 1) < 1) bends.push_back(at(k - 1) - 2 * at(k) + at(k + 1));
+    }
+    return Consensus(bends);
+  }
+  // Estimates of one sign: the largest, at most twice the smallest; else 0.
+  static double Consensus(std::vector<double> v) {
+    if (v.empty()) return 0;
+    std::sort(v.begin(), v.end());
+    if (v.front() < 0 && v.back() > 0) return 0;
+    if (v.front() < 0) {
+      for (double& x : v) x = -x;
+      std::reverse(v.begin(), v.end());
+    }
+    return std::min(v.back(), 2 * v.front());
   }
 
   const ImageD& depths_;
   const ops::ShadowSettings& s_;
+  mutable std::vector<double> own_;  // OwnDepth of every texel; NaN before it is known
 };
 
 // Which way doubles in another order may have gone: in columns, in rows, and in depth.

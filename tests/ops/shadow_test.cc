@@ -100,6 +100,30 @@ TEST_P(ShadowTest, AutomaticBiasDoesNotDetachShadows) {
   EXPECT_EQ(One(map, p, 0.7f, 0.5f, 0.5f), 1);
 }
 
+// Narrow bars above a floor, level and tilted: what is under them stays dark, however few texels they are
+// wide.
+TEST_P(ShadowTest, BarsOfAFewTexelsDoNotLeak) {
+  constexpr int kSide = 64;
+  for (const double tilt : {0.0, 0.15}) {
+    for (const int wide : {1, 2, 3, 4, 6, 9}) {
+      const Node map = Map(kSide, [&](double s, double t) {
+        const int x = static_cast<int>(s * kSide) - 30;
+        return (x >= 0 && x < wide ? 0.3 : 0.6) + tilt * (s + 0.5 * t - 0.75);
+      });
+      for (const int size : {1, 3, 5}) {
+        ShadowParams p;
+        p.light = kOwn, p.size = size;
+        // Where all taps are on the bar.
+        for (int x = 30 + size / 2; x < 30 + wide - size / 2; ++x) {
+          const float s = (static_cast<float>(x) + 0.5f) / kSide;
+          EXPECT_EQ(One(map, p, s, 0.5f, static_cast<float>(0.6 + tilt * (s + 0.25 - 0.75))), 0)
+              << wide << " wide, size " << size << ", tilt " << tilt << ", column " << x;
+        }
+      }
+    }
+  }
+}
+
 TEST_P(ShadowTest, WeightsAreExactlyKOverN) {
   // Left half occluded: a 3x3 box slides over the edge.
   const Node map = Map(64, [](double s, double) { return s < 0.5 ? 0.2 : 1.0; });

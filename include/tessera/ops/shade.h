@@ -181,8 +181,9 @@ enum class ShadowFilter : uint8_t {
 /// Comparisons are filtered, depths never. Lit: outside the map and its depth range (`dark_outside`: dark
 /// beside the map), where the map is 1 or more, infinite or NaN (nothing hit), where the position is NaN.
 /// Dark: w <= 0, behind the light. r and m + bias are rounded to float once each: no misjudgement outside |r
-/// - m - bias| < 4 u. A negative `bias` is worked out from the map: half the tap distance times the slope of
-/// the depths around each texel, plus the map's quantisation step and what half-float positions have lost.
+/// - m - bias| < 4 u. A negative `bias` is worked out from the map: how much deeper each texel's own surface
+/// is within the taps' distance, by the slope, bend and twist of the depths around it or as the map has it,
+/// plus the map's quantisation step and what half-float positions have lost.
 /// Cost: size 1 4 ns, size 3 7 ns per pixel and core; the map is prepared once. Errors: a matrix that is not
 /// finite or singular. Sources: Williams 1978; Reeves et al. 1987; Segal et al. 1992; doc/maths/shadow.md.
 struct ShadowParams {

@@ -85,8 +85,9 @@ constexpr const char* kShadowHelp =
     "parallel (default the map's worldToNDC). (x,y,z,w) = light (P,1); the map is looked up at s = "
     "(x/w+1)/2, t = (1-y/w)/2 (row 0 on top) and compared with r = (z/w+1)/2: 1 where r <= m + bias. The map "
     "holds depth mapped to [0,1], 1 where nothing was hit. pcf=N averages N x N comparisons: k/N^2 exactly; "
-    "depths are never averaged. bias=auto is, per texel, half the taps' width times the slope of the surface "
-    "around it plus the map's quantisation, and what half-float positions have lost. Lit: beside the map "
+    "depths are never averaged. bias=auto is, per texel, how much deeper its own surface is within the taps' "
+    "reach (slope, bend and twist of the depths around it, or the depths themselves; those behind an edge do "
+    "not count) plus the map's quantisation, and what half-float positions have lost. Lit: beside the map "
     "(outside=dark), beyond its far plane, NaN positions and texels, texels of 1 and more; dark: behind the "
     "light (w <= 0). ";
 

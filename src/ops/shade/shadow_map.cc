@@ -8,14 +8,105 @@
 namespace tessera::ops {
 namespace {
 
-// Slope per texel between the neighbours a and b of m: the smaller difference, enlarged by how the surface
-// bends; a neighbour on another surface differs much more and does not count.
-double Slope(double a, double m, double b) {
-  const auto hit = [](double depth) { return depth < 1; };
-  const double before = std::fabs(m - a), after = std::fabs(b - m);
-  if (!hit(a)) return hit(b) ? after : 0;
-  if (!hit(b)) return before;
-  return std::min(std::max(before, after), 2 * std::min(before, after));
+bool Hit(double depth) { return depth < 1; }
+
+// Of estimates of one thing: the largest magnitude, but at most twice the smallest; 0 where their signs
+// differ, as they do beside an edge. Of a smooth surface all are much alike.
+class Agreed {
+ public:
+  void Add(double estimate) {
+    const double size = std::fabs(estimate);
+    least_ = std::min(least_, size), most_ = std::max(most_, size);
+    up_ = up_ || estimate > 0, down_ = down_ || estimate < 0;
+  }
+  double size() const { return up_ && down_ ? 0 : std::min(most_, 2 * least_); }
+
+ private:
+  double least_ = DBL_MAX, most_ = 0;
+  bool up_ = false, down_ = false;
+};
+
+// A map's depths by column and row; beyond its edge nothing is hit.
+class Depths {
+ public:
+  explicit Depths(const ConstImageView& view) : view_(view) {}
+  double operator()(int x, int y) const {
+    if (x < 0 || y < 0 || x >= view_.roi.width() || y >= view_.roi.height()) return 1;
+    return double{*reinterpret_cast<const float*>(view_.At(view_.roi.x0 + x, view_.roi.y0 + y))};
+  }
+
+ private:
+  const ConstImageView& view_;
+};
+
+// What a surface does along a line of five texels around the middle one: its slope per texel, and how it
+// bends. A neighbour on another surface differs much more and does not count.
+struct Course {
+  double slope = 0, bend = 0;
+  explicit Course(const double (&m)[5]) {
+    const double before = m[2] - m[1], after = m[3] - m[2];
+    if (Hit(m[1]) && Hit(m[3])) {
+      const double one = std::fabs(before), other = std::fabs(after), least = std::min(one, other);
+      // Where it turns, the mean; the bend says the rest.
+      const double most = before * after < 0 ? 0.5 * std::fabs(m[3] - m[1]) : std::max(one, other);
+      slope = std::min(most, 2 * least);
+    } else {
+      slope = Hit(m[1]) ? std::fabs(before) : Hit(m[3]) ? std::fabs(after) : 0;
+    }
+    Agreed bends;
+    for (int k = 0; k < 3; ++k) {
+      if (Hit(m[k]) && Hit(m[k + 1]) && Hit(m[k + 2])) bends.Add(m[k] - 2 * m[k + 1] + m[k + 2]);
+    }
+    bend = bends.size();
+  }
+};
+
+// The surface around a texel, as its nearest neighbours show it.
+class Surface {
+ public:
+  Surface(const Depths& at, int x, int y)
+      : across_({at(x - 2, y), at(x - 1, y), at(x, y), at(x + 1, y), at(x + 2, y)}),
+        down_({at(x, y - 2), at(x, y - 1), at(x, y), at(x, y + 1), at(x, y + 2)}) {
+    Agreed twists;
+    for (const int dy : {-1, 1}) {
+      for (const int dx : {-1, 1}) {
+        const double corner = at(x + dx, y + dy), beside = at(x + dx, y), below = at(x, y + dy);
+        if (Hit(corner) && Hit(beside) && Hit(below))
+          twists.Add(dx * dy * (corner - beside - below + at(x, y)));
+      }
+    }
+    twist_ = twists.size();
+  }
+  // How much deeper it may be so many texels away.
+  double Deeper(double dx, double dy) const {
+    return across_.slope * dx + down_.slope * dy + 0.5 * (across_.bend * dx * dx + down_.bend * dy * dy) +
+           twist_ * dx * dy;
+  }
+
+ private:
+  Course across_, down_;
+  double twist_ = 0;
+};
+
+// How much deeper than a texel of depth m its own surface is within `reach` texels each way: as its
+// neighbours foretell, or as the map has it where both ends foretell a part of that at least. So neither
+// curved nor rough surfaces shadow themselves, and the depths behind an edge are not taken for its own.
+double SurfaceDepth(const Depths& at, int x, int y, double reach) {
+  const double m = at(x, y);
+  const Surface here(at, x, y);
+  double deeper = here.Deeper(reach, reach);
+  const int around = std::min(static_cast<int>(std::ceil(reach)), kShadowSearch);
+  for (int dy = -around; dy <= around; ++dy) {
+    for (int dx = -around; dx <= around; ++dx) {
+      const double there = at(x + dx, y + dy), difference = there - m;
+      if (!Hit(there) || !(difference > deeper)) continue;
+      const double right = std::abs(dx), down = std::abs(dy);
+      if (difference > kShadowSurprise * here.Deeper(right, down)) continue;
+      if (difference > kShadowSurprise * Surface(at, x + dx, y + dy).Deeper(right, down)) continue;
+      deeper = difference;
+    }
+  }
+  return deeper;
 }
 
 }  // namespace
@@ -34,7 +125,7 @@ ShadowMap::ShadowMap(const ConstImageView& depths, const ops::ShadowSettings& se
   const double reach = (p.filter == ShadowFilter::kBilinear ? 1.0 : 0.5 * p.size) +
                        (settings.position_step > 1e-6 ? 1.0 : 0.0);
   const double steps = settings.map_step * (1 + 2 * reach);
-  const Roi& roi = depths.roi;
+  const Depths at(depths);
   workers.For(height_ + 2 * margin_, [&](int64_t index, int) {
     const int y = static_cast<int>(index) - margin_;
     float* const row = origin_ + static_cast<ptrdiff_t>(y) * stride_;
@@ -44,23 +135,13 @@ ShadowMap::ShadowMap(const ConstImageView& depths, const ops::ShadowSettings& se
     }
     std::fill(row - margin_, row, beside);
     std::fill(row + width_, row + width_ + margin_ + kReadBeyond, beside);
-    // Beyond the map's edge there is no neighbour: nothing hit.
-    const ptrdiff_t step = depths.pixel_stride, line = depths.row_stride;
-    const std::byte* const first = depths.At(roi.x0, roi.y0 + y);
-    const auto at = [](const std::byte* texel) { return double{*reinterpret_cast<const float*>(texel)}; };
     for (int x = 0; x < width_; ++x) {
-      const std::byte* const texel = first + x * step;
-      const double m = at(texel);
+      const double m = at(x, y);
       if (!(m < 1)) {  // nothing hit, or NaN
         row[x] = FLT_MAX;
         continue;
       }
-      double bias = p.bias;
-      if (bias < 0) {
-        const double left = x > 0 ? at(texel - step) : 1, right = x + 1 < width_ ? at(texel + step) : 1;
-        const double above = y > 0 ? at(texel - line) : 1, below = y + 1 < height_ ? at(texel + line) : 1;
-        bias = reach * (Slope(left, m, right) + Slope(above, m, below)) + steps;
-      }
+      const double bias = p.bias < 0 ? SurfaceDepth(at, x, y, reach) + steps : p.bias;
       row[x] = static_cast<float>(m + bias);
     }
   });

@@ -10,6 +10,11 @@
 
 namespace tessera::ops {
 
+// How far around a texel its own surface is looked for, and how many times deeper than its neighbours
+// foretell it may be there.
+inline constexpr int kShadowSearch = 8;
+inline constexpr double kShadowSurprise = 6;
+
 class ShadowMap {
  public:
   // `depths`: the first channel of a whole float image.
