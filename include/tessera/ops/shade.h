@@ -259,9 +259,9 @@ struct SolidParams {
   uint32_t seed = 0;                         ///< of noise
   double strength = 1;                       ///< of marble's and wood's turbulence
 
-  /// The texture's mean over what a pixel covers of the solid, from the differences of neighbouring positions:
-  /// bands, rings, lines and screens by their integrals along their own argument, octaves of noise by the part
-  /// that such a mean keeps of them; tables are mipmapped.
+  /// The texture's mean over what a pixel covers of the solid, from the differences of neighbouring
+  /// positions: bands, rings, lines and screens by their integrals along their own argument, octaves of noise
+  /// by the part that such a mean keeps of them; tables are mipmapped.
   bool level_of_detail = false;
   Vector3 plane = {0, 1, 0};              ///< kContours: the lines' direction
   double width = 0.1;                     ///< kContours: of a line, in spacings
