@@ -18,6 +18,7 @@
 #include "base/prefetch.h"
 #include "ops/filter/box/grid-inl.h"
 #include "ops/filter/box/sums-inl.h"
+#include "simd/shuffle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -151,8 +152,8 @@ HWY_INLINE void EnterLine(const PixelRows& rows, int c, PixelState& s, hn::Vec<D
     for (int p = 0; p < kBoxRows / 2; ++p) {
       const auto left = hn::Combine(line, mean[p][1], mean[p][0]),
                  right = hn::Combine(line, mean[p][3], mean[p][2]);
-      means[2 * p] = hn::Vec<DLine>{_mm512_shuffle_f32x4(left.raw, right.raw, 0x88)};
-      means[2 * p + 1] = hn::Vec<DLine>{_mm512_shuffle_f32x4(left.raw, right.raw, 0xdd)};
+      means[2 * p] = simd::HWY_NAMESPACE::EvenBlocks(left, right);
+      means[2 * p + 1] = simd::HWY_NAMESPACE::OddBlocks(left, right);
     }
   }
 }

@@ -18,6 +18,7 @@
 #include <hwy/highway.h>
 
 #include "ops/filter/codes/codes-inl.h"
+#include "simd/rows-inl.h"
 
 #ifndef TESSERA_OPS_FILTER_CODES_PRODUCTS_CC_
 #define TESSERA_OPS_FILTER_CODES_PRODUCTS_CC_
@@ -135,17 +136,8 @@ template <class T, class F, int kJ>
 HWY_INLINE void StoreCodes(const VP<F> (&code)[kJ], T* out) {
   const hn::Rebind<T, DP<F>> narrow;
   const hn::Rebind<int32_t, DP<F>> i32;
-#if HWY_TARGET == HWY_AVX2
-  if constexpr (sizeof(T) == 1 && sizeof(F) == 4 && kJ == 4) {
-    const auto words = [&](int j) HWY_ATTR {
-      return _mm256_packs_epi32(_mm256_cvtps_epi32(code[j].raw), _mm256_cvtps_epi32(code[j + 1].raw));
-    };
-    const __m256i bytes = _mm256_packus_epi16(words(0), words(2));
-    const __m256i order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm256_permutevar8x32_epi32(bytes, order));
-    return;
-  }
-#endif
+  if constexpr (sizeof(T) == 1 && sizeof(F) == 4 && kJ == 4)
+    return simd::HWY_NAMESPACE::StoreBytes(code[0], code[1], code[2], code[3], out);
   for (int j = 0; j < kJ; ++j) {
     auto* const to = out + j * kProductLanes<F>;
     if constexpr (sizeof(F) == 4) {

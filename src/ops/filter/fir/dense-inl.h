@@ -23,8 +23,6 @@ namespace tessera::ops::HWY_NAMESPACE {
 constexpr int DenseRows(int width) { return kLanes == 16 && width > 3 ? 4 : 2; }
 
 // ---- Small dense kernels on RGBA with 16 lanes: aligned loads, shifted in registers ----
-#if TESSERA_FIR_RGBA
-
 // Where a window's first tap lies in the line of its first load: a whole number of pixels from the line's
 // begin. Loads across lines take twice as long, and that is more than all else that is done with them.
 constexpr int kPerTap = -1;  // wherever it lies: a load for every tap, none beyond a vector from the last one
@@ -38,7 +36,7 @@ HWY_INLINE void LoadPixels(const float* p, V (&v)[4]) {
     constexpr int kLast = kPhase + kCount - 1;
     constexpr int kLines = kLast / 4 + (kLast % 4 != 0 ? 2 : 1);
     V line[kLines];  // as floats, which the shifts would load once more as integers
-    for (int i = 0; i < kLines; ++i) line[i] = Held(Load(p + 16 * kM + i * kLanes));
+    for (int i = 0; i < kLines; ++i) line[i] = s::Held(Load(p + 16 * kM + i * kLanes));
     HWY_UNROLL(4)
     for (int g = 0; g < kCount; ++g) {
       const int i = (kPhase + g) / 4;
@@ -47,13 +45,13 @@ HWY_INLINE void LoadPixels(const float* p, V (&v)[4]) {
           v[g] = line[i];
           break;
         case 1:
-          v[g] = ShiftPixels<1>(line[i], line[i + 1]);
+          v[g] = s::ShiftBlocks<1>(line[i], line[i + 1]);
           break;
         case 2:
-          v[g] = ShiftPixels<2>(line[i], line[i + 1]);
+          v[g] = s::ShiftBlocks<2>(line[i], line[i + 1]);
           break;
         default:
-          v[g] = ShiftPixels<3>(line[i], line[i + 1]);
+          v[g] = s::ShiftBlocks<3>(line[i], line[i + 1]);
       }
     }
   }
@@ -168,50 +166,6 @@ void DirectDenseRgba(const DirectWindow& window, const FloatTile& t, int begin, 
   }
 }
 
-// Does what suits it and returns how many floats of each row are done; rows beyond a multiple of
-// DenseRows() are left.
-inline int DirectDense(const DirectWindow& window, const FloatTile& t) {
-  if (t.channels != 4 || t.rows < DenseRows(window.width) || window.width != window.height) return 0;
-  // Loops without ends are worth some taps that are not needed.
-  const auto taps = window.weights.size() -
-                    static_cast<size_t>(std::count(window.weights.begin(), window.weights.end(), 0.0f));
-  if (2 * taps <= window.weights.size()) return 0;
-  const auto run = [&]<int kSide, bool kCentered>() {
-    // Whole lines of results, whose taps then mostly begin a known number of pixels into a line. Of larger
-    // windows more lines would have to be loaded than loads across lines are saved.
-    constexpr int kPhase = kSide == 3 ? 3 : 0;
-    const auto to_line = [](const float* p) {
-      return static_cast<int>(-reinterpret_cast<uintptr_t>(p) % 64 / sizeof(float));
-    };
-    int begin = to_line(t.out);
-    const bool known = (to_line(t.in) + 4 * kPhase - begin) % kLanes == 0 && t.in_stride % kLanes == 0;
-    // In front of the first tap there may be no memory.
-    if (known && begin < 4 * kPhase) begin += kLanes;
-    begin = std::min(begin, t.samples);
-    const int end = begin + (t.samples - begin) / kLanes * kLanes;
-    const auto go = [&]<bool kDense>() {
-      using Kind = DenseKind<kSide, kSide, kDense, kCentered>;
-      known ? DirectDenseRgba<Kind, kPhase>(window, t, begin, end)
-            : DirectDenseRgba<Kind, 0>(window, t, begin, end);
-    };
-    window.dense ? go.template operator()<true>() : go.template operator()<false>();
-    return t.samples;
-  };
-  switch (window.width) {
-    case 3:
-      return window.centered ? run.template operator()<3, true>() : run.template operator()<3, false>();
-    case 5:
-      return window.centered ? run.template operator()<5, true>() : run.template operator()<5, false>();
-    case 7:
-      return window.centered ? 0 : run.template operator()<7, false>();
-    case 9:
-      return window.centered ? 0 : run.template operator()<9, false>();
-    default:
-      return 0;
-  }
-}
-#else
-
 // ---- Small dense kernels with shorter vectors: a load for every tap, loops without ends ----
 
 // Where the first tap of a vector of results lies: in front of a whole vector of memory, half a vector before
@@ -222,24 +176,22 @@ enum class Aligned { kWhole, kHalf, kAny };
 // The vectors that begin at taps kTap, kTap + 2, ... of RGBA pixels, two to a vector.
 template <Aligned kAligned, int kTap, int kCount>
 HWY_INLINE void LoadTaps(const float* in, V (&v)[kCount]) {
-#if HWY_TARGET == HWY_AVX2
   constexpr bool kIsWhole = (kTap % 2 == 0) == (kAligned == Aligned::kWhole);
-  if constexpr (!kIsWhole) {
+  if constexpr (kLanes == 8 && !kIsWhole) {
     V last = Load(in + 4 * (kTap + 1));
     if constexpr (kTap == 0) {
-      v[0] = Held(hn::Combine(D(), hn::LowerHalf(last), hn::LoadU(hn::Half<D>(), in)));
+      v[0] = s::Held(hn::Combine(D(), hn::LowerHalf(last), hn::LoadU(hn::Half<D>(), in)));
     } else {
-      v[0] = Held(hn::ConcatLowerUpper(D(), last, Load(in + 4 * (kTap - 1))));
+      v[0] = s::Held(hn::ConcatLowerUpper(D(), last, Load(in + 4 * (kTap - 1))));
     }
     for (int i = 1; i < kCount; ++i) {
       const V next = Load(in + 4 * (kTap + 1 + 2 * i));
-      v[i] = Held(hn::ConcatLowerUpper(D(), next, last));
+      v[i] = s::Held(hn::ConcatLowerUpper(D(), next, last));
       last = next;
     }
     return;
   }
-#endif
-  for (int i = 0; i < kCount; ++i) v[i] = Held(Load(in + 4 * kTap + i * kLanes));
+  for (int i = 0; i < kCount; ++i) v[i] = s::Held(Load(in + 4 * kTap + i * kLanes));
 }
 
 // The sums of two groups of columns, kTap and kTap + 2 modulo 4, for kR rows of two vectors: enough sums
@@ -324,17 +276,61 @@ void DirectDenseWindow(const DirectWindow& window, const FloatTile& t, int x_end
   }
 }
 
-inline int DirectDense(const DirectWindow& window, const FloatTile& t) {
+// f with the side of a window, and whether it has no holes and is of differences, as constants; false for
+// windows that loops without ends do not suit.
+template <class F>
+bool WithDenseKind(const DirectWindow& window, const F& f) {
+  // They are worth some taps that are not needed.
+  const auto holes = std::count(window.weights.begin(), window.weights.end(), 0.0f);
+  if (window.width != window.height || 2 * holes >= std::ssize(window.weights)) return false;
+  const auto with = [&]<int kSide, bool kCentered>() {
+    window.dense ? f.template operator()<kSide, true, kCentered>()
+                 : f.template operator()<kSide, false, kCentered>();
+    return true;
+  };
+  const int side = window.width;
+  if (side == 3)
+    return window.centered ? with.template operator()<3, true>() : with.template operator()<3, false>();
+  if (side == 5)
+    return window.centered ? with.template operator()<5, true>() : with.template operator()<5, false>();
+  if (window.centered) return false;
+  if (side == 7) return with.template operator()<7, false>();
+  if constexpr (kFourPixels && sizeof(F) > 0) {
+    if (side == 9) return with.template operator()<9, false>();
+  }
+  return false;
+}
+
+// How many floats of each row are done. Templates, of which a target compiles one.
+template <class Tile>
+int DenseOfFours(const DirectWindow& window, const Tile& t) {
+  if (t.channels != 4) return 0;
+  const bool done = WithDenseKind(window, [&]<int kSide, bool kDense, bool kCentered>() {
+    // Whole lines of results, whose taps then mostly begin a known number of pixels into a line. Of larger
+    // windows more lines would have to be loaded than loads across lines are saved.
+    constexpr int kPhase = kSide == 3 ? 3 : 0;
+    const auto to_line = [](const float* p) {
+      return static_cast<int>(-reinterpret_cast<uintptr_t>(p) % 64 / sizeof(float));
+    };
+    int begin = to_line(t.out);
+    const bool known = (to_line(t.in) + 4 * kPhase - begin) % kLanes == 0 && t.in_stride % kLanes == 0;
+    // In front of the first tap there may be no memory.
+    if (known && begin < 4 * kPhase) begin += kLanes;
+    begin = std::min(begin, t.samples);
+    const int end = begin + (t.samples - begin) / kLanes * kLanes;
+    using Kind = DenseKind<kSide, kSide, kDense, kCentered>;
+    known ? DirectDenseRgba<Kind, kPhase>(window, t, begin, end)
+          : DirectDenseRgba<Kind, 0>(window, t, begin, end);
+  });
+  return done ? t.samples : 0;
+}
+template <class Tile>
+int DenseOfLess(const DirectWindow& window, const Tile& t) {
   const int x_end = t.samples / (2 * kLanes) * (2 * kLanes);
-  if (t.rows < DenseRows(window.width) || x_end == 0) return 0;
-  if (window.width != window.height) return 0;
-  // Loops without ends are worth some taps that are not needed.
-  const auto taps = window.weights.size() -
-                    static_cast<size_t>(std::count(window.weights.begin(), window.weights.end(), 0.0f));
-  if (2 * taps <= window.weights.size()) return 0;
+  if (x_end == 0) return 0;
   const auto offset = reinterpret_cast<uintptr_t>(t.in) % 32;
   const bool halves = kLanes == 8 && t.channels == 4 && t.in_stride % 8 == 0 && offset % 16 == 0;
-  const auto dense = [&]<int kSide, bool kDense, bool kCentered>() {
+  const bool done = WithDenseKind(window, [&]<int kSide, bool kDense, bool kCentered>() {
     if (halves && offset == 0) {
       DirectDenseWindow<kSide, kSide, kDense, kCentered, Aligned::kWhole>(window, t, x_end);
     } else if (halves) {
@@ -342,23 +338,21 @@ inline int DirectDense(const DirectWindow& window, const FloatTile& t) {
     } else {
       DirectDenseWindow<kSide, kSide, kDense, kCentered, Aligned::kAny>(window, t, x_end);
     }
-  };
-  const auto run = [&]<int kSide, bool kCentered>() {
-    window.dense ? dense.template operator()<kSide, true, kCentered>()
-                 : dense.template operator()<kSide, false, kCentered>();
-  };
-  if (window.width == 3) {
-    window.centered ? run.template operator()<3, true>() : run.template operator()<3, false>();
-  } else if (window.width == 5) {
-    window.centered ? run.template operator()<5, true>() : run.template operator()<5, false>();
-  } else if (window.width == 7 && !window.centered) {
-    run.template operator()<7, false>();
-  } else {
-    return 0;
-  }
-  return x_end;
+  });
+  return done ? x_end : 0;
 }
-#endif
+
+// Does what suits it and returns how many floats of each row are done; rows beyond a multiple of DenseRows()
+// are left.
+template <class Tile>
+int DirectDense(const DirectWindow& window, const Tile& t) {
+  if (t.rows < DenseRows(window.width)) return 0;
+  if constexpr (kFourPixels && sizeof(Tile) > 0) {
+    return DenseOfFours(window, t);
+  } else {
+    return DenseOfLess(window, t);
+  }
+}
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -14,14 +14,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 
-// Keeps a value in its register, where the compiler would rather load it again for every use.
-HWY_INLINE V Held(V v) {
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
-  asm("" : "+v"(v.raw));
-#endif
-  return v;
-}
-
 // What differences are taken from: the samples of the centre's tap, as far as they are finite.
 template <bool kCentered, int kR, int kJ>
 HWY_INLINE void LoadCentres(const DirectWindow& window, const float* in, ptrdiff_t stride, int channels,

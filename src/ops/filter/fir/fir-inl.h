@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "simd/pixels-inl.h"
+#include "simd/rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
@@ -80,23 +81,8 @@ HWY_INLINE void AddRun(V (&acc)[kR][kJ], const V (&centre)[kR][kJ], const float*
     AddRow<kCentered>(acc, centre, p, w, w_stride, i, kR);
 }
 
-// One aligned load serves whole groups of RGBA taps on targets with vectors of four pixels.
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-#undef TESSERA_FIR_RGBA
-#define TESSERA_FIR_RGBA 1
-#else
-#undef TESSERA_FIR_RGBA
-#define TESSERA_FIR_RGBA 0
-#endif
-#if TESSERA_FIR_RGBA
-// The 16 floats that begin 4 * kPixels floats into `lo`; `hi` follows `lo` in memory.
-template <int kPixels>
-HWY_INLINE V ShiftPixels(V lo, V hi) {
-  const __m512i v =
-      _mm512_alignr_epi32(_mm512_castps_si512(hi.raw), _mm512_castps_si512(lo.raw), 4 * kPixels);
-  return V{_mm512_castsi512_ps(v)};
-}
-#endif
+// One aligned load serves whole groups of RGBA taps where vectors hold four pixels.
+constexpr bool kFourPixels = kLanes == 16;
 
 }  // namespace tessera::ops::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -69,7 +69,6 @@ HWY_INLINE void RowSum(const float* HWY_RESTRICT weights, int taps, const float*
   }
 }
 
-#if TESSERA_FIR_RGBA
 // Group sums of kJ registers from aligned loads.
 template <int kJ>
 HWY_INLINE void RowGroups(const float* HWY_RESTRICT weights, int taps, const float* in, V (&acc)[kJ][4]) {
@@ -109,9 +108,9 @@ void RowRgba(const std::vector<float>& row, const float* in, int floats, float* 
     for (int j = 0; j < kJ && x + j * kLanes < floats; ++j) {
       const V(&now)[4] = j == 0 ? first[0] : acc[j - 1];
       V v = hn::Add(Nothing(), now[0]);
-      if (taps > 1) v = hn::Add(v, ShiftPixels<1>(now[1], acc[j][1]));
-      if (taps > 2) v = hn::Add(v, ShiftPixels<2>(now[2], acc[j][2]));
-      if (taps > 3) v = hn::Add(v, ShiftPixels<3>(now[3], acc[j][3]));
+      if (taps > 1) v = hn::Add(v, s::ShiftBlocks<1>(now[1], acc[j][1]));
+      if (taps > 2) v = hn::Add(v, s::ShiftBlocks<2>(now[2], acc[j][2]));
+      if (taps > 3) v = hn::Add(v, s::ShiftBlocks<3>(now[3], acc[j][3]));
       float* to = out + x + j * kLanes;
       const int count = floats - x - j * kLanes;
       if (kAdd) v = hn::Add(Load(to), v);
@@ -120,15 +119,14 @@ void RowRgba(const std::vector<float>& row, const float* in, int floats, float* 
     for (int g = 0; g < 4; ++g) first[0][g] = acc[kJ - 1][g];
   }
 }
-#endif
 
 // One row of sums of `floats` samples, stored or added to `out`, which for adding is scratch memory of whole
 // vectors.
 template <bool kAdd>
 void Row(const std::vector<float>& row, const float* in, int floats, int channels, float* out, bool stream) {
-#if TESSERA_FIR_RGBA
-  if (channels == 4) return RowRgba<kAdd>(row, in, floats, out, stream);
-#endif
+  if constexpr (kFourPixels) {
+    if (channels == 4) return RowRgba<kAdd>(row, in, floats, out, stream);
+  }
   const int taps = static_cast<int>(row.size());
   const auto run = [&]<int kJ>(int x) HWY_ATTR {
     V sum[kJ];

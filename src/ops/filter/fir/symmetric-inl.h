@@ -140,7 +140,6 @@ HWY_INLINE void LongRowSum(const float* HWY_RESTRICT weights, int taps, const fl
   }
 }
 
-#if TESSERA_FIR_RGBA
 // The samples under a row of kTaps in aligned registers, and the same two pixels on: a group that contains
 // its mirror image needs no other shift than its sum's.
 template <int kTaps>
@@ -154,7 +153,7 @@ struct SymmetricRow {
     HWY_UNROLL(16)
     for (int i = 0; i <= kLast + 1; ++i) v[i] = Load(in + i * kLanes);
     HWY_UNROLL(16)
-    for (int i = 0; i <= kLast; ++i) ahead[i] = ShiftPixels<2>(v[i], v[i + 1]);
+    for (int i = 0; i <= kLast; ++i) ahead[i] = s::ShiftBlocks<2>(v[i], v[i + 1]);
   }
   HWY_INLINE void Move(const float* in) {
     HWY_UNROLL(16)
@@ -162,7 +161,7 @@ struct SymmetricRow {
     HWY_UNROLL(16)
     for (int i = 0; i < kLast; ++i) ahead[i] = ahead[i + 1];
     v[kLast + 1] = Load(in + (kLast + 1) * kLanes);
-    ahead[kLast] = ShiftPixels<2>(v[kLast], v[kLast + 1]);
+    ahead[kLast] = s::ShiftBlocks<2>(v[kLast], v[kLast + 1]);
   }
   template <int kGroup>
   HWY_INLINE V Sum(const float* HWY_RESTRICT weights) const {
@@ -178,10 +177,10 @@ struct SymmetricRow {
   }
 };
 
-// RGBA; `in` is padded by two registers beyond its last tap.
+// `in` is padded by two registers beyond its last tap.
 template <int kTaps>
-void SymmetricRowRgba(const float* HWY_RESTRICT weights, const float* in, const float* soon, int floats,
-                      float* out, bool stream) {
+HWY_INLINE void ShortRowOfFours(const float* HWY_RESTRICT weights, const float* in, const float* soon,
+                                int floats, float* out, bool stream) {
   using Samples = SymmetricRow<kTaps>;
   constexpr int kThird = Samples::kPaired == 0 ? 3 : 2;
   Samples samples(in);
@@ -192,8 +191,8 @@ void SymmetricRowRgba(const float* HWY_RESTRICT weights, const float* in, const 
     samples.Move(in + x + kLanes);
     const V next0 = samples.template Sum<0>(weights), next1 = samples.template Sum<1>(weights),
             next_third = samples.template Sum<kThird>(weights);
-    V sum = hn::Add(group0, ShiftPixels<1>(group1, next1));
-    if (kTaps > kThird) sum = hn::Add(sum, ShiftPixels<kThird>(third, next_third));
+    V sum = hn::Add(group0, s::ShiftBlocks<1>(group1, next1));
+    if (kTaps > kThird) sum = hn::Add(sum, s::ShiftBlocks<kThird>(third, next_third));
     StorePart(sum, out + x, floats - x, stream);
     group0 = next0, group1 = next1, third = next_third;
   }
@@ -207,7 +206,7 @@ HWY_INLINE void LongGroups(const float* HWY_RESTRICT weights, int taps, const fl
   const int half = taps / 2;
   const float* mirror = in + (taps - 1) / 4 * kLanes;
   V whole = Load(mirror), before = Load(mirror - kLanes);
-  V off = kWholeFirst ? ShiftPixels<2>(before, whole) : ShiftPixels<2>(whole, Load(mirror + kLanes));
+  V off = kWholeFirst ? s::ShiftBlocks<2>(before, whole) : s::ShiftBlocks<2>(whole, Load(mirror + kLanes));
   for (V& a : acc) a = Nothing();
   const auto add = [&](int g, int k, V low, V high) HWY_ATTR {
     acc[g] = hn::MulAdd(hn::Add(low, high), hn::Set(D(), weights[k + g]), acc[g]);
@@ -217,7 +216,7 @@ HWY_INLINE void LongGroups(const float* HWY_RESTRICT weights, int taps, const fl
     const V low = Load(in);
     mirror -= kLanes;
     const V next = Load(mirror - kLanes),
-            next_off = ShiftPixels<2>(kWholeFirst ? next : before, kWholeFirst ? before : whole);
+            next_off = s::ShiftBlocks<2>(kWholeFirst ? next : before, kWholeFirst ? before : whole);
     add(0, k, low, kWholeFirst ? whole : off);
     add(1, k, low, kWholeFirst ? off : whole);
     add(2, k, low, kWholeFirst ? before : next_off);
@@ -228,7 +227,7 @@ HWY_INLINE void LongGroups(const float* HWY_RESTRICT weights, int taps, const fl
   const int rest = half - k;
   if (rest > 0) add(0, k, low, kWholeFirst ? whole : off);
   if (rest > 1) add(1, k, low, kWholeFirst ? off : whole);
-  if (rest > 2) add(2, k, low, kWholeFirst ? before : ShiftPixels<2>(before, whole));
+  if (rest > 2) add(2, k, low, kWholeFirst ? before : s::ShiftBlocks<2>(before, whole));
   acc[rest] = hn::MulAdd(low, hn::Set(D(), weights[half]), acc[rest]);
 }
 
@@ -241,21 +240,19 @@ void LongRowRgba(const std::vector<float>& row, const float* in, const float* so
   for (int x = 0; x < floats; x += kLanes) {
     hwy::Prefetch(soon + x);
     LongGroups<kWholeFirst>(row.data(), taps, in + x + kLanes, next);
-    V sum = hn::Add(now[0], ShiftPixels<1>(now[1], next[1]));
-    sum = hn::Add(sum, ShiftPixels<2>(now[2], next[2]));
-    sum = hn::Add(sum, ShiftPixels<3>(now[3], next[3]));
+    V sum = hn::Add(now[0], s::ShiftBlocks<1>(now[1], next[1]));
+    sum = hn::Add(sum, s::ShiftBlocks<2>(now[2], next[2]));
+    sum = hn::Add(sum, s::ShiftBlocks<3>(now[3], next[3]));
     StorePart(sum, out + x, floats - x, stream);
     for (int g = 0; g < 4; ++g) now[g] = next[g];
   }
 }
 
-#endif
-
-#if HWY_TARGET == HWY_AVX2
 // RGBA under a short row of kTaps, loops without ends.
 template <int kTaps>
 void SymmetricRowRgba(const float* HWY_RESTRICT weights, const float* in, const float* soon, int floats,
                       float* out, bool stream) {
+  if constexpr (kFourPixels) return ShortRowOfFours<kTaps>(weights, in, soon, floats, out, stream);
   int x = 0;
   for (; x + kAbreast * kLanes <= floats; x += kAbreast * kLanes) {
     for (int j = 0; j < kAbreast; j += 2) hwy::Prefetch(soon + x + j * kLanes);
@@ -269,34 +266,29 @@ void SymmetricRowRgba(const float* HWY_RESTRICT weights, const float* in, const 
     StorePart(sum[0], out + x, floats - x, stream);
   }
 }
-#endif
 
-#if TESSERA_FIR_RGBA || HWY_TARGET == HWY_AVX2
 using SymmetricRowFunction = void (*)(const float*, const float*, const float*, int, float*, bool);
 template <int... kHalves>
 constexpr std::array<SymmetricRowFunction, sizeof...(kHalves)> SymmetricRows(
     std::integer_sequence<int, kHalves...>) {
   return {SymmetricRowRgba<2 * kHalves + 3>...};
 }
-#endif
 
 // One row of sums of `floats` samples under a symmetric row; as many samples at `soon`, which the next block
 // of rows begins with, are fetched meanwhile.
 inline void RunSymmetricRow(const std::vector<float>& row, const float* in, const float* soon, int floats,
                             int channels, float* out, bool stream) {
   const int taps = static_cast<int>(row.size());
-#if TESSERA_FIR_RGBA || HWY_TARGET == HWY_AVX2
   static constexpr auto kRows = SymmetricRows(std::make_integer_sequence<int, (kShortRow - 1) / 2>());
   if (channels == 4 && taps <= kShortRow) {
     return kRows[static_cast<size_t>(taps - 3) / 2](row.data(), in, soon, floats, out, stream);
   }
-#endif
-#if TESSERA_FIR_RGBA
-  if (channels == 4) {
-    return taps % 4 == 1 ? LongRowRgba<true>(row, in, soon, floats, out, stream)
-                         : LongRowRgba<false>(row, in, soon, floats, out, stream);
+  if constexpr (kFourPixels) {
+    if (channels == 4) {
+      return taps % 4 == 1 ? LongRowRgba<true>(row, in, soon, floats, out, stream)
+                           : LongRowRgba<false>(row, in, soon, floats, out, stream);
+    }
   }
-#endif
   const auto run = [&]<int kJ>(int x) HWY_ATTR {
     for (int j = 0; j < kJ; ++j) hwy::Prefetch(soon + x + j * kLanes);
     V sum[kJ];
