@@ -77,6 +77,31 @@ bool IsTransformed(const Convolution& p) {
   return p.params.method == FilterMethod::kFft ||
          (p.params.method == FilterMethod::kAuto && p.kernel.width * p.kernel.height > 81);
 }
+
+// How often what one sample adds to a result is rounded, at most, with its weight, which may be the second
+// nearest float; nothing is left to chance, since of equal samples every addition may be rounded the same
+// way. kAuto: of whichever method a kernel image's pixels turn out to suit.
+double Roundings(FilterMethod method, int width, int height, int taps) {
+  // Columns are summed in four groups, tap by tap; the groups are added then.
+  const double group = (width + 3) / 4;
+  const double direct = 3 + group * height + std::min(3, width - 1);
+  // Two weights, pairs that share one, down the column, along the row, and the products one by one.
+  const double product = 9 + height + group;
+  // Products may be larger than the weights that they add up to.
+  const double products = 2 * product + std::min(width, height);
+  switch (method) {
+    case FilterMethod::kDirect:
+      return direct;
+    case FilterMethod::kSeparable:
+      return product;
+    case FilterMethod::kLowRank:
+      return products;
+    case FilterMethod::kFft:  // a tree
+      return 2 + std::log2(std::max(1, taps));
+    default:
+      return std::max(direct, products);
+  }
+}
 bool ReachesOverBlocks(const std::any& parameters, int input) {
   return input == 0 && IsTransformed(std::any_cast<const Convolution&>(parameters));
 }
@@ -130,9 +155,8 @@ void EvaluateConvolve(const Call& call) {
     }
     transform = largest * 32 * std::sqrt(weights) / std::fabs(divisor);
   }
-  // Weights are rounded, of products the column's and the row's; then every tap is added with one rounding,
-  // which for equal samples is the same each time: nothing is left to chance. A transform adds in a tree.
-  const double steps = q.method == FilterMethod::kFft ? 2 + std::log2(std::max(1, taps)) : 3.0 + taps;
+  // What borders change in a sum is rounded twice, and with a bias the sum is once more.
+  const double steps = Roundings(q.method, k.width, k.height, taps) + 2 + (q.bias != 0 ? 1 : 0);
   const int alpha = call.in_specs[0].alpha;
   ForEachSample(call, [&](int x, int y, int c) {
     const int plane = planes == 1 ? 0 : c;
@@ -144,7 +168,7 @@ void EvaluateConvolve(const Call& call) {
     const int ay = q.correlate ? k.anchor_y : k.height - 1 - k.anchor_y;
     auto [sum, magnitude] = WindowSum(in, x, y, c, k.width, k.height, ax, ay, weight);
     if (differences) {
-      magnitude = std::max(magnitude, LargestUnder(in, x, y, c, k.width, k.height, ax, ay, weight) * total);
+      magnitude += LargestUnder(in, x, y, c, k.width, k.height, ax, ay, weight) * total;
     }
     if (q.method == FilterMethod::kLowRank) {  // products have weights where their sum has none
       const auto everywhere = [](int, int) { return 1; };

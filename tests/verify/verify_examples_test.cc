@@ -34,10 +34,6 @@ struct OtherLimit {
 };
 constexpr OtherLimit kOtherLimits[] = {
     {"lic", 1000, "more than a hundred steps in a row along a line"},
-    {"convolve kernel=disk size=23x19", 1000,
-     "more than a hundred additions in a row, which need not cancel"},
-    {"convolve kernel=lanczos3 size=15x15", 1000,
-     "more than a hundred additions in a row, which need not cancel"},
     {"lic length=8 noise=sparse", 1e7, "the bound is of taps that may read the next pixel; here none does"},
     {"lic method=fast length=12", 1e7, "the bound is of lines half a pixel beside, of which few are judged"},
     {"volume", 1000, "more than a hundred steps in a row along a ray"},

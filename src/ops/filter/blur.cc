@@ -302,8 +302,8 @@ OpInfo BlurInfo() {
       "accumulation buffer, as --convolve:bits=; with sigma= rows and columns go through it one after the "
       "other.";
   info.bound =
-      "the named error times the largest sample nearby; box and kernels: (3 + k) u * sum of |weight * "
-      "sample|";
+      "the named error times the largest sample nearby; boxes (3 + W + H) u * sum of |weight * sample|, running "
+      "sums (2 + log2(W H)) u; other kernels as --convolve";
   info.bound_u = 1;
   info.arguments = {{.name = "SIZE",
                      .type = ParamType::kText,

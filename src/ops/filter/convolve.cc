@@ -36,11 +36,8 @@ Kernel Prepared(Kernel kernel, const ConvolveParams& params) {
 
 class ConvolveOp final : public graph::OpWith<Convolution> {
  public:
-  ConvolveOp(Convolution params, int alpha) : OpWith(std::move(params)), alpha_(alpha) {
-    if (!this->params().kernel_image) {
-      window_ = MakeWindow(this->params().kernel);
-    }
-  }
+  ConvolveOp(const Convolution& c, int alpha)
+      : ConvolveOp(c, alpha, c.kernel_image ? nullptr : MakeWindow(c.kernel, c.params, alpha)) {}
   std::string Name() const override { return "convolve"; }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
   std::string Describe() const override {
@@ -75,20 +72,27 @@ class ConvolveOp final : public graph::OpWith<Convolution> {
     return needed;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    const std::shared_ptr<const Window> window = window_ ? window_ : MakeWindow(FromPixels(context.whole[1]));
+    const std::shared_ptr<const Window> window =
+        window_ ? window_ : MakeWindow(FromPixels(context.whole[1]), params().params, alpha_);
     return std::make_unique<WindowStage>(window, context.inputs[0]);
   }
 
  private:
+  ConvolveOp(const Convolution& c, int alpha, std::shared_ptr<const Window> window)
+      : OpWith(WithMethod(c, window.get())), alpha_(alpha), window_(std::move(window)) {}
+  // The method that was chosen, by which the error is bounded, where the kernel is known.
+  static Convolution WithMethod(Convolution c, const Window* window) {
+    if (window != nullptr) c.params.method = window->method();
+    return c;
+  }
   // Only the anchor turned: what OutputWindow needs.
   static Kernel Mirrored(const Kernel& k) {
     return {k.width, k.height, k.width - 1 - k.anchor_x, k.height - 1 - k.anchor_y, 1, {}};
   }
-  std::shared_ptr<const Window> MakeWindow(const Kernel& kernel) const {
+  static std::shared_ptr<const Window> MakeWindow(const Kernel& kernel, const ConvolveParams& p, int alpha) {
     RequireKernel("convolve", kernel);
-    const ConvolveParams& p = params().params;
     return std::make_shared<const Window>("convolve", Prepared(kernel, p),
-                                          WindowOptions{p.method, p.border, p.border_value, p.bias, alpha_});
+                                          WindowOptions{p.method, p.border, p.border_value, p.bias, alpha});
   }
   Kernel FromPixels(const ConstImageView& pixels) const {
     Kernel kernel = params().kernel;
@@ -200,9 +204,10 @@ ConvolveParams CommonParams(const Arguments& a) {
 }
 
 constexpr char kBound[] =
-    "(3 + k) u * S, k the number of weights, S the sum of |weight * sample|; kernels up to 5x5 of sum 0 are "
-    "summed as differences, exactly 0 on flat images: S is then the sum of |weight| times the largest "
-    "sample; fft: see help";
+    "(6 + a) u * S, S the sum of |weight * sample|, a the additions in a row by the method that is chosen "
+    "(--explain): direct H * ceil(W / 4), separable 3 + H + ceil(W / 4), lowrank 12 + 2 (H + ceil(W / 4)) + "
+    "min(W, H); fft: see help. Kernels up to 5x5 of sum 0 are summed as differences, exactly 0 on flat images: "
+    "S has the largest sample times the sum of |weight| more";
 constexpr char kSource[] = "Source: McReynolds et al. 1997, 12.3 (kernels, with its mistakes mended).";
 
 // Weights on the line, row by row: a square of them, or as many as `size` says.

@@ -220,17 +220,21 @@ std::unique_ptr<const WindowSums> Window::MakeSums(int plane, PixelType type) co
 }
 
 double Window::ErrorBound() const {
-  const double largest = std::max(1.0, std::fabs(options_.border_value));
+  const WindowShape shape{.width = width_, .height = height_, .products = terms_};
+  const double roundings = MethodOf(method_).roundings(shape),
+               largest = std::max(1.0, std::fabs(options_.border_value));
+  const auto size_of = [](const std::vector<double>& weights) {
+    return std::accumulate(weights.begin(), weights.end(), 0.0,
+                           [](double s, double w) { return s + std::fabs(w); });
+  };
   double error = 0;
-  const size_t area = static_cast<size_t>(width_) * static_cast<size_t>(height_);
-  for (size_t first = 0; first < kernel_.weights.size(); first += area) {
-    double sum = 0, squares = 0;
-    for (size_t i = first; i < first + area; ++i) {
-      sum += std::fabs(kernel_.weights[i]), squares += kernel_.weights[i] * kernel_.weights[i];
-    }
+  for (const Plane& plane : planes_) {
+    double size = plane.products.empty() ? size_of(plane.weights) : 0;
+    for (const Product& p : plane.products) size += size_of(p.column) * size_of(p.row);
+    const double squares =
+        std::inner_product(plane.weights.begin(), plane.weights.end(), plane.weights.begin(), 0.0);
     // Deviations from a block's mean are at most half the range.
-    const double block = method_ == FilterMethod::kFft ? planes_[0].fft.size * 8.0 : 0;
-    error = std::max(error, (2 + std::log2(static_cast<double>(area))) * sum + block * std::sqrt(squares));
+    error = std::max(error, roundings * size + plane.fft.size * 8.0 * std::sqrt(squares));
   }
   return (error * 0x1p-24 + truncation_) * largest;
 }
