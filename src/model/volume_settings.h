@@ -46,10 +46,22 @@ struct VolumeDraw {
   std::vector<std::shared_ptr<const VolumeDraw>> others;
   // Tables of four floats an entry (colour and extinction per world unit), the last entry twice.
   std::vector<float> colors, transfer;
+  double colors_low = 0, colors_high = 1;      // the domain of `colors`
   std::vector<float> pairs;                    // [back][front], kPairSize + 1 a side
   double transfer_low = 0, transfer_high = 1;  // the domain of `transfer`
 };
 using VolumeDrawPointer = std::shared_ptr<const VolumeDraw>;
+
+// Where octave k of turbulence is read, 2^k p + shift, in blocks: apart from each other, or all octaves would
+// be 0 in the same places.
+inline constexpr float kOctaveShifts[8][3] = {{0, 0, 0},
+                                              {0.375f, 0.6875f, 0.1875f},
+                                              {0.8125f, 0.25f, 0.5625f},
+                                              {0.125f, 0.5f, 0.9375f},
+                                              {0.625f, 0.0625f, 0.3125f},
+                                              {0.4375f, 0.875f, 0.75f},
+                                              {0.0625f, 0.375f, 0.6875f},
+                                              {0.6875f, 0.9375f, 0.25f}};
 
 // Shapes of the presets, in world units where not said otherwise.
 // Melting: the field is read at p + up * amount g (floor + share N(p)), g = (way down the volume's box)^2.

@@ -1,4 +1,4 @@
-// Reference of volume pictures: every ray in small fixed steps, in double, without leaps.
+// Reference of volume pictures: scenes of several volumes, and what a result is uncertain by.
 #include <algorithm>
 #include <any>
 #include <array>
@@ -9,339 +9,19 @@
 
 #include "model/volume_settings.h"
 #include "reference/reference.h"
-#include "reference/volume_sheared.h"
-#include "reference/volume_substance.h"
+#include "reference/volume_picture.h"
 
 namespace tessera::reference {
 namespace {
 
-using ops::volume::VolumeDraw;
-// R, G, B, A, Z, and what a step of the samples' own length misses of an integral (kAttenuate), for all of
-// the first four.
-using Result = std::array<double, 6>;
-constexpr double kEndless = std::numeric_limits<double>::infinity();
-
-// One ray in world space; t is the planar depth.
-struct Ray {
-  Vector3 origin, direction;
-  double enter = 0, begin = 0, end = 0;
-  bool misses = false;
-};
-
-class Picture {
- public:
-  explicit Picture(const VolumeDraw& draw)
-      : draw_(draw), p_(draw.params), v_(draw.volume.spec()), substance_(draw), sheared_(draw, substance_) {}
-  Picture(const Picture&) = delete;
-
-  // The ray of a pixel, moved; clipped to the volume, the planes and the scene.
-  Ray RayOf(double x, double y, double scene, const Vector3& moved) const {
-    const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
-    Ray ray{Add(r.origin, moved), r.direction};
-    ray.enter = p_.camera.perspective() ? 0 : -kEndless;
-    ray.end = std::isnan(scene) ? -kEndless : scene;
-    const Vector3 low = v_.Low(), high = v_.High();
-    for (size_t a = 0; a < 3; ++a) {
-      if (ray.direction[a] == 0) {
-        ray.misses |= ray.origin[a] < low[a] || ray.origin[a] > high[a];
-        continue;
-      }
-      const double u = (low[a] - ray.origin[a]) / ray.direction[a],
-                   w = (high[a] - ray.origin[a]) / ray.direction[a];
-      ray.enter = std::max(ray.enter, std::min(u, w));
-      ray.end = std::min(ray.end, std::max(u, w));
-    }
-    ray.begin = ray.enter;
-    for (const CuttingPlane& plane : p_.planes) {
-      const double above = Dot(plane.normal, ray.origin) - plane.offset,
-                   rise = Dot(plane.normal, ray.direction);
-      if (rise > 0) ray.begin = std::max(ray.begin, -above / rise);
-      if (rise < 0) ray.end = std::min(ray.end, -above / rise);
-      ray.misses |= rise == 0 && above < 0;
-    }
-    ray.misses |= !(ray.begin < ray.end);
-    return ray;
-  }
-  bool IsSurface() const { return p_.mode <= VolumeMode::kMelt; }
-  // Sheared pictures tell themselves what they leave out.
-  bool EndsEarly() const {
-    return !IsSurface() && (p_.mode < VolumeMode::kOver || p_.mode == VolumeMode::kUnder) &&
-           p_.method != VolumeMethod::kShearWarp;
-  }
-  double Brightest() const {
-    double most = 1;
-    for (size_t i = 0; i < draw_.transfer.size(); ++i) {
-      if (i % 4 != 3) most = std::max(most, static_cast<double>(draw_.transfer[i]));
-    }
-    return most;
-  }
-  Result Draw(double x, double y, double scene, const Vector3& moved) const {
-    if (p_.method == VolumeMethod::kShearWarp) {
-      const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
-      const std::array<double, 5> c = sheared_.Draw(Add(r.origin, moved), r.direction);
-      return {c[0], c[1], c[2], c[3], kEndless, c[4] * Brightest()};
-    }
-    const Ray ray = RayOf(x, y, scene, moved);
-    return IsSurface() ? Surface(ray, ray.misses) : Medium(ray, ray.misses);
-  }
-  // Lit colour and extinction at planar depth t, of the segment of `half` before and behind.
-  std::array<double, 4> Light(const Ray& ray, double t, double half) const {
-    const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
-    const Vector3 p = Add(ray.origin, ray.direction, t);
-    const Substance::Matter m = hyper ? substance_.Hyper(p)
-                                      : substance_.Density(p, Add(ray.origin, ray.direction, t - half),
-                                                           Add(ray.origin, ray.direction, t + half));
-    std::array<double, 4> c = {m.material.color[0], m.material.color[1], m.material.color[2],
-                               m.material.extinction};
-    Paint(m, ToEye(ray), hyper, c);
-    return c;
-  }
-  double step() const { return p_.step; }
-
-  // Moves that the float kernel's positions are uncertain by, across the view, world units.
-  std::vector<Vector3> Moves() const {
-    const Vector3 f = p_.camera.forward();
-    const Vector3 side = Normalized(Cross(f, std::fabs(f[1]) < 0.9 ? Vector3{0, 1, 0} : Vector3{1, 0, 0}));
-    const Vector3 up = Cross(side, f);
-    const double by = 1e-4 * std::min({v_.spacing[0], v_.spacing[1], v_.spacing[2]});
-    std::vector<Vector3> moves;
-    for (const Vector3& direction : {side, up, f}) {
-      moves.push_back(Add({}, direction, by));
-      moves.push_back(Add({}, direction, -by));
-    }
-    return moves;
-  }
-
- private:
-  // --- Surfaces. ---
-  Vector3 MeltPlace(const Vector3& p) const {
-    const double bottom = v_.Low()[1], top = v_.High()[1];
-    const double down = Clamped((top - p[1]) / (top - bottom));
-    const Vector3 at = {p[0] * p_.frequency,
-                        p[1] * p_.frequency * ops::volume::kMeltStretch +
-                            v_.origin[1] * p_.frequency * (1 - ops::volume::kMeltStretch),
-                        p[2] * p_.frequency};
-    const double n = Substance::Noise(p_.block, at, 1, {0, ops::volume::kMeltDrift * p_.time, 0});
-    return {p[0],
-            p[1] + p_.amount * down * down * (1 - ops::volume::kMeltNoise + ops::volume::kMeltNoise * n),
-            p[2]};
-  }
-  // Negative inside.
-  double Level(const Vector3& p) const {
-    const double v = substance_.Field(p_.mode == VolumeMode::kMelt ? MeltPlace(p) : p) - p_.iso;
-    return p_.inside_above ? -v : v;
-  }
-  Vector3 MeltNormal(const Vector3& p) const {
-    // The field's gradient where it is read, times the displacement's own: by the noise's central
-    // differences.
-    const Vector3 q = MeltPlace(p);
-    Vector3 g = substance_.FieldGradient(q);
-    const double texel = 1.0 / p_.block.size();
-    Vector3 slope;
-    const double bottom = v_.Low()[1], top = v_.High()[1];
-    const double down = Clamped((top - p[1]) / (top - bottom));
-    const Vector3 at = {p[0] * p_.frequency,
-                        p[1] * p_.frequency * ops::volume::kMeltStretch +
-                            v_.origin[1] * p_.frequency * (1 - ops::volume::kMeltStretch),
-                        p[2] * p_.frequency};
-    const Vector3 drift = {0, ops::volume::kMeltDrift * p_.time, 0};
-    for (size_t a = 0; a < 3; ++a) {
-      Vector3 step = {0, 0, 0};
-      step[a] = texel;
-      const double n = (Substance::Noise(p_.block, Add(at, step), 1, drift) -
-                        Substance::Noise(p_.block, Add(at, step, -1), 1, drift)) /
-                       (2 * texel);
-      slope[a] = p_.amount * down * down * ops::volume::kMeltNoise * n * p_.frequency *
-                 (a == 1 ? ops::volume::kMeltStretch : 1);
-    }
-    if (down > 0 && down < 1) {
-      const double n = Substance::Noise(p_.block, at, 1, drift);
-      slope[1] += -2 * p_.amount * down / (top - bottom) *
-                  (1 - ops::volume::kMeltNoise + ops::volume::kMeltNoise * n);
-    }
-    return Add(g, slope, g[1]);
-  }
-
-  struct Shine {
-    double lit = 0, gloss = 0;
-  };
-  Shine Lit(const Vector3& normal, const Vector3& to_eye) const {
-    const VolumeMaterial& m = p_.material;
-    const double facing = Dot(normal, m.light);
-    Shine s;
-    s.lit = m.ambient * (1 + 0.3 * normal[1]) + m.diffuse * std::max(facing, 0.0);
-    const double half = Dot(normal, Normalized(Add(m.light, to_eye)));
-    if (facing > 0 && half > 1e-6) s.gloss = m.specular * std::pow(half, m.exponent);
-    return s;
-  }
-  Vector3 ToEye(const Ray& ray) const { return Normalized(Add({}, ray.direction, -1)); }
-
-  Result Surface(const Ray& ray, bool misses) const {
-    const Result nothing = {0, 0, 0, 0, kEndless, 0};
-    if (misses) return nothing;
-    Vector3 voxels;
-    for (size_t a = 0; a < 3; ++a) voxels[a] = ray.direction[a] / v_.spacing[a];
-    const double step = ops::volume::kSurfaceStep / Length(voxels);
-    double t = ray.begin;
-    bool cap = true;
-    for (int64_t i = 0;; ++i, cap = false) {
-      t = ray.begin + static_cast<double>(i) * step;
-      if (t > ray.end) return nothing;
-      if (Level(Add(ray.origin, ray.direction, t)) <= 0) break;
-    }
-    if (!cap) {
-      double outside = t - step, inside = t;
-      for (int k = 0; k < 60; ++k) {
-        const double middle = 0.5 * (outside + inside);
-        (Level(Add(ray.origin, ray.direction, middle)) > 0 ? outside : inside) = middle;
-      }
-      t = inside;
-    }
-    const Vector3 p = Add(ray.origin, ray.direction, t), to_eye = ToEye(ray);
-    Vector3 normal = Normalized(p_.mode == VolumeMode::kMelt ? MeltNormal(p) : substance_.FieldGradient(p));
-    if (p_.inside_above) normal = Add({}, normal, -1);
-    std::array<double, 3> color = p_.material.color;
-    if (p_.mode == VolumeMode::kSolid) {
-      const int entries = static_cast<int>(draw_.colors.size() / 4) - 1;
-      const double u =
-          std::clamp(Substance::Noise(p_.block, p, p_.frequency, {}) * (entries - 1), 0.0, entries - 1.0);
-      color = Substance::Entry(draw_.colors, u);
-    } else if (p_.mode == VolumeMode::kBump) {
-      double n[4];
-      Substance::Noise(p_.block, p, p_.frequency, {}, n);
-      const Vector3 sum = Add(Normalized({n[0], n[1], n[2]}), normal, p_.amount);
-      if (Length(sum) >= 1e-6) normal = Normalized(sum);
-    }
-    if (cap) normal = to_eye;
-    const Shine s = Lit(normal, to_eye);
-    return {color[0] * s.lit + s.gloss, color[1] * s.lit + s.gloss, color[2] * s.lit + s.gloss, 1, t, 0};
-  }
-
-  // --- Media. ---
-  Result Medium(const Ray& ray, bool misses) const {
-    Result sum = {0, 0, 0, 0, kEndless, 0};
-    if (p_.mode == VolumeMode::kXray) sum = {1, 1, 1, 1, kEndless, 0};
-    if (misses) return sum;
-    const double world = Length(ray.direction);
-    // Samples stand for segments of equal length; where they lie is the method's choice.
-    double step = p_.step / world, base = ray.enter + 0.5 * step;
-    if (p_.method == VolumeMethod::kSlices) {
-      step = p_.step;
-      base = (std::floor(ray.enter / step) + 0.5) * step;
-    } else if (p_.method == VolumeMethod::kShells && p_.camera.perspective()) {
-      base = (std::floor(ray.enter / step) + 0.5) * step;
-    } else if (p_.method == VolumeMethod::kStacks) {
-      const size_t axis = AxisOfSlices(draw_);
-      const double o = substance_.Voxels(ray.origin[axis], axis), d = ray.direction[axis] / v_.spacing[axis];
-      step = 1 / std::fabs(d);
-      base = (std::nearbyint(o + ray.enter * d) - o) / d;
-    }
-    if (p_.mode == VolumeMode::kAttenuate) return Attenuate(ray, step, base);
-    std::vector<std::array<double, 4>> samples;  // colour and opacity, front to back
-    std::vector<double> depths;
-    double largest = -1, optical = 0;
-    const int64_t first =
-        std::max<int64_t>(0, static_cast<int64_t>(std::floor((ray.begin - base) / step + 0.5)));
-    for (int64_t i = first;; ++i) {
-      const double t = base + static_cast<double>(i) * step;
-      if (t - 0.5 * step >= ray.end) break;
-      const double share = (std::min(t + 0.5 * step, ray.end) - std::max(t - 0.5 * step, ray.begin)) / step;
-      if (share <= 0) continue;
-      if (p_.mode == VolumeMode::kMip) {
-        const double v = substance_.Field(Add(ray.origin, ray.direction, t));
-        largest =
-            std::max(largest, Clamped((v - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low)));
-        continue;
-      }
-      std::array<double, 4> c = Light(ray, t, 0.5 * step);
-      const double length = share * step * world;
-      optical += c[3] * length;
-      c[3] = -std::expm1(-c[3] * length);
-      samples.push_back(c);
-      depths.push_back(t);
-    }
-    switch (p_.mode) {
-      case VolumeMode::kMip:
-        if (largest >= 0) sum = {largest, largest, largest, 1, kEndless, 0};
-        break;
-      case VolumeMode::kXray:
-        sum = {std::exp(-optical), std::exp(-optical), std::exp(-optical), 1, kEndless, 0};
-        break;
-      default:
-        for (size_t i = 0; i < samples.size(); ++i) {
-          const auto& c = samples[i];
-          const double weight = (1 - sum[3]) * c[3];
-          for (size_t k = 0; k < 3; ++k) sum[k] += weight * c[k];
-          sum[3] += weight;
-          if (sum[3] >= 0.5 && sum[4] == kEndless && p_.mode != VolumeMode::kOver) sum[4] = depths[i];
-        }
-    }
-    return sum;
-  }
-
-  // a c of a length of material, whatever the step, as the mean over the ray's way: 1 / (end - begin) times
-  // the integral of (1 - exp(-extinction length)) c. Every sample's segment is integrated by Gauss's three
-  // places in each of its halves; what the segment's middle alone makes of it is the step's own error, and is
-  // told.
-  Result Attenuate(const Ray& ray, double step, double base) const {
-    const auto at = [&](double t, double half) {
-      std::array<double, 4> c = Light(ray, t, half);
-      c[3] = -std::expm1(-c[3] * p_.transfer.length);
-      for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
-      return c;
-    };
-    const double aside = std::sqrt(0.6), weights[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-    Result sum = {0, 0, 0, 0, kEndless, 0};
-    std::array<double, 4> middles = {0, 0, 0, 0};
-    double path = 0;
-    const auto first = static_cast<int64_t>(std::max(0.0, std::floor((ray.begin - base) / step + 0.5)));
-    for (int64_t i = first; base + (static_cast<double>(i) - 0.5) * step < ray.end; ++i) {
-      const double middle = base + static_cast<double>(i) * step;
-      const double from = std::max(middle - 0.5 * step, ray.begin),
-                   to = std::min(middle + 0.5 * step, ray.end);
-      if (to <= from) continue;
-      const double size = (to - from) / step;
-      path += size;
-      const std::array<double, 4> coarse = at(middle, 0.5 * step);
-      for (size_t k = 0; k < 4; ++k) middles[k] += size * coarse[k];
-      for (int part = 0; part < 6; ++part) {
-        const double half = 0.25 * (to - from), centre = from + (part < 3 ? half : 3 * half);
-        const std::array<double, 4> fine = at(centre + (part % 3 - 1) * aside * half, 0.5 * half);
-        for (size_t k = 0; k < 4; ++k) sum[k] += 0.5 * size * weights[part % 3] * fine[k];
-      }
-    }
-    for (size_t k = 0; k < 4 && path > 0; ++k) {
-      sum[k] /= path;
-      sum[5] = std::max(sum[5], std::fabs(middles[k] / path - sum[k]));
-    }
-    return sum;
-  }
-
-  void Paint(const Substance::Matter& m, const Vector3& to_eye, bool hyper, std::array<double, 4>& c) const {
-    const VolumeMaterial& light = p_.material;
-    if (p_.mode == VolumeMode::kFur) {
-      const double cosine = Dot(m.normal, light.light), view = Dot(m.normal, to_eye);
-      const double across = std::sqrt(std::max(1 - cosine * cosine, 0.0)),
-                   aside = std::sqrt(std::max(1 - view * view, 0.0));
-      const double facing = 0.5 + 0.5 * cosine,
-                   occlusion = ops::volume::kFurRoot + (1 - ops::volume::kFurRoot) * m.height;
-      const double lit = occlusion * (light.diffuse * facing * (0.4 + 0.6 * across) + light.ambient);
-      const double gleam = std::max(across * aside - cosine * view, 0.0);
-      const double gloss =
-          gleam > 1e-6 ? light.specular * std::pow(gleam, light.exponent) * facing * facing * occlusion : 0;
-      for (size_t k = 0; k < 3; ++k) c[k] = c[k] * light.color[k] * lit + gloss;
-    } else if (p_.shade) {
-      const Shine s = Lit(m.normal, to_eye);
-      for (size_t k = 0; k < 3; ++k) c[k] = c[k] * (hyper ? light.color[k] : 1) * s.lit + s.gloss;
-    }
-  }
-
-  const VolumeDraw& draw_;
-  const VolumeParams& p_;
-  const VolumeSpec& v_;
-  const Substance substance_;
-  const ShearedPicture sheared_;
-};
+using volume::Colored;
+using volume::kChannels;
+using volume::kEndless;
+using volume::kMissed;
+using volume::Picture;
+using volume::Ray;
+using volume::Result;
+using volume::VolumeDraw;
 
 // The pictures of one scene: the nearest surface, and all media on one lattice before it.
 class Scene {
@@ -360,7 +40,7 @@ class Scene {
       return m < 0 ? Vector3{0, 0, 0} : reference::Add({}, moves_[k][static_cast<size_t>(m)], share);
     };
     if (pictures_.size() == 1) return pictures_[0].Draw(x, y, scene, moved(0));
-    Result surface = {0, 0, 0, 0, kEndless, 0};
+    Result surface = Colored(0, 0, 0, 0);
     for (size_t k = 0; k < pictures_.size(); ++k) {
       if (!pictures_[k].IsSurface()) continue;
       const Result r = pictures_[k].Draw(x, y, scene, moved(k));
@@ -380,29 +60,36 @@ class Scene {
     }
     if (media.empty()) return surface;
     const double world = Length(rays[0].direction), step = spacing / world, base = enter + 0.5 * step;
-    Result sum = {0, 0, 0, 0, kEndless, 0};
+    Result sum = Colored(0, 0, 0, 0);
     const auto first = static_cast<int64_t>(std::max(0.0, std::floor((begin - base) / step + 0.5)));
     for (int64_t i = first;; ++i) {
       const double t = base + static_cast<double>(i) * step;
       if (t - 0.5 * step >= end) break;
-      std::array<double, 4> all = {0, 0, 0, 0};
+      std::array<double, 5> all = {0, 0, 0, 0, 0};
       for (size_t k = 0; k < media.size(); ++k) {
         const Ray& ray = rays[k];
         const double share = (std::min(t + 0.5 * step, ray.end) - std::max(t - 0.5 * step, ray.begin)) / step;
         if (share <= 0) continue;
-        const std::array<double, 4> c = pictures_[media[k]].Light(ray, t, 0.5 * step);
-        for (size_t n = 0; n < 3; ++n) all[n] += share * c[3] * c[n];
+        const std::array<double, 5> c = pictures_[media[k]].Light(ray, t, 0.5 * step);
+        for (const size_t n : {0, 1, 2, 4}) all[n] += share * c[3] * c[n];
         all[3] += share * c[3];
       }
       if (all[3] <= 0) continue;
       const double weight = (1 - sum[3]) * -std::expm1(-all[3] * step * world);
       for (size_t n = 0; n < 3; ++n) sum[n] += weight * all[n] / all[3];
       sum[3] += weight;
+      sum[kMissed] += weight * all[4] / all[3];
+      if (std::fabs(sum[3] - 0.5) < volume::kTie) sum[volume::kDoubt] = 1;
       if (sum[3] >= 0.5 && sum[4] == kEndless) sum[4] = t;
+    }
+    if (sum[4] < kEndless) {  // of a medium alone; several have none
+      const Vector3 p = reference::Add(rays[0].origin, rays[0].direction, sum[4]);
+      pictures_[media[0]].AddAovs(rays[0], sum[4], pictures_[media[0]].OutwardAt(p), sum);
     }
     const double through = 1 - sum[3];
     for (size_t n = 0; n < 4; ++n) sum[n] += through * surface[n];
-    sum[4] = std::min(sum[4], surface[4]);
+    sum[kMissed] += through * surface[kMissed];
+    if (surface[4] < sum[4]) std::copy(surface.begin() + 4, surface.begin() + kChannels, sum.begin() + 4);
     return sum;
   }
 
@@ -437,7 +124,7 @@ class Responses {
     const Result moved = scene_.Draw(x_, y_, depth_, m);
     Result fine = moved;
     bool tried = false;
-    for (size_t c = 0; c < 5; ++c) {
+    for (size_t c = 0; c < kChannels; ++c) {
       if (moved[c] == own_[c]) continue;
       const double change = std::fabs(moved[c] - own_[c]);
       if (!std::isfinite(change)) {
@@ -462,7 +149,7 @@ class Responses {
   const Scene& scene_;
   const double x_, y_, depth_;
   const Result& own_;
-  std::array<double, 5> slope_ = {}, jump_ = {};
+  std::array<double, kChannels> slope_ = {}, jump_ = {};
 };
 
 void Evaluate(const Call& call) {
@@ -480,10 +167,11 @@ void Evaluate(const Call& call) {
       // Rays that end early leave out what would come after; others leave out nothing.
       const double beyond = std::max(0.0, r[3] - (1 - scene.termination()) + 1e-5);
       const double left_out = scene.termination() > 0 ? std::min(beyond, scene.termination()) : 0;
-      const double ends = left_out * scene.brightest() + 1.01 * r[5];
+      const double ends = left_out * scene.brightest() + 1.01 * r[kMissed];
       for (int c = 0; c < call.out.channels; ++c) {
         const auto k = static_cast<size_t>(c);
         call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (responses.slope(k) + ends) / kBound;
+        if (c >= 4 && r[volume::kDoubt] != 0) call.Undecided(x, y, c, kUnknownJump);
         if (responses.jump(k) > 0) call.Undecided(x, y, c, responses.jump(k));
       }
     }

@@ -9,6 +9,10 @@ namespace {
 
 Vector3 Drift(const Dmf& step, double time) { return Add({}, step.drift, time); }
 Vector3 Upright(const Dmf& step, const Vector3& p) { return {p[0], p[1] * step.upright, p[2]}; }
+Vector3 Shift(int octave) {
+  const auto& s = ops::volume::kOctaveShifts[octave];
+  return {s[0], s[1], s[2]};
+}
 double Power(double t, double exponent) { return t > 0 ? std::pow(t, exponent) : 0; }
 
 }  // namespace
@@ -104,13 +108,11 @@ double Substance::Turbulence(const Dmf& step, const Vector3& at) const {
       double sum = 0;
       for (int k = 0; k < kTurbulenceOctaves; ++k) {
         const double scale = 1 << k;
-        const auto period = static_cast<uint32_t>(kTurbulenceCells << k);
-        const uint32_t seed = OctaveSeed(0, k, 0);
+        const uint32_t period = kTurbulenceCells, seed = OctaveSeed(0, 0, 0);
         NoisePlace place;
         for (size_t a = 0; a < 3; ++a) {
-          const double u = p[a] * step.frequency + offset[a];
-          const double shift = k == 0 ? 0 : OctaveSeed(seed, static_cast<int>(a), 1) * 0x1p-32;
-          const double cell = (u - std::floor(u)) * period + shift, whole = std::floor(cell);
+          const double u = (p[a] * step.frequency + offset[a]) * scale + Shift(k)[a];
+          const double cell = (u - std::floor(u)) * period, whole = std::floor(cell);
           place.cell[a] = static_cast<uint32_t>(whole) % period;
           place.fraction[a] = cell - whole;
         }
@@ -122,14 +124,15 @@ double Substance::Turbulence(const Dmf& step, const Vector3& at) const {
       double sum = 0;
       for (int k = 0; k < (step.lookup == TurbulenceLookup::kFour ? 4 : 8); ++k) {
         const double scale = 1 << k;
-        sum += std::fabs(Noise(step.block, p, step.frequency * scale, Add({}, offset, scale))) / scale;
+        const Vector3 at_octave = Add(Shift(k), offset, scale);
+        sum += std::fabs(Noise(step.block, p, step.frequency * scale, at_octave)) / scale;
       }
       return sum;
     }
   }
 }
 
-double Substance::Modulate(const Dmf& step, const Vector3& p, double distance, double t) const {
+double Substance::Modulate(const Dmf& step, const Vector3& p, double distance, double solid, double t) const {
   switch (step.kind) {
     case Dmf::Kind::kBias:
       return Power(t, std::log(step.amount) / std::log(0.5));
@@ -138,13 +141,13 @@ double Substance::Modulate(const Dmf& step, const Vector3& p, double distance, d
       return t < 0.5 ? 0.5 * Power(2 * t, exponent) : 1 - 0.5 * Power(2 - 2 * t, exponent);
     }
     case Dmf::Kind::kNoise:
-      return Clamped(t +
-                     step.amount * Noise(step.block, Upright(step, p), step.frequency, Drift(step, p_.time)));
+      return Clamped(t + std::min(1.0, 8 * std::min(solid, 1 - solid)) * step.amount *
+                             Noise(step.block, Upright(step, p), step.frequency, Drift(step, p_.time)));
     case Dmf::Kind::kTurbulence:
       return Clamped(t * (1 - step.amount + step.amount * Turbulence(step, p)));
     case Dmf::Kind::kThreshold: {
       const double u = Clamped((t - step.amount) / std::max(step.softness, 1e-6));
-      return u * u * (3 - 2 * u);
+      return solid > 0 ? u * u * (3 - 2 * u) : 0;
     }
     case Dmf::Kind::kFunction: {
       const auto x = static_cast<float>(p[0]), y = static_cast<float>(p[1]), z = static_cast<float>(p[2]);
@@ -181,6 +184,7 @@ Substance::Matter Substance::Hyper(const Vector3& p) const {
   const double d = Field(q), outer = p_.iso + p_.soft;
   Matter m;
   double t = p_.soft > 0 ? Clamped((outer - d) / p_.soft) : d <= outer ? 1 : 0;
+  const double solid = t;
   m.normal = Normalized(FieldGradient(q));
   m.height = 1 - Clamped((outer - d) / std::max(p_.soft, 1e-30));
   if (p_.mode == VolumeMode::kFur) {
@@ -193,7 +197,7 @@ Substance::Matter Substance::Hyper(const Vector3& p) const {
     const double n = Clamped(0.5 + ops::volume::kFurSpread * Noise(p_.block, foot, p_.frequency, {}));
     if (t < 1) t *= n < 0.5 ? 4 * n * n * n : 1 - 4 * (1 - n) * (1 - n) * (1 - n);
   }
-  for (const Dmf& step : p_.dmf) t = Modulate(step, p, d, t);
+  for (const Dmf& step : p_.dmf) t = Modulate(step, p, d, solid, t);
   m.material = Classify(t);
   return m;
 }

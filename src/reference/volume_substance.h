@@ -52,7 +52,7 @@ class Substance {
   Class ClassifyVoxels(const Vector3& p) const;
   Class ClassifyPair(double front, double back) const;
   double Turbulence(const Dmf& step, const Vector3& at) const;
-  double Modulate(const Dmf& step, const Vector3& p, double distance, double t) const;
+  double Modulate(const Dmf& step, const Vector3& p, double distance, double solid, double t) const;
   Vector3 Moved(const Vector3& p) const;
 
   const ops::volume::VolumeDraw& draw_;

@@ -15,6 +15,7 @@
 
 #include "model/distance_transform.h"
 #include "model/volume_data.h"
+#include "model/volume_settings.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
 #include "tessera/mesh.h"
@@ -101,14 +102,22 @@ TEST(Volume, WordsOfChainsAreThoseOfTheGrammar) {
 }
 
 TEST(Volume, NoiseBlocksHoldOctavesOfOneNoiseOrSamplesOfTheCaller) {
-  // Samples of the coarser block lie at twice the positions of the finer one's.
+  // Samples of the coarser block lie at twice the positions of the finer one's, shifted by whole samples of
+  // it.
   const NoiseBlock noise(NoiseContent::kNoise, 4, 1, 7, 16), octaves(NoiseContent::kFourOctaves, 4, 1, 7, 32);
+  const NoiseBlock sum(NoiseContent::kTurbulence, 4, 4, 7, 32);
+  const auto& shift = ops::volume::kOctaveShifts[1];
   for (int i = 0; i < 32; ++i) {
     const Vector3 p = {(i + 0.5) / 32, 5.5 / 32, (31.5 - i) / 32};
     double one, four[4];
-    noise.Sample({2 * p[0], 2 * p[1], 2 * p[2]}, &one);
+    noise.Sample({2 * p[0] + shift[0], 2 * p[1] + shift[1], 2 * p[2] + shift[2]}, &one);
     octaves.Sample(p, four);
     EXPECT_NEAR(four[1], one, 1e-4);
+    // Turbulence is their sum.
+    sum.Sample(p, &one);
+    double all = 0;
+    for (int k = 0; k < 4; ++k) all += std::fabs(four[k]) / (1 << k);
+    EXPECT_NEAR(all, one, 2e-4);
   }
   std::vector<float> samples(64);
   for (size_t i = 0; i < 64; ++i) samples[i] = static_cast<float>(i);

@@ -19,11 +19,12 @@ namespace tessera {
 
 /// What a block of noise holds. Blocks repeat without seams.
 enum class NoiseContent : uint8_t {
-  kNoise,        ///< one octave of gradient noise, in [-1, 1]
-  kTurbulence,   ///< sum over octaves of |n| / 2^k: precomputed turbulence
-  kFbm,          ///< sum over octaves of n / 2^k
-  kMarble,       ///< 1/2 + 1/2 sin(2 pi (2 x + 0.8 T))
-  kFourOctaves,  ///< four channels: the noise of kNoise at 1, 2, 4 and 8 times the frequency
+  kNoise,       ///< one octave of gradient noise, in [-1, 1]
+  kTurbulence,  ///< sum over octaves of |n(2^k p + s_k)| / 2^k, s_k constants: precomputed turbulence
+  kFbm,         ///< sum over octaves of n / 2^k
+  kMarble,      ///< 1/2 + 1/2 sin(2 pi (2 x + 0.8 T))
+  kWood,  ///< grain across x: the fraction of 6 x + 0.35 fbm, from 0 to 1 and back within its last eighth
+  kFourOctaves,  ///< four channels: the octaves of kTurbulence, n(2^k p + s_k)
   kVector,       ///< four channels: independent noises, for position warps
   kGradient,     ///< four channels: unit gradient of the noise, and the noise
 };
@@ -62,14 +63,16 @@ class NoiseBlock {
   std::shared_ptr<const Data> data_;
 };
 
-/// How turbulence is read inside the march (table 3 of Miller and Jones).
+/// How turbulence is read inside the march (table 3 of Miller and Jones): T(p) = sum of |n(2^k p + s_k)| /
+/// 2^k, one periodic noise n at four octaves. All of them read the same T; they differ by what interpolation
+/// in blocks of 64^3 samples leaves out, and by kEight's finer octaves.
 enum class TurbulenceLookup : uint8_t {
   kBlock,         ///< one lookup in a block of precomputed turbulence
   kFourChannels,  ///< one lookup of four octaves in four channels
   kFour,          ///< four lookups of one noise at 1, 2, 4, 8 times the frequency
-  kEight,         ///< eight lookups
+  kEight,         ///< eight lookups: four more octaves, at most 1/8 in all
   kExact,  ///< the noise itself at every sample: kTurbulenceOctaves of gradient noise, kTurbulenceCells a
-           ///< block, seed 0; what the ready-made block of kBlock holds samples of
+           ///< block, seed 0; what the ready-made blocks hold samples of
 };
 
 /// Lattice cells along the edge of the block that is made for kBlock.
@@ -90,20 +93,20 @@ struct DmfSamples {
 using DmfFunction = std::function<void(const DmfSamples&)>;
 
 /// One step of H(p) = DMF_n(... DMF_1(DMF_0(D(p), p))). t stands for the density so far, in [0, 1]; results
-/// are clamped to [0, 1]. Noise is read at p * frequency + drift * time (blocks per world unit; see
-/// NoiseBlock).
+/// are clamped to [0, 1]. Steps act on the soft region: where D is 0 all but functions leave nothing. Noise
+/// is read at p * frequency + drift * time (blocks per world unit; see NoiseBlock).
 struct Dmf {
   /// What a step does.
   enum class Kind : uint8_t {
     kBias,        ///< t^(ln b / ln 0.5), b = amount in (0, 1)
     kGain,        ///< S curve through 1/2 by two biases, g = amount in (0, 1)
-    kNoise,       ///< t + amount N(p)
+    kNoise,       ///< t + amount N(p) min(1, 8 D, 8 (1 - D))
     kTurbulence,  ///< t * (1 - amount + amount * T(p))
     kThreshold,   ///< 0 below amount, 1 above amount + softness, smooth between
     kWarp,        ///< the field is read at p + amount (N0, N1, N2)(p), amount in world units
     kLift,        ///< the field is read at p - up * amount T(p): flames; amount in world units
     kSwell,       ///< the field is read at p (1 + amount (T(p) - mean)): Perlin's fire
-    kFunction,    ///< C++
+    kFunction,    ///< C++; may make density anywhere
   };
   Kind kind = Kind::kBias;    ///< what the step does
   double amount = 0.5;        ///< how much; see the kind

@@ -73,7 +73,7 @@ struct VolumeTransferFunction {
 /// A text file: lines of "value r g b opacity", # starts a comment. Throws Error naming the file and line.
 VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file);
 
-/// Phong's material of surfaces under one distant light.
+/// Phong's material of surfaces under one light, distant or at a point (without falling off).
 struct VolumeMaterial {
   std::array<double, 3> color = {0.80, 0.60, 0.42};  ///< R, G, B
   double ambient = 0.25;                             ///< share without light
@@ -81,6 +81,8 @@ struct VolumeMaterial {
   double specular = 0.35;                            ///< factor of the highlight, which is white
   double exponent = 40;                              ///< of the highlight
   Vector3 light = {-0.45, 0.65, 0.62};               ///< towards the light, world; any length
+  bool point = false;                                ///< `light` is where it stands, world, not a direction
+  bool flat = false;                                 ///< unlit: colours as they are
 };
 
 /// Half space that is kept: normal . p >= offset.
@@ -117,6 +119,10 @@ struct VolumeParams {
   TurbulenceLookup lookup = TurbulenceLookup::kBlock;  ///< how turbulence is read
   NoiseBlock block = {};                               ///< empty: made
 
+  /// kSolid: colours of the block's values, linear between points, constant beyond; opacities are not read.
+  /// Empty: polished marble over [0, 1].
+  std::vector<TransferPoint> colors;
+
   /// kHyper and density modes
   std::vector<Dmf> dmf;
   VolumeTransferFunction
@@ -125,10 +131,16 @@ struct VolumeParams {
   bool shade = false;                                     ///< gradient shading by `material`
   bool depth = false;  ///< a further channel Z: planar depth of the surface (hypertexture and density: where
                        ///< alpha passes 1/2), infinity where there is none
+
+  /// Z and, in the world, the unit normal N.X, N.Y, N.Z that is lit (hypertexture and density: of the field
+  /// where it is not displaced), the position P.X, P.Y, P.Z, and the distance from the eye (for a parallel
+  /// camera Z). Where there is nothing N and P are 0, the distance infinite.
+  bool aovs = false;
 };
 
 /// A picture of `spec`'s windows; the camera looks through the display window. Channels R, G, B, A
-/// (premultiplied) and, with `depth`, Z. Leaping, tiles and threads change no bit. `scene_depth`, where
+/// (premultiplied) and, with `depth`, Z; with `aovs` what a renderer adds. The picture carries its camera as
+/// metadata (Camera::FromMetadata). Leaping, tiles and threads change no bit. `scene_depth`, where
 /// given, holds planar depths (channel 0): rays end there (fractions of a step count); NaN and values at or
 /// below the near side draw nothing, infinity everything.
 ///
@@ -162,11 +174,11 @@ struct PlacedVolume {
 /// One picture of up to 8 volumes. The camera of the first serves all. All media are marched together, on
 /// samples as close as the closest of their steps: where they overlap, their extinctions add up and their
 /// colours mix by them, so that the order of the list changes nothing but rounding (1e-6), and media apart
-/// from each other hide one another by their depth. The nearest of the surfaces ends the rays and shows
-/// through what lies before it. Alpha, Z, leaping and the error bound are those of RenderVolume. Modes:
-/// surfaces, hypertexture, over and under (both front to back), by the method kRays. `samples` above 1: the
-/// mean of so many jittered pictures, as RenderVolumeSupersampled's. Throws Error: other modes and methods,
-/// more volumes, a matrix that is no rigid motion.
+/// from each other hide one another by their depth. Normals of several media are refused. The nearest of the
+/// surfaces ends the rays and shows through what lies before it. Alpha, Z, leaping and the error bound are
+/// those of RenderVolume. Modes: surfaces, hypertexture, over and under (both front to back), by the method
+/// kRays. `samples` above 1: the mean of so many jittered pictures, as RenderVolumeSupersampled's. Throws
+/// Error: other modes and methods, more volumes, a matrix that is no rigid motion.
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, int samples = 1);
 /// The same behind and between what has these depths.
 Node RenderVolumes(const ImageSpec& spec, std::span<const PlacedVolume> volumes, const Node& scene_depth);

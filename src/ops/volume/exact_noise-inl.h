@@ -28,7 +28,8 @@ HWY_INLINE V ExactNoise(const ExactOctave& octave, const Vec3& p) {
   const V coordinates[3] = {p.x, p.y, p.z};
 #pragma GCC unroll 3
   for (int a = 0; a < 3; ++a) {
-    const V u = hn::MulAdd(coordinates[a], Set(octave.cells), Set(octave.shift[a]));
+    const V at = hn::MulAdd(coordinates[a], Set(octave.times), Set(octave.shift[a]));
+    const V u = hn::Mul(hn::Sub(at, hn::Floor(at)), Set(octave.cells));
     const V floor = hn::Floor(u);
     offset[a][0] = hn::Sub(u, floor);
     offset[a][1] = hn::Sub(offset[a][0], one);

@@ -28,9 +28,14 @@ struct RaySet {
   float low[3], high[3];                // the box, in voxels
   bool perspective = false;
   bool cut = false;  // by planes
+  bool aovs = false;
+  float place[12] = {};  // from the volume's own coordinates to the world's: three rows
   int planes = 0;
   float plane[16][4];  // normal and offset in voxels: n . p - offset >= 0 is kept
 };
+
+// Channels of a picture: R, G, B, A, Z, N, P, distance.
+inline constexpr int kAovChannels = 12;
 
 // The field's samples.
 struct Field {
@@ -60,13 +65,15 @@ struct NoiseView {
 
 // Turbulence by the noise itself: octaves of gradient noise at positions in blocks.
 struct ExactOctave {
-  float cells = 1, shift[3] = {0, 0, 0}, weight = 1;  // weight: with the noise's scale
+  // Lattice cells a block; where in the block the octave is read, 2^k p + shift; with the noise's scale.
+  float cells = 1, times = 1, shift[3] = {0, 0, 0}, weight = 1;
   uint32_t seed = 0;
 };
 
 struct Light {
   float color[3], ambient, diffuse, specular, exponent;
-  float direction[3];  // unit, world
+  float direction[3];  // unit, or where the light stands, the volume's own coordinates
+  bool point, flat;
 };
 
 // Four floats an entry.
@@ -90,7 +97,7 @@ struct DmfStep {
 
 struct Target {
   ImageView out;
-  const int* channels = nullptr;  // R, G, B, A, Z as 0 to 4; null: in order
+  const int* channels = nullptr;  // numbers of kAovChannels; null: in order
   bool rgba = false;              // these four in order
   const float* scene = nullptr;   // planar depth of the pixels of `out`, `scene_row` floats a row; or null
   ptrdiff_t scene_row = 0, scene_pixel = 0;

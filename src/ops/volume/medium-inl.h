@@ -40,7 +40,8 @@ inline HWY_NOINLINE V Turbulence(const DmfStep& step, const Vec3& p) {
       V sum = hn::Zero(D());
       for (int k = 0; k < octaves; ++k) {
         const auto scale = static_cast<float>(1 << k);
-        sum = hn::MulAdd(hn::Abs(NoiseValue(step.noise, p, scale)), Set(1 / scale), sum);
+        const V n = NoiseAt(step.noise, LocateNoise(step.noise, p, scale, kOctaveShifts[k]));
+        sum = hn::MulAdd(hn::Abs(n), Set(1 / scale), sum);
       }
       return sum;
     }
@@ -55,17 +56,22 @@ struct Sample {
 };
 
 // Colour of a sample as it is lit.
-inline HWY_NOINLINE void Shade(const MediumArgs& args, const Sample& sample, const Vec3& to_eye,
-                               s::Pixels& c) {
+inline HWY_NOINLINE void Shade(const MediumArgs& args, const Vec3& p, const Sample& sample,
+                               const Vec3& to_eye, s::Pixels& c) {
   const V zero = hn::Zero(D()), one = Set(1);
+  if (args.look == Look::kPlain) return;
+  const Vec3 l = ToLight(args.rays, args.light, p);
   if (args.look == Look::kLit) {
-    const Shine shine = Lit(args.light, sample.normal, to_eye);
+    const Shine shine = Lit(args.light, l, sample.normal, to_eye);
     c.r = hn::MulAdd(c.r, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[0] : 1)), shine.gloss);
     c.g = hn::MulAdd(c.g, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[1] : 1)), shine.gloss);
     c.b = hn::MulAdd(c.b, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[2] : 1)), shine.gloss);
-  } else if (args.look == Look::kFur) {
+  } else if (args.light.flat) {
+    c.r = hn::Mul(c.r, Set(args.light.color[0]));
+    c.g = hn::Mul(c.g, Set(args.light.color[1]));
+    c.b = hn::Mul(c.b, Set(args.light.color[2]));
+  } else {
     // Kajiya and Kay: light across the strand, darker towards the roots.
-    const Vec3 l = {Set(args.light.direction[0]), Set(args.light.direction[1]), Set(args.light.direction[2])};
     const V cosine = Dot(sample.normal, l), view = Dot(sample.normal, to_eye);
     const V across = hn::Sqrt(hn::Max(hn::NegMulAdd(cosine, cosine, one), zero));
     const V aside = hn::Sqrt(hn::Max(hn::NegMulAdd(view, view, one), zero));
@@ -120,8 +126,9 @@ inline HWY_NOINLINE void Move(const MediumArgs& args, const DmfStep& step, const
 HWY_INLINE V Torn(const DmfStep& step, V turbulence, V t) {
   return Clamp01(hn::Mul(t, hn::MulAdd(turbulence, Set(step.amount), Set(1 - step.amount))));
 }
-// A density t after one more function.
-inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, const Vec3& p, V distance, V t) {
+// A density t, `solid` before the chain, after one more function.
+inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, const Vec3& p, V distance,
+                               V solid, V t) {
   const D d;
   const V one = Set(1);
   switch (step.kind) {
@@ -133,13 +140,17 @@ inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, cons
       const V half = hn::Mul(Set(0.5f), Power(hn::Add(u, u), step.amount));
       return hn::IfThenElse(low, half, hn::Sub(one, half));
     }
-    case Kind::kNoise:
-      return Clamp01(hn::MulAdd(NoiseValue(step.noise, p), Set(step.amount), t));
+    case Kind::kNoise: {
+      // None at the ends of the soft region, all of it an eighth further in.
+      const V window = hn::Min(hn::Mul(hn::Min(solid, hn::Sub(one, solid)), Set(8)), one);
+      return Clamp01(hn::MulAdd(NoiseValue(step.noise, p), hn::Mul(window, Set(step.amount)), t));
+    }
     case Kind::kTurbulence:
       return Torn(step, Turbulence(step, p), t);
     case Kind::kThreshold: {
       const V u = Clamp01(hn::Mul(hn::Sub(t, Set(step.amount)), Set(step.second)));
-      return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(u, Set(2), Set(3)));
+      const V risen = hn::Mul(hn::Mul(u, u), hn::NegMulAdd(u, Set(2), Set(3)));
+      return hn::IfThenElseZero(hn::Gt(solid, hn::Zero(d)), risen);
     }
     case Kind::kFunction: {
       HWY_ALIGN float x[kLanes], y[kLanes], z[kLanes], dist[kLanes], density[kLanes];
@@ -230,7 +241,7 @@ class Medium {
       if (args_.look == Look::kPlain) sample.value = Value(p);
       c = ColorOf(args_.transfer, sample.value);
     }
-    Shade(args_, sample, to_eye, c);
+    Shade(args_, p, sample, to_eye, c);
     return c;
   }
 
@@ -297,6 +308,8 @@ class Medium {
         r[k].normal = WorldNormal(args_.rays, gradient, f.scale < 0 ? -1 : 1);
       }
     }
+    V solid[K];
+    for (int k = 0; k < K; ++k) solid[k] = t[k];
     if (args_.look == Look::kFur) {
       NoisePlace foot[K];
       for (int k = 0; k < K; ++k) foot[k] = FootOf(args_, p[k], r[k], t[k]);
@@ -308,7 +321,7 @@ class Medium {
       } else if (!Moves(step.kind)) {
         for (int k = 0; k < K; ++k) {
           const Vec3 from = p[k];
-          t[k] = Modulate(args_, step, from, r[k].distance, t[k]);
+          t[k] = Modulate(args_, step, from, r[k].distance, solid[k], t[k]);
         }
       }
     }

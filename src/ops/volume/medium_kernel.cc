@@ -59,7 +59,7 @@ HWY_INLINE Sums MarchHyper(const MediumArgs& args, const Medium<T>& medium, cons
       s::Pixels c[K];
       V alpha[K], share[K];
       for (int k = 0; k < K; ++k) c[k] = ColorOf(args.transfer, sample[k].value);
-      for (int k = 0; k < K; ++k) Shade(args, sample[k], walk.to_eye, c[k]);
+      for (int k = 0; k < K; ++k) Shade(args, p[k], sample[k], walk.to_eye, c[k]);
       walk.Shares<K>(ray, i, share);
       for (int k = 0; k < K; ++k) alpha[k] = Opacity(c[k].a, walk.length, share[k]);
       for (int k = 0; k < K; ++k) {
@@ -143,7 +143,7 @@ void DrawType(const MediumArgs& args, const Target& target) {
   const bool xray = args.mode == VolumeMode::kXray;
   Packet nothing = {};
   for (int c = 0; c < 4; ++c) std::fill_n(nothing.v[c], kPacket, xray ? 1.0f : 0.0f);
-  std::fill_n(nothing.v[4], kPacket, std::numeric_limits<float>::infinity());
+  for (const int c : {4, 11}) std::fill_n(nothing.v[c], kPacket, std::numeric_limits<float>::infinity());
   const V zero = hn::Zero(d), one = Set(1);
   ForPackets(
       args.rays, args.field, target, nothing, [&](int x0, int y0, float from, Packet(&packets)[2]) HWY_ATTR {
@@ -163,6 +163,11 @@ void DrawType(const MediumArgs& args, const Target& target) {
             sums.a = hn::IfThenElseZero(any, one);
           }
           Store(sums, args.rays.middle_depth, part % kPacket, packets[part / kPacket]);
+          if (!args.rays.aovs) continue;
+          const V at = hn::IfThenElse(sums.deep, sums.depth, ray.begin);
+          const Vec3 p = At(ray, at);
+          const Vec3 normal = WorldNormal(args.rays, medium.ValueGradient(p).gradient, args.hyper ? 1 : -1);
+          StoreAovs(args.rays, ray, sums.deep, at, p, normal, part % kPacket, packets[part / kPacket]);
         }
       });
 }

@@ -45,8 +45,8 @@ HWY_NOINLINE bool AddMedium(const MediumArgs& args, const Ray& ray, const Vec3& 
     }
     if (hn::AllFalse(d, any)) continue;
     s::Pixels c[kPair];
+    Vec3 p[kPair];
     if (args.hyper) {
-      Vec3 p[kPair];
       Sample sample[kPair];
       for (int k = 0; k < kPair; ++k) p[k] = At(ray, stretch.along[first + k]);
       if (!medium.Hyper(p, lanes, sample)) continue;
@@ -57,7 +57,7 @@ HWY_NOINLINE bool AddMedium(const MediumArgs& args, const Ray& ray, const Vec3& 
       }
       if (hn::AllFalse(d, any)) continue;
       for (int k = 0; k < kPair; ++k) c[k] = ColorOf(args.transfer, sample[k].value);
-      for (int k = 0; k < kPair; ++k) Shade(args, sample[k], to_eye, c[k]);
+      for (int k = 0; k < kPair; ++k) Shade(args, p[k], sample[k], to_eye, c[k]);
     } else {
       any = hn::MaskFromVec(zero);
       for (int k = 0; k < kPair; ++k) {

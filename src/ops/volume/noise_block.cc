@@ -9,6 +9,7 @@
 
 #include "base/arena.h"
 #include "model/volume_settings.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/ops/noise.h"
 #include "tessera/render.h"
@@ -18,18 +19,28 @@ namespace {
 
 constexpr int kBefore = 1, kBorder = 3;
 
-// size^3 samples of a periodic noise, slice after slice; channel 0, or the first `channels` of it.
-std::vector<float> Samples(NoiseParams params, int cells, int size, int channels, int period = 0) {
+// size^3 samples of a periodic noise, slice after slice; channel 0, or the first `channels` of it. `shift`:
+// cells.
+std::vector<float> Samples(NoiseParams params, int cells, int size, int channels, int period = 0,
+                           const Vector3& shift = {0, 0, 0}) {
   if (period == 0) period = cells;
   params.dims = 3;
   params.frequency = cells;
   params.period = {period, period, period, 0};
   params.slices = size;
-  params.offset[2] = 0.5 * cells / size;
+  for (size_t a = 0; a < 3; ++a) params.offset[a] = shift[a];
+  params.offset[2] += 0.5 * cells / size;
   ImageSpec spec(size, size * size, channels);
   const Image image = Render(Noise(spec, params));
   const auto* p = reinterpret_cast<const float*>(image.view().data);
   return {p, p + static_cast<ptrdiff_t>(channels) * size * size * size};
+}
+
+// Octave k of one noise, as lookups at 2^k times the frequency find it.
+std::vector<float> OctaveSamples(const NoiseParams& noise, int cells, int k, int size) {
+  Vector3 shift;
+  for (size_t a = 0; a < 3; ++a) shift[a] = double{ops::volume::kOctaveShifts[k & 7][a]} * cells;
+  return Samples(noise, cells << k, size, 1, cells, shift);
 }
 
 std::vector<float> Content(NoiseContent content, int cells, int octaves, uint32_t seed, int size) {
@@ -38,11 +49,31 @@ std::vector<float> Content(NoiseContent content, int cells, int octaves, uint32_
   switch (content) {
     case NoiseContent::kNoise:
       return Samples(noise, cells, size, 1);
-    case NoiseContent::kTurbulence:
+    case NoiseContent::kTurbulence: {
+      std::vector<float> sum(static_cast<size_t>(size) * static_cast<size_t>(size) *
+                             static_cast<size_t>(size));
+      for (int k = 0; k < octaves; ++k) {
+        const std::vector<float> one = OctaveSamples(noise, cells, k, size);
+        const float weight = std::ldexp(1.0f, -k);
+        for (size_t i = 0; i < sum.size(); ++i) sum[i] += weight * std::fabs(one[i]);
+      }
+      return sum;
+    }
     case NoiseContent::kFbm:
       noise.octaves = octaves;
-      noise.sum = content == NoiseContent::kFbm ? NoiseSum::kFbm : NoiseSum::kTurbulence;
+      noise.sum = NoiseSum::kFbm;
       return Samples(noise, cells, size, 1);
+    case NoiseContent::kWood: {
+      noise.octaves = octaves;
+      noise.sum = NoiseSum::kFbm;
+      std::vector<float> v = Samples(noise, cells, size, 1);
+      for (size_t i = 0; i < v.size(); ++i) {
+        const double x = (static_cast<double>(i % static_cast<size_t>(size)) + 0.5) / size;
+        const double ring = 6 * x + 0.35 * v[i], share = ring - std::floor(ring);
+        v[i] = static_cast<float>(share < 0.875 ? share / 0.875 : (1 - share) / 0.125);
+      }
+      return v;
+    }
     case NoiseContent::kMarble: {
       noise.octaves = octaves;
       noise.sum = NoiseSum::kTurbulence;
@@ -68,9 +99,8 @@ std::vector<float> Content(NoiseContent content, int cells, int octaves, uint32_
       std::vector<float> v(static_cast<size_t>(4) * size * size * size);
       for (int c = 0; c < 4; ++c) {
         noise.seed = seed + static_cast<uint32_t>(octave ? 0 : 101 * c);
-        // Octaves are the one noise, repeated, as lookups at higher frequencies find it.
-        const int across = octave ? std::min(cells << c, size) : cells;
-        const std::vector<float> one = Samples(noise, across, size, 1, across % cells == 0 ? cells : across);
+        const std::vector<float> one =
+            octave ? OctaveSamples(noise, cells, c, size) : Samples(noise, cells, size, 1);
         for (size_t i = 0; i < one.size(); ++i) v[4 * i + static_cast<size_t>(c)] = one[i];
       }
       return v;
@@ -163,8 +193,16 @@ NoiseBlock::NoiseBlock(NoiseContent content, int cells, int octaves, uint32_t se
   Require(size >= 4 && size <= 256, "size", size, "4 to 256");
   Require(cells >= 1 && cells <= size, "cells", cells, "1 to the size");
   Require(octaves >= 1 && octaves <= 16, "octaves", octaves, "1 to 16");
-  *this = NoiseBlock(Content(content, cells, octaves, seed, size), size,
-                     content >= NoiseContent::kFourOctaves ? 4 : 1);
+  const int channels = content >= NoiseContent::kFourOctaves ? 4 : 1;
+  std::string key = "noise block";
+  for (const int64_t n :
+       {int64_t{static_cast<int>(content)}, int64_t{cells}, int64_t{octaves}, int64_t{seed}, int64_t{size}})
+    key += " " + std::to_string(n);
+  const auto texels = static_cast<size_t>(size + kBorder) * static_cast<size_t>(size + kBorder) *
+                      static_cast<size_t>(size + kBorder);
+  *this = *Context::Default().Cached<NoiseBlock>(key, (channels == 1 ? 10 : 8) * texels, [&] {
+    return std::make_shared<const NoiseBlock>(Content(content, cells, octaves, seed, size), size, channels);
+  });
 }
 
 int NoiseBlock::size() const { return empty() ? 0 : data_->size; }

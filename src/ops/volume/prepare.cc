@@ -66,6 +66,8 @@ RaySet RaysOf(const VolumeDraw& draw, double middle) {
     r.low[a] = -0.5f;
     r.high[a] = static_cast<float>(v.size[a]) - 0.5f;
   }
+  r.aovs = draw.params.aovs;
+  for (size_t k = 0; k < 12; ++k) r.place[k] = static_cast<float>(draw.placed.to_world[k]);
   r.planes = static_cast<int>(draw.params.planes.size());
   for (int k = 0; k < r.planes; ++k) {
     const CuttingPlane& p = draw.params.planes[static_cast<size_t>(k)];
@@ -111,35 +113,6 @@ NoiseView ViewOf(const NoiseBlock& block, const VolumeSpec& v, double frequency,
   return n;
 }
 
-// The density before the chain up to which nothing is seen behind it.
-double Unseen(const std::vector<Dmf>& chain, const MediumArgs& m) {
-  double most = std::clamp<double>(m.clear, 0, 1);
-  for (size_t i = chain.size(); i-- > 0;) {
-    const double exponent = 1 / std::max<double>(m.steps[i].amount, 1e-6);
-    switch (chain[i].kind) {
-      case Dmf::Kind::kBias:
-        most = std::pow(most, exponent);
-        break;
-      case Dmf::Kind::kGain:
-        most = most < 0.5 ? 0.5 * std::pow(2 * most, exponent) : 1 - 0.5 * std::pow(2 - 2 * most, exponent);
-        break;
-      case Dmf::Kind::kTurbulence: {
-        const double amount = chain[i].amount,
-                     factor = 1 - amount + std::fabs(amount) * TurbulenceRange(chain[i]);
-        most = factor > most ? most / factor : 1;
-        break;
-      }
-      case Dmf::Kind::kThreshold:
-        most = std::clamp(chain[i].amount, 0.0, 1.0);
-        break;
-      default:
-        continue;
-    }
-    most *= 1 - 1e-4;  // for rounding
-  }
-  return most;
-}
-
 }  // namespace
 
 bool IsSurface(VolumeMode mode) { return mode <= VolumeMode::kMelt; }
@@ -164,7 +137,8 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   RequireRange("an exponent of", p.material.exponent, 0, 1e4);
   for (double c : {p.material.ambient, p.material.diffuse, p.material.specular})
     RequireRange("a light of", c, 0, 1e6);
-  p.material.light = Normalized(p.material.light);
+  if (!p.material.point) p.material.light = Normalized(p.material.light);
+  for (double c : p.material.light) RequireRange("a light at", c, -1e6, 1e6);
   const double voxel = Smallest(v.spacing);
   if (p.step == 0)
     p.step = p.mode == VolumeMode::kFire ? 2.5 * voxel : p.mode == VolumeMode::kFur ? 1.25 * voxel : voxel;
@@ -194,7 +168,7 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
     case VolumeMode::kSolid:
       otherwise(p.frequency, 0, 2.7 / side);
       need_block(NoiseContent::kMarble, 4, 5, 1);
-      draw.colors = MarbleColors();
+      MakeColors(draw);
       break;
     case VolumeMode::kBump:
       otherwise(p.frequency, 0, 5 / side);
@@ -251,7 +225,9 @@ VolumeDraw CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, con
   }
   if (m != kIdentity4) {
     p.camera = Camera(Product(camera.world_to_camera(), m), Product(camera.world_to_clip(), m));
-    p.material.light = turned(p.material.light);
+    Vector3& light = p.material.light;
+    if (p.material.point) light = {light[0] - m[3], light[1] - m[7], light[2] - m[11]};
+    light = turned(light);
     for (CuttingPlane& plane : p.planes) {
       plane.offset -= Dot(plane.normal, {m[3], m[7], m[11]});
       plane.normal = turned(plane.normal);
@@ -286,6 +262,7 @@ void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& worker
   light.diffuse = static_cast<float>(p.material.diffuse);
   light.specular = static_cast<float>(p.material.specular);
   light.exponent = static_cast<float>(p.material.exponent);
+  light.point = p.material.point, light.flat = p.material.flat;
   const auto code_of = [&](double value) {
     return data.code_scale == 0 ? 0 : (value - data.code_bias) / data.code_scale;
   };
@@ -330,7 +307,9 @@ void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& worker
     if (p.mode == VolumeMode::kSolid) {
       s.noise = ViewOf(p.block, v, p.frequency);
       const auto size = static_cast<int>(draw.colors.size() / 4) - 1;
-      s.colors = {draw.colors.data(), size, static_cast<float>(size - 1), 0};
+      const double times = (size - 1) / (draw.colors_high - draw.colors_low);
+      s.colors = {draw.colors.data(), size, static_cast<float>(times),
+                  static_cast<float>(-draw.colors_low * times)};
     } else if (p.mode == VolumeMode::kBump) {
       s.noise = ViewOf(p.block, v, p.frequency);
       s.k = static_cast<float>(p.amount);
@@ -410,12 +389,10 @@ void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& worker
           k.amount = static_cast<float>(std::log(1 - step.amount) / std::log(0.5));
           break;
         case Dmf::Kind::kThreshold:
-          anywhere |= step.amount < 0;
           k.second = static_cast<float>(1 / std::max(step.softness, 1e-6));
           break;
-        case Dmf::Kind::kNoise:
         case Dmf::Kind::kFunction:
-          anywhere = true;  // adds density where there was none
+          anywhere = true;  // may make density where there was none
           break;
         case Dmf::Kind::kWarp:
           for (size_t a = 0; a < 3; ++a) {

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "ops/volume/sample-inl.h"
 
@@ -93,9 +94,18 @@ HWY_INLINE V Power(V base, float exponent) {
   const V log = hn::Log(d, hn::IfThenElse(some, base, Set(1)));
   return hn::IfThenElseZero(some, hn::Exp(d, hn::Max(hn::Mul(log, Set(exponent)), Set(-80))));
 }
-HWY_INLINE Shine Lit(const Light& light, const Vec3& normal, const Vec3& to_eye) {
-  const D d;
+// Unit vector from position p (voxels) to the light.
+HWY_INLINE Vec3 ToLight(const RaySet& set, const Light& light, const Vec3& p) {
   const Vec3 l = {Set(light.direction[0]), Set(light.direction[1]), Set(light.direction[2])};
+  if (!light.point) return l;
+  const auto axis = [&](V at, V v, int a) HWY_ATTR {
+    return hn::Sub(at, hn::MulAdd(v, Set(set.spacing[a]), Set(set.to_world[a])));
+  };
+  return Unit({axis(l.x, p.x, 0), axis(l.y, p.y, 1), axis(l.z, p.z, 2)});
+}
+HWY_INLINE Shine Lit(const Light& light, const Vec3& l, const Vec3& normal, const Vec3& to_eye) {
+  const D d;
+  if (light.flat) return {Set(1), hn::Zero(d)};
   const Vec3 half = Unit({hn::Add(l.x, to_eye.x), hn::Add(l.y, to_eye.y), hn::Add(l.z, to_eye.z)});
   const V facing = Dot(normal, l);
   // A little more light from above.
@@ -173,10 +183,29 @@ inline Cone ConeOf(const RaySet& set, const Field& field, int x0, int y0, int wi
   return cone;
 }
 
-// The pixels of a 4x4 packet before they are written: R, G, B, A, Z.
+// The pixels of a 4x4 packet before they are written.
 struct Packet {
-  HWY_ALIGN float v[5][kPacket];
+  HWY_ALIGN float v[kAovChannels][kPacket];
 };
+// Normals, positions and distances of a part of one: p in voxels, `along` its place on the rays.
+inline HWY_NOINLINE void StoreAovs(const RaySet& set, const Ray& ray, M found, V along, const Vec3& p,
+                                   const Vec3& normal, int part, Packet& packet) {
+  const D d;
+  const auto own = [&](V v, int a)
+                       HWY_ATTR { return hn::MulAdd(v, Set(set.spacing[a]), Set(set.to_world[a])); };
+  const Vec3 q = {own(p.x, 0), own(p.y, 1), own(p.z, 2)};
+  for (int a = 0; a < 3; ++a) {
+    const float* const row = set.place + 4 * a;
+    const auto turned = [&](const Vec3& v) HWY_ATTR {
+      return hn::MulAdd(v.z, Set(row[2]), hn::MulAdd(v.y, Set(row[1]), hn::Mul(v.x, Set(row[0]))));
+    };
+    hn::Store(hn::IfThenElseZero(found, turned(normal)), d, packet.v[5 + a] + part);
+    hn::Store(hn::IfThenElseZero(found, hn::Add(turned(q), Set(row[3]))), d, packet.v[8 + a] + part);
+  }
+  const V distance = hn::Mul(hn::Add(along, Set(set.middle_depth)), ray.world);
+  const V endless = Set(std::numeric_limits<float>::infinity());
+  hn::Store(hn::IfThenElse(found, distance, endless), d, packet.v[11] + part);
+}
 inline void Write(const Target& target, int x0, int y0, const Packet& packet) {
   const ImageView& out = target.out;
   const int width = std::min(4, out.roi.x1 - x0), height = std::min(4, out.roi.y1 - y0);
@@ -220,7 +249,7 @@ template <class F>
 HWY_INLINE void ForPackets(const RaySet& set, const Field& field, const Target& target, const Packet& nothing,
                            const F& f) {
   const Roi& r = target.out.roi;
-  Packet packets[2];
+  Packet packets[2] = {};
   for (int by = r.y0; by < r.y1; by += kTile) {
     for (int bx = r.x0; bx < r.x1; bx += kTile) {
       const int width = std::min(kTile, r.x1 - bx), height = std::min(kTile, r.y1 - by);

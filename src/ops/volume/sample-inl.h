@@ -355,8 +355,8 @@ struct NoisePlace {
   VI index;
   Vec3 f;
 };
-HWY_INLINE V NoiseAxis(const NoiseView& n, int a, V v, float octave, VI& whole) {
-  V u = hn::MulAdd(v, Set(n.times[a] * octave), Set(n.plus[a] * octave - n.half));
+HWY_INLINE V NoiseAxis(const NoiseView& n, int a, V v, float octave, float shift, VI& whole) {
+  V u = hn::MulAdd(v, Set(n.times[a] * octave), Set(n.plus[a] * octave + shift - n.half));
   u = hn::Sub(u, hn::Floor(u));
   u = hn::IfThenElseZero(hn::Lt(u, Set(1)), u);  // rounded up to the next block; lanes that are nowhere
   u = hn::Mul(u, Set(static_cast<float>(n.size)));
@@ -364,14 +364,16 @@ HWY_INLINE V NoiseAxis(const NoiseView& n, int a, V v, float octave, VI& whole) 
   whole = WholeOf(floor);
   return hn::Sub(u, floor);
 }
-// Where position p (voxels) times `octave` lies in the block.
-HWY_INLINE NoisePlace LocateNoise(const NoiseView& n, const Vec3& p, float octave = 1) {
+inline constexpr float kUnshifted[3] = {0, 0, 0};
+// Where position p (voxels) times `octave`, shifted, lies in the block.
+HWY_INLINE NoisePlace LocateNoise(const NoiseView& n, const Vec3& p, float octave = 1,
+                                  const float (&shift)[3] = kUnshifted) {
   const DI di;
   NoisePlace r;
   VI i, j, k;
-  r.f.x = NoiseAxis(n, 0, p.x, octave, i);
-  r.f.y = NoiseAxis(n, 1, p.y, octave, j);
-  r.f.z = NoiseAxis(n, 2, p.z, octave, k);
+  r.f.x = NoiseAxis(n, 0, p.x, octave, shift[0], i);
+  r.f.y = NoiseAxis(n, 1, p.y, octave, shift[1], j);
+  r.f.z = NoiseAxis(n, 2, p.z, octave, shift[2], k);
   r.index = hn::Add(hn::Add(hn::Mul(k, hn::Set(di, n.slice)), hn::Mul(j, hn::Set(di, n.row))), i);
   return r;
 }

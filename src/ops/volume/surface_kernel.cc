@@ -343,10 +343,14 @@ HWY_INLINE void Paint(const SurfaceArgs& args, const Level<T, kSags>& level, con
     }
     normal = {hn::IfThenElse(hit.cap, to_eye.x, normal.x), hn::IfThenElse(hit.cap, to_eye.y, normal.y),
               hn::IfThenElse(hit.cap, to_eye.z, normal.z)};
-    const Shine shine = Lit(args.light, normal, to_eye);
+    const Shine shine = Lit(args.light, ToLight(args.rays, args.light, p), normal, to_eye);
     color[0] = hn::MulAdd(material.r, shine.lit, shine.gloss);
     color[1] = hn::MulAdd(material.g, shine.lit, shine.gloss);
     color[2] = hn::MulAdd(material.b, shine.lit, shine.gloss);
+    if (args.rays.aovs) StoreAovs(args.rays, ray, hit.found, hit.along, p, normal, part, packet);
+  } else if (args.rays.aovs) {
+    const Vec3 none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    StoreAovs(args.rays, ray, hit.found, hit.along, none, none, part, packet);
   }
   for (int c = 0; c < 3; ++c) hn::Store(hn::IfThenElseZero(hit.found, color[c]), d, packet.v[c] + part);
   hn::Store(hn::IfThenElseZero(hit.found, Set(1)), d, packet.v[3] + part);
@@ -359,7 +363,7 @@ template <typename T, bool kSags>
 void Draw(const SurfaceArgs& args, const Target& target) {
   const Level<T, kSags> level(args);
   Packet nothing = {};
-  for (float& z : nothing.v[4]) z = std::numeric_limits<float>::infinity();
+  for (const int c : {4, 11}) std::fill_n(nothing.v[c], kPacket, std::numeric_limits<float>::infinity());
   constexpr int kParts = 2 * kPacket / kLanes;  // of two packets
   ForPackets(args.rays, args.field, target, nothing,
              [&](int x0, int y0, float from, Packet(&packets)[2]) HWY_ATTR {

@@ -73,36 +73,51 @@ VolumeTransferFunction Preset(const VolumeDraw& draw) {
   return FromStops({{range[0], 1, 1, 1, 0}, {top, 1, 1, 1, 0.1}}, voxel);
 }
 
+void Order(std::vector<TransferPoint>& points) {
+  for (const TransferPoint& p : points) {
+    if (!std::isfinite(p.value)) throw Error("transfer function", "found a value that is not finite");
+    for (double c : p.color) {
+      if (!std::isfinite(c)) throw Error("transfer function", "found a colour that is not finite");
+    }
+  }
+  std::stable_sort(points.begin(), points.end(),
+                   [](const TransferPoint& a, const TransferPoint& b) { return a.value < b.value; });
+}
+
 }  // namespace
 
-std::vector<float> MarbleColors() {
+void MakeColors(VolumeDraw& draw) {
+  std::vector<TransferPoint>& points = draw.params.colors;
   // Veins where the wave of the block is lowest, where it lingers.
-  const std::vector<Stop> stops = {{0, 0.045, 0.05, 0.06, 1},   {0.02, 0.14, 0.135, 0.14, 1},
-                                   {0.08, 0.42, 0.39, 0.36, 1}, {0.25, 0.70, 0.67, 0.62, 1},
-                                   {0.60, 0.86, 0.84, 0.79, 1}, {1, 0.94, 0.92, 0.87, 1}};
-  const VolumeTransferFunction ramp = FromStops(stops, 1);
-  constexpr int kEntries = 256;
-  std::vector<float> table;
-  for (int i = 0; i <= kEntries; ++i) {
-    const TransferPoint p = At(ramp.points, std::min(i, kEntries - 1) / (kEntries - 1.0));
-    for (double c : p.color) table.push_back(static_cast<float>(c));
-    table.push_back(1);
+  if (points.empty()) {
+    points = FromStops({{0, 0.045, 0.05, 0.06, 1},
+                        {0.02, 0.14, 0.135, 0.14, 1},
+                        {0.08, 0.42, 0.39, 0.36, 1},
+                        {0.25, 0.70, 0.67, 0.62, 1},
+                        {0.60, 0.86, 0.84, 0.79, 1},
+                        {1, 0.94, 0.92, 0.87, 1}},
+                       1)
+                 .points;
   }
-  return table;
+  Order(points);
+  draw.colors_low = points.front().value, draw.colors_high = points.back().value;
+  if (!(draw.colors_high > draw.colors_low))
+    draw.colors_high = draw.colors_low + 1e-6 * std::max(1.0, std::fabs(draw.colors_low));
+  constexpr int kEntries = 256;
+  draw.colors.clear();
+  for (int i = 0; i <= kEntries; ++i) {
+    const double share = std::min(i, kEntries - 1) / (kEntries - 1.0);
+    const TransferPoint p = At(points, draw.colors_low + share * (draw.colors_high - draw.colors_low));
+    for (double c : p.color) draw.colors.push_back(static_cast<float>(c));
+    draw.colors.push_back(1);
+  }
 }
 
 void MakeTransfer(VolumeDraw& draw) {
   VolumeTransferFunction& t = draw.params.transfer;
   if (t.points.empty()) t = Preset(draw);
   if (!(t.length > 0)) throw Error("transfer function", "found a reference length that is not positive");
-  for (const TransferPoint& p : t.points) {
-    if (!std::isfinite(p.value)) throw Error("transfer function", "found a value that is not finite");
-    for (double c : p.color) {
-      if (!std::isfinite(c)) throw Error("transfer function", "found a colour that is not finite");
-    }
-  }
-  std::stable_sort(t.points.begin(), t.points.end(),
-                   [](const TransferPoint& a, const TransferPoint& b) { return a.value < b.value; });
+  Order(t.points);
   draw.transfer_low = t.points.front().value;
   draw.transfer_high = t.points.back().value;
   if (!(draw.transfer_high > draw.transfer_low))
@@ -241,19 +256,48 @@ double TurbulenceRange(const Dmf& step) {
   }
 }
 
+double Unseen(const std::vector<Dmf>& chain, const MediumArgs& m) {
+  double most = std::clamp<double>(m.clear, 0, 1);
+  for (size_t i = chain.size(); i-- > 0;) {
+    const double exponent = 1 / std::max<double>(m.steps[i].amount, 1e-6);
+    switch (chain[i].kind) {
+      case Dmf::Kind::kBias:
+        most = std::pow(most, exponent);
+        break;
+      case Dmf::Kind::kGain:
+        most = most < 0.5 ? 0.5 * std::pow(2 * most, exponent) : 1 - 0.5 * std::pow(2 - 2 * most, exponent);
+        break;
+      case Dmf::Kind::kTurbulence: {
+        const double amount = chain[i].amount,
+                     factor = 1 - amount + std::fabs(amount) * TurbulenceRange(chain[i]);
+        most = factor > most ? most / factor : 1;
+        break;
+      }
+      case Dmf::Kind::kThreshold:
+        if (chain[i].amount < 0) return 0;
+        most = std::clamp(chain[i].amount, 0.0, 1.0);
+        break;
+      case Dmf::Kind::kNoise:
+        return 0;  // adds density wherever there is some
+      default:
+        continue;
+    }
+    most *= 1 - 1e-4;  // for rounding
+  }
+  return most;
+}
+
 void ExactOctaves(ExactOctave (&octaves)[kTurbulenceOctaves]) {
   NoiseParams params;
   params.dims = 3;
-  params.octaves = kTurbulenceOctaves;
-  params.sum = NoiseSum::kTurbulence;
   const NoisePlan plan = MakeNoisePlan(params, false, 0);
   for (size_t k = 0; k < kTurbulenceOctaves; ++k) {
-    const NoiseOctave& from = plan.octaves[k];
     ExactOctave& to = octaves[k];
-    to.cells = static_cast<float>(kTurbulenceCells * from.scale);
-    for (size_t a = 0; a < 3; ++a) to.shift[a] = static_cast<float>(from.shift[a]);
-    to.weight = from.weight * plan.shape.scale;
-    to.seed = from.seed;
+    to.cells = static_cast<float>(kTurbulenceCells);
+    to.times = static_cast<float>(1 << k);
+    for (size_t a = 0; a < 3; ++a) to.shift[a] = kOctaveShifts[k][a];
+    to.weight = plan.octaves[0].weight * plan.shape.scale / to.times;
+    to.seed = plan.octaves[0].seed;
   }
 }
 

@@ -8,8 +8,8 @@
 
 namespace tessera::ops::volume {
 
-// Colours of polished stone over [0, 1], four floats an entry.
-std::vector<float> MarbleColors();
+// Fills the colours of a solid texture and their domain: the caller's, or those of polished stone.
+void MakeColors(VolumeDraw& draw);
 // Fills transfer, its domain and, where asked for, the pre-integrated pairs.
 void MakeTransfer(VolumeDraw& draw);
 // The values between which something is seen; false where nothing ever is.
@@ -21,6 +21,8 @@ std::vector<Dmf> FireChain(const VolumeParams& params, double side);
 void CompleteDmf(Dmf& step);
 // Largest |turbulence| that a step can read.
 double TurbulenceRange(const Dmf& step);
+// The density before the chain up to which nothing is seen behind it.
+double Unseen(const std::vector<Dmf>& chain, const MediumArgs& m);
 // The octaves of turbulence that is read exactly.
 void ExactOctaves(ExactOctave (&octaves)[kTurbulenceOctaves]);
 

@@ -65,7 +65,6 @@ class DrawStage final : public graph::TileStage {
   }
 
  private:
-  static constexpr int kChannels = 5;  // R, G, B, A, Z
   struct Surface {
     DrawSurface draw;
     const SurfaceArgs* args;
@@ -81,23 +80,24 @@ class DrawStage final : public graph::TileStage {
   void DrawScene(const graph::TileArgs& args, const Target& target) const {
     const Roi& roi = args.out.roi;
     const auto pixels = static_cast<size_t>(roi.pixels());
-    float* const nearest = args.scratch.Allocate<float>(kChannels * pixels);
-    float* const one = args.scratch.Allocate<float>(kChannels * pixels);
+    const size_t channels = draw_->params.aovs ? kAovChannels : 5;  // R, G, B, A, Z
+    float* const nearest = args.scratch.Allocate<float>(channels * pixels);
+    float* const one = args.scratch.Allocate<float>(channels * pixels);
     float* const depth = args.scratch.Allocate<float>(pixels);
     const auto all_channels = [&](float* to) {
       Target t;
       t.out = target.out;
       t.out.data = reinterpret_cast<std::byte*>(to);
-      t.out.channels = kChannels;
-      t.out.pixel_stride = kChannels * sizeof(float);
+      t.out.channels = static_cast<int>(channels);
+      t.out.pixel_stride = static_cast<ptrdiff_t>(channels * sizeof(float));
       t.out.row_stride = t.out.pixel_stride * roi.width();
       t.scene = target.scene, t.scene_row = target.scene_row, t.scene_pixel = target.scene_pixel;
       return t;
     };
     for (size_t k = 0; k < surfaces_.size(); ++k) {
       surfaces_[k].draw(*surfaces_[k].args, all_channels(k == 0 ? nearest : one));
-      for (size_t i = 0; k > 0 && i < kChannels * pixels; i += kChannels) {
-        if (one[i + 4] < nearest[i + 4]) std::copy_n(one + i, kChannels, nearest + i);
+      for (size_t i = 0; k > 0 && i < channels * pixels; i += channels) {
+        if (one[i + 4] < nearest[i + 4]) std::copy_n(one + i, channels, nearest + i);
       }
     }
     size_t at = 0;
@@ -106,7 +106,7 @@ class DrawStage final : public graph::TileStage {
         const float scene = target.scene == nullptr
                                 ? std::numeric_limits<float>::infinity()
                                 : target.scene[y * target.scene_row + x * target.scene_pixel];
-        const float z = nearest[kChannels * at + 4];
+        const float z = nearest[channels * at + 4];
         depth[at] = z < scene ? z : scene;
       }
     }
@@ -114,15 +114,15 @@ class DrawStage final : public graph::TileStage {
       Target t = all_channels(one);
       t.scene = depth, t.scene_row = roi.width(), t.scene_pixel = 1;
       DrawMedia(t);
-      for (size_t i = 0; i < kChannels * pixels; i += kChannels) {
+      for (size_t i = 0; i < channels * pixels; i += channels) {
         const float through = 1 - one[i + 3];
         for (size_t c = 0; c < 4; ++c) nearest[i + c] = one[i + c] + through * nearest[i + c];
-        nearest[i + 4] = std::min(one[i + 4], nearest[i + 4]);
+        if (one[i + 4] < nearest[i + 4]) std::copy_n(one + i + 4, channels - 4, nearest + i + 4);
       }
     }
     const float* from = nearest;
     for (int y = roi.y0; y < roi.y1; ++y) {
-      for (int x = roi.x0; x < roi.x1; ++x, from += kChannels) {
+      for (int x = roi.x0; x < roi.x1; ++x, from += channels) {
         auto* const to = reinterpret_cast<float*>(target.out.At(x, y));
         for (int c = 0; c < target.out.channels; ++c) to[c] = from[target.channels ? target.channels[c] : c];
       }
@@ -182,12 +182,14 @@ void RequireUsed(const VolumeParams& p, bool scene) {
   if (p.classification != Classification::kPost)
     refuse("another classification beside the method shearwarp", "post");
   if (p.shade) refuse("shading beside the method shearwarp", "another method, or none");
-  if (p.depth) refuse("depth beside the method shearwarp", "another method, or none");
+  if (p.depth || p.aovs) refuse("depth beside the method shearwarp", "another method, or none");
   if (!p.planes.empty()) refuse("cutting planes beside the method shearwarp", "another method, or none");
   if (scene) refuse("the depth of a scene beside the method shearwarp", "another method, or none");
 }
 
-Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::vector<Node> inputs) {
+// `jittered`: the camera is one of several; the picture's is in the metadata given.
+Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::vector<Node> inputs,
+          bool jittered = false) {
   if (volumes.empty() || volumes.size() > kMostVolumes) {
     throw Error(kName, "found " + std::to_string(volumes.size()) + " volumes, expected 1 to " +
                            std::to_string(kMostVolumes));
@@ -196,18 +198,25 @@ Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::ve
   const Camera& camera = volumes[0].params.camera;
   VolumeDraw draw = CompletePlaced(given, volumes[0], camera);
   draw.with_scene = !inputs.empty();
-  bool depth = false;
+  bool depth = false, aovs = false;
+  int media = 0;
+  for (const PlacedVolume& v : volumes) {
+    depth |= v.params.depth, aovs |= v.params.aovs;
+    media += IsSurface(v.params.mode) ? 0 : 1;
+  }
+  if (aovs && media > 1)
+    throw Error(kName, "found aovs of several media, expected one medium among surfaces");
+  draw.params.aovs = aovs;
   const auto front_to_back = [](VolumeDraw& d) {
     if (d.params.mode == VolumeMode::kOver) d.params.mode = VolumeMode::kUnder;
   };
   if (volumes.size() > 1) front_to_back(draw);
-  if (draw.params.mode == VolumeMode::kOver && draw.params.depth) {
+  if (draw.params.mode == VolumeMode::kOver && (draw.params.depth || aovs)) {
     // Where alpha passes 1/2 is known from the front; the picture stays the one without an end.
     front_to_back(draw);
     draw.params.termination = 0;
   }
   for (const PlacedVolume& v : volumes) {
-    depth |= v.params.depth;
     if (volumes.size() == 1) break;
     if (v.params.mode > VolumeMode::kUnder || v.params.method != VolumeMethod::kRays) {
       throw Error(kName,
@@ -217,6 +226,7 @@ Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::ve
     if (&v != &volumes[0]) {
       auto other = std::make_shared<VolumeDraw>(CompletePlaced(given, v, camera));
       front_to_back(*other);
+      other->params.aovs = aovs;
       draw.others.push_back(std::move(other));
     }
   }
@@ -224,7 +234,11 @@ Node Make(const ImageSpec& given, std::span<const PlacedVolume> volumes, std::ve
   spec.channels = {"R", "G", "B", "A"};
   spec.alpha = 3;
   spec.type = PixelType::kFloat;
-  if (depth) spec.channels.push_back("Z");
+  if (!jittered) camera.ToMetadata(spec);
+  if (depth || aovs) spec.channels.push_back("Z");
+  for (const char* name : {"N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "distance"}) {
+    if (aovs) spec.channels.push_back(name);
+  }
   auto shared = std::make_shared<const VolumeDraw>(std::move(draw));
   return graph::MakeNode(std::make_shared<const VolumeOp>(spec, std::move(shared)), std::move(inputs));
 }
@@ -241,6 +255,8 @@ Node Jittered(const ImageSpec& spec, std::span<const PlacedVolume> given, int sa
     const VolumeParams made = Complete(spec, v.volume, v.params).params;
     v.params.block = made.block, v.params.dmf = made.dmf;
   }
+  ImageSpec seen = spec;
+  camera.ToMetadata(seen);
   std::vector<Node> pictures;
   for (const JitterPoint& j : JitterSet(samples)) {
     // A sub-pixel shift of the projection: x' = x + dx w in clip space.
@@ -249,7 +265,7 @@ Node Jittered(const ImageSpec& spec, std::span<const PlacedVolume> given, int sa
     Matrix4 shift = kIdentity4;
     shift[3] = dx, shift[7] = dy;
     volumes[0].params.camera = Camera(camera.world_to_camera(), Product(shift, camera.world_to_clip()));
-    pictures.push_back(Make(spec, volumes, inputs));
+    pictures.push_back(Make(seen, volumes, inputs, true));
   }
   return Average(pictures);
 }

@@ -8,6 +8,7 @@
 
 #include "ops/modifiers.h"
 #include "ops/volume/volume_ops.h"
+#include "ops/volume/words.h"
 #include "tessera/error.h"
 #include "tessera/mesh.h"
 #include "tessera/ops/volume.h"
@@ -16,10 +17,10 @@
 namespace tessera::ops {
 namespace {
 
-constexpr char kName[] = "volume";
+using namespace volume;  // NOLINT: the words of this command
+
 // The volume is turned: its z points up, its y towards the viewer, its x to the left.
 constexpr Matrix4 kUpright = {-1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
-constexpr double kMeshSide = 1.6;  // of the volume's 2
 
 ParamInfo Numbers(const char* name, const char* value, int least, int most, const char* help) {
   ParamInfo p = ListModifier(name, value, most, -1e38, 1e38, help);
@@ -27,30 +28,9 @@ ParamInfo Numbers(const char* name, const char* value, int least, int most, cons
   return p;
 }
 
-const std::vector<std::string> kModes = {"iso",   "solid", "bump",  "melt",      "fur",  "fire",
-                                         "hyper", "over",  "under", "attenuate", "xray", "mip"};
 const std::vector<std::string> kMethods = {"rays", "slices", "shells", "stacks", "shearwarp"};
 const std::vector<std::string> kClassify = {"post", "pre", "preintegrated"};
 const std::vector<std::string> kLookups = {"block", "channels", "4", "8", "exact"};
-const std::vector<std::string> kTypes = {"uint8", "uint16", "half", "float"};
-
-template <typename E>
-E ChoiceOf(const Arguments& a, const char* name, const std::vector<std::string>& choices) {
-  return static_cast<E>(std::find(choices.begin(), choices.end(), a.Text(name)) - choices.begin());
-}
-
-Vector3 VectorOf(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
-std::array<int, 3> SizesOf(const std::vector<double>& v) {
-  std::array<int, 3> size;
-  for (size_t a = 0; a < 3; ++a) {
-    const double n = v[v.size() == 1 ? 0 : a];
-    if (n != std::floor(n) || n < 1 || n > 4096) {
-      throw Error("volume:dims", "found " + std::to_string(n) + ", expected whole numbers from 1 to 4096");
-    }
-    size[a] = static_cast<int>(n);
-  }
-  return size;
-}
 
 ImageSpec SizeOf(const std::string& text) {
   int side[2] = {0, 0};
@@ -73,22 +53,10 @@ int Operands(const Arguments& a) {
   return (made ? 0 : 1) + (a.Flag("scene") ? 1 : 0) + (a.Flag("with") ? 1 : 0);
 }
 
-// A modifier, and the words of which one is needed beside it.
-struct Use {
-  const char *name, *words;
-};
-bool Holds(const std::string& words, const std::string& word) {
-  return (" " + words + " ").find(" " + word + " ") != std::string::npos;
-}
-[[noreturn]] void Refuse(const std::string& name, const std::string& beside, const std::string& expected) {
-  throw Error(kName,
-              "found " + name + "= beside " + beside + ", which has no use for it, expected " + expected);
-}
-
 // What a mode does not look at is refused.
 void RequireUsed(const Arguments& a) {
   static constexpr Use kModesOf[] = {{"iso", "iso solid bump melt fur fire hyper"},
-                                     {"below", "iso solid bump melt"},
+                                     {"below", "iso solid bump melt fur fire hyper"},
                                      {"soft", "fur fire hyper"},
                                      {"color", "iso bump melt fur fire hyper"},
                                      {"step", "fur fire hyper over under attenuate xray mip"},
@@ -103,14 +71,23 @@ void RequireUsed(const Arguments& a) {
                                      {"transferlength", "fur fire hyper over under attenuate xray"},
                                      {"classify", "over under attenuate xray"},
                                      {"shade", "fire hyper over under attenuate"},
-                                     {"depth", "iso solid bump melt fur fire hyper over under"}};
+                                     {"texture", "solid"},
+                                     {"block", "solid"},
+                                     {"ramp", "solid"},
+                                     {"flat", "iso solid bump melt fur"},
+                                     {"depth", "iso solid bump melt fur fire hyper over under"},
+                                     {"aovs", "iso solid bump melt fur fire hyper over under"}};
   const std::string& mode = a.Text("mode");
   for (const Use& use : kModesOf) {
     if (!a.Given(use.name) || Holds(use.words, mode)) continue;
     Refuse(use.name, "mode=" + mode, std::string("one of the modes ") + use.words);
   }
-  for (const char* name : {"light", "ambient", "diffuse", "specular", "exponent", "color"}) {
+  if (a.Given("light")) {
+    if (a.Given("lightat")) Refuse("lightat", "light=", "one of them");
+  }
+  for (const char* name : {"light", "lightat", "ambient", "diffuse", "specular", "exponent", "color"}) {
     if (!a.Given(name)) continue;
+    if (a.Flag("flat") && std::string(name) != "color") Refuse(name, "flat=1", "one of them");
     if (Holds("xray mip", mode)) Refuse(name, "mode=" + mode, "a mode that is lit");
     if (Holds("fire hyper over under attenuate", mode) && !a.Flag("shade"))
       Refuse(name, "mode=" + mode, "shade=1 too");
@@ -131,122 +108,6 @@ void RequireUsed(const Arguments& a) {
   }
   if (a.Given("size") && a.Flag("scene")) Refuse("size", "scene=1", "the size of the depths below");
 }
-// The same for where the volume comes from: a distance field made (field), samples (raw), a file that
-// describes itself (file), or the image below (image).
-void RequireSourceUsed(const Arguments& a) {
-  static constexpr Use kSourcesOf[] = {
-      {"dims", "field raw"},    {"type", "field raw distance"}, {"range", "field distance"},
-      {"slices", "file image"}, {"channel", "file image"},      {"part", "file"},
-      {"header", "raw"},        {"bigendian", "raw"},           {"signed", "raw"}};
-  const bool made = a.Given("solid") || a.Given("mesh");
-  const std::string source = made ? "field" : !a.Given("file") ? "image" : a.Given("dims") ? "raw" : "file";
-  for (const Use& use : kSourcesOf) {
-    if (!a.Given(use.name) || Holds(use.words, source)) continue;
-    if (a.Given("distance") && Holds(use.words, "distance")) continue;
-    Refuse(use.name,
-           source == "field"   ? (a.Given("solid") ? "solid=" : "mesh=")
-           : source == "image" ? "an image as the source"
-           : source == "raw"   ? "raw samples (file= with dims=)"
-                               : "a file that describes itself (file= without dims=)",
-           source == "raw"                               ? "a file that describes itself"
-           : Holds(use.words, "raw") && source == "file" ? "dims= too"
-                                                         : "another source");
-  }
-  const std::string type = a.Given("type") ? a.Text("type") : "uint8";
-  if (a.Flag("signed") && type != "uint16") Refuse("signed", "type=" + type, "type=uint16");
-}
-
-// The distances that integers are to keep: beyond the levels that are drawn, or all outside would be taken
-// for the soft region. 0 where the default does.
-double RangeOf(const Arguments& a, const VolumeSpec& spec) {
-  const double range = a.Number("range");
-  const bool integers = spec.type == PixelType::kUint8 || spec.type == PixelType::kUint16;
-  if (!integers || ChoiceOf<VolumeMode>(a, "mode", kModes) >= VolumeMode::kOver) return range;
-  constexpr double kWidestSoft = 0.12;  // where none is given
-  const double soft = a.Number("soft") < 0 ? kWidestSoft : a.Number("soft");
-  const double furthest = std::max(std::fabs(a.Number("iso")), std::fabs(a.Number("iso") + soft));
-  if (range > 0) {
-    if (range > furthest) return range;
-    throw Error("volume:range", "found " + std::to_string(range) + " for integers, expected more than " +
-                                    std::to_string(furthest) + ", the furthest level, or type=float");
-  }
-  double longest = 0;
-  for (size_t k = 0; k < 3; ++k) longest = std::max(longest, spec.size[k] * spec.spacing[k]);
-  constexpr double kMargin = 1.05;
-  return kMargin * furthest > longest / 8 ? kMargin * furthest : 0;
-}
-
-Volume VolumeOf(std::span<const Node> inputs, const Arguments& a) {
-  if (int{a.Given("solid")} + int{a.Given("mesh")} + int{a.Given("file")} > 1)
-    throw Error(kName, "found more than one of solid=, mesh= and file=, expected one source");
-  RequireSourceUsed(a);
-  const auto type = ChoiceOf<PixelType>(a, "type", kTypes);
-  const std::vector<double>& dims = a.Numbers("dims");
-  Volume volume;
-  const Vector3 spacing = VectorOf(a.Numbers("spacing"));
-  if (a.Given("solid") || a.Given("mesh")) {
-    const std::array<int, 3> size = SizesOf(a.Given("dims") ? dims : std::vector<double>{128});
-    const VolumeSpec spec = VolumeSpec::Centred(size, type, spacing);
-    if (a.Given("solid")) {
-      volume = DistanceField(Solid::Parse(a.Text("solid")), spec, RangeOf(a, spec));
-    } else {
-      Mesh mesh = ReadMesh(a.Text("mesh"));
-      FitMesh(mesh, kMeshSide);
-      try {
-        volume = DistanceField(mesh, spec, RangeOf(a, spec));
-      } catch (const Error& error) {
-        throw Error(a.Text("mesh"), error.reason());
-      }
-    }
-  } else if (a.Given("file")) {
-    VolumeFileParams f;
-    f.spacing = spacing;
-    f.slices = a.Integer("slices");
-    f.channel = a.Integer("channel");
-    if (a.Given("part")) f.part = a.Text("part");
-    if (a.Given("dims")) f.raw.size = SizesOf(dims);
-    f.raw.type = a.Given("type") ? type : PixelType::kUint8;
-    f.raw.header = a.Integer("header");
-    f.raw.big_endian = a.Flag("bigendian");
-    f.raw.is_signed = a.Flag("signed");
-    volume = ReadVolume(a.Text("file"), f);
-  } else {
-    const Node& stack = inputs.back();
-    volume = Volume::FromImage(Render(stack, stack.spec().type).view(), std::max(a.Integer("slices"), 1),
-                               a.Integer("channel"), spacing);
-  }
-  if (!a.Given("distance")) return volume;
-  DistanceFieldParams d;
-  d.iso = a.Number("distance");
-  d.type = a.Given("type") && !(a.Given("file") && a.Given("dims")) ? type : PixelType::kUint16;
-  VolumeSpec spec = volume.spec();
-  spec.type = d.type;
-  d.range = RangeOf(a, spec);
-  return DistanceField(volume, d);
-}
-
-VolumeTransferFunction TransferOf(const std::string& text) {
-  // Five numbers a point, or a file.
-  VolumeTransferFunction t;
-  std::vector<double> v;
-  const char* at = text.data();
-  const char* const end = text.data() + text.size();
-  while (at < end) {
-    double n = 0;
-    const auto [next, error] = std::from_chars(at, end, n);
-    if (error != std::errc() || (next != end && *next != ',')) return ReadVolumeTransferFunction(text);
-    v.push_back(n);
-    at = next + 1;
-  }
-  if (v.empty() || v.size() % 5 != 0) {
-    throw Error("volume:transfer", "found " + std::to_string(v.size()) +
-                                       " numbers, expected value,r,g,b,opacity for each point, or a file");
-  }
-  for (size_t i = 0; i < v.size(); i += 5)
-    t.points.push_back({v[i], {v[i + 1], v[i + 2], v[i + 3]}, v[i + 4]});
-  return t;
-}
-
 // From a volume's coordinates to the world's: upright, then turned around y, then moved.
 Matrix4 PlaceOf(const Arguments& a, bool upright) {
   const double angle = a.Number("turn") * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
@@ -260,13 +121,13 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   if (with) {
     for (const char* name : {"size", "view", "azimuth", "elevation", "fov", "zoom", "scene"}) {
       if (a.Given(name)) {
-        throw Error(kName, std::string("found ") + name +
-                               "= beside with=1, expected it where the picture's first volume is");
+        throw Error(kWordsName, std::string("found ") + name +
+                                    "= beside with=1, expected it where the picture's first volume is");
       }
     }
   }
   RequireUsed(a);
-  const Volume volume = VolumeOf(inputs, a);
+  const Volume volume = VolumeOfWords(inputs, a);
   const ImageSpec spec = scene || with ? ImageSpec(inputs[0].spec()) : SizeOf(a.Text("size"));
   PlacedVolume placed;
   placed.volume = volume;
@@ -280,16 +141,25 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   placed.to_world = PlaceOf(a, upright);
   const bool density = p.mode >= VolumeMode::kOver;
   const bool solid_is_distance = a.Given("solid") || a.Given("mesh") || a.Given("distance");
+  const bool field = p.mode >= VolumeMode::kMelt && !density;  // of distances
+  if (field && !solid_is_distance && !a.Flag("below")) {
+    throw Error(kWordsName,
+                "found mode=" + a.Text("mode") +
+                    " of a density, expected distance=LEVEL beside it (of the surface that is wanted), or "
+                    "below=1 where the volume holds distances");
+  }
   if (a.Given("iso")) {
     p.iso = a.Number("iso");
-  } else if (!solid_is_distance && !density) {
+  } else if (!solid_is_distance && !density && !field) {
     const auto range = volume.Range();
     p.iso = 0.5 * (range[0] + range[1]);
   }
   p.inside_above = !solid_is_distance && !a.Flag("below");
   if (a.Given("soft")) p.soft = a.Number("soft");
   p.material.color = {a.Numbers("color")[0], a.Numbers("color")[1], a.Numbers("color")[2]};
-  p.material.light = VectorOf(a.Numbers("light"));
+  p.material.point = a.Given("lightat");
+  p.material.light = VectorOf(a.Numbers(p.material.point ? "lightat" : "light"));
+  p.material.flat = a.Flag("flat");
   p.material.ambient = a.Number("ambient");
   p.material.diffuse = a.Number("diffuse");
   p.material.specular = a.Number("specular");
@@ -305,9 +175,11 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   p.classification = ChoiceOf<Classification>(a, "classify", kClassify);
   p.shade = a.Flag("shade");
   p.depth = a.Flag("depth");
+  p.aovs = a.Flag("aovs");
+  if (p.mode == VolumeMode::kSolid) SetTexture(a, p);
   if (a.Given("dmf")) p.dmf = ParseDmf(a.Text("dmf"));
   for (Dmf& step : p.dmf) step.lookup = p.lookup;
-  if (a.Given("transfer")) p.transfer = TransferOf(a.Text("transfer"));
+  if (a.Given("transfer")) p.transfer = TransferOfWords(a.Text("transfer"));
   if (a.Given("transferlength")) p.transfer.length = a.Number("transferlength");
   const std::vector<double>& planes = a.Given("planes") ? a.Numbers("planes") : std::vector<double>{};
   if (planes.size() % 4 != 0) {
@@ -332,8 +204,8 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
 
 OpInfo VolumeInfo() {
   OpInfo info;
-  info.name = kName;
-  info.family = kName;
+  info.name = kWordsName;
+  info.family = kWordsName;
   info.inputs = 1;
   info.operands = Operands;
   info.summary =
@@ -350,17 +222,25 @@ OpInfo VolumeInfo() {
       "& (intersection), - (difference), |.1 and &.1 (blended), parentheses; quote it.\n"
       "mode: iso, solid, bump and melt show the surface at iso=, lit; fur, fire and hyper show the soft "
       "region iso to iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the "
-      "chain dmf=: bias(b), gain(g), noise(amount,freq), turbulence(amount,freq), threshold(from,width), "
+      "chain dmf=, which leaves nothing where D is 0: bias(b), gain(g), noise(amount,freq), "
+      "turbulence(amount,freq), threshold(from,width), "
       "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed; over, "
       "under, attenuate, xray and mip show a density through transfer= (value,r,g,b,opacity,... or a file "
-      "of such lines; opacity of transferlength=). Opacities are corrected for the length of the steps; attenuate "
-      "is the mean of colour times opacity of transferlength= along the ray, mip the largest sample. time= animates melt, fur and fire.\n"
-      "Premultiplied R, G, B, A; depth=1 adds Z. scene=1 takes the planar depths of opaque objects from the "
+      "of such lines; opacity of transferlength=). Opacities are corrected for the length of the steps; "
+      "attenuate is the mean of colour times opacity of transferlength= along the ray, mip the largest sample. "
+      "time= animates melt, fur and fire.\n"
+      "mode=solid takes its colour from texture= (marble and wood have values in [0,1], clouds about 0), or "
+      "from a block= of one's own, by the colours of ramp= (value,r,g,b,... or a file as of transfer=). "
+      "light= is a direction, lightat= a point; flat=1 leaves colours unlit.\n"
+      "Premultiplied R, G, B, A; depth=1 adds Z, aovs=1 Z, N.X, N.Y, N.Z, P.X, P.Y, P.Z and distance, where "
+      "alpha passes 1/2 in media. The camera goes with the picture: --position, --envmap, --solid, --fog and "
+      "--shadow find what they need. scene=1 takes the planar depths of opaque objects from the "
       "image below (its size is the picture's) and ends rays there. with=1 takes the picture of another "
       "--volume from below and puts this volume (at=, turn=) into it, up to 8: all media in one march, "
       "their extinctions added where they overlap, the nearest surface behind them; its size, camera and "
       "scene stay. lookup: how turbulence is read (one precomputed block, four channels, 4 or 8 lookups, or "
-      "the noise itself at every sample), in fire and in the steps of dmf=. Words that a mode or a source "
+      "the noise itself at every sample), in fire and in the steps of dmf=: the same turbulence, with what "
+      "interpolation leaves out (exact: nothing), 8 with four finer octaves. Words that a mode or a source "
       "has no use for are refused.\n"
       "Rays leap over what is provably empty; the pictures are the same bits with leap=0. method: where "
       "samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own slices), or shearwarp "
@@ -406,6 +286,8 @@ OpInfo VolumeInfo() {
       NumberModifier("zoom", "1.5", 1e-3, 1e3, "1 shows all of the bounding sphere"),
       Numbers("color", "0.8,0.6,0.42", 3, 3, "material, linear"),
       Numbers("light", "-0.45,0.65,0.62", 3, 3, "direction towards the light, world"),
+      Numbers("lightat", "", 3, 3, "where a light stands, world, in place of a direction"),
+      FlagModifier("flat", "unlit: colours as they are"),
       NumberModifier("ambient", "0.25", 0, 1e3, "factor of ambient light"),
       NumberModifier("diffuse", "0.75", 0, 1e3, "factor of diffuse light"),
       NumberModifier("specular", "0.35", 0, 1e3, "factor of the highlight"),
@@ -420,6 +302,9 @@ OpInfo VolumeInfo() {
       NumberModifier("amount", "0", -1e3, 1e3,
                      "melt: sag, fur: droop, fire: height of flames, world units; bump: k"),
       ChoiceModifier("lookup", kLookups, "how turbulence is read"),
+      ChoiceModifier("texture", {"marble", "wood", "clouds"}, "what mode=solid is made of"),
+      TextModifier("block", "a file of a cube of samples in place of that, repeated"),
+      TextModifier("ramp", "its colours: value,r,g,b for each point, or a file"),
       TextModifier("dmf", "chain of density modulation functions, quoted"),
       TextModifier("transfer", "value,r,g,b,opacity for each point, or a file"),
       NumberModifier("transferlength", "0.01", 1e-9, 1e9, "world units that have the opacities"),
@@ -428,6 +313,7 @@ OpInfo VolumeInfo() {
       FlagModifier("shade", "light densities by their gradient"),
       Numbers("planes", "", 4, 64, "cutting planes x,y,z,offset: kept where x*X + y*Y + z*Z >= offset"),
       FlagModifier("depth", "add a channel Z of planar depths"),
+      FlagModifier("aovs", "add Z, normals N, positions P and the distance from the eye"),
       Numbers("at", "0,0,0", 3, 3, "where the volume's origin is in the world"),
       NumberModifier("turn", "0", -1e6, 1e6, "degrees that the volume is turned around its y before that"),
       FlagModifier("with", "the image below is a picture of volumes: this one is added, seen by its camera"),
@@ -442,10 +328,13 @@ OpInfo VolumeInfo() {
   info.examples = {
       "solid=body dims=24 size=24x20",
       "solid=body dims=24 size=22x20 mode=bump fov=0 type=half",
-      "solid=knot dims=24 size=24x18 mode=solid type=float",
+      "solid=knot dims=24 size=24x18 mode=solid type=float texture=wood",
+      "solid=knot dims=24 size=20x18 mode=solid texture=clouds flat=1 aovs=1",
+      "solid=body dims=24 size=20x18 aovs=1 lightat=1,1,1.5",
+      "solid=knot dims=20 size=20x18 mode=under transfer=-.3,1,.5,.2,.6,.1,.2,.4,1,0 aovs=1",
       "solid=knot dims=20 size=20x18 mode=melt",
       "solid=sphere(0,0,0,.6) dims=20 size=20x18 mode=fur soft=0.25",
-      "solid=sphere(0,0,0,.5) dims=20 size=20x18 mode=fire soft=0.2 termination=0",
+      "solid=sphere(0,0,0,.5) dims=20 size=20x18 mode=fire soft=0.2 termination=0 lookup=4",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1),bias(.4),gain(.6) shade=1",
       "solid=knot dims=20 type=float size=22x18 mode=over transfer=-.3,1,.5,.2,.3,.1,.2,.4,1,0"};
   info.make = Make;
