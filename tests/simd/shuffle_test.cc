@@ -68,11 +68,11 @@ HWY_ATTR std::vector<std::string> WrongShuffles() {
     return
         [blocks](int i) { return i + 4 * blocks < kLanes ? i + 4 * blocks : 100 + i + 4 * blocks - kLanes; };
   };
-  if constexpr (kLanes > 4) expect("ShiftBlocks<1>", ShiftBlocks<kLanes> 4 ? 1 : 0 > (a, b), shifted(1));
-  if constexpr (kLanes > 8) {
-    expect("ShiftBlocks<2>", ShiftBlocks<kLanes> 8 ? 2 : 0 > (a, b), shifted(2));
-    expect("ShiftBlocks<3>", ShiftBlocks<kLanes> 8 ? 3 : 0 > (a, b), shifted(3));
-  }
+  // Where there are that many blocks; elsewhere by none.
+  constexpr int kTwo = kLanes > 4 ? 1 : 0, kFour = kLanes > 8 ? 1 : 0;
+  expect("ShiftBlocks<1>", ShiftBlocks<kTwo>(a, b), shifted(kTwo));
+  expect("ShiftBlocks<2>", ShiftBlocks<2 * kFour>(a, b), shifted(2 * kFour));
+  expect("ShiftBlocks<3>", ShiftBlocks<3 * kFour>(a, b), shifted(3 * kFour));
   expect("Held", Held(a), [](int i) { return i; });
 
   alignas(64) int32_t lane[kLanes];
