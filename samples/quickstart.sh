@@ -87,11 +87,11 @@ echo "            largest difference between the two pictures: ${difference:-0} 
 # A scene's AOVs and its sun's depths, cast without a renderer: shadows and fog that lies in the valleys, then half size.
 scene view "$out/view.exr" size=1280x720 eye=2.5,4.6,11.5 target=0,0.6,-2 >"$out/run.log" 2>&1 &&
   scene light "$out/sun.exr" size=1024x1024 height=30 >>"$out/run.log" 2>&1 || fail "$(tail -n 1 "$out/run.log")"
-tessera "$out/view.exr" --ch R,G,B --resize 640x360 -d uint8 -o "$out/scene-before.png"
+tessera "$out/view.exr" --ch R,G,B --resize 640x360 --mulc 0.6 --curve srgb -d uint8 -o "$out/scene-before.png"
 tessera "$out/view.exr" --ch R=direct.R,G=direct.G,B=direct.B "$out/view.exr" "$out/sun.exr" --shadow:pcf=3 --ch R=V,G=V,B=V \
   --mul "$out/view.exr" --ch R=ambient.R,G=ambient.G,B=ambient.B --add \
   "$out/view.exr" --layerfog:layers=-4,0.16,-0.6,0.05,0.5,0.012,2.5,0.001:color=0.62,0.70,0.80 \
-  --resize 640x360 -d uint8 -o "$out/scene-after.png"
+  --resize 640x360 --mulc 0.6 --curve srgb -d uint8 -o "$out/scene-after.png"
 oiiotool "$out/scene-before.png" "$out/scene-after.png" --mosaic:pad=8 2x1 -o "$out/scene.png"
 echo "Relit a scene from its AOVs: shadows of the sun and layered fog."
 echo "  pictures  $root/$out/scene.png, scene-after.png"

@@ -27,12 +27,20 @@ struct ReadOptions {
 
 /// A lazy image of a file: the header is read now, pixels when evaluated, only the channels and rows that the
 /// pipeline uses. Types other than uint8, uint16, half and float, and channels of different types unless all
-/// are of the first's, are converted to float by OpenImageIO. Unassociated alpha is multiplied in, as by
-/// oiiotool. A tiled file says so with the attributes tile_width and tile_height, and Write then writes tiles
-/// where the format has them. The slices of a volume file lie one above the other and are read at once.
+/// are of the first's, are converted to float by OpenImageIO. The colour state is what the file says, the
+/// surest first: colorInteropID, an ICC profile that describes a known space, CICP, chromaticities, and what
+/// OpenImageIO takes it for; an EXR without any of them is scene_linear. Unassociated alpha is multiplied in,
+/// as by oiiotool. A tiled file says so with the attributes tile_width and tile_height, and Write then writes
+/// tiles where the format has them. The slices of a volume file lie one above the other and are read at once.
 /// Throws Error naming the file: missing, a directory, not an image, truncated header, absurd dimensions,
 /// deep data, an unknown part (those present are listed).
 Node Read(const std::string& file, const ReadOptions& options = {});
+
+/// The image with an ICC profile, which writers embed where the format can. Its colour space is the one that
+/// the profile describes where that is known, else unknown. Throws Error for bytes that are no profile.
+Node WithIccProfile(const Node& image, const std::vector<std::byte>& profile);
+/// The profile that an image carries, empty for none.
+std::vector<std::byte> IccProfileOf(const ImageSpec& spec);
 
 /// How a file is written.
 struct WriteOptions {
@@ -45,9 +53,10 @@ struct WriteOptions {
   RunStats* stats = nullptr;  ///< filled in when not null
 };
 
-/// Evaluates and writes, streaming bands of rows. The file appears whole or not at all: it is written beside
-/// its name and renamed; an existing file stays as it is until then, and keeps its permissions. The output
-/// may be one of the graph's own inputs. What the format cannot hold:
+/// Evaluates and writes, streaming bands of rows. The file is tagged with the colour state: oiio:ColorSpace
+/// (PNG's sRGB and gAMA chunks, Exif), in EXR chromaticities and colorInteropID. The file appears whole or
+/// not at all: it is written beside its name and renamed; an existing file stays as it is until then, and
+/// keeps its permissions. The output may be one of the graph's own inputs. What the format cannot hold:
 ///   type     the format's own nearest type is written (a float image becomes uint8 in JPEG and PNG), with
 ///            the one rounding of the engine;
 ///   windows  a format without display windows gets the pixels of the display window, zero where there are

@@ -35,16 +35,17 @@ struct OcioParams {
 };
 inline constexpr char kBuiltInConfig[] = "built-in";  ///< Name of the config that the library holds.
 
-/// From one colour space (name, alias or role) to another.
+/// From one colour space (name, alias or role) to another. `from` empty or "current": the image's own, that
+/// of its ColorState; the role scene_linear where that is unknown. Error where the config does not have it.
 Node ColorConvert(const Node& image, const std::string& from, const std::string& to,
                   const OcioParams& params = {});
 
 /// Whether the config knows the space by name, alias or role.
 bool HasColorSpace(const std::string& name, const OcioParams& params = {});
 
-/// To a display's view. Empty `from`: the image's oiio:ColorSpace, else the role scene_linear. Empty
-/// `display` and `view`: the config's defaults. `looks` replace the view's own. `inverse` goes from the
-/// display back.
+/// To a display's view. Empty `from`: the image's own space as for ColorConvert. Empty `display` and `view`:
+/// the config's defaults. `looks` replace the view's own. `inverse` goes from the display back to `from`,
+/// where that is empty to scene_linear.
 struct OcioDisplayParams {
   std::string from = {};   ///< colour space of the image
   std::string looks = {};  ///< instead of the view's own
@@ -54,7 +55,8 @@ struct OcioDisplayParams {
 Node OcioDisplay(const Node& image, const std::string& display, const std::string& view,
                  const OcioDisplayParams& display_params = {}, const OcioParams& params = {});
 
-/// Looks of the config ("a", "a, -b", "a | b"), from and to colour spaces; empty as for the display.
+/// Looks of the config ("a", "a, -b", "a | b"), from and to colour spaces; empty: the image's own. `inverse`
+/// undoes the looks between the same spaces.
 struct OcioLookParams {
   std::string from = {};  ///< colour space of the image
   std::string to = {};    ///< colour space of the result

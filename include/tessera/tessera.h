@@ -3,6 +3,7 @@
 #define TESSERA_TESSERA_H_
 
 #include "tessera/camera.h"
+#include "tessera/color_state.h"
 #include "tessera/error.h"
 #include "tessera/image.h"
 #include "tessera/io.h"

@@ -5,6 +5,7 @@
 
 #include "cli/messages.h"
 #include "cli/session.h"
+#include "tessera/color_state.h"
 #include "tessera/io.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/filter.h"
@@ -47,8 +48,10 @@ void ReadImage(const Step& step, Session& session) {
   Entry entry{Read(file, options), file, {}};
   if (session.options().verbose) {
     const ImageSpec& spec = entry.node.spec();
-    std::fprintf(Messages(), "tessera: reading %s: %d x %d, %d channels, %s\n", file.c_str(), spec.width(),
-                 spec.height(), spec.channel_count(), PixelTypeName(spec.type));
+    const std::string space = ColorStateOf(spec).space;
+    std::fprintf(Messages(), "tessera: reading %s: %d x %d, %d channels, %s, %s\n", file.c_str(),
+                 spec.width(), spec.height(), spec.channel_count(), PixelTypeName(spec.type),
+                 space.empty() ? "colour space unknown" : space.c_str());
   }
   session.Push(std::move(entry));
 }

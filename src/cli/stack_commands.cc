@@ -1,8 +1,11 @@
 // Commands on the image stack itself: --dup, --swap, --pop, --attrib.
 #include <charconv>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 
 #include "cli/session.h"
+#include "tessera/color_state.h"
 
 namespace tessera::cli {
 namespace {
@@ -48,10 +51,55 @@ Attribute MakeAttribute(const std::string& name, const std::string& text, const 
   return attribute;
 }
 
+void ReadProfile(const Step& step, Session& session) {
+  const std::string& file = step.arguments.Text("FILE");
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) throw Error(file, "cannot be read");
+  const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+  try {
+    session.Top().node = WithIccProfile(session.Top().node, {bytes, bytes + text.size()});
+  } catch (const Error& e) {
+    throw Error(file, e.reason());
+  }
+}
+
+void WriteProfile(const Step& step, Session& session) {
+  const std::string& file = step.arguments.Text("FILE");
+  const std::vector<std::byte> profile = IccProfileOf(session.Top().node.spec());
+  if (profile.empty()) throw Error(file, "found no ICC profile in the image");
+  if (session.options().dry_run) return;
+  session.Later([file, profile] {
+    std::ofstream stream(file, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(profile.data()), static_cast<std::streamsize>(profile.size()));
+    stream.close();
+    if (!stream) throw Error(file, "cannot be written");
+  });
+}
+
+Command ProfileRow(const std::string& name, Effect effect, const std::string& summary,
+                   void (*run)(const Step&, Session&)) {
+  Command c = Row(name, effect, 1, summary, run);
+  c.info.arguments = {
+      {.name = "FILE", .type = ParamType::kText, .default_value = "", .help = "an .icc file"}};
+  return c;
+}
+
 void SetAttribute(const Step& step, Session& session) {
   Attribute attribute =
       MakeAttribute(step.arguments.Text("NAME"), step.arguments.Text("VALUE"), step.arguments.Text("type"));
-  std::vector<Attribute>& all = session.Top().attributes;
+  // What an image carries as its state is no item beside it.
+  Entry& top = session.Top();
+  const ColorState color = ColorStateOf(top.node.spec());
+  if (attribute.name == "oiio:ColorSpace") {
+    top.node = WithColorState(top.node, {step.arguments.Text("VALUE"), color.premultiplied});
+    return;
+  }
+  if (attribute.name == "oiio:UnassociatedAlpha") {
+    top.node = WithColorState(top.node, {color.space, step.arguments.Text("VALUE") == "0"});
+    return;
+  }
+  std::vector<Attribute>& all = top.attributes;
   std::erase_if(all, [&](const Attribute& a) { return a.name == attribute.name; });
   all.push_back(std::move(attribute));
 }
@@ -66,6 +114,14 @@ std::vector<Command> StackCommands() {
                      [](const Step&, Session& session) { std::swap(session.Top(0), session.Top(1)); }));
   rows.push_back(Row("pop", Effect::kPop, 1, "Drops the top image.",
                      [](const Step&, Session& session) { session.Pop(); }));
+  rows.push_back(
+      ProfileRow("iccread", Effect::kApply, "Gives the top image the ICC profile of a file.", ReadProfile));
+  rows.back().info.help =
+      "No sample changes. The image is then in the colour space that the profile describes where that is a "
+      "known one (sRGB, Display P3), else in an unknown one; conversions drop the profile. As oiiotool "
+      "--iccread.";
+  rows.push_back(
+      ProfileRow("iccwrite", Effect::kUse, "Writes the top image's ICC profile to a file.", WriteProfile));
   rows.push_back(Row("attrib", Effect::kApply, 1, "Sets a metadata item of the top image.", SetAttribute));
   rows.back().info.arguments = {
       {.name = "NAME", .type = ParamType::kText, .default_value = "", .help = "the item's name"},

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <system_error>
 
+#include "io/color_state.h"
 #include "io/spec.h"
 #include "tessera/error.h"
 
@@ -66,6 +67,7 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
   file_spec_ = SpecTo(spec, type);
   if (type != spec.type) file_spec_.erase_attribute("oiio:BitsPerSample");
   for (const char* name : kStale) file_spec_.erase_attribute(name);
+  if (std::string(output_->format_name()) == "openexr") SetExrColorState(file_spec_, ColorStateOf(spec));
   for (const Attribute& a : attributes) {
     if (a.name != "tile_width" && a.name != "tile_height") SetAttribute(file_spec_, a);
   }

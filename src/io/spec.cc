@@ -9,12 +9,15 @@
 #include <utility>
 #include <vector>
 
+#include "io/color_state.h"
 #include "tessera/error.h"
 
 namespace tessera::io {
 namespace {
 
 using OIIO::TypeDesc;
+
+constexpr char kColorSpace[] = "oiio:ColorSpace";
 
 constexpr std::pair<PixelType, TypeDesc::BASETYPE> kTypes[] = {{PixelType::kUint8, TypeDesc::UINT8},
                                                                {PixelType::kUint16, TypeDesc::UINT16},
@@ -67,8 +70,11 @@ ImageSpec SpecFrom(const OIIO::ImageSpec& spec) {
     const auto base = p.type().basetype;
     if (base == TypeDesc::PTR || base == TypeDesc::UNKNOWN || base == TypeDesc::NONE)
       continue;  // no value to keep
-    if (!IsTileHint(p.name().string())) metadata->push_back(AttributeFrom(p));
+    if (!IsTileHint(p.name().string()) && p.name() != kColorSpace) metadata->push_back(AttributeFrom(p));
   }
+  // In one of the known spaces' own name, whichever tag told of it.
+  if (const std::string space = ColorStateOf(spec).space; !space.empty())
+    metadata->push_back({kColorSpace, "string", {}, {space}});
   if (spec.tile_width > 0 && spec.tile_height > 0) {
     metadata->push_back(IntAttribute("tile_width", spec.tile_width));
     metadata->push_back(IntAttribute("tile_height", spec.tile_height));
@@ -94,6 +100,7 @@ OIIO::ImageSpec SpecTo(const ImageSpec& spec, PixelType type) {
       if (!IsTileHint(a.name)) SetAttribute(result, a);
     }
   }
+  SetColorSpace(result, ColorStateOf(spec));
   return result;
 }
 

@@ -19,7 +19,7 @@ std::optional<PixelType> PixelTypeOf(OIIO::TypeDesc type);
 // float.
 PixelType StorageType(const OIIO::ImageSpec& spec);
 
-// Tile sizes become the attributes tile_width and tile_height.
+// Tile sizes become the attributes tile_width and tile_height, what is said of colours the colour state.
 ImageSpec SpecFrom(const OIIO::ImageSpec& spec);
 // Without tiles; metadata as it is. Attributes tile_width and tile_height are left to the writer.
 OIIO::ImageSpec SpecTo(const ImageSpec& spec, PixelType type);

@@ -9,6 +9,7 @@
 #include "graph/op.h"
 #include "ocio/color_difference.h"
 #include "ocio/config.h"
+#include "tessera/color_state.h"
 #include "tessera/error.h"
 #include "tessera/ocio.h"
 #include "tessera/ops/channels.h"
@@ -86,7 +87,8 @@ Node ToUnitRange(const Node& image, double low, double high) {
   return ColorMatrix(image, {{scale, 0, 0, 0, scale, 0, 0, 0, scale, bias, bias, bias}});
 }
 
-Table TableOf(const std::function<Node(const Node&)>& transform, const Domain& domain, int size) {
+Table TableOf(const std::function<Node(const Node&)>& transform, const Domain& domain, int size,
+              const ColorState& color) {
   std::vector<float> axis;
   for (int i = 0; i < size; ++i) {
     const double s = static_cast<double>(i) / (size - 1);
@@ -95,7 +97,9 @@ Table TableOf(const std::function<Node(const Node&)>& transform, const Domain& d
     const double at = low + s * (high - low);
     axis.push_back(static_cast<float>(domain.shaped ? Unshaped(at) : at));
   }
-  const Image lattice(ImageSpec(size, size * size, 4));
+  ImageSpec spec(size, size * size, 4);
+  SetColorState(spec, color);  // the transform may start from it
+  const Image lattice(spec);
   for (int y = 0; y < size * size; ++y) {
     for (int x = 0; x < size; ++x) {
       float* const pixel = &lattice.at<float>(x, y);
@@ -191,16 +195,17 @@ Node Bake(const Node& image, const std::function<Node(const Node&)>& transform, 
   if (domain.low == domain.high) domain.high = std::nextafter(static_cast<float>(domain.high), 3.4e38f) + 1;
   domain.shaped = domain.low < 0 || domain.high > 1;
 
-  const Table table = TableOf(transform, domain, params.size);
+  const Table table = TableOf(transform, domain, params.size, ColorStateOf(image.spec()));
   Node shaped = image;
   if (domain.shaped) {
     shaped = ToUnitRange(ApplyCurve(image, {{ShaperFormula()}}), Shaped(domain.low), Shaped(domain.high));
   } else if (domain.low != 0 || domain.high != 1) {
     shaped = ToUnitRange(image, domain.low, domain.high);
   }
-  const Node baked = ApplyTable3D(shaped, table);
+  const Node exact = transform(image);
+  const Node baked = WithColorState(ApplyTable3D(shaped, table), ColorStateOf(exact.spec()));
   if (report != nullptr) {
-    *report = Compare(transform(image), baked, params.tiles);
+    *report = Compare(exact, baked, params.tiles);
     report->low = domain.low, report->high = domain.high, report->shaped = domain.shaped;
   }
   return baked;

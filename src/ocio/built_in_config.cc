@@ -1,5 +1,5 @@
 // The config that is used where neither a file nor the variable OCIO names one: ACES, cameras, video
-// displays.
+// displays. Its roles are those of OpenColorIO's ACES configs: light of unknown primaries is ACEScg.
 #include "ocio/built_in_config.h"
 
 namespace tessera::ocio {
@@ -15,11 +15,14 @@ strictparsing: true
 roles:
   aces_interchange: ACES2065-1
   cie_xyz_d65_interchange: CIE-XYZ-D65
+  color_picking: sRGB
   color_timing: ACEScct
   compositing_log: ACEScct
   data: raw
   default: raw
-  scene_linear: linear
+  matte_paint: sRGB
+  scene_linear: ACEScg
+  texture_paint: sRGB
 
 file_rules:
   - !<Rule> {name: Default, colorspace: default}
@@ -63,15 +66,19 @@ display_colorspaces:
     name: CIE-XYZ-D65
   - !<ColorSpace>
     name: sRGB Display
+    aliases: [sRGB - Display, srgb_display, srgb_rec709_display]
     from_display_reference: !<BuiltinTransform> {style: DISPLAY - CIE-XYZ-D65_to_sRGB}
   - !<ColorSpace>
     name: Rec.1886 Rec.709 Display
+    aliases: [Rec.1886 Rec.709 - Display, rec1886_rec709_display, g24_rec709_display]
     from_display_reference: !<BuiltinTransform> {style: DISPLAY - CIE-XYZ-D65_to_REC.1886-REC.709}
   - !<ColorSpace>
     name: P3-D65 Display
+    aliases: [P3-D65 - Display, p3d65_display, g26_p3d65_display]
     from_display_reference: !<BuiltinTransform> {style: DISPLAY - CIE-XYZ-D65_to_G2.6-P3-D65}
   - !<ColorSpace>
     name: Rec.2100-PQ Display
+    aliases: [Rec.2100-PQ - Display, rec2100_pq_display, pq_rec2020_display]
     from_display_reference: !<BuiltinTransform> {style: DISPLAY - CIE-XYZ-D65_to_REC.2100-PQ}
 
 colorspaces:
@@ -80,10 +87,10 @@ colorspaces:
     isdata: true
   - !<ColorSpace>
     name: ACES2065-1
-    aliases: [aces2065_1, lin_ap0]
+    aliases: [aces2065_1, lin_ap0, lin_ap0_scene]
   - !<ColorSpace>
     name: ACEScg
-    aliases: [acescg, lin_ap1]
+    aliases: [acescg, lin_ap1, lin_ap1_scene]
     to_scene_reference: !<BuiltinTransform> {style: ACEScg_to_ACES2065-1}
   - !<ColorSpace>
     name: ACEScct
@@ -97,15 +104,15 @@ colorspaces:
     name: ADX10
     to_scene_reference: !<BuiltinTransform> {style: ADX10_to_ACES2065-1}
   - !<ColorSpace>
-    name: linear
-    aliases: [lin_rec709, lin_srgb, Linear Rec.709 (sRGB)]
+    name: lin_rec709
+    aliases: [linear, lin_srgb, lin_rec709_scene, Linear Rec.709 (sRGB)]
     from_scene_reference: !<GroupTransform>
       children:
         - !<BuiltinTransform> {style: ACEScg_to_ACES2065-1, direction: inverse}
         - !<BuiltinTransform> {style: UTILITY - ACES-AP1_to_LINEAR-REC709_BFD}
   - !<ColorSpace>
     name: sRGB
-    aliases: [srgb, srgb_tx]
+    aliases: [srgb, srgb_tx, srgb_texture, srgb_rec709_scene, sRGB - Texture]
     from_scene_reference: !<GroupTransform>
       children:
         - !<BuiltinTransform> {style: ACEScg_to_ACES2065-1, direction: inverse}

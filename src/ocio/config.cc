@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <sstream>
 
+#include "model/color_spaces.h"
 #include "ocio/built_in_config.h"
 #include "ops/registry.h"
+#include "tessera/color_state.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
 
@@ -64,6 +66,8 @@ Config LoadConfig(const OcioParams& params) {
 }
 
 namespace {
+
+constexpr char kCurrent[] = "current";  // as OpenImageIO calls the space that an image is in
 
 [[noreturn]] void Unknown(const Config& config, const std::string& kind, const std::string& name,
                           const std::vector<std::string>& known) {
@@ -135,6 +139,24 @@ void RequireLooks(const Config& config, const std::string& looks) {
   }
 }
 
+// The result of a conversion, in the space of that name.
+Node In(const std::string& space, const Node& result) {
+  return WithColorState(result, {space, ColorStateOf(result.spec()).premultiplied});
+}
+
+// The colour space that a view of a display leads to.
+std::string ShownSpace(const Config& config, const std::string& display, const std::string& view) {
+  const char* const name = config.config->getDisplayViewColorSpaceName(display.c_str(), view.c_str());
+  const std::string space = name != nullptr ? name : "";
+  return space.empty() || space == lib::OCIO_VIEW_USE_DISPLAY_NAME ? display : space;
+}
+
+// A correction leaves the space as it is; where a table leads nobody says.
+std::string AfterFile(const std::string& file, const ImageSpec& spec) {
+  const std::string extension = LowerExtension(file);
+  return extension == ".cc" || extension == ".ccc" || extension == ".cdl" ? ColorStateOf(spec).space : "";
+}
+
 lib::TransformDirection Direction(bool inverse) {
   return inverse ? lib::TRANSFORM_DIR_INVERSE : lib::TRANSFORM_DIR_FORWARD;
 }
@@ -149,7 +171,9 @@ Node Apply(const Node& image, const Config& config, const lib::ConstTransformRcP
   }
   const lib::ConstProcessorRcPtr processor = Guarded(
       subject, [&] { return config.config->getProcessor(config.context, transform, Direction(inverse)); });
-  if (!unpremult) return Translate(image, processor, subject, filter);
+  // Colours that are not multiplied need no division.
+  if (!unpremult || !ColorStateOf(image.spec()).premultiplied)
+    return Translate(image, processor, subject, filter);
   return Repremultiply(Translate(Unpremultiply(image), processor, subject, filter));
 }
 
@@ -200,17 +224,30 @@ std::string RequireColorSpace(const Config& config, const std::string& name) {
   return name;
 }
 
-std::string SpaceOrDefault(const Config& config, const std::string& name, const ImageSpec& spec) {
-  if (!name.empty()) return RequireColorSpace(config, name);
-  if (spec.metadata != nullptr) {
-    for (const Attribute& a : *spec.metadata) {
-      if (a.name == "oiio:ColorSpace" && !a.strings.empty() &&
-          config.config->getColorSpace(a.strings[0].c_str()) != nullptr) {
-        return a.strings[0];
-      }
+std::string SpaceOf(const Config& config, const std::string& name, const ImageSpec& spec) {
+  if (!name.empty() && name != kCurrent) return RequireColorSpace(config, name);
+  const std::string own = ColorStateOf(spec).space;
+  if (own.empty()) return RequireColorSpace(config, lib::ROLE_SCENE_LINEAR);
+  if (config.config->getColorSpace(own.c_str()) != nullptr) return own;
+  if (const model::ColorSpace* const known = model::FindColorSpace(own); known != nullptr) {
+    for (const std::string& other : known->names) {
+      if (config.config->getColorSpace(other.c_str()) != nullptr) return other;
     }
   }
-  return RequireColorSpace(config, lib::ROLE_SCENE_LINEAR);
+  throw Error(config.name, "found an image in the colour space \"" + own +
+                               "\", which this config does not have, expected one named as the space it is "
+                               "converted from");
+}
+
+std::string OwnName(const Config& config, const std::string& name) {
+  const lib::ConstColorSpaceRcPtr space = config.config->getColorSpace(name.c_str());
+  if (space == nullptr) return "";  // a named transform leads nowhere known
+  if (model::FindColorSpace(space->getName()) != nullptr) return space->getName();
+  // An alias may be what others know it by.
+  for (size_t k = 0; k < space->getNumAliases(); ++k) {
+    if (model::FindColorSpace(space->getAlias(k)) != nullptr) return space->getAlias(k);
+  }
+  return space->getName();
 }
 
 }  // namespace ocio
@@ -219,9 +256,10 @@ Node ColorConvert(const Node& image, const std::string& from, const std::string&
                   const OcioParams& params) {
   const ocio::Config config = ocio::LoadConfig(params);
   const auto transform = ocio::lib::ColorSpaceTransform::Create();
-  transform->setSrc(ocio::RequireColorSpace(config, from).c_str());
+  transform->setSrc(ocio::SpaceOf(config, from, image.spec()).c_str());
   transform->setDst(ocio::RequireColorSpace(config, to).c_str());
-  return ocio::Apply(image, config, transform, false, params.unpremult, "colorconvert");
+  return ocio::In(ocio::OwnName(config, to),
+                  ocio::Apply(image, config, transform, false, params.unpremult, "colorconvert"));
 }
 
 bool HasColorSpace(const std::string& name, const OcioParams& params) {
@@ -231,7 +269,9 @@ bool HasColorSpace(const std::string& name, const OcioParams& params) {
 Node OcioDisplay(const Node& image, const std::string& display, const std::string& view,
                  const OcioDisplayParams& display_params, const OcioParams& params) {
   const ocio::Config config = ocio::LoadConfig(params);
-  const std::string from = ocio::SpaceOrDefault(config, display_params.from, image.spec());
+  const bool inverse = display_params.inverse;
+  // Undone, the image is the display's and `from` is where it goes.
+  const std::string from = ocio::SpaceOf(config, display_params.from, inverse ? ImageSpec() : image.spec());
   std::string shown = display, shown_view = view;
   if (shown.empty()) shown = config.config->getDefaultDisplay();
   ocio::RequireOneOf(config, "display", shown, ocio::Displays(*config.config));
@@ -241,16 +281,18 @@ Node OcioDisplay(const Node& image, const std::string& display, const std::strin
   transform->setSrc(from.c_str());
   transform->setDisplay(shown.c_str());
   transform->setView(shown_view.c_str());
+  const std::string result =
+      ocio::OwnName(config, inverse ? from : ocio::ShownSpace(config, shown, shown_view));
   if (display_params.looks.empty()) {
-    return ocio::Apply(image, config, transform, display_params.inverse, params.unpremult, "ociodisplay");
+    return ocio::In(result, ocio::Apply(image, config, transform, inverse, params.unpremult, "ociodisplay"));
   }
   // The looks in place of the view's own, then the view.
   ocio::RequireLooks(config, display_params.looks);
   const auto look = ocio::lib::LookTransform::Create();
   look->setSrc(from.c_str());
-  const char* const result = ocio::lib::LookTransform::GetLooksResultColorSpace(config.config, config.context,
-                                                                                display_params.looks.c_str());
-  const std::string between = result != nullptr && *result != 0 ? result : from;
+  const char* const processed = ocio::lib::LookTransform::GetLooksResultColorSpace(
+      config.config, config.context, display_params.looks.c_str());
+  const std::string between = processed != nullptr && *processed != 0 ? processed : from;
   look->setDst(between.c_str());
   look->setLooks(display_params.looks.c_str());
   transform->setSrc(between.c_str());
@@ -258,20 +300,22 @@ Node OcioDisplay(const Node& image, const std::string& display, const std::strin
   const auto both = ocio::lib::GroupTransform::Create();
   both->appendTransform(look);
   both->appendTransform(transform);
-  return ocio::Apply(image, config, both, display_params.inverse, params.unpremult, "ociodisplay");
+  return ocio::In(result, ocio::Apply(image, config, both, inverse, params.unpremult, "ociodisplay"));
 }
 
 Node OcioLook(const Node& image, const std::string& looks, const OcioLookParams& look_params,
               const OcioParams& params) {
   const ocio::Config config = ocio::LoadConfig(params);
   ocio::RequireLooks(config, looks);
-  const std::string from = ocio::SpaceOrDefault(config, look_params.from, image.spec());
+  const std::string from = ocio::SpaceOf(config, look_params.from, image.spec());
+  const std::string to = look_params.to.empty() ? from : ocio::RequireColorSpace(config, look_params.to);
   const auto transform = ocio::lib::LookTransform::Create();
   transform->setLooks(looks.c_str());
-  transform->setSrc(from.c_str());
-  transform->setDst(look_params.to.empty() ? from.c_str()
-                                           : ocio::RequireColorSpace(config, look_params.to).c_str());
-  return ocio::Apply(image, config, transform, look_params.inverse, params.unpremult, "ociolook");
+  // OpenColorIO's inverse goes from the destination to the source; here the image stays in `from`.
+  transform->setSrc(look_params.inverse ? to.c_str() : from.c_str());
+  transform->setDst(look_params.inverse ? from.c_str() : to.c_str());
+  return ocio::In(ocio::OwnName(config, to),
+                  ocio::Apply(image, config, transform, look_params.inverse, params.unpremult, "ociolook"));
 }
 
 Node OcioFileTransform(const Node& image, const std::string& file, const LutParams& lut_params,
@@ -281,8 +325,9 @@ Node OcioFileTransform(const Node& image, const std::string& file, const LutPara
       ocio::Guarded(file, [&] { return std::string(config.context->resolveFileLocation(file.c_str())); });
   const ocio::CheckedLutFile checked(found);
   const auto transform = ocio::FileTransformOf(checked.path(), lut_params);
-  return ocio::Apply(image, config, transform, lut_params.inverse, params.unpremult, file,
-                     ocio::Asked(lut_params));
+  return ocio::In(ocio::AfterFile(found, image.spec()),
+                  ocio::Apply(image, config, transform, lut_params.inverse, params.unpremult, file,
+                              ocio::Asked(lut_params)));
 }
 
 Node ApplyLut(const Node& image, const std::string& file, const LutParams& lut_params) {
@@ -292,7 +337,8 @@ Node ApplyLut(const Node& image, const std::string& file, const LutParams& lut_p
   raw.context = raw.config->getCurrentContext();
   raw.name = file;
   const auto transform = ocio::FileTransformOf(checked.path(), lut_params);
-  return ocio::Apply(image, raw, transform, lut_params.inverse, false, file, ocio::Asked(lut_params));
+  return ocio::In(ocio::AfterFile(file, image.spec()), ocio::Apply(image, raw, transform, lut_params.inverse,
+                                                                   false, file, ocio::Asked(lut_params)));
 }
 
 }  // namespace tessera

@@ -26,8 +26,11 @@ Config LoadConfig(const OcioParams& params);
 // The space's name where the config knows it (by name, alias or role); throws Error that names the nearest
 // one.
 std::string RequireColorSpace(const Config& config, const std::string& name);
-// An empty name: the image's own colour space, else scene_linear.
-std::string SpaceOrDefault(const Config& config, const std::string& name, const ImageSpec& spec);
+// The space that an image is in: `name`, or where that is empty or "current" the one of its colour state, or
+// scene_linear where nothing is known of it. Throws Error where the config has no space of that name.
+std::string SpaceOf(const Config& config, const std::string& name, const ImageSpec& spec);
+// The config's name of what `name` (an alias, a role) stands for, or the alias of it that files know.
+std::string OwnName(const Config& config, const std::string& name);
 void RequireOneOf(const Config& config, const std::string& kind, const std::string& name,
                   const std::vector<std::string>& known);
 
@@ -41,6 +44,9 @@ auto Guarded(const std::string& subject, const F& action) -> decltype(action()) 
     throw Error(subject, OneLine(e.what()));
   }
 }
+
+// With its dot, "" for none.
+std::string LowerExtension(const std::string& file);
 
 // Refuses a LUT file that OpenColorIO would read wrongly, or with a message about other formats. Returns the
 // file to read in its place: the same, or a copy without a byte-order mark that lives as long as the returned

@@ -214,13 +214,6 @@ class Checker {
   double low_[3] = {0, 0, 0}, high_[3] = {1, 1, 1};
 };
 
-std::string LowerExtension(const std::string& file) {
-  std::string extension = fs::path(file).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
 // A copy without the first `skip` bytes, under a name of its own with the same extension.
 std::string CopyWithout(const std::string& file, std::istream& stream, std::streamoff skip) {
   const std::string extension = fs::path(file).extension().string();
@@ -235,6 +228,13 @@ std::string CopyWithout(const std::string& file, std::istream& stream, std::stre
 }
 
 }  // namespace
+
+std::string LowerExtension(const std::string& file) {
+  std::string extension = fs::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
 
 CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
   std::error_code ignored;

@@ -116,11 +116,14 @@ OpInfo Row(const std::string& name, const std::string& summary, const std::strin
       "What OpenColorIO's optimised processor holds of matrices, ranges, CDLs, exponents, logarithms, 1-D "
       "and 3-D LUTs runs as this program's own operations and folds with its neighbours; the rest (inverse, "
       "half-domain and hue-preserving LUTs, fixed functions, grading) runs in OpenColorIO's CPU processor "
-      "within the same pass. Alpha takes part only where a transform has it. A single channel, alone or "
-      "beside alpha, is a grey, of which the result's red is kept; two without alpha are red and green, "
-      "blue is 0, as in oiiotool. bake=N samples the whole transform into a shaper curve and an N x N x N "
-      "table read with tetrahedra and prints the domain (the range of the image's colours) and the largest "
-      "and RMS error and largest CIEDE2000 against the transform itself on 64 tiles of the image.";
+      "within the same pass. An image whose space is unknown, and an EXR that says none, count as the "
+      "config's role scene_linear, in the built-in config ACEScg. The result carries its own space and "
+      "files are tagged with it; behind a LUT it is unknown, but for .cc, .ccc and .cdl. Alpha takes part "
+      "only where a transform has it. A single channel, alone or beside alpha, is a grey, of which the "
+      "result's red is kept; two without alpha are red and green, blue is 0, as in oiiotool. bake=N samples "
+      "the whole transform into a shaper curve and an N x N x N table read with tetrahedra and prints the "
+      "domain (the range of the image's colours) and the largest and RMS error and largest CIEDE2000 "
+      "against the transform itself on 64 tiles of the image.";
   info.bound =
       "1e-5 of OpenColorIO's own result without optimisation losses; each operation as its own page says";
   return info;
@@ -142,17 +145,20 @@ OpInfo LutInfo() {
 OpInfo ColorConvertInfo() {
   OpInfo info = Row(
       "colorconvert", "Convert from one colour space of a config to another",
-      "FROM and TO are colour spaces, aliases or roles of the config. The built-in config has linear "
-      "(Rec.709), sRGB, Rec709, ACES2065-1, ACEScg, ACEScct, ACEScc, ADX10, camera logs and raw. strict=0 "
-      "leaves the image alone where a space is unknown.");
-  info.arguments = {TextParam("FROM", "colour space of the image"),
+      "FROM and TO are colour spaces, aliases or roles of the config; FROM current, or \"\", is the space "
+      "that the image is in. The built-in config has lin_rec709 (also linear), sRGB, Rec709, ACES2065-1, "
+      "ACEScg, ACEScct, ACEScc, ADX10, camera logs and raw; its roles are those of OpenColorIO's ACES "
+      "configs. strict=0 leaves the image alone where a space is unknown.");
+  info.arguments = {TextParam("FROM", "colour space of the image, or current"),
                     TextParam("TO", "colour space of the result")};
+  info.arguments[0].min_count = 0;
   AddConfigModifiers(info);
   info.modifiers.push_back(FlagParam("strict", "0 leaves the image alone where a space is unknown", "1"));
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const OcioParams params = OcioParamsOf(ColorConvertInfo(), a);
+    const bool current = a.Text("FROM").empty() || a.Text("FROM") == "current";
     if (!a.Flag("strict") &&
-        !(HasColorSpace(a.Text("FROM"), params) && HasColorSpace(a.Text("TO"), params))) {
+        !((current || HasColorSpace(a.Text("FROM"), params)) && HasColorSpace(a.Text("TO"), params))) {
       return in[0];
     }
     return MaybeBaked(in[0], a,
@@ -164,12 +170,25 @@ OpInfo ColorConvertInfo() {
   return info;
 }
 
+OpInfo ToColorSpaceInfo() {
+  OpInfo info = Row("tocolorspace", "Convert to a colour space of a config",
+                    "From the space that the image is in, as --colorconvert current SPACE.");
+  info.arguments = {TextParam("SPACE", "colour space of the result")};
+  AddConfigModifiers(info);
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    const OcioParams params = OcioParamsOf(ToColorSpaceInfo(), a);
+    return MaybeBaked(in[0], a, [&](const Node& n) { return ColorConvert(n, "", a.Text("SPACE"), params); });
+  };
+  info.examples = {"sRGB config=built-in"};
+  return info;
+}
+
 OpInfo OcioDisplayInfo() {
   OpInfo info = Row(
       "ociodisplay", "Apply a display and view of a config",
       "DISPLAY and VIEW are the config's; \"\" takes its default. The image is in the space from=, else in "
-      "what its metadata oiio:ColorSpace says, else in the role scene_linear. looks= replaces the view's "
-      "own.");
+      "the one it carries (see --iscolorspace). looks= replaces the view's own. inverse=1 leads from the "
+      "display to from=, else to scene_linear.");
   info.arguments = {TextParam("DISPLAY", "display of the config"), TextParam("VIEW", "view of that display")};
   for (ParamInfo& name : info.arguments) name.min_count = 0;  // "" is the config's default
   AddConfigModifiers(info);
@@ -191,7 +210,8 @@ OpInfo OcioLookInfo() {
   OpInfo info = Row(
       "ociolook", "Apply looks of a config",
       "LOOK is a look, or several: a,b one after the other, -a the inverse, a|b the first that works. from= "
-      "and to= are the spaces of the image and of the result (default as --ociodisplay).");
+      "and to= are the spaces of the image and of the result, with inverse=1 too (from= defaults as "
+      "--ociodisplay's, to= to the image's).");
   info.arguments = {TextParam("LOOK", "looks of the config")};
   AddConfigModifiers(info);
   info.modifiers.push_back(TextParam("from", "colour space of the image"));
@@ -223,7 +243,8 @@ OpInfo OcioFileTransformInfo() {
 }
 
 std::vector<OpInfo> OcioRows() {
-  return {LutInfo(), ColorConvertInfo(), OcioDisplayInfo(), OcioLookInfo(), OcioFileTransformInfo()};
+  return {LutInfo(),         ColorConvertInfo(), ToColorSpaceInfo(),
+          OcioDisplayInfo(), OcioLookInfo(),     OcioFileTransformInfo()};
 }
 
 }  // namespace

@@ -63,6 +63,7 @@ std::vector<OpInfo> OwnRows() {
       PowerConstantInfo(),
       CurveInfo(),
       TransferInfo(),
+      ColorStateInfo(),
       ConvolveInfo(),
       EmbossInfo(),
       LaplacianInfo(),

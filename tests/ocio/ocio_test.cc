@@ -354,7 +354,8 @@ TEST_F(ConfigTest, DisplaysAndLooks) {
       if (inverse && looks == "shot") continue;
       SCOPED_TRACE(looks);
       const lib::LookTransformRcPtr look = lib::LookTransform::Create();
-      look->setLooks(looks.c_str()), look->setSrc("lin"), look->setDst("video");
+      look->setLooks(looks.c_str()), look->setSrc(inverse ? "video" : "lin");
+      look->setDst(inverse ? "lin" : "video");  // OpenColorIO's inverse goes back
       ExpectClose(
           OcioLook(FromImage(image), looks, {.from = "lin", .to = "video", .inverse = inverse}, params_),
           image,

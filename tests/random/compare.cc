@@ -11,6 +11,7 @@
 #include "random/foreign.h"
 #include "random/samples.h"
 #include "random/verdict.h"
+#include "tessera/color_state.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
 #include "tessera/targets.h"
@@ -193,12 +194,8 @@ class Comparison {
   }
   Words File() {
     const ImageSpec& spec = node().spec();
-    // What is marked as unpremultiplied is multiplied when it is read.
-    const bool unassociated =
-        spec.metadata != nullptr &&
-        std::any_of(spec.metadata->begin(), spec.metadata->end(),
-                    [](const Attribute& a) { return a.name == "oiio:UnassociatedAlpha"; });
-    if (unassociated) return std::nullopt;
+    // What is unpremultiplied is multiplied when it is read.
+    if (!ColorStateOf(spec).premultiplied) return std::nullopt;
     const std::string file = folder_ + "/result." + c_.format;
     if (!CanHold(c_.format, spec, c_.type)) return Padded(file);
     if (Words words = WrongFromForeign(c_, base_, folder_ + "/foreign", tally_)) return words;

@@ -319,7 +319,7 @@ std::string WordSource::Text(Draw& draw, const OpInfo& op, const ParamInfo& para
     return text;
   }
   if (name == "NAMES") return draw.Of({"X,Y,Z", "B,G,R", ",,Z", "Y", "R,G,B,A", "A", "R,G,B,Z"});
-  if (name == "FROM" || name == "TO" || name == "from" || name == "to")
+  if (name == "FROM" || name == "TO" || name == "from" || name == "to" || name == "SPACE")
     return draw.Of({"lin", "video", "mixed"});
   if (name == "DISPLAY") return "monitor";
   if (name == "VIEW") return draw.Of({"film", "plain"});

@@ -153,10 +153,9 @@ Node Contrast(const Node& image, double x);
 
 /// R, G, B times alpha, or divided by it; alpha kept. One rounding. Unpremultiply leaves pixels with alpha 0
 /// alone; tiny alphas (1e-40) divide, to infinity if need be; a NaN alpha gives NaN. An image without alpha
-/// is returned unchanged. Unpremultiply marks the result with the metadata item oiio:UnassociatedAlpha,
-/// Premultiply takes it off: writers store what it says.
-/// Repremultiply is Premultiply but for pixels with alpha 0, which keep their colours (glows, fire): it
-/// undoes Unpremultiply.
+/// is returned unchanged. Unpremultiply marks the result as unpremultiplied (ColorState), the others
+/// as premultiplied: writers store what it says. Repremultiply is Premultiply but for pixels with alpha 0,
+/// which keep their colours (glows, fire): it undoes Unpremultiply.
 struct PremultiplyParams {};
 /// Colours times alpha, as PremultiplyParams says.
 Node Premultiply(const Node& image);

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "ops/color/color_ops.h"
+#include "tessera/color_state.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/color/cmyk.cc"
@@ -45,6 +46,7 @@ class CmykOp final : public graph::OpWith<CmykParams> {
     ImageSpec spec = inputs[0];
     spec.channels = {"C", "M", "Y", "K"};
     spec.alpha = -1;
+    SetColorState(spec, {});
     return spec;
   }
   // K takes the fourth plane, where the input's alpha comes in.

@@ -114,11 +114,11 @@ OpInfo ColorMatrixInfo() {
       "M is row-major: 9 numbers (3x3), 12 (3x3, then the bias of R,G,B), 16 (4x4) or 20 (4x4, then the bias "
       "of R,G,B,A). As in oiiotool a pixel is a row vector, (R,G,B,A) M + bias; transpose=1 transposes the "
       "matrix, giving the column form. An image without alpha takes part with the upper left 3x3 and the "
-      "bias. layout=svg takes the 20 numbers as SVG's feColorMatrix and canvas libraries write them: a row of 5 "
-      "for each of R,G,B,A, weights of R,G,B,A and then the bias. They apply it to unpremultiplied colours and "
-      "limit the result: --unpremult --ccmatrix:layout=svg M --clamp:min=0:max=1 --premult. unpremult=1 divides R,G,B by alpha before and multiplies by the same alpha after; where alpha "
-      "is 0 it does neither. NaN or infinity passes from a channel to those "
-      "whose weight of it is not 0. Source: "
+      "bias. layout=svg takes the 20 numbers as SVG's feColorMatrix and canvas libraries write them: a row "
+      "of 5 for each of R,G,B,A, weights of R,G,B,A and then the bias. They apply it to unpremultiplied "
+      "colours and limit the result: --unpremult --ccmatrix:layout=svg M --clamp:min=0:max=1 --premult. "
+      "unpremult=1 divides R,G,B by alpha before and multiplies by the same alpha after; where alpha is 0 "
+      "it does neither. NaN or infinity passes from a channel to those whose weight of it is not 0. Source: "
       "McReynolds et al. 1997, 12.2.4; W3C Filter Effects 1, feColorMatrix.";
   info.bound = "4 u (sum of |m v| + |bias|), 8 u with unpremult";
   info.bound_u = 8;

@@ -16,6 +16,7 @@ OpInfo BrightnessInfo();
 OpInfo CmyInfo();
 OpInfo CmykInfo();
 OpInfo ColorMatrixInfo();
+OpInfo ColorStateInfo();
 OpInfo ContrastInfo();
 OpInfo HueInfo();
 OpInfo InterpolateInfo();

@@ -77,10 +77,11 @@ OpInfo HueInfo() {
       "default) shears so that the weighted luminance stays: H = 1 w^T + cos P + sin P [g]x, P = I - 1 w^T; "
       "preserve=none is the plain rotation, which keeps R+G+B; preserve=css is the matrix of SVG's hueRotate "
       "and CSS' hue-rotate(), whose weights are 0.213, 0.715, 0.072 and which both of them follow by "
-      "--clamp:min=0:max=1 and apply to unpremultiplied colours. Greys stay grey. The angle is reduced modulo "
-      "360 in double; 0 and 360 return the input bit for bit. Results may leave [0,1]; clamp at the end, not "
-      "between. Alpha is kept; NaN or infinity in R, G or B reaches all three. Source: Haeberli 1993; "
-      "McReynolds et al. 1997, 12.2.4 (with the shear transposed); W3C Filter Effects 1, feColorMatrix.";
+      "--clamp:min=0:max=1 and apply to unpremultiplied colours. Greys stay grey. The angle is reduced "
+      "modulo 360 in double; 0 and 360 return the input bit for bit. Results may leave [0,1]; clamp at the "
+      "end, not between. Alpha is kept; NaN or infinity in R, G or B reaches all three. Source: Haeberli "
+      "1993; McReynolds et al. 1997, 12.2.4 (with the shear transposed); W3C Filter Effects 1, "
+      "feColorMatrix.";
   info.bound =
       "8 u max(|R|,|G|,|B|); with negative weights times (sum of |weight|) / |sum|; css: 8 u (sum of |m v|)";
   info.bound_u = 8;

@@ -1,9 +1,8 @@
 // Premultiplication by alpha and its inverse.
-#include <cstring>
 #include <memory>
-#include <vector>
 
 #include "ops/color/color_ops.h"
+#include "tessera/color_state.h"
 #include "tessera/ops/channels.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -49,21 +48,6 @@ namespace tessera {
 namespace ops {
 namespace {
 
-// Files say by this item that colours are not multiplied by alpha; OpenImageIO's writers heed it.
-constexpr char kUnassociated[] = "oiio:UnassociatedAlpha";
-
-std::shared_ptr<const std::vector<Attribute>> MarkAlpha(const ImageSpec& spec, bool unassociated) {
-  auto items = spec.metadata ? *spec.metadata : std::vector<Attribute>();
-  std::erase_if(items, [](const Attribute& item) { return item.name == kUnassociated; });
-  if (unassociated) {
-    Attribute item{kUnassociated, "int", std::vector<std::byte>(sizeof(int)), {}};
-    const int one = 1;
-    std::memcpy(item.bytes.data(), &one, sizeof one);
-    items.push_back(std::move(item));
-  }
-  return std::make_shared<const std::vector<Attribute>>(std::move(items));
-}
-
 HWY_EXPORT(MakePremultiply);
 HWY_EXPORT(MakeRepremultiply);
 HWY_EXPORT(MakeUnpremultiply);
@@ -82,7 +66,7 @@ class PremultiplyOp final : public graph::Op {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     graph::RequireColor(Name(), inputs[0]);
     ImageSpec spec = inputs[0];
-    spec.metadata = MarkAlpha(spec, way_ == Way::kUnpremultiply);
+    SetColorState(spec, {ColorStateOf(spec).space, way_ != Way::kUnpremultiply});
     return spec;
   }
   bool ReadsAlpha() const override { return true; }
@@ -119,8 +103,8 @@ OpInfo PremultiplyInfo() {
   info.family = "color";
   info.summary = "Multiply R,G,B by alpha";
   info.help =
-      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept, and the mark oiio:UnassociatedAlpha "
-      "is taken off. An image without alpha is returned unchanged. As oiiotool "
+      "R,G,B become R*A, G*A, B*A; alpha and further channels are kept, and the image counts "
+      "as premultiplied. An image without alpha is returned unchanged. As oiiotool "
       "--premult. Source: Porter and Duff 1984.";
   info.bound = "u |result|";
   info.bound_u = 1;
@@ -137,7 +121,7 @@ OpInfo RepremultiplyInfo() {
   info.help =
       "R,G,B become R*A, G*A, B*A where alpha is not 0; pixels with alpha 0 (glows, fire: light that hides "
       "nothing) keep their colours, so that it undoes --unpremult everywhere. Alpha and further channels are "
-      "kept, and the mark oiio:UnassociatedAlpha is taken off. An image without alpha is returned unchanged. "
+      "kept, and the image counts as premultiplied. An image without alpha is returned unchanged. "
       "As oiiotool --repremult.";
   info.bound = "u |result|";
   info.bound_u = 1;
@@ -155,8 +139,8 @@ OpInfo UnpremultiplyInfo() {
   info.summary = "Divide R,G,B by alpha";
   info.help =
       "R,G,B become R/A, G/A, B/A where alpha is not 0; pixels with alpha 0 are left alone, a tiny alpha may "
-      "divide to infinity, a NaN alpha gives NaN. Alpha and further channels are kept; the result is marked "
-      "oiio:UnassociatedAlpha, so that files say what they hold. An image without alpha is returned "
+      "divide to infinity, a NaN alpha gives NaN. Alpha and further channels are kept; the result counts as "
+      "unpremultiplied, so that files say what they hold. An image without alpha is returned "
       "unchanged. Source: as oiiotool --unpremult.";
   info.bound = "u |result|";
   info.bound_u = 1;

@@ -1,5 +1,6 @@
 // YIQ and its inverse.
 #include "ops/color/color_ops.h"
+#include "tessera/color_state.h"
 
 namespace tessera {
 namespace ops {
@@ -50,7 +51,9 @@ OpInfo YiqInfo() {
 }  // namespace ops
 
 Node Yiq(const Node& image, const YiqParams& params) {
-  return ops::MakeRgbNode("yiq", image, params.inverse ? ops::Inverse(ops::kYiq) : ops::kYiq, params);
+  const Node result =
+      ops::MakeRgbNode("yiq", image, params.inverse ? ops::Inverse(ops::kYiq) : ops::kYiq, params);
+  return WithColorState(result, {"", ColorStateOf(image.spec()).premultiplied});
 }
 
 }  // namespace tessera

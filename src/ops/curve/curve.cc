@@ -13,6 +13,7 @@
 #include "ops/curve/curve_kernel.h"
 #include "ops/curve/curve_ops.h"
 #include "ops/curve/curve_value.h"
+#include "tessera/color_state.h"
 
 namespace tessera::ops {
 namespace {
@@ -108,9 +109,10 @@ OpInfo CurveInfo() {
       "0; keep their own bits. Evaluated in more than float's precision, most curves by polynomials that are "
       "fitted to the formula; continuous and monotone over all floats: "
       "where published pieces do not quite meet, their join is moved to where they do (sRGB: 0.00313066844; "
-      "rec709 has BT.2020's long constants 1.09929682680944 and 0.018053968510807 where BT.709 prints 1.099 and "
-      "0.018: up to 2.5e-4 apart). "
-      "NaN stays NaN; infinities follow the limit.";
+      "rec709 has BT.2020's long constants 1.09929682680944 and 0.018053968510807 where BT.709 prints 1.099 "
+      "and 0.018: up to 2.5e-4 apart). NaN stays NaN; infinities follow the limit. The result's colour "
+      "space is known for srgb, rec709 and gamma 1.8, 2.2, 2.4 on linear Rec.709, for acescct on ACEScg, "
+      "and for what undoes them; light of unknown primaries counts as Rec.709's.";
   info.bound = "2 u (|result| + 2^-20 of its terms): 1 ULP but where a sum cancels; measured 0.74 ULP";
   info.bound_u = 2;
   ParamInfo name;
@@ -153,7 +155,11 @@ OpInfo CurveInfo() {
       formula.negatives = static_cast<Negatives>(
           std::find(choices.begin(), choices.end(), a.Text("negatives")) - choices.begin());
     }
-    return ApplyCurve(in[0], {{formula}});
+    const ColorState color = ColorStateOf(in[0].spec());
+    return WithColorState(
+        ApplyCurve(in[0], {{formula}}),
+        {SpaceAfterCurve(a.Text("NAME"), a.Number("exponent"), a.Flag("inverse"), color.space),
+         color.premultiplied});
   };
   info.identity = "gamma exponent=1";
   info.examples = {"srgb", "srgb inverse=1", "rec709", "pq", "hlg", "acescct", "logc3", "gamma exponent=2.4"};
@@ -204,8 +210,15 @@ Node ApplyCurve(const Node& image, const CurveParams& params) {
   return graph::MakeNode(std::make_shared<const ops::CurveOp>(params), {image});
 }
 
-Node Encode(const Node& image, TransferFunction curve) { return ApplyCurve(image, {{Encoding(curve)}}); }
-Node Decode(const Node& image, TransferFunction curve) { return ApplyCurve(image, {{Decoding(curve)}}); }
+static Node ThroughCurve(const Node& image, TransferFunction curve, bool inverse) {
+  const ColorState color = ColorStateOf(image.spec());
+  const std::string& name = TransferFunctionNames()[static_cast<size_t>(curve)];
+  return WithColorState(ApplyCurve(image, {{inverse ? Decoding(curve) : Encoding(curve)}}),
+                        {ops::SpaceAfterCurve(name, 0, inverse, color.space), color.premultiplied});
+}
+
+Node Encode(const Node& image, TransferFunction curve) { return ThroughCurve(image, curve, false); }
+Node Decode(const Node& image, TransferFunction curve) { return ThroughCurve(image, curve, true); }
 
 Node Power(const Node& image, double exponent, Negatives negatives) {
   CurveFormula formula;
