@@ -184,4 +184,8 @@ FAULTS = [
           "const std::vector<std::byte> zeros(row * std::min(kPadRows, until - next_));",
           "const std::vector<std::byte> zeros(row * std::min(kPadRows, until - next_), std::byte{1});",
           "rows beyond the data window are not 0"),
+    Fault("write-tile-row", "writer of tiles", "src/io/file_sink.cc",
+          "std::memcpy(tile_rows_.data() + row * (y - tile_top_), from, row);",
+          "std::memcpy(tile_rows_.data() + row * (y - tile_top_), from, y + 1 == stop ? row / 2 : row);",
+          "of the last row of a band within tiles only the left half is kept"),
 ]
