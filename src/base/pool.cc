@@ -53,16 +53,21 @@ class Pool::Kept {
  public:
   ~Kept() { Limit(0); }
 
-  // Null where nothing of that size is kept.
-  void* Take(size_t bytes) {
+  struct Block {
+    void* memory = nullptr;
+    size_t bytes = 0;
+  };
+
+  // One of at least that size and hardly more; none of no memory.
+  Block Take(size_t bytes) {
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(blocks_.rbegin(), blocks_.rend(),
-                                    [&](const Block& block) { return block.bytes == bytes; });
-    if (found == blocks_.rend()) return nullptr;
-    void* const memory = found->memory;
-    total_ -= bytes;
+    const auto fits = [&](const Block& b) { return b.bytes >= bytes && b.bytes <= bytes + bytes / 4; };
+    const auto found = std::find_if(blocks_.rbegin(), blocks_.rend(), fits);
+    if (found == blocks_.rend()) return {};
+    const Block block = *found;
+    total_ -= block.bytes;
     blocks_.erase(std::next(found).base());
-    return memory;
+    return block;
   }
   void Keep(void* memory, size_t bytes) {
     const std::lock_guard lock(mutex_);
@@ -91,10 +96,6 @@ class Pool::Kept {
   }
 
  private:
-  struct Block {
-    void* memory;
-    size_t bytes;
-  };
   void Trim(size_t most) {
     for (; total_ > most; blocks_.erase(blocks_.begin())) {
       Unmap(blocks_.front().memory, blocks_.front().bytes);
@@ -122,11 +123,11 @@ std::shared_ptr<std::byte> Pool::AllocateLarge(size_t bytes) {
   constexpr size_t kPlace = 68 * kAlignment;
   const size_t padded = (bytes + 16 * kPlace + kPage - 1) / kPage * kPage;
   if (padded < bytes) return nullptr;
-  void* p = kept_->Take(padded);
-  if (p == nullptr) p = Map(padded);
-  if (p == nullptr) return nullptr;
-  return {static_cast<std::byte*>(p) + kept_->NextPlace() * kPlace,
-          [p, padded, kept = kept_](std::byte*) { kept->Keep(p, padded); }};
+  Kept::Block block = kept_->Take(padded);
+  if (block.memory == nullptr) block = {Map(padded), padded};
+  if (block.memory == nullptr) return nullptr;
+  return {static_cast<std::byte*>(block.memory) + kept_->NextPlace() * kPlace,
+          [block, kept = kept_](std::byte*) { kept->Keep(block.memory, block.bytes); }};
 }
 
 std::shared_ptr<std::byte> Pool::Allocate(size_t bytes, Access access) {

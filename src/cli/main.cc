@@ -2,6 +2,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <new>
@@ -11,6 +12,7 @@
 #include "cli/help.h"
 #include "cli/messages.h"
 #include "cli/session.h"
+#include "tessera/context.h"
 #include "tessera/targets.h"
 
 namespace tessera::cli {
@@ -105,6 +107,10 @@ int Main(const std::vector<std::string>& words) {
   ChooseTarget(line.options.simd);
   CatchSignals();
   if (!line.options.verbose) SilenceLibraries();
+  if (const size_t budget = line.options.render.memory_budget; budget != RenderOptions().memory_budget) {
+    const ContextLimits limits;
+    Context::Default().Limit({std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8)});
+  }
   return RunFrames(line, ExpandFrames(words, line));
 }
 

@@ -98,11 +98,17 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("explain",
                         "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
                         [](const Arguments&, Options& o) { o.explain = true; }));
-  rows.push_back(Option("max-memory", "Memory that streaming buffers may take together, in MB.",
+  rows.push_back(Option("max-memory", "Memory that a line may take, in MB, but for what commands hold whole.",
                         [](const Arguments& a, Options& o) {
                           o.render.memory_budget = static_cast<size_t>(a.Number("MB")) << 20;
                         },
                         {Whole("MB", 1, 1 << 24, "mebibytes")}));
+  rows.back().info.help =
+      "Bands of rows, tiles and what is kept between outputs stay within it. Where whole images would not, "
+      "commands whose method is auto are computed by one that takes bands, within the same bound. Those that "
+      "hold something in memory whole by any method say so in their help; that comes on top, and so does the "
+      "program itself, with the libraries that read and write files (some 50 MB). Without it whole images are "
+      "held as they are needed, and half a gibibyte is for the rest.";
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",
                         [](const Arguments& a, Options& o) { o.simd = a.Text("TARGET"); },
                         {Text("TARGET", "a target's name, auto or list")}));

@@ -47,12 +47,21 @@ TileShape ChooseTileShape(const Program& program, const Roi& roi, const RenderOp
   return t;
 }
 
+std::vector<Roi> Tiles(const Roi& roi, const TileShape& shape) {
+  std::vector<Roi> tiles;
+  for (int y = roi.y0; y < roi.y1; y += shape.height) {
+    for (int x = roi.x0; x < roi.x1; x += shape.width)
+      tiles.push_back({x, y, std::min(x + shape.width, roi.x1), std::min(y + shape.height, roi.y1)});
+  }
+  return tiles;
+}
+
 int64_t BytesMoved(const Plan& plan, const Roi& roi, PixelType type) {
-  const Regions regions = RequiredRegions(plan, roi);
+  const std::vector<Roi> regions = RequiredRegions(plan, roi);
   int64_t bytes = roi.pixels() * plan.spec.channel_count() * static_cast<int64_t>(PixelBytes(type));
   for (size_t k = 0; k < plan.sources.size(); ++k) {
     const PlannedSource& s = plan.sources[k];
-    bytes += regions.sources[k].pixels() * std::count(s.needed.begin(), s.needed.end(), true) *
+    bytes += regions[k].pixels() * std::count(s.needed.begin(), s.needed.end(), true) *
              static_cast<int64_t>(PixelBytes(s.source->spec().type));
   }
   return bytes;
@@ -62,45 +71,39 @@ std::vector<Layout> SourceLayouts(const Plan& plan) {
   std::vector<Layout> layouts;
   for (const PlannedSource& s : plan.sources) {
     const auto view = s.source->View();
-    layouts.push_back(view ? Layout::Of(*view)
-                           : Layout::Packed(s.source->spec().type, s.last - s.first, s.first));
+    layouts.push_back(view ? Layout::Of(*view) : Layout::Packed(s.source->spec().type, s.last - s.first));
   }
   return layouts;
 }
 
 void RunResident(const Program& program, const ImageView& out, const RenderOptions& options,
-                 Progress& progress) {
+                 sched::Progress& progress) {
   if (out.roi.empty()) return;
   std::vector<SourceView> sources;
   for (const PlannedSource& s : program.plan().sources) {
     sources.push_back({*s.source->View(), s.source->ReadMargin()});
   }
-  const TileShape shape = ChooseTileShape(program, out.roi, options);
-  const int64_t columns = (int64_t{out.roi.width()} + shape.width - 1) / shape.width;
-  const int64_t rows = (int64_t{out.roi.height()} + shape.height - 1) / shape.height;
-  const int threads =
-      options.shuffle_tiles
-          ? 1
-          : static_cast<int>(std::min<int64_t>(sched::ThreadCount(options.threads), columns * rows));
+  const std::vector<Roi> tiles = Tiles(out.roi, ChooseTileShape(program, out.roi, options));
+  const auto count = static_cast<int64_t>(tiles.size());
+  const int threads = options.shuffle_tiles
+                          ? 1
+                          : static_cast<int>(std::min<int64_t>(sched::ThreadCount(options.threads), count));
   std::deque<TileWorker> workers;
   for (int i = 0; i < threads; ++i) workers.emplace_back(program, progress.cancelled());
-  progress.Begin(columns * rows);
+  progress.Begin(count);
   // A result that does not fit in the last-level cache goes around it: no reads for ownership.
   constexpr int64_t kStreamBytes = int64_t{8} << 20;
   const bool stream =
       out.roi.pixels() * out.channels * static_cast<int64_t>(PixelBytes(out.type)) > kStreamBytes;
 
   const auto task = [&](int64_t i, int worker) {
-    const int x0 = out.roi.x0 + static_cast<int>(i % columns) * shape.width;
-    const int y0 = out.roi.y0 + static_cast<int>(i / columns) * shape.height;
-    const Roi roi{x0, y0, std::min(x0 + shape.width, out.roi.x1), std::min(y0 + shape.height, out.roi.y1)};
-    workers[static_cast<size_t>(worker)].Run(sources, out.Sub(roi), stream);
+    workers[static_cast<size_t>(worker)].Run(sources, out.Sub(tiles[static_cast<size_t>(i)]), stream);
     progress.Step();
   };
   if (options.shuffle_tiles) {
-    sched::ShuffledFor(columns * rows, 1, task);
+    sched::ShuffledFor(count, 1, task);
   } else {
-    sched::ParallelFor(columns * rows, threads, task);
+    sched::ParallelFor(count, threads, task);
   }
   progress.End();
 }

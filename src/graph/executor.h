@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "graph/program.h"
-#include "graph/progress.h"
 #include "graph/source.h"
+#include "sched/progress.h"
 #include "tessera/render.h"
 
 namespace tessera::graph {
@@ -15,6 +15,8 @@ namespace tessera::graph {
 struct TileShape {
   int width = 0, height = 0;
 };
+// The region cut into such tiles, row by row.
+std::vector<Roi> Tiles(const Roi& roi, const TileShape& shape);
 TileShape ChooseTileShape(const Program& program, const Roi& roi, const RenderOptions& options);
 
 // Rows per band and bands alive at once for a result of `row_bytes` a row.
@@ -32,12 +34,12 @@ std::vector<Layout> SourceLayouts(const Plan& plan);
 
 // Computes out.roi from sources that are all resident, as a pass of `progress`.
 void RunResident(const Program& program, const ImageView& out, const RenderOptions& options,
-                 Progress& progress);
+                 sched::Progress& progress);
 
 // Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and
 // `sink` is given.
 void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options, Progress& progress);
+              const RenderOptions& options, sched::Progress& progress);
 
 }  // namespace tessera::graph
 

@@ -26,9 +26,7 @@ class NoPrepass final : public Prepass, public Workers {
     return std::numeric_limits<double>::quiet_NaN();
   }
   ConstImageView Whole(const Node& input) override {
-    ImageSpec spec = input.spec();
-    spec.type = PixelType::kFloat;
-    images_.emplace_back(std::move(spec));
+    images_.emplace_back(AsFloats(input.spec()));
     return images_.back().view();
   }
   const Workers& workers() const override { return *this; }
@@ -51,9 +49,9 @@ std::string ChannelNames(const ImageSpec& spec, const std::vector<bool>& wanted)
 
 std::string PixelsName(const Program& program, BufferId id) {
   if (id == program.result()) return "result";
-  if (!program.IsSource(id)) return "tile " + std::to_string(id);
-  const auto k = static_cast<size_t>(id - program.source(0));
-  return program.plan().sources[k].source->Describe();
+  const auto& sources = program.plan().sources;
+  if (program.IsSource(id)) return sources[Z(id)].source->Describe();
+  return "tile " + std::to_string(Z(id) - sources.size());
 }
 
 void DescribePoints(const Program& program, const Points& points, std::string& text) {
@@ -105,13 +103,13 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
   for (const Node& n : TopologicalOrder(node)) operations += n.data()->op->Kind() != OpKind::kSource;
   const auto pretend = [&passes](const Node& n) {
     passes.push_back(n.data()->op->Describe() + " on the whole image");
-    ImageSpec spec = n.spec();
-    spec.type = PixelType::kFloat;
-    return Image(std::move(spec));
+    return FromImage(Image(AsFloats(n.spec())));
   };
   NoPrepass none;
-  const Plan plan =
-      MakePlan(ResolveWhole(options.optimize ? Optimize(node) : node, pretend), operations, none);
+  bool short_of_memory = false;
+  const Node root =
+      WithinBudget(options.optimize ? Optimize(node) : node, options.memory_budget, short_of_memory);
+  const Plan plan = MakePlan(ResolveWhole(root, true, pretend), operations, none);
   const Roi& roi = plan.spec.data_window;
   std::string text;
   for (size_t k = 0; k < plan.sources.size(); ++k) {

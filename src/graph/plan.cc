@@ -8,7 +8,7 @@
 #include <set>
 #include <unordered_map>
 
-#include "graph/border.h"
+#include "base/border.h"
 #include "graph/run_builder.h"
 #include "graph/topology.h"
 
@@ -49,37 +49,29 @@ class Planner {
 
   void Fill(Plan& plan) {
     const int count = static_cast<int>(graph_.nodes.size());
-    graph_.buffer.assign(static_cast<size_t>(count), -1);
-    graph_.source.assign(static_cast<size_t>(count), -1);
+    graph_.pixels.assign(Z(count), -1);
+    graph_.first.assign(Z(count), 0);
     for (int i = 0; i < count; ++i) {
       if (Kind(i) == OpKind::kSource) AddSource(plan, i);
     }
     for (int i = 0; i < count; ++i) {
       if (!resident_[Z(i)]) continue;
-      Buffer buffer;
-      buffer.window = Data(i).spec.data_window;
-      buffer.channels = ChannelsOf(graph_.needed[Z(i)]);
+      Buffer buffer{Data(i).spec.data_window, ChannelsOf(graph_.needed[Z(i)]), nullptr, {}};
       if (IsTile(i)) {
         buffer.tile = MakeTileStep(plan, i);
         buffer.tile->channels = buffer.channels;
       } else {
-        buffer.run = BuildRun(graph_, i, buffer.channels, prepass_, plan.prepasses);
+        buffer.points = BuildPoints(graph_, i, buffer.channels, prepass_, plan);
       }
-      graph_.buffer[Z(i)] = static_cast<int>(plan.buffers.size());
-      plan.buffers.push_back(std::move(buffer));
+      const BufferId made = Add(plan, std::move(buffer));
+      if (graph_.pixels[Z(i)] < 0) graph_.pixels[Z(i)] = made;  // sources are read again
+      made_[i] = made;
     }
-    const int root = count - 1;
-    if (IsTile(root)) {  // the sink is fed by a point run; a window's tile gets one that only stores
-      Buffer last;
-      last.window = plan.buffers.back().window;
-      last.channels = plan.buffers.back().channels;
-      last.run = BuildCopyRun(graph_, root, last.channels);
-      plan.buffers.push_back(std::move(last));
-    }
+    // The sink is fed by points; a window's tile gets some that only store.
+    if (const int root = count - 1; IsTile(root)) AddCopy(plan, root, plan.buffers.back().channels);
   }
 
  private:
-  static size_t Z(int i) { return static_cast<size_t>(i); }
   const NodeData& Data(int i) const { return *graph_.nodes[Z(i)].data(); }
   OpKind Kind(int i) const { return Data(i).op->Kind(); }
   bool Grows(int i) const {
@@ -132,11 +124,14 @@ class Planner {
     PlannedSource s{&op.source(), graph_.nodes[Z(i)], graph_.needed[Z(i)], 0, 0};
     const auto first = std::find(s.needed.begin(), s.needed.end(), true);
     const auto last = std::find(s.needed.rbegin(), s.needed.rend(), true);
-    if (first != s.needed.end()) {
+    if (op.source().View()) {
+      s.last = static_cast<int>(s.needed.size());
+    } else if (first != s.needed.end()) {
       s.first = static_cast<int>(first - s.needed.begin());
       s.last = static_cast<int>(s.needed.rend() - last);
     }
-    graph_.source[Z(i)] = static_cast<int>(plan.sources.size());
+    graph_.pixels[Z(i)] = static_cast<BufferId>(plan.sources.size());
+    graph_.first[Z(i)] = s.first;
     plan.sources.push_back(std::move(s));
   }
 
@@ -148,18 +143,20 @@ class Planner {
     return channels;
   }
 
+  static BufferId Add(Plan& plan, Buffer buffer) {
+    plan.buffers.push_back(std::move(buffer));
+    return plan.result();
+  }
+  BufferId AddCopy(Plan& plan, int node, const std::vector<int>& channels) {
+    return Add(plan, {Data(node).spec.data_window, channels, nullptr, BuildCopy(graph_, node, channels)});
+  }
+
   // The buffer that holds just these channels of a resident node: others may have asked for more of them.
-  int BufferOf(Plan& plan, int node, const std::vector<int>& channels) {
-    const int whole = graph_.buffer[Z(node)];
-    if (plan.buffers[Z(whole)].channels == channels) return whole;
-    const auto [it, fresh] = parts_.try_emplace({node, channels}, static_cast<int>(plan.buffers.size()));
-    if (fresh) {
-      Buffer part;
-      part.window = plan.buffers[Z(whole)].window;
-      part.channels = channels;
-      part.run = BuildCopyRun(graph_, node, channels);
-      plan.buffers.push_back(std::move(part));
-    }
+  BufferId BufferOf(Plan& plan, int node, const std::vector<int>& channels) {
+    const BufferId whole = made_.at(node);
+    if (plan.buffer(whole).channels == channels) return whole;
+    const auto [it, fresh] = parts_.try_emplace({node, channels}, -1);
+    if (fresh) it->second = AddCopy(plan, node, channels);
     return it->second;
   }
 
@@ -193,7 +190,8 @@ class Planner {
   PlannedGraph graph_;
   std::unordered_map<const NodeData*, int> index_;
   std::vector<bool> resident_;
-  std::map<std::pair<int, std::vector<int>>, int> parts_;  // of nodes' channels -> buffer
+  std::map<int, BufferId> made_;                                // by node
+  std::map<std::pair<int, std::vector<int>>, BufferId> parts_;  // of nodes' channels
 };
 
 }  // namespace
@@ -231,37 +229,25 @@ Plan MakePlan(const Node& root, int operations, Prepass& prepass) {
   return plan;
 }
 
-Regions RequiredRegions(const Plan& plan, const Roi& out) {
-  Regions r;
-  FindRequiredRegions(plan, out, r);
-  return r;
-}
-
-void FindRequiredRegions(const Plan& plan, const Roi& out, Regions& r) {
-  r.buffers.assign(plan.buffers.size(), Roi());
-  r.sources.assign(plan.sources.size(), Roi());
-  r.buffers.back() = out;
-  for (size_t i = plan.buffers.size(); i-- > 0;) {
-    const Buffer& buffer = plan.buffers[i];
-    if (buffer.run) {
-      for (const PlaneLoad& load : buffer.run->loads) {
-        const auto k = static_cast<size_t>(load.index);
-        if (load.from_tile) {
-          r.buffers[k] = Union(r.buffers[k], r.buffers[i]);
-        } else {
-          r.sources[k] = Union(r.sources[k], r.buffers[i]);
-        }
+void FindRequiredRegions(const Plan& plan, const Roi& out, std::vector<Roi>& regions) {
+  regions.assign(Z(plan.result()) + 1, Roi());
+  regions.back() = out;
+  for (BufferId id = plan.result(); !plan.IsSource(id) && id >= 0; --id) {
+    const Buffer& buffer = plan.buffer(id);
+    const Roi region = regions[Z(id)];
+    const auto want = [&](BufferId from, const Roi& r) { regions[Z(from)] = Union(regions[Z(from)], r); };
+    if (!buffer.tile) {
+      for (const BlockOp& op : buffer.points.ops) {
+        if (const auto* const load = std::get_if<LoadOp>(&op)) want(load->from, region);
       }
-    } else {
-      const TileStage& stage = *buffer.tile->stage;
-      for (size_t k = 0; k < buffer.tile->in.size(); ++k) {
-        const TileStep::Input& in = buffer.tile->in[k];
-        if (in.buffer < 0 || r.buffers[i].empty()) continue;
-        const int n = static_cast<int>(k);
-        Roi& wanted = r.buffers[static_cast<size_t>(in.buffer)];
-        wanted =
-            Union(wanted, BorderSource(stage.InputRoi(n, r.buffers[i]), in.window, stage.InputBorder(n)));
-      }
+      continue;
+    }
+    const TileStage& stage = *buffer.tile->stage;
+    for (size_t k = 0; k < buffer.tile->in.size() && !region.empty(); ++k) {
+      const TileStep::Input& in = buffer.tile->in[k];
+      const int n = static_cast<int>(k);
+      if (in.buffer >= 0)
+        want(in.buffer, base::BorderSource(stage.InputRoi(n, region), in.window, stage.InputBorder(n)));
     }
   }
 }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "base/stage.h"
@@ -16,24 +17,36 @@
 
 namespace tessera::graph {
 
+// Which pixels: the plan's sources by their index, after them its buffers, of which the last is the result.
+using BufferId = int;
+
 // A float plane of one block inside a run. A plan numbers them freely; binding (program.h) gives them places.
 using PlaneId = int;
 inline constexpr PlaneId kZeroPlane = 0, kOnePlane = 1, kDummyPlane = 2, kFirstFreePlane = 3;
 
-// Where a run reads pixels: a source of the plan, or a tile that an earlier step made.
-struct PlaneLoad {
-  bool from_tile = false;
-  int index = 0;                      // into Plan::sources or Plan::buffers
-  int channel[4] = {-1, -1, -1, -1};  // of the source / of the tile; -1: plane unused
-  PlaneId plane[4] = {};
+constexpr size_t Z(int i) { return static_cast<size_t>(i); }
+
+// Loads up to four channels of a block into planes.
+struct LoadOp {
+  BufferId from = 0;
+  std::array<int, 4> channel = {-1, -1, -1, -1};  // of the pixels; -1: plane unused
+  std::array<PlaneId, 4> plane = {};
 };
 
-struct PointStep {
-  std::unique_ptr<PointStage> stage;
+// Runs a stage on a block of planes, or on pixels where it says so.
+struct ComputeOp {
+  const PointStage* stage = nullptr;
   std::string label;
   std::vector<std::array<PlaneId, 4>> in;
   std::array<PlaneId, 4> out = {};
+  static constexpr size_t kMostDirect = 3;
+  std::array<BufferId, kMostDirect> direct = {-1, -1, -1};  // whose pixels an input reads itself
+  bool to_result = false;                                   // writes the step's pixels itself
+  bool codes = false;                                       // PointArgs::codes
+
+  bool IsDirect(size_t input) const { return input < kMostDirect && direct[input] >= 0; }
 };
+using BlockOp = std::variant<LoadOp, ComputeOp>;
 
 // A plane that holds one value, beside kZeroPlane and kOnePlane.
 struct ConstantPlane {
@@ -41,25 +54,20 @@ struct ConstantPlane {
   float value = 0;
 };
 
-// A run of point operations: loads, point steps, then one store of every channel.
-struct PointRun {
-  struct Item {
-    bool is_load = false;
-    int index = 0;  // into loads or steps
-  };
-  std::vector<Item> items;  // in order of execution
-  std::vector<PlaneLoad> loads;
-  std::vector<PointStep> steps;
+// Point operations block by block, then a store of every channel.
+struct Points {
+  std::vector<BlockOp> ops;  // in order of execution
   std::vector<ConstantPlane> constants;
-  std::vector<PlaneId> result;   // plane of every stored channel
+  std::vector<PlaneId> result;   // plane of every stored channel; empty where an op writes the result itself
   int planes = kFirstFreePlane;  // numbered so far
+  bool whole_rows = false;       // one op from pixels to pixels: rows are not cut into blocks
 };
 
 // A window or gather operation: tiles to a tile.
 struct TileStep {
   struct Input {
-    int buffer = -1;  // -1: wanted whole
-    Roi window;       // its data window
+    BufferId buffer = -1;  // -1: wanted whole
+    Roi window;            // its data window
     ConstImageView whole;
     std::vector<int> channels;  // of its node, in the order of the pixels
   };
@@ -69,19 +77,19 @@ struct TileStep {
   std::vector<int> channels;  // of the result, in the order of the pixels
 };
 
-// A materialised result inside a tile; the last one is the plan's result.
+// A materialised result inside a tile.
 struct Buffer {
-  Roi window;                     // data window of its node
-  std::vector<int> channels;      // node channels held, in tile order
-  std::unique_ptr<PointRun> run;  // exactly one of the two makes it
-  std::unique_ptr<TileStep> tile;
+  Roi window;                      // data window of its node
+  std::vector<int> channels;       // node channels held, in tile order
+  std::unique_ptr<TileStep> tile;  // makes it; else `points` do
+  Points points;
 };
 
 struct PlannedSource {
   const PixelSource* source = nullptr;
   Node node;                 // keeps it alive
   std::vector<bool> needed;  // channels
-  int first = 0, last = 0;   // the range read from a file
+  int first = 0, last = 0;   // the range that its pixels have: of a file no more than is needed
 };
 
 struct Plan {
@@ -89,8 +97,13 @@ struct Plan {
   ImageSpec spec;  // of the result
   std::vector<PlannedSource> sources;
   std::vector<Buffer> buffers;
+  std::vector<std::unique_ptr<const PointStage>> stages;
   std::vector<std::string> prepasses;  // what was computed beforehand, for Explain
   int operations = 0;                  // nodes before optimisation
+
+  BufferId result() const { return static_cast<BufferId>(sources.size() + buffers.size()) - 1; }
+  bool IsSource(BufferId id) const { return Z(id) < sources.size(); }
+  const Buffer& buffer(BufferId id) const { return buffers[Z(id) - sources.size()]; }
 };
 
 // What planning must know of the pixels themselves; Explain makes it up.
@@ -121,14 +134,14 @@ class ContextOf {
 // `prepass` gives must outlive the plan.
 Plan MakePlan(const Node& root, int operations, Prepass& prepass);
 
-// The region of every buffer and source needed for `out` of the result. Source regions are within their
-// windows.
-struct Regions {
-  std::vector<Roi> buffers, sources;
-};
-Regions RequiredRegions(const Plan& plan, const Roi& out);
-// The same into lists that have been filled before, without an allocation.
-void FindRequiredRegions(const Plan& plan, const Roi& out, Regions& regions);
+// The region of all pixels, by BufferId, that is needed for `out` of the result; of sources within their
+// windows. Into a list that has been filled before, without an allocation.
+void FindRequiredRegions(const Plan& plan, const Roi& out, std::vector<Roi>& regions);
+inline std::vector<Roi> RequiredRegions(const Plan& plan, const Roi& out) {
+  std::vector<Roi> regions;
+  FindRequiredRegions(plan, out, regions);
+  return regions;
+}
 
 }  // namespace tessera::graph
 

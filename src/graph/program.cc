@@ -9,8 +9,6 @@
 namespace tessera::graph {
 namespace {
 
-size_t Z(int i) { return static_cast<size_t>(i); }
-
 // Linear scan: a plane dies after its last reader, and that reader's results may take its place.
 void AssignPlanes(Points& points) {
   constexpr int kForever = std::numeric_limits<int>::max();
@@ -64,35 +62,6 @@ void AssignPlanes(Points& points) {
   points.planes = places;
 }
 
-Points PointsOf(const PointRun& run, const Program& program) {
-  Points points;
-  for (const PointRun::Item& item : run.items) {
-    if (!item.is_load) {
-      const PointStep& step = run.steps[Z(item.index)];
-      ComputeOp op;
-      op.stage = step.stage.get();
-      op.label = step.label;
-      op.in = step.in;
-      op.out = step.out;
-      points.ops.emplace_back(std::move(op));
-      continue;
-    }
-    const PlaneLoad& planned = run.loads[Z(item.index)];
-    LoadOp load;
-    load.from = planned.from_tile ? planned.index : program.source(planned.index);
-    for (size_t p = 0; p < 4; ++p) {
-      if (planned.channel[p] < 0) continue;
-      load.channel[p] = planned.channel[p] - program.layout(load.from).first;
-      load.plane[p] = planned.plane[p];
-    }
-    points.ops.emplace_back(load);
-  }
-  points.constants = run.constants;
-  points.result = run.result;
-  points.planes = run.planes;
-  return points;
-}
-
 Window WindowOf(const TileStep& step) {
   Window window;
   window.planned = &step;
@@ -132,13 +101,12 @@ Layout Layout::Of(const ConstImageView& view) {
   return layout;
 }
 
-Layout Layout::Packed(PixelType type, int channels, int first) {
+Layout Layout::Packed(PixelType type, int channels) {
   Layout layout;
   layout.type = type;
   layout.channels = channels;
   layout.channel_stride = static_cast<ptrdiff_t>(PixelBytes(type));
   layout.pixel_stride = layout.channel_stride * channels;
-  layout.first = first;
   return layout;
 }
 
@@ -154,23 +122,19 @@ bool Layout::IsRgba() const {
 
 Program::Program(const Plan& plan, std::span<const Layout> sources, const Layout& result,
                  const RuleSet& rules)
-    : plan_(&plan) {
+    : plan_(&plan), layouts_(sources.begin(), sources.end()) {
   for (const Buffer& buffer : plan.buffers) {
+    Step step;
+    step.made = step.to = static_cast<BufferId>(layouts_.size());
+    if (buffer.tile) {
+      step.how = WindowOf(*buffer.tile);
+    } else {
+      step.how = buffer.points;
+    }
+    steps.push_back(std::move(step));
     layouts_.push_back(Layout::Packed(PixelType::kFloat, static_cast<int>(buffer.channels.size())));
   }
   layouts_.back() = result;
-  layouts_.insert(layouts_.end(), sources.begin(), sources.end());
-  for (size_t i = 0; i < plan.buffers.size(); ++i) {
-    const Buffer& buffer = plan.buffers[i];
-    Step step;
-    step.made = step.to = static_cast<int>(i);
-    if (buffer.run) {
-      step.how = PointsOf(*buffer.run, *this);
-    } else {
-      step.how = WindowOf(*buffer.tile);
-    }
-    steps.push_back(std::move(step));
-  }
   DropUnread(steps);
   rules.Apply(*this);
   for (Step& step : steps) {
@@ -186,9 +150,9 @@ bool Program::IsOneWindow() const {
          });
 }
 
-bool Program::IsTile(int buffer) const {
-  return buffer != result() &&
-         std::any_of(steps.begin(), steps.end(), [&](const Step& step) { return step.to == buffer; });
+bool Program::IsTile(BufferId id) const {
+  return id != result() &&
+         std::any_of(steps.begin(), steps.end(), [&](const Step& step) { return step.to == id; });
 }
 
 std::vector<std::string> Program::AppliedRules() const {

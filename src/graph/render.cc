@@ -10,12 +10,12 @@
 #include "graph/executor.h"
 #include "graph/optimize.h"
 #include "graph/plan.h"
-#include "graph/progress.h"
 #include "graph/rules.h"
 #include "graph/statistics.h"
 #include "graph/topology.h"
 #include "graph/whole.h"
-#include "sched/scheduler.h"
+#include "sched/cancellable_workers.h"
+#include "sched/progress.h"
 #include "tessera/prepared_graph.h"
 
 namespace tessera {
@@ -42,38 +42,6 @@ bool AllResident(const Plan& plan) {
                      [](const PlannedSource& s) { return s.source->View().has_value(); });
 }
 
-ImageSpec AsFloats(ImageSpec spec) {
-  spec.type = PixelType::kFloat;
-  return spec;
-}
-
-// The scheduler's threads, which stop between tasks when the evaluation is cancelled.
-class SchedulerWorkers final : public Workers {
- public:
-  SchedulerWorkers(const RenderOptions& options, const Progress& progress)
-      : shuffle_(options.shuffle_tiles),
-        threads_(shuffle_ ? 1 : sched::ThreadCount(options.threads)),
-        progress_(progress) {}
-  int count() const override { return threads_; }
-  void For(int64_t n, const std::function<void(int64_t, int)>& task) const override {
-    const auto checked = [&](int64_t i, int worker) {
-      progress_.Check();
-      task(i, worker);
-    };
-    if (shuffle_) {
-      sched::ShuffledFor(n, 1, checked);
-    } else {
-      sched::ParallelFor(n, threads_, checked);
-    }
-    progress_.Check();
-  }
-
- private:
-  const bool shuffle_;
-  const int threads_;
-  const Progress& progress_;
-};
-
 // Passes over pixels that a graph takes.
 int CountPasses(const Node& root) {
   int passes = 1;
@@ -89,32 +57,38 @@ int CountPasses(const Node& root) {
 // One graph: what must be known or computed beforehand, then the plan.
 class Evaluation final : public Prepass {
  public:
-  Evaluation(const RenderOptions& options, RunStats* stats, Progress& progress)
+  // `outer`: the evaluation that this one is a part of.
+  Evaluation(const RenderOptions& options, RunStats* stats, sched::Progress& progress,
+             const Evaluation* outer = nullptr)
       : options_(options),
         rules_(options.rules_off),
         stats_(stats),
         progress_(progress),
-        workers_(options, progress) {}
+        workers_(options.threads, options.shuffle_tiles, progress),
+        short_of_memory_(outer != nullptr && outer->short_of_memory_) {}
 
   // One of `out` and `sink`.
   void Run(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
-    const Node root = options_.optimize ? Optimize(node) : node;
+    const Node root = Planned(node);
     if (root.data()->op->Kind() == OpKind::kWhole && rules_.IsOn(kWholeInResult) && out != nullptr &&
-        IsDenseFloat(*out) && out->roi == root.spec().data_window) {
+        IsDenseFloat(*out) && out->roi == root.spec().data_window && !short_of_memory_) {
       NoteRule(kWholeInResult);
-      RunWhole(ResolveInputs(root, [this](const Node& n) { return WholeImage(n); }), *out);
+      RunWhole(ResolveWhole(root, false, [this](const Node& n) { return Computed(n); }), *out);
       return;
     }
-    const Plan plan = Prepare(node, root);
+    const Plan plan = PlanOf(node, root);
     const Layout result = out != nullptr ? Layout::Of(*out) : Layout::Packed(type, plan.spec.channel_count());
     Execute(Program(plan, SourceLayouts(plan), result, rules_), roi, type, out, sink);
   }
 
+  Plan Prepare(const Node& node) { return PlanOf(node, Planned(node)); }
+
   // `root`: the node as it is planned.
-  Plan Prepare(const Node& node, const Node& root) {
+  Plan PlanOf(const Node& node, const Node& root) {
     int operations = 0;
     for (const Node& n : TopologicalOrder(node)) operations += n.data()->op->Kind() != OpKind::kSource;
-    return MakePlan(ResolveWhole(root, [this](const Node& n) { return WholeImage(n); }), operations, *this);
+    return MakePlan(ResolveWhole(root, true, [this](const Node& n) { return Computed(n); }), operations,
+                    *this);
   }
 
   void Execute(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
@@ -132,7 +106,7 @@ class Evaluation final : public Prepass {
     PassTimer timer(stats_, "mean");
     MeanSink mean(request.weights);
     const Node color = ColorOf(input);
-    Evaluation(options_, nullptr, progress_)
+    Evaluation(options_, nullptr, progress_, this)
         .Run(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean);
     timer.Stop(input.spec().data_window.pixels(), input.spec().data_window.pixels() * 12);
     return mean.Mean();
@@ -150,7 +124,7 @@ class Evaluation final : public Prepass {
     if (fresh) {
       const Image image = Image::Uninitialized(AsFloats(input.spec()));
       const ImageView view = image.view();
-      Evaluation(options_, stats_, progress_).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
+      Evaluation(options_, stats_, progress_, this).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
       it->second = {input, image};
     }
     return it->second.second.view();
@@ -158,10 +132,38 @@ class Evaluation final : public Prepass {
   const Workers& workers() const override { return workers_; }
 
  private:
-  Image WholeImage(const Node& node) {
+  // The node as it is computed.
+  Node Planned(const Node& node) {
+    const Node root = options_.optimize ? Optimize(node) : node;
+    return short_of_memory_ ? root : WithinBudget(root, options_.memory_budget, short_of_memory_);
+  }
+
+  // A source of a whole operation's result.
+  Node Computed(const Node& node) {
+    if (short_of_memory_) {
+      if (const Node rows = RowsOf(node)) return rows;
+    }
     const Image image = Image::Uninitialized(AsFloats(node.spec()));
     RunWhole(node, image.view());
-    return image;
+    if (short_of_memory_) whole_.clear();
+    return FromImage(image);
+  }
+
+  // Empty where the operation has no such stage, or it needs to see these pixels whole.
+  Node RowsOf(const Node& node) {
+    const NodeData& d = *node.data();
+    const LittleMemory* const op = AsLittleMemory(*d.op);
+    if (op == nullptr || d.inputs.size() != 1) return {};
+    const Node& input = d.inputs[0];
+    const std::shared_ptr<RowsStage> stage = op->MakeRowsStage(input.spec());
+    if (stage == nullptr) return {};
+    PassTimer timer(stats_, d.op->Name());
+    RowsSink sink(*stage);
+    const Roi& window = input.spec().data_window;
+    Evaluation(options_, nullptr, progress_, this).Run(input, window, PixelType::kFloat, nullptr, &sink);
+    if (!stage->End(workers_)) return {};
+    timer.Stop(window.pixels(), window.pixels() * 4 * input.spec().channel_count());
+    return SourceOfRows(stage, node.spec());
   }
 
   void RunWhole(const Node& node, const ImageView& out) {
@@ -188,14 +190,15 @@ class Evaluation final : public Prepass {
   const RenderOptions& options_;
   const RuleSet rules_;
   RunStats* const stats_;
-  Progress& progress_;
-  const SchedulerWorkers workers_;
+  sched::Progress& progress_;
+  const sched::CancellableWorkers workers_;
+  bool short_of_memory_;  // whole images do not fit into the budget
   std::unordered_map<const NodeData*, std::pair<Node, Image>> whole_;  // the node keeps its address taken
 };
 
 void Evaluate(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
               const RenderOptions& options, RunStats* stats) {
-  Progress progress(options.progress);
+  sched::Progress progress(options.progress);
   if (options.progress) progress.Expect(CountPasses(node));
   Evaluation(options, stats, progress).Run(node, roi, type, out, sink);
   progress.Finish();
@@ -243,7 +246,7 @@ struct PreparedGraph::Kept {
         evaluation(options, stats, progress) {
     static_cast<void>(node.spec());  // throws for an empty node
     progress.Expect(graph::CountPasses(node));
-    plan = evaluation.Prepare(node, options.optimize ? graph::Optimize(node) : node);
+    plan = evaluation.Prepare(node);
     progress.Finish();
     progress.Check();
     options.progress = nullptr;
@@ -261,7 +264,7 @@ struct PreparedGraph::Kept {
 
   RenderOptions options;
   const graph::RuleSet rules;
-  graph::Progress progress;      // of the preparation
+  sched::Progress progress;      // of the preparation
   graph::Evaluation evaluation;  // has the whole images
   graph::Plan plan;
   std::mutex mutex;
@@ -276,7 +279,7 @@ const ImageSpec& PreparedGraph::spec() const { return kept_->plan.spec; }
 
 void PreparedGraph::RenderInto(const ImageView& out, const std::function<bool(double)>& callback) const {
   graph::RequireFit(spec(), out);
-  graph::Progress progress(callback);
+  sched::Progress progress(callback);
   graph::Evaluation(kept_->options, nullptr, progress)
       .Execute(kept_->ProgramFor(graph::Layout::Of(out)), out.roi, out.type, &out, nullptr);
   progress.Finish();

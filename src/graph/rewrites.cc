@@ -68,7 +68,7 @@ void Remove(Program& program, size_t step) {
   program.steps.erase(program.steps.begin() + static_cast<ptrdiff_t>(step));
 }
 
-size_t StepThatMakes(const Program& program, int buffer) {
+size_t StepThatMakes(const Program& program, BufferId buffer) {
   const auto it = std::find_if(program.steps.begin(), program.steps.end(),
                                [&](const Step& step) { return step.made == buffer; });
   return static_cast<size_t>(it - program.steps.begin());

@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/border.h"
 #include "base/tile.h"
-#include "graph/border.h"
 
 namespace tessera::graph {
 namespace {
-
-size_t Z(int i) { return static_cast<size_t>(i); }
 
 // Between the tiles of one region: as strips of rows they fill whole pages, and streams whose addresses end
 // alike would compete for the same sets of the cache, loads wait for stores of others.
@@ -27,10 +25,9 @@ bool HasMargin(const ConstImageView& view, ptrdiff_t margin, const Roi& region) 
 
 TileWorker::TileWorker(const Program& program, const std::atomic<bool>& cancelled)
     : program_(program), cancelled_(cancelled), moves_(simd::CurrentMoveFunctions()) {
-  const Plan& plan = program.plan();
-  for (int i = 0; i <= program.result(); ++i) is_tile_.push_back(program.IsTile(i));
-  made_.resize(plan.buffers.size());
-  views_.resize(plan.buffers.size() + plan.sources.size());
+  for (BufferId id = 0; id <= program.result(); ++id) is_tile_.push_back(program.IsTile(id));
+  made_.resize(is_tile_.size());
+  views_.resize(is_tile_.size());
   margins_.assign(views_.size(), base::kReadMargin);
   for (const Step& step : program.steps) {
     const auto* const points = std::get_if<Points>(&step.how);
@@ -50,19 +47,19 @@ void TileWorker::Run(std::span<const SourceView> sources, const ImageView& out, 
   for (int i = 0; i < result; ++i) {
     if (!is_tile_[Z(i)]) continue;
     // An empty tile still says how many channels it has: a border may be all that its reader sees.
-    made_[Z(i)] = base::NewTile(arena_, regions_.buffers[Z(i)], program_.layout(i).channels);
+    made_[Z(i)] = base::NewTile(arena_, regions_[Z(i)], program_.layout(i).channels);
     arena_.Allocate<std::byte>(kApart);
     views_[Z(i)] = made_[Z(i)];
   }
   made_[Z(result)] = out;
   for (size_t k = 0; k < sources.size(); ++k) {
-    views_[Z(program_.source(static_cast<int>(k)))] = sources[k].view;
-    margins_[Z(program_.source(static_cast<int>(k)))] = sources[k].margin;
+    views_[k] = sources[k].view;
+    margins_[k] = sources[k].margin;
   }
   for (size_t s = 0; s < program_.steps.size(); ++s) {
     if (cancelled_.load(std::memory_order_relaxed)) return;
     const Step& step = program_.steps[s];
-    if (regions_.buffers[Z(step.made)].empty()) continue;
+    if (regions_[Z(step.made)].empty()) continue;
     const bool around = stream && step.to == result;
     if (std::holds_alternative<Points>(step.how)) {
       runners_[s].Run(views_, made_[Z(step.to)], around);
@@ -88,7 +85,7 @@ ConstImageView TileWorker::Fetch(const Window& window, size_t input, const Roi& 
   const Window::Input& in = window.in[input];
   if (in.pixels < 0) return planned.whole;
   const ConstImageView& pixels = views_[Z(in.pixels)];
-  const Roi& region = regions_.buffers[Z(in.tile)];
+  const Roi& region = regions_[Z(in.tile)];
   const TileStage& stage = *window.planned->stage;
   const Roi wanted = stage.InputRoi(static_cast<int>(input), out);
   if (planned.window.Contains(wanted) && HasMargin(pixels, margins_[Z(in.pixels)], region)) {
@@ -97,7 +94,7 @@ ConstImageView TileWorker::Fetch(const Window& window, size_t input, const Roi& 
   // Of the layout, since rows of a file that are not needed at all have no view.
   const Layout& layout = program_.layout(in.pixels);
   const ImageView extended = base::NewTile(arena_, wanted, layout.channels, layout.type);
-  FillWithBorder(pixels, planned.window, stage.InputBorder(static_cast<int>(input)), extended);
+  base::FillWithBorder(pixels, planned.window, stage.InputBorder(static_cast<int>(input)), extended);
   return extended;
 }
 

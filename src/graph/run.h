@@ -39,11 +39,12 @@ class TileWorker {
   const std::atomic<bool>& cancelled_;
   const simd::MoveFunctions moves_;
   base::Arena arena_;
-  Regions regions_;
+  // By BufferId.
+  std::vector<Roi> regions_;
   std::vector<bool> is_tile_;
-  std::vector<ConstImageView> views_;  // by BufferId
-  std::vector<ImageView> made_;        // by the plan's buffer
-  std::vector<ptrdiff_t> margins_;     // by BufferId
+  std::vector<ConstImageView> views_;
+  std::vector<ImageView> made_;
+  std::vector<ptrdiff_t> margins_;
   std::vector<PointsRunner> runners_;  // by step; unused where it is no Points
   struct Inputs {
     std::vector<ConstImageView> views;

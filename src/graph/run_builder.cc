@@ -9,8 +9,6 @@
 namespace tessera::graph {
 namespace {
 
-size_t Z(int i) { return static_cast<size_t>(i); }
-
 // The channel of an input that a passing channel `c` of a result comes from: by name, else by index.
 int PassedFrom(const ImageSpec& in, const ImageSpec& out, int c) {
   const int same = in.ChannelIndex(out.channels[Z(c)]);
@@ -31,7 +29,7 @@ class RunBuilder {
  public:
   RunBuilder(const PlannedGraph& graph, int root) : graph_(graph), root_(root) {}
 
-  void Emit(Prepass& prepass, std::vector<std::string>& prepasses) {
+  void Emit(Prepass& prepass, Plan& plan) {
     for (int i = 0; i <= root_; ++i) {
       if (graph_.owner[Z(i)] != root_) continue;
       switch (Data(i).op->Kind()) {
@@ -48,46 +46,43 @@ class RunBuilder {
           }
           break;
         case OpKind::kChannel:
-          ChannelOp(i, ContextOf(Data(i), prepass, &prepasses));
+          ChannelOp(i, ContextOf(Data(i), prepass, &plan.prepasses), plan);
           break;
         case OpKind::kColor:
-          ColorOp(i, ContextOf(Data(i), prepass, &prepasses));
+          ColorOp(i, ContextOf(Data(i), prepass, &plan.prepasses), plan);
           break;
       }
     }
   }
 
-  std::unique_ptr<PointRun> Finish(const std::vector<int>& channels) {
-    for (const int c : channels) run_->result.push_back(Plane(root_, c));
-    run_->planes = next_;
-    return std::move(run_);
+  Points Finish(const std::vector<int>& channels) {
+    for (const int c : channels) points_.result.push_back(Plane(root_, c));
+    return std::move(points_);
   }
 
  private:
   const NodeData& Data(int i) const { return *graph_.nodes[Z(i)].data(); }
   int Channels(int i) const { return Data(i).spec.channel_count(); }
 
-  PlaneId NewPlane() { return next_++; }
+  PlaneId NewPlane() { return points_.planes++; }
 
   // The plane that holds a channel of a node; loads it when it is not of this run's making.
   PlaneId Plane(int node, int c) {
     const auto it = planes_.find({node, c});
     if (it != planes_.end()) return it->second;
-    const bool from_tile = graph_.source[Z(node)] < 0;
-    PlaneLoad load;
-    load.from_tile = from_tile;
-    load.index = from_tile ? graph_.buffer[Z(node)] : graph_.source[Z(node)];
-    int held = 0;  // index of the channel in the tile, which has the needed ones only
+    LoadOp load{graph_.pixels[Z(node)]};
+    const bool is_source = Data(node).op->Kind() == OpKind::kSource;
+    // A tile has the needed channels only, a source those of the range that it is read of.
+    int held = is_source ? -graph_.first[Z(node)] : 0;
     for (int k = 0; k < Channels(node); ++k) {
-      if (!graph_.needed[Z(node)][Z(k)]) continue;
-      if (k / 4 == c / 4) {
-        load.channel[k % 4] = from_tile ? held : k;
-        load.plane[k % 4] = planes_[{node, k}] = NewPlane();
+      const bool is_needed = graph_.needed[Z(node)][Z(k)];
+      if (is_needed && k / 4 == c / 4) {
+        load.channel[Z(k % 4)] = held;
+        load.plane[Z(k % 4)] = planes_[{node, k}] = NewPlane();
       }
-      ++held;
+      held += is_source || is_needed;
     }
-    run_->items.push_back({true, static_cast<int>(run_->loads.size())});
-    run_->loads.push_back(load);
+    points_.ops.emplace_back(load);
     return planes_.at({node, c});
   }
 
@@ -106,14 +101,14 @@ class RunBuilder {
   PlaneId ConstantPlane(float value) {
     if (value == 0.0f && !std::signbit(value)) return kZeroPlane;
     if (value == 1.0f) return kOnePlane;
-    run_->constants.push_back({NewPlane(), value});
-    return run_->constants.back().plane;
+    points_.constants.push_back({NewPlane(), value});
+    return points_.constants.back().plane;
   }
 
-  void ChannelOp(int i, const ContextOf& context) {
+  void ChannelOp(int i, const ContextOf& context, Plan& plan) {
     const std::vector<ImageSpec> specs = InputSpecs(i);
     for (int base = 0; base < Channels(i); base += 4) {
-      PointStep step;
+      ComputeOp step;
       std::array<int, 4> channels = {-1, -1, -1, -1};
       step.in.assign(specs.size(), {kZeroPlane, kZeroPlane, kZeroPlane, kZeroPlane});
       bool any = false;
@@ -135,13 +130,11 @@ class RunBuilder {
         step.out[Z(p)] = planes_[{i, c}] = NewPlane();
       }
       if (!any) continue;
-      step.stage = Data(i).op->MakePointStage(context.For(channels));
-      step.label = Data(i).op->Describe();
-      AddStep(std::move(step));
+      AddStep(std::move(step), i, context.For(channels), plan);
     }
   }
 
-  void ColorOp(int i, const ContextOf& context) {
+  void ColorOp(int i, const ContextOf& context, Plan& plan) {
     const Op& op = *Data(i).op;
     const ImageSpec& out = Data(i).spec;
     const std::vector<ImageSpec> specs = InputSpecs(i);
@@ -161,7 +154,7 @@ class RunBuilder {
       if (pass_alpha) planes_[{i, alpha_out}] = Plane(graph_.inputs[Z(i)][0], specs[0].alpha);
       return;
     }
-    PointStep step;
+    ComputeOp step;
     for (size_t k = 0; k < specs.size(); ++k) {
       std::array<PlaneId, 4> in = {kZeroPlane, kZeroPlane, kZeroPlane, kZeroPlane};
       if (graph_.inputs[Z(i)][k] < 0) {
@@ -178,9 +171,7 @@ class RunBuilder {
       const bool wanted = c >= 0 && c < out.channel_count() && needed[Z(c)];
       step.out[Z(p)] = wanted ? planes_[{i, c}] = NewPlane() : kDummyPlane;
     }
-    step.stage = op.MakePointStage(context.For({0, 1, 2, alpha_out}));
-    step.label = op.Describe();
-    AddStep(std::move(step));
+    AddStep(std::move(step), i, context.For({0, 1, 2, alpha_out}), plan);
   }
 
   std::vector<ImageSpec> InputSpecs(int i) const {
@@ -189,16 +180,17 @@ class RunBuilder {
     return specs;
   }
 
-  void AddStep(PointStep step) {
-    run_->items.push_back({false, static_cast<int>(run_->steps.size())});
-    run_->steps.push_back(std::move(step));
+  void AddStep(ComputeOp step, int i, const StageContext& context, Plan& plan) {
+    plan.stages.push_back(Data(i).op->MakePointStage(context));
+    step.stage = plan.stages.back().get();
+    step.label = Data(i).op->Describe();
+    points_.ops.emplace_back(std::move(step));
   }
 
   const PlannedGraph& graph_;
   const int root_;
-  std::unique_ptr<PointRun> run_ = std::make_unique<PointRun>();
-  std::map<std::pair<int, int>, PlaneId> planes_;
-  PlaneId next_ = kFirstFreePlane;
+  Points points_;
+  std::map<std::pair<int, int>, PlaneId> planes_;  // of node and channel
 };
 
 }  // namespace
@@ -250,15 +242,14 @@ std::vector<bool> NeededOfInput(const PlannedGraph& graph, int i, int k) {
   return result;
 }
 
-std::unique_ptr<PointRun> BuildRun(const PlannedGraph& graph, int root, const std::vector<int>& channels,
-                                   Prepass& prepass, std::vector<std::string>& prepasses) {
+Points BuildPoints(const PlannedGraph& graph, int root, const std::vector<int>& channels, Prepass& prepass,
+                   Plan& plan) {
   RunBuilder builder(graph, root);
-  builder.Emit(prepass, prepasses);
+  builder.Emit(prepass, plan);
   return builder.Finish(channels);
 }
 
-std::unique_ptr<PointRun> BuildCopyRun(const PlannedGraph& graph, int node,
-                                       const std::vector<int>& channels) {
+Points BuildCopy(const PlannedGraph& graph, int node, const std::vector<int>& channels) {
   return RunBuilder(graph, node).Finish(channels);
 }
 

@@ -7,8 +7,6 @@
 namespace tessera::graph {
 namespace {
 
-size_t Z(int i) { return static_cast<size_t>(i); }
-
 // The length of the next block: whole blocks, then whole groups, then a tail shorter than a group.
 int BlockLength(int left, int block) {
   if (left >= block) return block;
@@ -28,8 +26,7 @@ PointsRunner::PointsRunner(const Program& program, const Points& points, BufferI
 
   for (const BlockOp& op : points.ops) {
     if (const auto* const planned = std::get_if<LoadOp>(&op)) {
-      items_.push_back({true, loads_.size()});
-      Load& load = loads_.emplace_back();
+      Load& load = std::get<Load>(items_.emplace_back(Load()));
       const Layout& layout = program.layout(planned->from);
       load.from = planned->from;
       load.args.type = layout.type;
@@ -42,8 +39,7 @@ PointsRunner::PointsRunner(const Program& program, const Points& points, BufferI
       continue;
     }
     const auto& planned = std::get<ComputeOp>(op);
-    items_.push_back({false, computes_.size()});
-    Compute& compute = computes_.emplace_back();
+    Compute& compute = std::get<Compute>(items_.emplace_back(Compute()));
     compute.stage = planned.stage;
     compute.direct = planned.direct;
     compute.to_result = planned.to_result;
@@ -80,7 +76,10 @@ PointsRunner::PointsRunner(const Program& program, const Points& points, BufferI
 }
 
 void PointsRunner::Run(std::span<const ConstImageView> views, const ImageView& out, bool stream) {
-  for (Compute& compute : computes_) compute.args.sink.stream = stream && compute.to_result;
+  for (auto& item : items_) {
+    if (auto* const compute = std::get_if<Compute>(&item))
+      compute->args.sink.stream = stream && compute->to_result;
+  }
   for (simd::StoreArgs& store : stores_) store.stream = stream;
   const int block =
       whole_rows_ ? std::max(kBlockPixels, out.roi.width() / kGroupPixels * kGroupPixels) : kBlockPixels;
@@ -96,15 +95,14 @@ void PointsRunner::Run(std::span<const ConstImageView> views, const ImageView& o
 void PointsRunner::RunBlock(std::span<const ConstImageView> views, const ImageView& out, int x, int y,
                             int count) {
   const bool is_tail = count < kGroupPixels;
-  for (const Item& item : items_) {
-    if (item.is_load) {
-      Load& load = loads_[item.index];
-      load.args.pixels = views[Z(load.from)].At(x, y);
-      load.args.count = count;
-      pixels_.load(load.args);
+  for (auto& item : items_) {
+    if (auto* const load = std::get_if<Load>(&item)) {
+      load->args.pixels = views[Z(load->from)].At(x, y);
+      load->args.count = count;
+      pixels_.load(load->args);
       continue;
     }
-    Compute& compute = computes_[item.index];
+    auto& compute = *std::get_if<Compute>(&item);
     PointArgs& args = compute.args;
     args.x = x;
     args.y = y;

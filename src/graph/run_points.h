@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "base/arena.h"
@@ -42,18 +43,11 @@ class PointsRunner {
     bool to_result = false;
     std::unique_ptr<const float*[][4]> inputs;  // args.in
   };
-  // One of the two, by index.
-  struct Item {
-    bool is_load = false;
-    size_t index = 0;
-  };
   void RunBlock(std::span<const ConstImageView> views, const ImageView& out, int x, int y, int count);
 
   simd::PixelFunctions pixels_ = {};
   std::shared_ptr<std::byte> planes_;
-  std::vector<Item> items_;
-  std::vector<Load> loads_;
-  std::vector<Compute> computes_;
+  std::vector<std::variant<Load, Compute>> items_;
   std::vector<simd::StoreArgs> stores_;
   bool whole_rows_ = false;
   PixelGroup tail_in_[ComputeOp::kMostDirect], tail_out_;

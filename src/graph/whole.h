@@ -3,17 +3,35 @@
 #define TESSERA_GRAPH_WHOLE_H_
 
 #include <functional>
+#include <memory>
 
-#include "graph/op.h"
+#include "graph/little_memory.h"
+#include "graph/source.h"
 
 namespace tessera::graph {
 
-// `root` with every kWhole node replaced by a source of the image that compute(node) gives, inner nodes
-// first: the inputs of the node it is called with hold no kWhole node.
-Node ResolveWhole(const Node& root, const std::function<Image(const Node&)>& compute);
+// `root`, or its inputs alone, with every kWhole node replaced by the source that compute(node) gives, inner
+// nodes first: the inputs of the node it is called with hold no kWhole node.
+Node ResolveWhole(const Node& root, bool with_root, const std::function<Node(const Node&)>& compute);
 
-// The same for the inputs of a node alone.
-Node ResolveInputs(const Node& root, const std::function<Image(const Node&)>& compute);
+// The graph as it is computed within `budget` bytes: where its whole images do not fit, with
+// methods that need none. `short_of_memory`: whether they do not fit.
+Node WithinBudget(const Node& root, size_t budget, bool& short_of_memory);
+
+// A source of the rows that a stage gives.
+Node SourceOfRows(std::shared_ptr<const RowsStage> stage, const ImageSpec& spec);
+
+// Rows for a stage.
+class RowsSink final : public RowSink {
+ public:
+  explicit RowsSink(RowsStage& stage) : stage_(stage) {}
+  void Write(const ConstImageView& rows) override { stage_.Take(rows); }
+
+ private:
+  RowsStage& stage_;
+};
+
+ImageSpec AsFloats(ImageSpec spec);
 
 }  // namespace tessera::graph
 

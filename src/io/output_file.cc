@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "base/file_names.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
 
@@ -20,32 +22,7 @@ namespace tessera {
 namespace io {
 namespace {
 
-// Names of unfinished outputs. Whoever exchanges a pointer out owns it, so that a signal handler and a thread
-// never both act on one; a name taken by a handler is not freed, because free is not safe there.
-std::array<std::atomic<char*>, 1024> unfinished{};
-static_assert(std::atomic<char*>::is_always_lock_free);
-
-void Remember(const std::string& name) {
-  char* copy = ::strdup(name.c_str());
-  if (!copy) throw Error(name, "no memory for its name");
-  for (auto& slot : unfinished) {
-    char* empty = nullptr;
-    if (slot.compare_exchange_strong(empty, copy)) return;
-  }
-  std::free(copy);  // more outputs at once than slots: only an interrupt would leave this one behind
-}
-
-void Forget(const std::string& name) noexcept {
-  for (auto& slot : unfinished) {
-    char* held = slot.load();
-    // Only the owner of a temporary name removes it, so `held` can vanish only through a handler, which never
-    // frees.
-    if (held && name == held && slot.compare_exchange_strong(held, nullptr)) {
-      std::free(held);
-      return;
-    }
-  }
-}
+base::FileNames& Unfinished() { return Context::Default().files(); }
 
 std::string Reason(int code) { return std::error_code(code, std::generic_category()).message(); }
 
@@ -71,7 +48,6 @@ std::string ResolveTarget(const std::string& file) {
 }
 
 std::string CreateTemporary(const std::string& target, const std::string& shown) {
-  static std::atomic<int64_t> count{0};
   const std::filesystem::path path(target);
   const auto directory = path.parent_path();
   std::error_code code;
@@ -82,16 +58,16 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
   const std::string stem = path.stem().string().substr(0, 100);
   for (;;) {
     const std::string name = (directory / ("." + stem + ".tessera-" + std::to_string(::getpid()) + "-" +
-                                           std::to_string(count++) + path.extension().string()))
+                                           std::to_string(Unfinished().Next()) + path.extension().string()))
                                  .string();
-    Remember(name);
+    Unfinished().Remember(name);
     const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor >= 0) {
       ::close(descriptor);
       return name;
     }
     const int error = errno;
-    Forget(name);
+    Unfinished().Forget(name);
     if (error != EEXIST) throw Error(shown, "cannot be written: " + Reason(error));
   }
 }
@@ -99,7 +75,7 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
 void RemoveTemporary(const std::string& temporary) noexcept {
   if (temporary.empty()) return;
   ::unlink(temporary.c_str());
-  Forget(temporary);
+  Unfinished().Forget(temporary);
 }
 
 void RenameTemporary(const std::string& temporary, const std::string& target, const std::string& shown) {
@@ -110,7 +86,7 @@ void RenameTemporary(const std::string& temporary, const std::string& target, co
   if (::rename(temporary.c_str(), target.c_str()) != 0) {
     throw Error(shown, "cannot be written: " + Reason(errno));
   }
-  Forget(temporary);
+  Unfinished().Forget(temporary);
 }
 
 int GrowthFailure(const std::string& name) {
@@ -209,9 +185,7 @@ void CheckedFile::flush() const {
 }  // namespace io
 
 void RemoveUnfinishedOutputs() {
-  for (auto& slot : io::unfinished) {
-    if (char* name = slot.exchange(nullptr)) ::unlink(name);
-  }
+  Context::Default().files().TakeEach([](const char* name) { ::unlink(name); });
 }
 
 }  // namespace tessera

@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "graph/border.h"
+#include "base/border.h"
 #include "graph/op.h"
 #include "graph/source.h"
 #include "graph/topology.h"

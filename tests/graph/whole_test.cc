@@ -3,10 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <cstring>
 
 #include "graph/render.h"
 #include "support/test_ops.h"
+#include "tessera/ops/channels.h"
+#include "tessera/ops/filter.h"
+#include "tessera/ops/geometry.h"
+#include "tessera/prepared_graph.h"
 #include "tessera/render.h"
 
 namespace tessera {
@@ -260,6 +265,41 @@ TEST(Whole, GeneratedTilesLieInTheCallersPixels) {
   const Image half(spec);
   RenderInto(numbers, half.view());
   EXPECT_NE(made_at, half.view().data);
+}
+
+// A budget that whole images do not fit into: rows in, rows out, the same bits.
+TEST(WholeTest, RowsGiveTheBitsOfWholeImages) {
+  for (const Roi& window : {Roi{0, 0, 150, 97}, Roi{-7, 5, 30, 6}, Roi{3, 3, 4, 90}, Roi{0, 0, 1, 1}}) {
+    for (const int channels : {1, 3, 4, 6}) {
+      for (const BorderMode border : {BorderMode::kClamp, BorderMode::kBlack}) {
+        for (const bool special : {false, true}) {
+          SCOPED_TRACE(std::to_string(window.width()) + "x" + std::to_string(window.height()) + " " +
+                       std::to_string(channels) + " " + std::to_string(static_cast<int>(border)) +
+                       (special ? " with NaN" : ""));
+          const Image image = RandomImage(window, channels, 7);
+          if (special) Sample(image.view(), window.x0, window.y1 - 1, channels - 1) = std::nanf("");
+          const Node source = FromImage(image);
+          const Node blurred = GaussianBlur(source, {17, 23, border, 0.25});
+          // Whole, of some channels, from the bottom to the top, and of what is blurred already.
+          const Node nodes[] = {blurred,
+                                SelectChannels(blurred, std::vector<ChannelChoice>{{channels - 1, 0, {}}}),
+                                Zoom(blurred, {.x = 1, .y = -1}), GaussianBlur(blurred, {16, 16})};
+          for (const Node& node : nodes) {
+            const Image whole = Render(node);
+            ExpectSameBits(whole, Render(node, PixelType::kFloat, {.memory_budget = 1}));
+            ExpectSameBits(whole, Render(node, PixelType::kFloat,
+                                         {.threads = 1, .memory_budget = 1, .rules_off = {"all"}}));
+          }
+          RenderOptions little;
+          little.memory_budget = 1;
+          const PreparedGraph prepared(blurred, little);
+          const Image again = Image::Uninitialized(blurred.spec());
+          prepared.RenderInto(again.view());
+          ExpectSameBits(Render(blurred), again);
+        }
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "graph/op.h"
+#include "graph/topology.h"
 #include "ops/registry.h"
 #include "support/cases.h"
 #include "support/pictures.h"
@@ -98,6 +99,24 @@ TEST_P(Laws, TilesAndThreadsAndOrderDoNotMatter) {
                                    {.tile_width = tile[0], .tile_height = tile[1], .shuffle_tiles = true}));
     }
   });
+}
+
+// Nothing fits into a budget of one byte: whatever can be computed another way is.
+TEST_P(Laws, WithoutMemoryTheBoundStays) {
+  const Node node = GetParam().Make(kWindow, 4, PixelType::kFloat);
+  const auto want = Expected(node);
+  OnEveryTarget([&] { ExpectWithinBound(want, Render(node, PixelType::kFloat, {.memory_budget = 1})); });
+}
+
+TEST_P(Laws, WhatIsHeldWholeIsSaidByTheHelp) {
+  bool is_whole = false;
+  for (const Node& n : graph::TopologicalOrder(GetParam().Make(kWindow, 4, PixelType::kFloat))) {
+    const graph::Op& op = *n.data()->op;
+    is_whole |= op.Kind() == graph::OpKind::kWhole;
+    for (size_t k = 0; k < n.data()->inputs.size(); ++k) is_whole |= op.NeedsWhole(static_cast<int>(k));
+  }
+  if (!is_whole) GTEST_SKIP() << "nothing is";
+  EXPECT_NE(GetParam().op->help.find("memory whole"), std::string::npos) << GetParam().op->help;
 }
 
 TEST_P(Laws, WidthsDoNotMatter) {

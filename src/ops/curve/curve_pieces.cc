@@ -5,15 +5,16 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <deque>
 #include <limits>
-#include <mutex>
+#include <memory>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "ops/curve/curve_constants.h"
 #include "ops/curve/curve_value.h"
+#include "tessera/context.h"
 
 namespace tessera::ops {
 namespace {
@@ -248,23 +249,14 @@ CurvePieces Fitted(const CurveFormula& f) {
 
 }  // namespace
 
-CurvePieces PiecesOf(const CurveFormula& formula) {
-  // Fitting takes as long as some 10^5 samples: what was asked for last is kept for the next picture or tile.
-  constexpr size_t kKept = 16;
-  static std::mutex mutex;
-  static std::deque<std::pair<CurveFormula, CurvePieces>> kept;
-  const auto find = [&] {
-    return std::find_if(kept.begin(), kept.end(), [&](const auto& k) { return k.first == formula; });
-  };
-  {
-    const std::lock_guard lock(mutex);
-    if (const auto found = find(); found != kept.end()) return found->second;
-  }
-  CurvePieces t = Fitted(formula);
-  const std::lock_guard lock(mutex);
-  if (find() == kept.end()) kept.emplace_front(formula, t);
-  if (kept.size() > kKept) kept.pop_back();
-  return t;
+CurvePieces PiecesOf(const CurveFormula& f) {
+  const double numbers[] = {f.in_scale, f.in_offset, f.exponent, f.out_scale, f.out_offset,
+                            f.floor,    f.join,      f.slope,    f.offset};
+  std::string key(reinterpret_cast<const char*>(numbers), sizeof numbers);
+  key += static_cast<char>(f.kind), key += static_cast<char>(f.negatives);
+  constexpr size_t kBytes = size_t{1} << 15;  // about
+  return *Context::Default().Cached<CurvePieces>(key, kBytes,
+                                                 [&f] { return std::make_shared<CurvePieces>(Fitted(f)); });
 }
 
 }  // namespace tessera::ops

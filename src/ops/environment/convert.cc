@@ -165,6 +165,7 @@ OpInfo ConvertEnvironmentInfo() {
       "directions into the source's. Pixels beyond a sphere map's rim have its colour, those beyond a "
       "parabolic map's circle their own directions. Source: McReynolds et al. 1997, 9.3.2; Heidrich and "
       "Seidel 1998.";
+  info.help += " The map is held in memory whole.";
   info.bound = "8 u times the largest texel under a pixel (from lat-long: times 1 + w/8 + h/3)";
   info.bound_u = 8;
   ParamInfo geometry;

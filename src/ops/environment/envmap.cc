@@ -168,6 +168,7 @@ OpInfo EnvironmentInfo() {
       "The result has the map's channels; normals (or positions) that are 0, NaN or infinite give 0, so "
       "that adding the result to a picture leaves its background alone. Source: McReynolds et al. 1997, "
       "9.3.2 (eq. 2 with its sign turned); Heidrich and Seidel 1998.";
+  info.help += " The map is held in memory whole.";
   info.bound =
       "8 u times the largest texel (lat-long: times 1 + w/8 + h/3, which is where the texel is looked up); a "
       "lobe's table 1 % of the map's contrast; filter=mip twice that of the map's largest texel";

@@ -171,7 +171,7 @@ P WithoutValid(P params) {
   return params;
 }
 
-class GaussianOp final : public graph::OpWith<GaussianParams> {
+class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::LittleMemory {
  public:
   explicit GaussianOp(const GaussianParams& p) : OpWith(p), method_(p.method) {
     const auto [least, largest] = std::minmax(p.sigma_x, p.sigma_y);
@@ -210,13 +210,28 @@ class GaussianOp final : public graph::OpWith<GaussianParams> {
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext&) const override {
     return std::make_unique<GaussianStage>(params(), method_ == FilterMethod::kDecimated);
   }
+  std::unique_ptr<graph::RowsStage> MakeRowsStage(const ImageSpec& input) const override {
+    if (method_ != FilterMethod::kDecimated) return nullptr;
+    const GaussianParams& p = params();
+    return MakeDecimatedRows(p.sigma_x, p.sigma_y, input, p.border, p.border_value);
+  }
+  // Large Gaussians take rows but for borders made of rows elsewhere; the others are summed.
+  std::shared_ptr<const graph::Op> InLittleMemory() const override {
+    const BorderMode border = params().border;
+    const bool rows = method_ == FilterMethod::kDecimated && border != BorderMode::kRepeat &&
+                      border != BorderMode::kMirror && border != BorderMode::kMirror101;
+    if (params().method != FilterMethod::kAuto || window_ || rows) return nullptr;
+    GaussianParams p = params();
+    p.method = FilterMethod::kSeparable;
+    return std::make_shared<const GaussianOp>(p);
+  }
 
  private:
   FilterMethod method_;
   std::shared_ptr<const Window> window_;
 };
 
-class BoxOp final : public graph::OpWith<BoxParams> {
+class BoxOp final : public graph::OpWith<BoxParams>, public graph::LittleMemory {
  public:
   // `codes`: the type that all samples of the image are codes of, if they are. The operation keeps it: its
   // stage may be given the same samples as floats.
@@ -246,6 +261,12 @@ class BoxOp final : public graph::OpWith<BoxParams> {
   }
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
     return std::make_unique<BoxStage>(params(), context.inputs[0].type);
+  }
+  std::shared_ptr<const graph::Op> InLittleMemory() const override {
+    if (params().method != FilterMethod::kAuto || Kind() != graph::OpKind::kWhole) return nullptr;
+    BoxParams p = params();
+    p.method = FilterMethod::kSeparable;
+    return std::make_shared<const BoxOp>(p, std::nullopt);
   }
 
  private:
@@ -297,8 +318,10 @@ OpInfo BlurInfo() {
       "weights (error 1e-6 of the largest sample, cost grows with sigma); recursive costs the same for "
       "every sigma from 2 on (2e-5), decimated a third of that from sigma 16 on (1e-4); auto takes the "
       "cheapest. A box larger than 9 pixels is computed by running sums at a cost that does not depend on "
-      "its size (method=recursive). Recursive forms need the whole image in memory, but for boxes of 8- and "
-      "16-bit images as they come from a file. Borders are as exact as the middle. bits= models an "
+      "its size (method=recursive). Methods recursive and decimated, which auto takes, hold the image and the result in "
+      "memory whole, but for boxes of 8- and 16-bit images as they come from a file; where --max-memory does not allow "
+      "that, auto takes the rows of a Gaussian from sigma 16 on as they come, with the same bits but for images with "
+      "NaN or infinities, and sums the weights of the others. Borders are as exact as the middle. bits= models an "
       "accumulation buffer, as --convolve:bits=; with sigma= rows and columns go through it one after the "
       "other.";
   info.bound =

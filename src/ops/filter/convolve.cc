@@ -258,6 +258,7 @@ OpInfo FixedRow(const char* name, const char* summary) {
   info.name = name;
   info.family = "filter";
   info.summary = summary;
+  info.help += " A kernel image is held in memory whole.";
   info.bound = kBound;
   info.bound_u = 1;
   info.modifiers = CommonModifiers();

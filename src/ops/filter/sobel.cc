@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "graph/border.h"
+#include "base/border.h"
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/frame.h"

@@ -96,6 +96,7 @@ OpInfo EqualizeInfo() {
       "own of 65,536 classes between the smallest and the largest number: results spread evenly over [0,1]. "
       "Alpha, NaN and pixels of alpha 0 stay and do not count, infinities count with the extremes, an image "
       "of one value becomes 1/2.";
+  info.help += " The image and the result are held in memory whole.";
   info.bound = "1 u; of computed images the share of the samples in a value's class and its two neighbours";
   info.bound_u = 1;
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Equalize(in[0]); };

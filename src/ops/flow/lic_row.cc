@@ -120,6 +120,9 @@ OpInfo LicInfo() {
       "animate=N with a # output writes N frames from 1 that loop: kernel=ripple, phase (frame-1)/N. A "
       "field that changes in time is a sequence of files, each frame the lines of its own moment.\n"
       "Source: Cabral and Leedom 1993; Stalling and Hege 1995; Heidrich et al. 1999, 3.";
+  info.help +=
+      "\n\nAll images are held in memory whole, for lines go anywhere, and so is the result of shared lines and "
+      "of contrast=equalize.";
   info.bound =
       "what positions off by 1e-3 pixels (adaptive; 1e-4 others) and by the errors of the steps that may be "
       "taken can change; undecided where a line's end, or a quarter of what it reads, hangs on that; "

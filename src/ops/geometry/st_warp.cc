@@ -92,6 +92,7 @@ OpInfo StWarpInfo() {
       "negative lobes is left, the result is black. Without wrap= the picture is oiiotool's: the result has the image's "
       "data window, black where there are no coordinates, and beyond the right and the lower edge one row of black "
       "pixels counts. NaN and infinite coordinates give black.";
+  info.help += " The image that is warped is held in memory whole.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo wrap = WrapModifier("wrap", "oiiotool"), wrap_t = WrapModifier("wrap_t", "");

@@ -104,6 +104,7 @@ OpInfo WarpInfo() {
       "Positions are computed in double; one within 2^-17 of a pixel's centre or edge counts as there, so "
       "that flips, quarter turns and whole shifts keep bits. The windows stay unless recompute_roi=1. Behind "
       "the projector (q <= 0 where the picture's centre has q > 0) is black.";
+  info.help += " The image is held in memory whole.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo matrix;

@@ -228,6 +228,7 @@ OpInfo LookupInfo() {
       "first is, for one more evaluation of COORDS. Where channel mask= is 0 the pixel keeps COORDS' bits. "
       "NaN and infinite entries reach only results in which they have weight. Source: Heidrich et al. 1999, "
       "2 and 7; Williams 1983.";
+  info.help += " The table is held in memory whole.";
   info.bound =
       "3 u (four dimensions 4 u; cubic in D dimensions 8 u D 1.25^(D-1), measured 5.5, 9.8, 10.6 and 15 u) times "
       "the largest entry read; but for cubic, an axis whose positions are "

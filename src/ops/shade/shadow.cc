@@ -102,6 +102,7 @@ OpInfo ShadowInfo() {
   info.help = std::string("POSITION LIGHTDEPTH --shadow:light=M gives one channel V. ") + kShadowHelp +
               "Multiply what the light adds by it. Source: Williams 1978; Reeves et al. 1987; Segal et "
               "al. 1992, 3.3 (with its epsilon on the other side).";
+  info.help += " The light's depth is held in memory whole.";
   info.bound = "comparisons right unless |r - m - bias| < 4 u; box weights exact, bilinear 4 u";
   info.bound_u = 4;
   info.modifiers = {CameraModifier("light", "world to the light's clip space; default the map's metadata")};
@@ -132,6 +133,7 @@ OpInfo SoftShadowInfo() {
           "(the maps' worldToNDC, or lights= with 16 N numbers), and the visibilities are averaged: "
           "N + 1 levels. Jittered light positions give N levels in every penumbra. ") +
       kShadowHelp + "Source: Heckbert and Herf 1997.";
+  info.help += " The lights' depths are held in memory whole.";
   info.bound = "as --shadow's";
   info.bound_u = 4;
   info.arguments = {IntegerModifier("N", "", 2, 256, "number of maps")};

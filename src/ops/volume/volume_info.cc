@@ -247,6 +247,7 @@ OpInfo VolumeInfo() {
       "(sheared slices, one warp; over and under alone, unlit).\n"
       "Source: Miller and Jones 2005; Perlin and Hoffert 1989; Lacroute and Levoy 1994; "
       "McReynolds et al. 1997, 13.";
+  info.help += " With method=shearwarp the result is held in memory whole.";
   info.bound =
       "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
       "colour where alpha passes 1 - termination; attenuate: plus what midpoints of the step miss of the "

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
+#include "base/border.h"
 #include "base/tile.h"
-#include "graph/border.h"
 #include "graph/op.h"
 #include "ops/filter/box/codes.h"
 #include "ops/filter/codes/integer_sums.h"
@@ -32,7 +32,7 @@ class BoxOfCodesStage final : public graph::TileStage {
         y_(p.border, 0, in.data_window.height()) {}
 
   Roi InputRoi(int, const Roi& out) const override {
-    return graph::BorderSource(Footprint(out), window_, EngineBorder(params_.border));
+    return base::BorderSource(Footprint(out), window_, EngineBorder(params_.border));
   }
   graph::TileSize Preferred() const override {
     // Every tile sums the rows of its first window anew.

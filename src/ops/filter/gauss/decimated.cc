@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -155,43 +156,45 @@ DecimatedFunctions ChooseDecimated() {
   return functions;
 }
 
-void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double sigma_y,
-                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
-                  const graph::Workers& workers) {
-  const Roi& r = out.roi;
-  if (r.empty()) return;
-  const int channels = out.channels, width = r.width(), height = r.height();
-  const RecursiveGaussian gx = MakeRecursiveGaussian(SmallSigma(sigma_x)),
-                          gy = MakeRecursiveGaussian(SmallSigma(sigma_y));
-  const AxisBorder border_x(border, border_value, width), border_y(border, border_value, height);
-  const SmallAxis x_axis = MakeAxis(width, border_x, gx.warm_up),
-                  y_axis = MakeAxis(height, border_y, gy.warm_up);
-  const ptrdiff_t small_stride = (static_cast<ptrdiff_t>(x_axis.count) * channels + kMargin + 15) / 16 * 16;
-  const std::shared_ptr<std::byte> small_memory = Floats(small_stride * y_axis.count + kMargin);
-  float* const small = AsFloats(small_memory);
-  std::fill_n(small, small_stride * y_axis.count + kMargin, 0.0f);
+namespace {
 
-  // Columns of a decimated row: 13 taps around 4 (m - before), which the border rule maps into the image.
-  const int extended = 4 * (x_axis.count - 1) + 13, first_x = -4 * x_axis.before - 6;
-  const int floats = width * channels;
-  const auto value = static_cast<float>(border_y.value);
-  std::vector<float> outside(static_cast<size_t>(floats) + kMargin, value);
-  std::vector<std::shared_ptr<std::byte>> scratch(static_cast<size_t>(workers.count()));
-  const auto row_at = [&](int y) -> const float* {
-    const int shown = border_y.Shown(y);
-    return shown < 0 ? outside.data() : reinterpret_cast<const float*>(in.data + shown * in.row_stride);
-  };
-  workers.For(y_axis.count, [&](int64_t i, int worker) {
-    auto& memory = scratch[static_cast<size_t>(worker)];
-    if (!memory) memory = Floats(static_cast<int64_t>(extended) * channels + 2 * kMargin);
-    float* const line = AsFloats(memory);
-    const int m = static_cast<int>(i);
+// An image at a quarter of its resolution: made row by row, blurred, and made large again row by row.
+class SmallImage {
+ public:
+  SmallImage(const DecimatedFunctions& functions, double sigma_x, double sigma_y, int width, int height,
+             int channels, BorderMode border, double border_value)
+      : functions_(functions),
+        gx_(MakeRecursiveGaussian(SmallSigma(sigma_x))),
+        gy_(MakeRecursiveGaussian(SmallSigma(sigma_y))),
+        border_x_(border, border_value, width),
+        border_y_(border, border_value, height),
+        x_axis_(MakeAxis(width, border_x_, gx_.warm_up)),
+        y_axis_(MakeAxis(height, border_y_, gy_.warm_up)),
+        width_(width),
+        height_(height),
+        channels_(channels),
+        stride_((static_cast<ptrdiff_t>(x_axis_.count) * channels + kMargin + 15) / 16 * 16),
+        memory_(Floats(stride_ * y_axis_.count + kMargin)),
+        outside_(static_cast<size_t>(width * channels) + kMargin, static_cast<float>(border_y_.value)) {
+    std::fill_n(AsFloats(memory_), stride_ * y_axis_.count + kMargin, 0.0f);
+  }
+
+  int rows() const { return y_axis_.count; }
+  // Row y of the large image is the last that row m of the small one is made from.
+  int LastRowOf(int m) const { return std::clamp(4 * (m - y_axis_.before) + 6, 0, height_ - 1); }
+  // Floats of scratch memory for the two below.
+  int64_t LineFloats() const { return static_cast<int64_t>(Extended()) * channels_ + 2 * kMargin; }
+
+  // `row(y)`: a row of the large image, 0 <= y < height.
+  template <typename Row>
+  void Decimate(int m, const Row& row, float* line) const {
     const float* rows[13];
-    for (int k = 0; k < 13; ++k) rows[k] = row_at(4 * (m - y_axis.before) - 6 + k);
+    for (int k = 0; k < 13; ++k) rows[k] = RowAt(4 * (m - y_axis_.before) - 6 + k, row);
     // The image's own columns, then those beyond its ends.
-    float* const own = line + static_cast<ptrdiff_t>(-first_x) * channels;
+    const int first_x = -4 * x_axis_.before - 6, floats = width_ * channels_;
+    float* const own = line + static_cast<ptrdiff_t>(-first_x) * channels_;
     const int whole = floats / kMargin * kMargin;
-    functions.decimate_rows(rows, whole, own);
+    functions_.decimate_rows(rows, whole, own);
     if (whole < floats) {
       // The last samples through copies: beyond the image's end nothing may be read.
       float ends[13][kMargin] = {};
@@ -201,47 +204,143 @@ void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double si
         std::copy_n(rows[k] + whole, floats - whole, ends[k]);
         tails[k] = ends[k];
       }
-      functions.decimate_rows(tails, kMargin, sums);
+      functions_.decimate_rows(tails, kMargin, sums);
       std::copy_n(sums, floats - whole, own + whole);
     }
-    for (int e = 0; e < extended; ++e) {
+    for (int e = 0; e < Extended(); ++e) {
       const int x = first_x + e;
-      if (x >= 0 && x < width) {
-        e += width - 1;
+      if (x >= 0 && x < width_) {
+        e += width_ - 1;
         continue;
       }
-      float* const to = line + static_cast<ptrdiff_t>(e) * channels;
-      const int source = border_x.Shown(x);
+      float* const to = line + static_cast<ptrdiff_t>(e) * channels_;
+      const int source = border_x_.Shown(x);
       if (source < 0) {
-        std::fill_n(to, channels, border_x.value);
+        std::fill_n(to, channels_, border_x_.value);
       } else {
-        std::copy_n(own + static_cast<ptrdiff_t>(source) * channels, channels, to);
+        std::copy_n(own + static_cast<ptrdiff_t>(source) * channels_, channels_, to);
       }
     }
-    functions.decimate_pixels(line, channels, x_axis.count, small + m * small_stride);
-  });
+    functions_.decimate_pixels(line, channels_, x_axis_.count, AsFloats(memory_) + m * stride_);
+  }
 
-  const Roi small_roi{0, 0, x_axis.count, y_axis.count};
-  const ImageView small_view(reinterpret_cast<std::byte*>(small), small_roi, channels, PixelType::kFloat, 4,
-                             4 * channels, small_stride * 4);
-  RunRecursive(functions.tracks, &gx, &gy, small_view, small_view, BorderMode::kClamp, 0, workers);
+  void Blur(const graph::Workers& workers) const {
+    const ImageView view(memory_.get(), {0, 0, x_axis_.count, y_axis_.count}, channels_, PixelType::kFloat, 4,
+                         4 * channels_, stride_ * 4);
+    RunRecursive(functions_.tracks, &gx_, &gy_, view, view, BorderMode::kClamp, 0, workers);
+  }
 
-  const int needed = ((width + 3) / 4 + 3) * channels;
-  for (auto& memory : scratch) memory.reset();
-  const bool stream = r.pixels() * channels > (1 << 21);
-  workers.For((height + 3) / 4, [&](int64_t i, int worker) {
-    auto& memory = scratch[static_cast<size_t>(worker)];
-    if (!memory) memory = Floats(needed + kMargin);
-    float* const line = AsFloats(memory);
-    const int m = static_cast<int>(i) + y_axis.before;
+  bool IsFinite() const {
+    const float* const floats = AsFloats(memory_);
+    return std::all_of(floats, floats + stride_ * y_axis_.count, [](float f) { return std::isfinite(f); });
+  }
+
+  // Row y of the result.
+  void Interpolate(int y, float* line, float* out, bool stream) const {
+    const int m = y / 4 + y_axis_.before;
     const float* rows[4];
-    for (int k = 0; k < 4; ++k) rows[k] = small + (m - 1 + k) * small_stride + (x_axis.before - 1) * channels;
-    for (int phase = 0; phase < 4 && 4 * i + phase < height; ++phase) {
-      functions.interpolate_rows(rows, phase, needed, line);
-      functions.interpolate_pixels(line, channels, width,
-                                   reinterpret_cast<float*>(out.data + (4 * i + phase) * out.row_stride),
-                                   stream);
+    for (int k = 0; k < 4; ++k)
+      rows[k] = AsFloats(memory_) + (m - 1 + k) * stride_ + (x_axis_.before - 1) * channels_;
+    functions_.interpolate_rows(rows, y % 4, ((width_ + 3) / 4 + 3) * channels_, line);
+    functions_.interpolate_pixels(line, channels_, width_, out, stream);
+  }
+
+ private:
+  // Columns of a decimated row: 13 taps around 4 (m - before), which the border rule maps into the image.
+  int Extended() const { return 4 * (x_axis_.count - 1) + 13; }
+
+  template <typename Row>
+  const float* RowAt(int y, const Row& row) const {
+    const int shown = border_y_.Shown(y);
+    return shown < 0 ? outside_.data() : row(shown);
+  }
+
+  const DecimatedFunctions functions_;
+  const RecursiveGaussian gx_, gy_;
+  const AxisBorder border_x_, border_y_;
+  const SmallAxis x_axis_, y_axis_;
+  const int width_, height_, channels_;
+  const ptrdiff_t stride_;
+  const std::shared_ptr<std::byte> memory_;
+  const std::vector<float> outside_;
+};
+
+// The same with rows as they come. Of the large image the last thirteen are held.
+class DecimatedRows final : public graph::RowsStage {
+ public:
+  DecimatedRows(const Roi& window, int channels, double sigma_x, double sigma_y, BorderMode border,
+                double value)
+      : window_(window),
+        floats_(static_cast<size_t>(window.width() * channels)),
+        small_(ChooseDecimated(), sigma_x, sigma_y, window.width(), window.height(), channels, border, value),
+        line_(Floats(small_.LineFloats())),
+        held_(floats_ * kHeld) {}
+
+  void Take(const ConstImageView& rows) override {
+    for (int y = rows.roi.y0; y < rows.roi.y1; ++y) {
+      const int at = y - window_.y0;
+      std::memcpy(Held(at), rows.At(rows.roi.x0, y), floats_ * sizeof(float));
+      for (; next_ < small_.rows() && small_.LastRowOf(next_) <= at; ++next_)
+        small_.Decimate(
+            next_, [this](int row) { return Held(row); }, AsFloats(line_));
     }
+  }
+  bool End(const graph::Workers& workers) override {
+    small_.Blur(workers);
+    return small_.IsFinite();
+  }
+  void Give(const ImageView& rows) const override {
+    const std::shared_ptr<std::byte> line = Floats(small_.LineFloats());
+    for (int y = rows.roi.y0; y < rows.roi.y1; ++y)
+      small_.Interpolate(y - window_.y0, AsFloats(line), reinterpret_cast<float*>(rows.At(rows.roi.x0, y)),
+                         false);
+  }
+
+ private:
+  static constexpr int kHeld = 16;
+  float* Held(int row) { return held_.data() + floats_ * static_cast<size_t>(row % kHeld); }
+
+  const Roi window_;
+  const size_t floats_;
+  SmallImage small_;
+  const std::shared_ptr<std::byte> line_;
+  std::vector<float> held_;
+  int next_ = 0;  // row of the small image
+};
+
+}  // namespace
+
+std::unique_ptr<graph::RowsStage> MakeDecimatedRows(double sigma_x, double sigma_y, const ImageSpec& image,
+                                                    BorderMode border, double border_value) {
+  const Roi& window = image.data_window;
+  if (window.empty() || AxisBorder(border, border_value, 1).rule == AxisBorder::kMapped) return nullptr;
+  return std::make_unique<DecimatedRows>(window, image.channel_count(), sigma_x, sigma_y, border,
+                                         border_value);
+}
+
+void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double sigma_y,
+                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
+                  const graph::Workers& workers) {
+  const Roi& r = out.roi;
+  if (r.empty()) return;
+  const SmallImage small(functions, sigma_x, sigma_y, r.width(), r.height(), out.channels, border,
+                         border_value);
+  std::vector<std::shared_ptr<std::byte>> scratch(static_cast<size_t>(workers.count()));
+  const auto line_of = [&](int worker) {
+    auto& memory = scratch[static_cast<size_t>(worker)];
+    if (!memory) memory = Floats(small.LineFloats());
+    return AsFloats(memory);
+  };
+  workers.For(small.rows(), [&](int64_t m, int worker) {
+    const auto row = [&in](int y) { return reinterpret_cast<const float*>(in.data + y * in.row_stride); };
+    small.Decimate(static_cast<int>(m), row, line_of(worker));
+  });
+  small.Blur(workers);
+  const bool stream = r.pixels() * out.channels > (1 << 21);
+  workers.For((r.height() + 3) / 4, [&](int64_t i, int worker) {
+    const int first = 4 * static_cast<int>(i);
+    for (int y = first; y < std::min(first + 4, r.height()); ++y)
+      small.Interpolate(y, line_of(worker), reinterpret_cast<float*>(out.data + y * out.row_stride), stream);
   });
 }
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "graph/border.h"
+#include "base/border.h"
 #include "ops/filter/codes/code_sums.h"
 #include "ops/filter/fir/fir.h"
 #include "ops/filter/window/methods.h"
@@ -262,7 +262,7 @@ graph::TileSize Window::PreferredTile(bool alone) const {
 
 Roi Window::InputRoi(const Roi& out, const Roi& data_window) const {
   const Roi region = method_ == FilterMethod::kFft && !out.empty() ? WholeBlocks(out, data_window) : out;
-  return graph::BorderSource(Footprint(region), data_window, EngineBorder(options_.border));
+  return base::BorderSource(Footprint(region), data_window, EngineBorder(options_.border));
 }
 
 Roi Window::Footprint(const Roi& out) const {

@@ -1,12 +1,12 @@
 // See progress.h.
-#include "graph/progress.h"
+#include "sched/progress.h"
 
 #include <algorithm>
 #include <chrono>
 
 #include "tessera/error.h"
 
-namespace tessera::graph {
+namespace tessera::sched {
 
 constexpr std::chrono::milliseconds kLookEvery{40};
 
@@ -74,4 +74,4 @@ void Progress::Call(double share) {
   cancelled_.store(true, std::memory_order_release);
 }
 
-}  // namespace tessera::graph
+}  // namespace tessera::sched

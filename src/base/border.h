@@ -1,12 +1,14 @@
 // What lies beyond the data window, for stages that look there.
-#ifndef TESSERA_GRAPH_BORDER_H_
-#define TESSERA_GRAPH_BORDER_H_
+#ifndef TESSERA_BASE_BORDER_H_
+#define TESSERA_BASE_BORDER_H_
 
 #include "base/stage.h"
 #include "tessera/export.h"
 
 TESSERA_API_BEGIN
-namespace tessera::graph {
+namespace tessera::base {
+
+using graph::Border;
 
 // The part of the data window whose pixels appear in `wanted` once the border rule is applied.
 Roi BorderSource(const Roi& wanted, const Roi& window, Border border);
@@ -15,7 +17,7 @@ Roi BorderSource(const Roi& wanted, const Roi& window, Border border);
 // copies, so a fused evaluation equals an eager one bit for bit. An empty window gives zeros.
 void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, const ImageView& out);
 
-}  // namespace tessera::graph
+}  // namespace tessera::base
 TESSERA_API_END
 
-#endif  // TESSERA_GRAPH_BORDER_H_
+#endif  // TESSERA_BASE_BORDER_H_

@@ -1,6 +1,6 @@
 // How far an evaluation is, for the caller's progress callback, and whether that has cancelled it.
-#ifndef TESSERA_GRAPH_PROGRESS_H_
-#define TESSERA_GRAPH_PROGRESS_H_
+#ifndef TESSERA_SCHED_PROGRESS_H_
+#define TESSERA_SCHED_PROGRESS_H_
 
 #include <atomic>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 #include "sched/watch.h"
 
-namespace tessera::graph {
+namespace tessera::sched {
 
 // Counts finished steps (tiles, bands, tasks) of finished passes. The callback is called from one thread at a
 // time: after a step, with growing shares, and where none ends for long, with the share as it is.
@@ -44,9 +44,9 @@ class Progress {
   double reported_ = 0;
   std::exception_ptr thrown_;
   std::atomic<bool> cancelled_ = false;
-  std::optional<sched::Watch> watch_;  // the last: looks at the others
+  std::optional<Watch> watch_;  // the last: looks at the others
 };
 
-}  // namespace tessera::graph
+}  // namespace tessera::sched
 
-#endif  // TESSERA_GRAPH_PROGRESS_H_
+#endif  // TESSERA_SCHED_PROGRESS_H_

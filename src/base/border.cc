@@ -1,11 +1,11 @@
 // Border rules per axis: coordinates outside the window mapped to coordinates inside.
-#include "graph/border.h"
+#include "base/border.h"
 
 #include <algorithm>
 #include <cstring>
 #include <vector>
 
-namespace tessera::graph {
+namespace tessera::base {
 namespace {
 
 // The coordinate of the window that is shown at v; `black` when there is none.
@@ -114,4 +114,4 @@ void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, 
   }
 }
 
-}  // namespace tessera::graph
+}  // namespace tessera::base

@@ -1,0 +1,39 @@
+// The scheduler's threads for an operation's own work.
+#ifndef TESSERA_SCHED_CANCELLABLE_WORKERS_H_
+#define TESSERA_SCHED_CANCELLABLE_WORKERS_H_
+
+#include "base/stage.h"
+#include "sched/progress.h"
+#include "sched/scheduler.h"
+
+namespace tessera::sched {
+
+// They stop between tasks when the evaluation is cancelled.
+class CancellableWorkers final : public graph::Workers {
+ public:
+  // `shuffle`: serial, in a shuffled order.
+  CancellableWorkers(int threads, bool shuffle, const Progress& progress)
+      : shuffle_(shuffle), threads_(shuffle ? 1 : ThreadCount(threads)), progress_(progress) {}
+  int count() const override { return threads_; }
+  void For(int64_t n, const std::function<void(int64_t, int)>& task) const override {
+    const auto checked = [&](int64_t i, int worker) {
+      progress_.Check();
+      task(i, worker);
+    };
+    if (shuffle_) {
+      ShuffledFor(n, 1, checked);
+    } else {
+      ParallelFor(n, threads_, checked);
+    }
+    progress_.Check();
+  }
+
+ private:
+  const bool shuffle_;
+  const int threads_;
+  const Progress& progress_;
+};
+
+}  // namespace tessera::sched
+
+#endif  // TESSERA_SCHED_CANCELLABLE_WORKERS_H_

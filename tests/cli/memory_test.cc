@@ -1,0 +1,40 @@
+// The memory budget: what lines take is what they were given, but for what their commands say they hold
+// whole.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "cli/cli_test.h"
+
+namespace tessera {
+namespace {
+
+class MemoryTest : public testing::CliTest {
+ protected:
+  // Peak memory of the program in MB, as it says itself.
+  double Peak(const std::string& line) {
+    const std::string out = Works(line + " --runstats -o out.tif");
+    const std::string before = "peak memory ";
+    const size_t at = out.find(before);
+    return at == std::string::npos ? 1e9 : std::strtod(out.c_str() + at + before.size(), nullptr);
+  }
+};
+
+// A photograph of 18 million pixels: 215 MB of floats, of which there would be two.
+TEST_F(MemoryTest, ALargeBlurStaysWithinItsBudget) {
+  const std::string picture = "--pattern checker:width=97:height=61 5640x3172 3 -d uint8 -q --threads 2 ";
+  const double program = Peak(picture + "--max-memory 64 --mulc 1.5");
+  for (const char* blur : {"--blur:sigma=20", "--blur:sigma=20:border=black", "--blur:sigma=7",
+                           "--blur:kernel=box 41x41", "--contrast 1.2", "--blur:sigma=20 --blur:sigma=40"}) {
+    SCOPED_TRACE(blur);
+    EXPECT_LT(Peak(picture + "--max-memory 64 " + blur), program + 64);
+  }
+  // What is computed in bands is what is computed whole.
+  Works(picture + "--max-memory 64 --blur:sigma=20 -o bands.tif");
+  Works(picture + "--blur:sigma=20 -o whole.tif");
+  Works("bands.tif whole.tif --fail 0 --diff");
+}
+
+}  // namespace
+}  // namespace tessera
