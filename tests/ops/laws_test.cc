@@ -6,6 +6,7 @@
 #include <cstring>
 #include <random>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -227,6 +228,50 @@ TEST_P(Laws, InPlaceEqualsOutOfPlace) {
     RenderInto(node, pictures[0].view());
     ExpectSameBits(apart, Image(pictures[0]));
   });
+}
+
+// The reference asks an operation itself where its channels come from, so it cannot tell.
+TEST_P(Laws, ChannelsComeFromWhereTheArgumentsSay) {
+  const Case& c = GetParam();
+  if (c.op->name != "ch" && c.op->name != "chappend" && c.op->name != "chnames") {
+    GTEST_SKIP() << "computes something";
+  }
+  std::vector<Image> pictures;
+  std::vector<Node> inputs;
+  for (int k = 0; k < c.Operands(); ++k) {
+    pictures.push_back(Picture(kWindow, 4, PixelType::kFloat, 11u + static_cast<uint32_t>(k)));
+    inputs.push_back(FromImage(pictures.back()));
+  }
+  struct Origin {
+    int picture, channel;  // -1: a constant
+    float value;
+  };
+  std::vector<Origin> origins;
+  if (c.op->name == "ch") {
+    std::istringstream words(c.example);
+    for (std::string word; std::getline(words, word, ',');) {
+      const size_t equals = word.find('=');
+      origins.push_back(equals == std::string::npos ? Origin{0, std::stoi(word), 0}
+                                                    : Origin{-1, 0, std::stof(word.substr(equals + 1))});
+    }
+  } else {
+    for (int k = 0; k < c.Operands(); ++k) {
+      for (int channel = 0; channel < 4; ++channel) origins.push_back({k, channel, 0});
+    }
+  }
+  const Image image = Render(c.On(inputs, {}));
+  ASSERT_EQ(image.spec().channels.size(), origins.size());
+  for (int y = kWindow.y0; y < kWindow.y1; ++y) {
+    for (int x = kWindow.x0; x < kWindow.x1; ++x) {
+      for (size_t k = 0; k < origins.size(); ++k) {
+        const Origin& from = origins[k];
+        const float want = from.picture < 0
+                               ? from.value
+                               : pictures[static_cast<size_t>(from.picture)].at<float>(x, y, from.channel);
+        ASSERT_EQ(image.at<float>(x, y, static_cast<int>(k)), want) << x << "," << y << " channel " << k;
+      }
+    }
+  }
 }
 
 class IdentityLaw : public ::testing::TestWithParam<const ops::OpInfo*> {};

@@ -82,7 +82,7 @@ OpInfo TangentNormalsInfo() {
     return TangentNormals(in[0], NormalsOf(in[1]), in[2],
                           {a.Flag("packed"), a.Flag("lefthanded"), a.Flag("inverse")});
   };
-  info.examples = {"", "packed=0 lefthanded=1", "packed=0 inverse=1"};
+  info.examples = {"", "packed=0 lefthanded=1", "packed=0 inverse=1", "inverse=1 lefthanded=1"};
   return info;
 }
 
