@@ -67,7 +67,11 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
   file_spec_ = SpecTo(spec, type);
   if (type != spec.type) file_spec_.erase_attribute("oiio:BitsPerSample");
   for (const char* name : kStale) file_spec_.erase_attribute(name);
-  if (std::string(output_->format_name()) == "openexr") SetExrColorState(file_spec_, ColorStateOf(spec));
+  const std::string format = output_->format_name();
+  if (format == "openexr") SetExrColorState(file_spec_, ColorStateOf(spec));
+  // PNG has either a profile or the chunks sRGB and gAMA.
+  if (format == "png" && file_spec_.find_attribute("ICCProfile") != nullptr)
+    file_spec_.erase_attribute("oiio:ColorSpace");
   for (const Attribute& a : attributes) {
     if (a.name != "tile_width" && a.name != "tile_height") SetAttribute(file_spec_, a);
   }

@@ -11,7 +11,7 @@ namespace {
 using namespace testing_io;
 using OIIO::TypeDesc;
 
-// A profile that holds nothing but its description: ASCII as version 2 has it, UTF-16 as version 4.
+// A profile that holds its description alone: ASCII as version 2 has it, UTF-16 as version 4.
 std::vector<std::byte> Profile(const std::string& name, bool version4 = false) {
   std::string tag =
       version4 ? std::string("mluc\0\0\0\0\0\0\0\1\0\0\0\14enUS", 20) : std::string("desc\0\0\0\0", 8);
@@ -25,8 +25,10 @@ std::vector<std::byte> Profile(const std::string& name, bool version4 = false) {
   } else {
     tag += number(name.size() + 1) + name + std::string(79, '\0');
   }
-  std::string bytes(128, '\0');
-  bytes.replace(36, 4, "acsp");
+  std::string bytes(128, '\0');  // a display of RGB through XYZ under D50
+  bytes.replace(0, 4, number(144 + tag.size())).replace(8, 1, version4 ? "\4" : "\2");
+  bytes.replace(12, 12, "mntrRGB XYZ ").replace(36, 4, "acsp");
+  bytes.replace(68, 12, number(63190) + number(65536) + number(54061));
   bytes += number(1) + "desc" + number(144) + number(tag.size()) + tag;
   const auto* const begin = reinterpret_cast<const std::byte*>(bytes.data());
   return {begin, begin + bytes.size()};
@@ -139,6 +141,11 @@ TEST_F(ColorFileTest, ChunksOfPng) {
   EXPECT_EQ(chunks("lin_rec709").second, one);
   EXPECT_FALSE(chunks("Display P3").first);
   EXPECT_EQ(chunks("Display P3").second, "");
+  Write(WithIccProfile(image, Profile("sRGB IEC61966-2.1")), Path("a.png"));
+  const std::string bytes = Contents(Path("a.png"));
+  EXPECT_NE(bytes.find("iCCP"), std::string::npos);
+  EXPECT_EQ(bytes.find("gAMA"), std::string::npos);
+  EXPECT_EQ(ColorStateOf(Read(Path("a.png")).spec()).space, "sRGB");
 }
 
 // What told of the old space goes with it; operations that are no conversions keep it.
