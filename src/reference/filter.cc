@@ -189,21 +189,31 @@ Roi ConvolveInput(const std::any& parameters, int input, const Roi& out) {
 
 // ---- Gaussian and box: one axis after the other, in double ----
 
+// The weights along one axis, `before` of them before the pixel. Samples that are not finite take part up to
+// `reach` pixels away.
+struct AxisWeights {
+  std::vector<double> weights;
+  int before = 0, reach = 1 << 30;
+};
+
 // The result along one axis of `in`, over out's region.
 ImageD Along(bool rows, const ImageD& in, const Roi& out, const Roi& window, BorderMode border, double value,
-             const std::vector<double>& weights, int before) {
+             const AxisWeights& axis) {
+  const std::vector<double>& weights = axis.weights;
   ImageD result(out, in.channels);
   for (int y = out.y0; y < out.y1; ++y) {
     for (int x = out.x0; x < out.x1; ++x) {
       for (int c = 0; c < in.channels; ++c) {
         double sum = 0, inside_weight = 0;
         for (size_t i = 0; i < weights.size(); ++i) {
-          int v = (rows ? x : y) - before + static_cast<int>(i);
+          const int away = static_cast<int>(i) - axis.before;
+          int v = (rows ? x : y) + away;
           const bool inside =
               rows ? Shown(v, window.x0, window.x1, border) : Shown(v, window.y0, window.y1, border);
           if (inside) inside_weight += weights[i];
           if (inside) {
-            sum += weights[i] * (rows ? in.at(v, y, c) : in.at(x, v, c));
+            const double sample = rows ? in.at(v, y, c) : in.at(x, v, c);
+            if (std::abs(away) <= axis.reach || std::isfinite(sample)) sum += weights[i] * sample;
           } else if (border == BorderMode::kBlack) {
             sum += weights[i] * value;
           }
@@ -215,42 +225,47 @@ ImageD Along(bool rows, const ImageD& in, const Roi& out, const Roi& window, Bor
   return result;
 }
 
-void EvaluateSeparable(const Call& call, BorderMode border, double value, const std::vector<double>& row,
-                       int left, const std::vector<double>& column, int top, double l1, double roundings) {
+void EvaluateSeparable(const Call& call, BorderMode border, double value, const AxisWeights& row,
+                       const AxisWeights& column, double l1, double roundings) {
   const Roi& window = call.in_specs[0].data_window;
   const Roi& o = call.out.roi;
   if (o.empty()) return;
   const ImageD& in = call.in[0];
   // Columns first: few rows are wanted.
-  const ImageD half =
-      Along(false, in, {in.roi.x0, o.y0, in.roi.x1, o.y1}, window, border, value, column, top);
+  const ImageD half = Along(false, in, {in.roi.x0, o.y0, in.roi.x1, o.y1}, window, border, value, column);
   ImageD magnitudes = in;
   double largest = std::fabs(value);
-  for (double& v : magnitudes.samples) v = std::fabs(v), largest = std::max(largest, v);
+  for (double& v : magnitudes.samples) {
+    v = std::fabs(v);
+    if (std::isfinite(v)) largest = std::max(largest, v);
+  }
   if (!call.largest.empty()) largest = std::max(largest, call.largest[0]);
-  const ImageD sums = Along(true, half, o, window, border, value, row, left);
+  const ImageD sums = Along(true, half, o, window, border, value, row);
   if (call.scale == nullptr) {
     call.out.samples = sums.samples;
     return;
   }
-  const ImageD half_magnitude =
-      Along(false, magnitudes, half.roi, window, border, std::fabs(value), column, top);
-  const ImageD scales = Along(true, half_magnitude, o, window, border, std::fabs(value), row, left);
+  const ImageD half_magnitude = Along(false, magnitudes, half.roi, window, border, std::fabs(value), column);
+  const ImageD scales = Along(true, half_magnitude, o, window, border, std::fabs(value), row);
   ForEachSample(call, [&](int x, int y, int c) {
     return Sample(sums.at(x, y, c), roundings * scales.at(x, y, c) + l1 / kUnit * largest + kSmallestScale);
   });
 }
 
-std::vector<double> GaussianWeights(double sigma) {
+// All that a double tells apart from 0. What is not finite is seen as far as sums of floats go: 5.1 sigma,
+// rounded up, and nowhere where the weight is below 1e-30.
+AxisWeights GaussianWeights(double sigma) {
   const int radius = static_cast<int>(std::ceil(7 * sigma));
-  std::vector<double> weights;
+  AxisWeights axis{.before = radius, .reach = static_cast<int>(std::ceil(5.1 * sigma))};
+  std::vector<double>& weights = axis.weights;
   double sum = 0;
   for (int n = -radius; n <= radius; ++n) {
     weights.push_back(sigma == 0 ? 1 : std::exp(-0.5 * n * n / (sigma * sigma)));
     sum += weights.back();
   }
   for (double& w : weights) w /= sum;
-  return weights;
+  while (axis.reach > 0 && weights[static_cast<size_t>(radius - axis.reach)] < 1e-30) --axis.reach;
+  return axis;
 }
 
 // Whether a Gaussian is summed over a window, and not run along whole lines.
@@ -265,25 +280,24 @@ bool RunsAlongLines(const std::any& parameters, int) {
 
 void EvaluateBlur(const Call& call) {
   if (const auto* box = std::any_cast<BoxParams>(&call.parameters)) {
-    const std::vector<double> row(static_cast<size_t>(box->width), 1.0 / box->width);
-    const std::vector<double> column(static_cast<size_t>(box->height), 1.0 / box->height);
+    const auto axis = [](int size) {
+      return AxisWeights{std::vector<double>(static_cast<size_t>(size), 1.0 / size), (size - 1) / 2};
+    };
     // Small boxes are sums of columns and rows, an addition rounded at a time; large ones are sums in double.
     const bool small = std::max(box->width, box->height) <= 9;
     const bool summed = box->method == FilterMethod::kDirect || box->method == FilterMethod::kSeparable ||
                         (box->method == FilterMethod::kAuto && small);
     const double steps =
         summed ? 1 + box->width + box->height : std::log2(double{1} * box->width * box->height);
-    return EvaluateSeparable(call, box->border, box->border_value, row, (box->width - 1) / 2, column,
-                             (box->height - 1) / 2, 0, 2 + steps);
+    return EvaluateSeparable(call, box->border, box->border_value, axis(box->width), axis(box->height), 0,
+                             2 + steps);
   }
   const auto& p = std::any_cast<const GaussianParams&>(call.parameters);
-  const std::vector<double> row = GaussianWeights(p.sigma_x), column = GaussianWeights(p.sigma_y);
   const bool summed = IsSummed(p);
   const bool decimated = p.method == FilterMethod::kDecimated ||
                          (p.method == FilterMethod::kAuto && std::min(p.sigma_x, p.sigma_y) >= 16 &&
                           p.border != BorderMode::kRenormalize);
-  EvaluateSeparable(call, p.border, p.border_value, row, static_cast<int>(row.size() / 2), column,
-                    static_cast<int>(column.size() / 2),
+  EvaluateSeparable(call, p.border, p.border_value, GaussianWeights(p.sigma_x), GaussianWeights(p.sigma_y),
                     summed      ? 1e-6
                     : decimated ? 1e-4
                                 : 2e-5,

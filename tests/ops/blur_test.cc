@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "ops/filter/gauss/recursive.h"
 #include "support/filters.h"
 #include "tessera/ops/filter.h"
+#include "tessera/render.h"
+#include "tessera/verify.h"
 
 namespace tessera {
 namespace {
@@ -248,6 +251,24 @@ TEST(BoxTest, ASpikeLeavesNoTrace) {
         EXPECT_FALSE(std::isfinite(result.at<float>(110, 25, 2)));
       }
     });
+  }
+}
+
+// ---- What is not finite ----
+
+// As far as sums reach, not as far as a double could tell a weight from 0: the reference agrees, also where
+// another operation follows.
+TEST(GaussianTest, WhatIsNotFiniteIsVerified) {
+  const Image image = Random(70, 50, 2);
+  image.at<float>(30, 20, 0) = kNaN;
+  image.at<float>(50, 40, 0) = std::numeric_limits<float>::infinity();
+  for (const double sigma : {0.06, 0.25, 0.3, 1.0, 2.0, 4.0, 17.0}) {
+    const Node blurred = GaussianBlur(FromImage(image), sigma);
+    for (const Node& node : {blurred, Convolve(blurred, NamedKernel("gaussian"))}) {
+      const VerifyReport report = Verify(node, PixelType::kFloat, {.samples = 1});
+      EXPECT_TRUE(report.within_bound) << sigma << ": " << report.Summary();
+      EXPECT_EQ(report.undecided, 0) << sigma << ": " << report.Summary();
+    }
   }
 }
 

@@ -84,7 +84,7 @@ class GaussianStage final : public graph::WholeStage {
     bool finite = true;
     for (int i = out.roi.x0; i < out.roi.x1; ++i) finite = finite && Finite(out, i, out.roi.y0);
     for (int j = out.roi.y0; j < out.roi.y1; ++j) finite = finite && Finite(out, out.roi.x0, j);
-    if (!finite) sums_.RunWhole(in[0], out, workers);
+    if (!finite) WindowRun(GaussianWindow(params_), PixelType::kFloat).RunWhole(in[0], out, workers);
   }
 
  private:
@@ -103,7 +103,6 @@ class GaussianStage final : public graph::WholeStage {
   GaussianParams params_;
   bool decimated_;
   DecimatedFunctions functions_ = ChooseDecimated();
-  WindowRun sums_{GaussianWindow(params_), PixelType::kFloat};
 };
 
 class BoxStage final : public graph::WholeStage {
