@@ -32,6 +32,7 @@ tilewindow.exr --blur 5x5 -d float --verify -o out.exr
 tiled.tif --ch 2,1 --addc 0.01 -d uint16 --verify -o out.tif
 rgba8.tif --attrib tile_width 64 --attrib tile_height 48 --blur 3x3 -d uint8 --verify -o out.tif
 float.exr --attrib tile_width 32 --attrib tile_height 64 --mulc 0.9 -d float --verify -o out.exr
+float.exr --ch R,G,B --mulc 0.02 --subc 0.01,1,0.01 window.exr --ch R,G,B --envmap:map=latlong -d float --verify -o out.exr
 --max-memory 1 large.tif --attrib tile_width 64 --attrib tile_height 64 --mulc 0.9 -d half --verify -o out.exr
 -i:subimage=1 parts.exr --ch G,B --mulc 0.7 -d half --verify -o out.exr
 float.exr rgba8.tif --over -d half --verify -o out.exr
