@@ -14,6 +14,7 @@
 
 #include "support/environments.h"
 #include "support/refusal.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/ops/environment.h"
 #include "tessera/render.h"
@@ -327,6 +328,25 @@ TEST_P(EnvironmentTest, HalfFloatTexelsAreHeldAsSuchWithTheSameResult) {
   const Image held =
       Render(Environment(vectors, EnvironmentTexture(map, Map::kLatLong), p), PixelType::kFloat);
   EXPECT_EQ(std::memcmp(own.view().data, held.view().data, directions.size() * 4), 0);
+}
+
+TEST(LobeTables, AreMadeOnceForAMapAndAgainForAnother) {
+  EnvironmentParams p;
+  p.lobe = 20;
+  const Image ball = Ball(8), map = NoiseMap(32, 16, 3);
+  const Image first = Render(Environment(FromImage(ball), FromImage(map), p));
+  const size_t entries = Context::Default().Use().entries;
+  const Image again = Render(Environment(FromImage(ball), FromImage(map), p));
+  EXPECT_EQ(Context::Default().Use().entries, entries);
+  EXPECT_EQ(std::memcmp(first.view().data, again.view().data, 8 * 8 * 4), 0);
+  map.at<float>(5, 7) += 0.25f;
+  const Image other = Render(Environment(FromImage(ball), FromImage(map), p));
+  EXPECT_EQ(Context::Default().Use().entries, entries + 1);
+  EXPECT_NE(std::memcmp(first.view().data, other.view().data, 8 * 8 * 4), 0);
+  // What was kept is what is made.
+  Context::Default().Release();
+  const Image made = Render(Environment(FromImage(ball), FromImage(map), p));
+  EXPECT_EQ(std::memcmp(made.view().data, other.view().data, 8 * 8 * 4), 0);
 }
 
 }  // namespace

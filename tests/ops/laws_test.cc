@@ -16,6 +16,7 @@
 #include "support/cases.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
 #include "tessera/render.h"
@@ -67,6 +68,12 @@ void ExpectWithinBound(const verify::Evaluated& want, const Image& got) {
     }
   }
 }
+
+// Nothing is kept: what one evaluation has prepared another one prepares again.
+const bool kNothingKept = [] {
+  Context::Default().Limit({.cache = 0});
+  return true;
+}();
 
 class Laws : public ::testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Registry, Laws, ::testing::ValuesIn(AllCases()), testing::CaseName);
