@@ -21,8 +21,9 @@ namespace tessera {
 /// functions, grading) runs in OpenColorIO's own CPU processor, as one more node of the fused pipeline;
 /// --verify refuses those. The result is within 1e-5 of OpenColorIO's for results around 1 (relative for
 /// larger ones). R, G, B are the first three channels; alpha takes part where a transform has it; other
-/// channels keep their bits. Errors name the file, colour space, look, display or view that was not found,
-/// and the nearest known one. @file
+/// channels keep their bits. The result carries the space that it is in (color_state.h); behind a LUT file
+/// that is unknown, but for .cc, .ccc and .cdl. Errors name the file, colour space, look, display or view
+/// that was not found, and the nearest known one. @file
 
 /// What all of them have in common.
 struct OcioParams {
