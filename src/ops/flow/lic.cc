@@ -19,7 +19,7 @@ namespace tessera::ops::flow {
 namespace {
 
 constexpr char kName[] = "lic";
-constexpr int kSharedFrom = 64;  // taps each way from which kAuto shares lines
+constexpr int kSharedFrom = 64;  // steps each way from which kAuto shares lines
 
 // From dark blue over green to yellow: dark to bright, so that it reads without colours too.
 std::array<float, 3> ColorOf(float t) {
@@ -280,8 +280,8 @@ LicMethod Check(const LicParams& p) {
   }
   if (p.method != LicMethod::kAuto) return p.method;
   // Weights of one's own may be meant to the tap.
-  return shares && p.kernel != LicKernel::kUser && TapsOf(p) >= kSharedFrom ? LicMethod::kShared
-                                                                            : LicMethod::kDirect;
+  const bool is_long = std::lround(p.length / p.step) >= kSharedFrom;
+  return shares && p.kernel != LicKernel::kUser && is_long ? LicMethod::kShared : LicMethod::kDirect;
 }
 
 Node Make(LicParams params, std::vector<Node> inputs) {
