@@ -15,6 +15,7 @@
 
 #include "ops/filter/box/turn-inl.h"
 #include "ops/filter/codes/codes-inl.h"
+#include "simd/rows-inl.h"
 
 #ifndef TESSERA_OPS_FILTER_BOX_CODES_CC_
 #define TESSERA_OPS_FILTER_BOX_CODES_CC_
@@ -46,6 +47,7 @@ struct BoxArea {
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
+namespace s = simd::HWY_NAMESPACE;
 
 template <class T>
 HWY_INLINE hn::Vec<DC<T>> Wide(const T* p) {
@@ -298,40 +300,23 @@ void WordBoxSums(const BoxCodesStrip<uint16_t>& s, uint32_t* out, ptrdiff_t out_
   SumBoxes(s, {}, out, out_stride);
 }
 
-// Whole vectors of bytes' sums, in place of floats: to samples.
+// Sums of bytes, and of words, to samples.
 void SettleByteSums(int area, const uint32_t* sums, int count, float* out) {
   const DB d;
-  const hn::RebindToSigned<DB> i32;
   const auto over = hn::Set(d, static_cast<float>(area));
-  const auto settled = [&](const uint32_t* p) HWY_ATTR {
-    return SettledSample(hn::ConvertTo(d, hn::BitCast(i32, hn::LoadU(hn::RebindToUnsigned<DB>(), p))), over);
-  };
-  int i = 0;
-  for (; i + kByteLanes <= count; i += kByteLanes) hn::StoreU(settled(sums + i), d, out + i);
-  if (i == count) return;
-  HWY_ALIGN uint32_t last[kByteLanes] = {};
-  HWY_ALIGN float tail[kByteLanes];
-  std::copy(sums + i, sums + count, last);
-  hn::Store(settled(last), d, tail);
-  std::copy_n(tail, count - i, out + i);
+  s::StoreRow(d, count, out, [&](int i) HWY_ATTR {
+    const auto sum = s::LoadPart(hn::RebindToUnsigned<DB>(), sums + i, count - i);
+    return SettledSample(hn::ConvertTo(d, hn::BitCast(hn::RebindToSigned<DB>(), sum)), over);
+  });
 }
 void SettleWordSums(int area, const uint32_t* sums, int count, float* out) {
   const DD d;
   const auto factor = hn::Set(d, 1.0 / area), unit = hn::Set(d, 1.0 / 65535);
-  const auto settled = [&](const double* codes) HWY_ATTR {
+  s::StoreRow(DF(), count, out, [&](int i) HWY_ATTR {
+    HWY_ALIGN double codes[kDoubles] = {};
+    std::copy_n(sums + i, std::min(kDoubles, count - i), codes);
     return ToFloats(d, hn::Mul(Settled(d, hn::Mul(hn::Load(d, codes), factor)), unit));
-  };
-  HWY_ALIGN double codes[kDoubles] = {};
-  int i = 0;
-  for (; i + kDoubles <= count; i += kDoubles) {
-    for (int k = 0; k < kDoubles; ++k) codes[k] = sums[i + k];
-    hn::StoreU(settled(codes), DF(), out + i);
-  }
-  if (i == count) return;
-  HWY_ALIGN float tail[kDoubles];
-  std::copy(sums + i, sums + count, codes);
-  hn::Store(settled(codes), DF(), tail);
-  std::copy_n(tail, count - i, out + i);
+  });
 }
 
 BoxFunctions<uint8_t> ByteBoxesOfTarget() { return {MayMultiply, ByteBoxes, ByteBoxSums, SettleByteSums}; }

@@ -13,6 +13,7 @@
 #include <hwy/highway.h>
 
 #include "ops/filter/codes/codes-inl.h"
+#include "simd/rows-inl.h"
 
 #ifndef TESSERA_OPS_FILTER_CODES_BYTES_CC_
 #define TESSERA_OPS_FILTER_CODES_BYTES_CC_
@@ -23,6 +24,7 @@ constexpr float kLargestByte = 255, kLargestWord = 65535;
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
+namespace s = simd::HWY_NAMESPACE;
 
 // The codes of `count` samples, what is none, to within `near`, as 0, and zeros up to `padded`, a multiple of
 // 16; whether all are codes. Null: none are kept.
@@ -58,13 +60,7 @@ bool ToCodes(float largest_code, float near, const float* HWY_RESTRICT samples, 
 template <class F>
 HWY_INLINE void ForVectors(float* row, int count, const F& f) {
   const DB d;
-  int i = 0;
-  for (; i + kByteLanes <= count; i += kByteLanes) hn::StoreU(f(hn::LoadU(d, row + i), i), d, row + i);
-  if (i == count) return;
-  HWY_ALIGN float tail[kByteLanes] = {};
-  std::copy(row + i, row + count, tail);
-  hn::Store(f(hn::Load(d, tail), i), d, tail);
-  std::copy_n(tail, count - i, row + i);
+  s::StoreRow(d, count, row, [&](int i) HWY_ATTR { return f(s::LoadPart(d, row + i, count - i), i); });
 }
 
 // Exact sums, whole numbers, over the divisor.
@@ -117,16 +113,8 @@ HWY_INLINE hn::Vec<DC> ToByte(VB code) {
 // f(vector, i) of a row of sums to bytes.
 template <class F>
 HWY_INLINE void ForBytes(const float* sums, int count, uint8_t* out, const F& f) {
-  int i = 0;
-  for (; i + kByteLanes <= count; i += kByteLanes) {
-    hn::StoreU(ToByte(f(hn::LoadU(DB(), sums + i), i)), DC(), out + i);
-  }
-  if (i == count) return;
-  HWY_ALIGN float last[kByteLanes] = {};
-  HWY_ALIGN uint8_t tail[kByteLanes];
-  std::copy(sums + i, sums + count, last);
-  hn::StoreU(ToByte(f(hn::Load(DB(), last), i)), DC(), tail);
-  std::copy_n(tail, count - i, out + i);
+  s::StoreRow(DC(), count, out,
+              [&](int i) HWY_ATTR { return ToByte(f(s::LoadPart(DB(), sums + i, count - i), i)); });
 }
 
 // Exact sums over the divisor: a quotient of such numbers is rounded to no tie, so that one rounding to a

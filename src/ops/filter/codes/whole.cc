@@ -13,6 +13,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "simd/rows-inl.h"
+
 #ifndef TESSERA_OPS_FILTER_CODES_WHOLE_CC_
 #define TESSERA_OPS_FILTER_CODES_WHOLE_CC_
 namespace tessera::ops {
@@ -35,6 +37,7 @@ struct WholeStrip {
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace s = simd::HWY_NAMESPACE;
 
 using DW = hn::CappedTag<uint16_t, kWholeUnit>;
 using VW = hn::Vec<DW>;
@@ -93,19 +96,6 @@ HWY_INLINE VW SumAlong(const WholeWindow& w, const uint16_t* columns, int channe
   return sum;
 }
 
-// f(i), a vector of bytes of D's numbers, to `count` bytes.
-template <class D, class F>
-HWY_INLINE void ForBytes(D, int count, uint8_t* out, const F& f) {
-  const hn::Rebind<uint8_t, D> bytes;
-  constexpr int kStep = static_cast<int>(hn::MaxLanes(D()));
-  int i = 0;
-  for (; i + kStep <= count; i += kStep) hn::StoreU(f(i), bytes, out + i);
-  if (i == count) return;
-  HWY_ALIGN uint8_t tail[kStep];
-  hn::StoreU(f(i), bytes, tail);
-  std::copy_n(tail, count - i, out + i);
-}
-
 // Sums, sum(i), of numbers of type T over 2^shift.
 template <class T, class F>
 HWY_INLINE void BytesOfShifted(int shift, int count, uint8_t* out, const F& sum) {
@@ -117,10 +107,10 @@ HWY_INLINE void BytesOfShifted(int shift, int count, uint8_t* out, const F& sum)
     return hn::DemoteTo(bytes, hn::BitCast(wide, v));
   };
   if (shift == 0) {
-    return ForBytes(DW(), count, out, [&](int i) HWY_ATTR { return demote(hn::BitCast(d, sum(i))); });
+    return s::StoreRow(bytes, count, out, [&](int i) HWY_ATTR { return demote(hn::BitCast(d, sum(i))); });
   }
   const auto below = hn::Set(d, static_cast<T>((1 << (shift - 1)) - 1)), one = hn::Set(d, T{1});
-  ForBytes(DW(), count, out, [&](int i) HWY_ATTR {
+  s::StoreRow(bytes, count, out, [&](int i) HWY_ATTR {
     const auto v = hn::BitCast(d, sum(i));
     const auto odd = hn::And(hn::ShiftRightSame(v, shift), one);
     return demote(hn::ShiftRightSame(hn::Add(hn::Add(v, below), odd), shift));
@@ -136,7 +126,7 @@ void BytesOfDivided(const WholeWindow& w, const uint16_t* sums, int count, uint8
   const hn::Rebind<uint8_t, decltype(f)> bytes;
   const auto by = hn::Set(f, w.multiplied ? w.inverse : static_cast<float>(w.divisor));
   const auto bytes_of = [&](const auto& quotient) HWY_ATTR {
-    ForBytes(f, count, out, [&](int i) HWY_ATTR {
+    s::StoreRow(bytes, count, out, [&](int i) HWY_ATTR {
       const auto sum = hn::LoadU(d, reinterpret_cast<const T*>(sums) + i);
       return hn::DemoteTo(bytes, hn::NearestInt(quotient(hn::ConvertTo(f, hn::PromoteTo(i32, sum)))));
     });
