@@ -302,6 +302,20 @@ TEST(VolumeAov, VolumesThatDoNotChangeAreMadeOnce) {
   EXPECT_EQ(Context::Default().Use().entries, entries);
   at("10", "31");
   EXPECT_GT(Context::Default().Use().entries, entries);
+  // The distance field of a picture's slices, as long as the picture is the same.
+  const Image slices(ImageSpec(8, 64, 1));
+  const auto field = [&](const char* azimuth) {
+    return Command("volume", {{"slices", "8"}, {"distance", "0.5"}, {"size", "8x8"}, {"azimuth", azimuth}},
+                   {FromImage(slices)});
+  };
+  slices.at<float>(4, 30) = 1;
+  field("10");
+  const size_t fields = Context::Default().Use().entries;
+  field("20");
+  EXPECT_EQ(Context::Default().Use().entries, fields);
+  slices.at<float>(3, 30) = 1;
+  field("20");
+  EXPECT_EQ(Context::Default().Use().entries, fields + 1);
   // What is kept is what would be made.
   const Image kept = Render(again);
   Context::Default().Release();

@@ -1,12 +1,10 @@
 // Preparation of environment maps.
 #include "ops/environment/prepared.h"
 
-#include <algorithm>
-#include <array>
-#include <cstring>
 #include <sstream>
 #include <string>
 
+#include "base/digest.h"
 #include "ops/environment/lookup.h"
 #include "tessera/context.h"
 #include "tessera/render.h"
@@ -16,38 +14,14 @@ namespace tessera {
 namespace ops {
 namespace {
 
-// 128 bits of all samples: maps of which they agree are the same one.
-std::array<uint64_t, 2> DigestOf(const ConstImageView& picture) {
-  std::array<uint64_t, 2> digest = {0x9e3779b97f4a7c15u, 0xc2b2ae3d27d4eb4fu};
-  const auto take = [&](uint64_t word) {
-    digest[0] = (digest[0] ^ word) * 0xff51afd7ed558ccdu;
-    digest[0] ^= digest[0] >> 32;
-    digest[1] = (digest[1] + word) * 0xc4ceb9fe1a85ec53u;
-    digest[1] ^= digest[1] >> 29;
-  };
-  for (int y = picture.roi.y0; y < picture.roi.y1; ++y) {
-    for (int x = picture.roi.x0; x < picture.roi.x1; ++x) {
-      const std::byte* const pixel = picture.At(x, y);
-      for (int c = 0; c < picture.channels; ++c) {
-        uint32_t bits = 0;
-        std::memcpy(&bits, pixel + c * picture.channel_stride, sizeof(bits));
-        take(bits);
-      }
-    }
-  }
-  return digest;
-}
-
 // The table of a lobe: of the same map the one that is kept, as where frames follow each other.
 std::shared_ptr<const EnvironmentAtlas> KeptLobeTable(const ConstImageView& picture, int first,
                                                       const MapLayout& layout, const EnvironmentParams& p,
                                                       const graph::Workers& workers) {
-  const std::array<uint64_t, 2> digest = DigestOf(picture);
   std::ostringstream key;
   key.precision(17);
-  key << "lobe table " << static_cast<int>(p.map) << ' ' << picture.roi.width() << ' ' << picture.roi.height()
-      << ' ' << picture.channels << ' ' << first << ' ' << p.lobe << ' ' << p.table << ' ' << SimdTarget()
-      << ' ' << digest[0] << ' ' << digest[1];
+  key << "lobe table " << base::DigestText(picture) << static_cast<int>(p.map) << ' ' << first << ' '
+      << p.lobe << ' ' << p.table << ' ' << SimdTarget();
   const auto side = static_cast<size_t>(p.table > 0 ? p.table : LobeTableSize(p.lobe)) + 2;
   return Context::Default().Cached<EnvironmentAtlas>(key.str(), 6 * side * side * 4 * sizeof(float), [&] {
     return MakeLobeTable(picture, first, layout, p.lobe, p.table, workers);

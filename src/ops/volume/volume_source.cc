@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "base/digest.h"
 #include "model/volume_data.h"
 #include "ops/volume/words.h"
 #include "tessera/context.h"
@@ -207,8 +208,12 @@ Volume VolumeOfWords(std::span<const Node> inputs, const Arguments& a) {
     volume = FileOfWords(a, type, spacing, key);
   } else {
     const Node& stack = inputs.back();
-    volume = Volume::FromImage(Render(stack, stack.spec().type).view(), std::max(a.Integer("slices"), 1),
-                               a.Integer("channel"), spacing);
+    const Image slices = Render(stack, stack.spec().type);
+    volume =
+        Volume::FromImage(slices.view(), std::max(a.Integer("slices"), 1), a.Integer("channel"), spacing);
+    // A distance field costs a hundred times as much as telling whether it is that of the last picture.
+    if (a.Given("distance"))
+      key = base::DigestText(slices.view()) + WordsOf(a, {"slices", "channel", "spacing"});
   }
   if (!a.Given("distance")) return volume;
   DistanceFieldParams d;
