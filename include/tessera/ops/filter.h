@@ -14,8 +14,8 @@ TESSERA_API_BEGIN
 namespace tessera {
 
 /// All act on every channel alike, alpha included, and clamp nothing. NaN and infinity spread exactly over
-/// the part of a kernel that has weight. S is the sum of |weight * sample| under the kernel, k its number of
-/// weights, u = 2^-24. Formulas and the papers' mistakes: doc/maths/filter.md. @file
+/// the part of a kernel that has weight. S is the sum of |weight * sample| under the kernel, W and H its
+/// width and height, u = 2^-24. Formulas and the papers' mistakes: doc/maths/filter.md. @file
 
 /// What lies beyond the image.
 enum class BorderMode {
@@ -79,16 +79,18 @@ Node KernelImage(const Kernel& kernel);
 /// `correlate` adds i and j instead (what other programs often call convolution). divisor 0 stands for 1.
 /// `bias` is multiplied by the pixel's alpha where there is one, as SVG's feConvolveMatrix has it.
 /// `preserve_alpha` divides colours by alpha, convolves only them, and multiplies by alpha again. |error| <=
-/// (3 + k) u S. Cost grows with the kernel's area up to some 10x10, then with its side (separable), or
-/// with its logarithm. Two samples that share a weight of a symmetric row or column are added first: beyond
-/// half of the largest float they overflow. Error when the kernel is larger than 255x255, empty, or holds NaN
-/// or infinity, or when its planes are neither 1 nor as many as there are channels. Flat images stay within 1
-/// ULP under kernels up to 5x5 whose sum is 1, 3 ULP under larger ones, and give exactly 0 under kernels up
-/// to 5x5 whose sum is 0. Images of 8- and 16-bit integers: the result, written as such, is the exact sum
-/// rounded once, half to even; blurs and BoxBlur with kernels up to 255x255 too. With kFft |error| <= 16 u
-/// times the root of the sum of squared weights times that of a block's squared deviations from its mean;
-/// blocks in which a sample deviates by more than 16 times the mean magnitude are transformed in double and
-/// keep to the bound of sums.
+/// (6 + a) u S, where a additions come one after the other: direct H * ceil(W / 4), separable 3 + H +
+/// ceil(W / 4), low rank 12 + 2 (H + ceil(W / 4)) + min(W, H); sums of differences, of kernels up to 5x5
+/// whose sum is 0, have the largest sample times the sum of |weight| more in S. Cost grows with the kernel's
+/// area up to some 10x10, then with its side (separable), or with its logarithm. Two samples that share a
+/// weight of a symmetric row or column are added first: beyond half of the largest float they overflow. Error
+/// when the kernel is larger than 255x255, empty, or holds NaN or infinity, or when its planes are neither 1
+/// nor as many as there are channels. Flat images stay within 1 ULP under kernels up to 5x5 whose sum is 1, 3
+/// ULP under larger ones, and give exactly 0 under kernels up to 5x5 whose sum is 0. Images of 8- and 16-bit
+/// integers: the result, written as such, is the exact sum rounded once, half to even; blurs and BoxBlur with
+/// kernels up to 255x255 too. With kFft |error| <= 16 u times the root of the sum of squared weights times
+/// that of a block's squared deviations from its mean; blocks in which a sample deviates by more than 16
+/// times the mean magnitude are transformed in double and keep to the bound of sums.
 struct ConvolveParams {
   bool correlate = false;                     ///< the kernel as it lies, not turned by half
   double divisor = 0;                         ///< 0 stands for 1
