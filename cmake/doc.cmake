@@ -24,3 +24,18 @@ if(TARGET tessera_cli)
   add_custom_target(reference COMMAND tessera_cli --list-commands:format=markdown > ${PROJECT_BINARY_DIR}/doc/commands.md
     COMMENT "Reference page ${PROJECT_BINARY_DIR}/doc/commands.md" VERBATIM)
 endif()
+
+# `book`: a page for every command, with lines that run and what they made. Its test builds it small and looks for dead
+# links; whoever adds an operation is told there to add a line to doc/book/lines.txt.
+find_package(Python3 COMPONENTS Interpreter QUIET)
+if(TARGET tessera_cli AND TARGET scene AND Python3_FOUND)
+  add_custom_target(book COMMAND Python3::Interpreter -B ${PROJECT_SOURCE_DIR}/doc/book/build.py
+    --tool $<TARGET_FILE:tessera_cli> --scene $<TARGET_FILE:scene> --doxygen ${PROJECT_BINARY_DIR}/doc/html
+    --out ${PROJECT_BINARY_DIR}/doc/book COMMENT "The book in ${PROJECT_BINARY_DIR}/doc/book" VERBATIM)
+  add_dependencies(book tessera_cli scene)
+  if(TESSERA_TESTS AND NOT TESSERA_SANITIZE)
+    add_test(NAME doc.Book COMMAND Python3::Interpreter -B ${PROJECT_SOURCE_DIR}/tests/doc/book_test.py
+      $<TARGET_FILE:tessera_cli> $<TARGET_FILE:scene> ${PROJECT_BINARY_DIR}/doc/book_test)
+    set_tests_properties(doc.Book PROPERTIES TIMEOUT 900 PROCESSORS 2 SKIP_RETURN_CODE 77)
+  endif()
+endif()

@@ -93,7 +93,10 @@ void PrintJson(std::ostream& out) {
         << ",\n   \"help\": " << Json(item.row->help) << ",\n   \"accuracy\": " << Json(item.row->bound);
     PrintJsonParams(out, "arguments", item.row->arguments);
     PrintJsonParams(out, "modifiers", item.row->modifiers);
-    out << "}";
+    out << ",\n   \"examples\": [";
+    for (size_t i = 0; i < item.row->examples.size(); ++i)
+      out << (i > 0 ? ", " : "") << Json(item.row->examples[i]);
+    out << "]}";
     separator = ",";
   }
   out << "\n]\n";

@@ -51,6 +51,9 @@ TEST_F(HelpTest, PagesAndListsHoldWhatTheRegistrySays) {
         EXPECT_NE(json.find("\"name\": \"" + p.name + "\""), std::string::npos) << p.name;
       }
     }
+    if (!op.examples.empty()) {
+      EXPECT_NE(json.find("\"examples\": [\"" + op.examples[0]), std::string::npos) << op.examples[0];
+    }
   }
 }
 
