@@ -4,7 +4,9 @@
 
 #include "tessera/camera.h"
 #include "tessera/color_state.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/image.h"
 #include "tessera/io.h"
 #include "tessera/mesh.h"

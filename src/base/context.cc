@@ -12,6 +12,7 @@
 #include "base/file_names.h"
 #include "base/pool.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera {
 namespace base {
@@ -22,7 +23,7 @@ FileNames::~FileNames() {
 
 void FileNames::Remember(const std::string& name) {
   char* const copy = ::strdup(name.c_str());
-  if (copy == nullptr) throw Error(name, "no memory for its name");
+  if (copy == nullptr) throw SystemError(name, "no memory for its name");
   for (auto& slot : slots_) {
     char* empty = nullptr;
     if (slot.compare_exchange_strong(empty, copy)) return;

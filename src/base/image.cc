@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera {
 
@@ -43,8 +44,8 @@ size_t BytesOf(const ImageSpec& spec) {
   const size_t pixel = PixelBytes(spec.type) * spec.channels.size();
   const auto count = static_cast<size_t>(spec.data_window.pixels());
   if (pixel != 0 && count > std::numeric_limits<size_t>::max() / 2 / pixel) {
-    throw Error("memory", "an image of " + std::to_string(spec.width()) + "x" +
-                              std::to_string(spec.height()) + " pixels does not fit");
+    throw SystemError("memory", "an image of " + std::to_string(spec.width()) + "x" +
+                                    std::to_string(spec.height()) + " pixels does not fit");
   }
   return count * pixel;
 }

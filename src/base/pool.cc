@@ -14,6 +14,7 @@
 #endif
 
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::base {
 namespace {
@@ -132,13 +133,13 @@ std::shared_ptr<std::byte> Pool::AllocateLarge(size_t bytes) {
 
 std::shared_ptr<std::byte> Pool::Allocate(size_t bytes, Access access) {
   const size_t padded = (bytes + kReadMargin + kAlignment - 1) / kAlignment * kAlignment;
-  if (padded < bytes) throw Error("memory", "a size of " + std::to_string(bytes) + " bytes overflows");
+  if (padded < bytes) throw SystemError("memory", "a size of " + std::to_string(bytes) + " bytes overflows");
   // A 33^3 table of colours, half a megabyte, is read a tenth faster from one page than from 140.
   if (padded >= (access == Access::kScattered ? size_t{256} << 10 : size_t{4} << 20)) {
     if (auto memory = AllocateLarge(padded)) return memory;
   }
   void* p = std::aligned_alloc(kAlignment, padded);
-  if (p == nullptr) throw Error("memory", "the system refused " + std::to_string(padded) + " bytes");
+  if (p == nullptr) throw SystemError("memory", "the system refused " + std::to_string(padded) + " bytes");
   return {static_cast<std::byte*>(p), std::free};
 }
 

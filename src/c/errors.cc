@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "c/handles.h"
+#include "tessera/error_kind.h"
 #include "tessera/version.h"
 
 namespace tessera::c {
@@ -34,17 +35,27 @@ tessera_status Leave(tessera_status status, const std::string& subject, const st
   return status;
 }
 
+tessera_status StatusOf(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::kUsage:
+      return TESSERA_USAGE;
+    case ErrorKind::kData:
+      return TESSERA_DATA;
+    case ErrorKind::kSystem:
+      return TESSERA_SYSTEM;
+    case ErrorKind::kCancelled:
+      return TESSERA_CANCELLED;
+  }
+  return TESSERA_INTERNAL;
+}
+
 }  // namespace
 
-tessera_status Caught(tessera_status status, tessera_error** error) noexcept {
+tessera_status Caught(tessera_error** error) noexcept {
   try {
     throw;
-  } catch (const Cancelled& e) {
-    return Leave(TESSERA_CANCELLED, e.subject(), e.reason(), error);
-  } catch (const Misuse& e) {
-    return Leave(TESSERA_USAGE, e.subject(), e.reason(), error);
   } catch (const Error& e) {
-    return Leave(e.subject() == "memory" ? TESSERA_SYSTEM : status, e.subject(), e.reason(), error);
+    return Leave(StatusOf(KindOf(e)), e.subject(), e.reason(), error);
   } catch (const std::bad_alloc&) {
     return Leave(TESSERA_SYSTEM, "memory", "refused", error);
   } catch (const std::system_error& e) {

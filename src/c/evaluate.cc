@@ -30,7 +30,7 @@ extern "C" {
 
 tessera_status tessera_apply(const tessera_parameters* parameters, const tessera_image* const* images,
                              size_t count, tessera_image** result, tessera_error** error) {
-  return Guarded(TESSERA_DATA, error, [&] {
+  return Guarded(error, [&] {
     tessera_image*& made = Result(result, "result");
     const tessera_parameters& p = Checked(parameters, "parameters");
     if (p.op->generator) throw Misuse(p.op->name, "is a generator, expected tessera_generate");
@@ -49,7 +49,7 @@ tessera_status tessera_apply(const tessera_parameters* parameters, const tessera
 
 tessera_status tessera_generate(const tessera_parameters* parameters, const tessera_window* window,
                                 int32_t channels, tessera_image** result, tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     tessera_image*& made = Result(result, "result");
     const tessera_parameters& p = Checked(parameters, "parameters");
     if (!p.op->generator) throw Misuse(p.op->name, "takes images, expected tessera_apply");
@@ -65,7 +65,7 @@ tessera_status tessera_generate(const tessera_parameters* parameters, const tess
 
 tessera_status tessera_render(const tessera_image* image, const tessera_pixels* out,
                               const tessera_render_options* given, tessera_error** error) {
-  return Guarded(TESSERA_DATA, error, [&] {
+  return Guarded(error, [&] {
     const tessera::Node& node = Checked(image, "image").node;
     const tessera_render_options options = Taken(given, "options");
     const tessera::ConstImageView view = ViewOf(out, "out");
@@ -85,7 +85,7 @@ tessera_status tessera_render(const tessera_image* image, const tessera_pixels* 
 
 tessera_status tessera_read(const char* file, const tessera_read_options* given, tessera_image** image,
                             tessera_error** error) {
-  return Guarded(TESSERA_DATA, error, [&] {
+  return Guarded(error, [&] {
     tessera_image*& result = Result(image, "image");
     const tessera_read_options options = Taken(given, "options");
     tessera::ReadOptions read;
@@ -97,7 +97,7 @@ tessera_status tessera_read(const char* file, const tessera_read_options* given,
 
 tessera_status tessera_write(const tessera_image* image, const char* file, const tessera_write_options* given,
                              tessera_error** error) {
-  return Guarded(TESSERA_DATA, error, [&] {
+  return Guarded(error, [&] {
     const tessera_image& from = Checked(image, "image");
     const tessera_write_options options = Taken(given, "options");
     tessera::WriteOptions write;

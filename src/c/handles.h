@@ -61,17 +61,17 @@ class Misuse : public Error {
 };
 
 // Whatever is being thrown, as a status and, where `error` is not null, as a value.
-tessera_status Caught(tessera_status status, tessera_error** error) noexcept;
+tessera_status Caught(tessera_error** error) noexcept;
 
-// `action()` with its exceptions as values. An Error that says nothing of its kind is of kind `status`.
+// `action()` with its exceptions as values.
 template <class F>
-tessera_status Guarded(tessera_status status, tessera_error** error, const F& action) noexcept {
+tessera_status Guarded(tessera_error** error, const F& action) noexcept {
   if (error != nullptr) *error = nullptr;
   try {
     action();
     return TESSERA_OK;
   } catch (...) {
-    return Caught(status, error);
+    return Caught(error);
   }
 }
 

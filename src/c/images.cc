@@ -122,7 +122,7 @@ extern "C" {
 tessera_status tessera_image_borrow(const tessera_pixels* pixels, const tessera_image_options* options,
                                     void (*release)(void* user), void* user, tessera_image** image,
                                     tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     tessera_image*& result = Result(image, "image");
     const tessera::ConstImageView view = ViewOf(pixels, "pixels");
     std::unique_ptr<tessera_image> made(NewImage(tessera::FromView(view, SpecOf(view, options)), nullptr, 0));
@@ -136,7 +136,7 @@ tessera_status tessera_image_borrow(const tessera_pixels* pixels, const tessera_
 
 tessera_status tessera_image_copy(const tessera_pixels* pixels, const tessera_image_options* options,
                                   tessera_image** image, tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     tessera_image*& result = Result(image, "image");
     const tessera::ConstImageView from = ViewOf(pixels, "pixels");
     const tessera::Image copy(SpecOf(from, options));
@@ -156,7 +156,7 @@ void tessera_image_free(tessera_image* image) {
 
 tessera_status tessera_image_get_info(const tessera_image* image, tessera_image_info* info,
                                       tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     const tessera::ImageSpec& spec = Checked(image, "image").node.spec();
     tessera_image_info all = {};
     all.data_window = WindowOf(spec.data_window), all.display_window = WindowOf(spec.display_window);

@@ -72,13 +72,13 @@ const tessera_operation* tessera_operation_at(size_t index) {
 const tessera_operation* tessera_operation_find(const char* name) {
   if (name == nullptr) return nullptr;
   const OpInfo* found = nullptr;
-  Guarded(TESSERA_INTERNAL, nullptr, [&] { found = tessera::ops::FindOp(name); });
+  Guarded(nullptr, [&] { found = tessera::ops::FindOp(name); });
   return reinterpret_cast<const tessera_operation*>(found);
 }
 
 tessera_status tessera_operation_get_info(const tessera_operation* operation, tessera_operation_info* info,
                                           tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     const OpInfo& op = RowOf(operation);
     tessera_operation_info all = {};
     all.name = op.name.c_str(), all.family = op.family.c_str();
@@ -98,7 +98,7 @@ const char* tessera_operation_example(const tessera_operation* operation, size_t
 
 tessera_status tessera_parameter_get_info(const tessera_operation* operation, size_t parameter,
                                           tessera_parameter_info* info, tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     const OpInfo& op = RowOf(operation);
     const ParamInfo* const p = ParameterAt(op, parameter);
     if (p == nullptr) {

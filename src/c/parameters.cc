@@ -83,7 +83,7 @@ extern "C" {
 
 tessera_status tessera_parameters_new(const char* operation, tessera_parameters** parameters,
                                       tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     tessera_parameters*& result = Result(parameters, "parameters");
     const tessera::ops::OpInfo& op = RowNamed(Text(operation, "operation"));
     result = new tessera_parameters;
@@ -97,24 +97,22 @@ void tessera_parameters_free(tessera_parameters* parameters) {
 
 tessera_status tessera_set_number(tessera_parameters* parameters, const char* name, double value,
                                   tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] { Set(parameters, name, ParamType::kNumber, NumberText(value)); });
+  return Guarded(error, [&] { Set(parameters, name, ParamType::kNumber, NumberText(value)); });
 }
 
 tessera_status tessera_set_integer(tessera_parameters* parameters, const char* name, int64_t value,
                                    tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error,
-                 [&] { Set(parameters, name, ParamType::kInteger, std::to_string(value)); });
+  return Guarded(error, [&] { Set(parameters, name, ParamType::kInteger, std::to_string(value)); });
 }
 
 tessera_status tessera_set_flag(tessera_parameters* parameters, const char* name, int32_t value,
                                 tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error,
-                 [&] { Set(parameters, name, ParamType::kFlag, std::to_string(value)); });
+  return Guarded(error, [&] { Set(parameters, name, ParamType::kFlag, std::to_string(value)); });
 }
 
 tessera_status tessera_set_numbers(tessera_parameters* parameters, const char* name, const double* values,
                                    size_t count, tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     constexpr size_t kMost = size_t{1} << 20;  // more than any row takes
     if (values == nullptr && count > 0) throw Misuse("values", "found NULL, expected numbers");
     if (count > kMost) throw Misuse("count", "found " + std::to_string(count) + ", expected at most 2^20");
@@ -126,12 +124,12 @@ tessera_status tessera_set_numbers(tessera_parameters* parameters, const char* n
 
 tessera_status tessera_set_text(tessera_parameters* parameters, const char* name, const char* text,
                                 tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] { Set(parameters, name, ParamType::kText, Text(text, "text")); });
+  return Guarded(error, [&] { Set(parameters, name, ParamType::kText, Text(text, "text")); });
 }
 
 tessera_status tessera_parameters_parse(tessera_parameters* parameters, const char* line,
                                         tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     tessera_parameters& p = Checked(parameters, "parameters");
     const tessera::ops::Words words = tessera::ops::SplitExample(*p.op, Text(line, "line"));
     auto values = p.values;  // all of the line or nothing of it
@@ -151,7 +149,7 @@ tessera_status tessera_parameters_parse(tessera_parameters* parameters, const ch
 
 tessera_status tessera_parameters_images(const tessera_parameters* parameters, size_t* count,
                                          tessera_error** error) {
-  return Guarded(TESSERA_USAGE, error, [&] {
+  return Guarded(error, [&] {
     size_t& result = Result(count, "count");
     const tessera_parameters& p = Checked(parameters, "parameters");
     const tessera::ops::Arguments arguments = ArgumentsOf(p);

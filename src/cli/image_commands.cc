@@ -6,6 +6,7 @@
 #include "cli/messages.h"
 #include "cli/session.h"
 #include "tessera/color_state.h"
+#include "tessera/error_kind.h"
 #include "tessera/io.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/filter.h"
@@ -72,6 +73,7 @@ void PushFromWords(const Step& step, Session& session, const std::string& name, 
   try {
     session.Push({make(), name, {}}, WordsOf(step));
   } catch (const Error& e) {
+    if (KindOf(e) != ErrorKind::kUsage) throw;
     throw UsageError(SubjectOf(step.command->info, e), e.reason());
   }
 }

@@ -6,8 +6,8 @@
 #include <iostream>
 #include <span>
 
+#include "tessera/error_kind.h"
 #include "tessera/ocio.h"
-#include "tessera/ops/generate.h"
 
 namespace tessera::cli {
 namespace {
@@ -40,33 +40,6 @@ const LargestImage& Larger(const LargestImage& a, const LargestImage& b) {
   return pixels(b) > pixels(a) ? b : a;
 }
 
-// An image of a size and with channels that no file of a line has.
-Node SomeImage() {
-  ImageSpec spec(1021, 509, 6);
-  spec.data_window = spec.display_window = {13, 7, 1034, 516};
-  spec.channels = {"R", "G", "B", "A", "Z", "of some image"};
-  spec.alpha = 3;
-  return Constant(spec);
-}
-
-// Whether an operation refuses its arguments whatever its images are: then the line is wrong. The subject of
-// an error about a file is the file.
-bool ArgumentsAreWrong(const ops::OpInfo& op, const ops::Arguments& arguments, const Error& error) {
-  const auto names_the_file = [&](const ops::ParamInfo& p) {
-    return p.type == ops::ParamType::kText && arguments.Text(p.name) == error.subject();
-  };
-  if (std::any_of(op.arguments.begin(), op.arguments.end(), names_the_file) ||
-      std::any_of(op.modifiers.begin(), op.modifiers.end(), names_the_file)) {
-    return false;
-  }
-  try {
-    op.make(std::vector<Node>(static_cast<size_t>(op.Operands(arguments)), SomeImage()), arguments, nullptr);
-  } catch (const Error& other) {
-    return std::string(other.what()) == error.what();
-  }
-  return false;
-}
-
 }  // namespace
 
 std::string WordsOf(const Step& step) {
@@ -90,7 +63,7 @@ void RequireSize(const Entry& entry) {
   // A file that large has been written before.
   if (entry.largest.words.empty() || spec.data_window.empty() || Fits(width, height, spec.channel_count()))
     return;
-  throw Error(entry.largest.words, TooLarge(width, height, spec.channel_count()));
+  throw DataError(entry.largest.words, TooLarge(width, height, spec.channel_count()));
 }
 
 void RequireSize(const Step& step, const Roi& window, int channels) {
@@ -138,12 +111,10 @@ void ApplyOperation(const Step& step, Session& session) {
   try {
     result.node = op.make(inputs, arguments, nullptr);
   } catch (const Error& e) {
-    arguments.notes = nullptr;
+    if (KindOf(e) != ErrorKind::kUsage) ThrowAbout(SubjectOf(op, e), e);
     std::vector<std::string> values;
     for (const ops::ParamInfo& p : op.arguments) values.push_back(arguments.Text(p.name));
-    if (ArgumentsAreWrong(op, arguments, e))
-      throw UsageError(SubjectOf(op, e), e.reason() + ModifiersBehind(op, values));
-    throw Error(SubjectOf(op, e), e.reason());
+    throw UsageError(SubjectOf(op, e), e.reason() + ModifiersBehind(op, values));
   }
   for (const std::string& note : notes) std::cout << step.written << ": " << note << std::endl;
   result.name = step.written;

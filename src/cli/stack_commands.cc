@@ -6,6 +6,7 @@
 
 #include "cli/session.h"
 #include "tessera/color_state.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::cli {
 namespace {
@@ -55,25 +56,25 @@ void ReadProfile(const Step& step, Session& session) {
   const std::string& file = step.arguments.Text("FILE");
   std::ifstream stream(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream) throw Error(file, "cannot be read");
+  if (!stream) throw SystemError(file, "cannot be read");
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
   try {
     session.Top().node = WithIccProfile(session.Top().node, {bytes, bytes + text.size()});
   } catch (const Error& e) {
-    throw Error(file, e.reason());
+    ThrowAbout(file, e);
   }
 }
 
 void WriteProfile(const Step& step, Session& session) {
   const std::string& file = step.arguments.Text("FILE");
   const std::vector<std::byte> profile = IccProfileOf(session.Top().node.spec());
-  if (profile.empty()) throw Error(file, "found no ICC profile in the image");
+  if (profile.empty()) throw DataError(file, "found no ICC profile in the image");
   if (session.options().dry_run) return;
   session.Later([file, profile] {
     std::ofstream stream(file, std::ios::binary);
     stream.write(reinterpret_cast<const char*>(profile.data()), static_cast<std::streamsize>(profile.size()));
     stream.close();
-    if (!stream) throw Error(file, "cannot be written");
+    if (!stream) throw SystemError(file, "cannot be written");
   });
 }
 

@@ -4,6 +4,7 @@
 #include "base/arena.h"
 #include "graph/op.h"
 #include "graph/source.h"
+#include "tessera/error_kind.h"
 
 namespace tessera {
 namespace graph {
@@ -52,9 +53,9 @@ NodeData::~NodeData() {
 // An alpha among the three colours would be computed with them and passed on at once.
 static void RequireAlphaApart(const std::string& op, const ImageSpec& image) {
   if (image.channel_count() < 3 || image.alpha < 0 || image.alpha > 2) return;
-  throw Error(op,
-              "found the alpha channel " + image.channels[static_cast<size_t>(image.alpha)] +
-                  " among the first three channels, expected colours there; --ch reorders or renames them");
+  throw DataError(
+      op, "found the alpha channel " + image.channels[static_cast<size_t>(image.alpha)] +
+              " among the first three channels, expected colours there; --ch reorders or renames them");
 }
 
 Node MakeNode(std::shared_ptr<const Op> op, std::vector<Node> inputs) {
@@ -76,8 +77,8 @@ Node MakeSource(std::shared_ptr<const PixelSource> source) {
 void RequireSameWindow(const std::string& op, std::span<const ImageSpec> inputs) {
   for (size_t k = 1; k < inputs.size(); ++k) {
     if (inputs[k].data_window != inputs[0].data_window) {
-      throw Error(op, "operands differ in size: " + SizeText(inputs[0].data_window) + " and " +
-                          SizeText(inputs[k].data_window) + ", expected equal data windows");
+      throw DataError(op, "operands differ in size: " + SizeText(inputs[0].data_window) + " and " +
+                              SizeText(inputs[k].data_window) + ", expected equal data windows");
     }
   }
 }
@@ -86,7 +87,7 @@ void RequireColor(const std::string& op, const ImageSpec& input) {
   if (input.channel_count() >= 3) return;
   std::string names;
   for (const std::string& name : input.channels) names += (names.empty() ? "" : ",") + name;
-  throw Error(op, "found channels " + names + ", expected at least three (R,G,B)");
+  throw DataError(op, "found channels " + names + ", expected at least three (R,G,B)");
 }
 
 }  // namespace graph

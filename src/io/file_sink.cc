@@ -11,6 +11,7 @@
 #include "io/color_state.h"
 #include "io/spec.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::io {
 namespace {
@@ -63,7 +64,7 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
                    ", expected that of a format that can be written: " +
                    std::string(OIIO::get_string_attribute("output_format_list")));
   }
-  if (data_.empty()) throw Error(shown, "found an image without pixels, expected at least 1 x 1");
+  if (data_.empty()) throw DataError(shown, "found an image without pixels, expected at least 1 x 1");
   file_spec_ = SpecTo(spec, type);
   if (type != spec.type) file_spec_.erase_attribute("oiio:BitsPerSample");
   for (const char* name : kStale) file_spec_.erase_attribute(name);
@@ -92,10 +93,10 @@ void FileSink::ChooseChannels(const ImageSpec& spec) {
   if (!alpha && spec.alpha >= 0 && kept_.size() > 1) kept_.erase(kept_.begin() + spec.alpha);
   const size_t count = kept_.size();
   if (count != 1 && count != 3 && !(alpha && (count == 2 || count == 4))) {
-    throw Error(shown_, "found " + std::to_string(spec.channel_count()) + " channels (" +
-                            Joined(spec.channels) + "), expected " +
-                            (alpha ? "1 to 4" : "1 or 3, and alpha, which is left out,") + " for " +
-                            output_->format_name());
+    throw DataError(shown_, "found " + std::to_string(spec.channel_count()) + " channels (" +
+                                Joined(spec.channels) + "), expected " +
+                                (alpha ? "1 to 4" : "1 or 3, and alpha, which is left out,") + " for " +
+                                output_->format_name());
   }
   if (count == spec.channels.size()) return;
   file_spec_.nchannels = static_cast<int>(count);
@@ -120,9 +121,9 @@ void FileSink::ChooseWindow(const ImageSpec& spec) {
   for (const auto& [format, side] : kLongestSides) {
     if (std::string(output_->format_name()) != format || std::max(window_.width(), window_.height()) <= side)
       continue;
-    throw Error(shown_, "found " + std::to_string(window_.width()) + " x " +
-                            std::to_string(window_.height()) + " pixels, expected sides up to " +
-                            std::to_string(side) + " for " + format);
+    throw DataError(shown_, "found " + std::to_string(window_.width()) + " x " +
+                                std::to_string(window_.height()) + " pixels, expected sides up to " +
+                                std::to_string(side) + " for " + format);
   }
 }
 
@@ -272,7 +273,8 @@ FileLayout FileSink::Layout() const {
 // Formats that open files themselves may lose bytes without a word.
 void FileSink::CheckReadable() {
   if (const int code = GrowthFailure(temporary_); code != 0) {
-    throw Error(shown_, "cannot be written: " + std::error_code(code, std::generic_category()).message());
+    throw SystemError(shown_,
+                      "cannot be written: " + std::error_code(code, std::generic_category()).message());
   }
   const auto input = OIIO::ImageInput::create(temporary_);
   OIIO::ImageSpec found;
@@ -294,9 +296,10 @@ void FileSink::CheckReadable() {
 void FileSink::Fail(const std::string& message) {
   const int code = stream_ ? stream_->failure() : 0;
   if (code != 0)
-    throw Error(shown_, "cannot be written: " + std::error_code(code, std::generic_category()).message());
-  throw Error(shown_, "cannot be written as " + std::string(output_->format_name()) + ": " +
-                          OneLine(message, temporary_, shown_));
+    throw SystemError(shown_,
+                      "cannot be written: " + std::error_code(code, std::generic_category()).message());
+  throw SystemError(shown_, "cannot be written as " + std::string(output_->format_name()) + ": " +
+                                OneLine(message, temporary_, shown_));
 }
 
 }  // namespace tessera::io

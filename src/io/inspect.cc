@@ -9,6 +9,7 @@
 
 #include "io/spec.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/io.h"
 #include "tessera/oiio_adapter.h"
 
@@ -67,7 +68,7 @@ std::string Values(const OIIO::ImageBuf& image, int x, int y) {
 std::string Statistics(const Image& image, unsigned largest) {
   const auto buffer = ToImageBuf(image);
   const auto stats = OIIO::ImageBufAlgo::computePixelStats(*buffer);
-  if (stats.min.empty()) throw Error("stats", io::OneLine(buffer->geterror()));
+  if (stats.min.empty()) throw DataError("stats", io::OneLine(buffer->geterror()));
   std::string text =
       Line("Stats Min", stats.min, largest, true) + Line("Stats Max", stats.max, largest, true) +
       Line("Stats Avg", stats.avg, largest, false) + Line("Stats StdDev", stats.stddev, largest, false) +
@@ -94,7 +95,7 @@ DiffReport Compare(const Image& a, const Image& b, const DiffOptions& options) {
   const auto first = ToImageBuf(a), second = ToImageBuf(b);
   const auto found = OIIO::ImageBufAlgo::compare(*first, *second, static_cast<float>(options.fail),
                                                  static_cast<float>(options.warn));
-  if (found.error && first->has_error()) throw Error("diff", io::OneLine(first->geterror()));
+  if (found.error && first->has_error()) throw DataError("diff", io::OneLine(first->geterror()));
   DiffReport report;
   report.mean_error = found.meanerror;
   report.rms_error = found.rms_error;

@@ -8,24 +8,25 @@
 
 #include "io/spec.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera {
 
 ConstImageView ViewOf(const OIIO::ImageBuf& buffer) {
   const std::string name = buffer.name().empty() ? "ImageBuf" : std::string(buffer.name());
-  if (!buffer.initialized()) throw Error(name, "found an ImageBuf without an image");
-  if (buffer.deep()) throw Error(name, "found deep pixels, expected flat ones");
+  if (!buffer.initialized()) throw DataError(name, "found an ImageBuf without an image");
+  if (buffer.deep()) throw DataError(name, "found deep pixels, expected flat ones");
   const OIIO::ImageSpec& spec = buffer.spec();
   if (spec.depth > 1) {
-    throw Error(name, "found a volume " + std::to_string(spec.depth) + " deep, expected a flat image");
+    throw DataError(name, "found a volume " + std::to_string(spec.depth) + " deep, expected a flat image");
   }
   const auto* pixels = static_cast<const std::byte*>(buffer.localpixels());
   if (!pixels)
-    throw Error(name, "found pixels in an image cache, expected local pixels (ImageBuf::make_writable)");
+    throw DataError(name, "found pixels in an image cache, expected local pixels (ImageBuf::make_writable)");
   const auto type = io::PixelTypeOf(buffer.pixeltype());
   if (!type) {
-    throw Error(name, "found pixels of type " + std::string(buffer.pixeltype().c_str()) +
-                          ", expected uint8, uint16, half or float");
+    throw DataError(name, "found pixels of type " + std::string(buffer.pixeltype().c_str()) +
+                              ", expected uint8, uint16, half or float");
   }
   return {pixels,
           {spec.x, spec.y, spec.x + spec.width, spec.y + spec.height},
@@ -45,7 +46,8 @@ Node FromImageBuf(const OIIO::ImageBuf& buffer) {
 
 std::shared_ptr<OIIO::ImageBuf> ToImageBuf(const Image& image) {
   const ImageView view = image.view();
-  if (view.roi.empty()) throw Error("ToImageBuf", "found an image without pixels, expected at least 1 x 1");
+  if (view.roi.empty())
+    throw DataError("ToImageBuf", "found an image without pixels, expected at least 1 x 1");
   // The deleter holds the image, and with it the pixels.
   return {
       new OIIO::ImageBuf(io::SpecTo(image.spec(), view.type), view.data, view.pixel_stride, view.row_stride),

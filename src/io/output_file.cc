@@ -16,6 +16,7 @@
 #include "base/file_names.h"
 #include "tessera/context.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/io.h"
 
 namespace tessera {
@@ -37,12 +38,12 @@ std::string ResolveTarget(const std::string& file) {
     if (!code) path = real;
   }
   const auto type = fs::status(path, code).type();
-  if (type == fs::file_type::directory) throw Error(file, "found a directory, expected a file to write");
+  if (type == fs::file_type::directory) throw DataError(file, "found a directory, expected a file to write");
   if (type != fs::file_type::not_found && type != fs::file_type::regular && type != fs::file_type::none) {
-    throw Error(file, "found a device or pipe, expected a file to write");
+    throw DataError(file, "found a device or pipe, expected a file to write");
   }
   if (type == fs::file_type::regular && ::access(path.c_str(), W_OK) != 0) {
-    throw Error(file, "cannot be written: " + Reason(errno));
+    throw SystemError(file, "cannot be written: " + Reason(errno));
   }
   return path.string();
 }
@@ -52,7 +53,7 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
   const auto directory = path.parent_path();
   std::error_code code;
   if (!directory.empty() && !std::filesystem::exists(directory, code)) {
-    throw Error(shown, "cannot be written: no directory " + directory.string());
+    throw DataError(shown, "cannot be written: no directory " + directory.string());
   }
   // Names are limited to 255 bytes; the stem is only there for the eye.
   const std::string stem = path.stem().string().substr(0, 100);
@@ -68,7 +69,7 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
     }
     const int error = errno;
     Unfinished().Forget(name);
-    if (error != EEXIST) throw Error(shown, "cannot be written: " + Reason(error));
+    if (error != EEXIST) throw SystemError(shown, "cannot be written: " + Reason(error));
   }
 }
 
@@ -81,10 +82,10 @@ void RemoveTemporary(const std::string& temporary) noexcept {
 void RenameTemporary(const std::string& temporary, const std::string& target, const std::string& shown) {
   struct stat old;
   if (::stat(target.c_str(), &old) == 0 && ::chmod(temporary.c_str(), old.st_mode & 07777) != 0) {
-    throw Error(shown, "cannot be given the permissions of the file it replaces: " + Reason(errno));
+    throw SystemError(shown, "cannot be given the permissions of the file it replaces: " + Reason(errno));
   }
   if (::rename(temporary.c_str(), target.c_str()) != 0) {
-    throw Error(shown, "cannot be written: " + Reason(errno));
+    throw SystemError(shown, "cannot be written: " + Reason(errno));
   }
   Unfinished().Forget(temporary);
 }

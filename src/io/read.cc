@@ -18,6 +18,7 @@
 #include "graph/source.h"
 #include "io/spec.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/io.h"
 
 namespace tessera {
@@ -51,66 +52,67 @@ auto Guarded(const std::string& file, Call&& call) {
   } catch (const Error&) {
     throw;
   } catch (const std::exception& e) {
-    throw Error(file, OneLine(e.what()));
+    throw DataError(file, OneLine(e.what()));
   }
 }
 
 int64_t CheckFile(const std::string& file) {
   std::error_code code;
   const auto status = std::filesystem::status(file, code);
-  if (status.type() == std::filesystem::file_type::not_found) throw Error(file, "no such file");
+  if (status.type() == std::filesystem::file_type::not_found) throw DataError(file, "no such file");
   if (status.type() == std::filesystem::file_type::directory) {
-    throw Error(file, "found a directory, expected an image file");
+    throw DataError(file, "found a directory, expected an image file");
   }
   if (status.type() != std::filesystem::file_type::regular) {
-    throw Error(
+    throw SystemError(
         file, code ? "cannot be read: " + code.message() : "found a device or pipe, expected an image file");
   }
   const auto size = std::filesystem::file_size(file, code);
-  if (code) throw Error(file, "cannot be read: " + code.message());
-  if (size == 0) throw Error(file, "found an empty file (0 bytes), expected an image");
+  if (code) throw SystemError(file, "cannot be read: " + code.message());
+  if (size == 0) throw DataError(file, "found an empty file (0 bytes), expected an image");
   errno = 0;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> probe(std::fopen(file.c_str(), "rb"), &std::fclose);
   if (!probe)
-    throw Error(file, "cannot be read: " + std::error_code(errno, std::generic_category()).message());
+    throw SystemError(file, "cannot be read: " + std::error_code(errno, std::generic_category()).message());
   return static_cast<int64_t>(size);
 }
 
 void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_bytes) {
   const std::string size = std::to_string(s.width) + " x " + std::to_string(s.height);
-  if (s.deep) throw Error(file, "found deep pixels, expected flat ones");
-  if (s.width < 1 || s.height < 1) throw Error(file, "found " + size + " pixels, expected at least 1 x 1");
+  if (s.deep) throw DataError(file, "found deep pixels, expected flat ones");
+  if (s.width < 1 || s.height < 1)
+    throw DataError(file, "found " + size + " pixels, expected at least 1 x 1");
   if (s.nchannels < 1)
-    throw Error(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
+    throw DataError(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
   for (const int64_t end : {int64_t{s.x} + s.width, int64_t{s.y} + s.height, int64_t{s.full_x} + s.full_width,
                             int64_t{s.full_y} + s.full_height}) {
-    if (end > INT32_MAX) throw Error(file, "found a window of " + size + " that ends beyond 2147483647");
+    if (end > INT32_MAX) throw DataError(file, "found a window of " + size + " that ends beyond 2147483647");
   }
   const int depth = std::max(s.depth, 1);
   if (std::max<int64_t>(s.y, 0) + int64_t{s.height} * depth > INT32_MAX) {
-    throw Error(file, "found a volume of " + std::to_string(depth) + " slices of " + size +
-                          " pixels, expected fewer than 2147483648 rows in all");
+    throw DataError(file, "found a volume of " + std::to_string(depth) + " slices of " + size +
+                              " pixels, expected fewer than 2147483648 rows in all");
   }
   const int64_t row = int64_t{s.width} * static_cast<int64_t>(PixelBytes(StorageType(s)));  // below 2^33
   const std::string declared = size + " pixels of " + std::to_string(s.nchannels) + " channels";
   if (row > kLargestRowBytes / s.nchannels) {
-    throw Error(file, "found " + declared + ", expected rows below 2 GiB");
+    throw DataError(file, "found " + declared + ", expected rows below 2 GiB");
   }
   const double bytes = static_cast<double>(row) * s.nchannels * s.height * depth;
   if (bytes > kUnsuspiciousBytes && bytes / kLargestCompression > static_cast<double>(file_bytes)) {
-    throw Error(file, "found " + declared + " declared in a file of " + std::to_string(file_bytes) +
-                          " bytes, expected a plausible size");
+    throw DataError(file, "found " + declared + " declared in a file of " + std::to_string(file_bytes) +
+                              " bytes, expected a plausible size");
   }
   if (s.tile_width < 0 || s.tile_height < 0 || (s.tile_depth > 1 && s.depth <= 1) ||
       (s.tile_width > 0) != (s.tile_height > 0)) {
-    throw Error(file,
-                "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
+    throw DataError(file,
+                    "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
   }
 }
 
 std::unique_ptr<ImageInput> OpenInput(const std::string& file) {
   auto input = Guarded(file, [&] { return ImageInput::open(file); });
-  if (!input) throw Error(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
+  if (!input) throw DataError(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
   return input;
 }
 
@@ -146,7 +148,7 @@ class FileReader final : public graph::RowReader {
     const OIIO::ImageSpec& now = input_->spec();
     if (!found || now.roi() != expected.roi() || now.format != expected.format ||
         now.tile_width != expected.tile_width || now.tile_height != expected.tile_height) {
-      throw Error(file, "the file changed after its header was read");
+      throw DataError(file, "the file changed after its header was read");
     }
     spec_ = now;
     type_ = StorageType(spec_);
@@ -157,7 +159,7 @@ class FileReader final : public graph::RowReader {
     if (out.channels != last_ - first_ || out.type != type_ || out.roi.x0 != spec_.x ||
         out.roi.width() != spec_.width || out.roi.y0 < spec_.y || out.roi.y1 > spec_.y + spec_.height ||
         out.channel_stride != static_cast<ptrdiff_t>(PixelBytes(type_))) {
-      throw Error(file_, "rows asked for do not fit the file's window, channels or type");
+      throw DataError(file_, "rows asked for do not fit the file's window, channels or type");
     }
     if (spec_.tile_height == 0) {
       ReadScanlines(out);
@@ -215,8 +217,8 @@ class FileReader final : public graph::RowReader {
   }
 
   [[noreturn]] void Fail(const Roi& rows) {
-    throw Error(file_, "rows " + std::to_string(rows.y0) + " to " + std::to_string(rows.y1 - 1) +
-                           " cannot be read: " + OneLine(input_->geterror()));
+    throw DataError(file_, "rows " + std::to_string(rows.y0) + " to " + std::to_string(rows.y1 - 1) +
+                               " cannot be read: " + OneLine(input_->geterror()));
   }
 
   std::string file_;
@@ -239,8 +241,8 @@ class FileSource final : public graph::PixelSource {
     });
     CheckSpec(file, native_, bytes);
     if (std::string_view(input->format_name()) == "jpeg" && !JpegEnds(file)) {
-      throw Error(file,
-                  "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
+      throw DataError(
+          file, "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
     }
     spec_ = SpecFrom(native_);
     granularity_ = native_.tile_height > 0 ? native_.tile_height : ChunkRows(input->format_name(), native_);
@@ -267,7 +269,7 @@ class FileSource final : public graph::PixelSource {
              input->read_image(subimage_, 0, 0, native_.nchannels, TypeDescOf(image.spec().type),
                                image.view().data);
     });
-    if (!ok) throw Error(file_, "cannot be read: " + OneLine(input->geterror()));
+    if (!ok) throw DataError(file_, "cannot be read: " + OneLine(input->geterror()));
     return image;
   }
 
@@ -275,13 +277,14 @@ class FileSource final : public graph::PixelSource {
   void FindPart(ImageInput& input, const ReadOptions& options) {
     if (options.part.empty()) {
       if (options.subimage >= 0 && input.seek_subimage(options.subimage, 0)) return;
-      throw Error(file_, "no part " + std::to_string(options.subimage) +
-                             "; parts found: " + PartList(PartNames(input)));
+      throw DataError(file_, "no part " + std::to_string(options.subimage) +
+                                 "; parts found: " + PartList(PartNames(input)));
     }
     for (subimage_ = 0; input.seek_subimage(subimage_, 0); ++subimage_) {
       if (PartName(input.spec()) == options.part) return;
     }
-    throw Error(file_, "no part named \"" + options.part + "\"; parts found: " + PartList(PartNames(input)));
+    throw DataError(file_,
+                    "no part named \"" + options.part + "\"; parts found: " + PartList(PartNames(input)));
   }
 
   std::string file_;

@@ -10,6 +10,7 @@
 
 #include "io/spec.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::io {
 namespace {
@@ -104,8 +105,8 @@ class BackReader {
 
  private:
   [[noreturn]] void Fail(const std::string& message) {
-    throw Error(layout_.shown, "the file that was written cannot be read back: " +
-                                   OneLine(message, layout_.file, layout_.shown));
+    throw SystemError(layout_.shown, "the file that was written cannot be read back: " +
+                                         OneLine(message, layout_.file, layout_.shown));
   }
 
   FileLayout layout_;

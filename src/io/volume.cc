@@ -14,6 +14,7 @@
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/export.h"
 
 namespace tessera {
@@ -62,7 +63,7 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
     if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos) continue;
     slices[std::stol(digits)] = entry.path().string();
   }
-  if (slices.empty()) throw Error(pattern, "no such files, expected slices numbered in their names");
+  if (slices.empty()) throw DataError(pattern, "no such files, expected slices numbered in their names");
   std::vector<std::string> names;
   for (const auto& [number, slice] : slices) names.push_back(slice);
   return names;
@@ -70,17 +71,17 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
 
 // The file at the part of that name or number; its own number in `number`.
 std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::string& part, int& number) {
-  if (!fs::exists(file)) throw Error(file, "does not exist");
+  if (!fs::exists(file)) throw DataError(file, "does not exist");
   auto input = OIIO::ImageInput::open(file);
   if (!input) {
     const std::string reason = OIIO::geterror();
     const bool grids = fs::path(file).extension() == ".vdb";
-    throw Error(file, grids ? "found no grid that can be read, expected one of floats" : reason);
+    throw DataError(file, grids ? "found no grid that can be read, expected one of floats" : reason);
   }
   std::string names;
   for (number = 0; !part.empty(); ++number) {
     if (!input->seek_subimage(number, 0)) {
-      throw Error(file, "found no part \"" + part + "\", expected one of " + names);
+      throw DataError(file, "found no part \"" + part + "\", expected one of " + names);
     }
     const std::string name = input->spec().get_string_attribute("oiio:subimagename");
     if (part == name || part == std::to_string(number)) break;
@@ -109,8 +110,8 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   auto input = Open(files[0], params.part, part);
   OIIO::ImageSpec spec = input->spec();
   if (params.channel < 0 || params.channel >= spec.nchannels) {
-    throw Error(file, "found " + std::to_string(spec.nchannels) + " channels, expected channel " +
-                          std::to_string(params.channel));
+    throw DataError(file, "found " + std::to_string(spec.nchannels) + " channels, expected channel " +
+                              std::to_string(params.channel));
   }
   const PixelType type = TypeOf(spec.format);
   const int channel = params.channel;
@@ -119,7 +120,7 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
     ImageSpec stack(spec.width, spec.height, 1, type);
     const Image image(stack);
     if (!input->read_image(part, 0, channel, channel + 1, TypeOf(type), image.view().data)) {
-      throw Error(file, input->geterror());
+      throw DataError(file, input->geterror());
     }
     return Volume::FromImage(image.view(), std::max(params.slices, 1), 0, params.spacing);
   }
@@ -147,15 +148,15 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
       input = Open(files[static_cast<size_t>(k)], params.part, part);
       if (input->spec().width != spec.width || input->spec().height != spec.height ||
           input->spec().nchannels <= channel) {
-        throw Error(files[static_cast<size_t>(k)],
-                    "found " + std::to_string(input->spec().width) + "x" +
-                        std::to_string(input->spec().height) + ", expected the first slice's " +
-                        std::to_string(spec.width) + "x" + std::to_string(spec.height));
+        throw DataError(files[static_cast<size_t>(k)],
+                        "found " + std::to_string(input->spec().width) + "x" +
+                            std::to_string(input->spec().height) + ", expected the first slice's " +
+                            std::to_string(spec.width) + "x" + std::to_string(spec.height));
       }
     }
     if (!volume_file || k == 0) {
       if (!input->read_image(part, 0, channel, channel + 1, TypeOf(type), samples.data())) {
-        throw Error(files[volume_file ? 0 : static_cast<size_t>(k)], input->geterror());
+        throw DataError(files[volume_file ? 0 : static_cast<size_t>(k)], input->geterror());
       }
     }
     const std::byte* const slice =

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera {
 namespace {
@@ -42,7 +43,7 @@ class Line {
     return value;
   }
   [[noreturn]] void Refuse(const std::string& found, const std::string& expected) const {
-    throw Error(file_, "line " + std::to_string(number_) + ": found " + found + ", expected " + expected);
+    throw DataError(file_, "line " + std::to_string(number_) + ": found " + found + ", expected " + expected);
   }
 
  private:
@@ -84,7 +85,7 @@ void AddFace(Line& line, Mesh& mesh) {
 
 Mesh ReadMesh(const std::string& file) {
   std::ifstream stream(file);
-  if (!stream) throw Error(file, "cannot be opened");
+  if (!stream) throw DataError(file, "cannot be opened");
   Mesh mesh;
   int number = 0;
   for (std::string text; std::getline(stream, text);) {
@@ -98,7 +99,7 @@ Mesh ReadMesh(const std::string& file) {
     }
   }
   if (mesh.triangles.empty())
-    throw Error(file, "found no faces, expected a Wavefront OBJ file of lines v and f");
+    throw DataError(file, "found no faces, expected a Wavefront OBJ file of lines v and f");
   return mesh;
 }
 
@@ -109,7 +110,7 @@ void FitMesh(Mesh& mesh, double longest) {
     for (size_t a = 0; a < 3; ++a) low[a] = std::min(low[a], p[a]), high[a] = std::max(high[a], p[a]);
   }
   const double side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  if (!(side > 0)) throw Error("mesh", "found no extent, expected points that differ");
+  if (!(side > 0)) throw DataError("mesh", "found no extent, expected points that differ");
   for (Vector3& p : mesh.points) {
     for (size_t a = 0; a < 3; ++a) p[a] = (p[a] - 0.5 * (low[a] + high[a])) * longest / side;
   }
@@ -125,7 +126,8 @@ size_t OpenEdges(const Mesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     for (int corner : triangle) {
       if (corner < 0 || static_cast<size_t>(corner) >= place.size())
-        throw Error("mesh", "found point " + std::to_string(corner) + " of " + std::to_string(place.size()));
+        throw DataError("mesh",
+                        "found point " + std::to_string(corner) + " of " + std::to_string(place.size()));
     }
     for (size_t k = 0; k < 3; ++k) {
       const int from = place[static_cast<size_t>(triangle[k])],

@@ -9,6 +9,7 @@
 #include "base/number_text.h"
 #include "model/table_axis.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/table.h"
 
 namespace tessera {
@@ -20,9 +21,9 @@ std::vector<int> TableSizes(const Roi& window, int channels, const TableLayout& 
   const std::string size = std::to_string(window.width()) + "x" + std::to_string(window.height());
   if (dims < 1 || dims > 4)
     throw Error("table", "found " + std::to_string(dims) + " dimensions, expected 1 to 4");
-  if (window.empty()) throw Error("table", "found an empty image, expected at least one pixel");
+  if (window.empty()) throw DataError("table", "found an empty image, expected at least one pixel");
   if (channels < 1 || channels > 4) {
-    throw Error("table", "found " + std::to_string(channels) + " channels, expected 1 to 4");
+    throw DataError("table", "found " + std::to_string(channels) + " channels, expected 1 to 4");
   }
   if (given != std::max(dims - 2, 0)) {
     throw Error("table", "found " + std::to_string(given) + " numbers of slices, expected " +
@@ -32,7 +33,7 @@ std::vector<int> TableSizes(const Roi& window, int channels, const TableLayout& 
   std::vector<int> sizes = {window.width()};
   if (dims == 1) {
     if (window.height() != 1)
-      throw Error("table", "found an image of " + size + ", expected one row for 1 dimension");
+      throw DataError("table", "found an image of " + size + ", expected one row for 1 dimension");
     return sizes;
   }
   int64_t slices = 1;
@@ -42,8 +43,8 @@ std::vector<int> TableSizes(const Roi& window, int channels, const TableLayout& 
     if (slices > window.height()) break;
   }
   if (window.height() % slices != 0) {
-    throw Error("table", "found an image of " + size + ", expected a height that is a multiple of " +
-                             std::to_string(slices) + " slices");
+    throw DataError("table", "found an image of " + size + ", expected a height that is a multiple of " +
+                                 std::to_string(slices) + " slices");
   }
   sizes.push_back(static_cast<int>(window.height() / slices));
   sizes.insert(sizes.end(), layout.slices.begin(), layout.slices.end());
@@ -113,8 +114,8 @@ Table TableFromSlices(std::span<const Image> slices, TableAlign align) {
     };
     if (spec.width() != first.width() || spec.height() != first.height() ||
         spec.channel_count() != first.channel_count()) {
-      throw Error("table",
-                  "found slices of " + shape(first) + " and " + shape(spec) + ", expected equal ones");
+      throw DataError("table",
+                      "found slices of " + shape(first) + " and " + shape(spec) + ", expected equal ones");
     }
     AppendPixels(slice.view(), samples);
   }
@@ -189,15 +190,15 @@ Table InverseTable(const Table& table, int size) {
                                std::to_string(table.channels()) + " channels, expected one of each");
   }
   const int n = table.size(0);
-  if (n < 2 || size < 2) throw Error("inverse", "found a table of 1 entry, expected at least 2");
+  if (n < 2 || size < 2) throw DataError("inverse", "found a table of 1 entry, expected at least 2");
   std::vector<double> y(static_cast<size_t>(n));
   for (int i = 0; i < n; ++i) y[static_cast<size_t>(i)] = table.At(i, 0);
   const bool falling = y.back() < y.front();
   for (size_t i = 1; i < y.size(); ++i) {
     if (falling ? y[i] < y[i - 1] : y[i] > y[i - 1]) continue;
-    throw Error("inverse", "entry " + std::to_string(i) + ": found " + base::NumberText(y[i]) + " after " +
-                               base::NumberText(y[i - 1]) + ", expected entries that " +
-                               (falling ? "decrease" : "increase") + " strictly");
+    throw DataError("inverse", "entry " + std::to_string(i) + ": found " + base::NumberText(y[i]) +
+                                   " after " + base::NumberText(y[i - 1]) + ", expected entries that " +
+                                   (falling ? "decrease" : "increase") + " strictly");
   }
   if (falling) std::reverse(y.begin(), y.end());
   std::vector<float> inverse(static_cast<size_t>(size));

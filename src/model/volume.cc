@@ -11,6 +11,7 @@
 #include "base/number_text.h"
 #include "model/volume_data.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera {
 namespace {
@@ -208,8 +209,8 @@ Volume::Volume(const VolumeSpec& spec, const void* samples, PixelType type) : Vo
 Volume Volume::FromImage(const ConstImageView& stack, int slices, int channel, const Vector3& proportions) {
   const int height = stack.roi.height();
   if (slices < 1 || height % std::max(slices, 1) != 0 || height == 0) {
-    throw Error(kSubject, "found " + std::to_string(slices) + " slices in an image of " +
-                              std::to_string(height) + " rows, expected a divisor");
+    throw DataError(kSubject, "found " + std::to_string(slices) + " slices in an image of " +
+                                  std::to_string(height) + " rows, expected a divisor");
   }
   if (channel < 0 || channel >= stack.channels) {
     throw Error(kSubject,

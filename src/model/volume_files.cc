@@ -9,6 +9,7 @@
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/mesh.h"
 #include "tessera/volume.h"
 
@@ -31,7 +32,7 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
   model::VolumeData& data = *volume.data();
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(file, "cannot be opened");
+  if (!stream) throw DataError(file, "cannot be opened");
   const size_t pixel = PixelBytes(raw.type), row = pixel * static_cast<size_t>(raw.size[0]);
   const auto wanted = static_cast<uintmax_t>(raw.header) + static_cast<uintmax_t>(row) *
                                                                static_cast<uintmax_t>(raw.size[1]) *
@@ -39,9 +40,9 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   std::error_code unknown;
   const uintmax_t found = fs::file_size(file, unknown);
   if (!unknown && found < wanted) {
-    throw Error(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) +
-                          " for " + std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) + "x" +
-                          std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type));
+    throw DataError(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) +
+                              " for " + std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) +
+                              "x" + std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type));
   }
   stream.seekg(raw.header);
   const bool swap = raw.big_endian != (std::endian::native == std::endian::big) && pixel > 1;
@@ -49,7 +50,7 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   for (int k = 0; k < raw.size[2]; ++k) {
     for (int j = 0; j < raw.size[1]; ++j) {
       if (!stream.read(reinterpret_cast<char*>(line.data()), static_cast<std::streamsize>(row))) {
-        throw Error(file, "ends in slice " + std::to_string(k) + " of " + std::to_string(raw.size[2]));
+        throw DataError(file, "ends in slice " + std::to_string(k) + " of " + std::to_string(raw.size[2]));
       }
       if (swap) {
         for (size_t i = 0; i < row; i += pixel) std::reverse(line.begin() + i, line.begin() + i + pixel);
@@ -106,7 +107,7 @@ void WriteRawVolume(const Volume& volume, const std::string& file) {
     }
   }
   stream.close();
-  if (!stream) throw Error(file, "cannot be written");
+  if (!stream) throw SystemError(file, "cannot be written");
 }
 
 bool HasMeshConverter() { return model::TheVolumeMakers().from_mesh != nullptr; }

@@ -10,6 +10,7 @@
 #include "ocio/built_in_config.h"
 #include "ops/registry.h"
 #include "tessera/color_state.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
 
@@ -49,10 +50,10 @@ Config LoadConfig(const OcioParams& params) {
     std::error_code ignored;
     const std::filesystem::path path(c.name);
     if (std::filesystem::is_directory(path, ignored)) {
-      throw Error(c.name, "found a directory, expected an OpenColorIO config file");
+      throw DataError(c.name, "found a directory, expected an OpenColorIO config file");
     }
     if (!std::filesystem::exists(path, ignored))
-      throw Error(c.name, "no such file, expected an OpenColorIO config");
+      throw DataError(c.name, "no such file, expected an OpenColorIO config");
     c.config = Guarded(c.name, [&] {
       lib::ConstConfigRcPtr config = lib::Config::CreateFromFile(c.name.c_str());
       config->validate();
@@ -84,7 +85,7 @@ constexpr char kCurrent[] = "current";  // as OpenImageIO calls the space that a
       reason += (i > 0 ? ", \"" : " \"") + known[i] + "\"";
     if (known.size() > kShown) reason += ", …";
   }
-  throw Error(config.name, reason);
+  throw DataError(config.name, reason);
 }
 
 // What may name a colour space, names first.

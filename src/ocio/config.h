@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ocio.h"
 
 namespace tessera::ocio {
@@ -41,7 +42,7 @@ auto Guarded(const std::string& subject, const F& action) -> decltype(action()) 
   try {
     return action();
   } catch (const lib::Exception& e) {
-    throw Error(subject, OneLine(e.what()));
+    throw DataError(subject, OneLine(e.what()));
   }
 }
 

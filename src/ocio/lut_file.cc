@@ -18,6 +18,7 @@
 
 #include "base/number_text.h"
 #include "ocio/config.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ocio {
 namespace {
@@ -149,7 +150,7 @@ class Checker {
   }
 
  private:
-  [[noreturn]] void Refuse(const std::string& reason) const { throw Error(file_, reason); }
+  [[noreturn]] void Refuse(const std::string& reason) const { throw DataError(file_, reason); }
   std::string Where() const { return " in line " + std::to_string(line_); }
 
   // The next line that has words, comments left out.
@@ -219,7 +220,7 @@ std::string CopyWithout(const std::string& file, std::istream& stream, std::stre
   const std::string extension = fs::path(file).extension().string();
   std::string name = (fs::temp_directory_path() / ("tessera_lut_XXXXXX" + extension)).string();
   const int descriptor = mkstemps(name.data(), static_cast<int>(extension.size()));
-  if (descriptor < 0) throw Error(file, "cannot write a temporary copy without its byte-order mark");
+  if (descriptor < 0) throw SystemError(file, "cannot write a temporary copy without its byte-order mark");
   close(descriptor);
   stream.clear();
   stream.seekg(skip);
@@ -238,11 +239,12 @@ std::string LowerExtension(const std::string& file) {
 
 CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) throw Error(file, "no such file, expected a LUT that OpenColorIO reads");
-  if (fs::is_directory(file, ignored)) throw Error(file, "found a directory, expected a LUT file");
+  if (!fs::exists(file, ignored))
+    throw DataError(file, "no such file, expected a LUT that OpenColorIO reads");
+  if (fs::is_directory(file, ignored)) throw DataError(file, "found a directory, expected a LUT file");
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(file, "cannot be read");
-  if (stream.peek() == std::ifstream::traits_type::eof()) throw Error(file, "is empty, expected a LUT");
+  if (!stream) throw DataError(file, "cannot be read");
+  if (stream.peek() == std::ifstream::traits_type::eof()) throw DataError(file, "is empty, expected a LUT");
   const std::string extension = LowerExtension(file);
   Checker checker(path_, stream);
   if (extension == ".cube") checker.Cube();

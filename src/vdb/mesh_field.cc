@@ -9,6 +9,7 @@
 
 #include "model/volume_makers.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/export.h"
 #include "tessera/mesh.h"
 
@@ -50,8 +51,8 @@ Volume FieldOfMesh(const Mesh& mesh, const VolumeSpec& spec, double range) {
   for (const auto& triangle : mesh.triangles) {
     for (int corner : triangle) {
       if (corner < 0 || static_cast<size_t>(corner) >= mesh.points.size()) {
-        throw Error("mesh",
-                    "found point " + std::to_string(corner) + " of " + std::to_string(mesh.points.size()));
+        throw DataError(
+            "mesh", "found point " + std::to_string(corner) + " of " + std::to_string(mesh.points.size()));
       }
     }
   }
@@ -73,11 +74,11 @@ Volume FieldOfMesh(const Mesh& mesh, const VolumeSpec& spec, double range) {
   const double deepest = -band.Range()[0];
   const size_t open = deepest < 0.75 * voxel ? OpenEdges(mesh) : 0;
   if (open > 0) {
-    throw Error("mesh", "found a surface with holes (" + std::to_string(open) +
-                            " edges of one triangle only), which has no inside, expected a closed one");
+    throw DataError("mesh", "found a surface with holes (" + std::to_string(open) +
+                                " edges of one triangle only), which has no inside, expected a closed one");
   }
   if (!(deepest > 0))
-    throw Error("mesh", "found nothing inside, expected a closed surface thicker than a voxel");
+    throw DataError("mesh", "found nothing inside, expected a closed surface thicker than a voxel");
   const Volume far = DistanceField(band, {.iso = 0, .inside_below = true, .type = spec.type, .range = range});
   return Volume(far.spec(), [&](const Vector3& p) {
     const openvdb::Coord at = voxel_of(p);

@@ -12,6 +12,7 @@
 #include "graph/source.h"
 #include "graph/topology.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/render.h"
 #include "verify/pixels.h"
 
@@ -254,7 +255,7 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   const NodeData& d = *node.data();
   const reference::Entry* entry = reference::Find(d.op->Name());
   if (entry == nullptr && d.op->Kind() != OpKind::kShuffle) {
-    throw Error(d.op->Name(), "has no reference function, so it cannot be verified");
+    throw DataError(d.op->Name(), "has no reference function, so it cannot be verified");
   }
   if (entry != nullptr && !entry->remark.empty()) remarks_.insert(entry->remark);
   std::vector<Evaluated> in;

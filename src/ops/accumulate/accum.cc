@@ -9,6 +9,7 @@
 #include "ops/accumulate/sum_kernel.h"
 #include "ops/geometry/separable.h"
 #include "ops/modifiers.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/accumulate.h"
 
 namespace tessera::ops {
@@ -70,8 +71,8 @@ class AccumOp final : public graph::OpWith<WeightedSumParams> {
     graph::RequireSameWindow(name_, inputs);
     for (const ImageSpec& in : inputs) {
       if (in.channel_count() != inputs[0].channel_count()) {
-        throw Error(name_, "found images of " + std::to_string(inputs[0].channel_count()) + " and " +
-                               std::to_string(in.channel_count()) + " channels, expected equal numbers");
+        throw DataError(name_, "found images of " + std::to_string(inputs[0].channel_count()) + " and " +
+                                   std::to_string(in.channel_count()) + " channels, expected equal numbers");
       }
     }
     return inputs[0];

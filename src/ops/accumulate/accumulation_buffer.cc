@@ -6,6 +6,7 @@
 
 #include "ops/accumulate/sum_kernel.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/render.h"
 
@@ -18,8 +19,8 @@ void RequireShape(const ConstImageView& image, const Roi& window, int channels) 
     return std::to_string(r.width()) + "x" + std::to_string(r.height()) + "+" + std::to_string(r.x0) + "+" +
            std::to_string(r.y0) + " of " + std::to_string(n) + " channels";
   };
-  throw Error("accumulation", "found an image of " + shape(image.roi, image.channels) + ", expected " +
-                                  shape(window, channels));
+  throw DataError("accumulation", "found an image of " + shape(image.roi, image.channels) + ", expected " +
+                                      shape(window, channels));
 }
 
 ImageSpec SpecOf(const Roi& window, int channels, PixelType type) {

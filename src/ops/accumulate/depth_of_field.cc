@@ -12,6 +12,7 @@
 #include "ops/accumulate/disc_kernel.h"
 #include "ops/geometry/separable.h"
 #include "ops/modifiers.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/accumulate.h"
 
 namespace tessera::ops {
@@ -125,8 +126,8 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
                   "found a radius of " + base::NumberText(p.max_radius) + " pixels, expected 0 to 128");
     }
     if (p.depth_channel < 0 || p.depth_channel >= inputs[1].channel_count()) {
-      throw Error("dof", "found the depth channel " + std::to_string(p.depth_channel) + ", expected 0 to " +
-                             std::to_string(inputs[1].channel_count() - 1));
+      throw DataError("dof", "found the depth channel " + std::to_string(p.depth_channel) +
+                                 ", expected 0 to " + std::to_string(inputs[1].channel_count() - 1));
     }
     graph::RequireSameWindow("dof", inputs);
     return inputs[0];

@@ -12,6 +12,7 @@
 #include "graph/op.h"
 #include "ops/registry.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/image.h"
 
 namespace tessera::ops {
@@ -36,8 +37,8 @@ inline ImageSpec RequireSameShape(const std::string& op, std::span<const ImageSp
       }
       return text + (spec.channel_count() > kShown ? ",…)" : ")");
     };
-    throw Error(op, "operands differ in channels: " + list(inputs[0]) + " and " + list(input) +
-                        ", expected the same number");
+    throw DataError(op, "operands differ in channels: " + list(inputs[0]) + " and " + list(input) +
+                            ", expected the same number");
   }
   return inputs[0];
 }

@@ -13,6 +13,7 @@
 #include "graph/op.h"
 #include "ops/channels/channels_ops.h"
 #include "ops/channels/names.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -35,8 +36,8 @@ class SelectOp final : public graph::OpWith<Choices> {
     out.alpha = -1;
     for (const ChannelChoice& choice : params()) {
       if (choice.channel >= in.channel_count() || choice.channel < -1) {
-        throw Error("ch", "found channel " + std::to_string(choice.channel) + ", expected 0 to " +
-                              std::to_string(in.channel_count() - 1) + " (" + ListChannels(in) + ")");
+        throw DataError("ch", "found channel " + std::to_string(choice.channel) + ", expected 0 to " +
+                                  std::to_string(in.channel_count() - 1) + " (" + ListChannels(in) + ")");
       }
       if (!choice.name.empty()) {
         out.channels.push_back(choice.name);
@@ -84,10 +85,10 @@ int FindChannel(const ImageSpec& spec, const std::string& word) {
     return index;
   }
   const std::string near = Nearest(word, spec.channels);
-  throw Error("ch",
-              (word.empty() ? std::string("found an empty entry") : "found no channel \"" + word + "\"") +
-                  ", expected one of " + ListChannels(spec) +
-                  (near.empty() ? "" : "; did you mean " + near + "?"));
+  throw DataError("ch",
+                  (word.empty() ? std::string("found an empty entry") : "found no channel \"" + word + "\"") +
+                      ", expected one of " + ListChannels(spec) +
+                      (near.empty() ? "" : "; did you mean " + near + "?"));
 }
 
 ChannelChoice ParseChoice(const ImageSpec& spec, const std::string& word) {

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "ops/color/color_ops.h"
+#include "tessera/error_kind.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/color/interpolate.cc"
@@ -57,8 +58,9 @@ class InterpolateOp final : public graph::OpWith<InterpolateParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     graph::RequireSameWindow(Name(), inputs);
     if (inputs[0].channel_count() != inputs[1].channel_count()) {
-      throw Error(Name(), "operands have " + std::to_string(inputs[0].channel_count()) + " and " +
-                              std::to_string(inputs[1].channel_count()) + " channels, expected equal counts");
+      throw DataError(Name(), "operands have " + std::to_string(inputs[0].channel_count()) + " and " +
+                                  std::to_string(inputs[1].channel_count()) +
+                                  " channels, expected equal counts");
     }
     return inputs[0];
   }

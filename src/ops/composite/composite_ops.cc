@@ -7,6 +7,7 @@
 
 #include "ops/arithmetic/operands.h"
 #include "ops/modifiers.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/shade.h"
 
@@ -75,8 +76,8 @@ int FindDepth(const std::string& op, const ImageSpec& spec, const std::string& c
     if (index >= 0 && index < spec.channel_count()) return index;
     std::string names;
     for (const std::string& name : spec.channels) names += (names.empty() ? "" : ",") + name;
-    throw Error(op,
-                "found no channel " + channel + " among " + names + ", expected one of these or its number");
+    throw DataError(
+        op, "found no channel " + channel + " among " + names + ", expected one of these or its number");
   }
   const std::vector<int> aov = FindAov(spec, Aov::kDepth);
   if (!aov.empty()) return aov[0];
@@ -101,8 +102,8 @@ int RequireDepth(const std::string& op, const ImageSpec& spec, const std::string
   if (depth >= 0) return depth;
   std::string names;
   for (const std::string& name : spec.channels) names += (names.empty() ? "" : ",") + name;
-  throw Error(op,
-              "found channels " + names + ", expected a depth channel (Z or depth; another one: depth=NAME)");
+  throw DataError(
+      op, "found channels " + names + ", expected a depth channel (Z or depth; another one: depth=NAME)");
 }
 
 std::array<ChannelRole, 4> RolesOf(const graph::StageContext& context, int depth) {

@@ -7,6 +7,7 @@
 #include "ops/composite/composite_ops.h"
 #include "ops/modifiers.h"
 #include "ops/shade/aov_inputs.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/outline.h"
 #include "tessera/ops/shade.h"
@@ -384,7 +385,7 @@ OpInfo HaloInfo() {
 
 Node Edges(const EdgeInputs& inputs, const EdgeParams& params) {
   if (!inputs.depth && !inputs.normal && !inputs.id) {
-    throw Error(
+    throw DataError(
         "edges",
         "found neither depth nor normals nor ids, expected at least one (depthchannel=, normalchannels=, "
         "idchannel= name them)");

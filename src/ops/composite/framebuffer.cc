@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/render.h"
@@ -92,13 +93,13 @@ Image Floats(const Node& node, const Roi& roi) {
 void RequireFragments(const Fragments& f) {
   const ImageSpec& color = f.color.spec();
   if (color.channel_count() != 4 || color.alpha != 3) {
-    throw Error("framebuffer", "found fragments of " + std::to_string(color.channel_count()) +
-                                   " channels, expected R,G,B,A");
+    throw DataError("framebuffer", "found fragments of " + std::to_string(color.channel_count()) +
+                                       " channels, expected R,G,B,A");
   }
   for (const Node* other : {&f.depth, &f.coverage}) {
     if (*other && other->spec().data_window != color.data_window) {
-      throw Error("framebuffer",
-                  "found colour and depth or coverage of different windows, expected equal ones");
+      throw DataError("framebuffer",
+                      "found colour and depth or coverage of different windows, expected equal ones");
     }
   }
 }

@@ -4,6 +4,7 @@
 #include "ops/composite/composite_ops.h"
 #include "ops/composite/pick_kernels.h"
 #include "ops/modifiers.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/composite.h"
 
 namespace tessera {
@@ -12,7 +13,7 @@ namespace {
 
 void RequireAlpha(const char* op, const Node& a, const Node& b) {
   if (a.spec().alpha >= 0 || b.spec().alpha >= 0 || a.spec().channel_count() == 3) return;
-  throw Error(
+  throw DataError(
       op, "found images without alpha, expected at least one with a channel A (or R,G,B, which are opaque)");
 }
 

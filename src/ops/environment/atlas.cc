@@ -8,6 +8,7 @@
 
 #include "base/arena.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -37,7 +38,8 @@ EnvironmentAtlas::EnvironmentAtlas(const ConstImageView& picture, int first, con
     : layout_(layout) {
   const int64_t texels = static_cast<int64_t>(layout_.faces.size()) * rows() * stride();
   if (texels > INT32_MAX) {
-    throw Error("environment map", "found " + std::to_string(texels) + " texels, expected fewer than 2^31");
+    throw DataError("environment map",
+                    "found " + std::to_string(texels) + " texels, expected fewer than 2^31");
   }
   memory_ = base::AllocateAligned(static_cast<size_t>(texels) * 16 + 64, base::Access::kScattered);
   if (texels == 0) return;

@@ -13,6 +13,7 @@
 #include "ops/modifiers.h"
 #include "ops/shade/aov_inputs.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/shade.h"
 
 namespace tessera::ops {
@@ -126,7 +127,7 @@ Node MakeEnvironment(std::span<const Node> in, const Arguments& a, const ImageSp
   if (a.Text("camera") == "metadata") {
     for (size_t k = 0; k + 1 < in.size() && !p.camera; ++k) p.camera = Camera::FromMetadata(in[k].spec());
     if (!p.camera)
-      throw Error("envmap:camera", "found no worldToNDC in the metadata, expected 16 or 32 numbers");
+      throw DataError("envmap:camera", "found no worldToNDC in the metadata, expected 16 or 32 numbers");
   } else if (a.Given("camera")) {
     p.camera = Camera::FromNumbers(a.Numbers("camera"), "envmap:camera");
   }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -68,8 +69,8 @@ MapLayout LayoutOf(const std::string& subject, EnvironmentMap map, int width, in
     const int n = l.width = l.height = width / 3;
     l.faces = {{2 * n, n}, {0, n}, {n, 0}, {n, 2 * n}, {n, n}, {n, 3 * n, true}};
   } else {
-    throw Error(subject, "found a map of " + std::to_string(width) + "x" + std::to_string(height) +
-                             ", expected a cube's shape: 6:1, 1:6, 4:3 or 3:4");
+    throw DataError(subject, "found a map of " + std::to_string(width) + "x" + std::to_string(height) +
+                                 ", expected a cube's shape: 6:1, 1:6, 4:3 or 3:4");
   }
   return l;
 }

@@ -18,6 +18,7 @@
 #include "ops/filter/window/stage.h"
 #include "ops/filter/window/window.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
@@ -55,8 +56,9 @@ class ConvolveOp final : public graph::OpWith<Convolution> {
     ImageSpec out = inputs[0];
     const int planes = params().kernel_image ? inputs[1].channel_count() : params().kernel.planes;
     if (planes != 1 && planes != out.channel_count()) {
-      throw Error("convolve", "found a kernel of " + std::to_string(planes) + " planes for an image of " +
-                                  std::to_string(out.channel_count()) + " channels, expected 1 or as many");
+      throw DataError("convolve", "found a kernel of " + std::to_string(planes) + " planes for an image of " +
+                                      std::to_string(out.channel_count()) +
+                                      " channels, expected 1 or as many");
     }
     const Kernel& k = params().kernel;
     out.data_window =

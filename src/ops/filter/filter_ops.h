@@ -8,6 +8,7 @@
 
 #include "ops/registry.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/filter.h"
 
 namespace tessera::ops {
@@ -41,7 +42,7 @@ Node MadeOf(const std::string& op, F make) {
     return make();
   } catch (const Error& e) {
     const bool inner = e.subject() == "convolve" || e.subject() == "shiftaccum";
-    throw Error(inner ? op : e.subject(), e.reason());
+    ThrowAbout(inner ? op : e.subject(), e);
   }
 }
 

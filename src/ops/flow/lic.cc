@@ -12,6 +12,7 @@
 #include "ops/flow/lines.h"
 #include "ops/flow/prepare.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/flow.h"
 
@@ -214,8 +215,8 @@ class LicOp final : public graph::OpWith<LicParams> {
     const LicParams& p = params();
     const ImageSpec& field = inputs[p.with_image ? 1 : 0];
     if (field.channel_count() < 2) {
-      throw Error(kName, "the field has " + std::to_string(field.channel_count()) +
-                             " channel, expected two: the vector's components");
+      throw DataError(kName, "the field has " + std::to_string(field.channel_count()) +
+                                 " channel, expected two: the vector's components");
     }
     if (p.with_image) return inputs[0];
     const bool colored = p.magnitude == LicMagnitude::kColor;

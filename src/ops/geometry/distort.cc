@@ -7,6 +7,7 @@
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -26,8 +27,8 @@ class DistortOp final : public graph::OpWith<DistortParams> {
     RequireWarpFilter("distort", Filter());
     graph::RequireSameWindow("distort", inputs);
     if (params().channel_x < 0 || params().channel_y < 0 || params().channel_x >= inputs[1].channel_count()) {
-      throw Error("distort", "found a channel that the displacement image lacks, expected 0 to " +
-                                 std::to_string(inputs[1].channel_count() - 1));
+      throw DataError("distort", "found a channel that the displacement image lacks, expected 0 to " +
+                                     std::to_string(inputs[1].channel_count() - 1));
     }
     return inputs[0];
   }

@@ -6,6 +6,7 @@
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/geometry/separable.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -101,8 +102,8 @@ class MipOp final : public graph::OpWith<MipParams> {
     if (spec.data_window.empty()) return spec;
     const int levels = MipLevelCount(spec), level = params().level;
     if (level >= levels || level < -1) {
-      throw Error("mip", "found the level " + std::to_string(level) + ", expected 0 to " +
-                             std::to_string(levels - 1));
+      throw DataError("mip", "found the level " + std::to_string(level) + ", expected 0 to " +
+                                 std::to_string(levels - 1));
     }
     const Roi all = MipLevelWindow(spec, -1);
     const Roi& w = spec.data_window;

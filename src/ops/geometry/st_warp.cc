@@ -6,6 +6,7 @@
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -21,8 +22,9 @@ class StWarpOp final : public graph::OpWith<StWarpParams> {
     const StWarpParams& p = params();
     for (const int channel : {p.channel_s, p.channel_t}) {
       if (channel < 0 || channel >= inputs[1].channel_count()) {
-        throw Error("st_warp", "found the channel " + std::to_string(channel) + ", expected one of the " +
-                                   std::to_string(inputs[1].channel_count()) + " of the coordinates, from 0");
+        throw DataError("st_warp", "found the channel " + std::to_string(channel) + ", expected one of the " +
+                                       std::to_string(inputs[1].channel_count()) +
+                                       " of the coordinates, from 0");
       }
     }
     RequireWarpFilter("st_warp", Filter());

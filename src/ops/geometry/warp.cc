@@ -6,6 +6,7 @@
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -82,7 +83,8 @@ class WarpOp final : public graph::OpWith<WarpParams> {
     constexpr double kFarthest = 1 << 24;
     for (int i = 0; i < 2; ++i) {
       if (!(lo[i] > -kFarthest && hi[i] < kFarthest)) {
-        throw Error("warp", "found a warped window that leaves +-2^24 pixels, expected one that does not");
+        throw DataError("warp",
+                        "found a warped window that leaves +-2^24 pixels, expected one that does not");
       }
     }
     const auto whole = [](double v) { return static_cast<int>(std::floor(v)); };

@@ -8,6 +8,7 @@
 #include "base/number_text.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/separable.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -24,8 +25,8 @@ struct ZoomAxis {
     const double last = factor > 0 ? std::ceil(b - 0.5) : std::floor(a - 0.5) + 1;
     constexpr double kFarthest = 1 << 30;
     if (!(std::fabs(first) < kFarthest && std::fabs(last) < kFarthest)) {
-      throw Error("zoom",
-                  "found a result of " + base::NumberText(last - first) + " pixels, expected at most 2^30");
+      throw DataError(
+          "zoom", "found a result of " + base::NumberText(last - first) + " pixels, expected at most 2^30");
     }
     out0 = origin + static_cast<int>(first);
     out1 = origin + static_cast<int>(last);
@@ -94,7 +95,7 @@ class ZoomOp final : public graph::OpWith<ZoomParams> {
       if (w->empty()) continue;
       const ZoomAxis x(p.x, w->x0, w->x1, from.x0), y(p.y, w->y0, w->y1, from.y0);
       *w = {x.out0, y.out0, x.out1, y.out1};
-      if (w->empty()) throw Error("zoom", "found factors that leave no pixel, expected larger ones");
+      if (w->empty()) throw DataError("zoom", "found factors that leave no pixel, expected larger ones");
     }
     return spec;
   }

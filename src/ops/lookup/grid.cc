@@ -11,6 +11,7 @@
 #include "model/table_axis.h"
 #include "model/table_sample.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -39,8 +40,9 @@ void Grid::SetAxes(const std::vector<int>& sizes, TableAlign align) {
   for (int a = 0; a < dims_; ++a) {
     const auto i = static_cast<size_t>(a);
     if (sizes[i] > kLongestAxis) {
-      throw Error("lookup", "found " + std::to_string(sizes[i]) +
-                                " entries along an axis, expected at most " + std::to_string(kLongestAxis));
+      throw DataError("lookup", "found " + std::to_string(sizes[i]) +
+                                    " entries along an axis, expected at most " +
+                                    std::to_string(kLongestAxis));
     }
     GridAxis& axis = axes_[a];
     axis.wrap = wraps[i];
@@ -124,7 +126,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
     ends_inside_ = (a == 0 || ends_inside_) && pad == 0 && align == TableAlign::kEnds;
     exact_ = (a == 0 || exact_) && cells > 0 && (cells & (cells - 1)) == 0;
     if (count > INT32_MAX)
-      throw Error("lookup", "found a table too large for its border, expected fewer than 2^31 entries");
+      throw DataError("lookup", "found a table too large for its border, expected fewer than 2^31 entries");
   }
   // Texels are read in pairs and rows of four: what lies after the last one must exist.
   const auto floats = static_cast<size_t>(count) * static_cast<size_t>(texel_) + 16;

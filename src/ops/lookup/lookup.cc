@@ -14,6 +14,7 @@
 #include "ops/lookup/lookup_stage.h"
 #include "ops/modifiers.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -124,9 +125,9 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
   }
   static void RequireChannel(const ImageSpec& coords, int channel, const char* what) {
     if (channel >= 0 && channel < coords.channel_count()) return;
-    throw Error("lookup", "found " + std::to_string(coords.channel_count()) + " channels (" +
-                              ChannelList(coords) + "), expected channel " + std::to_string(channel) +
-                              " as a " + what);
+    throw DataError("lookup", "found " + std::to_string(coords.channel_count()) + " channels (" +
+                                  ChannelList(coords) + "), expected channel " + std::to_string(channel) +
+                                  " as a " + what);
   }
 
   GridLevels levels_;  // of a table given by value; empty for a node

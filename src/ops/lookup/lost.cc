@@ -9,6 +9,7 @@
 #include "graph/render.h"
 #include "model/table_axis.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/lookup.h"
 
 namespace tessera {
@@ -77,8 +78,8 @@ LostCoordinates CountLostCoordinates(const Node& coords, int dims, const LookupP
   const int present = coords.spec().channel_count();
   for (const int channel : read) {
     if (channel >= 0 && channel < present) continue;
-    throw Error("lookup", "found " + std::to_string(present) + " channels, expected channel " +
-                              std::to_string(channel) + " as a coordinate or mask");
+    throw DataError("lookup", "found " + std::to_string(present) + " channels, expected channel " +
+                                  std::to_string(channel) + " as a coordinate or mask");
   }
   LostSink sink(std::move(channels), dims, params);
   graph::RenderToSink(coords, PixelType::kFloat, sink, options);

@@ -17,6 +17,7 @@
 #include "ops/lookup/point_stages.h"
 #include "ops/modifiers.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/lookup.h"
 
 namespace tessera::ops {
@@ -104,7 +105,8 @@ constexpr size_t kMostEntries = size_t{1} << 22;
 std::vector<std::vector<float>> ReadColumns(const std::string& file) {
   std::ifstream in(file);
   if (!in)
-    throw Error(file, "cannot be opened, expected numbers (a list such as 0,0.25,1) or a text file of them");
+    throw DataError(file,
+                    "cannot be opened, expected numbers (a list such as 0,0.25,1) or a text file of them");
   std::vector<std::vector<float>> columns;
   int line_number = 0;
   for (std::string line; std::getline(in, line);) {
@@ -121,13 +123,14 @@ std::vector<std::vector<float>> ReadColumns(const std::string& file) {
       double value = 0;
       const auto [next, error] = std::from_chars(at, end, value);
       if (row.size() == kMostColumns) {
-        throw Error(file, "line " + std::to_string(line_number) + ": found more than " +
-                              std::to_string(kMostColumns) + " numbers, expected at most one per channel");
+        throw DataError(file, "line " + std::to_string(line_number) + ": found more than " +
+                                  std::to_string(kMostColumns) +
+                                  " numbers, expected at most one per channel");
       }
       if (error != std::errc() || !std::isfinite(static_cast<float>(value))) {
-        throw Error(file, "line " + std::to_string(line_number) + ": found \"" +
-                              std::string(at, std::min<size_t>(static_cast<size_t>(end - at), 20)) +
-                              "\", expected 1 to 4 finite numbers");
+        throw DataError(file, "line " + std::to_string(line_number) + ": found \"" +
+                                  std::string(at, std::min<size_t>(static_cast<size_t>(end - at), 20)) +
+                                  "\", expected 1 to 4 finite numbers");
       }
       row.push_back(static_cast<float>(value));
       at = next;
@@ -135,13 +138,15 @@ std::vector<std::vector<float>> ReadColumns(const std::string& file) {
     if (row.empty()) continue;
     if (columns.empty()) columns.resize(row.size());
     if (row.size() != columns.size()) {
-      throw Error(file, "line " + std::to_string(line_number) + ": found " + std::to_string(row.size()) +
-                            " numbers, expected " + std::to_string(columns.size()) + " as in the first line");
+      throw DataError(file, "line " + std::to_string(line_number) + ": found " + std::to_string(row.size()) +
+                                " numbers, expected " + std::to_string(columns.size()) +
+                                " as in the first line");
     }
     for (size_t c = 0; c < row.size(); ++c) columns[c].push_back(row[c]);
-    if (columns[0].size() > kMostEntries) throw Error(file, "found more than 2^22 entries, expected fewer");
+    if (columns[0].size() > kMostEntries)
+      throw DataError(file, "found more than 2^22 entries, expected fewer");
   }
-  if (columns.empty()) throw Error(file, "found no numbers, expected a table with one entry per line");
+  if (columns.empty()) throw DataError(file, "found no numbers, expected a table with one entry per line");
   return columns;
 }
 
@@ -190,8 +195,8 @@ Node MakeTable(std::span<const Node> in, const Arguments& a, const ImageSpec*) {
       if (c < 0) {
         std::string present;
         for (const std::string& n : spec.channels) present += (present.empty() ? "" : ",") + n;
-        throw Error("table:channels",
-                    "found \"" + name + "\", expected channels of the image (" + present + ")");
+        throw DataError("table:channels",
+                        "found \"" + name + "\", expected channels of the image (" + present + ")");
       }
       channels.push_back(c);
       begin = end + 1;

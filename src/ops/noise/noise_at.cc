@@ -12,6 +12,7 @@
 #include "ops/modifiers.h"
 #include "ops/noise/field.h"
 #include "ops/noise/noise_ops.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/noise.h"
 #include "tessera/ops/shade.h"
 
@@ -345,9 +346,9 @@ class NoiseAtOp final : public graph::OpWith<NoiseParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const int found = inputs[0].channel_count(), needed = Coordinates(params());
     if (found < needed) {
-      throw Error("noiseat", "found " + std::to_string(found) + " channels, expected at least " +
-                                 std::to_string(needed) + ", dims=" + std::to_string(params().dims) +
-                                 " coordinates" + (params().low_parts ? " and their low parts" : ""));
+      throw DataError("noiseat", "found " + std::to_string(found) + " channels, expected at least " +
+                                     std::to_string(needed) + ", dims=" + std::to_string(params().dims) +
+                                     " coordinates" + (params().low_parts ? " and their low parts" : ""));
     }
     ImageSpec spec = inputs[0];
     spec.channels = DefaultChannelNames(channels_);

@@ -15,6 +15,7 @@
 #include "ops/noise/plan.h"
 #include "simd/lattice.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/shade.h"
 
 namespace tessera::ops {
@@ -215,8 +216,8 @@ namespace tessera {
 Node ShapedSpots(const Node& position, const ShapedSpotParams& params) {
   const ImageSpec& spec = position.spec();
   if (spec.channel_count() < 2) {
-    throw Error("shapedspots", "found " + std::to_string(spec.channel_count()) +
-                                   " channels, expected two or three coordinates");
+    throw DataError("shapedspots", "found " + std::to_string(spec.channel_count()) +
+                                       " channels, expected two or three coordinates");
   }
   ShapedSpotParams p = params;
   p.frame = spec.display_window.empty() ? spec.data_window : spec.display_window;

@@ -11,6 +11,7 @@
 #include "ops/shade/aov_inputs.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -260,9 +261,9 @@ Node SelectAov(const Node& image, Aov aov, const std::string& layer) {
   const ops::Convention& convention = ops::ConventionOf(aov);
   const std::vector<int> channels = FindAov(image.spec(), aov, layer);
   if (channels.empty()) {
-    throw Error("aov", "found no " + std::string(convention.name) + " among the channels " +
-                           ops::ListChannels(image.spec()) + (layer.empty() ? "" : " of layer " + layer) +
-                           ", expected one of a renderer's names; channels= names them");
+    throw DataError("aov", "found no " + std::string(convention.name) + " among the channels " +
+                               ops::ListChannels(image.spec()) + (layer.empty() ? "" : " of layer " + layer) +
+                               ", expected one of a renderer's names; channels= names them");
   }
   return ops::Select(image, channels, convention.result);
 }
@@ -271,8 +272,8 @@ Node PositionsOf(const Node& image) {
   const std::vector<int> found = FindAov(image.spec(), Aov::kPosition);
   if (!found.empty()) return ops::Select(image, found, "X,Y,Z");
   if (image.spec().channel_count() < 3) {
-    throw Error("positions", "found the channels " + ops::ListChannels(image.spec()) +
-                                 ", expected three coordinates or a position AOV");
+    throw DataError("positions", "found the channels " + ops::ListChannels(image.spec()) +
+                                     ", expected three coordinates or a position AOV");
   }
   return ops::Select(image, {0, 1, 2}, "X,Y,Z");
 }

@@ -6,6 +6,7 @@
 #include "base/number_text.h"
 #include "ops/shade/shade_ops.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -33,7 +34,7 @@ std::optional<Camera> CameraOf(const Arguments& arguments, const char* name, std
 Camera NeededCamera(const std::string& op, const Arguments& arguments, const char* name,
                     std::span<const Node> images) {
   if (auto camera = CameraOf(arguments, name, images)) return *camera;
-  throw Error(
+  throw DataError(
       op, "found no " + std::string(name) + ", expected " + name +
               "= with 16 numbers (world to clip, row by row) or an image with the attributes worldToCamera "
               "and worldToNDC");

@@ -10,6 +10,7 @@
 #include "ops/shade/shade_ops.h"
 #include "ops/shade/shadow_map.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/channels.h"
 
@@ -156,8 +157,9 @@ OpInfo SoftShadowInfo() {
       } else {
         const auto camera = Camera::FromMetadata(in[k + 1].spec());
         if (!camera) {
-          throw Error("softshadow", "found map " + std::to_string(k + 1) +
-                                        " without worldToNDC, expected lights= with 16 numbers for each map");
+          throw DataError("softshadow",
+                          "found map " + std::to_string(k + 1) +
+                              " without worldToNDC, expected lights= with 16 numbers for each map");
         }
         lights[k] = camera->world_to_clip();
       }

@@ -14,6 +14,7 @@
 #include "ops/shade/shade_ops.h"
 #include "ops/shade/solid_kernel.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/ops/noise.h"
@@ -239,7 +240,8 @@ Node SolidTexture(const Node& color, const Node& position, const Node& table, co
   solid.dims = 3;
   const int channels = table.spec().channel_count();
   if (channels != 1 && channels != 3 && channels != 4) {
-    throw Error("solid", "found a table of " + std::to_string(channels) + " channels, expected 1, 3 or 4");
+    throw DataError("solid",
+                    "found a table of " + std::to_string(channels) + " channels, expected 1, 3 or 4");
   }
   ops::SolidSettings settings;
   settings.solid = p;

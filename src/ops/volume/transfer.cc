@@ -12,6 +12,7 @@
 #include "model/volume_settings.h"
 #include "ops/noise/plan.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 
 namespace tessera::ops::volume {
 namespace {
@@ -307,7 +308,7 @@ namespace tessera {
 
 VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file) {
   std::ifstream stream(file);
-  if (!stream) throw Error(file, "cannot be opened");
+  if (!stream) throw DataError(file, "cannot be opened");
   VolumeTransferFunction t;
   int number = 0;
   for (std::string line; std::getline(stream, line);) {
@@ -318,12 +319,13 @@ VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file) {
     TransferPoint p;
     std::string rest;
     if (!(words >> p.value >> p.color[0] >> p.color[1] >> p.color[2] >> p.opacity) || (words >> rest)) {
-      throw Error(file, "line " + std::to_string(number) + ": found \"" + line.substr(0, 40) +
-                            "\", expected value red green blue opacity");
+      throw DataError(file, "line " + std::to_string(number) + ": found \"" + line.substr(0, 40) +
+                                "\", expected value red green blue opacity");
     }
     t.points.push_back(p);
   }
-  if (t.points.empty()) throw Error(file, "found no points, expected lines of value red green blue opacity");
+  if (t.points.empty())
+    throw DataError(file, "found no points, expected lines of value red green blue opacity");
   return t;
 }
 

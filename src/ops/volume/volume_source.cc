@@ -13,6 +13,7 @@
 #include "model/volume_data.h"
 #include "ops/volume/words.h"
 #include "tessera/context.h"
+#include "tessera/error_kind.h"
 #include "tessera/mesh.h"
 #include "tessera/render.h"
 
@@ -126,7 +127,7 @@ Volume FieldOfWords(const Arguments& a, PixelType type, const Vector3& spacing, 
     try {
       return DistanceField(mesh, spec, range);
     } catch (const Error& error) {
-      throw Error(a.Text("mesh"), error.reason());
+      throw DataError(a.Text("mesh"), error.reason());
     }
   };
   key = stamp.empty() ? "" : key + stamp;
