@@ -33,6 +33,14 @@ tiled.tif --ch 2,1 --addc 0.01 -d uint16 --verify -o out.tif
 rgba8.tif --attrib tile_width 64 --attrib tile_height 48 --blur 3x3 -d uint8 --verify -o out.tif
 float.exr --attrib tile_width 32 --attrib tile_height 64 --mulc 0.9 -d float --verify -o out.exr
 float.exr --ch R,G,B --mulc 0.02 --subc 0.01,1,0.01 window.exr --ch R,G,B --envmap:map=latlong -d float --verify -o out.exr
+--pattern checker:width=5:height=3 60x40-20-10 3 -d half --verify -o out.exr
+rgb16.png --median 5x5 -d uint16 --verify -o out.png
+rgb.tif --blur:sigma=9 -d float --verify -o out.tif
+rgb.tif --blur:sigma=4:method=recursive:border=mirror -d float --verify -o out.tif
+rgb.tif --dilate 7x7 -d float --verify -o out.tif
+rgb.tif --blur 13x3 -d float --verify -o out.tif
+--pattern perlin:lattice=osl:color=1 80x60 4 -d float --verify -o out.exr
+--pattern perlin:freq=5:signed=1 96x64 2 --lic:length=12 -d float --verify -o out.exr
 --max-memory 1 large.tif --attrib tile_width 64 --attrib tile_height 64 --mulc 0.9 -d half --verify -o out.exr
 -i:subimage=1 parts.exr --ch G,B --mulc 0.7 -d half --verify -o out.exr
 float.exr rgba8.tif --over -d half --verify -o out.exr
