@@ -58,7 +58,8 @@ TEST(FlowOracle, BoundsCanFail) {
       120, 100, [](double x, double y) { return std::sin(x / 9) * std::cos(y / 7) + 0.2; },
       [](double x, double y) { return -std::cos(x / 9) * std::sin(y / 7); });
   for (const char* words :
-       {"length=40 method=direct", "length=40 method=direct sampling=linear", "length=40 method=fast"}) {
+       {"length=40 contrast=none method=direct", "length=40 contrast=none method=direct sampling=linear",
+        "length=40 contrast=none method=fast"}) {
     SCOPED_TRACE(words);
     const bool shared = std::string(words).find("fast") != std::string::npos;
     const Node node = Command("lic", words, {field});
