@@ -27,7 +27,7 @@ class Page(html.parser.HTMLParser):
         for key in ("href", "src"):
             if attributes.get(key) is not None:
                 self.links.append(attributes[key])
-        if tag not in ("meta", "link", "img", "input", "br"):
+        if tag not in ("meta", "link", "img", "input", "br", "wbr"):
             self.open.append(tag)
 
     def handle_endtag(self, tag):

@@ -11,7 +11,6 @@ FAMILIES = {"Operations: arithmetic": "Arithmetic", "Operations: color": "Colour
             "Operations: noise": "Noise on positions", "Operations: channels": "Channels", "Operations: flow": "Vector fields",
             "Operations: shade": "Fog, shadow, solid textures", "Operations: environment": "Environment and light",
             "Operations: bump": "Bump maps", "Operations: volume": "Volumes"}
-PREVIEW = 320  # of the width of a card's picture, pixels: what the style sheet shows at most
 
 
 def family(row):
@@ -63,6 +62,7 @@ class Shell:
 <header><nav>
 <a class="home" href="{up}index.html">Tessera</a>
 <a href="{up}index.html#operations">Operations</a>
+<a href="{up}index.html#recipes">Recipes</a>
 <a href="{up}index.html#background">Background</a>
 <span class="search"><input id="search" type="search" placeholder="Search, or press /" aria-label="Search"
  autocomplete="off" data-root="{up}"><ul id="found" hidden></ul></span>
@@ -95,8 +95,10 @@ def parameters(row):
     text = '<h2 id="parameters">Arguments and modifiers</h2>\n<div class="wide"><table class="parameters"><thead><tr>'
     text += "<th>name</th><th>meaning</th><th>values</th><th>default</th></tr></thead><tbody>"
     for name, p, kind in rows:
-        allowed = re.sub(r";? ?[Dd]efault [^;]*?\.$", ".", p["allowed"]).lstrip("; ").strip()
-        allowed = "" if allowed == "." else allowed
+        allowed = p["allowed"]
+        if p["default"]:  # it has a column of its own
+            allowed = re.sub(r"(^D|; d)efault " + re.escape(p["default"]) + r"(?=[.;])", "", allowed, count=1).lstrip("; ")
+        allowed = "" if allowed == "." else allowed[:1].upper() + allowed[1:]
         if p["choices"]:
             allowed = re.sub(r"^One of [^.;]*[.;]? ?", "", allowed)
             choices = "<code>" + "</code> <code>".join(escaped(c) for c in p["choices"]) + "</code>"
@@ -147,7 +149,7 @@ def operation(row, block, shots, related, declarations, links, found):
     """A command's page; shots: (line, printed, [before], after) with pictures' places seen from the page."""
     text = f'<p class="family"><a href="../index.html#{markdown.slug(family(row))}">{escaped(family(row))}</a></p>\n'
     text += f"<h1>{escaped(row['name'])}</h1>\n<p class=\"summary\">{escaped(row['summary'])}</p>\n"
-    text += f"<pre class=\"synopsis\">{escaped(row['synopsis'])}</pre>\n"
+    text += f"<pre class=\"synopsis\">{escaped(row['synopsis']).replace(':', '<wbr>:')}</pre>\n"
     if block:
         text += f'<h2 id="lines">{escaped(block.caption[0].upper() + block.caption[1:])}</h2>\n'
     seen = None

@@ -59,6 +59,16 @@ class BookTest(unittest.TestCase):
                     self.assertIn('id="cost"', page)
                     self.assertIn('id="cpp"', page)
 
+    def test_recipes_are_run_and_shown(self):
+        recipes = sorted((BOOK / "recipes").glob("*.md"))
+        self.assertGreaterEqual(len(recipes), 6)
+        for recipe in recipes:
+            page = (self.out / "recipe" / (recipe.stem + ".html")).read_text()
+            self.assertEqual(page.count('<pre class="line">'), recipe.read_text().count("```sh"), recipe)
+            self.assertIn('<figure><img src="../pictures/recipes/', page, recipe)
+        # Against oiiotool itself, by lines that fail where the pictures differ.
+        self.assertGreaterEqual((self.out / "recipe" / "from_oiiotool.html").read_text().count("PASS"), 5)
+
     def test_pictures_are_pictures(self):
         for file in (self.out / "pictures").rglob("*.*"):
             magic = {".jpg": b"\xff\xd8\xff", ".png": b"\x89PNG", ".svg": b"<"}[file.suffix]
