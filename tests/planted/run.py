@@ -23,9 +23,10 @@ import verify_lines
 from faults import Fault
 from faults_engine import FAULTS as ENGINE
 from faults_kernels import FAULTS as KERNELS
+from faults_open import FAULTS as OPEN
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
-FAULTS = ENGINE + KERNELS
+FAULTS = OPEN if "--open" in sys.argv else ENGINE + KERNELS
 # As the tests run them, until the first finding; nothing is gained from a shorter case.
 RANDOM = ["--seed", "27", "--count", "5000", "--failures", "1", "--no-shrink"]
 LONGEST = 1800  # seconds that one of the tests may take
@@ -205,6 +206,7 @@ def main():
     parser.add_argument("--no-plain", action="store_true", help="does not ask first whether all passes without a fault")
     parser.add_argument("--verbose", action="store_true", help="prints what the test said that saw it")
     parser.add_argument("--check", action="store_true", help="only looks whether every text to replace is there")
+    parser.add_argument("--open", action="store_true", help="the faults of faults_open.py instead")
     parser.add_argument("--list", action="store_true", help="prints the faults")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("planted: ended"))  # by way of what puts the sources back

@@ -33,6 +33,8 @@ tiled.tif --ch 2,1 --addc 0.01 -d uint16 --verify -o out.tif
 rgba8.tif --attrib tile_width 64 --attrib tile_height 48 --blur 3x3 -d uint8 --verify -o out.tif
 float.exr --attrib tile_width 32 --attrib tile_height 64 --mulc 0.9 -d float --verify -o out.exr
 float.exr --ch R,G,B --mulc 0.02 --subc 0.01,1,0.01 window.exr --ch R,G,B --envmap:map=latlong -d float --verify -o out.exr
+--volume:solid=knot:mode=over:method=shearwarp:size=80x80 -d float --verify -o out.exr
+float.exr --ch R,G window.exr --lookup:filter=mipmap -d float --verify -o out.exr
 --pattern checker:width=5:height=3 60x40-20-10 3 -d half --verify -o out.exr
 rgb16.png --median 5x5 -d uint16 --verify -o out.png
 rgb.tif --blur:sigma=9 -d float --verify -o out.tif
