@@ -90,6 +90,11 @@ class PendingOutput {
   PixelType type_ = PixelType::kFloat;
 };
 
+/// The type that Write would store, before a pixel is computed: what the format has for the one asked for.
+/// Throws Error as Write for what shows then: an unknown extension, channels or sides that the format does
+/// not hold, a missing directory or one that cannot be written. A file of that name stays as it is.
+PixelType StoredType(const Node& node, const std::string& file, const WriteOptions& options = {});
+
 /// Removes the temporary files of every unfinished output of this process; async-signal-safe, for SIGINT
 /// handlers.
 void RemoveUnfinishedOutputs();

@@ -36,7 +36,8 @@ class LineReader {
       } else if (word.empty()) {
         throw UsageError("\"\"", "found an empty word, expected a file name or a command");
       } else {
-        line_.file_words.push_back(next_++);
+        if (line_.options.wildcards) line_.file_words.push_back(next_);
+        ++next_;
         Add(ReadCommand(), word, {}, {word});
       }
     }
@@ -60,11 +61,22 @@ class LineReader {
           throw UsageError(word, "found the end of the line, expected " + param.name +
                                      (param.help.empty() ? "" : " (" + param.help + ")"));
         }
-        if (MayHoldFrame(*command, param)) line_.file_words.push_back(next_);
+        RefuseCommand(word, *command, param);
+        if (line_.options.wildcards && MayHoldFrame(*command, param)) line_.file_words.push_back(next_);
         values.push_back(words_[next_++]);
       }
     }
     Add(*command, word, token.modifiers, values);
+  }
+
+  // A command where an argument was to follow: the argument was forgotten. Text of any kind may be a value.
+  void RefuseCommand(const std::string& word, const Command& command, const ops::ParamInfo& param) const {
+    const std::string& next = words_[next_];
+    if (!IsCommand(next) || command.info.name == "attrib") return;
+    const Command* const other = FindCommand(SplitToken(WithoutDashes(next)).name);
+    if (other == nullptr) return;
+    throw UsageError(word, "found the command " + next + ", expected " + param.name +
+                               (param.help.empty() ? "" : " (" + param.help + ")"));
   }
 
   [[noreturn]] static void Unknown(const std::string& name) {
@@ -87,7 +99,8 @@ class LineReader {
         step.arguments = ops::ParseArguments(command.info, values, modifiers);
       }
     } catch (const Error& e) {
-      throw UsageError("--" + e.subject(), e.reason() + ModifiersBehind(command.info, values));
+      throw UsageError((command.info.name.size() == 1 ? "-" : "--") + e.subject(),
+                       e.reason() + ModifiersBehind(command.info, values));
     }
     if (command.effect == Effect::kOption) {
       command.set(step.arguments, line_.options);

@@ -8,9 +8,19 @@ namespace {
 
 using base::NumberText;
 
-std::string Modifiers(const ops::OpInfo& row) {
+// As many modifiers as have room in a line of help that has `used` columns without them; an ellipsis stands
+// for the rest.
+std::string Modifiers(const ops::OpInfo& row, size_t used) {
+  constexpr size_t kRoom = 94;  // of 100: an indent, brackets, the ellipsis
   std::string text;
-  for (const ops::ParamInfo& p : row.modifiers) text += ":" + p.name + "=" + p.default_value;
+  for (const ops::ParamInfo& p : row.modifiers) {
+    const std::string next = ":" + p.name + "=" + p.default_value;
+    if (used + text.size() + next.size() > kRoom) {
+      text += ":…";
+      break;
+    }
+    text += next;
+  }
   return text.empty() ? "" : "[" + text + "]";
 }
 
@@ -18,6 +28,11 @@ std::string Joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& w : words) text += (text.empty() ? "" : ", ") + w;
   return text;
+}
+// "a, b or c".
+std::string Alternatives(const std::vector<std::string>& words) {
+  if (words.size() < 2) return Joined(words);
+  return Joined({words.begin(), words.end() - 1}) + " or " + words.back();
 }
 
 std::string Count(const ops::ParamInfo& p) {
@@ -34,7 +49,7 @@ std::string Count(const ops::ParamInfo& p) {
       words.erase(words.begin() + kShown, words.end() - 1);
       words.insert(words.begin() + kShown, "…");
     }
-    return Joined(words);
+    return Alternatives(words);
   }
   if (p.min_count == p.max_count) return std::to_string(p.min_count);
   return std::to_string(p.min_count) + " to " + std::to_string(p.max_count);
@@ -53,13 +68,16 @@ std::string Range(const ops::ParamInfo& p) {
 std::string Dashed(const std::string& name) { return (name.size() == 1 ? "-" : "--") + name; }
 
 std::string Synopsis(const Command& command) {
-  std::string text = Dashed(command.info.name) + Modifiers(command.info);
+  const std::string name = Dashed(command.info.name);
+  std::string arguments;
   for (const ops::ParamInfo& p : command.info.arguments)
-    text += command.optional_argument ? " [" + p.name + "]" : " " + p.name;
-  return text;
+    arguments += command.optional_argument ? " [" + p.name + "]" : " " + p.name;
+  return name + Modifiers(command.info, name.size() + arguments.size()) + arguments;
 }
 
-std::string GeneratorSynopsis(const ops::OpInfo& generator) { return generator.name + Modifiers(generator); }
+std::string GeneratorSynopsis(const ops::OpInfo& generator) {
+  return generator.name + Modifiers(generator, generator.name.size());
+}
 
 int Taken(const Command& command) {
   if (command.info.operands != nullptr) return -1;

@@ -54,9 +54,10 @@ struct Pattern {
 
 std::vector<Pattern> FindPatterns(const std::vector<std::string>& words, const Line& line) {
   std::vector<Pattern> patterns;
-  for (size_t at : line.file_words) {
+  for (const size_t at : line.file_words) {
     Pattern p{at, "", ""};
-    if (words[at].find_first_of("#@%") != std::string::npos &&
+    // A file of just that name is meant itself.
+    if (words[at].find_first_of("#@%") != std::string::npos && !OIIO::Filesystem::exists(words[at]) &&
         OIIO::Filesystem::parse_pattern(words[at].c_str(), line.options.frame_padding, p.normal, p.range)) {
       patterns.push_back(std::move(p));
     }
@@ -218,8 +219,15 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
   if (patterns.empty()) {
     if (animated > 0)
       throw UsageError("animate", "found no file name with # or %04d, expected one for the frames");
-    if (!range.empty())
-      throw UsageError("--frames", "found no file name with # or %04d, expected at least one");
+    if (!range.empty()) {
+      // The sequence of --motionblur is read whole for every frame of the line.
+      const auto reads_sequence = [](const Step& s) { return s.arguments.values.contains("SEQUENCE"); };
+      const bool sequence = std::any_of(line.steps.begin(), line.steps.end(), reads_sequence);
+      throw UsageError(
+          "--frames", sequence
+                          ? "found # or %04d in no name but that of --motionblur, expected it in the output's"
+                          : "found no file name with # or %04d, expected at least one");
+    }
     if (WithFrame(words, 1) != words)
       throw UsageError("{FRAME_NUMBER}", "found no frames, expected a file name with # or %04d");
     return {{0, words}};

@@ -40,7 +40,9 @@ std::string Wrapped(const std::string& text, size_t indent) {
 }
 
 void PrintParam(std::ostream& out, const ops::ParamInfo& param) {
-  out << "  " << param.name << "  " << param.help << "\n" << Wrapped(AllowedValues(param), 6);
+  const bool fits = 4 + param.name.size() + param.help.size() <= kColumns;
+  out << "  " << param.name << (fits ? "  " + param.help + "\n" : "\n" + Wrapped(param.help, 6))
+      << Wrapped(AllowedValues(param), 6);
 }
 
 }  // namespace
@@ -49,11 +51,9 @@ void PrintOverview(std::ostream& out) {
   out << "tessera " TESSERA_VERSION_STRING
          ": image operations, fused and run tile by tile.\n\n"
          "Usage: tessera FILE... COMMAND... -o FILE\n"
-         "  The line is read from left to right: a file name pushes an image, a command pops its operands "
-         "and\n"
-         "  pushes its result. Nothing is computed until an output needs it. - and -- are equal; modifiers "
-         "follow\n"
-         "  a command after colons, --name:key=value. --help COMMAND tells all about one.\n\n"
+         "  The line is read from left to right: a file name pushes an image, a command pops its operands\n"
+         "  and pushes its result. Nothing is computed until an output needs it. - and -- are equal;\n"
+         "  modifiers follow a command after colons, --name:key=value. --help COMMAND tells all about one.\n\n"
          "  tessera in.exr --saturate 1.2 --hue 30 -d half -o out.exr\n";
   std::string group;
   for (const Command& c : Commands()) {

@@ -158,6 +158,14 @@ std::vector<Command> OptionCommands() {
       "files present decide. {FRAME_NUMBER} anywhere in a line with such a name is the frame's number; the "
       "braces may hold a calculation with + - * / and parentheses: --frames 1-48 --pattern "
       "clouds:time={FRAME_NUMBER/24} 1920x1080 3 -o clouds.#.exr. Frames are independent.";
+  rows.push_back(Option("wildcardoff",
+                        "File names that follow hold no frame numbers: # @ and % are themselves.",
+                        [](const Arguments&, Options& o) { o.wildcards = false; }));
+  rows.back().info.help =
+      "A file whose name is just as written needs it not: a name with #, @ or % stands for that file where "
+      "there is one. Outputs do, whose names are not there yet.";
+  rows.push_back(Option("wildcardon", "File names that follow may hold frame numbers again.",
+                        [](const Arguments&, Options& o) { o.wildcards = true; }));
   rows.push_back(Option("skip-bad-frames",
                         "A frame that fails does not stop the frames after it; the exit code is 1.",
                         [](const Arguments&, Options& o) { o.skip_bad_frames = true; }));

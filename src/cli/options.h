@@ -20,6 +20,7 @@ struct Options {
   std::optional<bool> progress;  // unset: when stderr is a terminal
   std::string simd;              // empty: the best target; "list" prints them
   std::string frames;            // empty: from the file names
+  bool wildcards = true;         // of the names that follow
   bool skip_bad_frames = false;
   int frame_padding = 0;  // 0: as the pattern says
   bool software_attribute = true;

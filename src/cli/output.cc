@@ -1,4 +1,6 @@
 // -o: type, metadata, plan, reference check and statistics of one output, which is written beside its name.
+#include <OpenImageIO/imageio.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -85,14 +87,22 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
   PendingOutput output(entry.node, file, write);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   bar.Finish();
-  // A type that nobody asked for may become the format's nearest; one that was asked for may not.
-  if (write.type && output.type() != *write.type) {
-    throw Error(file, std::string("found the type ") + PixelTypeName(*write.type) +
-                          ", expected one that this format holds, such as " + PixelTypeName(output.type()));
-  }
   if (options.verify) CheckAgainstReference(entry, file, output, took.count(), options);
   session.AddOutput(std::move(output));
   if (options.runstats) PrintRunStats(file, stats);
+}
+
+// What was cropped for a smaller picture becomes a large one with black around it in formats without windows.
+void SayPadding(const Entry& entry, const std::string& file, const Options& options) {
+  const Roi &data = entry.node.spec().data_window, &display = entry.node.spec().display_window;
+  if (options.quiet || display.empty() || Union(data, display) != display || data == display) return;
+  const auto format = OIIO::ImageOutput::create(file);
+  if (format == nullptr || format->supports("displaywindow")) return;
+  std::fprintf(
+      Messages(),
+      "tessera: note: %s: %s has no data window, %d x %d pixels are written and those around %d x %d "
+      "are black; --cut in place of --crop makes a smaller picture\n",
+      file.c_str(), format->format_name(), display.width(), display.height(), data.width(), data.height());
 }
 
 }  // namespace
@@ -109,6 +119,13 @@ void WriteOutput(const Step& step, Session& session) {
   } else if (session.output_type) {
     write.type = session.output_type;
   }
+  // A type that nobody asked for may become the format's nearest; one that was asked for may not.
+  const PixelType stored = StoredType(entry.node, file, write);
+  if (write.type && stored != *write.type) {
+    throw Error(file, std::string("found the type ") + PixelTypeName(*write.type) +
+                          ", expected one that this format holds, such as " + PixelTypeName(stored));
+  }
+  SayPadding(entry, file, session.options());
   if (session.options().software_attribute) AddHistory(entry, session.history(), write.attributes);
   session.Later([entry, file, write, &session] {
     try {

@@ -48,6 +48,30 @@ void PendingOutput::Commit() {
   temporary_.clear();
 }
 
+PixelType StoredType(const Node& node, const std::string& file, const WriteOptions& options) {
+  const ImageSpec& spec = node.spec();
+  PixelType type = spec.type;
+  const std::string target = io::ResolveTarget(file);
+  std::string temporary;
+  try {
+    // Some formats write when they are closed: the sink goes first.
+    const PixelType asked = options.type.value_or(spec.type);
+    io::FileSink judge(file, spec, asked, options.attributes);
+    // The type does not hang on the size, and closing an unfinished file may fill it up (JPEG).
+    ImageSpec small = spec;
+    small.data_window = small.display_window = {0, 0, 16, 16};
+    io::FileSink sink(file, small, asked, options.attributes);
+    temporary = io::CreateTemporary(target, file);
+    sink.Open(temporary);
+    type = sink.type();
+  } catch (...) {
+    io::RemoveTemporary(temporary);
+    throw;
+  }
+  io::RemoveTemporary(temporary);
+  return type;
+}
+
 void Write(const Node& node, const std::string& file, const WriteOptions& options) {
   PendingOutput(node, file, options).Commit();
 }

@@ -113,7 +113,7 @@ OpInfo Row(const std::string& name, const std::string& summary, const std::strin
   info.summary = summary;
   info.help =
       help +
-      "What OpenColorIO's optimised processor holds of matrices, ranges, CDLs, exponents, logarithms, 1-D "
+      " What OpenColorIO's optimised processor holds of matrices, ranges, CDLs, exponents, logarithms, 1-D "
       "and 3-D LUTs runs as this program's own operations and folds with its neighbours; the rest (inverse, "
       "half-domain and hue-preserving LUTs, fixed functions, grading) runs in OpenColorIO's CPU processor "
       "within the same pass. An image whose space is unknown, and an EXR that says none, count as the "

@@ -155,6 +155,20 @@ class ParamParser {
     return numbers;
   }
 
+  // What other programs call the types of pixels.
+  static std::string OtherName(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    constexpr std::pair<const char*, const char*> kNames[] = {
+        {"float16", "half"},  {"fp16", "half"},     {"f16", "half"},   {"halffloat", "half"},
+        {"float32", "float"}, {"fp32", "float"},    {"f32", "float"},  {"single", "float"},
+        {"u8", "uint8"},      {"uchar", "uint8"},   {"byte", "uint8"}, {"8", "uint8"},
+        {"u16", "uint16"},    {"ushort", "uint16"}, {"16", "uint16"},  {"32", "float"}};
+    for (const auto& [other, name] : kNames) {
+      if (text == other) return name;
+    }
+    return "";
+  }
+
   void ParseChoice(const std::string& text, Arguments::Value& value) const {
     if (std::find(param_.choices.begin(), param_.choices.end(), text) != param_.choices.end()) return;
     const bool numeric = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0 ||
@@ -166,7 +180,9 @@ class ParamParser {
     std::string reason = (text.empty() ? std::string("found nothing") : "found " + Quoted(text)) +
                          ", expected " + Alternatives(param_.choices);
     if (param_.numbers_too) reason += ", or " + ExpectedCounts() + " numbers";
-    const std::string near = Nearest(text, param_.choices);
+    std::string near = OtherName(text);
+    if (std::find(param_.choices.begin(), param_.choices.end(), near) == param_.choices.end())
+      near = Nearest(text, param_.choices);
     if (!near.empty()) reason += "; did you mean " + near + "?";
     Refuse(reason);
   }

@@ -131,6 +131,7 @@ std::vector<OpInfo> OwnRows() {
       AppendChannelsInfo(),
       RenameChannelsInfo(),
       CropInfo(),
+      CutInfo(),
       LicInfo(),
       EqualizeInfo(),
       AovInfo(),

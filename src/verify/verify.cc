@@ -251,10 +251,16 @@ StoredPixels Evaluations(const Node& node, PixelType type, const RenderOptions& 
   return stored;
 }
 
+// "1 code", "2 codes".
+std::string Counted(int64_t n, const std::string& what, const std::string& plural = "s") {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : plural);
+}
+
 }  // namespace
 }  // namespace verify
 
 std::string VerifyReport::Summary() const {
+  using verify::Counted;
   char text[256];
   const auto add = [&](std::string& s, const char* format, auto... values) {
     std::snprintf(text, sizeof text, format, values...);
@@ -266,11 +272,11 @@ std::string VerifyReport::Summary() const {
   add(s, " (bound %.3g where it is closest, %.3g %% of it used", bound, 100 * closest);
   if (median_ratio > 0) add(s, ", %.2g %% in the middle", 100 / median_ratio);
   add(s, "; largest bound %.3g)", largest_bound);
-  if (codes_at_tie > 0) s += ", " + std::to_string(codes_at_tie) + " codes at a tie rounded the other way";
+  if (codes_at_tie > 0) s += ", " + Counted(codes_at_tie, "code") + " at a tie rounded the other way";
   if (codes_wrong > 0) {
-    s += ", " + std::to_string(codes_wrong) + " codes WRONG by up to " + std::to_string(max_code_error);
+    s += ", " + Counted(codes_wrong, "code") + " WRONG by up to " + std::to_string(max_code_error);
   }
-  if (nan_mismatches > 0) s += ", " + std::to_string(nan_mismatches) + " non-finite mismatches";
+  if (nan_mismatches > 0) s += ", " + Counted(nan_mismatches, "non-finite mismatch", "es");
   if (undecided > 0 && samples > 0) {
     const double part = static_cast<double>(undecided) / static_cast<double>(samples);
     add(s, ", %.2g %% undecided", 100 * part);

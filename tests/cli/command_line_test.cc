@@ -61,6 +61,26 @@ TEST_F(CommandLineTest, WrongWordsAreNamedWithTheNearestKnownOne) {
   }
 }
 
+TEST_F(CommandLineTest, CommandsAreNoArgumentsAndTypesHaveOtherNames) {
+  struct Case {
+    std::string line, message;
+  };
+  for (const Case& c :
+       {Case{"a.exr --ociodisplay -o x.png", "--ociodisplay: found the command -o, expected DISPLAY"},
+        Case{"a.exr --saturate --hue 30 -o x.png", "--saturate: found the command --hue"},
+        Case{"a.exr -o --stats", "-o: found the command --stats, expected FILE"},
+        Case{"a.exr -d float16 -o x.exr",
+             "-d: found \"float16\", expected uint8, uint16, half or "
+             "float; did you mean half?"},
+        Case{"a.exr -d float32 -o x.exr", "did you mean float?"},
+        Case{"a.exr -d ushort -o x.exr", "did you mean uint16?"}}) {
+    const CommandResult result = Tessera(c.line);
+    EXPECT_EQ(result.exit_code, 2) << c.line;
+    EXPECT_NE(result.err.find(c.message), std::string::npos) << c.line << ": " << result.err;
+  }
+  EXPECT_EQ(Tessera("--pattern checker 8x6 3 --addc -0.5 --attrib Comment -o -o y.exr").exit_code, 0);
+}
+
 TEST_F(CommandLineTest, WrongArgumentsAreRefusedBeforeAFileIsTouched) {
   // The missing input shows that nothing was opened: the argument is what is complained about.
   for (const BadLine& bad : std::vector<BadLine>{

@@ -67,6 +67,29 @@ TEST_F(FramesTest, TheFrameNumberEntersAnyArgument) {
   }
 }
 
+// A file that is there wins over what its name could stand for.
+TEST_F(FramesTest, NamesWithTheSignsOfFramesAreFiles) {
+  Works("--pattern checker 8x6 3 -d uint8 -o plain.png");
+  for (const std::string& name : {"icon@2x.png", "a#b.png", "50%d.png", "%04d#@.png"}) {
+    std::filesystem::copy_file(Path("plain.png"), Path(name));
+    Works(name + " -o copy.png");
+    EXPECT_EQ(Oiiotool("--fail 0 plain.png copy.png --diff").exit_code, 0) << name;
+  }
+  Works("--wildcardoff plain.png -o new@3x#.png");
+  EXPECT_TRUE(directory_.Names().contains("new@3x#.png"));
+  // Only the names that follow.
+  Works("--frames 1-2 --wildcardoff icon@2x.png --wildcardon -o out.#.png");
+  EXPECT_TRUE(directory_.Names().contains("out.0002.png"));
+  EXPECT_EQ(Tessera("no@file.png -o x.png").exit_code, 1);
+}
+
+TEST_F(FramesTest, ASequenceThatIsReadWholeIsNotTheOutput) {
+  const CommandResult result = Tessera("--motionblur:window=0,1 s.#.exr --frames 1-2 -o out.exr");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("--motionblur"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("output"), std::string::npos) << result.err;
+}
+
 TEST_F(FramesTest, ABadFrameStopsTheRunOrIsSkipped) {
   std::ofstream(Path("in.0002.tif")) << "spoilt";
   CommandResult result = Tessera("--frames 1-3 in.#.tif -o stop.#.tif");

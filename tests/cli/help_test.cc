@@ -1,4 +1,6 @@
 // Help, the command lists and the other commands that only inform: all of them cover the registry.
+#include <regex>
+
 #include "cli/cli_test.h"
 #include "ops/registry.h"
 #include "tessera/targets.h"
@@ -7,6 +9,32 @@ namespace tessera::testing {
 namespace {
 
 class HelpTest : public CliTest {};
+
+// Text with every run of blanks and line ends as one blank.
+std::string OneLine(const std::string& text) {
+  std::istringstream in(text);
+  std::string line;
+  for (std::string word; in >> word;) line += (line.empty() ? "" : " ") + word;
+  return line;
+}
+
+// What every page of help keeps to: lines of 100 columns, a blank after a sentence, counts that are read
+// aloud.
+void KeepsToTheRules(const std::string& page) {
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    const auto columns = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xc0) != 0x80; });
+    EXPECT_LE(columns, 100) << line;
+  }
+  const std::string text = OneLine(page);
+  std::smatch found;
+  EXPECT_FALSE(std::regex_search(text, found, std::regex("[a-z0-9)]\\.[A-Z][a-z]+[ ,]"))) << found.str();
+  EXPECT_FALSE(std::regex_search(text, found, std::regex("numbers, [^…:;.]*[0-9], [0-9]+ of them")))
+      << found.str();
+  EXPECT_FALSE(
+      std::regex_search(text, found, std::regex("\\b1 (codes|images|channels|pixels|frames|texels)\\b")))
+      << found.str();
+}
 
 TEST_F(HelpTest, EveryCommandHasAPage) {
   const std::string list = Works("--list-commands");
@@ -20,12 +48,19 @@ TEST_F(HelpTest, EveryCommandHasAPage) {
     std::string name = line.substr(0, line.find('\t'));
     if (name.starts_with("pattern ")) name = name.substr(8);
     const std::string page = Works("--help " + name), summary = line.substr(line.rfind('\t') + 1);
+    SCOPED_TRACE(name);
+    KeepsToTheRules(page);
     EXPECT_NE(page.find(name), std::string::npos) << page;
     EXPECT_FALSE(summary.empty()) << line;
     EXPECT_NE(page.find(summary.substr(0, summary.find(' '))), std::string::npos) << page;
     ++commands;
   }
   EXPECT_GT(commands, 40);
+}
+
+TEST_F(HelpTest, TheOverviewKeepsToTheRules) {
+  KeepsToTheRules(Works("--help"));
+  EXPECT_NE(OneLine(Works("--help ccmatrix")).find("numbers, 9, 12, 16 or 20 of them"), std::string::npos);
 }
 
 TEST_F(HelpTest, FrameNumbersOutsideFileNamesAreTold) {
@@ -47,7 +82,7 @@ TEST_F(HelpTest, PagesAndListsHoldWhatTheRegistrySays) {
     for (const auto* params : {&op.arguments, &op.modifiers}) {
       for (const ops::ParamInfo& p : *params) {
         EXPECT_NE(help.find(p.name), std::string::npos) << p.name;
-        EXPECT_NE(help.find(p.help), std::string::npos) << p.name;
+        EXPECT_NE(OneLine(help).find(OneLine(p.help)), std::string::npos) << p.name;
         EXPECT_NE(json.find("\"name\": \"" + p.name + "\""), std::string::npos) << p.name;
       }
     }

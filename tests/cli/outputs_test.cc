@@ -32,6 +32,71 @@ TEST_F(OutputsTest, DryRunAndExplainWriteNothing) {
   EXPECT_EQ(Tessera("gone.exr -n -o out.exr").exit_code, 1);
 }
 
+// Before a pixel is computed: the picture would take minutes. Dry runs and plans find it too.
+TEST_F(OutputsTest, WhatCannotBeWrittenIsFoundFirst) {
+  std::filesystem::create_directory(Path("closed"));
+  std::filesystem::permissions(Path("closed"), std::filesystem::perms::owner_read);
+  std::ofstream(Path("plain.txt")) << "no directory";
+  const auto before = directory_.Names();
+  const std::string picture = "--pattern perlin:octaves=24 60000x60000 3 ";
+  struct Case {
+    std::string outputs, message;
+  };
+  std::vector<Case> cases = {{"-o a.tif -d half -o b.png", "b.png: found the type half, expected one"},
+                             {"-o a.tif -d float -o b.jpg", "b.jpg: found the type float"},
+                             {"-o:type=uint16 b.jpg", "found the type uint16"},
+                             {"-o a.tif -o b.unknown", "found the extension \".unknown\""},
+                             {"-o a.tif -o missing/b.tif", "no directory missing"},
+                             {"-o a.tif -o plain.txt/b.tif", "plain.txt/b.tif: cannot be written"}};
+  if (geteuid() != 0) cases.push_back({"-o a.tif -o closed/b.tif", "closed/b.tif: cannot be written"});
+  for (const Case& c : cases) {
+    for (const std::string& how : {"", "-n ", "--explain "}) {
+      const auto start = std::chrono::steady_clock::now();
+      const CommandResult result = Tessera(how + picture + c.outputs);
+      EXPECT_EQ(result.exit_code, 1) << how << c.outputs;
+      EXPECT_NE(result.err.find(c.message), std::string::npos) << how << c.outputs << ": " << result.err;
+      EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30)) << c.outputs;
+      EXPECT_EQ(directory_.Names(), before) << how << c.outputs;
+    }
+  }
+}
+
+TEST_F(OutputsTest, CropsIntoFormatsWithoutWindowsSayWhatCuts) {
+  Works("a.exr --cut 11x7+5+3 -o cut.exr");
+  Works("a.exr --cut 11x7+5+3 -d uint8 -o cut.png");
+  EXPECT_EQ(Oiiotool("a.exr --cut 11x7+5+3 -o expected.exr").exit_code, 0);
+  EXPECT_EQ(Oiiotool("--fail 0 cut.exr expected.exr --diff").exit_code, 0);
+  const OIIO::ImageBuf small = Load("cut.png"), window = Load("cut.exr");
+  EXPECT_EQ(small.spec().width, 11);
+  EXPECT_EQ(small.spec().height, 7);
+  EXPECT_EQ(window.spec().x, 0);
+  EXPECT_EQ(window.spec().full_width, 11);
+  const CommandResult padded = Tessera("a.exr --crop 11x7+5+3 -d uint8 -o crop.png");
+  EXPECT_EQ(padded.exit_code, 0);
+  EXPECT_NE(padded.err.find("--cut"), std::string::npos) << padded.err;
+  EXPECT_EQ(Tessera("-q a.exr --crop 11x7+5+3 -d uint8 -o crop.png").err, "");
+  EXPECT_EQ(Tessera("a.exr --crop 11x7+5+3 -o crop.exr").err, "");
+}
+
+TEST_F(OutputsTest, NormalsOfAPictureOfHeightsAreNeitherFlatNorCut) {
+  Works("--pattern perlin:freq=4 128x64 1 -d uint8 -o height.png");
+  Works("height.png --normalmap -o normals.png");
+  Works("height.png -d float --normalmap:scale=12.8:pack=1 -d uint8 -o asked.png");
+  EXPECT_EQ(Oiiotool("--fail 0 normals.png asked.png --diff").exit_code, 0);
+  // Slopes to all sides: red and green about their middle, both ways.
+  float low = 1, high = 0;
+  const OIIO::ImageBuf normals = Load("normals.png");
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 128; ++x) {
+      low = std::min(low, normals.getchannel(x, y, 0, 0));
+      high = std::max(high, normals.getchannel(x, y, 0, 0));
+      EXPECT_GE(normals.getchannel(x, y, 0, 2), 0.5f);
+    }
+  }
+  EXPECT_LT(low, 0.4f);
+  EXPECT_GT(high, 0.6f);
+}
+
 TEST_F(OutputsTest, VerifyPrintsALinePerOutput) {
   const std::string out = Works(
       "--verify:samples=4 a.exr --mulc 0.3 --addc 0.1 -o one.exr --clamp:min=0:max=1 -d uint8 -o two.png");

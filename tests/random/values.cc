@@ -291,7 +291,7 @@ std::string WordSource::Text(Draw& draw, const OpInfo& op, const ParamInfo& para
     if (draw.Chance(0.5)) return std::to_string(draw.Between(20, 250)) + "%";
     return std::to_string(draw.Between(1, 2 * around.width)) + "x" + std::to_string(draw.Between(1, 40));
   }
-  if (name == "GEOM" && op.name == "crop") {
+  if (name == "GEOM" && (op.name == "crop" || op.name == "cut")) {
     return std::to_string(draw.Between(1, around.width + 8)) + "x" +
            std::to_string(draw.Between(1, around.height + 8)) + "+" + std::to_string(draw.Between(0, 9)) +
            "+" + std::to_string(draw.Between(0, 9));

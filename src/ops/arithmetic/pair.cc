@@ -140,9 +140,9 @@ OpInfo Row(const char* name, const char* summary, const char* formula, const cha
   info.help =
       std::string("Each sample of the result is ") + formula +
       ", where A is the lower and B the upper image of the stack; alpha and further channels are treated "
-      "like the others. The result covers both images' windows, data and display, as oiiotool's; a pixel that one "
-      "of them does not have is 0 there. Both need the same number of channels (--ch makes it equal); a B of one "
-      "channel goes with every channel of A. The result keeps the names, alpha and metadata of A.\n" +
+      "like the others. The result covers both images' windows, data and display, as oiiotool's; a pixel that "
+      "one of them does not have is 0 there. Both need the same number of channels (--ch makes it equal); a B "
+      "of one channel goes with every channel of A. The result keeps the names, alpha and metadata of A.\n" +
       hard_cases;
   info.bound = "1 rounding: u * |result|";
   info.bound_u = 1;

@@ -190,16 +190,22 @@ OpInfo HeightNormalsInfo() {
   info.summary = "Normals of a height image";
   info.help =
       "HEIGHT --normalmap gives X,Y,Z = (-f_x, -f_y, 1)/sqrt(1 + f_x^2 + f_y^2) of the first channel f, "
-      "times scale=, in pixels; x to the right, y up. slope=central is (f(x+1) - f(x-1))/2, forward f(x+1) - "
+      "times scale=, in pixels (default of integer codes a tenth of the picture's width: heights from 0 to 1 "
+      "are that high; of half and float 1); x to the right, y up. slope=central is (f(x+1) - f(x-1))/2, forward f(x+1) - "
       "f(x), sobel its operator over 8, gaussian the derivative of a Gaussian over 7x7 pixels. pack=1 stores "
-      "(n+1)/2. Adding a constant to the heights changes nothing. Source: McReynolds et al. 1997, 8.3.2.";
+      "(n+1)/2, as integer codes do by default. Adding a constant to the heights changes nothing. Source: McReynolds et al. 1997, 8.3.2.";
   info.bound = "4 u";
   info.bound_u = 4;
-  info.modifiers = {NumberModifier("scale", "1", -1e30, 1e30, "of the heights"), SlopeChoice(),
-                    WrapModifier("wrap", "clamp"), FlagModifier("pack", "to codes in [0,1]")};
+  info.modifiers = {NumberModifier("scale", "", -1e30, 1e30, "of the heights"), SlopeChoice(),
+                    WrapModifier("wrap", "clamp"), FlagModifier("pack", "to codes in [0,1]", "")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return HeightToNormals(
-        in[0], {a.Number("scale"), SlopeNamed(a.Text("slope")), WrapNamed(a.Text("wrap")), a.Flag("pack")});
+    // Codes hold a picture: heights from 0 to 1, and no negative components.
+    const ImageSpec& spec = in[0].spec();
+    const bool codes = spec.type == PixelType::kUint8 || spec.type == PixelType::kUint16;
+    const Roi& frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
+    const double scale = a.Given("scale") ? a.Number("scale") : codes ? 0.1 * frame.width() : 1;
+    return HeightToNormals(in[0], {scale, SlopeNamed(a.Text("slope")), WrapNamed(a.Text("wrap")),
+                                   a.Given("pack") ? a.Flag("pack") : codes});
   };
   info.examples = {"", "scale=4 slope=sobel wrap=periodic", "slope=forward wrap=mirror pack=1",
                    "slope=gaussian scale=-0.5 wrap=black"};

@@ -10,6 +10,7 @@ OpInfo SelectChannelsInfo();
 OpInfo AppendChannelsInfo();
 OpInfo RenameChannelsInfo();
 OpInfo CropInfo();
+OpInfo CutInfo();
 
 }  // namespace tessera::ops
 

@@ -12,6 +12,7 @@
 #include "graph/op.h"
 #include "ops/channels/channels_ops.h"
 #include "tessera/ops/channels.h"
+#include "tessera/ops/geometry.h"
 
 namespace tessera::ops {
 namespace {
@@ -32,6 +33,29 @@ class CropOp final : public graph::OpWith<Roi> {
     return text;
   }
 };
+
+// Both windows become one.
+class FrameOp final : public graph::OpWith<Roi> {
+ public:
+  explicit FrameOp(const Roi& window) : OpWith(window) {}
+  std::string Name() const override { return "frame"; }
+  graph::OpKind Kind() const override { return graph::OpKind::kCrop; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
+    ImageSpec out = inputs[0];
+    out.data_window = out.display_window = params();
+    return out;
+  }
+};
+
+// The window's pixels at the origin, as a picture of their own.
+Node Cut(const Node& image, const Roi& window) {
+  const Roi place{0, 0, window.width(), window.height()};
+  // Moved inside a window that holds both places.
+  const Roi both = Union(window, place);
+  const Node moved =
+      window == place ? image : Shift(Crop(image, both), {.x = -double(window.x0), .y = -double(window.y0)});
+  return graph::MakeNode(std::make_shared<const FrameOp>(place), {moved});
+}
 
 // Takes a whole number off the front of the text; a sign is demanded, allowed (minus only) or refused.
 std::optional<int64_t> TakeNumber(std::string_view& text, bool signed_offset) {
@@ -96,6 +120,14 @@ std::optional<Corners> ParseSize(std::string_view text, const Roi& base) {
   return Corners{x, y, x + w, y + h};
 }
 
+ParamInfo GeometryArgument() {
+  ParamInfo geometry;
+  geometry.name = "GEOM";
+  geometry.type = ParamType::kText;
+  geometry.help = "a geometry like 640x480+10+20 or 10,20,649,499";
+  return geometry;
+}
+
 }  // namespace
 
 OpInfo CropInfo() {
@@ -105,16 +137,31 @@ OpInfo CropInfo() {
   info.summary = "Set the data window, cutting off or padding with zero";
   info.help =
       "GEOM is WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1 (x1 and y1 included); what is not named stays. The display "
-      "window stays. Pixels that the image does not have are zero in every channel. Pixels outside are "
-      "neither read nor computed.";
+      "window stays, and formats without windows are written that large: --cut makes a smaller picture. "
+      "Pixels that the image does not have are zero in every channel. Pixels outside are neither read nor "
+      "computed.";
   info.bound = "exact";
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "a geometry like 640x480+10+20 or 10,20,649,499";
-  info.arguments = {geometry};
+  info.arguments = {GeometryArgument()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Crop(in[0], ParseGeometry(a.Text("GEOM"), in[0].spec().data_window));
+  };
+  info.examples = {"19x7+3+2", "-3,-2,70,5"};
+  return info;
+}
+
+OpInfo CutInfo() {
+  OpInfo info;
+  info.name = "cut";
+  info.family = "channels";
+  info.summary = "Cut a rectangle out as a picture of its own";
+  info.help =
+      "GEOM as --crop takes it. The result's data and display window are that rectangle, moved to the origin, "
+      "as oiiotool's --cut. Pixels that the image does not have are zero in every channel. Pixels outside are "
+      "neither read nor computed.";
+  info.bound = "exact";
+  info.arguments = {GeometryArgument()};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    return Cut(in[0], ParseGeometry(a.Text("GEOM"), in[0].spec().data_window));
   };
   info.examples = {"19x7+3+2", "-3,-2,70,5"};
   return info;

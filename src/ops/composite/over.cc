@@ -29,9 +29,8 @@ OpInfo OverInfo() {
       "FG BG --over: each sample is FG + (1 - clamp(A, 0, 1)) BG, A the foreground's alpha, colours "
       "premultiplied; a depth channel (Z, depth) is the foreground's where that alpha is not 0, else the "
       "background's. As oiiotool --over, windows too: the result covers both images, transparent black where "
-      "one has no pixel. Images without alpha are opaque: of RGBA and RGB the result is RGBA, the RGB one with alpha 1 "
-      "where it has pixels. Floats are not limited; integers saturate, 8-bit "
-      "results are correctly rounded. NaN follows IEEE 754, but in alpha counts as 0. Source: Porter and "
+      "one has no pixel. Images without alpha are opaque: of RGBA and RGB the result is RGBA, the RGB one "
+      "with alpha 1 where it has pixels. Floats are not limited; integers saturate, 8-bit results are correctly rounded. NaN follows IEEE 754, but in alpha counts as 0. Source: Porter and "
       "Duff 1984.";
   info.bound = "3 u (|FG| + |(1 - A) BG|)";
   info.bound_u = 3;
