@@ -49,6 +49,7 @@ void EvaluateEdges(const Call& call) {
     if (!(std::fabs(bend) > tolerance * std::max({std::fabs(a), std::fabs(b), std::fabs(c)}))) return 0;
     return bend > 0 ? 1 : -1;
   };
+  bool at_limit = false;
   const auto differ = [&](int x, int y, int dx, int dy) {
     bool result = false;
     if (normal != nullptr) {
@@ -57,7 +58,10 @@ void EvaluateEdges(const Call& call) {
         const double a = normal->at(x, y, c), b = normal->at(x + dx, y + dy, c);
         dot += a * b, here += a * a, there += b * b;
       }
-      result = !(here > 0 && there > 0 && std::fabs(dot) >= cosine * std::sqrt(here * there));
+      const double limit = cosine * std::sqrt(here * there);
+      result = !(here > 0 && there > 0 && std::fabs(dot) >= limit);
+      // Parallel normals at an angle of 0, say: the last bits of the products decide.
+      at_limit = at_limit || std::fabs(std::fabs(dot) - limit) <= 0x1p-46 * std::sqrt(here * there);
     }
     for (int c = 0; id != nullptr && c < id->channels; ++c) {
       result = result || id->at(x, y, c) != id->at(x + dx, y + dy, c);
@@ -105,8 +109,12 @@ void EvaluateEdges(const Call& call) {
     if (!background(x, y) && (crease(1, 0) || crease(0, 1))) value = 1;
     return value;
   };
-  ForEachSample(call,
-                [&](int x, int y, int) { return std::pair(params.smooth ? smooth(x, y) : line(x, y), 1.0); });
+  ForEachSample(call, [&](int x, int y, int) {
+    at_limit = false;
+    const double value = params.smooth ? smooth(x, y) : line(x, y);
+    if (at_limit) call.Undecided(x, y, 1);
+    return std::pair(value, 1.0);
+  });
 }
 
 void EvaluateOutline(const Call& call) {
