@@ -228,7 +228,9 @@ class Comparison {
     const bool reaches = !Intersection(shown.display_window, shown.data_window).empty();
     shown.data_window =
         shown.display_window = {0, 0, shown.display_window.width(), shown.display_window.height()};
-    const bool plain = (c_.format == "png" || c_.format == "sgi") && shown.alpha < 0;
+    // Of two or four channels the last would be read as alpha.
+    const bool plain =
+        (c_.format == "png" || c_.format == "sgi") && shown.alpha < 0 && shown.channel_count() % 2 == 1;
     if (!reaches || !plain || !CanHold(c_.format, shown, c_.type)) return std::nullopt;
     return WrongPadding(c_, node(), file, tally_);
   }

@@ -216,9 +216,11 @@ void FindTaps(int size, Wrap wrap, int taps, bool nearer, int count, double* pos
     const auto somewhere = hn::Lt(hn::Abs(v), farthest);
     if (wrap == Wrap::kRepeat || wrap == Wrap::kMirror) {
       VD edge = hn::Add(v, half);  // distance from the image's edge
+      // Inside nothing is rounded: runs of pixels that all lie there are not brought back.
+      const auto inside = hn::And(hn::Ge(edge, hn::Zero(d)), hn::Lt(edge, hn::Set(d, size)));
       edge = hn::NegMulAdd(hn::Set(d, period), hn::Floor(hn::Mul(edge, hn::Set(d, 1 / period))), edge);
       if (wrap == Wrap::kMirror) edge = hn::Min(edge, hn::Sub(hn::Set(d, period), edge));
-      v = hn::Sub(edge, half);
+      v = hn::IfThenElse(inside, v, hn::Sub(edge, half));
     }
     const VD near = hn::Mul(hn::Round(hn::Add(v, v)), half);
     v = hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(v, near)), hn::Set(d, kSnap)), near, v);
