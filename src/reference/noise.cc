@@ -325,13 +325,17 @@ void EvaluateAt(const Call& call) {
     if (finite) {
       const NoiseParams own = ChannelParams(p, c);
       const auto sum = [&](const Query& at) { return Sum(own, at, false, p.frequency); };
-      NoiseValue n = sum(q);
-      // A product that is no float has no bits that could be hashed alike.
+      const NoiseValue n = sum(q);
+      // A position that is no float, or that is off, has no bits that could be hashed alike; nor have further
+      // octaves, which are moved apart by a fraction.
+      bool hashed_alike = p.octaves == 1 || p.lattice != NoiseLattice::kTessera;
       for (int a = 0; a < p.dims && p.kind == NoiseKind::kHash; ++a) {
         const auto axis = static_cast<size_t>(a);
         const Wide position = q.position[axis] + p.offset[axis];
-        if (position != static_cast<Wide>(static_cast<float>(position))) n.scale = 0x1p25;
+        hashed_alike = hashed_alike && position == static_cast<Wide>(static_cast<float>(position)) &&
+                       call.Tolerance(0, x, y, a) == 0;
       }
+      if (p.kind == NoiseKind::kHash && !hashed_alike) call.Undecided(x, y, c, kUnknownJump);
       const std::pair<double, double> result = Channel(p, n, c, call.out_spec.alpha);
       if (call.undecided != nullptr) {
         for (const NoiseValue& other : Others(own, q, sum))

@@ -200,7 +200,7 @@ TEST_F(ColorStateLineTest, BuiltInConfig) {
   Same({"--ch", "R,G,B,A=0.5", "--unpremult", "--colorconvert:unpremult=1", "sRGB", "ACEScg"},
        {"--ch", "R,G,B,A=0.5", "--unpremult", "--colorconvert", "sRGB", "ACEScg"});
   const CommandResult odd = Tessera("a.png --iscolorspace nowhere --tocolorspace ACEScg -o x.exr");
-  EXPECT_EQ(odd.exit_code, 1);
+  EXPECT_EQ(odd.exit_code, 2);
   EXPECT_NE(odd.err.find("\"nowhere\", which this config does not have"), std::string::npos) << odd.err;
 }
 

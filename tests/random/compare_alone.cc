@@ -141,7 +141,8 @@ OffFunction Tolerances(const Node& node) {
     engine->SetDeadline(std::chrono::steady_clock::now() + *limit);
     *limit = std::chrono::milliseconds(300);
     try {
-      const double off = engine->Evaluate(node, {x, y, x + 1, y + 1}).tolerance.at(x, y, channel);
+      const verify::Evaluated at = engine->Evaluate(node, {x, y, x + 1, y + 1});
+      const double off = at.tolerance.at(x, y, channel) + at.JumpAt(x, y, channel);
       return std::isfinite(off) ? off : 0;
     } catch (const verify::ReferenceEngine::OutOfTime&) {
       return 0;
