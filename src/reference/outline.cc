@@ -64,7 +64,11 @@ void EvaluateEdges(const Call& call) {
       at_limit = at_limit || std::fabs(std::fabs(dot) - limit) <= 0x1p-46 * std::sqrt(here * there);
     }
     for (int c = 0; id != nullptr && c < id->channels; ++c) {
-      result = result || id->at(x, y, c) != id->at(x + dx, y + dy, c);
+      const double a = id->at(x, y, c), b = id->at(x + dx, y + dy, c);
+      result = result || a != b;
+      const int k = static_cast<int>(call.in.size()) - 1;
+      const double off = call.Tolerance(k, x, y, c) + call.Tolerance(k, x + dx, y + dy, c);
+      at_limit = at_limit || (off > 0 && std::fabs(a - b) <= off);  // computed ids are equal by chance
     }
     return result;
   };
