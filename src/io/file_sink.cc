@@ -98,6 +98,9 @@ void FileSink::ChooseChannels(const ImageSpec& spec) {
                                 (alpha ? "1 to 4" : "1 or 3, and alpha, which is left out,") + " for " +
                                 output_->format_name());
   }
+  // In these formats alpha comes last; in another place the writers would divide by it all the same.
+  if (spec.alpha >= 0 && (count % 2 != 0 || static_cast<size_t>(spec.alpha) + 1 != count))
+    file_spec_.alpha_channel = -1;
   if (count == spec.channels.size()) return;
   file_spec_.nchannels = static_cast<int>(count);
   file_spec_.channelnames.erase(file_spec_.channelnames.begin() + spec.alpha);

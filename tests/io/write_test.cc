@@ -248,6 +248,22 @@ TEST_F(WriteTest, AlphaIsLeftOutWhereTheFormatHasNone) {
   EXPECT_EQ(Read(Path("a.jpg")).spec().channel_count(), 3);
 }
 
+// Writers of formats whose alpha comes last would divide by it wherever it is.
+TEST_F(WriteTest, AlphaThatIsNotLastIsAChannelLikeOthers) {
+  ImageSpec spec(9, 5, 3, PixelType::kUint8);
+  spec.alpha = 1;
+  const Image image = Pattern(spec);
+  for (const char* file : {"a.tga", "a.png"}) {
+    SCOPED_TRACE(file);
+    Write(FromImage(image), Path(file));
+    const Image read = Render(Read(Path(file)), PixelType::kUint8);
+    for (int x = 0; x < 9; ++x) {
+      for (int c = 0; c < 3; ++c)
+        EXPECT_EQ(read.at<uint8_t>(x, 2, c), image.at<uint8_t>(x, 2, c)) << x << " " << c;
+    }
+  }
+}
+
 TEST_F(WriteTest, OutputMayBeTheInput) {
   Write(Picture(PixelType::kHalf), Path("a.exr"));
   const Node node = Read(Path("a.exr"));
