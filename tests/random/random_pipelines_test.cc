@@ -87,7 +87,10 @@ TEST_P(FaultIs, FoundAndShrunk) {
     const Case shortest = ShrunkOf(c, *finding, comparer, 60);
     // Who reads what nobody wrote, or when others write, may not do so twice.
     if (finding->check != Check::kThreads && fault.op.name != "tile-halo") {
-      EXPECT_TRUE(comparer.Run(shortest)) << InWords(shortest);
+      // A fault of threads shows where another one got some of the work.
+      bool again = false;
+      for (int k = 0; k < 50 && !again; ++k) again = comparer.Run(shortest).has_value();
+      EXPECT_TRUE(again) << InWords(shortest);
     }
     EXPECT_LE(shortest.steps.size(), 3u) << InWords(shortest);
     EXPECT_LE(shortest.pictures.size(), 1u) << InWords(shortest);
