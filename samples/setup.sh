@@ -13,8 +13,8 @@ fail() {
 # headers include Boost's, which its package does not bring.
 packages="g++ cmake ninja-build ccache doxygen clang-format clang-tidy
   libopenimageio-dev openimageio-tools libopencolorio-dev libhwy-dev libtbb-dev
-  libopenvdb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev python3 abigail-tools
-  pkg-config mate-backgrounds $*"
+  libdeflate-dev libopenvdb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev python3 abigail-tools
+  pkg-config pngcheck mate-backgrounds $*"
 
 [ "${TESSERA_SETUP:-}" = skip ] && exit 0
 command -v dpkg-query >/dev/null && command -v apt-get >/dev/null ||

@@ -19,10 +19,17 @@
 TESSERA_API_BEGIN
 namespace tessera {
 
+/// Who decodes and encodes pixels.
+enum class Codec : uint8_t {
+  kAuto,  ///< the fastest that gives the same pixels and metadata: ours where it can, else OpenImageIO's
+  kOpenImageIO,  ///< OpenImageIO's own, always
+};
+
 /// Which of a file's images is read.
 struct ReadOptions {
-  int subimage = 0;    ///< index of the part
-  std::string part{};  ///< or its name (EXR part, TIFF page name); wins over the index when not empty
+  int subimage = 0;            ///< index of the part
+  std::string part{};          ///< or its name (EXR part, TIFF page name); wins over the index when not empty
+  Codec codec = Codec::kAuto;  ///< of the pixels; OpenImageIO reads the header
 };
 
 /// A lazy image of a file: the header is read now, pixels when evaluated, only the channels and rows that the
@@ -50,7 +57,8 @@ struct WriteOptions {
   /// Added to, or replacing, the node's metadata; one without any value removes it. OpenImageIO's output
   /// hints ("compression", "oiio:BitsPerSample") work too; tile_width and tile_height of 0 ask for scanlines.
   std::vector<Attribute> attributes{};
-  RunStats* stats = nullptr;  ///< filled in when not null
+  RunStats* stats = nullptr;   ///< filled in when not null
+  Codec codec = Codec::kAuto;  ///< of the pixels; metadata are written by OpenImageIO
 };
 
 /// Evaluates and writes, streaming bands of rows. The file is tagged with the colour state: oiio:ColorSpace

@@ -38,6 +38,7 @@ Command Row(const std::string& name, Effect effect, int inputs, const std::strin
 void ReadImage(const Step& step, Session& session) {
   const std::string& file = step.arguments.Text("FILE");
   ReadOptions options;
+  options.codec = session.options().codec;
   if (step.arguments.Given("subimage")) {
     const std::string& part = step.arguments.Text("subimage");
     const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), options.subimage);

@@ -112,6 +112,20 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",
                         [](const Arguments& a, Options& o) { o.simd = a.Text("TARGET"); },
                         {Text("TARGET", "a target's name, auto or list")}));
+  rows.push_back(Option("codec", "Who decodes and encodes pixels; `oiio` is OpenImageIO, always.",
+                        [](const Arguments& a, Options& o) {
+                          o.codec = a.Text("CODEC") == "oiio" ? Codec::kOpenImageIO : Codec::kAuto;
+                        },
+                        {{.name = "CODEC",
+                          .type = ParamType::kChoice,
+                          .default_value = "",
+                          .help = "auto, or oiio",
+                          .choices = {"auto", "oiio"}}}));
+  rows.back().info.help =
+      "Formats and metadata are OpenImageIO's. Where the file allows it, a codec of ours packs and unpacks the "
+      "pixels on every core: of PNG those of 8 and 16 bits, without palette or interlacing. Pixels and metadata are "
+      "the same either way; --explain says per input who decodes and, where it is OpenImageIO, why, --runstats the "
+      "same of every file. oiio is there for comparison.";
   rows.push_back(Option("rules-off",
                         "Switches a rewrite rule of the engine off; `all` leaves none: for tests.",
                         [](const Arguments& a, Options& o) { o.render.rules_off.push_back(a.Text("RULE")); },

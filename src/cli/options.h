@@ -5,12 +5,14 @@
 #include <optional>
 #include <string>
 
+#include "tessera/io.h"
 #include "tessera/render.h"
 
 namespace tessera::cli {
 
 struct Options {
   RenderOptions render;
+  Codec codec = Codec::kAuto;
   bool help = false, version = false, list_commands = false;
   std::string help_topic;  // empty: the overview
   std::string list_format = "tsv";

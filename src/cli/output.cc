@@ -113,6 +113,7 @@ void WriteOutput(const Step& step, Session& session) {
   RequireSize(entry);
   WriteOptions write;
   write.render = session.options().render;
+  write.codec = session.options().codec;
   write.attributes = entry.attributes;
   if (step.arguments.Given("type")) {
     write.type = PixelTypeNamed(step.arguments.Text("type"));

@@ -56,6 +56,7 @@ void PrintRunStats(const std::string& output, const RunStats& stats) {
     std::cout << sprintf("  %-28s %9.4f s %10.1f Mpixel/s %8.2f GB/s\n", pass.name, pass.seconds,
                          pass.pixels / seconds * 1e-6, pass.bytes / seconds * 1e-9);
   }
+  for (const std::string& file : stats.files) std::cout << "  " << file << '\n';
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   std::cout << sprintf("  total %.4f s, peak memory %.1f MB\n", total, usage.ru_maxrss / 1024.0);

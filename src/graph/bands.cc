@@ -17,8 +17,10 @@ namespace {
 // Rows of one file source: every row is read once, rows that the next band needs again are kept.
 class RowWindow {
  public:
-  RowWindow(const PlannedSource& planned, base::Pool& pool)
-      : planned_(planned), pool_(pool), reader_(planned.source->Open(planned.first, planned.last)) {}
+  RowWindow(const PlannedSource& planned, base::Pool& pool, const RenderOptions& options)
+      : planned_(planned), pool_(pool), reader_(planned.source->Open(planned.first, planned.last)) {
+    reader_->Limit(sched::ThreadCount(options.threads), options.memory_budget / 4);
+  }
 
   // The rows [y0, y1); y0 never falls. The memory lives as long as `keep`.
   SourceView Rows(int y0, int y1, std::shared_ptr<std::byte>& keep) {
@@ -113,7 +115,8 @@ namespace {
 // Where a pass reads: pixels that are there, and files, whole or a window of rows.
 class BandSources {
  public:
-  BandSources(const Plan& plan, const Roi& roi, const std::vector<Roi>& bands, base::Pool& pool)
+  BandSources(const Plan& plan, const Roi& roi, const std::vector<Roi>& bands, base::Pool& pool,
+              const RenderOptions& options)
       : plan_(plan), resident_(plan.sources.size()), windows_(plan.sources.size()) {
     const std::vector<bool> out_of_order = OutOfOrder(plan, bands);
     const std::vector<Roi> all = RequiredRegions(plan, roi);
@@ -122,7 +125,7 @@ class BandSources {
       if (const auto view = s.source->View()) {
         resident_[k] = {*view, s.source->ReadMargin()};
       } else if (s.last > s.first) {
-        windows_[k] = std::make_unique<RowWindow>(s, pool);
+        windows_[k] = std::make_unique<RowWindow>(s, pool, options);
         if (!out_of_order[k]) continue;
         resident_[k] = windows_[k]->Rows(all[k].y0, all[k].y1, whole_.emplace_back());
         windows_[k].reset();
@@ -160,7 +163,7 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
                                           sink != nullptr ? sink->RowGranularity() : 1, options);
   const std::vector<Roi> bands = Tiles(roi, {roi.width(), shape.rows});
   base::Pool& pool = Context::Default().pool();
-  BandSources sources(plan, roi, bands, pool);
+  BandSources sources(plan, roi, bands, pool, options);
   RenderOptions inner = options;
   inner.tile_height = 0;
 

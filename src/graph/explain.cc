@@ -117,7 +117,8 @@ std::string Explain(const Node& node, PixelType type, const RenderOptions& optio
     const ImageSpec& spec = s.source->spec();
     text += "source " + std::to_string(k) + ": " + s.source->Describe() + ", " +
             std::to_string(spec.width()) + "x" + std::to_string(spec.height()) + " " +
-            PixelTypeName(spec.type) + ", reads " + ChannelNames(spec, s.needed) + "\n";
+            PixelTypeName(spec.type) + ", reads " + ChannelNames(spec, s.needed) +
+            (s.source->Decoder().empty() ? "" : ", decoded by " + s.source->Decoder()) + "\n";
   }
   int pass = 1;
   passes.insert(passes.end(), plan.prepasses.begin(), plan.prepasses.end());

@@ -93,6 +93,7 @@ class Evaluation final : public Prepass {
 
   void Execute(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
     for (const std::string& name : program.AppliedRules()) NoteRule(name);
+    NoteFiles(program.plan());
     PassTimer timer(stats_, sink != nullptr ? "stream" : "render");
     if (out != nullptr && AllResident(program.plan())) {
       RunResident(program, *out, options_, progress_);
@@ -185,6 +186,16 @@ class Evaluation final : public Prepass {
     if (stats_ == nullptr) return;
     std::vector<std::string>& names = stats_->rules;
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+
+  void NoteFiles(const Plan& plan) {
+    if (stats_ == nullptr) return;
+    for (const PlannedSource& s : plan.sources) {
+      if (s.last <= s.first || s.source->Decoder().empty()) continue;
+      const std::string text = s.source->Describe() + " decoded by " + s.source->Decoder();
+      std::vector<std::string>& files = stats_->files;
+      if (std::find(files.begin(), files.end(), text) == files.end()) files.push_back(text);
+    }
   }
 
   const RenderOptions& options_;

@@ -21,6 +21,8 @@ class RowReader {
   virtual ~RowReader() = default;
   // Fills `out` (roi: full data window width, rows [y0,y1); interleaved, the reader's channels, spec().type).
   virtual void Read(const ImageView& out) = 0;
+  // Before the first Read: how many threads it may use, and the bytes that it may hold.
+  virtual void Limit(int threads, size_t memory) { (void)threads, (void)memory; }
 };
 
 class PixelSource {
@@ -37,6 +39,8 @@ class PixelSource {
     (void)first, (void)last;
     return nullptr;
   }
+  // Who decodes the pixels, and why not somebody faster; empty for memory.
+  virtual std::string Decoder() const { return ""; }
   // Rows that are cheap to read together (tile height, compression chunk); 1 when it does not matter.
   virtual int RowGranularity() const { return 1; }
 };

@@ -143,8 +143,27 @@ void FileSink::ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& 
   file_spec_.tile_depth = 1;
 }
 
-void FileSink::Open(const std::string& temporary) {
+// The stream, and a codec over it, where there is one for this picture.
+bool FileSink::OpenEncoder(int threads) {
+  stream_ = std::make_unique<CheckedFile>(temporary_);
+  if (stream_->failure() != 0) Fail("");
+  Choice<Encoder> choice = MakeEncoder(output_->format_name(), file_spec_, *stream_, threads);
+  encoder_text_ = CodecText(output_->format_name(), choice);
+  encoder_ = std::move(choice.codec);
+  if (!encoder_) {
+    stream_.reset();
+    return false;
+  }
+  file_spec_ = encoder_->spec();
+  type_ = PixelTypeOf(file_spec_.format).value();
+  granularity_ = ChunkRows(output_->format_name(), file_spec_);
+  return true;
+}
+
+void FileSink::Open(const std::string& temporary, Codec codec, int threads) {
   temporary_ = temporary;
+  encoder_text_ = "OpenImageIO (asked for)";
+  if (codec == Codec::kAuto && OpenEncoder(threads)) return;
   // Through a proxy, OpenImageIO 2.4's TIFF writer cannot read back the directory it needs for Exif items
   // (any sRGB picture has one) and leaves a file that nobody can open; by itself it reports a full disk.
   const bool proxy_loses_exif = std::string(output_->format_name()) == "tiff";
@@ -212,6 +231,12 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
     PutTiles(y0, y1, data, row_stride);
     return;
   }
+  if (encoder_) {
+    encoder_->Write(y1 - y0, data, row_stride);
+    if (stream_->failure() != 0) Fail("");
+    next_ = y1;
+    return;
+  }
   const int offset = file_spec_.y - window_.y0;
   bool ok = false;
   try {
@@ -258,6 +283,12 @@ void FileSink::PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_str
 void FileSink::Finish() {
   Pad(window_.y1);
   if (next_ != window_.y1) Fail("row " + std::to_string(next_) + " and those below never arrived");
+  if (encoder_) {
+    encoder_->Finish();
+    stream_->close();
+    if (stream_->failure() != 0) Fail("");
+    return;
+  }
   bool ok = false;
   try {
     ok = output_->close();

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "graph/source.h"
+#include "io/codec/codec.h"
 #include "io/output_file.h"
 #include "io/read_back.h"
 #include "tessera/image.h"
+#include "tessera/io.h"
 
 namespace tessera::io {
 
@@ -24,7 +26,7 @@ class FileSink final : public graph::RowSink {
   ~FileSink() override;
 
   // Opens the existing, empty file. Throws Error.
-  void Open(const std::string& temporary);
+  void Open(const std::string& temporary, Codec codec = Codec::kOpenImageIO, int threads = 1);
   // The type that Write takes: the one asked for, or the nearest that the format has. Known after Open.
   PixelType type() const { return type_; }
 
@@ -32,6 +34,8 @@ class FileSink final : public graph::RowSink {
   int RowGranularity() const override { return granularity_; }
   // Writes what is missing below the last row and closes. Throws Error when not everything reached the disk.
   void Finish();
+  // Who encodes, and why not somebody faster. Known after Open.
+  const std::string& encoder() const { return encoder_text_; }
   // Where the pixels are in the finished file.
   FileLayout Layout() const;
 
@@ -39,6 +43,7 @@ class FileSink final : public graph::RowSink {
   void ChooseChannels(const ImageSpec& spec);
   void ChooseWindow(const ImageSpec& spec);
   void ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& attributes);
+  bool OpenEncoder(int threads);
   void Pad(int until);
   void Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
   void PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
@@ -48,6 +53,8 @@ class FileSink final : public graph::RowSink {
   std::string shown_, temporary_;
   std::unique_ptr<CheckedFile> stream_;  // null for formats that open files themselves; outlives output_
   std::unique_ptr<OIIO::ImageOutput> output_;
+  std::unique_ptr<Encoder> encoder_;  // in place of output_, which is not opened then
+  std::string encoder_text_;
   OIIO::ImageSpec file_spec_;
   Roi data_;               // window of the rows that Write is given
   Roi window_;             // the part that the file holds, same coordinates

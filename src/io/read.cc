@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "graph/source.h"
+#include "io/codec/codec.h"
 #include "io/spec.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -230,9 +232,31 @@ class FileReader final : public graph::RowReader {
   std::vector<std::byte> pixels_;
 };
 
+// Rows by a codec as long as all is as it expects, then by OpenImageIO, whose errors are the ones that count.
+class CodecReader final : public graph::RowReader {
+ public:
+  CodecReader(std::unique_ptr<Decoder> decoder, std::function<std::unique_ptr<graph::RowReader>()> judge)
+      : decoder_(std::move(decoder)), judge_(std::move(judge)) {}
+
+  void Limit(int threads, size_t memory) override { decoder_->Limit(threads, memory); }
+  void Read(const ImageView& out) override {
+    if (out.roi.empty()) return;
+    if (decoder_ && decoder_->Read(out)) return;
+    decoder_.reset();
+    if (!reader_) reader_ = judge_();
+    reader_->Read(out);
+  }
+
+ private:
+  std::unique_ptr<Decoder> decoder_;
+  std::function<std::unique_ptr<graph::RowReader>()> judge_;
+  std::unique_ptr<graph::RowReader> reader_;
+};
+
 class FileSource final : public graph::PixelSource {
  public:
-  FileSource(const std::string& file, const ReadOptions& options) : file_(file), subimage_(options.subimage) {
+  FileSource(const std::string& file, const ReadOptions& options)
+      : file_(file), codec_(options.codec), subimage_(options.subimage) {
     const int64_t bytes = CheckFile(file);
     const auto input = OpenInput(file);
     Guarded(file, [&] {
@@ -245,14 +269,21 @@ class FileSource final : public graph::PixelSource {
           file, "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
     }
     spec_ = SpecFrom(native_);
-    granularity_ = native_.tile_height > 0 ? native_.tile_height : ChunkRows(input->format_name(), native_);
+    format_ = input->format_name();
+    granularity_ = native_.tile_height > 0 ? native_.tile_height : ChunkRows(format_, native_);
   }
 
   const ImageSpec& spec() const override { return spec_; }
   std::string Describe() const override { return file_; }
   std::unique_ptr<graph::RowReader> Open(int first, int last) const override {
-    return std::make_unique<FileReader>(file_, subimage_, native_, first, last);
+    const auto judge = [=, this] {
+      return std::make_unique<FileReader>(file_, subimage_, native_, first, last);
+    };
+    auto choice = ChooseDecoder(first, last);
+    if (!choice.codec) return judge();
+    return std::make_unique<CodecReader>(std::move(choice.codec), judge);
   }
+  std::string Decoder() const override { return CodecText(format_, ChooseDecoder(0, native_.nchannels)); }
   int RowGranularity() const override { return granularity_; }
 
   bool IsVolume() const { return native_.depth > 1; }
@@ -287,7 +318,13 @@ class FileSource final : public graph::PixelSource {
                     "no part named \"" + options.part + "\"; parts found: " + PartList(PartNames(input)));
   }
 
-  std::string file_;
+  Choice<io::Decoder> ChooseDecoder(int first, int last) const {
+    if (codec_ == Codec::kOpenImageIO) return {nullptr, "asked for"};
+    return MakeDecoder(format_, file_, subimage_, native_, first, last);
+  }
+
+  std::string file_, format_;
+  Codec codec_;
   int subimage_;
   OIIO::ImageSpec native_;
   ImageSpec spec_;

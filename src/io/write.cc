@@ -7,6 +7,7 @@
 #include "io/file_sink.h"
 #include "io/output_file.h"
 #include "io/read_back.h"
+#include "sched/scheduler.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
 
@@ -19,10 +20,11 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
   io::FileSink sink(file, spec, options.type.value_or(spec.type), options.attributes);
   temporary_ = io::CreateTemporary(target, file);
   try {
-    sink.Open(temporary_);
+    sink.Open(temporary_, options.codec, sched::ThreadCount(options.render.threads));
     type_ = sink.type();
     graph::RenderToSink(node, type_, sink, options.render, options.stats);
     sink.Finish();
+    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + sink.encoder());
     read_back_ = [node, render = options.render, spec = sink.Layout()] {
       return io::ReadBack(spec, node, render);
     };

@@ -15,6 +15,10 @@ int ThreadCount(int requested);
 // after the running tasks have ended. One thread runs serially on the caller.
 void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task);
 
+// The same from within a step of a Pipeline, by the pipeline's own threads as they come free: the caller
+// takes up none of the pipeline's other work while it waits.
+void InnerFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task);
+
 // The same tasks, serial, in a shuffled order that depends on `seed`: for tests of order independence.
 void ShuffledFor(int64_t count, uint32_t seed, const std::function<void(int64_t, int)>& task);
 

@@ -21,25 +21,46 @@ int ThreadCount(int requested) {
   return requested > 0 ? requested : std::max(1, tbb::info::default_concurrency());
 }
 
+namespace {
+
+// Within the arena that the caller is in.
+void ForEach(int64_t count, const std::function<void(int64_t, int)>& task) {
+  Handover begun, ended;
+  const Found all_ended(ended);
+  begun.Leave();
+  tbb::parallel_for(tbb::blocked_range<int64_t>(0, count, 1), [&](const tbb::blocked_range<int64_t>& r) {
+    begun.Find();
+    const Left left(ended);
+    const int worker = tbb::this_task_arena::current_thread_index();
+    for (int64_t i = r.begin(); i != r.end(); ++i) task(i, worker);
+  });
+}
+
+void OneByOne(int64_t count, const std::function<void(int64_t, int)>& task) {
+  for (int64_t i = 0; i < count; ++i) task(i, 0);
+}
+
+}  // namespace
+
 void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task) {
   if (threads <= 1 || count <= 1) {
-    for (int64_t i = 0; i < count; ++i) task(i, 0);
+    OneByOne(count, task);
     return;
   }
   // More threads than cores are legal (the tests use them), so the process-wide limit is raised while we run.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::task_arena arena(threads);
-  Handover begun, ended;
-  const Found all_ended(ended);
-  begun.Leave();
-  arena.execute([&] {
-    tbb::parallel_for(tbb::blocked_range<int64_t>(0, count, 1), [&](const tbb::blocked_range<int64_t>& r) {
-      begun.Find();
-      const Left left(ended);
-      const int worker = tbb::this_task_arena::current_thread_index();
-      for (int64_t i = r.begin(); i != r.end(); ++i) task(i, worker);
-    });
-  });
+  arena.execute([&] { ForEach(count, task); });
+}
+
+void InnerFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task) {
+  if (threads <= 1 || count <= 1) {
+    OneByOne(count, task);
+  } else if (tbb::this_task_arena::max_concurrency() != threads) {  // outside of a pipeline
+    ParallelFor(count, threads, task);
+  } else {
+    tbb::this_task_arena::isolate([&] { ForEach(count, task); });
+  }
 }
 
 void ShuffledFor(int64_t count, uint32_t seed, const std::function<void(int64_t, int)>& task) {

@@ -52,6 +52,7 @@ const std::vector<Library> kLibraries = {
     {"tbb/", {"src/sched/tbb_scheduler.cc"}},
     {"oneapi/", {"src/sched/tbb_scheduler.cc"}},
     {"OpenImageIO/", {"src/io/", "src/cli/", "include/tessera/oiio_adapter.h"}},
+    {"libdeflate.h", {"src/io/codec/"}},
     {"openvdb/", {"src/vdb/"}},
     {"OpenColorIO/", {"src/ocio/", "include/tessera/ocio_adapter.h"}},
 };
@@ -257,6 +258,7 @@ TEST_F(PlantedTest, LibrariesOutsideTheirRoomAreFound) {
   ExpectBreach("src/graph/bad.cc", "#include \"simd/point-inl.h\"", "written in Highway");
   ExpectBreach("src/sched/bad.cc", "#include <tbb/parallel_for.h>", "a library outside its room");
   ExpectBreach("src/graph/bad.cc", "#include <OpenImageIO/imageio.h>", "a library outside its room");
+  ExpectBreach("src/io/bad.cc", "#include <libdeflate.h>", "a library outside its room");
   ExpectBreach("src/graph/bad.cc", "#include \"tessera/io.h\"", "is not for graph/");
   ExpectBreach("src/cli/bad.cc", "#include \"tessera/oiio_adapter.h\"", "is not for cli/");
   ExpectBreach("src/cli/bad.cc", "#include <OpenColorIO/OpenColorIO.h>", "a library outside its room");

@@ -1,0 +1,71 @@
+// Fast ways to and from the files of the day. OpenImageIO stays the library of formats: a codec is taken
+// where it keeps the promise "same pixels, same metadata, readable by everyone", and says why where it does
+// not.
+#ifndef TESSERA_IO_CODEC_CODEC_H_
+#define TESSERA_IO_CODEC_CODEC_H_
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "tessera/image.h"
+
+namespace tessera::io {
+
+// What an attempt to take a codec found: it, or why not.
+template <typename Codec>
+struct Choice {
+  std::unique_ptr<Codec> codec{};
+  std::string why_not{};
+};
+
+// Rows of a file's channels [first, last), which are given when it is made.
+class Decoder {
+ public:
+  virtual ~Decoder() = default;
+  // As graph::RowReader.
+  virtual void Limit(int threads, size_t memory) = 0;
+  // As graph::RowReader, but false for whatever is not as expected: OpenImageIO is asked then, and is the
+  // judge.
+  virtual bool Read(const ImageView& out) = 0;
+};
+
+// Rows into a file.
+class Encoder {
+ public:
+  virtual ~Encoder() = default;
+  // The spec as OpenImageIO's own writer would have made it of the one given.
+  const OIIO::ImageSpec& spec() const { return spec_; }
+  // The next rows, interleaved and packed, of the spec's type.
+  virtual void Write(int rows, const std::byte* data, ptrdiff_t row_stride) = 0;
+  // What is left, after the last row. Failures of the stream are for its owner to ask.
+  virtual void Finish() = 0;
+
+ protected:
+  OIIO::ImageSpec spec_;
+};
+
+// How a file's pixels may be decoded; `spec` is OpenImageIO's. Looks at the file's header alone.
+Choice<Decoder> MakeDecoder(const std::string& format, const std::string& file, int part,
+                            const OIIO::ImageSpec& spec, int first, int last);
+// How pixels may be written to `stream`, which outlives the encoder.
+Choice<Encoder> MakeEncoder(const std::string& format, const OIIO::ImageSpec& spec,
+                            OIIO::Filesystem::IOProxy& stream, int threads);
+
+// Who does it, for --explain and --runstats.
+template <typename Codec>
+std::string CodecText(const std::string& format, const Choice<Codec>& choice) {
+  return choice.codec ? "the codec " + format : "OpenImageIO (" + choice.why_not + ")";
+}
+
+// One per format.
+Choice<Decoder> MakePngDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
+                               int last);
+Choice<Encoder> MakePngEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);
+
+}  // namespace tessera::io
+
+#endif  // TESSERA_IO_CODEC_CODEC_H_
