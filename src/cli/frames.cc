@@ -1,5 +1,4 @@
-// Frame ranges and file name patterns, by OpenImageIO's rules for sequences; ranges are checked first,
-// because its own reading takes "1-999999999" at its word.
+// Frame ranges, and the line once per frame.
 #include "cli/frames.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -10,6 +9,7 @@
 #include <numeric>
 #include <string_view>
 
+#include "cli/frame_names.h"
 #include "tessera/error.h"
 
 namespace tessera::cli {
@@ -25,54 +25,65 @@ bool TakeNumber(std::string_view& text, int& value) {
   return true;
 }
 
-// The number of frames that one part of a range may give.
-int64_t CheckPart(const std::string& subject, std::string_view part) {
+// One part of a range.
+struct Part {
+  int first = 0, last = 0, step = 1;
+  bool others = false;  // those that the steps leave out
+
+  int64_t Count() const {
+    const int64_t all = int64_t{last} - first + 1, steps = (all + step - 1) / step;
+    return others ? all - steps : steps;
+  }
+  void AddTo(std::vector<int>& frames) const {
+    for (int64_t f = first; f <= last; f += others ? 1 : step) {
+      if (!others || (f - first) % step != 0) frames.push_back(static_cast<int>(f));
+    }
+  }
+};
+
+Part ParsePart(const std::string& subject, std::string_view part) {
   const std::string shown(part);
   const auto refuse = [&](const std::string& expected) {
     throw UsageError(subject, "found the frames \"" + shown + "\", expected " + expected);
   };
-  int first = 0, last = 0, step = 1;
-  if (!TakeNumber(part, first)) refuse("a range such as 1-10, 1-100x2 or 3,7,10-20");
-  if (part.empty()) return 1;
+  Part p;
+  if (!TakeNumber(part, p.first)) refuse("a range such as 1-10, 1-100x2 or 3,7,10-20");
+  p.last = p.first;
+  if (part.empty()) return p;
   if (part[0] != '-') refuse("a range such as 1-10, 1-100x2 or 3,7,10-20");
   part.remove_prefix(1);
-  if (!TakeNumber(part, last)) refuse("a last frame after the dash");
-  if (last < first) refuse("a last frame of at least " + std::to_string(first));
+  if (!TakeNumber(part, p.last)) refuse("a last frame after the dash");
+  if (p.last < p.first) refuse("a last frame of at least " + std::to_string(p.first));
   if (!part.empty()) {
     if (part[0] != 'x' && part[0] != 'y') refuse("x or y and a step after the last frame");
+    p.others = part[0] == 'y';
     part.remove_prefix(1);
-    if (!TakeNumber(part, step) || !part.empty() || step < 1) refuse("a step of at least 1");
+    if (!TakeNumber(part, p.step) || !part.empty() || p.step < 1) refuse("a step of at least 1");
   }
-  return (int64_t{last} - first) / (shown.find('y') == std::string::npos ? step : 1) + 1;
+  return p;
 }
 
 struct Pattern {
-  size_t word;         // which word of the line
-  std::string normal;  // with %0Nd
-  std::string range;   // embedded, or empty
+  size_t word;  // which word of the line
+  FrameName name;
 };
 
 std::vector<Pattern> FindPatterns(const std::vector<std::string>& words, const Line& line) {
   std::vector<Pattern> patterns;
   for (const size_t at : line.file_words) {
-    Pattern p{at, "", ""};
     // A file of just that name is meant itself.
-    if (words[at].find_first_of("#@%") != std::string::npos && !OIIO::Filesystem::exists(words[at]) &&
-        OIIO::Filesystem::parse_pattern(words[at].c_str(), line.options.frame_padding, p.normal, p.range)) {
-      patterns.push_back(std::move(p));
-    }
+    if (words[at].find_first_of("#@%") == std::string::npos || OIIO::Filesystem::exists(words[at])) continue;
+    if (auto name = FindFrame(words[at], line.options.frame_padding))
+      patterns.push_back({at, std::move(*name)});
   }
   return patterns;
 }
 
 // The frames of one name: its own range, or the files that are there.
-std::vector<int> FramesOf(const std::string& word, const Pattern& pattern) {
-  if (!pattern.range.empty()) return ParseFrameRange(word, pattern.range);
-  std::vector<int> frames;
-  std::vector<std::string> files;
-  OIIO::Filesystem::scan_for_matching_filenames(pattern.normal, frames, files);
+std::vector<int> FramesOf(const std::string& word, const FrameName& name) {
+  if (!name.range.empty()) return ParseFrameRange(word, name.range);
+  const std::vector<int> frames = name.Present();
   if (frames.empty()) throw Error(word, "no file matches this pattern; --frames gives the frames of outputs");
-  std::sort(frames.begin(), frames.end());
   return frames;
 }
 
@@ -165,33 +176,31 @@ class FrameExpression {
 
 std::vector<int> ParseFrameRange(const std::string& subject, const std::string& range) {
   int64_t count = 0;
+  std::vector<int> frames;
   for (size_t begin = 0; begin <= range.size();) {
     const size_t end = std::min(range.find(',', begin), range.size());
-    count += CheckPart(subject, std::string_view(range).substr(begin, end - begin));
-    if (count > kMostFrames) {
+    const Part part = ParsePart(subject, std::string_view(range).substr(begin, end - begin));
+    count += part.Count();
+    if (count > kMostFrames || (part.others && int64_t{part.last} - part.first > kMostFrames)) {
       throw UsageError(subject,
                        "found the frames \"" + range + "\", expected at most " + std::to_string(kMostFrames));
     }
+    part.AddTo(frames);
     begin = end + 1;
   }
-  std::vector<int> frames;
-  if (!OIIO::Filesystem::enumerate_sequence(range, frames) || frames.empty()) {
+  if (frames.empty())
     throw UsageError(subject, "found the frames \"" + range + "\", expected a range such as 1-10 or 1-100x2");
-  }
   return frames;
 }
 
 std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames,
                                        int padding) {
-  std::string normal, range;
+  const auto name = FindFrame(pattern, padding);
+  if (!name) throw UsageError(pattern, "found a name without # or %04d, expected a pattern of frame numbers");
   std::vector<std::string> files;
-  if (!OIIO::Filesystem::parse_pattern(pattern.c_str(), padding, normal, range)) {
-    throw UsageError(pattern, "found a name without # or %04d, expected a pattern of frame numbers");
-  }
-  const std::vector<int> wanted = frames.empty() && !range.empty() ? ParseFrameRange(pattern, range) : frames;
-  if (!wanted.empty() && !OIIO::Filesystem::enumerate_file_sequence(normal, wanted, files)) {
-    throw UsageError(pattern, "found a frame pattern that cannot be filled in, expected # or %04d");
-  }
+  const bool own = frames.empty() && !name->range.empty();
+  for (const int frame : own ? ParseFrameRange(pattern, name->range) : frames)
+    files.push_back(name->At(frame));
   return files;
 }
 
@@ -234,30 +243,27 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
   }
 
   // Every name has as many frames as the first, in its own numbers where it brings a range of its own.
-  std::vector<std::vector<std::string>> files;
+  std::vector<std::vector<int>> numbers;
   if (range.empty() && animated > 0) {
     frames.resize(static_cast<size_t>(animated));
     std::iota(frames.begin(), frames.end(), 1);
   } else if (range.empty()) {
-    frames = FramesOf(words[patterns[0].word], patterns[0]);
+    frames = FramesOf(words[patterns[0].word], patterns[0].name);
   }
   for (const Pattern& p : patterns) {
-    std::vector<int> own = p.range.empty() ? frames : ParseFrameRange(words[p.word], p.range);
+    std::vector<int> own = p.name.range.empty() ? frames : ParseFrameRange(words[p.word], p.name.range);
     if (own.size() != frames.size()) {
       throw UsageError(words[p.word], "found " + std::to_string(own.size()) + " frames, expected " +
                                           std::to_string(frames.size()) + " as for " +
                                           (range.empty() ? words[patterns[0].word] : "--frames"));
     }
-    files.emplace_back();
-    if (!OIIO::Filesystem::enumerate_file_sequence(p.normal, own, files.back()) ||
-        files.back().size() != own.size()) {
-      throw UsageError(words[p.word], "found a frame pattern that cannot be filled in, expected # or %04d");
-    }
+    numbers.push_back(std::move(own));
   }
   std::vector<FrameLine> lines;
   for (size_t f = 0; f < frames.size(); ++f) {
     lines.push_back({frames[f], words});
-    for (size_t p = 0; p < patterns.size(); ++p) lines.back().words[patterns[p].word] = files[p][f];
+    for (size_t p = 0; p < patterns.size(); ++p)
+      lines.back().words[patterns[p].word] = patterns[p].name.At(numbers[p][f]);
     lines.back().words = WithFrame(std::move(lines.back().words), frames[f]);
   }
   return lines;

@@ -32,12 +32,9 @@ void CatchSignals() {
 }
 
 // One line on stderr, whatever the message holds.
-void PrintError(std::string message) {
-  for (char& c : message) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  }
+void PrintError(const std::string& message) {
   std::cout.flush();
-  std::fprintf(Messages(), "tessera: error: %s\n", message.c_str());
+  std::fprintf(Messages(), "tessera: error: %s\n", Printable(message).c_str());
 }
 
 // The line as a shell would take it, for the history; the program by its name alone.

@@ -3,11 +3,17 @@
 #define TESSERA_CLI_MESSAGES_H_
 
 #include <cstdio>
+#include <string>
+#include <string_view>
 
 namespace tessera::cli {
 
 // Where errors, progress and -v go.
 std::FILE* Messages();
+
+// Text of files and arguments for a terminal: one line, control characters as \x1b, the middle of a long one
+// left out.
+std::string Printable(std::string_view text);
 
 // Codecs (libpng, libtiff) print to stderr on their own what OpenImageIO reports as well; an error is one
 // line, so from here on only Messages() reaches stderr. Sanitizers keep theirs.

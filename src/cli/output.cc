@@ -71,7 +71,7 @@ void CheckAgainstReference(const Entry& entry, const std::string& file, const Pe
 // Writes beside the file's name, or tells what would be done.
 void Compute(const Entry& entry, const std::string& file, WriteOptions write, Session& session) {
   const Options& options = session.options();
-  if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", file.c_str());
+  if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", Printable(file).c_str());
   if (options.explain) {
     std::cout << file << ":\n"
               << Explain(entry.node, write.type.value_or(entry.node.spec().type), options.render);
@@ -102,7 +102,8 @@ void SayPadding(const Entry& entry, const std::string& file, const Options& opti
       Messages(),
       "tessera: note: %s: %s has no data window, %d x %d pixels are written and those around %d x %d "
       "are black; --cut in place of --crop makes a smaller picture\n",
-      file.c_str(), format->format_name(), display.width(), display.height(), data.width(), data.height());
+      Printable(file).c_str(), format->format_name(), display.width(), display.height(), data.width(),
+      data.height());
 }
 
 }  // namespace

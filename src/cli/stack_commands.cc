@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/input_file.h"
 #include "cli/session.h"
 #include "tessera/color_state.h"
 #include "tessera/error_kind.h"
@@ -54,7 +55,7 @@ Attribute MakeAttribute(const std::string& name, const std::string& text, const 
 
 void ReadProfile(const Step& step, Session& session) {
   const std::string& file = step.arguments.Text("FILE");
-  std::ifstream stream(file, std::ios::binary);
+  base::InputFile stream(file, "an ICC profile", int64_t{1} << 26);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream) throw SystemError(file, "cannot be read");
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());

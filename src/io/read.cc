@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/input_file.h"
 #include "graph/source.h"
 #include "io/codec/codec.h"
 #include "io/spec.h"
@@ -59,24 +60,9 @@ auto Guarded(const std::string& file, Call&& call) {
 }
 
 int64_t CheckFile(const std::string& file) {
-  std::error_code code;
-  const auto status = std::filesystem::status(file, code);
-  if (status.type() == std::filesystem::file_type::not_found) throw DataError(file, "no such file");
-  if (status.type() == std::filesystem::file_type::directory) {
-    throw DataError(file, "found a directory, expected an image file");
-  }
-  if (status.type() != std::filesystem::file_type::regular) {
-    throw SystemError(
-        file, code ? "cannot be read: " + code.message() : "found a device or pipe, expected an image file");
-  }
-  const auto size = std::filesystem::file_size(file, code);
-  if (code) throw SystemError(file, "cannot be read: " + code.message());
+  const int64_t size = base::RequireFile(file, "an image file");
   if (size == 0) throw DataError(file, "found an empty file (0 bytes), expected an image");
-  errno = 0;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> probe(std::fopen(file.c_str(), "rb"), &std::fclose);
-  if (!probe)
-    throw SystemError(file, "cannot be read: " + std::error_code(errno, std::generic_category()).message());
-  return static_cast<int64_t>(size);
+  return size;
 }
 
 void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_bytes) {

@@ -11,6 +11,7 @@
 #include <map>
 #include <vector>
 
+#include "base/input_file.h"
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
@@ -71,7 +72,7 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
 
 // The file at the part of that name or number; its own number in `number`.
 std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::string& part, int& number) {
-  if (!fs::exists(file)) throw DataError(file, "does not exist");
+  base::RequireFile(file, "a volume or an image");
   auto input = OIIO::ImageInput::open(file);
   if (!input) {
     const std::string reason = OIIO::geterror();

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "base/input_file.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 
@@ -84,11 +84,10 @@ void AddFace(Line& line, Mesh& mesh) {
 }  // namespace
 
 Mesh ReadMesh(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream) throw DataError(file, "cannot be opened");
+  base::InputFile stream(file, "a Wavefront OBJ file");
   Mesh mesh;
   int number = 0;
-  for (std::string text; std::getline(stream, text);) {
+  for (std::string text; base::GetLine(stream, text, file, number + 1);) {
     Line line(file, ++number, text);
     const std::string_view kind = line.Word();
     if (kind == "v") {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <vector>
 
+#include "base/input_file.h"
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
@@ -29,21 +30,20 @@ namespace fs = std::filesystem;
 
 Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   const RawVolumeParams& raw = params.raw;
-  Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
-  model::VolumeData& data = *volume.data();
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw DataError(file, "cannot be opened");
+  base::InputFile stream(file, "raw samples");
   const size_t pixel = PixelBytes(raw.type), row = pixel * static_cast<size_t>(raw.size[0]);
   const auto wanted = static_cast<uintmax_t>(raw.header) + static_cast<uintmax_t>(row) *
                                                                static_cast<uintmax_t>(raw.size[1]) *
                                                                static_cast<uintmax_t>(raw.size[2]);
-  std::error_code unknown;
-  const uintmax_t found = fs::file_size(file, unknown);
-  if (!unknown && found < wanted) {
+  const auto found = static_cast<uintmax_t>(stream.size());
+  if (found < wanted) {
     throw DataError(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) +
                               " for " + std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) +
                               "x" + std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type));
   }
+  // Now that the file is known to fill it.
+  Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
+  model::VolumeData& data = *volume.data();
   stream.seekg(raw.header);
   const bool swap = raw.big_endian != (std::endian::native == std::endian::big) && pixel > 1;
   std::vector<std::byte> line(row);

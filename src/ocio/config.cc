@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "base/input_file.h"
 #include "model/color_spaces.h"
 #include "ocio/built_in_config.h"
 #include "ops/registry.h"
@@ -37,6 +38,57 @@ std::string OneLine(const std::string& text) {
   return line;
 }
 
+namespace {
+
+void RequireFilesOf(const lib::ConstTransformRcPtr& transform, const lib::ConstContextRcPtr& context) {
+  if (const auto group = OCIO_DYNAMIC_POINTER_CAST<const lib::GroupTransform>(transform)) {
+    for (int i = 0; i < group->getNumTransforms(); ++i) RequireFilesOf(group->getTransform(i), context);
+  }
+  const auto file = OCIO_DYNAMIC_POINTER_CAST<const lib::FileTransform>(transform);
+  if (file == nullptr) return;
+  std::string found;
+  try {
+    found = context->resolveFileLocation(file->getSrc());
+  } catch (const lib::Exception&) {
+    return;  // a file that is missing is missed when it is asked for
+  }
+  RequireLutFile(found);
+}
+
+// The files that a config names are opened by OpenColorIO.
+void RequireFilesOf(const lib::Config& config) {
+  const lib::ConstContextRcPtr context = config.getCurrentContext();
+  const int spaces = config.getNumColorSpaces(lib::SEARCH_REFERENCE_SPACE_ALL, lib::COLORSPACE_ALL);
+  for (int i = 0; i < spaces; ++i) {
+    const auto space = config.getColorSpace(
+        config.getColorSpaceNameByIndex(lib::SEARCH_REFERENCE_SPACE_ALL, lib::COLORSPACE_ALL, i));
+    if (space == nullptr) continue;
+    for (const auto way : {lib::COLORSPACE_DIR_TO_REFERENCE, lib::COLORSPACE_DIR_FROM_REFERENCE})
+      RequireFilesOf(space->getTransform(way), context);
+  }
+  for (int i = 0; i < config.getNumLooks(); ++i) {
+    const auto look = config.getLook(config.getLookNameByIndex(i));
+    if (look == nullptr) continue;
+    RequireFilesOf(look->getTransform(), context);
+    RequireFilesOf(look->getInverseTransform(), context);
+  }
+  for (int i = 0; i < config.getNumViewTransforms(); ++i) {
+    const auto view = config.getViewTransform(config.getViewTransformNameByIndex(i));
+    if (view == nullptr) continue;
+    for (const auto way : {lib::VIEWTRANSFORM_DIR_TO_REFERENCE, lib::VIEWTRANSFORM_DIR_FROM_REFERENCE})
+      RequireFilesOf(view->getTransform(way), context);
+  }
+  for (int i = 0; i < config.getNumNamedTransforms(lib::NAMEDTRANSFORM_ALL); ++i) {
+    const auto named =
+        config.getNamedTransform(config.getNamedTransformNameByIndex(lib::NAMEDTRANSFORM_ALL, i));
+    if (named == nullptr) continue;
+    for (const auto way : {lib::TRANSFORM_DIR_FORWARD, lib::TRANSFORM_DIR_INVERSE})
+      RequireFilesOf(named->getTransform(way), context);
+  }
+}
+
+}  // namespace
+
 Config LoadConfig(const OcioParams& params) {
   Config c;
   const char* const variable = lib::GetEnvVariable("OCIO");
@@ -47,19 +99,14 @@ Config LoadConfig(const OcioParams& params) {
     std::istringstream text(BuiltInConfigText());
     c.config = Guarded(c.name, [&] { return lib::Config::CreateFromStream(text); });
   } else {
-    std::error_code ignored;
-    const std::filesystem::path path(c.name);
-    if (std::filesystem::is_directory(path, ignored)) {
-      throw DataError(c.name, "found a directory, expected an OpenColorIO config file");
-    }
-    if (!std::filesystem::exists(path, ignored))
-      throw DataError(c.name, "no such file, expected an OpenColorIO config");
+    base::RequireFile(c.name, "an OpenColorIO config", base::kMostText);
     c.config = Guarded(c.name, [&] {
       lib::ConstConfigRcPtr config = lib::Config::CreateFromFile(c.name.c_str());
       config->validate();
       return config;
     });
   }
+  RequireFilesOf(*c.config);
   const lib::ContextRcPtr context = c.config->getCurrentContext()->createEditableCopy();
   for (const auto& [key, value] : params.context) context->setStringVar(key.c_str(), value.c_str());
   c.context = context;

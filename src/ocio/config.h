@@ -49,6 +49,10 @@ auto Guarded(const std::string& subject, const F& action) -> decltype(action()) 
 // With its dot, "" for none.
 std::string LowerExtension(const std::string& file);
 
+// Refuses what OpenColorIO must not be given to read whatever it holds: what is no regular file, or would
+// never end.
+void RequireLutFile(const std::string& file);
+
 // Refuses a LUT file that OpenColorIO would read wrongly, or with a message about other formats. Returns the
 // file to read in its place: the same, or a copy without a byte-order mark that lives as long as the returned
 // object.

@@ -13,9 +13,11 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "base/input_file.h"
 #include "base/number_text.h"
 #include "ocio/config.h"
 #include "tessera/error_kind.h"
@@ -26,6 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostEntries1D = 1024 * 1024, kLongestEdge3D = 129;  // as OpenColorIO has them
+constexpr size_t kLongestNarrowLine = 4096;
 constexpr char kByteOrderMark[] = "\xef\xbb\xbf";
 
 std::vector<std::string> WordsOf(const std::string& line) {
@@ -45,7 +48,8 @@ bool IsNumber(const std::string& word, double& value) {
 // A text file line by line, with what every check needs to say.
 class Checker {
  public:
-  Checker(const std::string& file, std::istream& stream) : file_(file), stream_(stream) {}
+  Checker(const std::string& file, std::istream& stream, size_t longest_line)
+      : file_(file), stream_(stream), longest_(longest_line) {}
 
   // .cube of Iridas and Resolve.
   void Cube() {
@@ -155,7 +159,7 @@ class Checker {
 
   // The next line that has words, comments left out.
   bool Next() {
-    for (std::string line; std::getline(stream_, line);) {
+    for (std::string line; base::GetLine(stream_, line, file_, line_ + 1, longest_);) {
       ++line_;
       if (line_ == 1 && line.starts_with(kByteOrderMark)) line.erase(0, 3);
       words_ = line.starts_with("#") ? std::vector<std::string>() : WordsOf(line);
@@ -169,7 +173,8 @@ class Checker {
     double size = 0;
     if (words_.size() == 2 && IsNumber(word, size) && size == std::floor(size) && size >= 2 && size <= most)
       return;
-    Refuse("found " + name + " " + word + Where() + ", expected a size from 2 to " + std::to_string(most));
+    Refuse("found " + name + " " + base::Shown(word) + Where() + ", expected a size from 2 to " +
+           std::to_string(most));
   }
   void RequireRange(const std::string& name, size_t at) const {
     double low = 0, high = 0;
@@ -185,7 +190,7 @@ class Checker {
              ", expected 3");
     for (size_t c = 0; c < 3; ++c) {
       if (!IsNumber(words_[c + 1], values[c]))
-        Refuse("found \"" + words_[c + 1] + "\"" + Where() + ", expected a number");
+        Refuse("found \"" + base::Shown(words_[c + 1]) + "\"" + Where() + ", expected a number");
     }
   }
   // Every word a finite number as C++ writes them: OpenColorIO reads the start of a word and drops the rest.
@@ -193,7 +198,7 @@ class Checker {
     for (size_t i = from; i < words_.size(); ++i) {
       double value = 0;
       if (!IsNumber(words_[i], value))
-        Refuse("found \"" + words_[i] + "\"" + Where() + ", expected a number");
+        Refuse("found \"" + base::Shown(words_[i]) + "\"" + Where() + ", expected a number");
       if (!std::isfinite(value)) Refuse("found " + words_[i] + Where() + ", expected finite numbers");
     }
   }
@@ -211,9 +216,41 @@ class Checker {
   const std::string& file_;
   std::istream& stream_;
   std::vector<std::string> words_;
+  size_t longest_;
   int line_ = 0;
   double low_[3] = {0, 0, 0}, high_[3] = {1, 1, 1};
 };
+
+// OpenColorIO tries the readers of all formats, and that of .csp looks for the end of the metadata beyond the
+// file's.
+void RequireMetadataEnds(const std::string& file, std::istream& stream) {
+  stream.clear();
+  stream.seekg(0);
+  constexpr std::string_view kMagic = "CSPLUTV100";
+  const auto upper = [](std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    return text;
+  };
+  std::string start(4096, '\0');  // others may be one line from end to end
+  stream.read(start.data(), std::ssize(start));
+  if (upper(start).find(kMagic) == std::string::npos) return;
+  stream.clear();
+  stream.seekg(0);
+  std::string line;
+  int number = 0, open = 0;
+  while (base::GetLine(stream, line, file, ++number)) {
+    line.erase(std::min(line.find_last_not_of(" \t\r") + 1, line.size()));
+    if (line == "END METADATA") {
+      open = 0;
+    } else if (open == 0 && upper(line).find("BEGIN METADATA") != std::string::npos) {
+      open = number;
+    }
+  }
+  if (open == 0) return;
+  throw DataError(file, "found BEGIN METADATA in line " + std::to_string(open) +
+                            " and the end of the file, expected END METADATA");
+}
 
 // A copy without the first `skip` bytes, under a name of its own with the same extension.
 std::string CopyWithout(const std::string& file, std::istream& stream, std::streamoff skip) {
@@ -237,22 +274,25 @@ std::string LowerExtension(const std::string& file) {
   return extension;
 }
 
+void RequireLutFile(const std::string& file) {
+  base::InputFile stream(file, "a LUT that OpenColorIO reads", base::kMostText);
+  RequireMetadataEnds(file, stream);
+}
+
 CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
-  std::error_code ignored;
-  if (!fs::exists(file, ignored))
-    throw DataError(file, "no such file, expected a LUT that OpenColorIO reads");
-  if (fs::is_directory(file, ignored)) throw DataError(file, "found a directory, expected a LUT file");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw DataError(file, "cannot be read");
+  base::InputFile stream(file, "a LUT that OpenColorIO reads", base::kMostText);
   if (stream.peek() == std::ifstream::traits_type::eof()) throw DataError(file, "is empty, expected a LUT");
   const std::string extension = LowerExtension(file);
-  Checker checker(path_, stream);
+  // Lines of these hold three numbers or a title.
+  const bool narrow = extension == ".cube" || extension == ".spi1d" || extension == ".spi3d";
+  Checker checker(path_, stream, narrow ? kLongestNarrowLine : base::kLongestLine);
   if (extension == ".cube") checker.Cube();
   if (extension == ".spi1d") checker.Spi1d();
   if (extension == ".spi3d") checker.Spi3d();
   if (extension == ".csp") checker.Csp();
   if (extension == ".lut" && stream.peek() != 'L') checker.Lut();
   if (extension == ".itx" || extension == ".3dl" || extension == ".spimtx") checker.Lines();
+  RequireMetadataEnds(path_, stream);
   char start[4] = {};
   stream.clear();
   stream.seekg(0);

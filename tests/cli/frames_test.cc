@@ -67,6 +67,40 @@ TEST_F(FramesTest, TheFrameNumberEntersAnyArgument) {
   }
 }
 
+TEST_F(FramesTest, OnlyTheFirstSignIsTheFrame) {
+  Works("--frames 1-2 in.#.tif -o 100%_%04d.tif");
+  Works("--frames 1-2 in.#.tif -o a%b.@.tif");
+  Works("--frames 1-2 in.#.tif -o %d%d.tif");
+  Works("--frames 1-2 in.#.tif -o a[(.%3d.tif");
+  for (const char* name : {"100%_0002.tif", "a%b.2.tif", "2%d.tif", "a[(.  2.tif"})
+    EXPECT_TRUE(directory_.Names().contains(name)) << name;
+  Works("100%_%04d.tif -o found.#.tif");
+  Works("a[(.%3d.tif -o spaces.#.tif");
+  for (const char* name : {"found.0002.tif", "spaces.0002.tif"})
+    EXPECT_TRUE(directory_.Names().contains(name)) << name;
+}
+
+TEST_F(FramesTest, RangesToTheEndOfIntegersEnd) {
+  Works("--frames 1-2147483647x1000000000 --pattern ramp 4x4 1 -o far.#.tif");
+  for (const char* name : {"far.0001.tif", "far.1000000001.tif", "far.2000000001.tif"})
+    EXPECT_TRUE(directory_.Names().contains(name)) << name;
+  Works("--frames 1-5y2 --pattern ramp 4x4 1 -o others.@.tif");
+  EXPECT_FALSE(directory_.Names().contains("others.3.tif"));
+  EXPECT_TRUE(directory_.Names().contains("others.4.tif"));
+  for (const char* range : {"1-2147483648", "1-2147483647", "0-2147483647y1", "1-2147483647y1000000000"})
+    EXPECT_EQ(Tessera("--frames " + std::string(range) + " --pattern ramp 4x4 1 -o x.#.tif").exit_code, 2);
+}
+
+TEST_F(FramesTest, NumbersOfMoreDigitsThanNamesHoldAreRefused) {
+  const std::string many(20000, '#');
+  for (const std::string& name : {many, many + ".tif", std::string("a.%99999999d.tif"),
+                                  std::string("a.%99999999999999999999999d.tif")}) {
+    const CommandResult result = Tessera("--frames 1-2 in.#.tif -o " + name);
+    EXPECT_EQ(result.exit_code, 2) << result.err.substr(0, 200);
+    EXPECT_NE(result.err.find("digits"), std::string::npos) << result.err.substr(0, 200);
+  }
+}
+
 // A file that is there wins over what its name could stand for.
 TEST_F(FramesTest, NamesWithTheSignsOfFramesAreFiles) {
   Works("--pattern checker 8x6 3 -d uint8 -o plain.png");

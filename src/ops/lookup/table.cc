@@ -4,13 +4,13 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "base/input_file.h"
 #include "graph/op.h"
 #include "model/lookup_settings.h"
 #include "ops/lookup/lookup_ops.h"
@@ -103,13 +103,10 @@ constexpr size_t kMostEntries = size_t{1} << 22;
 
 // Numbers separated by blanks or commas, '#' begins a comment; each line is an entry. Columns become tables.
 std::vector<std::vector<float>> ReadColumns(const std::string& file) {
-  std::ifstream in(file);
-  if (!in)
-    throw DataError(file,
-                    "cannot be opened, expected numbers (a list such as 0,0.25,1) or a text file of them");
+  base::InputFile in(file, "numbers (a list such as 0,0.25,1) or a text file of them", base::kMostText);
   std::vector<std::vector<float>> columns;
   int line_number = 0;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; base::GetLine(in, line, file, line_number + 1);) {
     ++line_number;
     if (constexpr std::string_view kMark = "\xEF\xBB\xBF"; line_number == 1 && line.starts_with(kMark))
       line.erase(0, kMark.size());  // some editors begin UTF-8 with it

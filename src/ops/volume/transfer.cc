@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <string>
 
+#include "base/input_file.h"
 #include "base/number_text.h"
 #include "model/volume_settings.h"
 #include "ops/noise/plan.h"
@@ -307,11 +307,10 @@ void ExactOctaves(ExactOctave (&octaves)[kTurbulenceOctaves]) {
 namespace tessera {
 
 VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream) throw DataError(file, "cannot be opened");
+  base::InputFile stream(file, "lines of value red green blue opacity", base::kMostText);
   VolumeTransferFunction t;
   int number = 0;
-  for (std::string line; std::getline(stream, line);) {
+  for (std::string line; base::GetLine(stream, line, file, number + 1);) {
     ++number;
     line = line.substr(0, line.find('#'));
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
