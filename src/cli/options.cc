@@ -123,9 +123,10 @@ std::vector<Command> OptionCommands() {
                           .choices = {"auto", "oiio"}}}));
   rows.back().info.help =
       "Formats and metadata are OpenImageIO's. Where the file allows it, a codec of ours packs and unpacks the "
-      "pixels on every core: of PNG those of 8 and 16 bits, without palette or interlacing. Pixels and metadata are "
-      "the same either way; --explain says per input who decodes and, where it is OpenImageIO, why, --runstats the "
-      "same of every file. oiio is there for comparison.";
+      "pixels on every core: of PNG those of 8 and 16 bits, without palette or interlacing; of EXR scan lines of halves "
+      "or of floats, read with any compression, written with none, zips and zip; of TIFF strips without compression or deflated. Pixels and metadata are the same "
+      "either way; --explain says per input who decodes and, where it is OpenImageIO, why, --runstats the same of every "
+      "file. oiio is there for comparison. Levels that are asked for (zip:9, png:compressionLevel) are libdeflate's.";
   rows.push_back(Option("rules-off",
                         "Switches a rewrite rule of the engine off; `all` leaves none: for tests.",
                         [](const Arguments& a, Options& o) { o.render.rules_off.push_back(a.Text("RULE")); },

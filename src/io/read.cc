@@ -227,16 +227,36 @@ class CodecReader final : public graph::RowReader {
   void Limit(int threads, size_t memory) override { decoder_->Limit(threads, memory); }
   void Read(const ImageView& out) override {
     if (out.roi.empty()) return;
-    if (decoder_ && decoder_->Read(out)) return;
-    decoder_.reset();
-    if (!reader_) reader_ = judge_();
+    if (!reader_ && decoder_->Read(out)) {
+      if (!begun_) first_ = out.roi.y0;
+      begun_ = true;
+      return;
+    }
+    if (!reader_) {
+      reader_ = judge_();
+      if (begun_) Repeat(out);
+    }
     reader_->Read(out);
   }
 
  private:
+  // What was read already: where a file is damaged, readers may depend on what they read before.
+  void Repeat(const ImageView& out) {
+    constexpr int kRows = 64;
+    std::vector<std::byte> rows;
+    for (int y = first_; y < out.roi.y0; y += kRows) {
+      const Roi part{out.roi.x0, y, out.roi.x1, std::min(y + kRows, out.roi.y0)};
+      rows.resize(static_cast<size_t>(part.pixels()) * PixelBytes(out.type) *
+                  static_cast<size_t>(out.channels));
+      reader_->Read(ImageView(rows.data(), part, out.channels, out.type));
+    }
+  }
+
   std::unique_ptr<Decoder> decoder_;
   std::function<std::unique_ptr<graph::RowReader>()> judge_;
   std::unique_ptr<graph::RowReader> reader_;
+  bool begun_ = false;
+  int first_ = 0;  // row asked for
 };
 
 class FileSource final : public graph::PixelSource {

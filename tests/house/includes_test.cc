@@ -53,6 +53,8 @@ const std::vector<Library> kLibraries = {
     {"oneapi/", {"src/sched/tbb_scheduler.cc"}},
     {"OpenImageIO/", {"src/io/", "src/cli/", "include/tessera/oiio_adapter.h"}},
     {"libdeflate.h", {"src/io/codec/"}},
+    {"openexr", {"src/io/codec/"}},
+    {"tiffio.h", {"src/io/codec/"}},
     {"openvdb/", {"src/vdb/"}},
     {"OpenColorIO/", {"src/ocio/", "include/tessera/ocio_adapter.h"}},
 };

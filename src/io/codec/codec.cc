@@ -12,7 +12,9 @@ constexpr struct {
   Choice<Decoder> (*decoder)(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
                              int last);
   Choice<Encoder> (*encoder)(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);
-} kCodecs[] = {{"png", MakePngDecoder, MakePngEncoder}};
+} kCodecs[] = {{"openexr", MakeExrDecoder, MakeExrEncoder},
+               {"png", MakePngDecoder, MakePngEncoder},
+               {"tiff", MakeTiffDecoder, MakeTiffEncoder}};
 
 }  // namespace
 

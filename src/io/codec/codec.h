@@ -51,7 +51,7 @@ class Encoder {
 // How a file's pixels may be decoded; `spec` is OpenImageIO's. Looks at the file's header alone.
 Choice<Decoder> MakeDecoder(const std::string& format, const std::string& file, int part,
                             const OIIO::ImageSpec& spec, int first, int last);
-// How pixels may be written to `stream`, which outlives the encoder.
+// How pixels may be written to `stream`, which outlives the encoder and has a file of its name to itself.
 Choice<Encoder> MakeEncoder(const std::string& format, const OIIO::ImageSpec& spec,
                             OIIO::Filesystem::IOProxy& stream, int threads);
 
@@ -62,9 +62,15 @@ std::string CodecText(const std::string& format, const Choice<Codec>& choice) {
 }
 
 // One per format.
+Choice<Decoder> MakeExrDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
+                               int last);
+Choice<Encoder> MakeExrEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);
 Choice<Decoder> MakePngDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
                                int last);
 Choice<Encoder> MakePngEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);
+Choice<Decoder> MakeTiffDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
+                                int last);
+Choice<Encoder> MakeTiffEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);
 
 }  // namespace tessera::io
 

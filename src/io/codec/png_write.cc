@@ -14,6 +14,7 @@
 #include "io/codec/per_worker.h"
 #include "io/codec/png_chunks.h"
 #include "io/codec/png_rows.h"
+#include "io/codec/row_batches.h"
 #include "sched/scheduler.h"
 
 namespace tessera::io {
@@ -61,37 +62,17 @@ class PngEncoder final : public Encoder {
         pixel_(spec.pixel_bytes()),
         level_(spec.get_int_attribute("png:compressionLevel", -1)),
         associated_(spec.alpha_channel != -1 && spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0),
+        segment_rows_(std::max<size_t>(1, kSegmentBytes / (row_ + 1))),
+        rows_(row_, segment_rows_ * static_cast<size_t>(threads), static_cast<size_t>(spec.height)),
         workers_(threads, [this] { return std::make_unique<Worker>(*this); }) {
     spec_ = spec;
-    segment_rows_ = std::max<size_t>(1, kSegmentBytes / (row_ + 1));
     above_.resize(row_);
   }
 
-  // Rows are packed in batches, a segment for each thread; what is less is kept.
+  // Rows are packed in batches, a segment for each thread.
   void Write(int rows, const std::byte* data, ptrdiff_t row_stride) override {
-    const size_t batch = segment_rows_ * static_cast<size_t>(threads_);
-    const auto* from = reinterpret_cast<const uint8_t*>(data);
-    std::vector<const uint8_t*> pending;
-    for (auto left = static_cast<size_t>(rows); left > 0;) {
-      const size_t kept = kept_.size() / row_;
-      const bool ends = next_ + kept + left == static_cast<size_t>(spec_.height);
-      const bool keep = kept > 0 || (left < batch && !ends);
-      const size_t count = keep ? std::min(left, batch - kept) : ends ? left : left / batch * batch;
-      pending.clear();
-      for (size_t i = 0; i < count; ++i, from += row_stride) {
-        if (keep) {
-          kept_.insert(kept_.end(), from, from + row_);
-        } else {
-          pending.push_back(from);
-        }
-      }
-      left -= count;
-      if (keep && (kept + count == batch || (ends && left == 0))) {
-        for (size_t at = 0; at < kept_.size(); at += row_) pending.push_back(kept_.data() + at);
-      }
-      Put(pending);
-      if (!pending.empty()) kept_.clear();
-    }
+    rows_.Add(static_cast<size_t>(rows), data, row_stride,
+              [this](std::span<const uint8_t* const> batch) { Put(batch); });
   }
 
   void Finish() override { stream_.write(after_.data(), after_.size()); }
@@ -113,7 +94,6 @@ class PngEncoder final : public Encoder {
 
   // Whole segments of rows, and the rest after the last row.
   void Put(std::span<const uint8_t* const> rows) {
-    if (rows.empty()) return;
     std::vector<Segment> segments((rows.size() + segment_rows_ - 1) / segment_rows_);
     sched::InnerFor(static_cast<int64_t>(segments.size()), threads_, [&](int64_t i, int worker) {
       const size_t first = static_cast<size_t>(i) * segment_rows_;
@@ -219,10 +199,11 @@ class PngEncoder final : public Encoder {
   const size_t row_, pixel_;
   const int level_;
   const bool associated_;
+  const size_t segment_rows_;
+  RowBatches rows_;
   PerWorker<Worker> workers_;
-  size_t segment_rows_ = 0;
-  std::vector<uint8_t> kept_, above_;  // rows of a segment that is not whole; the row above them
-  size_t next_ = 0;                    // rows written
+  std::vector<uint8_t> above_;  // the row above the next
+  size_t next_ = 0;             // rows written
   uint32_t adler_ = kAdlerOfNothing;
 };
 
