@@ -33,7 +33,7 @@ constexpr size_t kSampleBytes = size_t{1} << 15;
 // of that again and up to 9 % larger, but not where there is noise. Pictures that are drawn have matches to
 // be looked for.
 enum Level : size_t { kNoisy, kPhotograph, kPlain, kEither, kDrawn, kLevels };
-constexpr int kLevelOf[kLevels] = {1, 4, 5, 6, 8};
+constexpr int kLevelOf[2][kLevels] = {{1, 4, 5, 6, 8}, {1, 5, 5, 6, 8}};  // of 8 and of 16 bits
 
 std::span<const uint8_t> Bytes(const std::vector<uint8_t>& v) { return v; }
 
@@ -80,7 +80,8 @@ class PngEncoder final : public Encoder {
  private:
   struct Worker {
     explicit Worker(const PngEncoder& e) : filter(e.row_, e.pixel_) {
-      for (const int level : kLevelOf) deflaters.emplace_back(e.level_ < 0 ? level : e.level_);
+      for (const int level : kLevelOf[e.spec_.format == OIIO::TypeDesc::UINT16])
+        deflaters.emplace_back(e.level_ < 0 ? level : e.level_);
     }
     std::vector<Deflater> deflaters;
     PngRowFilter filter;
