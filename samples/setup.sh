@@ -14,7 +14,7 @@ fail() {
 packages="g++ cmake ninja-build ccache doxygen clang-format clang-tidy
   libopenimageio-dev openimageio-tools libopencolorio-dev libhwy-dev libtbb-dev
   libdeflate-dev libopenexr-dev libtiff-dev libopenvdb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev python3 abigail-tools
-  pkg-config pngcheck mate-backgrounds $*"
+  pkg-config pngcheck libtiff-tools openexr mate-backgrounds $*"
 
 [ "${TESSERA_SETUP:-}" = skip ] && exit 0
 command -v dpkg-query >/dev/null && command -v apt-get >/dev/null ||

@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <random>
 
 #include "files.h"
@@ -458,6 +459,29 @@ TEST_F(CodecTest, DamagedTiffsAreRefusedAsBefore) {
     options.attributes = {Text("compression", compression)};
     Write(FromImage(Picture(61, 95, 3, PixelType::kUint16)), Path("good.tif"), options);
     ExpectSameRefusals(Path("good.tif"), 200);
+  }
+}
+
+// Programs of other libraries' making, where they are installed.
+TEST_F(CodecTest, OthersReadWhatIsWritten) {
+  const struct {
+    const char *program, *arguments, *extension;
+  } kReaders[] = {{"pngcheck", "-q", ".png"}, {"tiffinfo", "-d", ".tif"}, {"exrinfo", "-s", ".exr"}};
+  for (const auto& reader : kReaders) {
+    if (std::system((std::string("command -v ") + reader.program + " >/dev/null").c_str()) != 0) continue;
+    for (const PixelType type :
+         {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+      for (const int channels : {1, 3, 4}) {
+        const std::string file = Path(std::string("a") + reader.extension);
+        EXPECT_TRUE(IsOurs(HowWritten(FromImage(Picture(700, 801, channels, type)), file, {.type = type})) ||
+                    reader.extension == std::string(".exr"));
+        const std::string said = Path("said.txt");
+        const std::string line =
+            std::string(reader.program) + " " + reader.arguments + " " + file + " >/dev/null 2>" + said;
+        EXPECT_EQ(std::system(line.c_str()), 0) << line;
+        EXPECT_EQ(Contents(said), "") << reader.program;
+      }
+    }
   }
 }
 

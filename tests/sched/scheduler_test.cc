@@ -44,6 +44,54 @@ TEST(ParallelFor, TheCallerSeesWhatTasksWroteBeforeOneOfThemThrew) {
   }
 }
 
+TEST(InnerFor, CallsEveryTaskOnceOnWorkersInRangeFromWithinAPipelineAndWithout) {
+  for (const int threads : {1, 2, 7}) {
+    constexpr int64_t kTasks = 200;
+    std::atomic<bool> in_range = true, busy = false, entered_twice = false;
+    const auto call_all = [&] {
+      std::vector<int> called(kTasks);
+      InnerFor(kTasks, threads, [&](int64_t i, int worker) {
+        ++called[static_cast<size_t>(i)];
+        if (worker < 0 || worker >= threads) in_range = false;
+      });
+      return called == std::vector<int>(kTasks, 1);
+    };
+    EXPECT_TRUE(call_all()) << threads;
+    int left = 40;
+    std::atomic<int> wrong = 0;
+    PipelineSteps steps;
+    steps.read = [&]() -> std::shared_ptr<void> {
+      wrong += !call_all();
+      return left-- > 0 ? std::make_shared<int>(left) : nullptr;
+    };
+    steps.work = [](void*, int) {};
+    // A writer that waits must not be given another of the pipeline's tasks, which might be to write.
+    steps.write = [&](void*) {
+      if (busy.exchange(true)) entered_twice = true;
+      wrong += !call_all();
+      busy = false;
+    };
+    Pipeline(threads, threads + 2, steps);
+    EXPECT_EQ(wrong, 0);
+    EXPECT_TRUE(in_range);
+    EXPECT_FALSE(entered_twice);
+  }
+}
+
+TEST(InnerFor, AFailureWithinAPipelineIsRethrown) {
+  for (const int threads : {1, 2, 7}) {
+    PipelineSteps steps;
+    steps.read = [] { return std::make_shared<int>(0); };
+    steps.work = [](void*, int) {};
+    steps.write = [&](void*) {
+      InnerFor(20, threads, [](int64_t i, int) {
+        if (i == 10) throw std::runtime_error("task 10");
+      });
+    };
+    EXPECT_THROW(Pipeline(threads, 4, steps), std::runtime_error);
+  }
+}
+
 // Counts how many of it are alive.
 struct Item {
   Item(int64_t n, std::atomic<int>& count) : number(n), alive(count) { ++alive; }

@@ -77,12 +77,11 @@ class PngDecoder final : public Decoder {
   bool Unpack() {
     const size_t raw = static_cast<size_t>(spec_.height) * (row_ + 1);
     if (raw > memory_) return false;
-    const auto bytes = WholeFile(file_, memory_ - raw);
+    auto bytes = WholeFile(file_, memory_ - raw);
     if (!bytes || bytes->size() < kHeaderBytes || !std::equal(header_.begin(), header_.end(), bytes->begin()))
       return false;
-    std::vector<uint8_t> joined;
-    std::span<const uint8_t> stream;
-    size_t parts = 0;
+    // The stream's parts are moved to the file's beginning, one behind the other.
+    size_t size = 0;
     for (size_t at = sizeof kPngSignature;;) {
       const auto chunk = PngChunkAt(*bytes, at);
       if (!chunk) return false;
@@ -92,16 +91,14 @@ class PngDecoder final : public Decoder {
             BigEndian32(chunk->whole.data() + chunk->whole.size() - 4)) {
           return false;
         }
-        if (++parts == 2) joined.assign(stream.begin(), stream.end());
-        if (parts > 1) joined.insert(joined.end(), chunk->bytes.begin(), chunk->bytes.end());
-        stream = chunk->bytes;
-      } else if (parts > 0) {
+        std::memmove(bytes->data() + size, chunk->bytes.data(), chunk->bytes.size());
+        size += chunk->bytes.size();
+      } else if (size > 0) {
         break;
       }
     }
-    if (parts > 1) stream = joined;
     raw_.resize(raw);
-    if (Inflater().Zlib(stream, raw_)) return true;
+    if (Inflater().Zlib(std::span(*bytes).first(size), raw_)) return true;
     raw_.clear();
     return false;
   }
