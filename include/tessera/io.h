@@ -25,11 +25,19 @@ enum class Codec : uint8_t {
   kOpenImageIO,  ///< OpenImageIO's own, always
 };
 
+/// Which formats are read.
+enum class Formats : uint8_t {
+  kTrusted,  ///< those that are stood behind: OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP,
+             ///< WebP, JPEG 2000, HEIF, SGI, PNM, Targa, RLA, OpenVDB; told by what a file begins with
+  kAll,      ///< all of OpenImageIO's, for files that come from no stranger
+};
+
 /// Which of a file's images is read.
 struct ReadOptions {
   int subimage = 0;            ///< index of the part
   std::string part{};          ///< or its name (EXR part, TIFF page name); wins over the index when not empty
   Codec codec = Codec::kAuto;  ///< of the pixels; OpenImageIO reads the header
+  Formats formats = Formats::kTrusted;  ///< that the file may be of
 };
 
 /// A lazy image of a file: the header is read now, pixels when evaluated, only the channels and rows that the
@@ -59,6 +67,7 @@ struct WriteOptions {
   std::vector<Attribute> attributes{};
   RunStats* stats = nullptr;   ///< filled in when not null
   Codec codec = Codec::kAuto;  ///< of the pixels; metadata are written by OpenImageIO
+  bool sync = true;            ///< the file is on the disk, not in its cache, before it gets its name
 };
 
 /// Evaluates and writes, streaming bands of rows. The file is tagged with the colour state: oiio:ColorSpace
@@ -79,12 +88,17 @@ class PendingOutput {
  public:
   /// Evaluates and writes the temporary file; Error as Write.
   PendingOutput(const Node& node, const std::string& file, const WriteOptions& options);
+  /// A file of these bytes.
+  PendingOutput(const std::string& file, const std::vector<std::byte>& bytes, bool sync = true);
   /// Takes over the output that is moved from.
   PendingOutput(PendingOutput&&) noexcept;
   PendingOutput& operator=(PendingOutput&&) = delete;
   ~PendingOutput();
   /// Throws Error naming the file when it cannot be renamed.
   void Commit();
+  /// Commits all of them, or, where one of them cannot be, none: what was there stays. Those that are
+  /// committed already are left out. Throws Error naming the file that cannot be renamed.
+  static void CommitTogether(const std::vector<PendingOutput*>& outputs);
   /// The type that was written: the one asked for, or the nearest that the format has.
   PixelType type() const { return type_; }
   /// The uncommitted file decoded again: native codes of all channels, for VerifyStored. Where the format
@@ -95,6 +109,7 @@ class PendingOutput {
  private:
   std::function<StoredPixels()> read_back_;
   std::string temporary_, file_;  ///< temporary_ is empty when committed or moved from
+  bool sync_ = true;
   PixelType type_ = PixelType::kFloat;
 };
 
@@ -108,7 +123,7 @@ PixelType StoredType(const Node& node, const std::string& file, const WriteOptio
 void RemoveUnfinishedOutputs();
 
 /// The names of a file's subimages in order, empty for one that has none; throws Error.
-std::vector<std::string> Subimages(const std::string& file);
+std::vector<std::string> Subimages(const std::string& file, Formats formats = Formats::kTrusted);
 
 /// What `oiiotool --stats` prints about an image, line for line: minimum, maximum, mean, standard deviation,
 /// counts of NaN, infinite and finite values, whether constant and monochrome. Integer types are reported in

@@ -39,6 +39,7 @@ void ReadImage(const Step& step, Session& session) {
   const std::string& file = step.arguments.Text("FILE");
   ReadOptions options;
   options.codec = session.options().codec;
+  options.formats = session.options().formats;
   if (step.arguments.Given("subimage")) {
     const std::string& part = step.arguments.Text("subimage");
     const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), options.subimage);

@@ -1,7 +1,4 @@
 // The `tessera` command: checks the line, runs it once per frame, turns errors and signals into exit codes.
-#include <signal.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
@@ -12,6 +9,7 @@
 #include "cli/help.h"
 #include "cli/messages.h"
 #include "cli/session.h"
+#include "cli/signals.h"
 #include "tessera/context.h"
 #include "tessera/targets.h"
 
@@ -19,17 +17,6 @@ namespace tessera::cli {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kWrongLine = 2;
-
-extern "C" void RemoveFilesAndLeave(int signal) {
-  RemoveUnfinishedOutputs();
-  _exit(128 + signal);
-}
-
-void CatchSignals() {
-  struct sigaction action {};
-  action.sa_handler = RemoveFilesAndLeave;
-  for (int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
-}
 
 // One line on stderr, whatever the message holds.
 void PrintError(const std::string& message) {

@@ -112,6 +112,20 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",
                         [](const Arguments& a, Options& o) { o.simd = a.Text("TARGET"); },
                         {Text("TARGET", "a target's name, auto or list")}));
+  rows.push_back(Option("formats",
+                        "Formats that are read; `all` adds those whose readers damaged files can harm.",
+                        [](const Arguments& a, Options& o) {
+                          o.formats = a.Text("WHICH") == "all" ? Formats::kAll : Formats::kTrusted;
+                        },
+                        {{.name = "WHICH",
+                          .type = ParamType::kChoice,
+                          .default_value = "",
+                          .help = "trusted, or all",
+                          .choices = {"trusted", "all"}}}));
+  rows.back().info.help =
+      "Trusted are OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP, WebP, JPEG 2000, HEIF, SGI, PNM, "
+      "Targa, RLA and OpenVDB, told by what a file begins with. Others (IFF, PSD, FITS, raw photographs, films) "
+      "are OpenImageIO's all the same; `all` is for files that come from no stranger.";
   rows.push_back(Option("codec", "Who decodes and encodes pixels; `oiio` is OpenImageIO, always.",
                         [](const Arguments& a, Options& o) {
                           o.codec = a.Text("CODEC") == "oiio" ? Codec::kOpenImageIO : Codec::kAuto;
@@ -187,6 +201,11 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("framepadding", "Digits of frame numbers, whatever the pattern says.",
                         [](const Arguments& a, Options& o) { o.frame_padding = a.Integer("N"); },
                         {Whole("N", 1, 16, "digits")}));
+  rows.push_back(Option("no-fsync", "Outputs get their names before they are on the disk: for scratch disks.",
+                        [](const Arguments&, Options& o) { o.sync = false; }));
+  rows.back().info.help =
+      "Without it a file whose name is there holds what it should even after the power failed: it and its "
+      "directory are flushed.";
   rows.push_back(Option("nosoftwareattrib",
                         "Does not write the command line into Exif:ImageHistory and Software.",
                         [](const Arguments&, Options& o) { o.software_attribute = false; }));

@@ -13,6 +13,7 @@ namespace tessera::cli {
 struct Options {
   RenderOptions render;
   Codec codec = Codec::kAuto;
+  Formats formats = Formats::kTrusted;
   bool help = false, version = false, list_commands = false;
   std::string help_topic;  // empty: the overview
   std::string list_format = "tsv";
@@ -25,6 +26,7 @@ struct Options {
   bool wildcards = true;         // of the names that follow
   bool skip_bad_frames = false;
   int frame_padding = 0;  // 0: as the pattern says
+  bool sync = true;
   bool software_attribute = true;
 
   bool ShowsProgress() const;

@@ -115,6 +115,7 @@ void WriteOutput(const Step& step, Session& session) {
   WriteOptions write;
   write.render = session.options().render;
   write.codec = session.options().codec;
+  write.sync = session.options().sync;
   write.attributes = entry.attributes;
   if (step.arguments.Given("type")) {
     write.type = PixelTypeNamed(step.arguments.Text("type"));

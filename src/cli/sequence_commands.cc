@@ -71,7 +71,7 @@ void BlurMotion(const Step& step, Session& session) {
   std::vector<Node> frames;
   for (const std::string& file : files) {
     if (session.options().verbose) std::fprintf(Messages(), "tessera: reading %s\n", file.c_str());
-    frames.push_back(Read(file));
+    frames.push_back(Read(file, {.codec = session.options().codec, .formats = session.options().formats}));
   }
   session.Push({WeightedSum(frames, {std::move(weights), a.Integer("bits")}), name, {}});
 }

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <span>
 
+#include "cli/signals.h"
 #include "tessera/error_kind.h"
 #include "tessera/ocio.h"
 
@@ -92,7 +93,10 @@ Entry Session::Pop() {
 int Session::Run(const std::vector<Step>& steps) {
   for (const Step& step : steps) step.command->run(step, *this);
   for (; !work_.empty(); work_.pop_front()) work_.front()();
-  for (PendingOutput& output : outputs_) output.Commit();
+  std::vector<PendingOutput*> outputs;
+  for (PendingOutput& output : outputs_) outputs.push_back(&output);
+  const SignalsWait wait;  // no interrupt between the first and the last
+  PendingOutput::CommitTogether(outputs);
   return exit_code;
 }
 

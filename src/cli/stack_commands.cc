@@ -71,12 +71,8 @@ void WriteProfile(const Step& step, Session& session) {
   const std::vector<std::byte> profile = IccProfileOf(session.Top().node.spec());
   if (profile.empty()) throw DataError(file, "found no ICC profile in the image");
   if (session.options().dry_run) return;
-  session.Later([file, profile] {
-    std::ofstream stream(file, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(profile.data()), static_cast<std::streamsize>(profile.size()));
-    stream.close();
-    if (!stream) throw SystemError(file, "cannot be written");
-  });
+  session.Later(
+      [file, profile, &session] { session.AddOutput(PendingOutput(file, profile, session.options().sync)); });
 }
 
 Command ProfileRow(const std::string& name, Effect effect, const std::string& summary,

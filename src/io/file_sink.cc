@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <numeric>
+#include <string_view>
 #include <system_error>
 
 #include "io/color_state.h"
@@ -321,8 +322,11 @@ void FileSink::CheckReadable() {
             found.height == file_spec_.height && found.nchannels >= 1;
   if (ok) {
     row.resize(static_cast<size_t>(found.width) * found.nchannels);
-    ok = found.tile_width > 0 ||
-         input->read_scanline(found.y + found.height - 1, 0, OIIO::TypeFloat, row.data());
+    // libtiff says what it could not write; the others have to show all rows.
+    const int last = found.y + found.height;
+    const int first = std::string_view(output_->format_name()) == "tiff" ? last - 1 : found.y;
+    for (int y = first; ok && y < last && found.tile_width == 0; ++y)
+      ok = input->read_scanline(y, 0, OIIO::TypeFloat, row.data());
   }
   if (!ok) Fail("the file that was written cannot be read back: " + input->geterror());
 }

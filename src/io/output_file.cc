@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "base/file_names.h"
+#include "io/commit.h"
 #include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -57,8 +58,9 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
   }
   // Names are limited to 255 bytes; the stem is only there for the eye.
   const std::string stem = path.stem().string().substr(0, 100);
+  SweepBeside(target);
   for (;;) {
-    const std::string name = (directory / ("." + stem + ".tessera-" + std::to_string(::getpid()) + "-" +
+    const std::string name = (directory / ("." + stem + TemporaryMark() + std::to_string(::getpid()) + "-" +
                                            std::to_string(Unfinished().Next()) + path.extension().string()))
                                  .string();
     Unfinished().Remember(name);
@@ -76,17 +78,6 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
 void RemoveTemporary(const std::string& temporary) noexcept {
   if (temporary.empty()) return;
   ::unlink(temporary.c_str());
-  Unfinished().Forget(temporary);
-}
-
-void RenameTemporary(const std::string& temporary, const std::string& target, const std::string& shown) {
-  struct stat old;
-  if (::stat(target.c_str(), &old) == 0 && ::chmod(temporary.c_str(), old.st_mode & 07777) != 0) {
-    throw SystemError(shown, "cannot be given the permissions of the file it replaces: " + Reason(errno));
-  }
-  if (::rename(temporary.c_str(), target.c_str()) != 0) {
-    throw SystemError(shown, "cannot be written: " + Reason(errno));
-  }
   Unfinished().Forget(temporary);
 }
 
@@ -146,7 +137,10 @@ int64_t CheckedFile::tell() {
 
 size_t CheckedFile::read(void* buffer, size_t size) {
   const std::lock_guard lock(mutex_);
-  return file_ ? std::fread(buffer, 1, size, file_) : 0;
+  if (!file_) return 0;
+  const size_t done = std::fread(buffer, 1, size, file_);
+  Note(done == size || !std::ferror(file_));  // what waits to be written goes first
+  return done;
 }
 
 size_t CheckedFile::write(const void* buffer, size_t size) {
@@ -174,7 +168,9 @@ size_t CheckedFile::pwrite(const void* buffer, size_t size, int64_t offset) {
 size_t CheckedFile::size() const {
   const std::lock_guard lock(mutex_);
   struct stat now;
-  if (!file_ || std::fflush(file_) != 0 || ::fstat(::fileno(file_), &now) != 0) return 0;
+  if (!file_) return 0;
+  Note(std::fflush(file_) == 0);
+  if (::fstat(::fileno(file_), &now) != 0) return 0;
   return static_cast<size_t>(now.st_size);
 }
 

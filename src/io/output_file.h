@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace tessera::io {
 
@@ -21,9 +22,6 @@ std::string ResolveTarget(const std::string& file);
 std::string CreateTemporary(const std::string& target, const std::string& shown);
 // Unlinks and forgets it; does nothing for an empty name.
 void RemoveTemporary(const std::string& temporary) noexcept;
-// Gives it its final name and the permissions of the file it replaces. Throws Error naming `shown`.
-void RenameTemporary(const std::string& temporary, const std::string& target, const std::string& shown);
-
 // Whether a file that an encoder wrote without a stream of ours could still have grown: the errno that a
 // further write meets, 0 for none. The file is left as it was. A disk that was full while it was written says
 // so here.

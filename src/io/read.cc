@@ -19,6 +19,7 @@
 #include "base/input_file.h"
 #include "graph/source.h"
 #include "io/codec/codec.h"
+#include "io/open_input.h"
 #include "io/spec.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -30,9 +31,6 @@ namespace {
 
 using OIIO::ImageInput;
 
-// A header of a short file that declares much more than any codec could pack into it is corrupt or malicious.
-constexpr int64_t kUnsuspiciousBytes = int64_t{1} << 30;
-constexpr int64_t kLargestCompression = 20000;
 constexpr int64_t kLargestRowBytes = (int64_t{1} << 31) - 1;
 
 std::string PartList(const std::vector<std::string>& names) {
@@ -65,7 +63,8 @@ int64_t CheckFile(const std::string& file) {
   return size;
 }
 
-void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_bytes) {
+void CheckSpec(const std::string& file, const std::string& format, const OIIO::ImageSpec& s,
+               int64_t file_bytes) {
   const std::string size = std::to_string(s.width) + " x " + std::to_string(s.height);
   if (s.deep) throw DataError(file, "found deep pixels, expected flat ones");
   if (s.width < 1 || s.height < 1)
@@ -86,22 +85,12 @@ void CheckSpec(const std::string& file, const OIIO::ImageSpec& s, int64_t file_b
   if (row > kLargestRowBytes / s.nchannels) {
     throw DataError(file, "found " + declared + ", expected rows below 2 GiB");
   }
-  const double bytes = static_cast<double>(row) * s.nchannels * s.height * depth;
-  if (bytes > kUnsuspiciousBytes && bytes / kLargestCompression > static_cast<double>(file_bytes)) {
-    throw DataError(file, "found " + declared + " declared in a file of " + std::to_string(file_bytes) +
-                              " bytes, expected a plausible size");
-  }
+  CheckPlausible(file, format, s, file_bytes);
   if (s.tile_width < 0 || s.tile_height < 0 || (s.tile_depth > 1 && s.depth <= 1) ||
       (s.tile_width > 0) != (s.tile_height > 0)) {
     throw DataError(file,
                     "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
   }
-}
-
-std::unique_ptr<ImageInput> OpenInput(const std::string& file) {
-  auto input = Guarded(file, [&] { return ImageInput::open(file); });
-  if (!input) throw DataError(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
-  return input;
 }
 
 // Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an
@@ -130,8 +119,9 @@ std::vector<std::string> PartNames(ImageInput& input) {
 
 class FileReader final : public graph::RowReader {
  public:
-  FileReader(const std::string& file, int subimage, const OIIO::ImageSpec& expected, int first, int last)
-      : file_(file), subimage_(subimage), first_(first), last_(last), input_(OpenInput(file)) {
+  FileReader(const std::string& file, Formats formats, int subimage, const OIIO::ImageSpec& expected,
+             int first, int last)
+      : file_(file), subimage_(subimage), first_(first), last_(last), input_(OpenImage(file, formats)) {
     const bool found = Guarded(file, [&] { return input_->seek_subimage(subimage, 0); });
     const OIIO::ImageSpec& now = input_->spec();
     if (!found || now.roi() != expected.roi() || now.format != expected.format ||
@@ -262,14 +252,14 @@ class CodecReader final : public graph::RowReader {
 class FileSource final : public graph::PixelSource {
  public:
   FileSource(const std::string& file, const ReadOptions& options)
-      : file_(file), codec_(options.codec), subimage_(options.subimage) {
+      : file_(file), codec_(options.codec), formats_(options.formats), subimage_(options.subimage) {
     const int64_t bytes = CheckFile(file);
-    const auto input = OpenInput(file);
+    const auto input = OpenImage(file, options.formats);
     Guarded(file, [&] {
       FindPart(*input, options);
       native_ = input->spec();
     });
-    CheckSpec(file, native_, bytes);
+    CheckSpec(file, input->format_name(), native_, bytes);
     if (std::string_view(input->format_name()) == "jpeg" && !JpegEnds(file)) {
       throw DataError(
           file, "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
@@ -283,7 +273,7 @@ class FileSource final : public graph::PixelSource {
   std::string Describe() const override { return file_; }
   std::unique_ptr<graph::RowReader> Open(int first, int last) const override {
     const auto judge = [=, this] {
-      return std::make_unique<FileReader>(file_, subimage_, native_, first, last);
+      return std::make_unique<FileReader>(file_, formats_, subimage_, native_, first, last);
     };
     auto choice = ChooseDecoder(first, last);
     if (!choice.codec) return judge();
@@ -300,7 +290,7 @@ class FileSource final : public graph::PixelSource {
     stack.data_window.y1 = stack.data_window.y0 + native_.height * native_.depth;
     stack.display_window = stack.data_window;
     const Image image = Image::Uninitialized(std::move(stack));
-    const auto input = OpenInput(file_);
+    const auto input = OpenImage(file_, formats_);
     const bool ok = Guarded(file_, [&] {
       return input->seek_subimage(subimage_, 0) &&
              input->read_image(subimage_, 0, 0, native_.nchannels, TypeDescOf(image.spec().type),
@@ -331,6 +321,7 @@ class FileSource final : public graph::PixelSource {
 
   std::string file_, format_;
   Codec codec_;
+  Formats formats_;
   int subimage_;
   OIIO::ImageSpec native_;
   ImageSpec spec_;
@@ -346,9 +337,9 @@ Node Read(const std::string& file, const ReadOptions& options) {
   return graph::MakeSource(std::move(source));
 }
 
-std::vector<std::string> Subimages(const std::string& file) {
+std::vector<std::string> Subimages(const std::string& file, Formats formats) {
   io::CheckFile(file);
-  const auto input = io::OpenInput(file);
+  const auto input = io::OpenImage(file, formats);
   return io::Guarded(file, [&] { return io::PartNames(*input); });
 }
 

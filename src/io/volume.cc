@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "io/open_input.h"
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
@@ -73,11 +74,12 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
 // The file at the part of that name or number; its own number in `number`.
 std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::string& part, int& number) {
   base::RequireFile(file, "a volume or an image");
-  auto input = OIIO::ImageInput::open(file);
-  if (!input) {
-    const std::string reason = OIIO::geterror();
-    const bool grids = fs::path(file).extension() == ".vdb";
-    throw DataError(file, grids ? "found no grid that can be read, expected one of floats" : reason);
+  std::unique_ptr<OIIO::ImageInput> input;
+  try {
+    input = io::OpenImage(file, Formats::kTrusted);
+  } catch (const Error&) {
+    if (fs::path(file).extension() != ".vdb") throw;
+    throw DataError(file, "found no grid that can be read, expected one of floats");
   }
   std::string names;
   for (number = 0; !part.empty(); ++number) {

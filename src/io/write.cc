@@ -1,20 +1,24 @@
 // Evaluation into files: a sink over a temporary file, renamed when everything has arrived.
 #include <functional>
 #include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "graph/render.h"
+#include "io/commit.h"
 #include "io/file_sink.h"
 #include "io/output_file.h"
 #include "io/read_back.h"
 #include "sched/scheduler.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/io.h"
 
 namespace tessera {
 
 PendingOutput::PendingOutput(const Node& node, const std::string& file, const WriteOptions& options)
-    : file_(file) {
+    : file_(file), sync_(options.sync) {
   const ImageSpec& spec = node.spec();
   const std::string target = io::ResolveTarget(file);
   io::FileSink sink(file, spec, options.type.value_or(spec.type), options.attributes);
@@ -34,20 +38,38 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
   }
 }
 
+PendingOutput::PendingOutput(const std::string& file, const std::vector<std::byte>& bytes, bool sync)
+    : file_(file), sync_(sync) {
+  temporary_ = io::CreateTemporary(io::ResolveTarget(file), file);
+  io::CheckedFile stream(temporary_);
+  stream.write(bytes.data(), bytes.size());
+  stream.close();
+  if (stream.failure() == 0) return;
+  io::RemoveTemporary(temporary_);
+  throw SystemError(
+      file, "cannot be written: " + std::error_code(stream.failure(), std::generic_category()).message());
+}
+
 PendingOutput::PendingOutput(PendingOutput&& other) noexcept
     : read_back_(std::move(other.read_back_)),
       temporary_(std::exchange(other.temporary_, {})),
       file_(std::move(other.file_)),
+      sync_(other.sync_),
       type_(other.type_) {}
 
 StoredPixels PendingOutput::ReadBack() const { return read_back_(); }
 
 PendingOutput::~PendingOutput() { io::RemoveTemporary(temporary_); }
 
-void PendingOutput::Commit() {
-  if (temporary_.empty()) return;
-  io::RenameTemporary(temporary_, io::ResolveTarget(file_), file_);
-  temporary_.clear();
+void PendingOutput::Commit() { CommitTogether({this}); }
+
+void PendingOutput::CommitTogether(const std::vector<PendingOutput*>& outputs) {
+  std::vector<io::Finished> files;
+  for (const PendingOutput* output : outputs) {
+    if (!output->temporary_.empty()) files.push_back({output->temporary_, output->file_, output->sync_});
+  }
+  io::CommitAll(files);
+  for (PendingOutput* output : outputs) output->temporary_.clear();
 }
 
 PixelType StoredType(const Node& node, const std::string& file, const WriteOptions& options) {

@@ -146,30 +146,68 @@ TEST_F(OutputsTest, EveryTargetGivesThePicture) {
 
 class InterruptTest : public OutputsTest, public ::testing::WithParamInterface<int> {};
 
+// Until the temporary file has grown: a signal then comes in the middle of writing.
+bool WaitForWriting(const TemporaryDirectory& directory, const std::set<std::string>& before) {
+  for (int i = 0; i < 6000; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (const auto& entry : std::filesystem::directory_iterator(directory.path())) {
+      std::error_code gone;
+      if (!before.contains(entry.path().filename()) && entry.file_size(gone) > 100000 && !gone) return true;
+    }
+  }
+  return false;
+}
+const std::vector<std::string> kLongRun = {TESSERA_PROGRAM, "--pattern", "ramp", "30000x30000", "3",
+                                           "--mulc",        "0.5",       "-d",   "float",       "-o",
+                                           "big.tif"};
+
 TEST_P(InterruptTest, LeavesWhatWasThereAndNothingElse) {
   std::ofstream(Path("big.tif")) << "what was there";
   const auto before = directory_.Names();
-  RunningCommand running({TESSERA_PROGRAM, "--pattern", "ramp", "30000x30000", "3", "--mulc", "0.5", "-d",
-                          "float", "-o", "big.tif"},
-                         directory_.path());
-  // Until the temporary file has grown: the signal then comes in the middle of writing.
-  bool writing = false;
-  for (int i = 0; i < 6000 && !writing; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    for (const auto& entry : std::filesystem::directory_iterator(directory_.path())) {
-      std::error_code gone;
-      if (!before.contains(entry.path().filename()) && entry.file_size(gone) > 100000 && !gone)
-        writing = true;
-    }
-  }
-  EXPECT_TRUE(writing) << "no temporary file grew";
+  RunningCommand running(kLongRun, directory_.path());
+  EXPECT_TRUE(WaitForWriting(directory_, before)) << "no temporary file grew";
   kill(running.pid(), GetParam());
   EXPECT_EQ(running.Wait().exit_code, 128 + GetParam());
   EXPECT_EQ(directory_.Names(), before);
   EXPECT_EQ(FileText(Path("big.tif")), "what was there");
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, InterruptTest, ::testing::Values(SIGINT, SIGTERM));
+INSTANTIATE_TEST_SUITE_P(Signals, InterruptTest,
+                         ::testing::Values(SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ, SIGQUIT));
+
+TEST_F(OutputsTest, ALimitOnTheSizeOfFilesEndsTheRun) {
+  const auto before = directory_.Names();
+  const CommandResult result =
+      RunCommand({"/bin/sh", "-c",
+                  "ulimit -f 64; exec " TESSERA_PROGRAM " --pattern white 1000x1000 3 -d float -o a.exr"},
+                 directory_.path());
+  EXPECT_EQ(result.exit_code, 128 + SIGXFSZ) << result.err;
+  EXPECT_EQ(directory_.Names(), before);
+}
+
+TEST_F(OutputsTest, WhatAKilledRunLeftIsSweptByTheNext) {
+  const auto before = directory_.Names();
+  RunningCommand killed(kLongRun, directory_.path());
+  ASSERT_TRUE(WaitForWriting(directory_, before));
+  const auto during = directory_.Names();
+  Works("--no-fsync a.exr -o a.exr");
+  EXPECT_EQ(directory_.Names(), during) << "the file of a run that goes on stays";
+  kill(killed.pid(), SIGKILL);
+  EXPECT_EQ(killed.Wait().exit_code, 128 + SIGKILL);
+  EXPECT_NE(directory_.Names(), before);
+  Works("a.exr -o a.exr");
+  EXPECT_EQ(directory_.Names(), before);
+}
+
+TEST_F(OutputsTest, ProfilesAppearWithTheirLine) {
+  Works("a.exr --iscolorspace sRGB -d uint8 -o a.png");
+  Works("a.exr -o kept.exr");
+  std::ofstream(Path("p.icc")) << "old";
+  // The picture cannot be computed; the profile is not written then either.
+  const CommandResult result = Tessera("a.png --iccwrite p.icc gone.exr -o b.exr");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(FileText(Path("p.icc")), "old");
+}
 
 }  // namespace
 }  // namespace tessera::testing

@@ -73,6 +73,53 @@ TEST_F(BadInputTest, FlippedBytesNeverDoHarm) {
   }
 }
 
+TEST_F(BadInputTest, ReadersAreThoseOfTheList) {
+  const OIIO::ImageSpec spec(33, 21, 3, TypeDesc::UINT8);
+  WritePattern(Path("a.iff"), {spec});
+  EXPECT_THAT(Reason("a.iff"), HasSubstr("found the format iff"));
+  EXPECT_EQ(Read(Path("a.iff"), {.formats = Formats::kAll}).spec().width(), 33);
+  EXPECT_THAT(ErrorOf([&] { Subimages(Path("a.iff")); }), HasSubstr("found the format iff"));
+  // Not by another name either, but a picture of the list may have any.
+  SetContents(Path("a.exr"), Contents(Path("a.iff")));
+  EXPECT_THAT(Reason("a.exr"), HasSubstr("cannot be read as an image"));
+  SetContents(Path("none"), Contents(Path("a.iff")));
+  EXPECT_THAT(Reason("none"), HasSubstr("neither its name nor its first bytes"));
+  for (const char* name :
+       {"b.png", "b.tif", "b.bmp", "b.sgi", "b.tga", "b.ppm", "b.rla", "b.dpx", "b.jpg", "b.gif"}) {
+    WritePattern(Path(name), {spec});
+    EXPECT_EQ(Read(Path(name)).spec().width(), 33) << name;
+    if (std::string(name) == "b.tga" || std::string(name) == "b.ppm" || std::string(name) == "b.rla")
+      continue;
+    for (const char* other : {"c.jpg", "c", "c.unknown"}) {
+      SetContents(Path(other), Contents(Path(name)));
+      EXPECT_EQ(Read(Path(other)).spec().width(), 33) << name << " as " << other;
+    }
+  }
+}
+
+TEST_F(BadInputTest, ShortFilesDoNotDeclareLargePictures) {
+  for (const char* packing : {"none", "zip", "lzw", "packbits"}) {
+    OIIO::ImageSpec spec(64, 8, 3, TypeDesc::UINT8);
+    spec.attribute("compression", packing);
+    WritePattern(Path("a.tif"), {spec});
+    std::string bytes = Contents(Path("a.tif"));
+    size_t at = bytes.find(std::string("\x00\x01\x03\x00\x01\x00\x00\x00\x40\x00", 10));
+    if (at == std::string::npos) at = bytes.find(std::string("\x00\x01\x04\x00\x01\x00\x00\x00\x40\x00", 10));
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_EQ(Read(Path("a.tif")).spec().width(), 64);
+    bytes[at + 2] = 4;
+    bytes.replace(at + 8, 4, std::string("\x00\x00\x40\x00", 4));  // 2^22
+    SetContents(Path("a.tif"), bytes);
+    EXPECT_THAT(Reason("a.tif"), HasSubstr("expected a plausible size")) << packing;
+  }
+  // What packs as well as its format can is a picture all the same.
+  for (const char* name : {"flat.png", "flat.tif", "flat.exr", "flat.bmp", "flat.webp", "flat.jpg"}) {
+    const Node flat = FromImage(Image(ImageSpec(4096, 2048, 3, PixelType::kUint8)));
+    Write(flat, Path(name));
+    EXPECT_EQ(ReadAll(Path(name)), "") << name << " of " << std::filesystem::file_size(Path(name));
+  }
+}
+
 // An EXR header with its data window replaced.
 TEST_F(BadInputTest, AbsurdDimensions) {
   OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);

@@ -387,5 +387,33 @@ TEST_F(WriteTest, AFullDiskIsNoticedWhereverItHappens) {
   std::signal(SIGXFSZ, handler);
 }
 
+TEST_F(WriteTest, OutputsAppearTogetherOrNotAtAll) {
+  const Node image = FromImage(Pattern(ImageSpec(20, 10, 3, PixelType::kHalf)));
+  for (const bool there : {false, true}) {
+    if (there) SetContents(Path("a.exr"), "old a"), SetContents(Path("c.exr"), "old c");
+    PendingOutput a(image, Path("a.exr"), {}), b(image, Path("b.exr"), {}), c(image, Path("c.exr"), {});
+    // b's name is given to something that nothing can replace.
+    std::filesystem::create_directories(Path("b.exr/inside"));
+    EXPECT_THAT(ErrorOf([&] { PendingOutput::CommitTogether({&c, &a, &b}); }), HasSubstr("b.exr"));
+    EXPECT_EQ(std::filesystem::exists(Path("a.exr")), there);
+    if (there) EXPECT_EQ(Contents(Path("a.exr")), "old a"), EXPECT_EQ(Contents(Path("c.exr")), "old c");
+    std::filesystem::remove_all(Path("b.exr"));
+    PendingOutput::CommitTogether({&c, &a, &b});
+    for (const char* name : {"a.exr", "b.exr", "c.exr"}) EXPECT_EQ(Read(Path(name)).spec().width(), 20);
+    EXPECT_EQ(Names().size(), 3u);
+    std::filesystem::remove(Path("b.exr"));
+    if (!there) std::filesystem::remove(Path("a.exr")), std::filesystem::remove(Path("c.exr"));
+  }
+}
+
+TEST_F(WriteTest, TheLastOfTwoOutputsOfANameStays) {
+  const Node small = FromImage(Pattern(ImageSpec(20, 10, 3, PixelType::kHalf)));
+  const Node large = FromImage(Pattern(ImageSpec(30, 10, 3, PixelType::kHalf)));
+  PendingOutput first(small, Path("a.exr"), {}), second(large, Path("a.exr"), {});
+  PendingOutput::CommitTogether({&first, &second});
+  EXPECT_EQ(Read(Path("a.exr")).spec().width(), 30);
+  EXPECT_EQ(Names().size(), 1u);
+}
+
 }  // namespace
 }  // namespace tessera

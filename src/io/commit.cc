@@ -1,0 +1,143 @@
+// Exchanges of names, their undoing, and what dead processes left.
+#include "io/commit.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <mutex>
+#include <set>
+#include <string_view>
+#include <system_error>
+
+#include "base/file_names.h"
+#include "io/output_file.h"
+#include "tessera/context.h"
+#include "tessera/error_kind.h"
+
+namespace tessera::io {
+namespace {
+
+std::string DirectoryOf(const std::string& file) {
+  const size_t slash = file.rfind('/');
+  return slash == std::string::npos ? "." : slash == 0 ? "/" : file.substr(0, slash);
+}
+
+[[noreturn]] void Fail(const Finished& f, const std::string& what, int code) {
+  throw SystemError(f.file, what + ": " + std::error_code(code, std::generic_category()).message());
+}
+
+// The errno of a failure, 0 for none. Files that cannot be flushed (EINVAL) need not be.
+int Flush(const std::string& name, int flags) {
+  const int descriptor = ::open(name.c_str(), flags | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  int failure = ::fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS ? 0 : errno;
+  if (::close(descriptor) != 0 && failure == 0) failure = errno;
+  return failure;
+}
+
+enum class Done : uint8_t { kNothing, kNew, kExchanged, kReplaced };
+
+// Its final name. What was there has the temporary name then, where the file system can exchange two names.
+Done Rename(const Finished& f, const std::string& target, bool keep) {
+  struct stat old;
+  const bool replaces = ::stat(target.c_str(), &old) == 0;
+  if (replaces && ::chmod(f.temporary.c_str(), old.st_mode & 07777) != 0)
+    Fail(f, "cannot be given the permissions of the file it replaces", errno);
+  if (replaces && keep && S_ISREG(old.st_mode) &&
+      ::renameat2(AT_FDCWD, f.temporary.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) {
+    return Done::kExchanged;
+  }
+  if (::rename(f.temporary.c_str(), target.c_str()) != 0) Fail(f, "cannot be written", errno);
+  return replaces ? Done::kReplaced : Done::kNew;
+}
+
+}  // namespace
+
+void CommitAll(const std::vector<Finished>& files) {
+  std::vector<std::string> targets;
+  std::set<std::string> directories;
+  for (const Finished& f : files) {
+    targets.push_back(ResolveTarget(f.file));
+    if (!f.sync) continue;
+    if (const int code = Flush(f.temporary, O_RDONLY); code != 0) Fail(f, "cannot be written", code);
+    directories.insert(DirectoryOf(targets.back()));
+  }
+  std::vector<Done> done(files.size(), Done::kNothing);
+  base::FileNames& unfinished = Context::Default().files();
+  try {
+    for (size_t i = 0; i < files.size(); ++i) done[i] = Rename(files[i], targets[i], files.size() > 1);
+  } catch (...) {
+    for (size_t i = files.size(); i-- > 0;) {
+      const char *name = files[i].temporary.c_str(), *target = targets[i].c_str();
+      if (done[i] == Done::kNew) ::rename(target, name);
+      if (done[i] == Done::kExchanged) ::renameat2(AT_FDCWD, name, AT_FDCWD, target, RENAME_EXCHANGE);
+    }
+    throw;
+  }
+  for (size_t i = 0; i < files.size(); ++i) {
+    if (done[i] == Done::kExchanged) ::unlink(files[i].temporary.c_str());
+    unfinished.Forget(files[i].temporary);
+  }
+  // They have their names; a directory that cannot be flushed is no reason to call them failed.
+  for (const std::string& directory : directories) Flush(directory, O_RDONLY | O_DIRECTORY);
+}
+
+const std::string& TemporaryMark() {
+  // A process's number is its own among those of a host and of a container.
+  static const std::string mark = [] {
+    char host[256] = {};
+    struct stat space {};
+    ::gethostname(host, sizeof host - 1);
+    ::stat("/proc/self/ns/pid", &space);
+    uint32_t digest = 2166136261u;
+    const std::string text = host + std::to_string(space.st_ino);
+    for (const char c : text) digest = (digest ^ static_cast<unsigned char>(c)) * 16777619u;
+    char code[16];
+    std::snprintf(code, sizeof code, "%08x", digest);
+    return ".tessera-" + std::string(code) + "-";
+  }();
+  return mark;
+}
+
+void SweepBeside(const std::string& target) noexcept try {
+  static std::mutex mutex;
+  static std::set<std::string> swept;
+  const std::string directory = DirectoryOf(target);
+  {
+    const std::lock_guard lock(mutex);
+    if (!swept.insert(directory).second) return;
+  }
+  DIR* const entries = ::opendir(directory.c_str());
+  if (entries == nullptr) return;
+  constexpr int kMostEntries = 1 << 16;
+  for (int i = 0; i < kMostEntries; ++i) {
+    const dirent* const entry = ::readdir(entries);
+    if (entry == nullptr) break;
+    const std::string_view name = entry->d_name;
+    const size_t at = name.rfind(TemporaryMark());
+    if (name[0] != '.' || at == std::string_view::npos) continue;
+    const char* const number = name.data() + at + TemporaryMark().size();
+    int process = 0;
+    const auto [end, error] = std::from_chars(number, name.data() + name.size(), process);
+    if (error != std::errc() || *end != '-' || process <= 0) continue;
+    if (::kill(process, 0) == 0 || errno != ESRCH) continue;
+    struct stat found;
+    if (::fstatat(::dirfd(entries), entry->d_name, &found, AT_SYMLINK_NOFOLLOW) != 0 ||
+        !S_ISREG(found.st_mode) || found.st_uid != ::geteuid()) {
+      continue;
+    }
+    ::unlinkat(::dirfd(entries), entry->d_name, 0);
+  }
+  ::closedir(entries);
+} catch (...) {  // a file that stays is no reason to fail
+}
+
+}  // namespace tessera::io

@@ -1,0 +1,24 @@
+// The reader of an image file, chosen by what the file begins with among formats that are stood behind.
+#ifndef TESSERA_IO_OPEN_INPUT_H_
+#define TESSERA_IO_OPEN_INPUT_H_
+
+#include <OpenImageIO/imageio.h>
+
+#include <memory>
+#include <string>
+
+#include "tessera/io.h"
+
+namespace tessera::io {
+
+// Opens the file, which exists. Throws Error naming it for what no reader takes, and, with
+// Formats::kTrusted, for formats off the list.
+std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& file, Formats formats);
+
+// Throws Error for a header that declares more than the file's bytes can hold as they are packed.
+void CheckPlausible(const std::string& file, const std::string& format, const OIIO::ImageSpec& spec,
+                    int64_t file_bytes);
+
+}  // namespace tessera::io
+
+#endif  // TESSERA_IO_OPEN_INPUT_H_
