@@ -211,7 +211,7 @@ TEST_F(ReadTest, SlicesOfAVolumeFileLieOneAboveTheOther) {
     }
   }
   SetContents(Path("a.dds"), file);
-  const Node stack = Read(Path("a.dds"));
+  const Node stack = Read(Path("a.dds"), {.formats = Formats::kAll});
   ASSERT_EQ(stack.spec().data_window, (Roi{0, 0, 3, 8}));
   const Image image = Render(stack, PixelType::kUint8);
   for (int y = 0; y < 8; ++y) {

@@ -389,21 +389,34 @@ TEST_F(WriteTest, AFullDiskIsNoticedWhereverItHappens) {
 
 TEST_F(WriteTest, OutputsAppearTogetherOrNotAtAll) {
   const Node image = FromImage(Pattern(ImageSpec(20, 10, 3, PixelType::kHalf)));
+  const auto old = [&](bool there) {
+    for (const char* name : {"a.exr", "c.exr"}) {
+      EXPECT_EQ(std::filesystem::exists(Path(name)), there) << name;
+      if (there) EXPECT_EQ(Contents(Path(name)), "old") << name;
+    }
+  };
   for (const bool there : {false, true}) {
-    if (there) SetContents(Path("a.exr"), "old a"), SetContents(Path("c.exr"), "old c");
-    PendingOutput a(image, Path("a.exr"), {}), b(image, Path("b.exr"), {}), c(image, Path("c.exr"), {});
-    // b's name is given to something that nothing can replace.
-    std::filesystem::create_directories(Path("b.exr/inside"));
-    EXPECT_THAT(ErrorOf([&] { PendingOutput::CommitTogether({&c, &a, &b}); }), HasSubstr("b.exr"));
-    EXPECT_EQ(std::filesystem::exists(Path("a.exr")), there);
-    if (there) EXPECT_EQ(Contents(Path("a.exr")), "old a"), EXPECT_EQ(Contents(Path("c.exr")), "old c");
-    std::filesystem::remove_all(Path("b.exr"));
-    PendingOutput::CommitTogether({&c, &a, &b});
-    for (const char* name : {"a.exr", "b.exr", "c.exr"}) EXPECT_EQ(Read(Path(name)).spec().width(), 20);
-    EXPECT_EQ(Names().size(), 3u);
-    std::filesystem::remove(Path("b.exr"));
-    if (!there) std::filesystem::remove(Path("a.exr")), std::filesystem::remove(Path("c.exr"));
+    for (const bool late : {false, true}) {
+      if (there) SetContents(Path("a.exr"), "old"), SetContents(Path("c.exr"), "old");
+      const WriteOptions options{.sync = !late};
+      PendingOutput a(image, Path("a.exr"), options), b(image, Path("b.exr"), options),
+          c(image, Path("c.exr"), options);
+      if (late) {  // found when the others have their names
+        for (const std::string& name : Names()) {
+          if (name.starts_with(".b.")) std::filesystem::rename(Path(name), Path("away"));
+        }
+      } else {
+        std::filesystem::create_directories(Path("b.exr/inside"));
+      }
+      EXPECT_THAT(ErrorOf([&] { PendingOutput::CommitTogether({&c, &a, &b}); }), HasSubstr("b.exr"));
+      old(there);
+      std::filesystem::remove_all(Path("b.exr"));
+      PendingOutput::CommitTogether({&c, &a});
+      for (const char* name : {"a.exr", "c.exr"}) EXPECT_EQ(Read(Path(name)).spec().width(), 20);
+      for (const char* name : {"a.exr", "c.exr", "away"}) std::filesystem::remove(Path(name));
+    }
   }
+  EXPECT_TRUE(Names().empty());
 }
 
 TEST_F(WriteTest, TheLastOfTwoOutputsOfANameStays) {
