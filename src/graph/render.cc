@@ -93,7 +93,6 @@ class Evaluation final : public Prepass {
 
   void Execute(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
     for (const std::string& name : program.AppliedRules()) NoteRule(name);
-    NoteFiles(program.plan());
     PassTimer timer(stats_, sink != nullptr ? "stream" : "render");
     if (out != nullptr && AllResident(program.plan())) {
       RunResident(program, *out, options_, progress_);
@@ -101,6 +100,7 @@ class Evaluation final : public Prepass {
       RunBands(program, roi, type, out, sink, options_, progress_);
     }
     timer.Stop(roi.pixels(), BytesMoved(program.plan(), roi, type));
+    NoteFiles(program.plan());
   }
 
   double Statistic(const Node& input, const StatisticRequest& request) override {

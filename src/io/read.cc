@@ -10,6 +10,7 @@
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -211,7 +212,9 @@ class FileReader final : public graph::RowReader {
 // Rows by a codec as long as all is as it expects, then by OpenImageIO, whose errors are the ones that count.
 class CodecReader final : public graph::RowReader {
  public:
-  CodecReader(std::unique_ptr<Decoder> decoder, std::function<std::unique_ptr<graph::RowReader>()> judge)
+  // `judge(reason)` is OpenImageIO's reader.
+  CodecReader(std::unique_ptr<Decoder> decoder,
+              std::function<std::unique_ptr<graph::RowReader>(const std::string&)> judge)
       : decoder_(std::move(decoder)), judge_(std::move(judge)) {}
 
   void Limit(int threads, size_t memory) override { decoder_->Limit(threads, memory); }
@@ -223,7 +226,7 @@ class CodecReader final : public graph::RowReader {
       return;
     }
     if (!reader_) {
-      reader_ = judge_();
+      reader_ = judge_(decoder_->reason());
       if (begun_) Repeat(out);
     }
     reader_->Read(out);
@@ -243,7 +246,7 @@ class CodecReader final : public graph::RowReader {
   }
 
   std::unique_ptr<Decoder> decoder_;
-  std::function<std::unique_ptr<graph::RowReader>()> judge_;
+  std::function<std::unique_ptr<graph::RowReader>(const std::string&)> judge_;
   std::unique_ptr<graph::RowReader> reader_;
   bool begun_ = false;
   int first_ = 0;  // row asked for
@@ -272,14 +275,22 @@ class FileSource final : public graph::PixelSource {
   const ImageSpec& spec() const override { return spec_; }
   std::string Describe() const override { return file_; }
   std::unique_ptr<graph::RowReader> Open(int first, int last) const override {
-    const auto judge = [=, this] {
+    auto choice = ChooseDecoder(first, last);
+    const auto judge = [=, this](const std::string& reason) {
+      const std::lock_guard lock(mutex_);
+      gave_up_ = reason;
       return std::make_unique<FileReader>(file_, formats_, subimage_, native_, first, last);
     };
-    auto choice = ChooseDecoder(first, last);
-    if (!choice.codec) return judge();
+    if (!choice.codec) return judge(choice.why_not);
     return std::make_unique<CodecReader>(std::move(choice.codec), judge);
   }
-  std::string Decoder() const override { return CodecText(format_, ChooseDecoder(0, native_.nchannels)); }
+  std::string Decoder() const override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!gave_up_.empty()) return "OpenImageIO (" + gave_up_ + ")";
+    }
+    return CodecText(format_, ChooseDecoder(0, native_.nchannels));
+  }
   int RowGranularity() const override { return granularity_; }
 
   bool IsVolume() const { return native_.depth > 1; }
@@ -322,6 +333,8 @@ class FileSource final : public graph::PixelSource {
   std::string file_, format_;
   Codec codec_;
   Formats formats_;
+  mutable std::mutex mutex_;
+  mutable std::string gave_up_;  // why OpenImageIO read rows
   int subimage_;
   OIIO::ImageSpec native_;
   ImageSpec spec_;

@@ -24,7 +24,7 @@ int ChunkedDecoder::Height(int chunk) const { return std::min(spec_.y + spec_.he
 bool ChunkedDecoder::Read(const ImageView& out) {
   // A packed one, one in the packer's order, an unpacked one, for each worker, and what is kept.
   const bool small = Bytes(0) <= size_t{1} << 20;
-  if (!small && Bytes(0) > memory_ / (3 * static_cast<size_t>(threads_) + 2)) return false;
+  if (!small && Bytes(0) > memory_ / (3 * static_cast<size_t>(threads_) + 2)) return RefuseMemory();
   if (!prepared_) Prepare(threads_);
   prepared_ = true;
   const int first = (out.roi.y0 - spec_.y) / rows_, last = (out.roi.y1 - 1 - spec_.y) / rows_;

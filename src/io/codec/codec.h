@@ -31,6 +31,17 @@ class Decoder {
   // As graph::RowReader, but false for whatever is not as expected: OpenImageIO is asked then, and is the
   // judge.
   virtual bool Read(const ImageView& out) = 0;
+  // Why the last one was false.
+  const char* reason() const { return reason_; }
+
+ protected:
+  bool RefuseMemory() {
+    reason_ = "its pixels take more memory than is allowed";
+    return false;
+  }
+
+ private:
+  const char* reason_ = "its pixels are not as expected";
 };
 
 // Rows into a file.

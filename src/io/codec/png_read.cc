@@ -76,7 +76,7 @@ class PngDecoder final : public Decoder {
 
   bool Unpack() {
     const size_t raw = static_cast<size_t>(spec_.height) * (row_ + 1);
-    if (raw > memory_) return false;
+    if (raw > memory_) return RefuseMemory();
     auto bytes = WholeFile(file_, memory_ - raw);
     if (!bytes || bytes->size() < kHeaderBytes || !std::equal(header_.begin(), header_.end(), bytes->begin()))
       return false;
