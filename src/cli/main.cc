@@ -10,6 +10,7 @@
 #include "cli/messages.h"
 #include "cli/session.h"
 #include "cli/signals.h"
+#include "cli/start.h"
 #include "tessera/context.h"
 #include "tessera/targets.h"
 
@@ -103,6 +104,7 @@ int Main(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
   using namespace tessera::cli;
+  Start(argv);
   int code = kFailed;
   try {
     code = Main(std::vector<std::string>(argv + 1, argv + argc));

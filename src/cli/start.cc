@@ -1,0 +1,87 @@
+// Starting over with the libraries that stand-ins are there for.
+#include "cli/start.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include "cli/messages.h"
+#include "tessera/io.h"
+
+namespace tessera::cli {
+namespace {
+
+// Set for the program that was started over: what LD_LIBRARY_PATH was before.
+constexpr const char* kMark = "TESSERA_STARTED_OVER";
+constexpr const char* kSearchPath = "LD_LIBRARY_PATH";
+
+// As OpenImageIO lists them for its readers of movies and of OpenVDB files; and `mesh=`, which OpenVDB
+// converts.
+constexpr std::array<std::string_view, 12> kRare = {".avi", ".mov", ".qt",  ".mp4", ".m4a", ".3gp",
+                                                    ".3g2", ".mj2", ".m4v", ".mpg", ".vdb", "mesh="};
+
+char** g_line = nullptr;
+bool g_started_over = false;
+
+[[noreturn]] void Fail(const char* why) {
+  std::fprintf(Messages(), "tessera: error: %s\n", why);
+  std::fflush(Messages());
+  _exit(1);
+}
+
+#ifdef TESSERA_REAL_LIBRARIES
+[[noreturn]] void StartOver() {
+  if (g_started_over || g_line == nullptr)
+    Fail("OpenVDB, FFmpeg or OpenCV: not found in " TESSERA_REAL_LIBRARIES
+         ", where they were when this was built");
+  const char* const before = std::getenv(kSearchPath);
+  const std::string kept = before == nullptr ? "" : before;
+  setenv(kMark, kept.c_str(), 1);
+  setenv(kSearchPath, (std::string(TESSERA_REAL_LIBRARIES) + (kept.empty() ? "" : ":" + kept)).c_str(), 1);
+  // By its name where that can be had, which is what lists of processes show.
+  std::array<char, 4096> name{};
+  if (readlink("/proc/self/exe", name.data(), name.size() - 1) > 0) execv(name.data(), g_line);
+  execv("/proc/self/exe", g_line);
+  Fail("the program cannot be started again to load OpenVDB, FFmpeg or OpenCV");
+}
+#endif
+
+}  // namespace
+
+bool AsksForRareLibraries(const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(), [](std::string word) {
+    for (char& c : word) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+    return std::any_of(kRare.begin(), kRare.end(),
+                       [&](std::string_view rare) { return word.find(rare) != std::string::npos; });
+  });
+}
+
+void Start(char** argv) {
+  g_line = argv;
+  if (const char* const before = std::getenv(kMark)) {
+    g_started_over = true;
+    *before == '\0' ? unsetenv(kSearchPath) : setenv(kSearchPath, std::string(before).c_str(), 1);
+    unsetenv(kMark);
+    return;
+  }
+#ifdef TESSERA_REAL_LIBRARIES
+  std::vector<std::string> words;
+  for (char** word = argv; *word != nullptr; ++word) words.emplace_back(*word);
+  if (AsksForRareLibraries(words)) StartOver();
+#endif
+}
+
+}  // namespace tessera::cli
+
+#ifdef TESSERA_REAL_LIBRARIES
+// What every function of a stand-in calls: a file turned out to be theirs whatever its name is.
+extern "C" [[noreturn]] __attribute__((visibility("default"))) void tessera_start_over() {
+  tessera::RemoveUnfinishedOutputs();
+  dup2(fileno(tessera::cli::Messages()), STDERR_FILENO);
+  tessera::cli::StartOver();
+}
+#endif
