@@ -3,7 +3,7 @@
 #   bench/run.sh            all sizes, targets, pixel types, one and two threads (about half an hour)
 #   bench/run.sh --quick    the pipelines at 3840x2160 and the operations at 1920x1080, best target, one thread
 #   bench/run.sh --readme   also refreshes the table in README.md
-# Output: build/bench/index.html, report.md, plots/, *.json
+# Output: build/bench/index.html, report.md, start.md, plots/, *.json
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -22,7 +22,7 @@ samples/setup.sh libnoise-dev libopencv-dev libvips-dev liblcms2-dev libpixman-1
 build=build/release
 cmake --preset release >/dev/null
 cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_layouts \
-  bench_lic bench_lookup bench_noise bench_ops bench_pipelines bench_resample bench_shade bench_volume
+  bench_lic bench_lookup bench_noise bench_ops bench_pipelines bench_resample bench_shade bench_volume tessera_cli
 out=build/bench
 rm -rf "$out"
 mkdir -p "$out"
@@ -69,4 +69,6 @@ else
 fi
 # VTK's ray caster beside the lit volume; its window needs a display.
 xvfb-run -a bench/vtk_volume.py "$build/bin/bench_volume" "$out/volume-vtk.json" >"$out/vtk.log"
+echo "measuring start"
+bench/start "$build/bin/tessera" >"$out/start.md"
 bench/report "$out"/*.json --out "$out" $readme

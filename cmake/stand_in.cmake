@@ -52,6 +52,7 @@ function(tessera_stand_ins program)
     target_link_options(${program} PRIVATE LINKER:--no-as-needed)
     target_compile_definitions(${program} PRIVATE TESSERA_REAL_LIBRARIES="${folders}")
     file(RELATIVE_PATH beside ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/tessera)
-    set_target_properties(${program} PROPERTIES INSTALL_RPATH "$ORIGIN/${beside}" BUILD_RPATH_USE_ORIGIN ON)
+    set_target_properties(${program} PROPERTIES INSTALL_RPATH "$ORIGIN/${beside}" BUILD_RPATH_USE_ORIGIN ON
+      TESSERA_STAND_INS ON)
   endif()
 endfunction()
