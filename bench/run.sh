@@ -3,7 +3,7 @@
 #   bench/run.sh            all sizes, targets, pixel types, one and two threads (about half an hour)
 #   bench/run.sh --quick    the pipelines at 3840x2160 and the operations at 1920x1080, best target, one thread
 #   bench/run.sh --readme   also refreshes the table in README.md
-# Output: build/bench/index.html, report.md, start.md, plots/, *.json
+# Output: build/bench/index.html, report.md, plots/, *.json, start.log (the program's start)
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -70,5 +70,5 @@ fi
 # VTK's ray caster beside the lit volume; its window needs a display.
 xvfb-run -a bench/vtk_volume.py "$build/bin/bench_volume" "$out/volume-vtk.json" >"$out/vtk.log"
 echo "measuring start"
-bench/start "$build/bin/tessera" >"$out/start.md"
+bench/start "$build/bin/tessera" >"$out/start.log"
 bench/report "$out"/*.json --out "$out" $readme
