@@ -20,6 +20,30 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+// A movie of one frame, not compressed: RIFF chunks of little-endian words.
+std::string Avi(int width, int height, const std::string& bgr) {
+  const auto words = [](const std::vector<int>& values) {
+    std::string bytes;
+    for (const int v : values) {
+      for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(v >> shift & 255);
+    }
+    return bytes;
+  };
+  const auto chunk = [&](const std::string& id, const std::string& data) {
+    return id + words({static_cast<int>(data.size())}) + data;
+  };
+  std::string frame;
+  for (int i = 0; i < width * height; ++i) frame += bgr;
+  const int bytes = static_cast<int>(frame.size());
+  const std::string header =
+      chunk("avih", words({40000, 0, 0, 0, 1, 0, 1, bytes, width, height, 0, 0, 0, 0}));
+  const std::string stream =
+      chunk("strh", "vidsDIB " + words({0, 0, 0, 1, 25, 0, 1, bytes, -1, 0, 0, height << 16 | width})) +
+      chunk("strf", words({40, width, height, 24 << 16 | 1, 0, bytes, 0, 0, 0, 0}));
+  return chunk("RIFF", "AVI " + chunk("LIST", "hdrl" + header + chunk("LIST", "strl" + stream)) +
+                           chunk("LIST", "movi" + chunk("00db", frame)));
+}
+
 class StartTest : public CliTest {
  protected:
   // The libraries that a line loads, by their paths, but for those that stand in for others.
@@ -86,6 +110,13 @@ TEST_F(StartTest, AFileOfAnotherNameStartsTheLineOver) {
   EXPECT_THAT(libraries, Contains(HasSubstr("libopenvdb")));
   EXPECT_EQ(result_.exit_code, 1);
   EXPECT_THAT(result_.err, AllOf(HasSubstr("tessera: error: "), HasSubstr("volume.dat")));
+}
+
+TEST_F(StartTest, MoviesAreRead) {
+  std::ofstream(Path("clip.avi"), std::ios::binary) << Avi(64, 48, {10, 100, '\xc8'});
+  Works("--formats all clip.avi -d uint8 -o frame.tif");
+  EXPECT_NEAR(Sample("frame.tif", 5, 5, 0), 200 / 255.0, 1e-6);
+  EXPECT_NEAR(Sample("frame.tif", 63, 47, 2), 10 / 255.0, 1e-6);
 }
 
 TEST_F(StartTest, MeshesAreConverted) {
