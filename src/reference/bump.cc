@@ -76,6 +76,17 @@ std::pair<double, double> Slopes(const Field& f, Slope slope, int x, int y) {
   return {fx / ramp, fy / ramp};
 }
 
+// How far slopes may be off where heights may be.
+double SlopeOff(const Call& call, const Field& f, int x, int y) {
+  double most = 0;
+  for (int k = 0; k < 9 && !call.tolerances.empty(); ++k) {
+    const int i = Field::Seen(x + k % 3 - 1, f.window.x0, f.window.x1, f.wrap),
+              j = Field::Seen(y + k / 3 - 1, f.window.y0, f.window.y1, f.wrap);
+    most = std::max(most, call.Tolerance(0, i, j, 0));
+  }
+  return 2 * std::fabs(f.scale) * most;
+}
+
 Field FieldOf(const Call& call, Wrap wrap, double scale, int bits) {
   return {call.in[0], call.in_specs[0].data_window, wrap, scale, bits};
 }
@@ -85,6 +96,9 @@ void EvaluateNormalMap(const Call& call) {
   const Field f = FieldOf(call, p.wrap, p.scale, 0);
   ForEachSample(call, [&](int x, int y, int c) {
     const auto [fx, fy] = Slopes(f, p.slope, x, y);
+    // Where errors are steeper than all else, it may be flat as well.
+    const double off = SlopeOff(call, f, x, y);
+    if (off > 0.25 && std::max(std::fabs(fx), std::fabs(fy)) < 8 * off) call.Undecided(x, y, c, 2);
     const double over = 1 / std::sqrt(1 + fx * fx + fy * fy);
     const double n = (c == 0 ? -fx : c == 1 ? -fy : 1) * over;
     return std::pair{p.pack ? (n + 1) / 2 : n, 1.0};
@@ -221,6 +235,18 @@ void EvaluateCombineNormals(const Call& call) {
       sum = Sum(v, Flattened(raw, At(call.in[0], x, y)), -p.k);
     }
     const bool usable = Usable(v) && Usable(sum) && Dot(sum, sum) >= 1e-12;
+    // How far the directions may be off, and with them their sum, which may be none.
+    const auto turned = [&](int k) {
+      double square = 0, off = 0;
+      for (int i = 0; i < 3; ++i) {
+        square += std::pow(call.in[static_cast<size_t>(k)].at(x, y, i), 2);
+        off += call.Tolerance(k, x, y, i);
+      }
+      return off == 0 ? 0 : std::min(2.0, off / std::sqrt(square));
+    };
+    const double off = (p.method == CombineMethod::kSum ? std::fabs(p.k) : 1) * turned(0) +
+                       (p.method == CombineMethod::kSum ? 1 : std::fabs(p.k)) * turned(1);
+    if (off > 0 && !(std::sqrt(Dot(sum, sum)) > 2 * off)) call.Undecided(x, y, c, 2);
     return std::pair{(usable ? Unit(sum) : v)[static_cast<size_t>(c)], 1.0};
   });
 }

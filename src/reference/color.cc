@@ -201,6 +201,20 @@ void InterpolateReference(const Call& call) {
   }
 }
 
+// Whether alpha is 0 is a decision: where it may be off by its own size, colours may be `jump(c)` apart.
+template <typename F>
+void MarkZeroAlpha(const Call& call, int alpha, const F& jump) {
+  const Roi& r = call.out.roi;
+  for (int y = r.y0; y < r.y1 && alpha >= 0 && call.undecided != nullptr; ++y) {
+    for (int x = r.x0; x < r.x1; ++x) {
+      const double off = call.Tolerance(0, x, y, alpha);
+      if (!(off > 0) || std::fabs(call.in[0].at(x, y, alpha)) > off) continue;
+      for (int c = 0; c < std::min(3, call.out.channels); ++c) call.Undecided(x, y, c, jump(x, y, c));
+    }
+  }
+}
+double AnyJump(int, int, int) { return kUnknownJump; }
+
 void PremultiplyReference(const Call& call) {
   const int alpha = call.in_specs[0].alpha;
   EachPixel(call, [alpha](const double* in, double* out, double* scale) {
@@ -215,6 +229,7 @@ void RepremultiplyReference(const Call& call) {
     const double factor = alpha < 0 || in[alpha] == 0 ? 1 : in[alpha];
     for (int i = 0; i < 3; ++i) out[i] = in[i] * factor, scale[i] = std::fabs(out[i]);
   });
+  MarkZeroAlpha(call, alpha, [&](int x, int y, int c) { return std::fabs(call.in[0].at(x, y, c)); });
 }
 
 void UnpremultiplyReference(const Call& call) {
@@ -223,6 +238,7 @@ void UnpremultiplyReference(const Call& call) {
     if (alpha < 0 || in[alpha] == 0) return;
     for (int i = 0; i < 3; ++i) out[i] = in[i] / in[alpha], scale[i] = std::fabs(out[i]);
   });
+  MarkZeroAlpha(call, alpha, AnyJump);
 }
 
 // Row vectors: result[j] = sum over i of pixel[i] M[i][j] + bias[j].
@@ -253,6 +269,7 @@ void ColorMatrixReference(const Call& call) {
       scale[to] = magnitude * std::fabs(factor);
     }
   });
+  if (p.unpremult) MarkZeroAlpha(call, alpha, AnyJump);
 }
 
 }  // namespace

@@ -43,22 +43,33 @@ class Lobe {
     sum.value = Value(d);
     sum.largest = largest_;
     if (edge_ == 0 || !(high_ > low_)) return sum;
-    // Between its texels a table is bilinear: by the curvature across them, four times for where it is
-    // largest nearby. Items below 1e-6 of the nearest one's power are left out.
+    // Between its texels a table is bilinear: four times the curvature across
+    // two of them to either side. Items below 1e-6 of the nearest one's power are left out.
     const double contrast = high_ - low_, step = 2 / edge_;
     double off = edge_ < 4 ? contrast : contrast * 2e-6 * (exponent_ + 1) + (gathered_ ? 0.01 * contrast : 0);
     if (edge_ >= 4) {
       const Vec n = Normalized(d), up = std::fabs(n[1]) < 0.7 ? Vec{0, 1, 0} : Vec{1, 0, 0};
       const Vec across = Normalized(Cross(up, n)), along = Cross(n, across);
-      double bend = 0;
-      for (const Vec& axis : {across, along}) {
-        const auto there = Value(Moved(n, axis, step)), back = Value(Moved(n, axis, -step));
+      const auto mixed = [&](double by) {
+        Vec sum;
+        for (size_t k = 0; k < 3; ++k) sum[k] = (across[k] + by * along[k]) * std::sqrt(0.5);
+        return sum;
+      };
+      double bends[2] = {};
+      int axes = 0;
+      for (const Vec& axis : {across, along, mixed(1), mixed(-1)}) {
+        std::vector<double> row[5];
+        for (int k = -2; k <= 2; ++k) row[k + 2] = k == 0 ? sum.value : Value(Moved(n, axis, k * step));
         double most = 0;
-        for (size_t c = 0; c < sum.value.size(); ++c)
-          most = std::max(most, std::fabs(there[c] + back[c] - 2 * sum.value[c]));
-        bend += most;
+        for (int k = 1; k <= 3; ++k) {
+          for (size_t c = 0; c < sum.value.size(); ++c)
+            most = std::max(most, std::fabs(row[k - 1][c] + row[k + 1][c] - 2 * row[k][c]));
+        }
+        bends[axes++ / 2] += most;
       }
-      off += std::min(contrast, bend / 2);
+      const double bend = std::max(bends[0], bends[1]);
+      // What bends by that much from texel to texel, the table does not have.
+      off += bend > contrast / 4 ? contrast : bend / 2;
     }
     sum.largest += off / (8 * 0x1p-24);
     return sum;
@@ -255,6 +266,18 @@ class Mirror {
     }
     return pixel;
   }
+  // Whether the normal may be off by all that it is.
+  bool MayBeNothing(int x, int y) const {
+    const ImageD& normals = call_.in[0];
+    if (!normals.roi.Contains({x, y, x + 1, y + 1})) return false;
+    double off = 0;
+    for (int c = 0; c < 3; ++c) {
+      const double each = call_.Tolerance(0, x, y, c);
+      if (std::fabs(normals.at(x, y, c)) > 2 * each) return false;
+      off += each;
+    }
+    return off > 0;
+  }
   // The larger, of across and down, of the smaller distances to the two neighbours that count.
   double Footprint(int x, int y, const Vec& direction) const {
     const auto distance = [&](int i, int j) {
@@ -290,6 +313,7 @@ void EvaluateEnvironment(const Call& call) {
   for (int y = r.y0; y < r.y1; ++y) {
     for (int x = r.x0; x < r.x1; ++x) {
       const Mirror::Pixel pixel = mirror.At(x, y);
+      if (mirror.MayBeNothing(x, y)) call.Undecided(x, y);
       Sample sample(call.out.channels);
       if (!map.empty() && pixel.valid) {
         if (mips) {

@@ -364,7 +364,13 @@ void EvaluateUnsharp(const Call& call) {
   const auto& p = std::any_cast<const UnsharpParams&>(call.parameters);
   ForEachSample(call, [&](int x, int y, int c) {
     const double v = call.in[0].at(x, y, c), blurred = call.in[1].at(x, y, c);
-    const double difference = std::fabs(v - blurred) < static_cast<float>(p.threshold) ? 0 : v - blurred;
+    const double threshold = static_cast<float>(p.threshold), apart = std::fabs(v - blurred);
+    const double difference = apart < threshold ? 0 : v - blurred;
+    // The difference of floats is one itself.
+    const double off = call.Tolerance(0, x, y, c) + call.Tolerance(1, x, y, c) + kUnit * apart;
+    if (threshold > 0 && std::fabs(apart - threshold) <= off) {
+      call.Undecided(x, y, c, std::fabs(p.contrast) * (apart + off));
+    }
     return Sample(v + p.contrast * difference,
                   std::fabs(v) + std::fabs(p.contrast) * (std::fabs(v) + std::fabs(blurred)));
   });

@@ -26,6 +26,17 @@ Vector3 NormalTimes(const Matrix4& m, const Vector3& n) {
           Dot(Cross(a, b), n) / determinant};
 }
 
+// Whether a vector is one at all is a decision where it may be off by all that it is.
+bool MayBeNothing(const Call& call, int x, int y) {
+  double off = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double each = call.Tolerance(0, x, y, c);
+    if (std::fabs(call.in[0].at(x, y, c)) > 2 * each) return false;
+    off += each;
+  }
+  return off > 0;
+}
+
 void EvaluateNormals(const Call& call) {
   const auto& p = std::any_cast<const NormalsParams&>(call.parameters);
   const Roi& r = call.out.roi;
@@ -40,6 +51,9 @@ void EvaluateNormals(const Call& call) {
         for (size_t k = 0; k < 3; ++k) n[k] = 2 * nv * n[k] - nn * v[k];
       }
       const double square = Dot(n, n), length = p.normalize && Usable(square) ? std::sqrt(square) : 1;
+      if (p.normalize && !p.unpack && MayBeNothing(call, x, y)) {
+        for (int c = 0; c < 3; ++c) call.Undecided(x, y, c, 2);
+      }
       for (int c = 0; c < call.out.channels; ++c) {
         double v = call.in[0].at(x, y, c);
         if (c < 3) {

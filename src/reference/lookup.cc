@@ -274,7 +274,7 @@ class LookupEvaluation {
     if (settings.table.empty() && call.in[1].roi.empty()) return;
     levels_.push_back(settings.table.empty() ? SourceOf(call.in[1], settings.layout)
                                              : SourceOf(settings.table));
-    if (p_.filter == TableFilter::kMipmap) BuildLevels(settings);
+    if (p_.filter == TableFilter::kMipmap) BuildLevels();
     axes_ = p_.axes;
     const size_t needed = levels_[0].sizes.size() + (p_.projective ? 1 : 0);
     for (int a = 0; axes_.size() < needed; ++a) axes_.push_back(a);
@@ -289,16 +289,29 @@ class LookupEvaluation {
   }
 
  private:
-  void BuildLevels(const model::LookupSettings& settings) {
-    Table first = settings.table;
-    if (first.empty()) {
-      const Source& s = levels_[0];
-      const std::vector<float> samples(call_.in[1].samples.begin(), call_.in[1].samples.end());
-      first = Table(s.sizes, s.channels, samples, settings.layout.align);
+  void BuildLevels() {
+    // Channel by channel: an image has as many as it likes, a table at most four.
+    const Source first = levels_[0];
+    int64_t entries = 1;
+    for (const int n : first.sizes) entries *= n;
+    for (int c = 0; c < first.channels; ++c) {
+      std::vector<float> samples;
+      for (int64_t i = 0; i < entries; ++i) samples.push_back(static_cast<float>(first.read(i, c)));
+      const auto k = static_cast<size_t>(c);
+      const std::vector<double> border =
+          k < p_.border.size() ? std::vector{p_.border[k]} : std::vector<double>();
+      const Table table(first.sizes, 1, samples, first.ends ? TableAlign::kEnds : TableAlign::kCentres);
+      chains_.push_back(MipChain(table, MipFilter::kBox, p_.wrap, border));
     }
-    tables_ = MipChain(first, MipFilter::kBox, p_.wrap, p_.border);
     levels_.clear();
-    for (const Table& table : tables_) levels_.push_back(SourceOf(table));
+    for (size_t level = 0; level < chains_[0].size(); ++level) {
+      Source source = SourceOf(chains_[0][level]);
+      source.channels = first.channels;
+      source.read = [this, level](int64_t entry, int c) {
+        return double{chains_[static_cast<size_t>(c)][level].At(entry, 0)};
+      };
+      levels_.push_back(source);
+    }
   }
 
   double Raw(int x, int y, int channel) const { return call_.in[0].at(x, y, channel); }
@@ -357,6 +370,7 @@ class LookupEvaluation {
         const Found upper = LookUp(levels_[l + 1], p_, Coordinates(x, y));
         for (size_t c = 0; c < found.value.size(); ++c) {
           found.value[c] = (1 - t) * found.value[c] + t * upper.value[c];
+          found.largest[c] = std::max(found.largest[c], upper.largest[c]);
         }
       }
       // The level itself is a float.
@@ -373,7 +387,7 @@ class LookupEvaluation {
   const Call& call_;
   const LookupParams& p_;
   std::vector<Source> levels_;
-  std::vector<Table> tables_;
+  std::vector<std::vector<Table>> chains_;  // by channel, then level
   std::vector<int> axes_;
 };
 

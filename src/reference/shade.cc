@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "model/shade_settings.h"
 #include "reference/reference.h"
@@ -36,33 +37,54 @@ double ToPlanar(const DepthParams& p, const Roi& frame, double depth, int x, int
   }
 }
 
-// The camera with every number some roundings aside: what its rays move by then, a matrix that is nearly
-// singular makes of the roundings of any way to invert it. The camera itself where that cannot be inverted.
-Camera CameraAside(const Camera& camera) {
+// The camera with every number some roundings aside, one way or the other: what its rays move by then, a
+// matrix that is nearly singular makes of the roundings of any way to invert it. None where those cannot be
+// inverted.
+std::vector<Camera> CamerasAside(const Camera& camera) {
   const auto aside = [](Matrix4 m, unsigned signs) {
     for (size_t i = 0; i < m.size(); ++i) m[i] *= 1 + ((signs >> i & 1) != 0 ? 0x1p-46 : -0x1p-46);
     return m;
   };
   const Matrix4 &view = camera.world_to_camera(), &clip = camera.world_to_clip();
   const Roi frame{0, 0, 1, 1};
-  try {
-    const Camera alone(clip);  // whether the view was given or follows from the projection
-    const bool follows = alone.PixelRay(frame, 0, 0).origin == camera.PixelRay(frame, 0, 0).origin;
-    return follows ? Camera(aside(clip, 0x9A6C)) : Camera(aside(view, 0x5AC3), aside(clip, 0x9A6C));
-  } catch (const Error&) {
-    return camera;
+  std::vector<Camera> cameras;
+  for (const unsigned signs : {0x9A6Cu, 0x3C57u, 0xE21Bu, 0x58F1u}) {
+    try {
+      const Camera alone(clip);  // whether the view was given or follows from the projection
+      const bool follows = alone.PixelRay(frame, 0, 0).origin == camera.PixelRay(frame, 0, 0).origin;
+      cameras.push_back(follows ? Camera(aside(clip, signs))
+                                : Camera(aside(view, ~signs), aside(clip, signs)));
+    } catch (const Error&) {
+      continue;
+    }
   }
+  return cameras;
 }
+// Few ways to be aside do not find the farthest.
+constexpr double kFarther = 4;
 
 // What a pixel's ray leaves of its length, in the rows' bound: as the camera's numbers are off, and as rays
 // that are affine from pixel 0, 0 on leave those terms' roundings.
 constexpr double kRowBound = 16 * 0x1p-24;
 double Longest(const Vector3& v) { return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])}); }
-double RayOff(const DepthParams& p, const Roi& frame, const Camera& aside, int x, int y) {
+// The longest direction, or origin, of the rays at the frame's corners: rays are affine between them.
+double LongestOfCorners(const Camera& camera, const Roi& frame, int origin) {
+  double longest = 0;
+  for (const int x : {frame.x0, frame.x1}) {
+    for (const int y : {frame.y0, frame.y1}) {
+      const Camera::Ray ray = camera.PixelRay(frame, x, y);
+      longest = std::max(longest, Longest(origin != 0 ? ray.origin : ray.direction));
+    }
+  }
+  return longest;
+}
+double RayOff(const DepthParams& p, const Roi& frame, const std::vector<Camera>& asides, int x, int y) {
   const auto clip = ClipOfPixel(frame, x, y);
   const double length = p.camera.DistancePerDepth(clip[0], clip[1]);
-  const double off = std::fabs(aside.DistancePerDepth(clip[0], clip[1]) - length) +
-                     0x1p-48 * Longest(p.camera.PixelRay(frame, 0, 0).direction);
+  double off = 0;
+  for (const Camera& aside : asides)
+    off = std::max(off, kFarther * std::fabs(aside.DistancePerDepth(clip[0], clip[1]) - length));
+  off += 0x1p-45 * LongestOfCorners(p.camera, frame, 0);
   return off / length / kRowBound;
 }
 
@@ -70,7 +92,7 @@ void Depth(const Call& call) {
   const auto& p = *std::any_cast<DepthParams>(&call.parameters);
   const Roi& frame = FrameOf(call.in_specs[0]);
   const bool turns = (p.from == DepthKind::kEuclidean) != (p.to == DepthKind::kEuclidean);
-  const Camera aside = turns ? CameraAside(p.camera) : p.camera;
+  const std::vector<Camera> asides = turns ? CamerasAside(p.camera) : std::vector<Camera>();
   const Roi& r = call.out.roi;
   for (int y = r.y0; y < r.y1; ++y) {
     for (int x = r.x0; x < r.x1; ++x) {
@@ -84,7 +106,7 @@ void Depth(const Call& call) {
         // Window depths are differences of two terms.
         const bool window = p.to == DepthKind::kWindow || p.to == DepthKind::kReversedWindow;
         const double size =
-            std::fabs(v) * (1 + (turns ? RayOff(p, frame, aside, x, y) : 0)) + (window ? 1 : 0);
+            std::fabs(v) * (1 + (turns ? RayOff(p, frame, asides, x, y) : 0)) + (window ? 1 : 0);
         if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(size, 0x1p-126);
       }
     }
@@ -94,12 +116,14 @@ void Depth(const Call& call) {
 void Position(const Call& call) {
   const auto& p = *std::any_cast<DepthParams>(&call.parameters);
   const Roi& frame = FrameOf(call.in_specs[0]);
-  const Camera camera_aside = CameraAside(p.camera);
-  const Camera::Ray corner = p.camera.PixelRay(frame, 0, 0);
+  const std::vector<Camera> asides = CamerasAside(p.camera);
+  const double origins = LongestOfCorners(p.camera, frame, 1),
+               directions = LongestOfCorners(p.camera, frame, 0);
   EachShadedPixel(call, [&](int x, int y, ShadedPixel& pixel) {
     const double depth = ToPlanar(p, frame, call.in[0].at(x, y, 0), x, y);
     const Camera::Ray ray = p.camera.PixelRay(frame, x, y);
-    const Camera::Ray aside = camera_aside.PixelRay(frame, x, y);
+    std::vector<Camera::Ray> rays;
+    for (const Camera& aside : asides) rays.push_back(aside.PixelRay(frame, x, y));
     for (size_t k = 0; k < 3; ++k) {
       const double along = ray.direction[k] == 0 && !std::isnan(depth) ? 0 : depth * ray.direction[k];
       // Origins and directions are differences of terms in double, from an inverse matrix: where they are
@@ -108,9 +132,12 @@ void Position(const Call& call) {
           Longest(ray.origin) + (std::isfinite(depth) ? std::fabs(depth) : 0) * Longest(ray.direction);
       // Rays are affine from pixel 0, 0 on, in double: far from there they leave those terms' roundings.
       const double deep = std::isfinite(depth) ? std::fabs(depth) : 0;
-      const double moved = std::fabs(aside.origin[k] - ray.origin[k]) +
-                           deep * std::fabs(aside.direction[k] - ray.direction[k]) +
-                           0x1p-48 * (Longest(corner.origin) + deep * Longest(corner.direction));
+      double moved = 0;
+      for (const Camera::Ray& aside : rays) {
+        moved = std::max(moved, kFarther * (std::fabs(aside.origin[k] - ray.origin[k]) +
+                                            deep * std::fabs(aside.direction[k] - ray.direction[k])));
+      }
+      moved += 0x1p-45 * (origins + deep * directions);
       pixel.Set(k, ray.origin[k] + along,
                 std::fabs(ray.origin[k]) + std::fabs(along) + 0x1p-19 * terms + moved / kRowBound);
     }
@@ -253,7 +280,8 @@ void Fog(const Call& call) {
                                            : call.in[static_cast<size_t>(s.color_input)].at(x, y, c);
       const bool hidden = static_cast<float>(through) == 0;
       pixel.Set(k, hidden ? a * fog : through * from + rest * a * fog,
-                std::fabs(through * from) + std::fabs(rest * a * fog));
+                std::fabs(through * from) + std::fabs(rest * a * fog) +
+                    0x1p-126 * (std::fabs(from) + std::fabs(a * fog)));  // what is left may be subnormal
     }
   });
 }

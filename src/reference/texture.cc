@@ -189,6 +189,8 @@ void Evaluate(const Call& call) {
     double scale = std::max(1.0, std::fabs(y - p.frame.y0 + 0.5) / width);
     // Angles are doubles; the row's bound is 336 u.
     if (p.kind == TextureKind::kGardner) scale = off / 336;
+    // Rings are counted in floats.
+    if (p.kind == TextureKind::kRipples) scale *= std::max(1.0, std::fabs(p.frequency) / 150);
     if (c == call.out_spec.alpha) return {covers ? color[3] : 1.0, scale};
     if (c >= 3) return {grey ? color[2] : 0.0, scale};
     return {color[static_cast<size_t>(c)], scale};

@@ -293,8 +293,10 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
                tolerances, largest});
   DropWithoutJumps(out);
   const double bound = bound_(d.op->Name()) * kU;
-  ForEachSample(out.value,
-                [&](int x, int y, int c) { out.tolerance.at(x, y, c) = bound * scale.at(x, y, c); });
+  // What is infinite is that exactly, or hangs on a decision.
+  ForEachSample(out.value, [&](int x, int y, int c) {
+    out.tolerance.at(x, y, c) = std::isfinite(out.value.at(x, y, c)) ? bound * scale.at(x, y, c) : 0;
+  });
 
   Operation operation;
   operation.evaluate = [&](std::span<const ImageD> from, ImageD& result) {

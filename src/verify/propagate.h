@@ -19,7 +19,10 @@ struct Evaluated {
 
   double JumpAt(int x, int y, int c) const { return jump.samples.empty() ? 0 : jump.at(x, y, c); }
   // Whether what may be decided otherwise matters beside what may be rounded otherwise.
-  bool Undecided(int x, int y, int c) const { return JumpAt(x, y, c) > tolerance.at(x, y, c); }
+  bool Undecided(int x, int y, int c) const {
+    const double jump = JumpAt(x, y, c);  // of an infinite value the tolerance is infinite too
+    return jump >= reference::kUnknownJump || jump > tolerance.at(x, y, c);
+  }
 };
 
 // An operation with all but its inputs bound.

@@ -16,6 +16,7 @@ TEST_F(VerifyLineTest, RightPicturesPass) {
   Works("--pattern perlin:freq=5 320x200 1 --mulc 30 -d half -o z.exr");
   Works("--pattern checker:color1=0,0,0:color2=1,1,1:width=160:height=400 320x200 3 -d float -o edge.exr");
   Works("a.exr --ch R,G,B -o rgb.exr");
+  Works("--pattern constant:color=0.45,0.3,0.7 64x48 3 -d uint8 -o flat8.png");
   const char* lines[] = {
       // Square roots of differences that are almost nothing.
       "c8.png --sobel --verify -o out.exr",
@@ -29,6 +30,18 @@ TEST_F(VerifyLineTest, RightPicturesPass) {
       // Decisions within an error.
       "c8.png --mulc 0.9 --quantize 4 --blur 3x3 --verify -d float -o out.exr",
       "c8.png --mulc 0.7 c8.png --absdiff --alphatest:ref=0.1 greater --verify -d float -o out.exr",
+      // What was computed from codes is no code, however near.
+      "flat8.png --addc 1.4e-5 --blur 3x3 --verify -d float -o out.exr",
+      "flat8.png --addc 1.4e-5 --blur 21x21 --verify -d float -o out.exr",
+      "flat8.png --addc 1.4e-5 --blur:sigma=1.2 --verify -d float -o out.exr",
+      "flat8.png --addc 1.4e-5 --unsharp --verify -d float -o out.exr",
+      // Zeros have either sign; what is 0 but for roundings.
+      "flat8.png --normalmap:pack=0 --powc -1 --verify -d float -o out.exr",
+      "--pattern constant:color=0.2,0.4,0.6,0.8 32x32 4 --mulc 0.7 --laplacian:method=fft --repremult --verify -d float -o out.exr",
+      "flat8.png --mulc 0.7 --laplacian:method=fft --normals --verify -d float -o out.exr",
+      // More channels than a table has; rings that are counted in floats.
+      "--pattern checker 16x16 5 --dup --lookup:filter=mipmap --verify -d float -o out.exr",
+      "--pattern ripples:freq=1e4 64x64 3 --verify -d float -o out.exr",
       // Curves that are steep at 0.
       "a.exr --mulc 0.7 --curve pq --verify -d float -o out.exr",
       "rgb.exr --mulc 0.7 --curve gamma --verify -d float -o out.exr",

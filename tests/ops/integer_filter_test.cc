@@ -402,5 +402,37 @@ TEST(BufferBitsTest, RefusesWhatABufferCannotHold) {
               HasSubstr("kernel image"));
 }
 
+// A filter's input may have an integer type and hold no codes: it has been computed.
+TEST(IntegerFilterTest, WhatWasComputedFromCodesIsNotTakenForCodes) {
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16}) {
+    const Image flat{ImageSpec(40, 24, 3, type)};
+    const double code = type == PixelType::kUint8 ? 104 / 255.0 : 26728 / 65535.0;
+    for (int y = 0; y < 24; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          if (type == PixelType::kUint8) {
+            flat.at<uint8_t>(x, y, c) = 104;
+          } else {
+            flat.at<uint16_t>(x, y, c) = 26728;
+          }
+        }
+      }
+    }
+    // Less than a hundredth of a code away.
+    const double away = type == PixelType::kUint8 ? 1.6e-5 : 6e-8;
+    const Node computed = AddConstant(FromImage(flat), {away});
+    const double expected = static_cast<double>(static_cast<float>(away)) + static_cast<float>(code);
+    const float bound = type == PixelType::kUint8 ? 1e-6f : 1.3e-7f;
+    for (const FilterMethod method :
+         {FilterMethod::kAuto, FilterMethod::kDirect, FilterMethod::kSeparable, FilterMethod::kRecursive}) {
+      const Image box = Render(BoxBlur(computed, {.width = 3, .height = 3, .method = method}));
+      EXPECT_NEAR(box.at<float>(20, 12, 1), expected, bound) << static_cast<int>(method);
+    }
+    EXPECT_NEAR(Render(GaussianBlur(computed, 1)).at<float>(20, 12, 1), expected, 2 * bound);
+    const Kernel kernel{3, 3, 1, 1, 1, {1, 2, 1, 2, 4, 2, 1, 2, 1}};
+    EXPECT_NEAR(Render(Convolve(computed, kernel, {.divisor = 16})).at<float>(20, 12, 1), expected, bound);
+  }
+}
+
 }  // namespace
 }  // namespace tessera

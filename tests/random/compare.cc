@@ -51,8 +51,7 @@ bool CanHold(const std::string& format, const ImageSpec& spec, PixelType type) {
   if (!plain) return false;
   if (format == "png" || format == "sgi") return codes && channels <= 4;
   if (format == "tga") return bytes && colors;
-  if (format == "bmp") return bytes && channels == 3;
-  if (format == "ppm") return bytes && channels == 3;
+  if (format == "bmp" || format == "ppm") return bytes && channels == 3 && spec.alpha < 0;
   if (format == "dpx") return codes && colors;
   return type != PixelType::kHalf;  // TIFF
 }

@@ -134,18 +134,20 @@ std::optional<std::string> Apart(const Built& built, Image* result, const Use& u
 }  // namespace
 
 OffFunction Tolerances(const Node& node) {
-  // The engine is kept for what it finds of whole images, which the first sample has time for.
+  // The engine is kept for what it finds of whole images, which the first sample has time for. Samples that
+  // there is no time for are not judged.
+  constexpr double kUnjudged = std::numeric_limits<double>::infinity();
   const auto engine = std::make_shared<verify::ReferenceEngine>(BoundOf);
-  const auto limit = std::make_shared<std::chrono::milliseconds>(3000);
-  return [node, engine, limit](int x, int y, int channel) -> double {
-    engine->SetDeadline(std::chrono::steady_clock::now() + *limit);
-    *limit = std::chrono::milliseconds(300);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(4);
+  return [node, engine, end](int x, int y, int channel) -> double {
+    if (std::chrono::steady_clock::now() > end) return kUnjudged;
+    engine->SetDeadline(end);
     try {
       const verify::Evaluated at = engine->Evaluate(node, {x, y, x + 1, y + 1});
       const double off = at.tolerance.at(x, y, channel) + at.JumpAt(x, y, channel);
       return std::isfinite(off) ? off : 0;
     } catch (const verify::ReferenceEngine::OutOfTime&) {
-      return 0;
+      return kUnjudged;
     } catch (const Error&) {  // an operation without reference
       return 0;
     }

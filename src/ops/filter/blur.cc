@@ -172,7 +172,7 @@ P WithoutValid(P params) {
 
 class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::LittleMemory {
  public:
-  explicit GaussianOp(const GaussianParams& p) : OpWith(p), method_(p.method) {
+  GaussianOp(const GaussianParams& p, PixelType codes) : OpWith(p), codes_(codes), method_(p.method) {
     const auto [least, largest] = std::minmax(p.sigma_x, p.sigma_y);
     const WindowShape shape{.of = WindowShape::kGaussian,
                             .sigma = largest,
@@ -204,7 +204,7 @@ class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::Lit
     return result;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    return std::make_unique<WindowStage>(window_, context.inputs[0]);
+    return std::make_unique<WindowStage>(window_, context.inputs[0], codes_);
   }
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext&) const override {
     return std::make_unique<GaussianStage>(params(), method_ == FilterMethod::kDecimated);
@@ -222,55 +222,56 @@ class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::Lit
     if (params().method != FilterMethod::kAuto || window_ || rows) return nullptr;
     GaussianParams p = params();
     p.method = FilterMethod::kSeparable;
-    return std::make_shared<const GaussianOp>(p);
+    return std::make_shared<const GaussianOp>(p, codes_);
   }
 
  private:
+  const PixelType codes_;
   FilterMethod method_;
   std::shared_ptr<const Window> window_;
 };
 
 class BoxOp final : public graph::OpWith<BoxParams>, public graph::LittleMemory {
  public:
-  // `codes`: the type that all samples of the image are codes of, if they are. The operation keeps it: its
-  // stage may be given the same samples as floats.
-  BoxOp(const BoxParams& p, std::optional<PixelType> codes) : OpWith(p) {
+  // `codes`: CodesOf the image. The operation keeps it: its stage may be given the same samples as floats.
+  BoxOp(const BoxParams& p, PixelType codes) : OpWith(p), codes_(codes) {
     const bool summed = p.method == FilterMethod::kSeparable || p.method == FilterMethod::kDirect;
-    if (!summed) codes_ = codes;
+    in_codes_ = !summed && SumsBoxOfCodes(p, codes);
     const WindowShape shape{.of = WindowShape::kBox, .width = p.width, .height = p.height};
     if (summed || (p.method == FilterMethod::kAuto && CheapestMethod(shape) == FilterMethod::kSeparable))
       window_ = BoxWindow(p);
   }
   std::string Name() const override { return "blur"; }
   graph::OpKind Kind() const override {
-    return window_ || codes_ ? graph::OpKind::kTile : graph::OpKind::kWhole;
+    return window_ || in_codes_ ? graph::OpKind::kTile : graph::OpKind::kWhole;
   }
   bool IsIdentity() const override { return params().width == 1 && params().height == 1; }
   std::string Describe() const override {
     return "box " + std::to_string(params().width) + "x" + std::to_string(params().height) +
-           (window_ && !codes_ ? ", summed" : ", running sums");
+           (window_ && !in_codes_ ? ", summed" : ", running sums");
   }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
   std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec&) const override {
     return result;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    if (codes_) return MakeBoxOfCodesStage(params(), *codes_, context.inputs[0]);
-    return std::make_unique<WindowStage>(window_, context.inputs[0]);
+    if (in_codes_) return MakeBoxOfCodesStage(params(), codes_, context.inputs[0]);
+    return std::make_unique<WindowStage>(window_, context.inputs[0], codes_);
   }
-  std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
-    return std::make_unique<BoxStage>(params(), context.inputs[0].type);
+  std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext&) const override {
+    return std::make_unique<BoxStage>(params(), codes_);
   }
   std::shared_ptr<const graph::Op> InLittleMemory() const override {
     if (params().method != FilterMethod::kAuto || Kind() != graph::OpKind::kWhole) return nullptr;
     BoxParams p = params();
     p.method = FilterMethod::kSeparable;
-    return std::make_shared<const BoxOp>(p, std::nullopt);
+    return std::make_shared<const BoxOp>(p, codes_);
   }
 
  private:
   std::shared_ptr<const Window> window_;
-  std::optional<PixelType> codes_;
+  const PixelType codes_;
+  bool in_codes_ = false;  // running sums of codes
 };
 
 // Rows, then columns, through an accumulation buffer of fixed point.
@@ -400,11 +401,12 @@ Node GaussianBlur(const Node& image, const GaussianParams& p) {
                 "found method=lowrank or fft with a Gaussian, expected auto, direct, separable or recursive");
   }
   const GaussianParams whole = ops::WithoutValid(p);
-  const Node node = p.bits != 0
-                        ? ops::Buffered(image, whole)
-                        : ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
-                            return graph::MakeNode(std::make_shared<const ops::GaussianOp>(whole), {framed});
-                          });
+  const Node node =
+      p.bits != 0 ? ops::Buffered(image, whole)
+                  : ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
+                      return graph::MakeNode(
+                          std::make_shared<const ops::GaussianOp>(whole, ops::CodesOf(framed)), {framed});
+                    });
   const auto radius = [](double sigma) { return static_cast<int>(std::ceil(5.1 * sigma)); };
   return ops::Cropped(
       node,
@@ -428,10 +430,8 @@ Node BoxBlur(const Node& image, const BoxParams& p) {
         "found method=lowrank, fft or decimated with a box, expected auto, direct, separable or recursive");
   }
   const BoxParams whole = ops::WithoutValid(p);
-  std::optional<PixelType> codes;
-  if (ops::HoldsCodes(image) && ops::SumsBoxOfCodes(whole, image.spec().type)) codes = image.spec().type;
   const Node node = ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
-    return graph::MakeNode(std::make_shared<const ops::BoxOp>(whole, codes), {framed});
+    return graph::MakeNode(std::make_shared<const ops::BoxOp>(whole, ops::CodesOf(framed)), {framed});
   });
   return ops::Cropped(node, {p.width, p.height, (p.width - 1) / 2, (p.height - 1) / 2, 1, {}}, p.border);
 }

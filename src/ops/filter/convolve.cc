@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "graph/op.h"
+#include "ops/filter/box/codes.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/frame.h"
 #include "ops/filter/window/stage.h"
@@ -37,8 +38,9 @@ Kernel Prepared(Kernel kernel, const ConvolveParams& params) {
 
 class ConvolveOp final : public graph::OpWith<Convolution> {
  public:
-  ConvolveOp(const Convolution& c, int alpha)
-      : ConvolveOp(c, alpha, c.kernel_image ? nullptr : MakeWindow(c.kernel, c.params, alpha)) {}
+  // `codes`: CodesOf the image.
+  ConvolveOp(const Convolution& c, int alpha, PixelType codes)
+      : ConvolveOp(c, alpha, codes, c.kernel_image ? nullptr : MakeWindow(c.kernel, c.params, alpha)) {}
   std::string Name() const override { return "convolve"; }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
   std::string Describe() const override {
@@ -76,12 +78,12 @@ class ConvolveOp final : public graph::OpWith<Convolution> {
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
     const std::shared_ptr<const Window> window =
         window_ ? window_ : MakeWindow(FromPixels(context.whole[1]), params().params, alpha_);
-    return std::make_unique<WindowStage>(window, context.inputs[0]);
+    return std::make_unique<WindowStage>(window, context.inputs[0], codes_);
   }
 
  private:
-  ConvolveOp(const Convolution& c, int alpha, std::shared_ptr<const Window> window)
-      : OpWith(WithMethod(c, window.get())), alpha_(alpha), window_(std::move(window)) {}
+  ConvolveOp(const Convolution& c, int alpha, PixelType codes, std::shared_ptr<const Window> window)
+      : OpWith(WithMethod(c, window.get())), alpha_(alpha), codes_(codes), window_(std::move(window)) {}
   // The method that was chosen, by which the error is bounded, where the kernel is known.
   static Convolution WithMethod(Convolution c, const Window* window) {
     if (window != nullptr) c.params.method = window->method();
@@ -116,6 +118,7 @@ class ConvolveOp final : public graph::OpWith<Convolution> {
   }
 
   int alpha_;
+  PixelType codes_;
   std::shared_ptr<const Window> window_;  // null until the kernel image is there
 };
 
@@ -178,7 +181,7 @@ Node Apply(const Node& image, const Node& kernel_image, Convolution convolution)
   const auto convolved = [&](const Node& framed) {
     std::vector<Node> inputs = {framed};
     if (kernel_image) inputs.push_back(kernel_image);
-    return graph::MakeNode(std::make_shared<const ConvolveOp>(convolution, alpha), inputs);
+    return graph::MakeNode(std::make_shared<const ConvolveOp>(convolution, alpha, CodesOf(framed)), inputs);
   };
   const auto filter = [&](const Node& samples) { return InDisplayWindow(samples, p.border, convolved); };
   return colors_only ? OnColorsOnly(image, filter) : filter(image);

@@ -183,6 +183,8 @@ bool HoldsCodes(const Node& image) {
   }
 }
 
+PixelType CodesOf(const Node& image) { return HoldsCodes(image) ? image.spec().type : PixelType::kFloat; }
+
 bool SumsBoxOfCodes(const BoxParams& p, PixelType type) {
   return IntegerSums::Applies(type) && p.width <= kLargestCodesBox && p.height <= kLargestCodesBox &&
          p.border != BorderMode::kRenormalize &&

@@ -12,8 +12,9 @@ namespace tessera::ops {
 
 class WindowStage final : public graph::TileStage {
  public:
-  WindowStage(std::shared_ptr<const Window> window, const ImageSpec& in)
-      : run_(std::move(window), in.type), data_window_(in.data_window) {}
+  // `codes`: CodesOf the image.
+  WindowStage(std::shared_ptr<const Window> window, const ImageSpec& in, PixelType codes)
+      : run_(std::move(window), codes), data_window_(in.data_window) {}
   Roi InputRoi(int, const Roi& out) const override { return run_.window().InputRoi(out, data_window_); }
   graph::TileSize Preferred() const override { return run_.window().PreferredTile(/*alone=*/false); }
   graph::TileSize PreferredAlone() const override { return run_.window().PreferredTile(/*alone=*/true); }
