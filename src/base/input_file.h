@@ -11,6 +11,9 @@
 #include <string>
 #include <string_view>
 
+#include "tessera/export.h"
+
+TESSERA_API_BEGIN
 namespace tessera::base {
 
 // Of files that are read as they come, and of those that somebody keeps whole.
@@ -57,5 +60,6 @@ bool GetLine(std::istream& stream, std::string& line, const std::string& file, i
 std::string Shown(std::string_view word);
 
 }  // namespace tessera::base
+TESSERA_API_END
 
 #endif  // TESSERA_BASE_INPUT_FILE_H_

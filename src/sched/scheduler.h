@@ -6,6 +6,9 @@
 #include <functional>
 #include <memory>
 
+#include "tessera/export.h"
+
+TESSERA_API_BEGIN
 namespace tessera::sched {
 
 // Threads that `requested` (0: all cores) stands for; at least 1.
@@ -32,5 +35,6 @@ struct PipelineSteps {
 void Pipeline(int threads, int tokens, const PipelineSteps& steps);
 
 }  // namespace tessera::sched
+TESSERA_API_END
 
 #endif  // TESSERA_SCHED_SCHEDULER_H_
