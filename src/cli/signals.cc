@@ -5,7 +5,12 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
 
+#include "cli/messages.h"
 #include "tessera/io.h"
 
 namespace tessera::cli {
@@ -27,9 +32,31 @@ extern "C" void OnSignal(int signal) {
   }
 }
 
+// A fault of the program or of a library: the files go, the signal does what it does.
+extern "C" void OnFault(int signal) {
+  RemoveUnfinishedOutputs();
+  ::signal(signal, SIG_DFL);
+  raise(signal);
+}
+
+// Memory that was refused where nobody could be told of it: inside a destructor, a library's callback.
+[[noreturn]] void OnTerminate() {
+  RemoveUnfinishedOutputs();
+  try {
+    if (std::current_exception()) std::rethrow_exception(std::current_exception());
+  } catch (const std::bad_alloc&) {
+    constexpr char kMessage[] = "tessera: error: memory: refused by the system\n";
+    if (write(fileno(Messages()), kMessage, sizeof kMessage - 1) >= 0) _exit(1);
+    _exit(1);
+  } catch (...) {
+  }
+  std::abort();
+}
+
 }  // namespace
 
 void CatchSignals() {
+  std::set_terminate(OnTerminate);
   struct sigaction action {};
   action.sa_handler = OnSignal;
   action.sa_flags = SA_RESTART;
@@ -38,6 +65,10 @@ void CatchSignals() {
     if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;
     sigaction(signal, &action, nullptr);
   }
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  action.sa_handler = OnFault;
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigaction(signal, &action, nullptr);
+#endif
 }
 
 SignalsWait::SignalsWait() { waiting.store(true); }

@@ -1,0 +1,75 @@
+// Memory that is refused, one allocation after the other: a reason and exit code 1, or the right picture; the
+// old output stays and nothing else does.
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "cli/cli_test.h"
+
+namespace tessera {
+namespace {
+
+class AllocationFailuresTest : public testing::CliTest {
+ protected:
+  testing::CommandResult With(const std::string& variable, const std::string& value,
+                              const std::string& line) {
+    std::vector<std::string> words = {"env", "LD_PRELOAD=" TESSERA_FAIL_ALLOCATION, variable + "=" + value,
+                                      TESSERA_PROGRAM};
+    for (const std::string& word : testing::Words(line)) words.push_back(word);
+    return testing::RunCommand(words, directory_.path());
+  }
+  std::vector<float> Pixels(const std::string& name) const {
+    const OIIO::ImageBuf image = Load(name);
+    std::vector<float> pixels(image.spec().image_pixels() * static_cast<size_t>(image.nchannels()));
+    EXPECT_TRUE(image.get_pixels(image.roi(), OIIO::TypeFloat, pixels.data()));
+    return pixels;
+  }
+  long Count(const std::string& line) {
+    EXPECT_EQ(With("COUNT_ALLOCATIONS", Path("count"), line).exit_code, 0) << line;
+    const long count = std::atol(testing::FileText(Path("count")).c_str());
+    std::filesystem::remove(Path("count"));
+    return count;
+  }
+};
+
+TEST_F(AllocationFailuresTest, EndARunCleanly) {
+  Works("--pattern ramp 32x32 3 -o a.exr");
+  std::ofstream(Path("l.cube")) << "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
+  constexpr long kRuns = 8, kLast = 2000;  // before the end; the libraries' own beginnings are earlier
+  for (const std::string& line :
+       {std::string("a.exr a.exr --accum .5,.5"), std::string("a.exr --blur:sigma=3 --resize 20x20"),
+        std::string("a.exr --lut l.cube"), std::string("--pattern perlin 32x32 3 a.exr --over"),
+        std::string("--volume:solid=body:size=16x16"), std::string("a.exr --verify --hue 30")}) {
+    for (const std::string& output : {std::string("out.exr"), std::string("out.png")}) {
+      SCOPED_TRACE(line + " -o " + output);
+      const std::string whole = "--threads 1 --nosoftwareattrib " + line + " -d " +
+                                (output == "out.png" ? "uint8" : "half") + " -o " + output;
+      Works(whole);
+      const std::vector<float> right = Pixels(output);
+      const long count = Count(whole);
+      ASSERT_GT(count, kLast);
+      int refused = 0;
+      for (long i = 0; i < kRuns; ++i) {
+        std::ofstream(Path(output)) << "old";
+        const auto before = directory_.Names();
+        const long number = count - i * (kLast / kRuns);
+        const testing::CommandResult result = With("FAIL_ALLOCATION", std::to_string(number), whole);
+        refused += result.exit_code == 1;
+        EXPECT_TRUE(result.exit_code == 0 || result.exit_code == 1)
+            << count - number << " before the end: " << result.exit_code << " " << result.err;
+        EXPECT_EQ(result.exit_code == 1, !result.err.empty()) << result.err;
+        // Of another packing perhaps, when the faster one had no memory.
+        if (result.exit_code == 0) {
+          EXPECT_TRUE(Pixels(output) == right) << count - number;
+        } else {
+          EXPECT_TRUE(testing::FileText(Path(output)) == "old") << count - number << result.err;
+        }
+        EXPECT_EQ(directory_.Names(), before) << count - number;
+      }
+      EXPECT_GT(refused, 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera
