@@ -123,7 +123,7 @@ std::vector<Command> OptionCommands() {
                           .help = "trusted, or all",
                           .choices = {"trusted", "all"}}}));
   rows.back().info.help =
-      "Trusted are OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP, WebP, JPEG 2000, HEIF, SGI, PNM, "
+      "Trusted are OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP, WebP, JPEG2000, HEIF, SGI, PNM, "
       "Targa, RLA and OpenVDB, told by what a file begins with. Others (IFF, PSD, FITS, raw photographs, films) "
       "are OpenImageIO's all the same; `all` is for files that come from no stranger.";
   rows.push_back(Option("codec", "Who decodes and encodes pixels; `oiio` is OpenImageIO, always.",
