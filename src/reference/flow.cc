@@ -155,7 +155,9 @@ class Pixel {
         low = {std::min(low.x, other[i].x), std::min(low.y, other[i].y)};
         high = {std::max(high.x, other[i].x), std::max(high.y, other[i].y)};
       }
-      const double margin = Cells() ? 0 : d + steps[i] * apart[i] / d + (high.x - low.x + high.y - low.y) / 2;
+      // In fields as rough as noise the worst chain of steps is not always found: twice.
+      const double margin =
+          Cells() ? 0 : d + 2 * steps[i] * apart[i] / d + (high.x - low.x + high.y - low.y) / 2;
       low = {low.x - margin, low.y - margin}, high = {high.x + margin, high.y + margin};
       const bool open = !ended && scene_.Open(Nearest(line[i].x), Nearest(line[i].y));
       const Reach reach_here = ReachOf(low, high);
@@ -237,8 +239,8 @@ class Pixel {
     }
     return std::max(std::hypot(fourth.x - to.x, fourth.y - to.y), std::hypot(third.x - to.x, third.y - to.y));
   }
-  // Shared lines pass up to half a pixel beside the centre: twice what lines that start there differ by, and
-  // six standard deviations of a mean whose taps each read any of the pixels around.
+  // Shared lines pass up to half a pixel beside the centre: two and a half times what lines that start there
+  // differ by, and seven standard deviations of a mean whose taps each read any of the pixels around.
   void AddSharing(int x, int y, Result& r) const {
     const auto count = static_cast<size_t>(scene_.channels());
     std::vector<double> spread(count), squares(count);
@@ -277,7 +279,7 @@ class Pixel {
     }
     for (size_t c = 0; c < count && weights > 0; ++c) {
       const double range = scene_.range(static_cast<int>(c));
-      r.tolerance[c] += std::max(2 * spread[c], 6 * std::sqrt(squares[c]) / weights);
+      r.tolerance[c] += std::max(2.5 * spread[c], 7 * std::sqrt(squares[c]) / weights);
       r.undecided |= r.tolerance[c] > 0.5 * range;
       r.tolerance[c] = std::min(r.tolerance[c], 0.5 * range);
     }
