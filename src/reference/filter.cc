@@ -256,7 +256,7 @@ void EvaluateSeparable(const Call& call, BorderMode border, double value, const 
 // rounded up, and nowhere where the weight is below 1e-30.
 AxisWeights GaussianWeights(double sigma) {
   const int radius = static_cast<int>(std::ceil(7 * sigma));
-  AxisWeights axis{.before = radius, .reach = static_cast<int>(std::ceil(5.1 * sigma))};
+  AxisWeights axis{.weights = {}, .before = radius, .reach = static_cast<int>(std::ceil(5.1 * sigma))};
   std::vector<double>& weights = axis.weights;
   double sum = 0;
   for (int n = -radius; n <= radius; ++n) {
@@ -346,10 +346,8 @@ void EvaluateSobel(const Call& call) {
             reach > 0 && (magnitude <= reach || (gx < 0 && std::fabs(gy) <= reach))) {
           call.Undecided(x, y, result, kUnknownJump);
         }
-        // Of a zero gradient 0 is exact, pi (signed zeros) is rounded.
-        return Sample(std::atan2(gy, gx), magnitude > 0               ? 1 + (sx + sy) / magnitude
-                                          : std::atan2(gy, gx) != 0.0 ? 1
-                                                                      : 0);
+        // Of no gradient it is exactly 0, whatever the signs of zeros.
+        return Sample(std::atan2(gy + 0.0, gx + 0.0), magnitude > 0 ? 1 + (sx + sy) / magnitude : 0);
       default:
         return Sample(magnitude, sx + sy + kSmallestScale);
     }

@@ -92,7 +92,8 @@ class Procedure {
     switch (q.kind) {
       case SolidKind::kTable:
         for (int k = 0; k < 3; ++k) t.color[k] = call_.in[1].at(x_, y_, s_.table_channels == 1 ? 0 : k);
-        if (s_.table_channels == 4) t.alpha = call_.in[1].at(x_, y_, 3);
+        if (const int alpha = call_.in_specs[1].alpha; alpha >= 0 && s_.table_channels == 4)
+          t.alpha = call_.in[1].at(x_, y_, alpha);
         return t;
       case SolidKind::kMarble:
         return MarbleAt(p);

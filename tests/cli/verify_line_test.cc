@@ -39,6 +39,8 @@ TEST_F(VerifyLineTest, RightPicturesPass) {
       "flat8.png --normalmap:pack=0 --powc -1 --verify -d float -o out.exr",
       "--pattern constant:color=0.2,0.4,0.6,0.8 32x32 4 --mulc 0.7 --laplacian:method=fft --repremult --verify -d float -o out.exr",
       "flat8.png --mulc 0.7 --laplacian:method=fft --normals --verify -d float -o out.exr",
+      // A block of four colours, none of which is alpha.
+      "--pattern constant:color=0.2,0.4,0.6 8x8 3 --cmyk --dup --dup --solid --verify -d float -o out.exr",
       // More channels than a table has; rings that are counted in floats.
       "--pattern checker 16x16 5 --dup --lookup:filter=mipmap --verify -d float -o out.exr",
       "--pattern ripples:freq=1e4 64x64 3 --verify -d float -o out.exr",

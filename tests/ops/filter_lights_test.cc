@@ -1,4 +1,4 @@
-// Isolated lights: what a sum of a bright sample and dark ones shows of weights and transforms.
+// Isolated lights and zeros: what a sum of a bright sample and dark ones shows of weights and transforms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -101,6 +101,16 @@ TEST(LightsTest, WhatIsNotFiniteReachesItsWindowAlone) {
       }
     }
   }
+}
+
+// Differences of zeros of either sign have no direction, on any target.
+TEST(ZerosTest, OfEitherSignHaveDirectionZero) {
+  const Image image{ImageSpec(13, 5, 1)};
+  for (int i = 0; i < 13 * 5; ++i) image.at<float>(i % 13, i / 13, 0) = i % 3 == 0 ? -0.0f : 0.0f;
+  OnEveryTarget([&] {
+    const Image result = Render(Sobel(FromImage(image), {.output = SobelOutput::kDirection}));
+    for (int i = 0; i < 13 * 5; ++i) EXPECT_EQ(result.at<float>(i % 13, i / 13, 0), 0) << i;
+  });
 }
 
 }  // namespace

@@ -140,8 +140,9 @@ class SobelStage final : public graph::TileStage {
           std::copy_n(x, samples, out);
           break;
         case SobelOutput::kDirection:
+          // A difference of zeros may be -0, whose direction would be pi.
           for (int i = 0; i < samples; ++i)
-            out[i] = static_cast<float>(std::atan2(double{y[i]}, double{x[i]}));
+            out[i] = static_cast<float>(std::atan2(double{y[i]} + 0.0, double{x[i]} + 0.0));
           break;
         case SobelOutput::kXY:
           // Result channel 2c is X, 2c + 1 is Y of channel c; some may not be wanted.
