@@ -97,10 +97,14 @@ double ReferenceEngine::StatisticError(const Node& input, const graph::Statistic
   for (int64_t band = step / 2; band < bands; band += step) {
     const int y = window.y0 + static_cast<int>(band) * kRows;
     const Evaluated e = errors.Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
+    // What hangs on a decision may be off by its jump, or, where nobody knows it, by as much as there is.
+    double most = 0;
+    for (const double v : e.value.samples) most = std::isfinite(v) ? std::max(most, 2 * std::fabs(v)) : most;
     for (int64_t i = 0; i < e.value.roi.pixels(); ++i, ++count) {
       const auto at = static_cast<size_t>(i * e.value.channels);
       for (size_t c = 0; c < 3; ++c) {
-        const double off = std::fabs(r.weights[c]) * e.tolerance.samples[at + c];
+        const double jump = e.jump.samples.empty() ? 0 : std::min(e.jump.samples[at + c], most);
+        const double off = std::fabs(r.weights[c]) * (e.tolerance.samples[at + c] + jump);
         if (std::isfinite(off)) sum += off;
       }
     }

@@ -41,6 +41,8 @@ TEST_F(VerifyLineTest, RightPicturesPass) {
       "flat8.png --mulc 0.7 --laplacian:method=fft --normals --verify -d float -o out.exr",
       // A block of four colours, none of which is alpha.
       "--pattern constant:color=0.2,0.4,0.6 8x8 3 --cmyk --dup --dup --solid --verify -d float -o out.exr",
+      // A mean of values that hang on decisions.
+      "--pattern perlin:gradient=1:dims=3:turbulence=1 192x1 4 --contrast -1 --verify -d float -o out.exr",
       // More channels than a table has; rings that are counted in floats.
       "--pattern checker 16x16 5 --dup --lookup:filter=mipmap --verify -d float -o out.exr",
       "--pattern ripples:freq=1e4 64x64 3 --verify -d float -o out.exr",

@@ -422,6 +422,28 @@ TEST(GeometryTest, DisplacementOfHalfIsNone) {
   });
 }
 
+// What moves by nothing is what moves by almost nothing: a filter that smooths does so.
+TEST(GeometryTest, FiltersThatSmoothDoSoWhereNothingMoves) {
+  const Image image = Noise(31, 9);
+  const Node node = FromImage(image);
+  for (const bool smooths : {true, false}) {
+    const std::string filter = smooths ? "mitchell" : "catrom";
+    const Image nearly = Render(Distort(node, node, {.amount = 1e-6, .filter = filter}));
+    for (const Node& still : {Warp(node, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, filter}),
+                              Distort(node, node, {.amount = 0, .filter = filter})}) {
+      const Image result = Render(still);
+      if (!smooths) ExpectSameBits(result, image);
+      float smoothed = 0, apart = 0;
+      for (int x = 4; x < 27; ++x) {
+        smoothed = std::max(smoothed, std::fabs(result.at<float>(x, 4) - image.at<float>(x, 4)));
+        apart = std::max(apart, std::fabs(result.at<float>(x, 4) - nearly.at<float>(x, 4)));
+      }
+      EXPECT_EQ(smoothed > 0.01f, smooths) << smoothed;
+      EXPECT_LT(apart, 1e-4f);
+    }
+  }
+}
+
 TEST(GeometryTest, RefusalsNameWhatWasFound) {
   const Node node = FromImage(Noise(8, 8));
   EXPECT_THAT(Refusal([&] { Resize(node, {4, 4, 0, 0, "lanzcos3"}); }), HasSubstr("lanczos3"));

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/number_text.h"
+#include "ops/geometry/filters.h"
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
@@ -18,7 +19,9 @@ class DistortOp final : public graph::OpWith<DistortParams> {
   std::string Name() const override { return "distort"; }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
   bool NeedsWhole(int k) const override { return k == 0; }
-  bool IsIdentity() const override { return params().amount == 0; }
+  bool IsIdentity() const override {
+    return params().amount == 0 && FindFilter("distort", Filter()).Interpolates();
+  }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     if (!(std::fabs(params().amount) <= 1e9) || !std::isfinite(params().centre)) {
       throw Error("distort", "found an amount of " + base::NumberText(params().amount) +

@@ -21,6 +21,13 @@ struct FilterKernel {
   static constexpr double kEdge = 0x1p-40;
   // The radius with which a pixel at the edge counts, or does not, as `value` has it.
   double Reach() const { return width / 2 * (value(width / 2) != 0 ? 1 + kEdge : 1 - kEdge); }
+  // Whether a pixel's centre gets that pixel alone: then what moves nothing changes nothing.
+  bool Interpolates() const {
+    for (int k = 1; k <= width / 2; ++k) {
+      if (value(k) > 1e-12 || value(k) < -1e-12) return false;
+    }
+    return true;
+  }
   // `value`, or at an edge where it ends abruptly its limit from inside: what tables are interpolated to.
   double InsideValue(double x) const {
     const double inside = width / 2 * (1 - 2 * kEdge), limit = value(inside);

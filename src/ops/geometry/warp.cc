@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "ops/geometry/filters.h"
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
@@ -37,7 +38,8 @@ class WarpOp final : public graph::OpWith<WarpParams> {
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
   bool NeedsWhole(int) const override { return true; }
   bool IsIdentity() const override {
-    return params().matrix == std::vector<double>{1, 0, 0, 0, 1, 0, 0, 0, 1} && !params().recompute_window;
+    return params().matrix == std::vector<double>{1, 0, 0, 0, 1, 0, 0, 0, 1} && !params().recompute_window &&
+           FindFilter("warp", Filter()).Interpolates();
   }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const WarpParams& p = params();
