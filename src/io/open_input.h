@@ -4,6 +4,7 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -18,6 +19,10 @@ std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& file, Formats for
 // Throws Error for a header that declares more than the file's bytes can hold as they are packed.
 void CheckPlausible(const std::string& file, const std::string& format, const OIIO::ImageSpec& spec,
                     int64_t file_bytes);
+
+// Throws Error for a header of deep pixels, of no pixels or of more than is read, and as CheckPlausible.
+void CheckSpec(const std::string& file, const std::string& format, const OIIO::ImageSpec& spec,
+               int64_t file_bytes);
 
 }  // namespace tessera::io
 

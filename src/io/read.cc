@@ -21,6 +21,7 @@
 #include "graph/source.h"
 #include "io/codec/codec.h"
 #include "io/open_input.h"
+#include "io/read_rows.h"
 #include "io/spec.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -64,6 +65,8 @@ int64_t CheckFile(const std::string& file) {
   return size;
 }
 
+}  // namespace
+
 void CheckSpec(const std::string& file, const std::string& format, const OIIO::ImageSpec& s,
                int64_t file_bytes) {
   const std::string size = std::to_string(s.width) + " x " + std::to_string(s.height);
@@ -93,6 +96,8 @@ void CheckSpec(const std::string& file, const std::string& format, const OIIO::I
                     "found tiles of " + std::to_string(s.tile_width) + " x " + std::to_string(s.tile_height));
   }
 }
+
+namespace {
 
 // Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an
 // error.
@@ -141,27 +146,16 @@ class FileReader final : public graph::RowReader {
       throw DataError(file_, "rows asked for do not fit the file's window, channels or type");
     }
     if (spec_.tile_height == 0) {
-      ReadScanlines(out);
+      ReadInto(out.roi, out.data, out.pixel_stride, out.row_stride);
       return;
     }
     for (int y = out.roi.y0; y < out.roi.y1;) y = ReadTileRow(out, y);
   }
 
  private:
-  void ReadScanlines(const ImageView& out) {
-    const bool ok = Guarded(file_, [&] {
-      return input_->read_scanlines(subimage_, 0, out.roi.y0, out.roi.y1, 0, first_, last_, TypeDescOf(type_),
-                                    out.data, out.pixel_stride, out.row_stride);
-    });
-    if (!ok) Fail(out.roi);
-  }
-
-  void ReadTiles(const Roi& rows, std::byte* data, ptrdiff_t pixel_stride, ptrdiff_t row_stride) {
-    const bool ok = Guarded(file_, [&] {
-      return input_->read_tiles(subimage_, 0, rows.x0, rows.x1, rows.y0, rows.y1, 0, 1, first_, last_,
-                                TypeDescOf(type_), data, pixel_stride, row_stride);
-    });
-    if (!ok) Fail(rows);
+  void ReadInto(const Roi& rows, std::byte* data, ptrdiff_t pixel_stride, ptrdiff_t row_stride) {
+    const RowsOut to{first_, last_, TypeDescOf(type_), data, pixel_stride, row_stride};
+    if (!Guarded(file_, [&] { return ReadRows(*input_, subimage_, rows, to); })) Fail(rows);
   }
 
   // Fills out's rows from y to the end of their tile row and returns the next row wanted. A tile row that is
@@ -172,14 +166,14 @@ class FileReader final : public graph::RowReader {
     const int end = static_cast<int>(std::min<int64_t>(int64_t{top} + tile, bottom));
     const Roi row{spec_.x, top, spec_.x + spec_.width, end};
     if (y == top && end <= out.roi.y1 && kept_ != row) {
-      ReadTiles(row, out.At(row.x0, top), out.pixel_stride, out.row_stride);
+      ReadInto(row, out.At(row.x0, top), out.pixel_stride, out.row_stride);
       return end;
     }
     const size_t pixel = PixelBytes(type_) * out.channels, width = static_cast<size_t>(row.width());
     if (kept_ != row) {
       kept_ = {};
       pixels_.resize(pixel * width * row.height());
-      ReadTiles(row, pixels_.data(), static_cast<ptrdiff_t>(pixel), static_cast<ptrdiff_t>(pixel * width));
+      ReadInto(row, pixels_.data(), static_cast<ptrdiff_t>(pixel), static_cast<ptrdiff_t>(pixel * width));
       kept_ = row;
     }
     const int stop = std::min(end, out.roi.y1);
@@ -304,8 +298,8 @@ class FileSource final : public graph::PixelSource {
     const auto input = OpenImage(file_, formats_);
     const bool ok = Guarded(file_, [&] {
       return input->seek_subimage(subimage_, 0) &&
-             input->read_image(subimage_, 0, 0, native_.nchannels, TypeDescOf(image.spec().type),
-                               image.view().data);
+             ReadWhole(*input, subimage_, 0, native_.nchannels, TypeDescOf(image.spec().type),
+                       image.view().data);
     });
     if (!ok) throw DataError(file_, "cannot be read: " + OneLine(input->geterror()));
     return image;

@@ -185,6 +185,8 @@ std::string OneLine(std::string_view message, const std::string& temporary, cons
     for (size_t at; (at = line.find(temporary)) != std::string::npos;)
       line.replace(at, temporary.size(), shown);
   }
+  constexpr size_t kMost = 400;  // a library may have as much to say of each row
+  if (line.size() > kMost) line.replace(kMost, std::string::npos, "…");
   return line.empty() ? "OpenImageIO gives no reason" : line;
 }
 

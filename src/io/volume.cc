@@ -9,10 +9,13 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <new>
 #include <vector>
 
 #include "base/input_file.h"
 #include "io/open_input.h"
+#include "io/read_rows.h"
+#include "io/spec.h"
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
@@ -73,7 +76,7 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
 
 // The file at the part of that name or number; its own number in `number`.
 std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::string& part, int& number) {
-  base::RequireFile(file, "a volume or an image");
+  const int64_t bytes = base::RequireFile(file, "a volume or an image");
   std::unique_ptr<OIIO::ImageInput> input;
   try {
     input = io::OpenImage(file, Formats::kTrusted);
@@ -90,6 +93,9 @@ std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::strin
     if (part == name || part == std::to_string(number)) break;
     names += (number > 0 ? ", " : "") + (name.empty() ? std::to_string(number) : name);
   }
+  // A sparse grid declares as much as it likes.
+  const std::string format = input->format_name();
+  if (format != "openvdb") io::CheckSpec(file, format, input->spec(), bytes);
   return input;
 }
 
@@ -122,8 +128,8 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   if (!volume_file && files.size() == 1) {  // slices one above the other
     ImageSpec stack(spec.width, spec.height, 1, type);
     const Image image(stack);
-    if (!input->read_image(part, 0, channel, channel + 1, TypeOf(type), image.view().data)) {
-      throw DataError(file, input->geterror());
+    if (!io::ReadWhole(*input, part, channel, channel + 1, TypeOf(type), image.view().data)) {
+      throw DataError(file, io::OneLine(input->geterror()));
     }
     return Volume::FromImage(image.view(), std::max(params.slices, 1), 0, params.spacing);
   }
@@ -134,11 +140,13 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   Vector3 spacing = params.spacing;
   const std::array<int, 3> size = {spec.width, spec.height, depth};
   if (volume_file) {
-    const std::array<int, 3> first = {spec.full_x - spec.x, spec.full_y - spec.y, spec.full_z - spec.z};
+    const std::array<int64_t, 3> first = {int64_t{spec.full_x} - spec.x, int64_t{spec.full_y} - spec.y,
+                                          int64_t{spec.full_z} - spec.z};
     const std::array<int, 3> full = {spec.full_width, spec.full_height, spec.full_depth};
     bool within = true;
     for (size_t a = 0; a < 3; ++a) within &= first[a] >= 0 && full[a] > 0 && full[a] <= size[a] - first[a];
-    if (within) from = first, spec.width = full[0], spec.height = full[1], depth = full[2];
+    for (size_t a = 0; within && a < 3; ++a) from[a] = static_cast<int>(first[a]);
+    if (within) spec.width = full[0], spec.height = full[1], depth = full[2];
     const Vector3 sides = VoxelOf(spec);
     for (size_t a = 0; a < 3; ++a) spacing[a] *= sides[a];
   }
@@ -158,8 +166,8 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
       }
     }
     if (!volume_file || k == 0) {
-      if (!input->read_image(part, 0, channel, channel + 1, TypeOf(type), samples.data())) {
-        throw DataError(files[volume_file ? 0 : static_cast<size_t>(k)], input->geterror());
+      if (!io::ReadWhole(*input, part, channel, channel + 1, TypeOf(type), samples.data())) {
+        throw DataError(files[volume_file ? 0 : static_cast<size_t>(k)], io::OneLine(input->geterror()));
       }
     }
     const std::byte* const slice =
@@ -181,6 +189,19 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   return volume;
 }
 
+// What the libraries throw as an Error of the file.
+Volume ReadGuarded(const std::string& file, const VolumeFileParams& params) {
+  try {
+    return ReadImages(file, params);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw DataError(file, io::OneLine(e.what()));
+  }
+}
+
 }  // namespace
 
 }  // namespace tessera
@@ -188,5 +209,5 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
 // Asked for by name by whoever links this component (cmake/component.cmake).
 extern "C" {
 TESSERA_API bool tessera_component_io =
-    (tessera::model::TheVolumeMakers().from_images = &tessera::ReadImages, true);
+    (tessera::model::TheVolumeMakers().from_images = &tessera::ReadGuarded, true);
 }

@@ -2,6 +2,7 @@
 #include <OpenImageIO/deepdata.h>
 
 #include "files.h"
+#include "tessera/volume.h"
 
 namespace tessera {
 namespace {
@@ -120,6 +121,22 @@ TEST_F(BadInputTest, ShortFilesDoNotDeclareLargePictures) {
   }
 }
 
+// OpenImageIO notes every strip that is not there, and ends the program when these notes grow too long.
+TEST_F(BadInputTest, MillionsOfRowsThatAreNotThere) {
+  OIIO::ImageSpec spec(6, 8, 3, TypeDesc::UINT8);
+  spec.attribute("compression", "zip");
+  WritePattern(Path("a.tif"), {spec});
+  std::string bytes = Contents(Path("a.tif"));
+  const size_t at = bytes.find(std::string("\x01\x01\x03\x00\x01\x00\x00\x00\x08\x00", 10));
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + 2] = 4, bytes[at + 10] = 0x62;  // 6,422,536, which takes a long integer
+  SetContents(Path("short.tif"), bytes);
+  bytes.resize(125000);
+  SetContents(Path("a.tif"), bytes);
+  EXPECT_THAT(ErrorOf([&] { ReadVolume(Path("short.tif")); }), HasSubstr("expected a plausible size"));
+  EXPECT_THAT(ErrorOf([&] { ReadVolume(Path("a.tif")); }), StartsWith(Path("a.tif") + ": "));
+}
+
 // An EXR header with its data window replaced.
 TEST_F(BadInputTest, AbsurdDimensions) {
   OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);
@@ -136,6 +153,26 @@ TEST_F(BadInputTest, AbsurdDimensions) {
     EXPECT_NE(ReadAll(Path("a.exr")), "") << x1 << " " << y1;
     EXPECT_NE(ErrorOf([&] { Read(Path("a.exr")); }), "");
   }
+}
+
+// OpenEXR would take the memory first.
+TEST_F(BadInputTest, AttributesOfAnExrAreWithinTheFile) {
+  OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);
+  spec.attribute("comments", "a comment");
+  WritePattern(Path("a.exr"), {spec, spec});
+  const std::string whole = Contents(Path("a.exr"));
+  ASSERT_EQ(ReadAll(Path("a.exr")), "");
+  for (const size_t from : {size_t{0}, whole.size() / 3}) {
+    std::string spoilt = whole;
+    const size_t at = from == 0 ? spoilt.find("comments") : spoilt.rfind("comments");
+    const uint32_t size = 1800000000;
+    std::memcpy(spoilt.data() + at + 9 + 7, &size, 4);  // name, "string"
+    SetContents(Path("a.exr"), spoilt);
+    EXPECT_THAT(Reason("a.exr"), HasSubstr("found an attribute \"comments\" of 1800000000 bytes declared"));
+  }
+  // A name without an end is the library's.
+  SetContents(Path("a.exr"), whole.substr(0, 60));
+  EXPECT_THAT(Reason("a.exr"), HasSubstr("cannot be read as an image"));
 }
 
 TEST_F(BadInputTest, HugeImageInAShortFile) {

@@ -97,12 +97,17 @@ constexpr Cap kCaps[] = {
     {nullptr, "kernelsize", 1, 7},
 };
 
-void Narrow(const OpInfo& op, const ParamInfo& param, double& low, double& high) {
+const Cap* CapOf(const OpInfo& op, const ParamInfo& param) {
   const Cap* best = nullptr;
   for (const Cap& cap : kCaps) {
     if (param.name != cap.param || (cap.op != nullptr && op.name != cap.op)) continue;
     if (best == nullptr || cap.op != nullptr) best = &cap;
   }
+  return best;
+}
+
+void Narrow(const OpInfo& op, const ParamInfo& param, double& low, double& high) {
+  const Cap* const best = CapOf(op, param);
   if (best == nullptr) return;
   low = std::max(low, best->low), high = std::min(high, best->high);
 }
@@ -243,6 +248,19 @@ Words WordsOf(const OpInfo& op, const std::string& example) {
 
 ops::Arguments Parsed(const OpInfo& op, const Words& words) {
   return ops::ParseArguments(op, words.positional, words.modifiers);
+}
+
+bool IsCheap(const OpInfo& op, const ops::Arguments& arguments) {
+  const auto cheap = [&](const ParamInfo& param) {
+    const Cap* const cap = CapOf(op, param);
+    const auto value = arguments.values.find(param.name);
+    if (cap == nullptr || value == arguments.values.end() || !value->second.given) return true;
+    const std::vector<double>& numbers = value->second.numbers;
+    return std::all_of(numbers.begin(), numbers.end(),
+                       [&](double v) { return v >= cap->low && v <= cap->high; });
+  };
+  return std::all_of(op.arguments.begin(), op.arguments.end(), cheap) &&
+         std::all_of(op.modifiers.begin(), op.modifiers.end(), cheap);
 }
 
 WordSource::WordSource(const std::vector<const OpInfo*>& rows, const std::string& folder) {

@@ -20,6 +20,8 @@ struct Words {
 // One of OpInfo::examples, as ops::ParseExample reads it.
 Words WordsOf(const ops::OpInfo& op, const std::string& example);
 ops::Arguments Parsed(const ops::OpInfo& op, const Words& words);
+// Whether the numbers that a row's time hangs on are as small as those that are drawn.
+bool IsCheap(const ops::OpInfo& op, const ops::Arguments& arguments);
 
 // What the values are for.
 struct Surroundings {

@@ -1,0 +1,69 @@
+// A few thousand rows or tiles per call.
+#include "io/read_rows.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace tessera::io {
+namespace {
+
+constexpr int64_t kAtOnce = 4096;  // rows, or tiles of a row of them
+
+bool ReadScanlines(OIIO::ImageInput& input, int subimage, const Roi& rows, int z, const RowsOut& out) {
+  for (int64_t y = rows.y0; y < rows.y1; y += kAtOnce) {
+    const auto end = static_cast<int>(std::min<int64_t>(y + kAtOnce, rows.y1));
+    if (!input.read_scanlines(subimage, 0, static_cast<int>(y), end, z, out.first, out.last, out.type,
+                              out.data + (y - rows.y0) * out.row, out.pixel, out.row) ||
+        input.has_error())
+      return false;
+  }
+  return true;
+}
+
+// Slices [z0, z1), a row of tiles at a time.
+bool ReadTiles(OIIO::ImageInput& input, int subimage, const Roi& rows, int z0, int z1, ptrdiff_t plane,
+               const RowsOut& out) {
+  const int height = input.spec().tile_height;
+  const int64_t width = kAtOnce * input.spec().tile_width;
+  for (int64_t y = rows.y0; y < rows.y1; y += height) {
+    for (int64_t x = rows.x0; x < rows.x1; x += width) {
+      const auto left = static_cast<int>(x), right = static_cast<int>(std::min<int64_t>(x + width, rows.x1)),
+                 top = static_cast<int>(y), bottom = static_cast<int>(std::min<int64_t>(y + height, rows.y1));
+      std::byte* const to = out.data + (y - rows.y0) * out.row + (x - rows.x0) * out.pixel;
+      if (!input.read_tiles(subimage, 0, left, right, top, bottom, z0, z1, out.first, out.last, out.type, to,
+                            out.pixel, out.row, plane) ||
+          input.has_error())
+        return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool ReadRows(OIIO::ImageInput& input, int subimage, const Roi& rows, const RowsOut& out) {
+  const OIIO::ImageSpec& spec = input.spec();
+  return spec.tile_height > 0 ? ReadTiles(input, subimage, rows, spec.z, spec.z + 1, OIIO::AutoStride, out)
+                              : ReadScanlines(input, subimage, rows, spec.z, out);
+}
+
+bool ReadWhole(OIIO::ImageInput& input, int subimage, int first, int last, OIIO::TypeDesc type,
+               std::byte* data) {
+  const OIIO::ImageSpec spec = input.spec();
+  const Roi rows{spec.x, spec.y, spec.x + spec.width, spec.y + spec.height};
+  const auto pixel = static_cast<ptrdiff_t>(type.size()) * (last - first);
+  const ptrdiff_t row = pixel * spec.width, plane = row * spec.height;
+  const bool tiled = spec.tile_height > 0;
+  const int slices = tiled ? std::max(spec.tile_depth, 1) : 1;
+  const int64_t back = int64_t{spec.z} + std::max(spec.depth, 1);
+  for (int64_t z = spec.z; z < back; z += slices) {
+    const auto slice = static_cast<int>(z), behind = static_cast<int>(std::min(z + slices, back));
+    const RowsOut out{first, last, type, data + (z - spec.z) * plane, pixel, row};
+    const bool read = tiled ? ReadTiles(input, subimage, rows, slice, behind, plane, out)
+                            : ReadScanlines(input, subimage, rows, slice, out);
+    if (!read) return false;
+  }
+  return true;
+}
+
+}  // namespace tessera::io
