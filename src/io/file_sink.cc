@@ -238,6 +238,15 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
     next_ = y1;
     return;
   }
+  // This writer reads behind the last row, as far as its own are aligned.
+  if (std::string_view(output_->format_name()) == "heif") {
+    constexpr size_t kBehind = 4096;
+    const size_t row = PixelBytes(type_) * kept_.size() * static_cast<size_t>(window_.width());
+    tile_rows_.assign(row * static_cast<size_t>(y1 - y0) + kBehind, std::byte{0});
+    for (int y = y0; y < y1; ++y)
+      std::memcpy(&tile_rows_[row * static_cast<size_t>(y - y0)], data + (y - y0) * row_stride, row);
+    data = tile_rows_.data(), row_stride = static_cast<ptrdiff_t>(row);
+  }
   const int offset = file_spec_.y - window_.y0;
   bool ok = false;
   try {

@@ -163,7 +163,7 @@ VolumeSpec VolumeSpec::Centred(const std::array<int, 3>& size, PixelType type, c
   if (!(longest > 0)) longest = 1;
   for (size_t a = 0; a < 3; ++a) {
     s.spacing[a] = proportions[a] * 2 / longest;
-    s.origin[a] = -0.5 * (size[a] - 1) * s.spacing[a];
+    s.origin[a] = -0.5 * (size[a] - 1.0) * s.spacing[a];
   }
   return s;
 }

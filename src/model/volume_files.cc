@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "base/number_text.h"
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
@@ -30,16 +31,20 @@ namespace fs = std::filesystem;
 
 Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   const RawVolumeParams& raw = params.raw;
+  const std::string samples = std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) + "x" +
+                              std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type);
+  if (*std::min_element(raw.size.begin(), raw.size.end()) < 1 || raw.header < 0) {
+    throw Error(file, "found " + samples + " behind " + std::to_string(raw.header) +
+                          " bytes, expected sides of at least 1 and a header that is not negative");
+  }
   base::InputFile stream(file, "raw samples");
   const size_t pixel = PixelBytes(raw.type), row = pixel * static_cast<size_t>(raw.size[0]);
-  const auto wanted = static_cast<uintmax_t>(raw.header) + static_cast<uintmax_t>(row) *
-                                                               static_cast<uintmax_t>(raw.size[1]) *
-                                                               static_cast<uintmax_t>(raw.size[2]);
-  const auto found = static_cast<uintmax_t>(stream.size());
-  if (found < wanted) {
-    throw DataError(file, "found " + std::to_string(found) + " bytes, expected " + std::to_string(wanted) +
-                              " for " + std::to_string(raw.size[0]) + "x" + std::to_string(raw.size[1]) +
-                              "x" + std::to_string(raw.size[2]) + " samples of " + PixelTypeName(raw.type));
+  // May be beyond 2^64.
+  const double wanted = static_cast<double>(raw.header) +
+                        static_cast<double>(row) * static_cast<double>(raw.size[1]) * raw.size[2];
+  if (static_cast<double>(stream.size()) < wanted) {
+    throw DataError(file, "found " + std::to_string(stream.size()) + " bytes, expected " +
+                              base::NumberText(wanted) + " for " + samples);
   }
   // Now that the file is known to fill it.
   Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));

@@ -62,8 +62,10 @@ bool TookANewWay() {
   const size_t touched = std::min<size_t>(g_touched_count.exchange(0), kPlaces);
   for (size_t i = 0; i < touched; ++i) {
     const uint32_t at = g_touched[i];
-    const uint8_t bucket = Bucket(g_count[at]);
+    const int count = g_count[at];
     g_count[at] = 0;
+    if (count == 0) continue;  // two threads began to count at once
+    const uint8_t bucket = Bucket(count);
     if ((g_seen[at] & bucket) != 0) continue;
     g_blocks += g_seen[at] == 0;
     g_seen[at] |= bucket;

@@ -397,6 +397,29 @@ TEST_F(VolumeFiles, NumberedSlicesAndStacks) {
   EXPECT_THROW(ReadVolume(Path("missing.vdb")), Error);
 }
 
+// The product of the last sides is 0 in 64 bits, the header's limit is int64_t's.
+TEST_F(VolumeFiles, RawShapesBeyondEveryFileAreRefused) {
+  std::ofstream(Path("v.raw")) << "12345678";
+  const auto refusal = [&](std::array<int, 3> size, int64_t header) -> std::string {
+    VolumeFileParams params;
+    params.raw = {.size = size, .type = PixelType::kFloat, .header = header};
+    try {
+      ReadVolume(Path("v.raw"), params);
+    } catch (const Error& e) {
+      return e.reason();
+    }
+    return "";
+  };
+  constexpr int kMost = std::numeric_limits<int>::max(), kLeast = std::numeric_limits<int>::min();
+  EXPECT_EQ(refusal({2, 1, 1}, 0), "");
+  EXPECT_THAT(refusal({kLeast, 1, 1}, 0), HasSubstr("expected sides of at least 1"));
+  EXPECT_THAT(refusal({2, 0, 1}, 0), HasSubstr("expected sides of at least 1"));
+  EXPECT_THAT(refusal({2, 1, 1}, -1), HasSubstr("a header that is not negative"));
+  EXPECT_THAT(refusal({1 << 30, 1 << 30, 4}, 0), HasSubstr("found 8 bytes, expected"));
+  EXPECT_THAT(refusal({1, 1, 1}, std::numeric_limits<int64_t>::max()), HasSubstr("found 8 bytes, expected"));
+  EXPECT_THAT(refusal({kMost, kMost, kMost}, 0), HasSubstr("found 8 bytes, expected"));
+}
+
 // A box turned off the axes, with corners counted both ways and polygons of four.
 constexpr char kBox[] =
     "# a comment\no box\n"
