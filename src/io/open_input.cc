@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "base/input_file.h"
-#include "io/exr_header.h"
+#include "io/header_bytes.h"
 #include "io/spec.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -79,7 +79,7 @@ std::string FormatOfContents(const std::string& file) {
 }
 
 std::unique_ptr<OIIO::ImageInput> OpenAs(const std::string& file, const std::string& format) {
-  if (format == "openexr") CheckExrHeader(file);
+  CheckHeaderBytes(file, format);
   auto input = OIIO::ImageInput::create(format);
   if (input == nullptr) throw DataError(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
   OIIO::ImageSpec spec;

@@ -175,6 +175,21 @@ TEST_F(BadInputTest, AttributesOfAnExrAreWithinTheFile) {
   EXPECT_THAT(Reason("a.exr"), HasSubstr("cannot be read as an image"));
 }
 
+TEST_F(BadInputTest, UserDataOfADpxAreWithinTheFile) {
+  WritePattern(Path("a.dpx"), {OIIO::ImageSpec(33, 21, 3, TypeDesc::UINT8)});
+  const std::string whole = Contents(Path("a.dpx"));
+  ASSERT_EQ(ReadAll(Path("a.dpx")), "");
+  for (const bool swapped : {false, true}) {
+    std::string spoilt = whole;
+    const bool backward = spoilt[0] == 'S';
+    if (swapped) spoilt.replace(0, 4, backward ? "XPDS" : "SDPX");
+    const uint32_t size = 0x39393939;  // in either order
+    std::memcpy(spoilt.data() + 32, &size, 4);
+    SetContents(Path("a.dpx"), spoilt);
+    EXPECT_THAT(Reason("a.dpx"), HasSubstr("found user data of "));
+  }
+}
+
 TEST_F(BadInputTest, HugeImageInAShortFile) {
   // A BMP header of 54 bytes that declares 30000 x 30000 pixels.
   std::string bmp(54, '\0');

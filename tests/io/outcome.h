@@ -11,11 +11,11 @@
 namespace tessera::testing_io {
 
 // The pixels' bytes, the message of the Error, or "large" for more than 100,000 pixels, which are not read.
-inline std::string OutcomeOf(const std::string& file, Codec codec) {
+inline std::string OutcomeOf(const std::string& file, Codec codec, int threads = 2) {
   try {
     const Node node = Read(file, {.codec = codec});
     if (node.spec().data_window.pixels() > 100000) return "large";
-    const Image image = Render(node, node.spec().type, {.threads = 2});
+    const Image image = Render(node, node.spec().type, {.threads = threads});
     const auto* pixels = reinterpret_cast<const char*>(image.view().data);
     const ImageSpec& s = image.spec();
     return std::string(pixels,
