@@ -181,7 +181,13 @@ Line ParseLine(const std::vector<std::string>& words) {
   Line line = LineReader(words).Read();
   const Options& o = line.options;
   const bool only_informs = o.help || o.version || o.list_commands || o.simd == "list";
-  if (!only_informs) {
+  if (o.batch && !only_informs) {
+    if (!line.steps.empty()) {
+      throw UsageError(line.steps[0].written,
+                       "found beside --batch, expected options alone: images and commands come from standard "
+                       "input, one line a job");
+    }
+  } else if (!only_informs) {
     line.steps = OperandsFirst(std::move(line.steps));
     CheckStack(line.steps);
   }

@@ -4,22 +4,22 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
-#include <new>
 
 #include "cli/arguments.h"
+#include "cli/batch.h"
 #include "cli/frames.h"
 #include "cli/help.h"
 #include "cli/messages.h"
+#include "cli/outcome.h"
 #include "cli/session.h"
 #include "cli/signals.h"
 #include "cli/start.h"
 #include "tessera/context.h"
+#include "tessera/error_kind.h"
 #include "tessera/targets.h"
 
 namespace tessera::cli {
 namespace {
-
-constexpr int kDone = 0, kFailed = 1, kWrongLine = 2;
 
 // One line on stderr, whatever the message holds.
 void PrintError(const std::string& message) {
@@ -53,23 +53,58 @@ bool Inform(const Options& options) {
   return true;
 }
 
-void ChooseTarget(const std::string& name) {
-  if (name.empty()) return;
-  try {
-    SetSimdTarget(name);
-  } catch (const Error& e) {
-    throw UsageError("--simd " + name, e.reason());
+// What a line sets for the whole process, for as long as it runs.
+class ProcessSettings {
+ public:
+  explicit ProcessSettings(const Options& options)
+      : simd_(options.simd), budget_(options.render.memory_budget != RenderOptions().memory_budget) {
+    if (!simd_.empty()) ChooseTarget(simd_);
+    if (!budget_) return;
+    const size_t budget = options.render.memory_budget;
+    const ContextLimits limits;
+    Context::Default().Limit({std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8)});
   }
+  ~ProcessSettings() {
+    if (!simd_.empty()) ChooseTarget("auto");
+    if (budget_) Context::Default().Limit(ContextLimits());
+  }
+  ProcessSettings(const ProcessSettings&) = delete;
+  ProcessSettings& operator=(const ProcessSettings&) = delete;
+
+ private:
+  // What was prepared by kernels of one target may differ in bits from what another's would be.
+  static void ChooseTarget(const std::string& name) {
+    Context::Default().Release();
+    try {
+      SetSimdTarget(name);
+    } catch (const Error& e) {
+      throw UsageError("--simd " + name, e.reason());
+    }
+  }
+
+  std::string simd_;
+  bool budget_;
+};
+
+// A job of --batch ends where it asks.
+void AskForSignals(Options& options) {
+  if (!SignalsEndJob::Alive()) return;
+  options.render.progress = [ask = std::move(options.render.progress)](double share) {
+    return SignalsEndJob::Asked() == 0 && (!ask || ask(share));
+  };
 }
 
-int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
+// Appends the names of the files that are written.
+int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vector<std::string>& written) {
   int code = kDone;
   for (const FrameLine& frame : frames) {
+    if (SignalsEndJob::Asked() != 0) throw Cancelled();
     if (line.options.verbose && frames.size() > 1)
       std::fprintf(Messages(), "tessera: frame %d\n", frame.frame);
     try {
       // Names and numbers of the frame differ; the whole line is checked again with them.
       Line own = ParseLine(frame.words);
+      AskForSignals(own.options);
       for (Step& step : own.steps) {
         auto& values = step.arguments.values;
         const auto number = values.find("frame");
@@ -78,9 +113,9 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
       }
       Session session(own.options, HistoryOf(frame.words));
       session.frame = frame.frame;
-      code = std::max(code, session.Run(own.steps));
+      code = std::max(code, session.Run(own.steps, written));
     } catch (const Error& e) {
-      if (!line.options.skip_bad_frames) throw;
+      if (!line.options.skip_bad_frames || KindOf(e) == ErrorKind::kCancelled) throw;
       PrintError(std::string(e.what()) + " (frame " + std::to_string(frame.frame) + " skipped)");
       code = kFailed;
     }
@@ -88,17 +123,26 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames) {
   return code;
 }
 
+// A whole line of its own or a job of --batch.
+int RunLine(const Line& line, const std::vector<std::string>& words, std::vector<std::string>& written) {
+  const ProcessSettings settings(line.options);
+  return RunFrames(line, ExpandFrames(words, line), written);
+}
+
+int RunJob(const std::vector<std::string>& words, std::vector<std::string>& written) {
+  const Line line = ParseLine(WithFrame(words, 1));
+  if (line.options.batch) throw UsageError("--batch", "found in a job, expected on the program's own line");
+  return Inform(line.options) ? kDone : RunLine(line, words, written);
+}
+
 int Main(const std::vector<std::string>& words) {
   const Line line = ParseLine(WithFrame(words, 1));
   if (Inform(line.options)) return kDone;
-  ChooseTarget(line.options.simd);
   CatchSignals();
   if (!line.options.verbose) SilenceLibraries();
-  if (const size_t budget = line.options.render.memory_budget; budget != RenderOptions().memory_budget) {
-    const ContextLimits limits;
-    Context::Default().Limit({std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8)});
-  }
-  return RunFrames(line, ExpandFrames(words, line));
+  if (line.options.batch) return RunBatch(words, RunJob);
+  std::vector<std::string> written;
+  return RunLine(line, words, written);
 }
 
 }  // namespace
@@ -107,22 +151,12 @@ int Main(const std::vector<std::string>& words) {
 int main(int argc, char** argv) {
   using namespace tessera::cli;
   Start(argv);
-  int code = kFailed;
-  try {
-    code = Main(std::vector<std::string>(argv + 1, argv + argc));
-    // What was asked for on stdout must have arrived there.
-    if (!std::cout.flush()) {
-      PrintError("standard output: cannot be written");
-      code = kFailed;
-    }
-  } catch (const UsageError& e) {
-    PrintError(e.what());
-    code = kWrongLine;
-  } catch (const std::bad_alloc&) {
-    PrintError("memory: refused by the system");
-  } catch (const std::exception& e) {
-    PrintError(e.what());
-  }
+  Outcome outcome = Attempt([&] { return Main(std::vector<std::string>(argv + 1, argv + argc)); });
+  // What was asked for on stdout must have arrived there.
+  if (outcome.message.empty() && !std::cout.flush())
+    outcome = {kFailed, "system", "standard output: cannot be written"};
+  if (!outcome.message.empty()) PrintError(outcome.message);
+  const int code = outcome.code;
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   // All that was asked for is done: what libraries do at their own end, a refused allocation there say, is
   // not to change the exit code.

@@ -4,6 +4,10 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #include <sanitizer/common_interface_defs.h>
 #endif
@@ -16,9 +20,29 @@ std::FILE*& Stream() {
   return stream;
 }
 
+std::atomic<int> descriptor = STDERR_FILENO;
+
 }  // namespace
 
 std::FILE* Messages() { return Stream(); }
+
+int MessagesDescriptor() { return descriptor.load(); }
+
+KeptMessages::KeptMessages() : before_(Stream()), stream_(open_memstream(&bytes_, &size_)) {
+  if (stream_ == nullptr) throw std::bad_alloc();
+  Stream() = stream_;
+}
+
+KeptMessages::~KeptMessages() {
+  Stream() = before_;
+  std::fclose(stream_);
+  std::free(bytes_);
+}
+
+std::string KeptMessages::Text() const {
+  std::fflush(stream_);
+  return std::string(bytes_, size_);
+}
 
 std::string Printable(std::string_view text) {
   constexpr size_t kMost = 2000, kStart = 1400;
@@ -70,6 +94,7 @@ void SilenceLibraries() {
   if (stream != nullptr && nothing >= 0 && dup2(nothing, STDERR_FILENO) >= 0) {
     setvbuf(stream, nullptr, _IOLBF, BUFSIZ);
     Stream() = stream;
+    descriptor.store(own);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     __sanitizer_set_report_fd(reinterpret_cast<void*>(static_cast<intptr_t>(own)));
 #endif

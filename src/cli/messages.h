@@ -10,6 +10,25 @@ namespace tessera::cli {
 
 // Where errors, progress and -v go.
 std::FILE* Messages();
+// The same for who may not use a stream.
+int MessagesDescriptor();
+
+// While one lives, what goes to Messages() is kept.
+class KeptMessages {
+ public:
+  KeptMessages();
+  ~KeptMessages();
+  KeptMessages(const KeptMessages&) = delete;
+  KeptMessages& operator=(const KeptMessages&) = delete;
+
+  std::string Text() const;
+
+ private:
+  char* bytes_ = nullptr;
+  size_t size_ = 0;
+  std::FILE* before_;
+  std::FILE* stream_;
+};
 
 // Text of files and arguments for a terminal: one line, control characters as \x1b, the middle of a long one
 // left out.

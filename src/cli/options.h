@@ -14,6 +14,7 @@ struct Options {
   RenderOptions render;
   Codec codec = Codec::kAuto;
   Formats formats = Formats::kTrusted;
+  bool batch = false;
   bool help = false, version = false, list_commands = false;
   std::string help_topic;  // empty: the overview
   std::string list_format = "tsv";

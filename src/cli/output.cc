@@ -82,13 +82,17 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
   RunStats stats;
   if (options.runstats) write.stats = &stats;
   ProgressBar bar(file, options.ShowsProgress());
-  write.render.progress = bar.Callback();
+  if (const auto draw = bar.Callback()) {
+    write.render.progress = [draw, ask = options.render.progress](double share) {
+      return draw(share) && (!ask || ask(share));
+    };
+  }
   const auto start = std::chrono::steady_clock::now();
   PendingOutput output(entry.node, file, write);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   bar.Finish();
   if (options.verify) CheckAgainstReference(entry, file, output, took.count(), options);
-  session.AddOutput(std::move(output));
+  session.AddOutput(file, std::move(output));
   if (options.runstats) PrintRunStats(file, stats);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <iterator>
 #include <span>
 
 #include "cli/signals.h"
@@ -90,13 +91,15 @@ Entry Session::Pop() {
   return entry;
 }
 
-int Session::Run(const std::vector<Step>& steps) {
+int Session::Run(const std::vector<Step>& steps, std::vector<std::string>& written) {
   for (const Step& step : steps) step.command->run(step, *this);
   for (; !work_.empty(); work_.pop_front()) work_.front()();
   std::vector<PendingOutput*> outputs;
   for (PendingOutput& output : outputs_) outputs.push_back(&output);
-  const SignalsWait wait;  // no interrupt between the first and the last
+  written.reserve(written.size() + files_.size());  // nothing may fail once they are in their places
+  const SignalsWait wait;                           // no interrupt between the first and the last
   PendingOutput::CommitTogether(outputs);
+  std::move(files_.begin(), files_.end(), std::back_inserter(written));
   return exit_code;
 }
 

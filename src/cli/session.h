@@ -46,8 +46,8 @@ class Session {
   Session(const Options& options, std::string history);
 
   // Runs the steps of a checked line in order, then what they left for later, and puts the outputs in their
-  // places. Returns the exit code.
-  int Run(const std::vector<Step>& steps);
+  // places. Returns the exit code; appends the names of the outputs.
+  int Run(const std::vector<Step>& steps, std::vector<std::string>& written);
 
   const Options& options() const { return options_; }
   const std::string& history() const { return history_; }
@@ -63,7 +63,9 @@ class Session {
   void Later(std::function<void()> work) { work_.push_back(std::move(work)); }
 
   // A file that appears when the run succeeds.
-  void AddOutput(PendingOutput output) { outputs_.push_back(std::move(output)); }
+  void AddOutput(const std::string& file, PendingOutput output) {
+    outputs_.push_back(std::move(output)), files_.push_back(file);
+  }
 
   std::optional<PixelType> output_type;  // -d
   std::string color_config;              // --colorconfig, else OCIO's variable, else the built-in one
@@ -77,6 +79,7 @@ class Session {
   std::vector<Entry> stack_;
   std::list<std::function<void()>> work_;
   std::list<PendingOutput> outputs_;
+  std::vector<std::string> files_;  // the names of the outputs
 };
 
 // Throws Error where an image is larger than what is computed whole: the words that asked for it, its size.

@@ -18,8 +18,10 @@ namespace {
 
 std::atomic<bool> waiting = false;
 std::atomic<int> waited = 0;
+std::atomic<bool> in_job = false;
+std::atomic<int> asked = 0;
 
-void Leave(int signal) {
+[[noreturn]] void Leave(int signal) {
   RemoveUnfinishedOutputs();
   _exit(128 + signal);
 }
@@ -27,6 +29,8 @@ void Leave(int signal) {
 extern "C" void OnSignal(int signal) {
   if (waiting.load()) {
     waited.store(signal);
+  } else if (in_job.load() && signal != SIGPIPE) {
+    if (signal != SIGXFSZ && asked.exchange(signal) != 0) Leave(signal);
   } else {
     Leave(signal);
   }
@@ -46,7 +50,7 @@ extern "C" void OnFault(int signal) {
     if (std::current_exception()) std::rethrow_exception(std::current_exception());
   } catch (const std::bad_alloc&) {
     constexpr char kMessage[] = "tessera: error: memory: refused by the system\n";
-    if (write(fileno(Messages()), kMessage, sizeof kMessage - 1) >= 0) _exit(1);
+    if (write(MessagesDescriptor(), kMessage, sizeof kMessage - 1) >= 0) _exit(1);
     _exit(1);
   } catch (...) {
   }
@@ -75,7 +79,23 @@ SignalsWait::SignalsWait() { waiting.store(true); }
 
 SignalsWait::~SignalsWait() {
   waiting.store(false);
-  if (const int signal = waited.load(); signal != 0) Leave(signal);
+  const int signal = waited.exchange(0);
+  if (signal == 0) return;
+  if (!in_job.load()) Leave(signal);
+  asked.store(signal);
 }
+
+SignalsEndJob::SignalsEndJob() { in_job.store(true); }
+
+SignalsEndJob::~SignalsEndJob() {
+  in_job.store(false);
+  if (const int signal = asked.load(); signal != 0) Leave(signal);
+}
+
+bool SignalsEndJob::Alive() { return in_job.load(); }
+
+int SignalsEndJob::Asked() { return asked.load(); }
+
+void EndBySignal(int signal) { Leave(signal); }
 
 }  // namespace tessera::cli

@@ -16,6 +16,23 @@ class SignalsWait {
   SignalsWait& operator=(const SignalsWait&) = delete;
 };
 
+// While one lives, a signal ends the line that runs, where it asks, and the process at this one's end; a
+// second signal ends the process at once. A file that has become too large (SIGXFSZ) is the line's failure.
+class SignalsEndJob {
+ public:
+  SignalsEndJob();
+  ~SignalsEndJob();
+  SignalsEndJob(const SignalsEndJob&) = delete;
+  SignalsEndJob& operator=(const SignalsEndJob&) = delete;
+
+  static bool Alive();
+  // The signal that came; 0 for none.
+  static int Asked();
+};
+
+// As if it had come.
+[[noreturn]] void EndBySignal(int signal);
+
 }  // namespace tessera::cli
 
 #endif  // TESSERA_CLI_SIGNALS_H_

@@ -71,8 +71,9 @@ void WriteProfile(const Step& step, Session& session) {
   const std::vector<std::byte> profile = IccProfileOf(session.Top().node.spec());
   if (profile.empty()) throw DataError(file, "found no ICC profile in the image");
   if (session.options().dry_run) return;
-  session.Later(
-      [file, profile, &session] { session.AddOutput(PendingOutput(file, profile, session.options().sync)); });
+  session.Later([file, profile, &session] {
+    session.AddOutput(file, PendingOutput(file, profile, session.options().sync));
+  });
 }
 
 Command ProfileRow(const std::string& name, Effect effect, const std::string& summary,

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "cli/batch.h"
 #include "cli/messages.h"
 #include "tessera/io.h"
 
@@ -71,7 +72,8 @@ void Start(char** argv) {
 #ifdef TESSERA_REAL_LIBRARIES
   std::vector<std::string> words;
   for (char** word = argv; *word != nullptr; ++word) words.emplace_back(*word);
-  if (AsksForRareLibraries(words)) StartOver();
+  // Jobs may name such files, and a process with a thousand more to do does not start over.
+  if (AsksForRareLibraries(words) || AsksForBatch(words)) StartOver();
 #endif
 }
 

@@ -8,7 +8,8 @@
 namespace tessera::cli {
 
 // The first thing that main() does. The program is linked with libraries that stand in for OpenVDB, FFmpeg
-// and OpenCV (cmake/stand_in.cmake); a line that names a file of theirs starts over with the real ones.
+// and OpenCV (cmake/stand_in.cmake); a line that names a file of theirs, and --batch, starts over with the
+// real ones.
 void Start(char** argv);
 
 // Whether the line names a file that OpenVDB or FFmpeg reads, or a mesh.

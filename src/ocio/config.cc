@@ -50,7 +50,8 @@ void RequireFilesOf(const lib::ConstTransformRcPtr& transform, const lib::ConstC
   try {
     found = context->resolveFileLocation(file->getSrc());
   } catch (const lib::Exception&) {
-    return;  // a file that is missing is missed when it is asked for
+    lib::ClearAllCaches();  // the next config may find one there
+    return;                 // a file that is missing is missed when it is asked for
   }
   RequireLutFile(found);
 }

@@ -49,6 +49,10 @@ auto Guarded(const std::string& subject, const F& action) -> decltype(action()) 
 // With its dot, "" for none.
 std::string LowerExtension(const std::string& file);
 
+// To be called before OpenColorIO is given a file: what it keeps is dropped when the file is another than the
+// last time.
+void ForgetIfChanged(const std::string& file);
+
 // Refuses what OpenColorIO must not be given to read whatever it holds: what is no regular file, or would
 // never end.
 void RequireLutFile(const std::string& file);

@@ -275,11 +275,13 @@ std::string LowerExtension(const std::string& file) {
 }
 
 void RequireLutFile(const std::string& file) {
+  ForgetIfChanged(file);
   base::InputFile stream(file, "a LUT that OpenColorIO reads", base::kMostText);
   RequireMetadataEnds(file, stream);
 }
 
 CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
+  ForgetIfChanged(file);
   base::InputFile stream(file, "a LUT that OpenColorIO reads", base::kMostText);
   if (stream.peek() == std::ifstream::traits_type::eof()) throw DataError(file, "is empty, expected a LUT");
   const std::string extension = LowerExtension(file);
@@ -305,7 +307,9 @@ CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
 
 CheckedLutFile::~CheckedLutFile() {
   std::error_code ignored;
-  if (temporary_) fs::remove(path_, ignored);
+  if (!temporary_) return;
+  fs::remove(path_, ignored);
+  lib::ClearAllCaches();  // nobody asks for it again
 }
 
 }  // namespace tessera::ocio

@@ -84,7 +84,8 @@ void Plan(const std::vector<std::string>& words) {
     }
     cli::Session session(own.options, "");
     session.frame = frames[i].frame;
-    session.Run(own.steps);
+    std::vector<std::string> written;
+    session.Run(own.steps, written);
   }
 }
 
