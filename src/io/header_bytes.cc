@@ -1,9 +1,12 @@
-// The attributes of an EXR file's headers, the user data of a DPX file's.
+// The attributes of an EXR file's headers, the user data of a DPX file's, an RLA file's channels and images.
 #include "io/header_bytes.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "base/input_file.h"
 #include "tessera/error_kind.h"
@@ -33,6 +36,31 @@ std::string TakeName(std::istream& stream) {
                             std::to_string(file_size) + " bytes, expected what the file holds");
 }
 
+// Bytes of a value of this type, or of a channel list at this place; -1 for types of any number of bytes.
+// OpenEXR reads so many of them whatever the attribute declares.
+int64_t ExrBytes(const std::string& type, std::istream& stream) {
+  constexpr std::pair<std::string_view, int> kFixed[] = {
+      {"box2i", 16},      {"box2f", 16},   {"chromaticities", 32},
+      {"compression", 1}, {"double", 8},   {"envmap", 1},
+      {"float", 4},       {"int", 4},      {"keycode", 28},
+      {"lineOrder", 1},   {"m33f", 36},    {"m33d", 72},
+      {"m44f", 64},       {"m44d", 128},   {"rational", 8},
+      {"tiledesc", 9},    {"timecode", 8}, {"v2i", 8},
+      {"v2f", 8},         {"v2d", 16},     {"v3i", 12},
+      {"v3f", 12},        {"v3d", 24},     {"deepImageState", 1}};
+  for (const auto& [name, bytes] : kFixed) {
+    if (type == name) return bytes;
+  }
+  const int64_t here = stream.tellg();
+  if (type == "preview") {
+    const int64_t width = TakeWord(stream), height = TakeWord(stream);
+    return height > INT64_MAX / 8 / std::max<int64_t>(width, 1) ? INT64_MAX : 8 + 4 * width * height;
+  }
+  if (type != "chlist") return -1;
+  while (!TakeName(stream).empty()) stream.seekg(16, std::ios::cur);
+  return stream.tellg() - here;
+}
+
 void CheckExr(const std::string& file) {
   base::InputFile stream(file, "an image file");
   if (TakeWord(stream) != kExrMagic) return;
@@ -40,15 +68,45 @@ void CheckExr(const std::string& file) {
   for (int part = 0; part < kMostParts; ++part) {
     bool empty = true;
     for (std::string name = TakeName(stream); !name.empty(); name = TakeName(stream), empty = false) {
-      TakeName(stream);  // its type
+      const std::string type = TakeName(stream);
       const int64_t size = TakeWord(stream), here = stream.tellg();
       if (!stream) return;
-      if (size > stream.size() - here) {
-        Refuse(file, "an attribute \"" + base::Shown(name) + "\"", size, stream.size());
+      const std::string what = "an attribute \"" + base::Shown(name) + "\"";
+      if (size > stream.size() - here) Refuse(file, what, size, stream.size());
+      const int64_t wanted = ExrBytes(type, stream);
+      if (!stream) return;
+      if (wanted >= 0 && wanted != size) {
+        throw DataError(file, "found " + what + " of " + std::to_string(size) + " bytes, expected " +
+                                  std::to_string(wanted) + " for its type " + type);
       }
       stream.seekg(here + size);
     }
     if (!stream || !several || empty) return;
+  }
+}
+
+// Where a group of channels has no bits the reader scales them for ever, and an image that is followed by
+// itself has no end.
+void CheckRla(const std::string& file) {
+  constexpr int kHeader = 740, kMatte = 22, kAux = 24, kMatteBits = 662, kAuxBits = 666, kNext = 736;
+  base::InputFile stream(file, "an image file");
+  for (int64_t at = 0; at + kHeader <= stream.size();) {
+    std::array<unsigned char, kHeader> h{};
+    stream.seekg(at);
+    if (!stream.read(reinterpret_cast<char*>(h.data()), kHeader)) return;
+    const auto word = [&](int i) {
+      const auto k = static_cast<size_t>(i);
+      return h[k] << 8 | h[k + 1];
+    };
+    if ((word(kMatte) != 0 && word(kMatteBits) == 0) || (word(kAux) != 0 && word(kAuxBits) == 0))
+      throw DataError(file, "found channels of 0 bits, expected 1 to 32");
+    const int64_t next = int64_t{word(kNext)} << 16 | word(kNext + 2);
+    if (next == 0) return;
+    if (next <= at) {
+      throw DataError(file, "found an image at byte " + std::to_string(next) + " that follows one at " +
+                                std::to_string(at) + ", expected it behind that");
+    }
+    at = next;
   }
 }
 
@@ -69,6 +127,7 @@ void CheckDpx(const std::string& file) {
 void CheckHeaderBytes(const std::string& file, const std::string& format) {
   if (format == "openexr") CheckExr(file);
   if (format == "dpx") CheckDpx(file);
+  if (format == "rla") CheckRla(file);
 }
 
 }  // namespace tessera::io

@@ -134,6 +134,7 @@ class FileReader final : public graph::RowReader {
         now.tile_width != expected.tile_width || now.tile_height != expected.tile_height) {
       throw DataError(file, "the file changed after its header was read");
     }
+    CheckStrips(file, now);
     spec_ = now;
     type_ = StorageType(spec_);
   }
@@ -296,6 +297,7 @@ class FileSource final : public graph::PixelSource {
     stack.display_window = stack.data_window;
     const Image image = Image::Uninitialized(std::move(stack));
     const auto input = OpenImage(file_, formats_);
+    CheckStrips(file_, native_);
     const bool ok = Guarded(file_, [&] {
       return input->seek_subimage(subimage_, 0) &&
              ReadWhole(*input, subimage_, 0, native_.nchannels, TypeDescOf(image.spec().type),

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "tessera/error_kind.h"
+
 namespace tessera::io {
 namespace {
 
@@ -45,6 +47,15 @@ bool ReadRows(OIIO::ImageInput& input, int subimage, const Roi& rows, const Rows
   const OIIO::ImageSpec& spec = input.spec();
   return spec.tile_height > 0 ? ReadTiles(input, subimage, rows, spec.z, spec.z + 1, OIIO::AutoStride, out)
                               : ReadScanlines(input, subimage, rows, spec.z, out);
+}
+
+void CheckStrips(const std::string& file, const OIIO::ImageSpec& spec) {
+  constexpr int kMost = 1 << 30;
+  const int rows = spec.get_int_attribute("tiff:RowsPerStrip", 0);
+  if (rows > kMost && rows > spec.height) {
+    throw DataError(file, "found " + std::to_string(rows) + " rows a strip in an image of " +
+                              std::to_string(spec.height) + ", expected at most " + std::to_string(kMost));
+  }
 }
 
 bool ReadWhole(OIIO::ImageInput& input, int subimage, int first, int last, OIIO::TypeDesc type,

@@ -5,6 +5,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <cstddef>
+#include <string>
 
 #include "tessera/roi.h"
 
@@ -24,6 +25,10 @@ struct RowsOut {
 // What it says of many rows grows without limit, and then ends the program; so it is asked for some at a
 // time.
 bool ReadRows(OIIO::ImageInput& input, int subimage, const Roi& rows, const RowsOut& out);
+
+// Throws Error naming the file where the reader would never end: it rounds rows up to whole strips in 32
+// bits.
+void CheckStrips(const std::string& file, const OIIO::ImageSpec& spec);
 
 // The whole image, slice after slice, packed.
 bool ReadWhole(OIIO::ImageInput& input, int subimage, int first, int last, OIIO::TypeDesc type,

@@ -96,6 +96,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::strin
   // A sparse grid declares as much as it likes.
   const std::string format = input->format_name();
   if (format != "openvdb") io::CheckSpec(file, format, input->spec(), bytes);
+  io::CheckStrips(file, input->spec());
   return input;
 }
 

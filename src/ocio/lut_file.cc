@@ -149,7 +149,9 @@ class Checker {
   // Formats of lines that are words, or numbers from end to end.
   void Lines() {
     while (Next()) {
-      if (words_[0] != "3DMESH") RequireNumbersWhereAny();  // a word of Lustre's .3dl
+      if (words_[0] == "LUT_3D_SIZE") RequireSize(words_[0], kLongestEdge3D);  // of .itx
+      if (words_[0] == "grid_size") RequireSizes(words_[0], kLongestEdge3D);   // of .vf
+      if (words_[0] != "3DMESH") RequireNumbersWhereAny();                     // a word of Lustre's .3dl
     }
   }
 
@@ -168,11 +170,16 @@ class Checker {
     return false;
   }
 
-  void RequireSize(const std::string& name, int most) const {
-    const std::string word = words_.size() > 1 ? words_[1] : "nothing";
-    double size = 0;
-    if (words_.size() == 2 && IsNumber(word, size) && size == std::floor(size) && size >= 2 && size <= most)
-      return;
+  void RequireSize(const std::string& name, int most) const { RequireSizes(name, most, 1); }
+  void RequireSizes(const std::string& name, int most, size_t count = 3) const {
+    std::string word = "nothing";
+    bool right = words_.size() == count + 1;
+    for (size_t i = 1; i < words_.size() && (right || i == 1); ++i) {
+      double size = 0;
+      word = words_[i];
+      right = right && IsNumber(word, size) && size == std::floor(size) && size >= 2 && size <= most;
+    }
+    if (right) return;
     Refuse("found " + name + " " + base::Shown(word) + Where() + ", expected a size from 2 to " +
            std::to_string(most));
   }
@@ -293,7 +300,8 @@ CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
   if (extension == ".spi3d") checker.Spi3d();
   if (extension == ".csp") checker.Csp();
   if (extension == ".lut" && stream.peek() != 'L') checker.Lut();
-  if (extension == ".itx" || extension == ".3dl" || extension == ".spimtx") checker.Lines();
+  if (extension == ".itx" || extension == ".3dl" || extension == ".spimtx" || extension == ".vf")
+    checker.Lines();
   RequireMetadataEnds(path_, stream);
   char start[4] = {};
   stream.clear();

@@ -253,7 +253,7 @@ bool Parse(int argc, char** argv, Options& o) {
     } else if (word == "--memory") {
       o.memory = std::atoi(value);
     } else if (word == "--keep") {
-      fs::create_directories(o.keep = value);
+      fs::create_directories(o.keep = fs::absolute(value).string());  // a target may change the folder
     } else if (word == "--seeds") {
       WriteSeeds(value);
       WriteDictionary(std::string(value) + ".dict");

@@ -175,6 +175,53 @@ TEST_F(BadInputTest, AttributesOfAnExrAreWithinTheFile) {
   EXPECT_THAT(Reason("a.exr"), HasSubstr("cannot be read as an image"));
 }
 
+// OpenEXR reads a value of its type whatever size is declared, and goes on from there.
+TEST_F(BadInputTest, AttributesOfAnExrHaveTheSizeOfTheirType) {
+  OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);
+  WritePattern(Path("a.exr"), {spec});
+  const std::string whole = Contents(Path("a.exr"));
+  const std::pair<const char*, const char*> attributes[] = {
+      {"channels", "chlist"}, {"dataWindow", "box2i"}, {"screenWindowWidth", "float"}};
+  for (const auto& [name, type] : attributes) {
+    std::string spoilt = whole;
+    const size_t at =
+        spoilt.find(std::string(name) + '\0' + type + '\0') + std::strlen(name) + std::strlen(type) + 2;
+    --spoilt[at];
+    SetContents(Path("a.exr"), spoilt);
+    EXPECT_THAT(Reason("a.exr"), HasSubstr(std::string("for its type ") + type));
+  }
+}
+
+// OpenImageIO scales values of no bits, and rounds up to strips of nearly 2^31 rows, for ever.
+TEST_F(BadInputTest, ReadersThatWouldNotEndAreNotAsked) {
+  WritePattern(Path("a.rla"), {OIIO::ImageSpec(13, 9, 4, TypeDesc::UINT8)});
+  const std::string rla = Contents(Path("a.rla"));
+  ASSERT_EQ(ReadAll(Path("a.rla")), "");
+  std::string spoilt = rla;
+  spoilt[662] = spoilt[663] = 0;
+  SetContents(Path("a.rla"), spoilt);
+  EXPECT_THAT(Reason("a.rla"), HasSubstr("found channels of 0 bits"));
+  spoilt = rla + rla;
+  const auto next = static_cast<uint16_t>(rla.size());  // the second image follows itself
+  for (const size_t at : {size_t{736}, rla.size() + 736}) {
+    spoilt[at + 2] = static_cast<char>(next >> 8), spoilt[at + 3] = static_cast<char>(next);
+  }
+  SetContents(Path("a.rla"), spoilt);
+  EXPECT_THAT(Reason("a.rla"), HasSubstr("expected it behind that"));
+
+  OIIO::ImageSpec spec(13, 19, 3, TypeDesc::UINT16);
+  spec.attribute("compression", "lzw");  // of which OpenImageIO reads the pixels
+  WritePattern(Path("a.tif"), {spec});
+  std::string tiff = Contents(Path("a.tif"));
+  const size_t at = tiff.find(std::string("\x16\x01\x03\x00\x01\x00\x00\x00", 8));
+  ASSERT_NE(at, std::string::npos);
+  tiff[at + 2] = 4;
+  tiff.replace(at + 8, 4, "\x01\x02\xfe\x7f");
+  SetContents(Path("a.tif"), tiff);
+  EXPECT_THAT(ReadAll(Path("a.tif")), HasSubstr("rows a strip in an image of 19"));
+  EXPECT_THAT(ErrorOf([&] { ReadVolume(Path("a.tif")); }), HasSubstr("rows a strip in an image of 19"));
+}
+
 TEST_F(BadInputTest, UserDataOfADpxAreWithinTheFile) {
   WritePattern(Path("a.dpx"), {OIIO::ImageSpec(33, 21, 3, TypeDesc::UINT8)});
   const std::string whole = Contents(Path("a.dpx"));

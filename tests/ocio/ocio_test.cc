@@ -264,6 +264,12 @@ TEST(LutTest, BadFilesAreRefusedByName) {
     EXPECT_THAT(refusal("size.cube", std::string("LUT_3D_SIZE ") + size + "\n" + good),
                 HasSubstr("expected a size from 2 to 129"))
         << size;
+    EXPECT_THAT(refusal("size.itx", std::string("LUT_3D_SIZE ") + size + "\n\n" + good),
+                HasSubstr("expected a size from 2 to 129"))
+        << size;
+    EXPECT_THAT(refusal("size.vf", std::string("grid_size 2 2 ") + size + "\ndata\n" + good),
+                HasSubstr("expected a size from 2 to 129"))
+        << size;
   }
   EXPECT_THAT(refusal("few.cube", "LUT_3D_SIZE 2\n0 0 0\n"), HasSubstr("Found 1, expected 8"));
   EXPECT_THAT(refusal("many.cube", "LUT_3D_SIZE 2\n" + good + "0 0 0\n"), HasSubstr("Found 9, expected 8"));
