@@ -1,4 +1,5 @@
-// The attributes of an EXR file's headers, the user data of a DPX file's, an RLA file's channels and images.
+// The attributes of an EXR file's headers, the screen of a GIF file, the user data of a DPX file's, an RLA
+// file's channels and images.
 #include "io/header_bytes.h"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "base/input_file.h"
+#include "io/open_input.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::io {
@@ -110,6 +112,15 @@ void CheckRla(const std::string& file) {
   }
 }
 
+// The reader makes a canvas of the whole screen first.
+void CheckGif(const std::string& file) {
+  base::InputFile stream(file, "an image file");
+  std::array<unsigned char, 10> h{};
+  if (!stream.read(reinterpret_cast<char*>(h.data()), h.size())) return;
+  CheckPlausible(file, "gif", OIIO::ImageSpec(h[6] | h[7] << 8, h[8] | h[9] << 8, 4, OIIO::TypeDesc::UINT8),
+                 stream.size());
+}
+
 void CheckDpx(const std::string& file) {
   constexpr uint32_t kBackward = 0x58504453, kForward = 0x53445058, kNone = 0xFFFFFFFF;
   constexpr int kUserSize = 32;
@@ -126,6 +137,7 @@ void CheckDpx(const std::string& file) {
 
 void CheckHeaderBytes(const std::string& file, const std::string& format) {
   if (format == "openexr") CheckExr(file);
+  if (format == "gif") CheckGif(file);
   if (format == "dpx") CheckDpx(file);
   if (format == "rla") CheckRla(file);
 }

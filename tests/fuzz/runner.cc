@@ -44,14 +44,14 @@ constexpr char kUsage[] =
     "fuzz_NAME --seeds FOLDER   writes the inputs that are begun with, and FOLDER.dict\n"
     "Runs the target on its own seeds and those of FOLDERs, then on what mutations make of them, for so many runs or\n"
     "seconds; with FILEs on these alone. An input that ends it is left in finding_NAME_SEED. --timeout: seconds of\n"
-    "processor time that one input may take, 20; --memory: what the program may grow by for one, 1024. --keep: inputs that took a new way are written there, where the library\n"
+    "processor time that one input may take, 20; --memory: what the program may grow by for one, 512. --keep: inputs that took a new way are written there, where the library\n"
     "was built with TESSERA_FUZZ.\n";
 
 struct Options {
   uint64_t runs = 1000, seed = 1;
   double seconds = 0;
   size_t max_length = 4096;
-  int timeout = 20, memory = 1024;
+  int timeout = 20, memory = 512;
   std::string keep;
   std::vector<std::string> folders, files;
 };

@@ -250,6 +250,16 @@ TEST_F(BadInputTest, HugeImageInAShortFile) {
   EXPECT_THAT(Reason("a.bmp"), HasSubstr("30000 x 30000"));
 }
 
+// OpenImageIO would make a canvas of 17 GB before it looks for a picture.
+TEST_F(BadInputTest, HugeScreenOfAShortGif) {
+  WritePattern(Path("a.gif"), {OIIO::ImageSpec(9, 7, 3, TypeDesc::UINT8)});
+  std::string bytes = Contents(Path("a.gif"));
+  ASSERT_EQ(ReadAll(Path("a.gif")), "");
+  bytes.replace(6, 4, "\xff\xff\xff\xff");
+  SetContents(Path("a.gif"), bytes);
+  EXPECT_THAT(Reason("a.gif"), HasSubstr("found 65535 x 65535 pixels"));
+}
+
 TEST_F(BadInputTest, Unreadable) {
   WritePattern(Path("a.png"), {OIIO::ImageSpec(4, 3, 3, TypeDesc::UINT8)});
   std::filesystem::permissions(Path("a.png"), std::filesystem::perms::none);
