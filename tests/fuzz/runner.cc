@@ -40,12 +40,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kUsage[] =
-    "fuzz_NAME [--runs N] [--seconds S] [--seed N] [--max-length N] [--timeout S] [--memory MB] [--keep FOLDER] [FOLDER|FILE]...\n"
+    "fuzz_NAME [--runs N] [--seconds S] [--seed N] [--max-length N] [--timeout S] [--memory MB]\n"
+    "          [--keep FOLDER] [FOLDER|FILE]...\n"
     "fuzz_NAME --seeds FOLDER   writes the inputs that are begun with, and FOLDER.dict\n"
-    "Runs the target on its own seeds and those of FOLDERs, then on what mutations make of them, for so many runs or\n"
-    "seconds; with FILEs on these alone. An input that ends it is left in finding_NAME_SEED. --timeout: seconds of\n"
-    "processor time that one input may take, 20; --memory: what the program may grow by for one, 512. --keep: inputs that took a new way are written there, where the library\n"
-    "was built with TESSERA_FUZZ.\n";
+    "Runs the target on its own seeds and those of FOLDERs, then on what mutations make of them, for so many\n"
+    "runs or seconds; with FILEs on these alone. An input that ends it is left in finding_NAME_SEED.\n"
+    "--timeout: seconds of processor time that one input may take, 20\n"
+    "--memory: MB that the program may grow by for one input, 512\n"
+    "--keep: where inputs are kept that took a new way, if the library was built with TESSERA_FUZZ\n";
 
 struct Options {
   uint64_t runs = 1000, seed = 1;
