@@ -1,5 +1,5 @@
-// The attributes of an EXR file's headers, the screen of a GIF file, the user data of a DPX file's, an RLA
-// file's channels and images.
+// The attributes of an EXR file's headers, the texts of an OpenVDB file's, the screen of a GIF file, the user
+// data of a DPX file's, an RLA file's channels and images.
 #include "io/header_bytes.h"
 
 #include <algorithm>
@@ -121,6 +121,57 @@ void CheckGif(const std::string& file) {
                  stream.size());
 }
 
+// Names, metadata and grids of an OpenVDB file as far as its trees.
+class VdbChecker {
+ public:
+  VdbChecker(const std::string& file, base::InputFile& stream) : file_(file), stream_(stream) {}
+
+  void Check() {
+    constexpr uint32_t kMagic = 0x56444220, kOldest = 222, kNewest = 224;
+    constexpr int kUuid = 36;
+    if (TakeWord(stream_) != kMagic || TakeWord(stream_) != 0) return;
+    const uint32_t version = TakeWord(stream_);
+    if (version < kOldest || version > kNewest) return;  // of another layout
+    Skip(8);                                             // the library's version
+    const bool offsets = stream_.get() != 0;
+    Skip(kUuid);
+    Metadata();
+    for (uint32_t left = TakeWord(stream_); stream_ && left > 0; --left) {
+      for (int i = 0; i < 3; ++i) Text();  // its name, type, and whose tree it shares
+      Skip(16);                            // where it and its blocks are
+      const int64_t end = TakeWord(stream_) | int64_t{TakeWord(stream_)} << 32;
+      Skip(4);  // how it is packed
+      Metadata();
+      Text();  // its transform
+      if (!offsets || end < stream_.tellg()) return;
+      stream_.seekg(end);
+    }
+  }
+
+ private:
+  void Skip(int64_t bytes) { stream_.seekg(bytes, std::ios::cur); }
+  // A length and as many bytes.
+  void Text() {
+    const int64_t size = TakeWord(stream_), here = stream_.tellg();
+    if (!stream_) return;
+    if (size > stream_.size() - here) Refuse(file_, "a text", size, stream_.size());
+    stream_.seekg(here + size);
+  }
+  void Metadata() {
+    for (uint32_t left = TakeWord(stream_); stream_ && left > 0; --left) {
+      for (int i = 0; i < 3; ++i) Text();  // name, type, value
+    }
+  }
+
+  const std::string& file_;
+  base::InputFile& stream_;
+};
+
+void CheckVdb(const std::string& file) {
+  base::InputFile stream(file, "a volume");
+  VdbChecker(file, stream).Check();
+}
+
 void CheckDpx(const std::string& file) {
   constexpr uint32_t kBackward = 0x58504453, kForward = 0x53445058, kNone = 0xFFFFFFFF;
   constexpr int kUserSize = 32;
@@ -140,6 +191,7 @@ void CheckHeaderBytes(const std::string& file, const std::string& format) {
   if (format == "gif") CheckGif(file);
   if (format == "dpx") CheckDpx(file);
   if (format == "rla") CheckRla(file);
+  if (format == "openvdb") CheckVdb(file);
 }
 
 }  // namespace tessera::io

@@ -250,6 +250,24 @@ TEST_F(BadInputTest, HugeImageInAShortFile) {
   EXPECT_THAT(Reason("a.bmp"), HasSubstr("30000 x 30000"));
 }
 
+// OpenVDB would take the memory first.
+TEST_F(BadInputTest, TextsOfAnOpenVdbAreWithinTheFile) {
+  const auto text = [](const std::string& t) {
+    const auto size = static_cast<uint32_t>(t.size());
+    return std::string(reinterpret_cast<const char*>(&size), 4) + t;
+  };
+  const std::string one("\1\0\0\0", 4), none(4, '\0');
+  const std::string start =
+      " BDV" + none + std::string("\xe0\0\0\0\x0a\0\0\0\0\0\0\0\1", 13) + std::string(36, 'a');
+  const std::string grid =
+      text("body") + text("Tree_float_5_4_3") + text("") + std::string(24, '\x7f') + none;
+  for (const std::string& before : {start + one, start + one + text("creator"), start + none + one,
+                                    start + none + one + grid + one, start + none + one + grid + none}) {
+    SetContents(Path("a.vdb"), before + "\xff\xff\xff\x7f and some more");
+    EXPECT_THAT(Reason("a.vdb"), HasSubstr("found a text of 2147483647 bytes declared"));
+  }
+}
+
 // OpenImageIO would make a canvas of 17 GB before it looks for a picture.
 TEST_F(BadInputTest, HugeScreenOfAShortGif) {
   WritePattern(Path("a.gif"), {OIIO::ImageSpec(9, 7, 3, TypeDesc::UINT8)});
