@@ -9,6 +9,7 @@
 #include <typeinfo>
 
 #include "tessera/export.h"
+#include "tessera/policy.h"
 
 TESSERA_API_BEGIN
 namespace tessera {
@@ -47,6 +48,11 @@ class Context {
 
   /// Keeps no more than that from here on.
   void Limit(const ContextLimits& limits);
+  /// What files may ask for from here on. Files, configs and outputs that no context is named for are held
+  /// against that of Default().
+  void SetPolicy(const Policy& policy);
+  /// The one that holds now.
+  Policy policy() const;
   /// What is kept now.
   ContextUse Use() const;
   /// Gives back all that is kept and that nobody uses.

@@ -114,6 +114,8 @@ struct Context::State {
   base::Pool pool;
   base::Cache cache;
   base::FileNames files;
+  mutable std::mutex mutex;  // of the policy
+  Policy policy;
 };
 
 Context::Context(const ContextLimits& limits) : state_(std::make_unique<State>(limits)) {}
@@ -128,6 +130,16 @@ Context& Context::Default() {
 void Context::Limit(const ContextLimits& limits) {
   state_->pool.Limit(limits.memory);
   state_->cache.Limit(limits.cache);
+}
+
+void Context::SetPolicy(const Policy& policy) {
+  const std::lock_guard lock(state_->mutex);
+  state_->policy = policy;
+}
+
+Policy Context::policy() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->policy;
 }
 
 ContextUse Context::Use() const {

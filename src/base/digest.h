@@ -2,15 +2,31 @@
 #ifndef TESSERA_BASE_DIGEST_H_
 #define TESSERA_BASE_DIGEST_H_
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 
 #include "tessera/image.h"
 
 namespace tessera::base {
+
+using Digest = std::array<uint64_t, 2>;
+
+// Goes on with the digest of bytes that came in pieces; each piece is begun anew.
+inline void AddToDigest(Digest& digest, std::span<const std::byte> bytes) {
+  for (size_t at = 0; at < bytes.size(); at += sizeof(uint64_t)) {
+    uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + at, std::min(sizeof word, bytes.size() - at));
+    digest[0] = (digest[0] ^ word) * 0xff51afd7ed558ccdu;
+    digest[0] ^= digest[0] >> 32;
+    digest[1] = (digest[1] + word) * 0xc4ceb9fe1a85ec53u;
+    digest[1] ^= digest[1] >> 29;
+  }
+}
 
 // Pictures of the same type, window and channels whose digests agree are the same one.
 inline std::array<uint64_t, 2> DigestOf(const ConstImageView& picture) {

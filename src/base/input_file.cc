@@ -51,8 +51,10 @@ int64_t RequireFile(const std::string& file, std::string_view expected, int64_t 
 InputFile::InputFile(const std::string& file, std::string_view expected, int64_t most)
     : std::istream(nullptr) {
   buffer_.descriptor = OpenRegular(file, expected, most, buffer_.size);
+  buffer_.file = file;
   buffer_.most = most;
   rdbuf(&buffer_);
+  exceptions(std::ios_base::badbit);  // what the buffer throws
 }
 
 InputFile::Buffer::~Buffer() {
@@ -65,7 +67,8 @@ InputFile::Buffer::int_type InputFile::Buffer::underflow() {
   ssize_t read = 0;
   do read = wanted > 0 ? ::pread(descriptor, bytes.data(), wanted, end) : 0;
   while (read < 0 && errno == EINTR);
-  if (read <= 0) return traits_type::eof();
+  if (read < 0) throw SystemError(file, "cannot be read: " + Reason(errno));
+  if (read == 0) return traits_type::eof();
   end += read;
   setg(bytes.data(), bytes.data(), bytes.data() + read);
   return traits_type::to_int_type(bytes[0]);

@@ -28,7 +28,7 @@ inline constexpr size_t kLongestLine = size_t{1} << 22;
 int64_t RequireFile(const std::string& file, std::string_view expected, int64_t most = kAnySize);
 
 // A stream of the same. It is the file that was looked at, whatever its name stands for by now, and ends
-// after `most` bytes.
+// after `most` bytes. Reading throws SystemError where the system cannot read, so that no end is mistaken.
 class InputFile final : public std::istream {
  public:
   InputFile(const std::string& file, std::string_view expected, int64_t most = kAnySize);
@@ -43,6 +43,7 @@ class InputFile final : public std::istream {
     pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode mode) override;
     pos_type seekpos(pos_type to, std::ios_base::openmode mode) override;
 
+    std::string file;
     int descriptor = -1;
     int64_t size = 0, most = 0;
     int64_t end = 0;  // where in the file the bytes held end

@@ -9,6 +9,7 @@
 #include "cli/batch.h"
 #include "cli/frames.h"
 #include "cli/help.h"
+#include "cli/limits.h"
 #include "cli/messages.h"
 #include "cli/outcome.h"
 #include "cli/session.h"
@@ -57,7 +58,9 @@ bool Inform(const Options& options) {
 class ProcessSettings {
  public:
   explicit ProcessSettings(const Options& options)
-      : simd_(options.simd), budget_(options.render.memory_budget != RenderOptions().memory_budget) {
+      : simd_(options.simd),
+        budget_(options.render.memory_budget != RenderOptions().memory_budget),
+        limits_(options) {
     if (!simd_.empty()) ChooseTarget(simd_);
     if (!budget_) return;
     const size_t budget = options.render.memory_budget;
@@ -84,6 +87,7 @@ class ProcessSettings {
 
   std::string simd_;
   bool budget_;
+  ProcessLimits limits_;
 };
 
 // A job of --batch ends where it asks.
@@ -99,11 +103,13 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
   int code = kDone;
   for (const FrameLine& frame : frames) {
     if (SignalsEndJob::Asked() != 0) throw Cancelled();
+    RequireTime();
     if (line.options.verbose && frames.size() > 1)
       std::fprintf(Messages(), "tessera: frame %d\n", frame.frame);
     try {
       // Names and numbers of the frame differ; the whole line is checked again with them.
       Line own = ParseLine(frame.words);
+      Limit(own.options);
       AskForSignals(own.options);
       for (Step& step : own.steps) {
         auto& values = step.arguments.values;
@@ -116,6 +122,7 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
       code = std::max(code, session.Run(own.steps, written));
     } catch (const Error& e) {
       if (!line.options.skip_bad_frames || KindOf(e) == ErrorKind::kCancelled) throw;
+      RequireTime();
       PrintError(std::string(e.what()) + " (frame " + std::to_string(frame.frame) + " skipped)");
       code = kFailed;
     }
@@ -124,9 +131,15 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
 }
 
 // A whole line of its own or a job of --batch.
-int RunLine(const Line& line, const std::vector<std::string>& words, std::vector<std::string>& written) {
+int RunLine(Line line, const std::vector<std::string>& words, std::vector<std::string>& written) {
+  if (line.options.safe && !HasLeftEnvironment())
+    throw UsageError("--safe", "found in a job, expected on the program's own line");
+  Limit(line.options);
   const ProcessSettings settings(line.options);
-  return RunFrames(line, ExpandFrames(words, line), written);
+  const std::vector<FrameLine> frames = ExpandFrames(words, line);
+  const auto named = std::mismatch(words.begin(), words.end(), frames[0].words.begin()).first;
+  RequireFrames(line.options, named == words.end() ? "--frames" : *named, frames.size());
+  return RunFrames(line, frames, written);
 }
 
 int RunJob(const std::vector<std::string>& words, std::vector<std::string>& written) {

@@ -144,6 +144,26 @@ std::vector<Command> OptionCommands() {
       "Trusted are OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP, WebP, JPEG2000, HEIF, SGI, PNM, "
       "Targa, RLA and OpenVDB, told by what a file begins with. Others (IFF, PSD, FITS, raw photographs, films) "
       "are OpenImageIO's all the same; `all` is for files that come from no stranger.";
+  rows.push_back(Option("limit", "Refuses what is larger, more, or takes longer: pixels=1e8,seconds=60.",
+                        [](const Arguments& a, Options& o) { AddLimits(a.Text("LIMITS"), o.limits); },
+                        {Text("LIMITS", "a list of KEY=NUMBER")}));
+  rows.back().info.help =
+      "pixels: of every image of the line, read or made (voxels of a volume). channels: of the same. frames: that "
+      "a line is run for, or that --motionblur reads. memory: MiB that the process may take, libraries and "
+      "threads included; --max-memory is at most a quarter of it. seconds: of the whole run; evaluations end where "
+      "they are, and libraries that do not ask have two more. What is over a limit is refused with the limit, the "
+      "file or command and what was found: exit code 1, nothing is written, the outputs that were there stay. "
+      "Of limits that are given twice the smaller holds, so that a job of --batch cannot have more than its "
+      "program's line gives to each; a library that has to be ended ends the program with all its jobs.";
+  rows.push_back(Option("safe", "For servers: limits, no environment, no links, listed formats alone.",
+                        [](const Arguments&, Options& o) { o.safe = true; }));
+  rows.back().info.help =
+      "For lines that a program puts together from what strangers send it. No variable of the environment "
+      "(OCIO, OPENIMAGEIO_OPTIONS, OMP_NUM_THREADS, ...) is used; OpenColorIO configs name files of their own "
+      "folder alone, and LUTs no other files; outputs are not written to or through symbolic links; only the "
+      "formats of --help formats are read and written, whatever --formats says; and where --limit says nothing "
+      "else, pixels=268435456,channels=64,frames=1000,memory=4096,seconds=300. Names of files are taken as they "
+      "are: which ones a stranger may name is the server's to say. What it is good against: SECURITY.md.";
   rows.push_back(Option("codec", "Who decodes and encodes pixels; `oiio` is OpenImageIO, always.",
                         [](const Arguments& a, Options& o) {
                           o.codec = a.Text("CODEC") == "oiio" ? Codec::kOpenImageIO : Codec::kAuto;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "cli/limits.h"
 #include "tessera/io.h"
 #include "tessera/render.h"
 
@@ -28,6 +29,8 @@ struct Options {
   bool skip_bad_frames = false;
   int frame_padding = 0;  // 0: as the pattern says
   bool sync = true;
+  bool safe = false;
+  Limits limits;
   bool software_attribute = true;
 
   bool ShowsProgress() const;

@@ -4,6 +4,7 @@
 #include <new>
 
 #include "cli/arguments.h"
+#include "cli/limits.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::cli {
@@ -20,7 +21,7 @@ Outcome Attempt(const std::function<int()>& work) try {
                                           : "data",
           e.what()};
 } catch (const std::bad_alloc&) {
-  return {kFailed, "system", "memory: refused by the system"};
+  return {kFailed, "system", "memory: " + MemoryReason()};
 } catch (const std::exception& e) {
   return {kFailed, "internal", e.what()};
 }

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <new>
 
+#include "cli/limits.h"
 #include "cli/messages.h"
 #include "cli/report.h"
 #include "cli/session.h"
@@ -71,6 +72,7 @@ void CheckAgainstReference(const Entry& entry, const std::string& file, const Pe
 // Writes beside the file's name, or tells what would be done.
 void Compute(const Entry& entry, const std::string& file, WriteOptions write, Session& session) {
   const Options& options = session.options();
+  RequireTime(file);
   if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", Printable(file).c_str());
   if (options.explain) {
     std::cout << file << ":\n"
@@ -139,9 +141,9 @@ void WriteOutput(const Step& step, Session& session) {
       Compute(entry, file, write, session);
     } catch (const Error& e) {
       if (e.subject() != "memory") throw;
-      RefuseMemory(entry, file, e.reason());
+      RefuseMemory(entry, file, MemoryReason(e.reason()));
     } catch (const std::bad_alloc&) {
-      RefuseMemory(entry, file, "refused by the system");
+      RefuseMemory(entry, file, MemoryReason());
     }
   });
 }

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "cli/frames.h"
+#include "cli/limits.h"
 #include "cli/messages.h"
 #include "cli/session.h"
 #include "tessera/io.h"
@@ -61,6 +62,7 @@ void BlurMotion(const Step& step, Session& session) {
     throw UsageError(name, "found " + std::to_string(files.size()) + " frames, expected 1 to " +
                                std::to_string(kMostFrames));
   }
+  RequireFrames(session.options(), name, files.size());
   std::vector<double> weights =
       a.Given("weights") ? a.Numbers("weights") : ShutterWeights(a.Text("shutter"), files.size());
   if (weights.size() != files.size()) {

@@ -7,6 +7,8 @@
 #include <iterator>
 #include <span>
 
+#include "base/policy.h"
+#include "cli/limits.h"
 #include "cli/signals.h"
 #include "tessera/error_kind.h"
 #include "tessera/ocio.h"
@@ -81,6 +83,8 @@ Session::Session(const Options& options, std::string history)
 
 void Session::Push(Entry entry, const std::string& words) {
   const Roi& window = entry.node.spec().data_window;
+  base::RequireAllowed(words.empty() ? entry.name : words, {WidthOf(window), HeightOf(window), 1},
+                       entry.node.spec().channel_count());
   entry.largest = Larger(entry.largest, {words, WidthOf(window), HeightOf(window)});
   stack_.push_back(std::move(entry));
 }
@@ -92,8 +96,19 @@ Entry Session::Pop() {
 }
 
 int Session::Run(const std::vector<Step>& steps, std::vector<std::string>& written) {
-  for (const Step& step : steps) step.command->run(step, *this);
-  for (; !work_.empty(); work_.pop_front()) work_.front()();
+  try {
+    for (const Step& step : steps) {
+      RequireTime(at_hand_ = WordsOf(step));
+      step.command->run(step, *this);
+    }
+    for (; !work_.empty(); work_.pop_front()) {
+      RequireTime(work_.front().words);
+      work_.front().run();
+    }
+  } catch (const Cancelled&) {
+    RequireTime();
+    throw;
+  }
   std::vector<PendingOutput*> outputs;
   for (PendingOutput& output : outputs_) outputs.push_back(&output);
   written.reserve(written.size() + files_.size());  // nothing may fail once they are in their places

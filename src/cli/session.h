@@ -60,7 +60,7 @@ class Session {
 
   // What computes pixels waits until all steps have made their images, so that whatever is wrong with one of
   // them is said before hours of work.
-  void Later(std::function<void()> work) { work_.push_back(std::move(work)); }
+  void Later(std::function<void()> work) { work_.push_back({at_hand_, std::move(work)}); }
 
   // A file that appears when the run succeeds.
   void AddOutput(const std::string& file, PendingOutput output) {
@@ -77,7 +77,12 @@ class Session {
   const Options& options_;
   std::string history_;
   std::vector<Entry> stack_;
-  std::list<std::function<void()>> work_;
+  std::string at_hand_;  // the step
+  struct Work {
+    std::string words;  // of the step that asked for it
+    std::function<void()> run;
+  };
+  std::list<Work> work_;
   std::list<PendingOutput> outputs_;
   std::vector<std::string> files_;  // the names of the outputs
 };

@@ -75,6 +75,8 @@ void CatchSignals() {
 #endif
 }
 
+bool SignalsAreWaiting() { return waiting.load(); }
+
 SignalsWait::SignalsWait() { waiting.store(true); }
 
 SignalsWait::~SignalsWait() {

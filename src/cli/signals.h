@@ -16,6 +16,9 @@ class SignalsWait {
   SignalsWait& operator=(const SignalsWait&) = delete;
 };
 
+// Whether one lives.
+bool SignalsAreWaiting();
+
 // While one lives, a signal ends the line that runs, where it asks, and the process at this one's end; a
 // second signal ends the process at once. A file that has become too large (SIGXFSZ) is the line's failure.
 class SignalsEndJob {

@@ -25,8 +25,12 @@ constexpr const char* kSearchPath = "LD_LIBRARY_PATH";
 constexpr std::array<std::string_view, 12> kRare = {".avi", ".mov", ".qt",  ".mp4", ".m4a", ".3gp",
                                                     ".3g2", ".mj2", ".m4v", ".mpg", ".vdb", "mesh="};
 
+// What libraries read before main() has begun.
+constexpr std::array<std::string_view, 6> kReadBefore = {"OPENIMAGEIO_", "CUE_",  "OCIO",
+                                                         "OMP_",         "GOMP_", "ACC_"};
+
 char** g_line = nullptr;
-bool g_started_over = false;
+bool g_started_over = false, g_left_environment = false;
 
 [[noreturn]] void Fail(const char* why) {
   std::fprintf(Messages(), "tessera: error: %s\n", why);
@@ -51,6 +55,31 @@ bool g_started_over = false;
 }
 #endif
 
+// As ParseLine will read it, a word of another command's included: that line has less then.
+bool AsksForSafety(char** argv) {
+  for (char** word = argv + 1; *argv != nullptr && *word != nullptr; ++word) {
+    const std::string_view text = *word;
+    if (text == "--safe" || text == "-safe") return true;
+  }
+  return false;
+}
+
+// No variable is there for anybody from here on. What was read before is undone by starting over.
+void LeaveEnvironment(char** argv) {
+  static char* none[] = {nullptr};  // libraries expect a list
+  bool read = false;
+  for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
+    for (const std::string_view start : kReadBefore) read |= std::string_view(*variable).starts_with(start);
+  }
+  if (!read) {
+    environ = none;
+    g_left_environment = true;
+    return;
+  }
+  execve("/proc/self/exe", argv, none);
+  Fail("--safe: the program cannot be started again without the environment");
+}
+
 }  // namespace
 
 bool AsksForRareLibraries(const std::vector<std::string>& words) {
@@ -61,14 +90,19 @@ bool AsksForRareLibraries(const std::vector<std::string>& words) {
   });
 }
 
+bool HasLeftEnvironment() { return g_left_environment; }
+
 void Start(char** argv) {
   g_line = argv;
+  const bool safe = AsksForSafety(argv);
   if (const char* const before = std::getenv(kMark)) {
     g_started_over = true;
     *before == '\0' ? unsetenv(kSearchPath) : setenv(kSearchPath, std::string(before).c_str(), 1);
     unsetenv(kMark);
+    if (safe) LeaveEnvironment(argv);
     return;
   }
+  if (safe) LeaveEnvironment(argv);
 #ifdef TESSERA_REAL_LIBRARIES
   std::vector<std::string> words;
   for (char** word = argv; *word != nullptr; ++word) words.emplace_back(*word);

@@ -12,6 +12,9 @@ namespace tessera::cli {
 // real ones.
 void Start(char** argv);
 
+// Whether no variable of the environment can be read from here on: the program's line asked for --safe.
+bool HasLeftEnvironment();
+
 // Whether the line names a file that OpenVDB or FFmpeg reads, or a mesh.
 bool AsksForRareLibraries(const std::vector<std::string>& words);
 

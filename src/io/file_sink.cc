@@ -10,7 +10,9 @@
 #include <system_error>
 
 #include "io/color_state.h"
+#include "io/open_input.h"
 #include "io/spec.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 
@@ -32,6 +34,9 @@ constexpr struct {
   const char* format;
   int side;
 } kLongestSides[] = {{"gif", 65535}, {"jpeg", 65500}, {"webp", 16383}, {"png", 1000000}};
+
+// Writers that overlook a failed write and go on, so that all that was written is compared.
+bool KeepsItsSamples(std::string_view format) { return format == "sgi"; }
 
 int TileHint(const ImageSpec& spec, const std::vector<Attribute>& attributes, const std::string& name) {
   int value = 0;
@@ -64,6 +69,10 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
         shown, (extension.empty() ? "found no file extension" : "found the extension \"" + extension + "\"") +
                    ", expected that of a format that can be written: " +
                    std::string(OIIO::get_string_attribute("output_format_list")));
+  }
+  if (Context::Default().policy().listed_formats && !IsTrusted(output_->format_name())) {
+    throw DataError(shown, "found the format " + std::string(output_->format_name()) +
+                               ", expected one of those that are stood behind");
   }
   if (data_.empty()) throw DataError(shown, "found an image without pixels, expected at least 1 x 1");
   file_spec_ = SpecTo(spec, type);
@@ -238,6 +247,7 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
     next_ = y1;
     return;
   }
+  Note(y1 - y0, data, row_stride);
   // This writer reads behind the last row, as far as its own are aligned.
   if (std::string_view(output_->format_name()) == "heif") {
     constexpr size_t kBehind = 4096;
@@ -257,6 +267,14 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
   }
   if (!ok || (stream_ && stream_->failure() != 0)) Fail(output_->geterror());
   next_ = y1;
+}
+
+// Of formats that open files themselves and keep what they are given.
+void FileSink::Note(int rows, const std::byte* data, ptrdiff_t row_stride) {
+  if (stream_ || !KeepsItsSamples(output_->format_name())) return;
+  for (int y = 0; y < rows; ++y, data += row_stride)
+    base::AddToDigest(digest_,
+                      {data, static_cast<size_t>(window_.width()) * kept_.size() * PixelBytes(type_)});
 }
 
 void FileSink::PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) {
@@ -326,17 +344,24 @@ void FileSink::CheckReadable() {
     OIIO::geterror();  // a format that can only be written
     return;
   }
-  std::vector<float> row(static_cast<size_t>(file_spec_.width) * file_spec_.nchannels);
+  const bool compares = KeepsItsSamples(output_->format_name());
+  const OIIO::TypeDesc type = compares ? TypeDescOf(type_) : OIIO::TypeFloat;
+  std::vector<std::byte> row;
+  base::Digest digest{};
   bool ok = input->open(temporary_, found) && found.width == file_spec_.width &&
             found.height == file_spec_.height && found.nchannels >= 1;
   if (ok) {
-    row.resize(static_cast<size_t>(found.width) * found.nchannels);
+    row.resize(static_cast<size_t>(found.width) * found.nchannels * type.size());
     // libtiff says what it could not write; the others have to show all rows.
     const int last = found.y + found.height;
     const int first = std::string_view(output_->format_name()) == "tiff" ? last - 1 : found.y;
-    for (int y = first; ok && y < last && found.tile_width == 0; ++y)
-      ok = input->read_scanline(y, 0, OIIO::TypeFloat, row.data());
+    for (int y = first; ok && y < last && found.tile_width == 0; ++y) {
+      ok = input->read_scanline(y, 0, type, row.data());
+      if (compares) base::AddToDigest(digest, row);
+    }
   }
+  if (ok && compares && digest != digest_)
+    Fail("the file that was written holds other pixels when it is read back");
   if (!ok) Fail("the file that was written cannot be read back: " + input->geterror());
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/digest.h"
 #include "graph/source.h"
 #include "io/codec/codec.h"
 #include "io/output_file.h"
@@ -46,6 +47,7 @@ class FileSink final : public graph::RowSink {
   bool OpenEncoder(int threads);
   void Pad(int until);
   void Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
+  void Note(int rows, const std::byte* data, ptrdiff_t row_stride);
   void PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
   void CheckReadable();
   [[noreturn]] void Fail(const std::string& message);
@@ -54,6 +56,7 @@ class FileSink final : public graph::RowSink {
   std::unique_ptr<CheckedFile> stream_;  // null for formats that open files themselves; outlives output_
   std::unique_ptr<OIIO::ImageOutput> output_;
   std::unique_ptr<Encoder> encoder_;  // in place of output_, which is not opened then
+  base::Digest digest_{};             // of what was written
   std::string encoder_text_;
   OIIO::ImageSpec file_spec_;
   Roi data_;               // window of the rows that Write is given

@@ -9,8 +9,10 @@
 #include <string_view>
 
 #include "base/input_file.h"
+#include "base/policy.h"
 #include "io/header_bytes.h"
 #include "io/spec.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 
@@ -48,11 +50,15 @@ constexpr Start kStarts[] = {{"\x76\x2f\x31\x01"sv, 0, "openexr"},
 // These begin with numbers or nothing that tells them.
 constexpr std::array kByName = {"pnm", "targa", "rla"};
 
+}  // namespace
+
 bool IsTrusted(std::string_view format) {
   return std::any_of(std::begin(kStarts), std::end(kStarts),
                      [&](const Start& s) { return format == s.format; }) ||
          std::find(kByName.begin(), kByName.end(), format) != kByName.end();
 }
+
+namespace {
 
 // The format whose reader OpenImageIO has for the name; empty for none.
 std::string FormatOfName(const std::string& file) {
@@ -92,7 +98,7 @@ std::unique_ptr<OIIO::ImageInput> OpenAs(const std::string& file, const std::str
 
 std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& file, Formats formats) {
   try {
-    if (formats == Formats::kAll) {
+    if (formats == Formats::kAll && !Context::Default().policy().listed_formats) {
       auto input = OIIO::ImageInput::open(file);
       if (!input) throw DataError(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
       return input;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "tessera/io.h"
 
@@ -15,6 +16,9 @@ namespace tessera::io {
 // Opens the file, which exists. Throws Error naming it for what no reader takes, and, with
 // Formats::kTrusted, for formats off the list.
 std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& file, Formats formats);
+
+// Whether a format of OpenImageIO is on the list.
+bool IsTrusted(std::string_view format);
 
 // Throws Error for a header that declares more than the file's bytes can hold as they are packed.
 void CheckPlausible(const std::string& file, const std::string& format, const OIIO::ImageSpec& spec,

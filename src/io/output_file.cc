@@ -28,12 +28,25 @@ base::FileNames& Unfinished() { return Context::Default().files(); }
 
 std::string Reason(int code) { return std::error_code(code, std::generic_category()).message(); }
 
+// Every name on the way, from the root or the directory that the program runs in.
+void RequireNoLinks(const std::string& file) {
+  std::filesystem::path way;
+  for (const auto& part : std::filesystem::path(file)) {
+    way /= part;
+    std::error_code code;
+    if (!std::filesystem::is_symlink(std::filesystem::symlink_status(way, code))) continue;
+    throw DataError(file,
+                    "found the symbolic link " + way.string() + ", expected none on the way to an output");
+  }
+}
+
 }  // namespace
 
 std::string ResolveTarget(const std::string& file) {
   namespace fs = std::filesystem;
   std::error_code code;
   fs::path path(file);
+  if (!Context::Default().policy().output_links) RequireNoLinks(file);
   if (fs::is_symlink(fs::symlink_status(path, code))) {
     const fs::path real = fs::weakly_canonical(path, code);
     if (!code) path = real;

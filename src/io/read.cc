@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iterator>
 #include <memory>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "base/policy.h"
 #include "graph/source.h"
 #include "io/codec/codec.h"
 #include "io/open_input.h"
@@ -89,6 +89,7 @@ void CheckSpec(const std::string& file, const std::string& format, const OIIO::I
   if (row > kLargestRowBytes / s.nchannels) {
     throw DataError(file, "found " + declared + ", expected rows below 2 GiB");
   }
+  base::RequireAllowed(file, {s.width, s.height, depth}, s.nchannels);
   CheckPlausible(file, format, s, file_bytes);
   if (s.tile_width < 0 || s.tile_height < 0 || (s.tile_depth > 1 && s.depth <= 1) ||
       (s.tile_width > 0) != (s.tile_height > 0)) {
@@ -102,7 +103,7 @@ namespace {
 // Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an
 // error.
 bool JpegEnds(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
+  base::InputFile stream(file, "an image file");
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
   for (size_t at = 2; at + 4 <= bytes.size() && byte(at) == 0xFF;) {

@@ -3,17 +3,27 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string_view>
 
 #include "tessera/error_kind.h"
 
 namespace tessera::io {
 namespace {
 
-constexpr int64_t kAtOnce = 4096;  // rows, or tiles of a row of them
+// Rows, or tiles of a row of them. Where OpenImageIO 2.4 inflates several strips or tiles of a TIFF file at
+// once it overlooks those that it could not.
+int64_t AtOnce(const OIIO::ImageInput& input) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const bool overlooks = std::string_view(input.format_name()) == "tiff" &&
+                         spec.get_string_attribute("compression") == "zip" &&
+                         (spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16);
+  return overlooks ? 1 : 4096;
+}
 
 bool ReadScanlines(OIIO::ImageInput& input, int subimage, const Roi& rows, int z, const RowsOut& out) {
-  for (int64_t y = rows.y0; y < rows.y1; y += kAtOnce) {
-    const auto end = static_cast<int>(std::min<int64_t>(y + kAtOnce, rows.y1));
+  const int64_t some = AtOnce(input);
+  for (int64_t y = rows.y0; y < rows.y1; y += some) {
+    const auto end = static_cast<int>(std::min<int64_t>(y + some, rows.y1));
     if (!input.read_scanlines(subimage, 0, static_cast<int>(y), end, z, out.first, out.last, out.type,
                               out.data + (y - rows.y0) * out.row, out.pixel, out.row) ||
         input.has_error())
@@ -26,7 +36,7 @@ bool ReadScanlines(OIIO::ImageInput& input, int subimage, const Roi& rows, int z
 bool ReadTiles(OIIO::ImageInput& input, int subimage, const Roi& rows, int z0, int z1, ptrdiff_t plane,
                const RowsOut& out) {
   const int height = input.spec().tile_height;
-  const int64_t width = kAtOnce * input.spec().tile_width;
+  const int64_t width = AtOnce(input) * input.spec().tile_width;
   for (int64_t y = rows.y0; y < rows.y1; y += height) {
     for (int64_t x = rows.x0; x < rows.x1; x += width) {
       const auto left = static_cast<int>(x), right = static_cast<int>(std::min<int64_t>(x + width, rows.x1)),

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "base/policy.h"
 #include "io/open_input.h"
 #include "io/read_rows.h"
 #include "io/spec.h"
@@ -119,6 +120,8 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   int part = 0;
   auto input = Open(files[0], params.part, part);
   OIIO::ImageSpec spec = input->spec();
+  base::RequireAllowed(file, {spec.width, spec.height, std::max<int64_t>(spec.depth, std::ssize(files))},
+                       spec.nchannels);
   if (params.channel < 0 || params.channel >= spec.nchannels) {
     throw DataError(file, "found " + std::to_string(spec.nchannels) + " channels, expected channel " +
                               std::to_string(params.channel));

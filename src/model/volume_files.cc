@@ -8,6 +8,7 @@
 
 #include "base/input_file.h"
 #include "base/number_text.h"
+#include "base/policy.h"
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
@@ -46,6 +47,7 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
     throw DataError(file, "found " + std::to_string(stream.size()) + " bytes, expected " +
                               base::NumberText(wanted) + " for " + samples);
   }
+  base::RequireAllowed(file, {raw.size[0], raw.size[1], raw.size[2]}, 1);
   // Now that the file is known to fill it.
   Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
   model::VolumeData& data = *volume.data();

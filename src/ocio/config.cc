@@ -11,6 +11,7 @@
 #include "ocio/built_in_config.h"
 #include "ops/registry.h"
 #include "tessera/color_state.h"
+#include "tessera/context.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"
@@ -40,9 +41,14 @@ std::string OneLine(const std::string& text) {
 
 namespace {
 
-void RequireFilesOf(const lib::ConstTransformRcPtr& transform, const lib::ConstContextRcPtr& context) {
+namespace fs = std::filesystem;
+
+// `folder`: where they must be, links followed; empty for anywhere.
+void RequireFilesOf(const std::string& config, const fs::path& folder,
+                    const lib::ConstTransformRcPtr& transform, const lib::ConstContextRcPtr& context) {
   if (const auto group = OCIO_DYNAMIC_POINTER_CAST<const lib::GroupTransform>(transform)) {
-    for (int i = 0; i < group->getNumTransforms(); ++i) RequireFilesOf(group->getTransform(i), context);
+    for (int i = 0; i < group->getNumTransforms(); ++i)
+      RequireFilesOf(config, folder, group->getTransform(i), context);
   }
   const auto file = OCIO_DYNAMIC_POINTER_CAST<const lib::FileTransform>(transform);
   if (file == nullptr) return;
@@ -54,37 +60,50 @@ void RequireFilesOf(const lib::ConstTransformRcPtr& transform, const lib::ConstC
     return;                 // a file that is missing is missed when it is asked for
   }
   RequireLutFile(found);
+  if (folder.empty()) return;
+  std::error_code code;
+  const fs::path place = fs::canonical(found, code);
+  if (!code && std::mismatch(folder.begin(), folder.end(), place.begin(), place.end()).first == folder.end())
+    return;
+  throw DataError(config,
+                  "names the file " + base::Shown(found) + ", expected files of its own folder alone");
 }
 
 // The files that a config names are opened by OpenColorIO.
-void RequireFilesOf(const lib::Config& config) {
-  const lib::ConstContextRcPtr context = config.getCurrentContext();
+void RequireFilesOf(const Config& named) {
+  const lib::Config& config = *named.config;
+  fs::path folder;
+  if (named.name != kBuiltInConfig && Context::Default().policy().configs_inside)
+    folder = fs::weakly_canonical(fs::absolute(named.name)).parent_path();
+  const auto require = [&](const lib::ConstTransformRcPtr& transform) {
+    RequireFilesOf(named.name, folder, transform, named.context);
+  };
   const int spaces = config.getNumColorSpaces(lib::SEARCH_REFERENCE_SPACE_ALL, lib::COLORSPACE_ALL);
   for (int i = 0; i < spaces; ++i) {
     const auto space = config.getColorSpace(
         config.getColorSpaceNameByIndex(lib::SEARCH_REFERENCE_SPACE_ALL, lib::COLORSPACE_ALL, i));
     if (space == nullptr) continue;
     for (const auto way : {lib::COLORSPACE_DIR_TO_REFERENCE, lib::COLORSPACE_DIR_FROM_REFERENCE})
-      RequireFilesOf(space->getTransform(way), context);
+      require(space->getTransform(way));
   }
   for (int i = 0; i < config.getNumLooks(); ++i) {
     const auto look = config.getLook(config.getLookNameByIndex(i));
     if (look == nullptr) continue;
-    RequireFilesOf(look->getTransform(), context);
-    RequireFilesOf(look->getInverseTransform(), context);
+    require(look->getTransform());
+    require(look->getInverseTransform());
   }
   for (int i = 0; i < config.getNumViewTransforms(); ++i) {
     const auto view = config.getViewTransform(config.getViewTransformNameByIndex(i));
     if (view == nullptr) continue;
     for (const auto way : {lib::VIEWTRANSFORM_DIR_TO_REFERENCE, lib::VIEWTRANSFORM_DIR_FROM_REFERENCE})
-      RequireFilesOf(view->getTransform(way), context);
+      require(view->getTransform(way));
   }
   for (int i = 0; i < config.getNumNamedTransforms(lib::NAMEDTRANSFORM_ALL); ++i) {
-    const auto named =
+    const auto other =
         config.getNamedTransform(config.getNamedTransformNameByIndex(lib::NAMEDTRANSFORM_ALL, i));
-    if (named == nullptr) continue;
+    if (other == nullptr) continue;
     for (const auto way : {lib::TRANSFORM_DIR_FORWARD, lib::TRANSFORM_DIR_INVERSE})
-      RequireFilesOf(named->getTransform(way), context);
+      require(other->getTransform(way));
   }
 }
 
@@ -107,10 +126,10 @@ Config LoadConfig(const OcioParams& params) {
       return config;
     });
   }
-  RequireFilesOf(*c.config);
   const lib::ContextRcPtr context = c.config->getCurrentContext()->createEditableCopy();
   for (const auto& [key, value] : params.context) context->setStringVar(key.c_str(), value.c_str());
   c.context = context;
+  RequireFilesOf(c);
   return c;
 }
 

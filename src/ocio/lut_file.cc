@@ -20,6 +20,7 @@
 #include "base/input_file.h"
 #include "base/number_text.h"
 #include "ocio/config.h"
+#include "tessera/context.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::ocio {
@@ -259,6 +260,25 @@ void RequireMetadataEnds(const std::string& file, std::istream& stream) {
                             " and the end of the file, expected END METADATA");
 }
 
+// Color Transform Format files may name others, which OpenColorIO then reads. Names of elements do not depend
+// on case; bytes of 0 are left out for what UTF-16 makes of them.
+void RequireNoReferences(const std::string& file, std::istream& stream) {
+  if (!Context::Default().policy().configs_inside) return;
+  stream.clear();
+  stream.seekg(0);
+  constexpr std::string_view kElement = "<reference";
+  std::string held;
+  for (std::array<char, 1 << 16> bytes; stream.read(bytes.data(), bytes.size()) || stream.gcount() > 0;) {
+    held.erase(0, held.size() - std::min(held.size(), kElement.size()));
+    for (std::streamsize i = 0; i < stream.gcount(); ++i) {
+      const auto byte = static_cast<unsigned char>(bytes[static_cast<size_t>(i)]);
+      if (byte != 0) held += static_cast<char>(std::tolower(byte));
+    }
+    if (held.find(kElement) != std::string::npos)
+      throw DataError(file, "refers to other files, expected a LUT that holds all of itself");
+  }
+}
+
 // A copy without the first `skip` bytes, under a name of its own with the same extension.
 std::string CopyWithout(const std::string& file, std::istream& stream, std::streamoff skip) {
   const std::string extension = fs::path(file).extension().string();
@@ -268,8 +288,13 @@ std::string CopyWithout(const std::string& file, std::istream& stream, std::stre
   close(descriptor);
   stream.clear();
   stream.seekg(skip);
-  std::ofstream(name, std::ios::binary) << stream.rdbuf();
-  return name;
+  std::ofstream copy(name, std::ios::binary);
+  copy << stream.rdbuf();
+  copy.close();
+  if (copy) return name;
+  std::error_code ignored;
+  fs::remove(name, ignored);
+  throw SystemError(file, "cannot write a temporary copy without its byte-order mark");
 }
 
 }  // namespace
@@ -285,6 +310,7 @@ void RequireLutFile(const std::string& file) {
   ForgetIfChanged(file);
   base::InputFile stream(file, "a LUT that OpenColorIO reads", base::kMostText);
   RequireMetadataEnds(file, stream);
+  RequireNoReferences(file, stream);
 }
 
 CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
@@ -303,6 +329,7 @@ CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
   if (extension == ".itx" || extension == ".3dl" || extension == ".spimtx" || extension == ".vf")
     checker.Lines();
   RequireMetadataEnds(path_, stream);
+  RequireNoReferences(path_, stream);
   char start[4] = {};
   stream.clear();
   stream.seekg(0);

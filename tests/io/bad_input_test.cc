@@ -58,6 +58,30 @@ TEST_F(BadInputTest, TruncatedFilesAreNoticedBeforeOrWhileReading) {
   }
 }
 
+// OpenImageIO inflates several of them at once and overlooks those that it cannot.
+TEST_F(BadInputTest, DamagedStripsAndTilesAreNoticed) {
+  for (const int tile : {0, 16}) {
+    OIIO::ImageSpec spec(64, 64, 3, TypeDesc::UINT8);
+    spec.attribute("compression", "zip");
+    spec.attribute("tiff:RowsPerStrip", 16);
+    spec.tile_width = spec.tile_height = tile;
+    WritePattern(Path("a.tif"), {spec});
+    const std::string whole = Contents(Path("a.tif"));
+    // The first strip or tile begins with what deflate begins with.
+    const size_t at = whole.find('\x78', 8);
+    ASSERT_NE(at, std::string::npos);
+    std::string damaged = whole;
+    for (size_t i = at + 8; i < at + 40; ++i) damaged[i] = static_cast<char>(damaged[i] ^ 0x5a);
+    SetContents(Path("a.tif"), damaged);
+    for (const int rows : {16, 64}) {
+      const Node node = Read(Path("a.tif"), {.codec = Codec::kOpenImageIO});
+      ConstImageView view;
+      EXPECT_THAT(ErrorOf([&] { ReadRows(node, 0, 3, rows, &view); }), HasSubstr("cannot be read"))
+          << tile << " " << rows;
+    }
+  }
+}
+
 TEST_F(BadInputTest, FlippedBytesNeverDoHarm) {
   for (const char* name : {"a.exr", "a.tif", "a.png"}) {
     const bool exr = std::string(name) == "a.exr";
