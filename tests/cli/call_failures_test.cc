@@ -1,0 +1,257 @@
+// Calls of the system that fail, one after the other: a reason and exit code 1, or the right picture; the old
+// outputs stay and nothing else does. TESSERA_EVERY_CALL=1 goes through every call of every line, which takes
+// long, and prints how they ended.
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "cli/cli_test.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+// $: the directory of the outputs. Those with a star are in the short loop.
+constexpr const char* kLines[] = {
+    "* in/a.exr in/a.exr --accum .5,.5 -d half -o $/o.exr",
+    "* in/b.png --hue 30 -o $/o.png",
+    "* --codec oiio in/b.tif --blur:sigma=3 -o $/o.tif",
+    "* in/b.tga --mulc .5 -o $/o.tga",
+    "* in/b.ppm --resize 30x20 -o $/o.ppm",
+    "* in/b.hdr --addc 1 -o $/o.hdr",
+    "* in/b.dpx --addc .1 -o $/o.dpx",
+    "* in/b.jpg --invert -o $/o.jpg",
+    "* in/b.webp --sobel -o $/o.webp",
+    "* --frames 1-2 in/f.#.exr --saturate 1.2 -o $/o.#.exr",
+    "* in/a.exr --lut in/l.cube --dup --invert -o $/inverted.png --pop -o $/o.tif",
+    "* in/a.exr --verify --powc 2.2 -o $/o.exr",
+    "--codec oiio in/a.exr in/a.exr --sub -o $/o.exr",
+    "--codec oiio in/b.png --luminance -o $/o.png",
+    "--codec oiio in/b.jpg --mulc .5 -o $/o.bmp",
+    "in/b.tif --clamp:min=.1:max=.9 -o $/o.tif",
+    "in/b.bmp --ccmatrix 0,1,0,1,0,0,0,0,1 -o $/o.bmp",
+    "in/b.gif --emboss N -o $/o.gif",
+    "* in/b.sgi --median 3 -o $/o.sgi",
+    "in/b.rla --unsharp -o $/o.rla",
+    "in/b.jp2 --laplacian -o $/o.jp2",
+    "in/b.heic --contrast 1.2 -o $/o.png",
+    "in/a.exr --table in/t.txt -o $/o.exr",
+    "in/a.exr --lut in/l.csp -o $/o.exr",
+    "--colorconfig in/config.ocio in/a.exr --colorconvert lin log -o $/o.exr",
+    "in/a.exr --ociodisplay:bake=5 sRGB \"\" -o $/o.png",
+    "in/rgba.exr in/rgba.exr --over -o $/o.tif",
+    "in/rgba.exr in/b.png --blend soft-light -o $/o.png",
+    "in/a.exr in/b.png --interp 1.5 -o $/o.webp",
+    "--pattern perlin 32x32 3 in/b.png --lookup:dims=2 -o $/o.exr",
+    "in/a.exr --ch R,G --addc -.5 --lic:length=5 -o $/o.exr",
+    "in/a.exr in/a.exr --fog:density=.5:color=.6,.7,.8 -o $/o.exr",
+    "in/a.exr in/b.png --envmap:map=latlong -o $/o.png",
+    "--pattern clouds 32x24 3 --mip -o $/o.exr",
+    "--volume:solid=body:size=16x16 -o $/o.exr",
+    "--volume:file=in/b.ppm:slices=4:mode=mip:size=16x16 -o $/o.png",
+    "in/a.exr --warp 1,0.1,0,0,1,0,0,0,1 -o $/o.exr",
+    "in/a.exr --convolve:kernel=laplacian:method=fft -o $/o.exr",
+    "in/a.exr --printstats --runstats -o $/o.exr",
+    "in/a.exr in/a.exr --diff --swap -o $/o.png",
+};
+
+struct Fault {
+  const char* kind;
+  int code;
+};
+constexpr Fault kFaults[] = {{"read", EIO},     {"write", EIO},  {"write", ENOSPC},  {"open", EIO},
+                             {"open", ENOSPC},  {"rename", EIO}, {"rename", ENOSPC}, {"fsync", EIO},
+                             {"fsync", ENOSPC}, {"close", EIO},  {"close", ENOSPC},  {"truncate", EIO},
+                             {"thread", EAGAIN}};
+
+class CallFailuresTest : public testing::CliTest {
+ protected:
+  struct Outcomes {
+    int reasons = 0, right = 0, bad = 0;
+  };
+
+  testing::CommandResult With(const std::string& own, const std::string& variable, const std::string& value,
+                              const std::string& line) {
+    std::vector<std::string> words = {"env",
+                                      "TMPDIR=" + Path(own + ".scratch"),
+                                      "LD_PRELOAD=" TESSERA_FAIL_CALL,
+                                      variable + "=" + value,
+                                      TESSERA_PROGRAM,
+                                      "--threads",
+                                      "2",
+                                      "--nosoftwareattrib"};
+    for (const std::string& word : testing::Words(line)) words.push_back(word == "\"\"" ? "" : word);
+    return testing::RunCommand(words, directory_.path());
+  }
+
+  // What a directory holds: of each file, its bytes.
+  using Files = std::map<std::string, std::string>;
+  static Files Held(const fs::path& directory) {
+    Files files;
+    for (const auto& entry : fs::directory_iterator(directory))
+      files[entry.path().filename()] = testing::FileText(entry.path());
+    return files;
+  }
+  static std::vector<float> Pixels(const fs::path& file) {
+    OIIO::ImageCache* const cache = OIIO::ImageCache::create(/*shared=*/true);
+    cache->invalidate(OIIO::ustring(file.string()), /*force=*/true);
+    OIIO::ImageCache::destroy(cache);
+    OIIO::ImageBuf image(file.string());
+    if (!image.read(0, 0, true, OIIO::TypeFloat)) return {};
+    std::vector<float> pixels(image.spec().image_pixels() * static_cast<size_t>(image.nchannels()));
+    image.get_pixels(image.roi(), OIIO::TypeFloat, pixels.data());
+    return pixels;
+  }
+  // The same files, or other packings of the same pixels.
+  bool Same(const fs::path& directory, const Files& right) {
+    const Files found = Held(directory);
+    if (found == right) return true;
+    if (found.size() != right.size()) return false;
+    const testing::TemporaryDirectory other;
+    for (const auto& [name, bytes] : right) {
+      if (!found.contains(name)) return false;
+      std::ofstream(other.path() / name, std::ios::binary) << bytes;
+      if (Pixels(directory / name) != Pixels(other.path() / name) || Pixels(directory / name).empty())
+        return false;
+    }
+    return true;
+  }
+  // Of the line, or one that its files name.
+  static bool NamesAFile(const std::string& message, const std::string& own) {
+    return message.find("in/") != std::string::npos || message.find(own + "/") != std::string::npos;
+  }
+
+  // Outputs are in the directory `own`, temporary files of the program in one of its own.
+  void Loop(const std::string& text, const std::string& own, bool every) {
+    const fs::path outputs = directory_.path() / own;
+    fs::create_directory(outputs);
+    fs::create_directory(Path(own + ".scratch"));
+    std::string line = text;
+    for (size_t at = line.find('$'); at != std::string::npos; at = line.find('$')) line.replace(at, 1, own);
+    const std::string counts = Path(own + ".counts");
+    const testing::CommandResult whole = With(own, "COUNT_CALLS", counts, line);
+    EXPECT_EQ(whole.exit_code, 0) << line << whole.err;
+    if (whole.exit_code != 0) return;
+    const Files right = Held(outputs);
+    Files old;
+    for (const auto& [name, bytes] : right) old[name] = "old";
+    std::map<std::string, long> count;
+    std::ifstream stream(counts);
+    for (std::string kind; stream >> kind;) stream >> count[kind];
+    for (const Fault& fault : kFaults) {
+      const long all = count[fault.kind], step = every ? 1 : std::max<long>(all / 2, 1);
+      Outcomes outcomes;
+      // The short loop looks at the last ones: what the libraries begin with is first.
+      for (long number = all; number >= 1; number -= step) {
+        for (const auto& [name, bytes] : old) std::ofstream(outputs / name) << bytes;
+        const std::string call =
+            std::string(fault.kind) + ":" + std::to_string(number) + ":" + std::to_string(fault.code);
+        const testing::CommandResult result = With(own, "FAIL_CALL", call, line);
+        const bool names = NamesAFile(result.err, own) || fault.code == EAGAIN;
+        std::string why;
+        if (result.exit_code == 1) {
+          if (result.err.find("tessera: error: ") == std::string::npos || !names) why = "no reason";
+          // Of frames, those before it are whole.
+          Files now = Held(outputs);
+          for (auto& [name, bytes] : now) {
+            if (line.find("--frames") != std::string::npos && right.contains(name) && right.at(name) == bytes)
+              bytes = "old";
+          }
+          if (now != old) why = "other files";
+        } else if (result.exit_code != 0) {
+          why = "exit code";
+        } else if (!Same(outputs, right)) {
+          why = "wrong files";
+        }
+        if (!fs::is_empty(Path(own + ".scratch"))) why = "scratch files";
+        ++(!why.empty() ? outcomes.bad : result.exit_code == 1 ? outcomes.reasons : outcomes.right);
+        EXPECT_EQ(why, "") << line << "\n"
+                           << call << " of " << all << ": " << result.exit_code << " " << result.err;
+        if (why.empty()) continue;
+        for (const auto& [name, bytes] : Held(outputs)) {
+          if (!right.contains(name)) fs::remove(outputs / name);
+        }
+      }
+      const std::lock_guard lock(mutex_);
+      const std::string row = std::string(fault.kind) + " " +
+                              (fault.code == EIO      ? "EIO"
+                               : fault.code == ENOSPC ? "ENOSPC"
+                                                      : "EAGAIN");
+      Outcomes& sum = table_[row];
+      sum.reasons += outcomes.reasons, sum.right += outcomes.right, sum.bad += outcomes.bad;
+    }
+  }
+
+  std::map<std::string, Outcomes> table_;
+  std::mutex mutex_;
+};
+
+TEST_F(CallFailuresTest, EndARunCleanly) {
+  if (With("", "COUNT_CALLS", Path("counts"), "--version").exit_code == 77) GTEST_SKIP() << "no seccomp here";
+  const char* const variable = std::getenv("TESSERA_EVERY_CALL");
+  const bool every = variable != nullptr && *variable != 0;
+  fs::create_directory(Path("in"));
+  Works("--pattern ramp 48x40 3 -d half -o in/a.exr");
+  Works("--pattern ramp 48x40 4 --premult -d half -o in/rgba.exr");
+  Works("--pattern perlin 48x40 3 -d uint8 -o in/b.png");
+  for (const char* const format :
+       {"tif", "jpg", "tga", "hdr", "dpx", "ppm", "webp", "bmp", "gif", "sgi", "rla", "jp2", "heic"})
+    Works(std::string("in/b.png -o in/b.") + format);
+  Works("--frames 1-2 in/a.exr --mulc {FRAME_NUMBER/2} -o in/f.#.exr");
+  std::ofstream(Path("in/l.cube")) << "\xEF\xBB\xBFLUT_1D_SIZE 2\n0 0 0\n1 .5 1\n";
+  std::ofstream(Path("in/l.csp"))
+      << "CSPLUTV100\n1D\n\n2\n0 1\n0 1\n2\n0 1\n0 1\n2\n0 1\n0 1\n\n2\n0 0 0\n1 .5 1\n";
+  std::ofstream(Path("in/t.txt")) << "0\n.2\n1\n";
+  std::ofstream(Path("in/config.ocio"))
+      << "ocio_profile_version: 2\nsearch_path: .\nroles: {default: lin, scene_linear: lin}\n"
+         "displays:\n  d:\n    - !<View> {name: v, colorspace: lin}\ncolorspaces:\n"
+         "  - !<ColorSpace> {name: lin}\n"
+         "  - !<ColorSpace> {name: log, from_scene_reference: !<FileTransform> {src: l.csp}}\n";
+
+  std::vector<std::string> lines;
+  for (const std::string line : kLines) {
+    if (every || line.starts_with("* ")) lines.push_back(line.substr(line.starts_with("* ") ? 2 : 0));
+  }
+  std::atomic<size_t> next = 0;
+  const auto work = [&] {
+    for (size_t i = next++; i < lines.size(); i = next++) Loop(lines[i], "out" + std::to_string(i), every);
+  };
+  std::thread other(work);
+  work();
+  other.join();
+  int failed = 0;
+  for (const auto& [row, sum] : table_) {
+    failed += sum.reasons;
+    std::printf("%-16s %6d with a reason %6d with the right files %4d bad\n", row.c_str(), sum.reasons,
+                sum.right, sum.bad);
+  }
+  EXPECT_GT(failed, 50);
+}
+
+// A library that waits for a disk asks nobody for the time.
+TEST_F(CallFailuresTest, SecondsEndWhatWaits) {
+  if (With("", "COUNT_CALLS", Path("counts"), "--version").exit_code == 77) GTEST_SKIP() << "no seccomp here";
+  Works("--pattern ramp 48x40 3 -d half -o a.exr");
+  std::ofstream(Path("o.png")) << "old";
+  const auto before = directory_.Names();
+  for (const char* call : {"read:2:0", "write:1:0"}) {
+    const testing::CommandResult result = With("", "FAIL_CALL", call, "--limit seconds=.1 a.exr -o o.png");
+    EXPECT_EQ(result.exit_code, 1) << call;
+    EXPECT_NE(result.err.find(": found more than 0.1 s of work, over the limit seconds=0.1\n"),
+              std::string::npos)
+        << call << result.err;
+    EXPECT_EQ(directory_.Names(), before) << call;
+    EXPECT_EQ(testing::FileText(Path("o.png")), "old") << call;
+  }
+}
+
+}  // namespace
+}  // namespace tessera
