@@ -55,12 +55,16 @@ class Lobe {
         for (size_t k = 0; k < 3; ++k) sum[k] = (across[k] + by * along[k]) * std::sqrt(0.5);
         return sum;
       };
-      double bends[2] = {};
+      double bends[2] = {}, slope = 0;
       int axes = 0;
       for (const Vec& axis : {across, along, mixed(1), mixed(-1)}) {
         std::vector<double> row[5];
         for (int k = -2; k <= 2; ++k) row[k + 2] = k == 0 ? sum.value : Value(Moved(n, axis, k * step));
         double most = 0;
+        for (int k = 1; k <= 4; ++k) {
+          for (size_t c = 0; c < sum.value.size(); ++c)
+            slope = std::max(slope, std::fabs(row[k][c] - row[k - 1][c]));
+        }
         for (int k = 1; k <= 3; ++k) {
           for (size_t c = 0; c < sum.value.size(); ++c)
             most = std::max(most, std::fabs(row[k - 1][c] + row[k + 1][c] - 2 * row[k][c]));
@@ -70,6 +74,10 @@ class Lobe {
       const double bend = std::max(bends[0], bends[1]);
       // What bends by that much from texel to texel, the table does not have.
       off += bend > contrast / 4 ? contrast : bend / 2;
+      // Across the seams of a cube rows of texels meet that point up to a quarter of a texel past each other.
+      double size[3] = {std::fabs(n[0]), std::fabs(n[1]), std::fabs(n[2])};
+      std::sort(size, size + 3);
+      if (size[2] - size[1] < step * size[2]) off += slope / 2;
     }
     sum.largest += off / (8 * 0x1p-24);
     return sum;

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "reference/flow_lines.h"
 #include "reference/flow_scene.h"
 #include "reference/flow_weights.h"
 #include "reference/reference.h"
@@ -22,55 +23,12 @@ namespace tessera::reference {
 namespace {
 
 using flow::ContrastOf;
+using flow::Follow;
+using flow::FollowCells;
 using flow::Point;
 using flow::Scene;
 using flow::Taps;
 using flow::Weight;
-
-// Positions of taps 1 to n from a start; `parts` steps of the integrator for each.
-std::vector<Point> Follow(const Scene& scene, const LicParams& p, Point at, double sign, int parts) {
-  std::vector<Point> line;
-  const double h = sign * p.step / parts;
-  for (int i = 0; i < Taps(p); ++i) {
-    for (int k = 0; k < parts; ++k) {
-      const Point k1 = scene.Velocity(at);
-      if (p.integrator == LicIntegrator::kEuler) {
-        at = at + h * k1;
-      } else if (p.integrator == LicIntegrator::kMidpoint) {
-        at = at + h * scene.Velocity(at + 0.5 * h * k1);
-      } else {
-        const Point k2 = scene.Velocity(at + 0.5 * h * k1), k3 = scene.Velocity(at + 0.5 * h * k2);
-        const Point k4 = scene.Velocity(at + h * k3);
-        at = at + (h / 6) * (k1 + 2 * k2 + 2 * k3 + k4);
-      }
-    }
-    line.push_back(at);
-  }
-  return line;
-}
-
-// The same from pixel to pixel; (fx, fy) is where in the first one the line starts.
-std::vector<Point> FollowCells(const Scene& scene, const LicParams& p, int x, int y, double fx, double fy,
-                               double sign) {
-  std::vector<Point> line;
-  for (int i = 0; i < Taps(p); ++i) {
-    const Point v = sign * scene.Code(x, y);
-    if (v.x != 0 || v.y != 0) {
-      const double left_x = v.x > 0 ? 1 - fx : fx, left_y = v.y > 0 ? 1 - fy : fy;
-      const double size_x = std::fabs(v.x), size_y = std::fabs(v.y);
-      // Into a corner: first along the larger component.
-      const double to_x = left_x * size_y, to_y = left_y * size_x;
-      if (to_x < to_y || (to_x == to_y && size_x > size_y)) {
-        x += v.x > 0 ? 1 : -1, fx = v.x > 0 ? 0 : 1, fy += left_x / size_x * v.y;
-      } else {
-        y += v.y > 0 ? 1 : -1, fy = v.y > 0 ? 0 : 1, fx += left_y / size_y * v.x;
-      }
-    }
-    line.push_back({static_cast<double>(x), static_cast<double>(y)});
-    x = scene.X(x), y = scene.Y(y);
-  }
-  return line;
-}
 
 // One pixel's sums, and what they may be off by.
 class Pixel {
@@ -143,8 +101,9 @@ class Pixel {
       for (const auto& other : others)
         apart[i] = std::max(apart[i], std::hypot(other[i].x - line[i].x, other[i].y - line[i].y));
     }
-    const std::vector<double> steps =
-        Adaptive() ? StepErrors(x, y, line, apart, sign) : std::vector<double>(line.size());
+    const Missed steps = Adaptive()
+                             ? StepErrors(x, y, line, apart, sign)
+                             : Missed{std::vector<double>(line.size()), std::vector<double>(line.size())};
     bool ended = false, loose = false;
     for (size_t i = 0; i < line.size(); ++i) {
       const double number = static_cast<double>(i) + 1, w = Weight(p_, static_cast<int>(sign * number));
@@ -156,8 +115,9 @@ class Pixel {
         high = {std::max(high.x, other[i].x), std::max(high.y, other[i].y)};
       }
       // In fields as rough as noise the worst chain of steps is not always found: twice.
-      const double margin =
-          Cells() ? 0 : d + 2 * steps[i] * apart[i] / d + (high.x - low.x + high.y - low.y) / 2;
+      const double margin = Cells() ? 0
+                                    : d + 2 * steps.grown[i] * apart[i] / d + steps.astray[i] +
+                                          (high.x - low.x + high.y - low.y) / 2;
       low = {low.x - margin, low.y - margin}, high = {high.x + margin, high.y + margin};
       const bool open = !ended && scene_.Open(Nearest(line[i].x), Nearest(line[i].y));
       const Reach reach_here = ReachOf(low, high);
@@ -175,20 +135,41 @@ class Pixel {
       weight += w;
     }
   }
-  // What the steps of the method may miss until each tap, as a distance at the start of the line (where lines
-  // drift apart errors grow as they do): from tap to tap the larger error of its two steps, of fourth and
-  // third order; over several taps, wherever such a step would be taken, that of its end and of the cubics
-  // between. Nobody knows where steps begin: the worst chain of them counts.
-  std::vector<double> StepErrors(int x, int y, const std::vector<Point>& line,
-                                 const std::vector<double>& apart, double sign) const {
+  // What the steps of the method may miss until each tap.
+  struct Missed {
+    // As a distance at the start of the line, as if errors grew as lines near it drift apart.
+    std::vector<double> grown;
+    // How far at the tap lines are that go on from the ends of the worst steps: across an edge of a pixel
+    // they may part from lines that on this side come together.
+    std::vector<double> astray;
+  };
+  // Where a step ended that was to end at tap `number`, counted from 0 for the start.
+  struct Strayed {
+    double off = 0;
+    size_t number = 0;
+    Point end;
+  };
+  // From tap to tap the larger error of its two steps, of fourth and third order; over several taps, wherever
+  // such a step would be taken, that of its end and of the cubics between. Nobody knows where steps begin:
+  // the worst chain of them counts.
+  Missed StepErrors(int x, int y, const std::vector<Point>& line, const std::vector<double>& apart,
+                    double sign) const {
     const size_t taps = line.size();
     const double d = Moved();
     std::vector<Point> at{{static_cast<double>(x), static_cast<double>(y)}};
     at.insert(at.end(), line.begin(), line.end());
     std::vector<double> until(taps + 1), worst(taps + 1);
+    std::vector<Strayed> strayed;
     const auto growth = [&](size_t i) { return i == 0 ? 1 : apart[i - 1] / d; };
+    const auto stray = [&](Point end, size_t number) {
+      const double off = std::hypot(end.x - at[number].x, end.y - at[number].y);
+      if (off > d) strayed.push_back({off, number, end});
+      return off;
+    };
     for (size_t j = 0; j < taps; ++j) {
-      const double one = until[j] + StepError(at[j], at[j + 1], sign) / growth(j + 1);
+      double missed = 0;
+      for (const Point end : StepEnds(at[j], sign)) missed = std::max(missed, stray(end, j + 1));
+      const double one = until[j] + missed / growth(j + 1);
       until[j + 1] = std::max(until[j + 1], one);
       for (const size_t n : {2, 4, 5, 8, 10, 16, 20}) {
         if (j + n > taps || n * p_.step > LongestStep()) break;
@@ -197,6 +178,7 @@ class Pixel {
                     k3 = scene_.Velocity(at[j] + 0.5 * h * k2), k4 = scene_.Velocity(at[j] + h * k3);
         if (!IsTaken(v, k2, k3, k4)) continue;
         const Point end = at[j] + (h / 6) * (v + 2 * k2 + 2 * k3 + k4), last = scene_.Velocity(end);
+        stray(end, j + n);
         for (size_t m = 1; m <= n; ++m) {
           const double t = static_cast<double>(m) / static_cast<double>(n), u = 1 - t;
           const Point cubic = (u * u * (1 + 2 * t)) * at[j] + (t * t * (3 - 2 * t)) * end +
@@ -207,9 +189,24 @@ class Pixel {
         }
       }
     }
-    std::vector<double> errors(taps);
-    for (size_t i = 0; i < taps; ++i) errors[i] = std::max(until[i + 1], worst[i + 1]);
-    return errors;
+    Missed missed{std::vector<double>(taps), std::vector<double>(taps)};
+    for (size_t i = 0; i < taps; ++i) missed.grown[i] = std::max(until[i + 1], worst[i + 1]);
+    FollowStrayed(strayed, line, sign, missed.astray);
+    return missed;
+  }
+  void FollowStrayed(std::vector<Strayed>& strayed, const std::vector<Point>& line, double sign,
+                     std::vector<double>& astray) const {
+    // A few tell; all would cost as many lines as there are taps.
+    const size_t followed = std::min<size_t>(strayed.size(), 12);
+    std::partial_sort(strayed.begin(), strayed.begin() + static_cast<std::ptrdiff_t>(followed), strayed.end(),
+                      [](const Strayed& a, const Strayed& b) { return a.off > b.off; });
+    for (size_t k = 0; k < followed; ++k) {
+      const std::vector<Point> other = Follow(scene_, p_, strayed[k].end, sign, Parts());
+      for (size_t i = strayed[k].number; i < line.size(); ++i) {
+        const Point at = other[i - strayed[k].number];
+        astray[i] = std::max(astray[i], std::hypot(at.x - line[i].x, at.y - line[i].y));
+      }
+    }
   }
   // Whether a step with these stages may be taken: by how much it turns, unevenly or with a bend within.
   bool IsTaken(Point k1, Point k2, Point k3, Point k4) const {
@@ -223,9 +220,9 @@ class Pixel {
     return p_.method == LicMethod::kShared ? std::min(length, 20.0) : length;
   }
   double LongestStep() const { return Length() > 64 ? 2 : Length() > 32 ? 4 : 20; }
-  // What a step from tap to tap misses: the larger error of the two that the kernel takes where the field has
-  // kinks, of fourth and of third order. Longer ones it takes only where their errors are smaller.
-  double StepError(Point from, Point to, double sign) const {
+  // Where steps to the next tap end, of fourth and of third order: the kernel takes either where the field
+  // has kinks. Longer ones it takes only where their errors are smaller.
+  std::array<Point, 2> StepEnds(Point from, double sign) const {
     const int parts = Parts();
     const double h = sign * p_.step / parts;
     Point fourth = from, third = from;
@@ -237,7 +234,7 @@ class Pixel {
       const Point c = scene_.Velocity(third + (-0.16 * h) * a + (0.96 * h) * b);
       third = third + h * ((5.0 / 24) * a + (4.0 / 9) * b + (25.0 / 72) * c);
     }
-    return std::max(std::hypot(fourth.x - to.x, fourth.y - to.y), std::hypot(third.x - to.x, third.y - to.y));
+    return {fourth, third};
   }
   // Shared lines pass up to half a pixel beside the centre: two and a half times what lines that start there
   // differ by, and seven standard deviations of a mean whose taps each read any of the pixels around.

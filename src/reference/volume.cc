@@ -89,6 +89,7 @@ class Scene {
     const double through = 1 - sum[3];
     for (size_t n = 0; n < 4; ++n) sum[n] += through * surface[n];
     sum[kMissed] += through * surface[kMissed];
+    if (through > 0) sum[volume::kDoubt] = std::max(sum[volume::kDoubt], surface[volume::kDoubt]);
     if (surface[4] < sum[4]) std::copy(surface.begin() + 4, surface.begin() + kChannels, sum.begin() + 4);
     return sum;
   }
@@ -171,7 +172,7 @@ void Evaluate(const Call& call) {
       for (int c = 0; c < call.out.channels; ++c) {
         const auto k = static_cast<size_t>(c);
         call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (responses.slope(k) + ends) / kBound;
-        if (c >= 4 && r[volume::kDoubt] != 0) call.Undecided(x, y, c, kUnknownJump);
+        if (r[volume::kDoubt] > (c < 4 ? 1 : 0)) call.Undecided(x, y, c, kUnknownJump);
         if (responses.jump(k) > 0) call.Undecided(x, y, c, responses.jump(k));
       }
     }

@@ -20,7 +20,8 @@ using ops::volume::VolumeDraw;
 // the ray: what a step of the samples' own length misses of an integral (kAttenuate), highlights of normals
 // that are off in their last digits.
 constexpr size_t kChannels = 12, kMissed = 12;
-// Not 0 where alpha comes so near to 1/2 at a sample that another may be the one that has the depth.
+// 1 where alpha comes so near to 1/2 at a sample that another may be the one that has the depth; 2 where the
+// surface may be another.
 constexpr size_t kDoubt = 13;
 using Result = std::array<double, kChannels + 2>;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
@@ -235,8 +236,10 @@ class Picture {
       if (t > ray.end) return nothing;
       if (Level(Add(ray.origin, ray.direction, t)) <= 0) break;
     }
+    double doubt = 0;
     if (!cap) {
       double outside = t - step, inside = t;
+      if (CrossesAgain(ray, outside, inside)) doubt = 2;
       for (int k = 0; k < 60; ++k) {
         const double middle = 0.5 * (outside + inside);
         (Level(Add(ray.origin, ray.direction, middle)) > 0 ? outside : inside) = middle;
@@ -264,8 +267,23 @@ class Picture {
     Result r =
         Colored(color[0] * s.lit + s.gloss, color[1] * s.lit + s.gloss, color[2] * s.lit + s.gloss, 1, t);
     r[kMissed] = s.off;
+    r[kDoubt] = doubt;
     AddAovs(ray, t, normal, r);
     return r;
+  }
+  // Whether the surface is crossed three times or more between two places of the grid, as a body that sags
+  // far does: each crossing is as good as the others.
+  bool CrossesAgain(const Ray& ray, double outside, double inside) const {
+    constexpr int kParts = 16;
+    bool was_inside = false;
+    int crossings = 0;
+    for (int i = 1; i <= kParts; ++i) {
+      const double t = outside + (inside - outside) * i / kParts;
+      const bool is_inside = i == kParts || Level(Add(ray.origin, ray.direction, t)) <= 0;
+      crossings += is_inside != was_inside;
+      was_inside = is_inside;
+    }
+    return crossings > 1;
   }
 
   // --- Media. ---

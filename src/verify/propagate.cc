@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 namespace tessera::verify {
 namespace {
@@ -137,6 +138,24 @@ class Responses {
     for (size_t i = 0; i < count; ++i) {
       out_.tolerance.samples[i] += std::max(largest[i], 4 * std::sqrt(near[i] / by_chance));
     }
+  }
+
+  // What all inputs do at once and none alone: products of errors, which are all there is where both factors
+  // are 0.
+  void AddTogether(std::span<const Evaluated> in) {
+    for (size_t k = 0; k < in.size(); ++k) {
+      for (size_t i = 0; i < values_[k].samples.size() && !in[k].tolerance.samples.empty(); ++i)
+        values_[k].samples[i] += in[k].tolerance.samples[i];
+    }
+    ImageD response(out_.value.roi, out_.value.channels);
+    operation_.evaluate(values_, response);
+    for (size_t i = 0; i < response.samples.size(); ++i) {
+      const double change = std::fabs(response.samples[i] - out_.value.samples[i]);
+      const bool decided = out_.jump.samples.empty() || out_.jump.samples[i] == 0;
+      if (decided && std::isfinite(change))
+        out_.tolerance.samples[i] = std::max(out_.tolerance.samples[i], change);
+    }
+    for (size_t k = 0; k < in.size(); ++k) values_[k].samples = in[k].value.samples;
   }
 
   // What undecided samples would change.
@@ -280,6 +299,7 @@ void PassErrors(const Operation& operation, std::span<const Evaluated> in, size_
     responses.AddEach();
   }
   responses.AddJumps();
+  if (k > 0 && k + 1 == in.size() && !linear) responses.AddTogether(in);
 }
 
 }  // namespace tessera::verify

@@ -126,6 +126,30 @@ TEST(LicTest, SizesFromTiniestToLargestAndNoiseThatIsNaN) {
   });
 }
 
+TEST(LicTest, LinesThatGoRoundForeverStayInThePicture) {
+  // Vectors so long that after one step no float counts the pixels: lines with their lengths, border=repeat.
+  const int n = 37;
+  for (const double size : {1e6, 1e9, 1e20, 3e38}) {
+    const Image field = FieldOf(n, n, [&](double x, double y) {
+      return std::pair(size * std::sin(3 * x + y), size * std::cos(x - 2 * y));
+    });
+    OnEveryTarget([&] {
+      const Image image = Render(Lic(FromImage(field), {.length = 7,
+                                                        .integrator = LicIntegrator::kRk4,
+                                                        .border = LicBorder::kRepeat,
+                                                        .contrast = LicContrast::kNone,
+                                                        .speed = true}));
+      for (int y = 0; y < n; ++y) {
+        for (int x = 0; x < n; ++x) {
+          const float v = image.at<float>(x, y, 0);
+          // Means of a texture in [0, 1]; positions beyond all floats are none.
+          ASSERT_TRUE(std::isnan(v) || (v >= 0 && v <= 1)) << size << " " << x << "," << y << " " << v;
+        }
+      }
+    });
+  }
+}
+
 TEST(LicTest, VectorsFollowTheirUnits) {
   // Twice as wide as high: a diagonal of normalised units is not one of pixels.
   const Image field = Constant(64, 32, 1, 1);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -371,6 +372,15 @@ std::string WordSource::Value(Draw& draw, const OpInfo& op, const ParamInfo& par
 }
 
 Words WordSource::Drawn(Draw& draw, const OpInfo& op, const Surroundings& around) const {
+  Words words = Any(draw, op, around);
+  // Every texel for every pixel takes minutes of large maps.
+  if (op.name == "envmap" && int64_t{around.width} * around.height > 1 << 14) {
+    std::erase_if(words.modifiers, [](const auto& m) { return m.first == "table" && m.second == "-1"; });
+  }
+  return words;
+}
+
+Words WordSource::Any(Draw& draw, const OpInfo& op, const Surroundings& around) const {
   Words words;
   const bool from_example = !op.examples.empty() && draw.Chance(0.5);
   if (from_example) {

@@ -36,6 +36,7 @@ class WordSource {
   Words Drawn(Draw& draw, const ops::OpInfo& op, const Surroundings& around) const;
 
  private:
+  Words Any(Draw& draw, const ops::OpInfo& op, const Surroundings& around) const;
   std::string Value(Draw& draw, const ops::OpInfo& op, const ops::ParamInfo& param,
                     const Surroundings& around) const;
   std::string Text(Draw& draw, const ops::OpInfo& op, const ops::ParamInfo& param,

@@ -60,7 +60,8 @@ constexpr TableKernel kTable[] = {
 double Stretched(const ops::FilterKernel& f, double x, double width) {
   if (std::string_view(f.name) != "sinc") return f.value(x * f.width / width);
   const double t = std::numbers::pi * x;
-  if (std::fabs(x) > width / 2) return 0;
+  // Its zeros are zeros, not what sin makes of a rounded pi: a border may renormalize by what it shows.
+  if (std::fabs(x) > width / 2 || (x != 0 && x == std::floor(x))) return 0;
   return std::fabs(x) < 1e-4 ? 1 : std::sin(t) / t;
 }
 

@@ -97,7 +97,8 @@ HWY_INLINE Place PlaceOf(const Lines& lines, int x, int y, double far) {
   return p;
 }
 
-// Image coordinate `at` modulo `size`, for |at| below 2^24.
+// Image coordinate `at` modulo `size`, for |at| below 2^24; beyond, where positions are no pixels any more,
+// any of the coordinates there are.
 HWY_INLINE VI Wrap(VI at, int size) {
   const D d;
   const DI di;
@@ -105,7 +106,8 @@ HWY_INLINE VI Wrap(VI at, int size) {
   const V turns = hn::Floor(hn::Mul(hn::ConvertTo(d, at), hn::Set(d, 1.0f / static_cast<float>(size))));
   VI r = hn::Sub(at, hn::Mul(hn::ConvertTo(di, turns), n));
   r = hn::IfThenElse(hn::Lt(r, hn::Zero(di)), hn::Add(r, n), r);
-  return hn::IfThenElse(hn::Lt(r, n), r, hn::Sub(r, n));
+  r = hn::IfThenElse(hn::Lt(r, n), r, hn::Sub(r, n));
+  return hn::Min(hn::Max(r, hn::Zero(di)), hn::Set(di, size - 1));
 }
 
 // Four bytes from each of Place's codes, the first one lowest.
