@@ -60,11 +60,11 @@ bool ReadRows(OIIO::ImageInput& input, int subimage, const Roi& rows, const Rows
 }
 
 void CheckStrips(const std::string& file, const OIIO::ImageSpec& spec) {
-  constexpr int kMost = 1 << 30;
+  constexpr double kMost = 1 << 30;
   const int rows = spec.get_int_attribute("tiff:RowsPerStrip", 0);
-  if (rows > kMost && rows > spec.height) {
+  if (rows > spec.height && rows * static_cast<double>(spec.scanline_bytes(true)) > kMost) {
     throw DataError(file, "found " + std::to_string(rows) + " rows a strip in an image of " +
-                              std::to_string(spec.height) + ", expected at most " + std::to_string(kMost));
+                              std::to_string(spec.height) + ", expected strips of at most 1 GiB");
   }
 }
 
