@@ -86,7 +86,8 @@ TEST_P(FaultIs, FoundAndShrunk) {
         << CheckName(finding->check) << ": " << finding->what;
     const Case shortest = ShrunkOf(c, *finding, comparer, 60);
     EXPECT_NE(CommandLine(shortest).find("--" + fault.op.name), std::string::npos) << CommandLine(shortest);
-    // Which thread gets which part of the work is chance: shrinking may stop early, and what is left may pass.
+    // Which thread gets which part of the work is chance: shrinking may stop early, and what is left may
+    // pass.
     if (fault.op.name == "threads") return;
     // Who reads what nobody wrote, or when others write, may not do so twice.
     if (finding->check != Check::kThreads && fault.op.name != "tile-halo") {
