@@ -338,7 +338,8 @@ void FileSink::CheckReadable() {
     throw SystemError(shown_,
                       "cannot be written: " + std::error_code(code, std::generic_category()).message());
   }
-  const auto input = OIIO::ImageInput::create(temporary_);
+  // By the name of the format: by that of a file it is none where the file is damaged.
+  const auto input = OIIO::ImageInput::create(output_->format_name());
   OIIO::ImageSpec found;
   if (!input) {
     OIIO::geterror();  // a format that can only be written

@@ -1,6 +1,6 @@
 // Calls of the system that fail, one after the other: a reason and exit code 1, or the right picture; the old
-// outputs stay and nothing else does. TESSERA_EVERY_CALL=1 goes through every call of every line, which takes
-// long, and prints how they ended.
+// outputs stay and nothing else does. TESSERA_EVERY_CALL=TEXT goes through every call of every line that
+// holds the text, which takes long (a minute each), and prints how they ended; TEXT -o is in all of them.
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -218,7 +218,8 @@ TEST_F(CallFailuresTest, EndARunCleanly) {
 
   std::vector<std::string> lines;
   for (const std::string line : kLines) {
-    if (every || line.starts_with("* ")) lines.push_back(line.substr(line.starts_with("* ") ? 2 : 0));
+    if (every ? line.find(variable) != std::string::npos : line.starts_with("* "))
+      lines.push_back(line.substr(line.starts_with("* ") ? 2 : 0));
   }
   std::atomic<size_t> next = 0;
   const auto work = [&] {
@@ -233,7 +234,7 @@ TEST_F(CallFailuresTest, EndARunCleanly) {
     std::printf("%-16s %6d with a reason %6d with the right files %4d bad\n", row.c_str(), sum.reasons,
                 sum.right, sum.bad);
   }
-  EXPECT_GT(failed, 50);
+  if (!every) EXPECT_GT(failed, 50);
 }
 
 // A library that waits for a disk asks nobody for the time.
