@@ -237,6 +237,17 @@ TEST_F(CallFailuresTest, EndARunCleanly) {
   if (!every) EXPECT_GT(failed, 50);
 }
 
+// A file that has lost its beginning is no format's any more.
+TEST_F(CallFailuresTest, LostHeadersAreNoticed) {
+  if (With("", "COUNT_CALLS", Path("counts"), "--version").exit_code == 77) GTEST_SKIP() << "no seccomp here";
+  Works("--pattern ramp 48x40 3 -d uint8 -o a.png");
+  std::ofstream(Path("o.sgi")) << "old";
+  for (const char* call : {"write:2:5", "write:3:5"}) {
+    EXPECT_EQ(With("", "FAIL_CALL", call, "a.png -o o.sgi").exit_code, 1) << call;
+    EXPECT_EQ(testing::FileText(Path("o.sgi")), "old") << call;
+  }
+}
+
 // A library that waits for a disk asks nobody for the time.
 TEST_F(CallFailuresTest, SecondsEndWhatWaits) {
   if (With("", "COUNT_CALLS", Path("counts"), "--version").exit_code == 77) GTEST_SKIP() << "no seccomp here";
