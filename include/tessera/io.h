@@ -38,6 +38,12 @@ struct ReadOptions {
   std::string part{};          ///< or its name (EXR part, TIFF page name); wins over the index when not empty
   Codec codec = Codec::kAuto;  ///< of the pixels; OpenImageIO reads the header
   Formats formats = Formats::kTrusted;  ///< that the file may be of
+
+  /// Not 0: an image of these sides has detail enough, for a thumbnail say. A JPEG is then decoded at 1/2,
+  /// 1/4 or 1/8 of its sides, rounded up, as long as they are at least these: other pixels than a full image
+  /// filtered down has, in a fraction of the time. Other files are read as they are.
+  int enough_width = 0;
+  int enough_height = 0;  ///< the same
 };
 
 /// A lazy image of a file: the header is read now, pixels when evaluated, only the channels and rows that the

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 
 #include "cli/messages.h"
 #include "cli/session.h"
@@ -11,6 +12,7 @@
 #include "tessera/ops/channels.h"
 #include "tessera/ops/filter.h"
 #include "tessera/ops/generate.h"
+#include "tessera/ops/geometry.h"
 
 namespace tessera::cli {
 namespace {
@@ -35,6 +37,32 @@ Command Row(const std::string& name, Effect effect, int inputs, const std::strin
   return c;
 }
 
+Roi BoxOf(const Step& step) {
+  const std::string& text = step.arguments.Text("thumbnail");
+  try {
+    if (text.find_first_not_of("0123456789x") == std::string::npos) return ParseGeometry(text, Roi{});
+  } catch (const Error&) {
+  }
+  throw UsageError(step.written, "found thumbnail=" + text + ", expected WxH, such as 256x256");
+}
+
+// The file's image within a box, from no more pixels than it takes to filter it well.
+Node Thumbnail(const Step& step, const Node& image, ReadOptions options) {
+  const Roi box = BoxOf(step);
+  const Roi& window = image.spec().display_window;
+  if (window.empty()) return image;
+  const double scale = std::min(static_cast<double>(box.width()) / window.width(),
+                                static_cast<double>(box.height()) / window.height());
+  if (scale >= 1) return image;
+  const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * scale))); };
+  ResizeParams size;
+  size.width = scaled(window.width()), size.height = scaled(window.height());
+  // Of a JPEG, whose sides are below 2^16.
+  options.enough_width = 2 * std::min(size.width, 1 << 16);
+  options.enough_height = 2 * std::min(size.height, 1 << 16);
+  return Resize(Read(step.arguments.Text("FILE"), options), size);
+}
+
 void ReadImage(const Step& step, Session& session) {
   const std::string& file = step.arguments.Text("FILE");
   ReadOptions options;
@@ -48,7 +76,11 @@ void ReadImage(const Step& step, Session& session) {
       options.part = part;
     }
   }
+  const bool thumbnail = step.arguments.Given("thumbnail");
+  if (thumbnail)
+    options.enough_width = options.enough_height = 1 << 16;  // whole, its header read the cheap way
   Entry entry{Read(file, options), file, {}};
+  if (thumbnail) entry.node = Thumbnail(step, entry.node, options);
   if (session.options().verbose) {
     const ImageSpec& spec = entry.node.spec();
     const std::string space = ColorStateOf(spec).space;
@@ -124,8 +156,18 @@ std::vector<Command> ImageCommands() {
                      {{.name = "subimage",
                        .type = ParamType::kText,
                        .default_value = "0",
-                       .help = "index from 0, or name, of the part that is read"}}));
+                       .help = "index from 0, or name, of the part that is read"},
+                      {.name = "thumbnail",
+                       .type = ParamType::kText,
+                       .default_value = "",
+                       .help = "WxH: made smaller to fit within"}}));
   rows.back().info.help =
+      "A thumbnail keeps its aspect and is filtered as by --resize; an image that fits is left as it is. A JPEG is "
+      "decoded at 1/2, 1/4 or 1/8 of its sides as long as twice the thumbnail's are left: much faster, and other "
+      "pixels than --resize gives: 1 or 2 codes of 255 away on average over a photograph, up to 30 where there is "
+      "grain, and, of sides that the fraction does not divide, moved by less than half a pixel at the right and "
+      "the lower edge. What is not needed of a progressive JPEG is not looked at. Files of other formats are "
+      "decoded whole, and get the pixels of --resize.\n"
       "The slices of a volume file lie one above the other, the first on top, as --lookup:slices=N takes a "
       "table of three axes.";
   rows.push_back(Row("o", Effect::kUse, 1, "Writes the top image, which stays on the stack.", WriteOutput,

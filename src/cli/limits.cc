@@ -37,7 +37,7 @@ bool InTime() { return !g_end || Clock::now() < *g_end; }
 extern "C" void OnAlarm(int /*signal*/) {
   if (SignalsAreWaiting()) return;  // the outputs are getting their names
   RemoveUnfinishedOutputs();
-  const int messages = fileno(Messages());
+  const int messages = MessagesDescriptor();
   const char* const parts[] = {"tessera: error: ", g_at_hand.load(), ": ", g_over.c_str(), "\n"};
   for (const char* const part : parts) {
     if (write(messages, part, std::strlen(part)) < 0) break;

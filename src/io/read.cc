@@ -20,6 +20,7 @@
 #include "base/policy.h"
 #include "graph/source.h"
 #include "io/codec/codec.h"
+#include "io/codec/jpeg_read.h"
 #include "io/open_input.h"
 #include "io/read_rows.h"
 #include "io/spec.h"
@@ -103,18 +104,31 @@ namespace {
 // Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an
 // error.
 bool JpegEnds(const std::string& file) {
+  constexpr std::string_view kEnd = "\xFF\xD9";
   base::InputFile stream(file, "an image file");
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  std::string bytes(kEnd.size(), '\0');
+  stream.seekg(-std::ssize(kEnd), std::ios::end);
+  if (stream.read(bytes.data(), std::ssize(bytes)) && bytes == kEnd) return true;  // nearly all of them
+  stream.clear();
+  stream.seekg(0);
+  bytes.assign(std::istreambuf_iterator<char>(stream), {});
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
   for (size_t at = 2; at + 4 <= bytes.size() && byte(at) == 0xFF;) {
     if (byte(at + 1) == 0xFF) {
       ++at;  // fill byte
       continue;
     }
-    if (byte(at + 1) == 0xDA) return bytes.find("\xFF\xD9", at) != std::string::npos;
+    if (byte(at + 1) == 0xDA) {
+      const size_t end = bytes.rfind(kEnd);
+      return end != std::string::npos && end >= at;
+    }
     at += 2 + static_cast<size_t>(byte(at + 2)) * 256 + byte(at + 3);
   }
   return true;  // the decoder is the judge of what else is wrong
+}
+
+bool IsNamedJpeg(const std::string& file) {
+  return file.ends_with(".jpg") || file.ends_with(".jpeg") || file.ends_with(".JPG");
 }
 
 std::vector<std::string> PartNames(ImageInput& input) {
@@ -253,24 +267,36 @@ class FileSource final : public graph::PixelSource {
   FileSource(const std::string& file, const ReadOptions& options)
       : file_(file), codec_(options.codec), formats_(options.formats), subimage_(options.subimage) {
     const int64_t bytes = CheckFile(file);
-    const auto input = OpenImage(file, options.formats);
-    Guarded(file, [&] {
-      FindPart(*input, options);
-      native_ = input->spec();
-    });
-    CheckSpec(file, input->format_name(), native_, bytes);
-    if (std::string_view(input->format_name()) == "jpeg" && !JpegEnds(file)) {
+    const bool reduces = options.enough_width > 0 && options.enough_height > 0;
+    if (reduces && options.subimage == 0 && options.part.empty() && IsNamedJpeg(file) &&
+        Guarded(file, [&] { return ReadCoarseHeader(file, native_); })) {
+      format_ = "jpeg";
+    } else {
+      const auto input = OpenImage(file, options.formats);
+      Guarded(file, [&] {
+        FindPart(*input, options);
+        native_ = input->spec();
+      });
+      format_ = input->format_name();
+    }
+    CheckSpec(file, format_, native_, bytes);
+    if (format_ == "jpeg" && !JpegEnds(file)) {
       throw DataError(
           file, "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
     }
+    if (format_ == "jpeg" && reduces) {
+      divisor_ = JpegDivisor(native_, options.enough_width, options.enough_height);
+      if (divisor_ > 1 && !JpegIsPlain(file, native_)) divisor_ = 1;
+      DivideSides(native_, divisor_);
+    }
     spec_ = SpecFrom(native_);
-    format_ = input->format_name();
     granularity_ = native_.tile_height > 0 ? native_.tile_height : ChunkRows(format_, native_);
   }
 
   const ImageSpec& spec() const override { return spec_; }
   std::string Describe() const override { return file_; }
   std::unique_ptr<graph::RowReader> Open(int first, int last) const override {
+    if (divisor_ > 1) return OpenReducedJpeg(file_, native_, divisor_, first, last);
     auto choice = ChooseDecoder(first, last);
     const auto judge = [=, this](const std::string& reason) {
       const std::lock_guard lock(mutex_);
@@ -281,6 +307,7 @@ class FileSource final : public graph::PixelSource {
     return std::make_unique<CodecReader>(std::move(choice.codec), judge);
   }
   std::string Decoder() const override {
+    if (divisor_ > 1) return "the codec jpeg at 1/" + std::to_string(divisor_);
     {
       const std::lock_guard lock(mutex_);
       if (!gave_up_.empty()) return "OpenImageIO (" + gave_up_ + ")";
@@ -336,6 +363,7 @@ class FileSource final : public graph::PixelSource {
   OIIO::ImageSpec native_;
   ImageSpec spec_;
   int granularity_ = 1;
+  int divisor_ = 1;  // of a JPEG's sides; native_ and spec_ are of what is left
 };
 
 }  // namespace

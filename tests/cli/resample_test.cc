@@ -146,5 +146,39 @@ TEST_F(ResampleTest, DepthOfFieldAndMipsOnFiles) {
   EXPECT_EQ(Load("two.exr").roi(), OIIO::ROI(0, 15, 0, 10, 0, 1, 0, 4));
 }
 
+TEST_F(ResampleTest, ThumbnailsFitTheirBox) {
+  MakePicture("a.jpg", 803, 601, 3, OIIO::TypeUInt8);
+  MakePicture("a.tif", 803, 601, 3, OIIO::TypeUInt8);
+  const auto size = [&](const std::string& box, const std::string& file) {
+    Works("-i:thumbnail=" + box + " " + file + " -o t.tif");
+    const OIIO::ROI roi = Load("t.tif").roi();
+    return std::to_string(roi.width()) + "x" + std::to_string(roi.height());
+  };
+  EXPECT_EQ(size("100x100", "a.jpg"), "100x75");
+  EXPECT_EQ(size("1000x60", "a.jpg"), "80x60");
+  EXPECT_EQ(size("5x1", "a.jpg"), "1x1");
+  EXPECT_EQ(size("803x601", "a.jpg"), "803x601");
+  EXPECT_EQ(size("2000x2000", "a.jpg"), "803x601");  // never larger
+  Works("a.jpg -o whole.tif");
+  Works("t.tif whole.tif --fail 0 --diff");
+  // Another format's pixels are those of --resize; a JPEG's are near them.
+  EXPECT_EQ(size("100x100", "a.tif"), "100x75");
+  Works("a.tif --resize 100x75 -o resized.tif");
+  Works("t.tif resized.tif --fail 0 --diff");
+  Works("a.jpg --resize 100x75 -o resized.tif");
+  EXPECT_EQ(size("100x100", "a.jpg"), "100x75");
+  EXPECT_EQ(Tessera("-q t.tif resized.tif --fail 0 --diff").exit_code, 1);
+  Works("t.tif resized.tif --fail 0.02 --failpercent 3 --hardfail 0.1 --diff");
+
+  EXPECT_NE(
+      Works("-i:thumbnail=100x100 a.jpg --runstats -o t.tif").find("a.jpg decoded by the codec jpeg at 1/4"),
+      std::string::npos);
+  for (const char* box : {"100", "x100", "0x100", "-5x100", "100x100+5+5", "50%", ""}) {
+    const CommandResult wrong = Tessera("-i:thumbnail=" + std::string(box) + " a.jpg -o x.tif");
+    EXPECT_EQ(wrong.exit_code, 2) << box;
+    EXPECT_NE(wrong.err.find("expected WxH"), std::string::npos) << wrong.err;
+  }
+}
+
 }  // namespace
 }  // namespace tessera::testing
