@@ -41,7 +41,8 @@ struct ReadOptions {
 
   /// Not 0: an image of these sides has detail enough, for a thumbnail say. A JPEG is then decoded at 1/2,
   /// 1/4 or 1/8 of its sides, rounded up, as long as they are at least these: other pixels than a full image
-  /// filtered down has, in a fraction of the time. Other files are read as they are.
+  /// filtered down has, in a fraction of the time. Other files, and all by Codec::kOpenImageIO, are read as
+  /// they are.
   int enough_width = 0;
   int enough_height = 0;  ///< the same
 };

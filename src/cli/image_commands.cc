@@ -167,7 +167,7 @@ std::vector<Command> ImageCommands() {
       "pixels than --resize gives: 1 or 2 codes of 255 away on average over a photograph, up to 30 where there is "
       "grain, and, of sides that the fraction does not divide, moved by less than half a pixel at the right and "
       "the lower edge. What is not needed of a progressive JPEG is not looked at. Files of other formats are "
-      "decoded whole, and get the pixels of --resize.\n"
+      "decoded whole, as JPEG is with --codec oiio, and get the pixels of --resize.\n"
       "The slices of a volume file lie one above the other, the first on top, as --lookup:slices=N takes a "
       "table of three axes.";
   rows.push_back(Row("o", Effect::kUse, 1, "Writes the top image, which stays on the stack.", WriteOutput,

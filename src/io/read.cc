@@ -267,7 +267,8 @@ class FileSource final : public graph::PixelSource {
   FileSource(const std::string& file, const ReadOptions& options)
       : file_(file), codec_(options.codec), formats_(options.formats), subimage_(options.subimage) {
     const int64_t bytes = CheckFile(file);
-    const bool reduces = options.enough_width > 0 && options.enough_height > 0;
+    const bool reduces =
+        options.enough_width > 0 && options.enough_height > 0 && options.codec != Codec::kOpenImageIO;
     if (reduces && options.subimage == 0 && options.part.empty() && IsNamedJpeg(file) &&
         Guarded(file, [&] { return ReadCoarseHeader(file, native_); })) {
       format_ = "jpeg";

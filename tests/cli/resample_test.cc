@@ -170,6 +170,9 @@ TEST_F(ResampleTest, ThumbnailsFitTheirBox) {
   EXPECT_EQ(Tessera("-q t.tif resized.tif --fail 0 --diff").exit_code, 1);
   Works("t.tif resized.tif --fail 0.02 --failpercent 3 --hardfail 0.1 --diff");
 
+  Works("--codec oiio -i:thumbnail=100x100 a.jpg -o t.tif");
+  Works("t.tif resized.tif --fail 0 --diff");
+
   EXPECT_NE(
       Works("-i:thumbnail=100x100 a.jpg --runstats -o t.tif").find("a.jpg decoded by the codec jpeg at 1/4"),
       std::string::npos);
