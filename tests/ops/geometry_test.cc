@@ -448,6 +448,14 @@ TEST(GeometryTest, RefusalsNameWhatWasFound) {
   const Node node = FromImage(Noise(8, 8));
   EXPECT_THAT(Refusal([&] { Resize(node, {4, 4, 0, 0, "lanzcos3"}); }), HasSubstr("lanczos3"));
   EXPECT_THAT(Refusal([&] { Resize(node, {0, 4}); }), HasSubstr("found 0x4"));
+  EXPECT_THAT(Refusal([&] {
+                Resize(node, {31, 8, std::numeric_limits<int>::max() - 3, 0});
+              }),
+              HasSubstr("beyond 2^31"));
+  EXPECT_THAT(Refusal([&] {
+                Resize(Crop(node, {-2000, 0, 2000, 8}), {1 << 24, 8});
+              }),
+              HasSubstr("beyond 2^31"));
   EXPECT_THAT(Refusal([&] { Zoom(node, {0, 1}); }), HasSubstr("other than 0"));
   EXPECT_THAT(Refusal([&] { Zoom(node, {0.01, 1}); }), HasSubstr("no pixel"));
   EXPECT_THAT(Refusal([&] { Zoom(node, {1e9, 1}); }), HasSubstr("at most 2^30"));

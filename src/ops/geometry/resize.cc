@@ -1,6 +1,7 @@
 // Resizing to a geometry.
 #include <algorithm>
 #include <charconv>
+#include <climits>
 #include <cmath>
 #include <string>
 
@@ -20,13 +21,20 @@ std::string FilterOf(const ResizeParams& p, const Roi& from) {
   return p.width > from.width() || p.height > from.height() ? "blackman-harris" : "lanczos3";
 }
 
+[[noreturn]] void RefuseWindow() {
+  throw Error("resize",
+              "found a size or an origin that leads beyond 2^31, expected a window between -2^31 and 2^31");
+}
+
 // The data window of the result, as oiiotool in float: the origin is rounded down, the size up.
 Roi ScaledWindow(Roi w, const Roi& full, const ResizeParams& p) {
   const auto scaled = [](int& v0, int& v1, int from, int size, int to, int new_size) {
     const float ratio = static_cast<float>(new_size) / static_cast<float>(size);
-    const int length = static_cast<int>(std::ceil(static_cast<float>(v1 - v0) * ratio));
-    v0 = to + static_cast<int>(std::floor(static_cast<float>(v0 - from) * ratio));
-    v1 = v0 + length;
+    const double length = std::ceil(static_cast<float>(v1 - v0) * ratio);
+    const double start = to + double{std::floor(static_cast<float>(v0 - from) * ratio)};
+    if (!(std::fabs(start) < INT_MAX) || !(start + length < INT_MAX)) RefuseWindow();
+    v0 = static_cast<int>(start);
+    v1 = static_cast<int>(start + length);
   };
   scaled(w.x0, w.x1, full.x0, full.width(), p.x, p.width);
   scaled(w.y0, w.y1, full.y0, full.height(), p.y, p.height);
@@ -51,6 +59,7 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
       throw Error("resize", "found " + std::to_string(p.width) + "x" + std::to_string(p.height) +
                                 ", expected sides from 1 to " + std::to_string(kLongestSide));
     }
+    if (p.x > INT_MAX - p.width || p.y > INT_MAX - p.height) RefuseWindow();
     FindFilter("resize", FilterOf(p, spec.display_window));
     const Roi full = spec.display_window.empty() ? spec.data_window : spec.display_window;
     spec.display_window = {p.x, p.y, p.x + p.width, p.y + p.height};
