@@ -161,9 +161,9 @@ FAULTS = [
           "of the rows that two bands share the last is not kept"),
 
     # Files.
-    Fault("read-first-channel", "reader", "src/io/read.cc",
-          "return input_->read_scanlines(subimage_, 0, out.roi.y0, out.roi.y1, 0, first_, last_, TypeDescOf(type_),",
-          "return input_->read_scanlines(subimage_, 0, out.roi.y0, out.roi.y1, 0, 0, last_ - first_, TypeDescOf(type_),",
+    Fault("read-first-channel", "reader", "src/io/read_rows.cc",
+          "static_cast<int>(y), end, z, out.first, out.last, out.type,",
+          "static_cast<int>(y), end, z, 0, out.last - out.first, out.type,",
           "where not all channels are needed the first ones are read"),
     Fault("read-kept-tile", "reader of tiles", "src/io/read.cc",
           "const std::byte* from = pixels_.data() + pixel * width * (y - top);",
