@@ -140,12 +140,8 @@ class EdgePixels {
 
   // A line is on the pixel.
   bool On(int x, int y) const {
-    if (Background(x, y)) return false;
-    if (DepthBend(x, y, 1, 0) != 0 || DepthBend(x, y, 0, 1) != 0) return true;
-    for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
-      if (Inside(x + dx, y + dy) && Differ(x, y, dx, dy)) return true;
-    }
-    return false;
+    if (DepthBend(x, y, 1, 0) == 0 && DepthBend(x, y, 0, 1) == 0 && !DiffersFromAny(x, y)) return false;
+    return !Background(x, y);  // asked last: most pixels have no line
   }
   // A line runs between a pixel and the next one along the row or column: of the depth where it bends one
   // way here and the other way there.
@@ -164,6 +160,13 @@ class EdgePixels {
   }
 
  private:
+  bool DiffersFromAny(int x, int y) const {
+    for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
+      if (Inside(x + dx, y + dy) && Differ(x, y, dx, dy)) return true;
+    }
+    return false;
+  }
+
   const EdgeTests& e_;
   const Roi& window_;
   std::span<const ConstImageView> in_;
