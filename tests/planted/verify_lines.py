@@ -9,6 +9,8 @@ float.exr -d uint8 -o rgba8.tif
 float.exr --ch R,G,B -d uint8 -o rgb8.png
 float.exr --ch R,G,B -d uint16 -o rgb16.png
 float.exr --ch G -d uint8 -o grey8.png
+float.exr --ch R,G,B -d uint16 -o rgb16.sgi
+float.exr --ch R,G,B -d uint8 -o rgb8.bmp
 float.exr --ch R,G,B -d float -o rgb.tif
 float.exr --crop 211x131+37+41 -d half -o window.exr
 float.exr --attrib tile_width 64 --attrib tile_height 32 -d half -o tiled.exr
@@ -49,6 +51,11 @@ float.exr rgba8.tif --over -d half --verify -o out.exr
 float.exr --subc 0.5 --powc 0.5 --clamp:max=0.4 -d float --verify -o out.exr
 float.exr --subc 0.5 --powc 0.5 float.exr --max -d half --verify -o out.exr
 large.tif --blur 3x3 --mulc 0.9 -d uint8 --verify -o out.tif
+rgb16.sgi --ch B,G --mulc 0.9 -d uint16 --verify -o out.tif
+rgb8.bmp --ch B --powc 1.3 -d uint8 --verify -o out.png
+--codec oiio float.exr --ch G,A --mulc 0.7 -d half --verify -o out.exr
+--codec oiio rgba8.tif --ch 1,2 --addc 0.1 -d uint8 --verify -o out.tif
+--codec oiio rgb16.png --ch B --powc 1.1 -d uint16 --verify -o out.png
 """.strip().splitlines()
 
 

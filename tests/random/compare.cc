@@ -198,7 +198,10 @@ class Comparison {
     const std::string file = folder_ + "/result." + c_.format;
     if (!CanHold(c_.format, spec, c_.type)) return Padded(file);
     if (Words words = WrongFromForeign(c_, base_, folder_ + "/foreign", tally_)) return words;
-    PendingOutput output(node(), file, {.type = c_.type, .render = {.threads = c_.threads}});
+    const Codec writer = c_.index % 4 == 1 ? Codec::kOpenImageIO : Codec::kAuto,
+                reader = c_.index / 4 % 4 == 1 ? Codec::kOpenImageIO : Codec::kAuto;
+    if (reader == Codec::kOpenImageIO) tally_.Add(kFiles, "by OpenImageIO");
+    PendingOutput output(node(), file, {.type = c_.type, .render = {.threads = c_.threads}, .codec = writer});
     const StoredPixels stored = output.ReadBack();
     if (stored.window != spec.data_window || stored.channels.size() != spec.channels.size() ||
         stored.type != c_.type || stored.bits != 0) {
@@ -211,7 +214,7 @@ class Comparison {
     if (stored.unassociated >= 0) return AllOpaque(stored) ? words : std::nullopt;
     if (words) return words;
     output.Commit();
-    const Node read = Read(file);
+    const Node read = Read(file, {.codec = reader});
     if (read.spec().data_window != spec.data_window || read.spec().channel_count() != spec.channel_count() ||
         read.spec().type != c_.type) {
       return "file: another window, type or number of channels was read";
@@ -219,7 +222,12 @@ class Comparison {
     StoredPixels again = stored;  // the order of the file's channels is the same
     const Image image = Render(read, c_.type, {.threads = 1});
     again.read = [&](const ImageView& rows) { CopySamples(image.view(), rows); };
-    return Prefixed("file " + c_.format, DifferMaybeRounded(InOrder(again).view(), base_.view()));
+    if (Words wrong =
+            Prefixed("file " + c_.format, DifferMaybeRounded(InOrder(again).view(), base_.view()))) {
+      return wrong;
+    }
+    const int channel = static_cast<int>(c_.index / 16 % static_cast<uint64_t>(spec.channel_count()));
+    return Prefixed("file " + c_.format, WrongAlone(c_, read, channel, Channel(image.view(), channel)));
   }
   // Formats without a data window have all of the display window's pixels, those beyond the data window 0.
   Words Padded(const std::string& file) {
@@ -238,12 +246,10 @@ class Comparison {
     Image held(base_.spec()), sorted(base_.spec());
     stored.read(held.view());
     for (size_t k = 0; k < stored.channels.size(); ++k) {
-      ConstImageView from = held.view();
       ImageView to = sorted.view();
-      from.data = from.At(from.roi.x0, from.roi.y0, static_cast<int>(k));
       to.data = to.At(to.roi.x0, to.roi.y0, stored.channels[k]);
-      from.channels = to.channels = 1;
-      CopySamples(from, to);
+      to.channels = 1;
+      CopySamples(Channel(held.view(), static_cast<int>(k)), to);
     }
     return sorted;
   }

@@ -56,7 +56,33 @@ bool WriteAsOthers(const Image& image, const std::string& file, int tile, int be
   return output->close();
 }
 
+// What is wrong with the channels of a file, all at once or the case's one alone; found by `named` names.
+std::optional<std::string> WrongChannels(const Case& c, const Node& read, const Image& want, bool named) {
+  const std::vector<std::string>& names = want.spec().channels;
+  const int channels = want.spec().channel_count();
+  const Image all = Render(read, c.type, {.threads = 1, .tile_height = c.tile_height});
+  for (int k = 0; k < channels; ++k) {
+    const int from = named ? read.spec().ChannelIndex(names[static_cast<size_t>(k)]) : k;
+    if (from < 0) return "no channel " + names[static_cast<size_t>(k)] + " was read";
+    if (const auto wrong = Differ(Channel(all.view(), from), Channel(want.view(), k))) {
+      return "channel " + std::to_string(k) + ": " + *wrong;
+    }
+    if (k != static_cast<int>(c.index % static_cast<uint64_t>(channels))) continue;
+    if (const auto wrong = WrongAlone(c, read, from, Channel(want.view(), k))) return wrong;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
+
+std::optional<std::string> WrongAlone(const Case& c, const Node& read, int channel,
+                                      const ConstImageView& want) {
+  const Image alone =
+      Render(SelectChannels(read, {{channel, 0, "Y"}}), c.type, {.threads = 1, .tile_height = c.tile_height});
+  const auto wrong = Differ(alone.view(), want);
+  return wrong ? std::optional<std::string>("channel " + std::to_string(channel) + " alone: " + *wrong)
+               : std::nullopt;
+}
 
 std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, const std::string& base,
                                             Tally& tally) {
@@ -74,29 +100,14 @@ std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, 
   if (before > 0) tally.Add(kFiles, "of parts");
   const std::string words =
       "file of others, " + std::to_string(tile) + " pixels a tile, part " + std::to_string(before) + ": ";
-  const Node read = Read(file, {.subimage = before});
-  if (read.spec().data_window != spec.data_window || read.spec().channel_count() != channels ||
-      read.spec().type != c.type) {
-    return words + "another window, type or number of channels was read";
-  }
-  const RenderOptions options{.threads = 1, .tile_height = c.tile_height};
-  const Image all = Render(read, c.type, options);
-  for (int k = 0; k < channels; ++k) {
-    const int from = deep ? read.spec().ChannelIndex(spec.channels[static_cast<size_t>(k)]) : k;
-    if (from < 0) return words + "no channel " + spec.channels[static_cast<size_t>(k)] + " was read";
-    const auto one = [](ConstImageView view, int channel) {
-      view.data = view.At(view.roi.x0, view.roi.y0, channel);
-      view.channels = 1;
-      return view;
-    };
-    if (const auto wrong = Differ(one(all.view(), from), one(result.view(), k))) {
-      return words + "channel " + std::to_string(k) + ": " + *wrong;
+  for (const Codec codec : {Codec::kAuto, Codec::kOpenImageIO}) {
+    const Node read = Read(file, {.subimage = before, .codec = codec});
+    const std::string by = words + (codec == Codec::kAuto ? "" : "by OpenImageIO: ");
+    if (read.spec().data_window != spec.data_window || read.spec().channel_count() != channels ||
+        read.spec().type != c.type) {
+      return by + "another window, type or number of channels was read";
     }
-    if (k != static_cast<int>(c.index % static_cast<uint64_t>(channels))) continue;
-    const Image alone = Render(SelectChannels(read, {{from, 0, "Y"}}), c.type, options);
-    if (const auto wrong = Differ(alone.view(), one(result.view(), k))) {
-      return words + "channel " + std::to_string(k) + " alone: " + *wrong;
-    }
+    if (const auto wrong = WrongChannels(c, read, result, deep)) return by + *wrong;
   }
   return std::nullopt;
 }

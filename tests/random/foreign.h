@@ -11,10 +11,14 @@
 namespace tessera::random {
 
 // What is wrong with the pixels that are read from such a file (`base`: an OpenEXR or TIFF file's name
-// without its extension) of the case's result, all of them or one channel alone, in bands of the case's tile
-// height.
+// without its extension) of the case's result, by the codecs and by OpenImageIO, all of them or one channel
+// alone, in bands of the case's tile height.
 std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, const std::string& base,
                                             Tally& tally);
+
+// What is wrong with one channel of a file where nothing else is asked of it.
+std::optional<std::string> WrongAlone(const Case& c, const Node& read, int channel,
+                                      const ConstImageView& want);
 
 // What is wrong with a file whose format pads the data window to the display window; `file` will be that.
 std::optional<std::string> WrongPadding(const Case& c, const Node& result, const std::string& file,

@@ -43,6 +43,12 @@ std::string ValueWords(const ConstImageView& view, int x, int y, int c) {
 
 }  // namespace
 
+ConstImageView Channel(ConstImageView view, int channel) {
+  view.data = view.At(view.roi.x0, view.roi.y0, channel);
+  view.channels = 1;
+  return view;
+}
+
 double SampleAt(const ConstImageView& view, int x, int y, int c) {
   const std::byte* const at = view.At(x, y, c);
   switch (view.type) {

@@ -10,6 +10,8 @@
 
 namespace tessera::random {
 
+// One channel of the pixels, as pixels of their own.
+ConstImageView Channel(ConstImageView view, int channel);
 // The value of a sample; exact.
 double SampleAt(const ConstImageView& view, int x, int y, int c);
 // Nothing where all samples of got.roi have the same bits (any NaN is like any other), else the first that
