@@ -26,7 +26,7 @@ if(TARGET tessera_cli)
 endif()
 
 # `book`: a page for every command, with lines that run and what they made. Its test builds it small and looks for dead
-# links; whoever adds an operation is told there to add a line to doc/book/lines.txt.
+# links; whoever adds a command is told there to add a line to doc/book/lines.txt.
 find_package(Python3 COMPONENTS Interpreter QUIET)
 if(TARGET tessera_cli AND TARGET scene AND Python3_FOUND)
   add_custom_target(book COMMAND Python3::Interpreter -B ${PROJECT_SOURCE_DIR}/doc/book/build.py

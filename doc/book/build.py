@@ -3,9 +3,10 @@
 
 usage: build.py --tool TESSERA --scene SCENE --out DIR [--size WxH] [--bench JSON]... [--doxygen DIR]
 
---scene is the built samples/scene. The lines are those of lines.txt, run on the inputs of inputs.txt. Without --bench the
-costs are those of README's table. Needs the standard library and Debian's mate-backgrounds. Exit code 1, and no book,
-where a line fails, an operation has no line, or a link leads nowhere.
+--scene is the built samples/scene. The lines are those of lines.txt, run on the inputs of inputs.txt; an operation without
+one is shown by its registry row's first example. Without --bench the costs are those of README's table. Needs the standard
+library and Debian's mate-backgrounds. Exit code 1, and no book, where a line fails, a command has none, or a link leads
+nowhere.
 """
 import argparse
 import concurrent.futures
@@ -13,6 +14,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -31,17 +33,40 @@ from blocks import Trouble
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 PHOTOS = "/usr/share/backgrounds/mate"
+LAST = "-d uint8 -o out.jpg"
 
 
 def is_operation(row):
     return row["group"].startswith("Operations: ") or row["group"] == "Patterns"
 
 
+def with_examples(rows, lines, declarations):
+    """`lines` and, for each operation that has none there, the first example of its registry row on photographs."""
+    photographs = ["photo.jpg", "flower.jpg", "grass.jpg"]
+    lines = dict(lines)
+    for row in rows:
+        name = row["name"].removeprefix("pattern ")
+        if row["name"] in lines or not is_operation(row) or not row["examples"] or row["takes"] > len(photographs):
+            continue
+        words = [shlex.quote(w) for w in row["examples"][0].split()]
+        arguments = [w for w in words if not re.match(r"[a-z_0-9]+=", w)]
+        modifiers = "".join(":" + w for w in words if re.match(r"[a-z_0-9]+=", w))
+        if row["group"] == "Patterns":
+            called = ["--pattern", name + modifiers, *arguments, "{w}x{h}", "3"]
+        else:
+            called = [*photographs[:row["takes"]], f"--{name}{modifiers}", *arguments]
+        function = "".join(part.capitalize() for part in re.split("[-_]", name))
+        lines[row["name"]] = blocks.Block(row["name"], row["summary"], [" ".join(["tessera", *called, LAST])],
+                                          cpp=[function] if function in declarations else [])
+    return lines
+
+
 def validate(rows, lines, declarations):
     """Raises Trouble with everything that lines.txt lacks or has too much."""
     names = {r["name"] for r in rows}
+    shown = with_examples(rows, lines, declarations)
     faults = [f"no line for {r['name']}: add a block `{r['name']}: caption` with a line that shows it"
-              for r in rows if not lines.get(r["name"]) or not lines[r["name"]].lines]
+              for r in rows if not shown.get(r["name"]) or not shown[r["name"]].lines]
     faults += [f"{name}: no such command" for name in lines if name not in names]
     for name, block in lines.items():
         faults += [f"{name}: c++ {n}: no such declaration in include/tessera" for n in block.cpp if n not in declarations]
@@ -65,9 +90,10 @@ class Book:
         self.rows = json.loads(listed.stdout)
         version = subprocess.run([options.tool, "--version"], capture_output=True, text=True, check=True).stdout
         self.shell = pages.Shell(version.splitlines()[0])
-        self.lines = blocks.read(options.lines)
         self.declarations = headers.read(ROOT / "include")
-        validate(self.rows, self.lines, self.declarations)
+        lines = blocks.read(options.lines)
+        validate(self.rows, lines, self.declarations)
+        self.lines = with_examples(self.rows, lines, self.declarations)
         self.costs = costs.Costs(ROOT / "README.md", options.bench)
         self.size = tuple(int(n) for n in options.size.split("x"))
         self.kitchen = blocks.Kitchen(work, {"tessera": options.tool, "scene": options.scene}, self.size, ROOT, PHOTOS)

@@ -103,8 +103,24 @@ class BookTest(unittest.TestCase):
         return result.stderr
 
     def test_a_command_without_a_line_is_told(self):
-        told = self.planted(lambda text: re.sub(r"\nsaturate:.*?\n\n", "\n", text, flags=re.S))
-        self.assertIn("no line for saturate", told)
+        told = self.planted(lambda text: re.sub(r"\nverify:.*?\n\n", "\n", text, flags=re.S))
+        self.assertIn("no line for verify", told)
+
+    def test_an_operation_without_a_line_is_shown_by_its_example(self):
+        lines, out = FOLDER / "lines.txt", FOLDER / "examples"
+        names = ["saturate", "over", "pattern checker"]
+        text = (BOOK / "lines.txt").read_text()
+        for name in names:
+            text, count = re.subn(rf"\n{name}:.*?\n\n", "\n", text, flags=re.S)
+            self.assertEqual(count, 1, name)
+        lines.write_text(text)
+        result = build(out, "--lines", lines, *(w for name in names for w in ("--only", name)))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for name, words in zip(names, ["photo.jpg --saturate ", "photo.jpg flower.jpg --over ", "--pattern checker"]):
+            page = (out / "op" / (name.replace(" ", "-") + ".html")).read_text()
+            self.assertIn('<pre class="line">tessera ' + words, page)
+            self.assertIn('<figure class="after">', page)
+            self.assertIn('id="cpp"', page)
 
     def test_a_line_that_fails_is_told(self):
         told = self.planted(lambda text: text.replace("--saturate 2 -o", "--saturate:weight=1 2 -o"))
