@@ -211,9 +211,10 @@ class Comparison {
     const Image codes = InOrder(stored);
     Words words =
         Prefixed("file " + c_.format + ", read back", DifferMaybeRounded(codes.view(), base_.view()));
-    if (stored.unassociated >= 0) return AllOpaque(stored) ? words : std::nullopt;
+    if (stored.unassociated >= 0 && !AllOpaque(stored)) words = std::nullopt;
     if (words) return words;
     output.Commit();
+    if (stored.unassociated >= 0) return Prefixed("file " + c_.format, ByBothCodecs(file));
     const Node read = Read(file, {.codec = reader});
     if (read.spec().data_window != spec.data_window || read.spec().channel_count() != spec.channel_count() ||
         read.spec().type != c_.type) {
@@ -226,8 +227,20 @@ class Comparison {
             Prefixed("file " + c_.format, DifferMaybeRounded(InOrder(again).view(), base_.view()))) {
       return wrong;
     }
-    const int channel = static_cast<int>(c_.index / 16 % static_cast<uint64_t>(spec.channel_count()));
-    return Prefixed("file " + c_.format, WrongAlone(c_, read, channel, Channel(image.view(), channel)));
+    return Prefixed("file " + c_.format, WrongAlone(c_, read, Alone(), Channel(image.view(), Alone())));
+  }
+  // The channel that is read without the others.
+  int Alone() const {
+    return static_cast<int>(c_.index / 16 % static_cast<uint64_t>(node().spec().channel_count()));
+  }
+  // Of colours that are multiplied as they are read, by the library's own reader and by OpenImageIO.
+  Words ByBothCodecs(const std::string& file) {
+    tally_.Add(kFiles, "of unassociated alpha");
+    const Node read = Read(file);
+    const Image image = Render(read, c_.type, {.threads = 1});
+    const Image other = Render(Read(file, {.codec = Codec::kOpenImageIO}), c_.type, {.threads = 1});
+    const Words words = Prefixed("one codec against the other", Differ(image.view(), other.view()));
+    return words ? words : WrongAlone(c_, read, Alone(), Channel(other.view(), Alone()));
   }
   // Formats without a data window have all of the display window's pixels, those beyond the data window 0.
   Words Padded(const std::string& file) {

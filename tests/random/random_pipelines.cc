@@ -101,7 +101,7 @@ int Missing(const Report& r) {
   for (const RuleInfo& rule : RewriteRules()) need(kApplied, rule.name), need(kSwitchedOff, rule.name);
   for (int k = 0; k < static_cast<int>(Check::kCount); ++k) need(kChecked, CheckName(static_cast<Check>(k)));
   for (const char* format : {"exr", "tif", "png", "sgi", "tga", "bmp", "ppm", "dpx", "tiled", "of parts",
-                             "padded", "by OpenImageIO"})
+                             "padded", "by OpenImageIO", "of unassociated alpha"})
     need(kFiles, format);
   need(kCases, "above 8 MB");
   // A rule that is hardly ever met is hardly ever compared.
