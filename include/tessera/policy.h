@@ -9,6 +9,14 @@
 TESSERA_API_BEGIN
 namespace tessera {
 
+/// Which image files are read by a process of their own, which may read that file and nothing else
+/// (tessera/sandbox.h): a crash, a hang or worse is an error of the file then.
+enum class Sandbox : uint8_t {
+  kOff,       ///< none
+  kUnlisted,  ///< those of formats that are none of Formats::kTrusted
+  kAll,       ///< all, volumes that are images included
+};
+
 /// Held against every file that is opened and every output that is written through a context
 /// (Context::SetPolicy). The default lets in all that the library reads.
 struct Policy {
@@ -22,6 +30,10 @@ struct Policy {
   bool configs_inside =
       false;                 ///< OpenColorIO configs name files of their own folder alone, and LUTs no files
   bool output_links = true;  ///< the names of outputs may be, or lead through, symbolic links
+
+  Sandbox sandbox = Sandbox::kOff;           ///< who reads images; StartSandbox comes first
+  int64_t reader_memory = int64_t{1} << 32;  ///< most bytes that such a process takes
+  double reader_seconds = 1e9;               ///< longest that it is waited for, for a header or some rows
 };
 
 }  // namespace tessera

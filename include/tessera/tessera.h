@@ -36,6 +36,7 @@
 #include "tessera/ops/transfer.h"
 #include "tessera/ops/volume.h"
 #include "tessera/policy.h"
+#include "tessera/sandbox.h"
 #include "tessera/prepared_graph.h"
 #include "tessera/render.h"
 #include "tessera/roi.h"

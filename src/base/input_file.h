@@ -35,6 +35,8 @@ class InputFile final : public std::istream {
 
   // What was found when it was opened.
   int64_t size() const { return buffer_.size; }
+  // Of the file that was looked at; closed with the stream.
+  int descriptor() const { return buffer_.descriptor; }
 
  private:
   struct Buffer final : std::streambuf {

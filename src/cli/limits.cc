@@ -119,6 +119,9 @@ ProcessLimits::ProcessLimits(const Options& options) {
     policy.listed_formats = policy.configs_inside = true;
     policy.output_links = false;
   }
+  policy.sandbox = !options.sandbox ? Sandbox::kOff : options.safe ? Sandbox::kAll : Sandbox::kUnlisted;
+  if (l.memory) policy.reader_memory = static_cast<int64_t>(*l.memory * (1 << 20));
+  if (l.seconds) policy.reader_seconds = *l.seconds;
   Context::Default().SetPolicy(policy);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   // Sanitizers' shadows are counted too.

@@ -17,6 +17,7 @@
 #include "cli/start.h"
 #include "tessera/context.h"
 #include "tessera/error_kind.h"
+#include "tessera/sandbox.h"
 #include "tessera/targets.h"
 
 namespace tessera::cli {
@@ -134,6 +135,8 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
 int RunLine(Line line, const std::vector<std::string>& words, std::vector<std::string>& written) {
   if (line.options.safe && !HasLeftEnvironment())
     throw UsageError("--safe", "found in a job, expected on the program's own line");
+  if (!line.options.sandbox && !HasWaivedSandbox())
+    throw UsageError("--no-sandbox", "found in a job, expected on the program's own line");
   Limit(line.options);
   const ProcessSettings settings(line.options);
   const std::vector<FrameLine> frames = ExpandFrames(words, line);
@@ -170,6 +173,7 @@ int main(int argc, char** argv) {
     outcome = {kFailed, "system", "standard output: cannot be written"};
   if (!outcome.message.empty()) PrintError(outcome.message);
   const int code = outcome.code;
+  tessera::EndSandbox();
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   // All that was asked for is done: what libraries do at their own end, a refused allocation there say, is
   // not to change the exit code.

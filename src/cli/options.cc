@@ -143,7 +143,8 @@ std::vector<Command> OptionCommands() {
   rows.back().info.help =
       "Trusted are OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP, WebP, JPEG2000, HEIF, SGI, PNM, "
       "Targa, RLA and OpenVDB, told by what a file begins with. Others (IFF, PSD, FITS, raw photographs, films) "
-      "are OpenImageIO's all the same; `all` is for files that come from no stranger.";
+      "are OpenImageIO's all the same; `all` has them read too, each by a process that may do nothing else "
+      "(--no-sandbox).";
   rows.push_back(Option("limit", "Refuses what is larger, more, or takes longer: pixels=1e8,seconds=60.",
                         [](const Arguments& a, Options& o) { AddLimits(a.Text("LIMITS"), o.limits); },
                         {Text("LIMITS", "a list of KEY=NUMBER")}));
@@ -161,9 +162,20 @@ std::vector<Command> OptionCommands() {
       "For lines that a program puts together from what strangers send it. No variable of the environment "
       "(OCIO, OPENIMAGEIO_OPTIONS, OMP_NUM_THREADS, ...) is used; OpenColorIO configs name files of their own "
       "folder alone, and LUTs no other files; outputs are not written to or through symbolic links; only the "
-      "formats of --help formats are read and written, whatever --formats says; and where --limit says nothing "
-      "else, pixels=268435456,channels=64,frames=1000,memory=4096,seconds=300. Names of files are taken as they "
+      "formats of --help formats are read and written, whatever --formats says; every image and volume of these "
+      "is read by a process of its own that may read that file and compute, and nothing else; and where --limit "
+      "says nothing else, pixels=268435456,channels=64,frames=1000,memory=4096,seconds=300. Names of files are taken as they "
       "are: which ones a stranger may name is the server's to say. What it is good against: SECURITY.md.";
+  rows.push_back(Option("no-sandbox",
+                        "Files that would be read in a process of their own are read by the program.",
+                        [](const Arguments&, Options& o) { o.sandbox = false; }));
+  rows.back().info.help =
+      "Under --safe every image, else those of formats that only --formats all reads, are read by a process that "
+      "may read that one file, compute and end, and nothing else (seccomp, on Linux): a reader that crashes, "
+      "hangs or is taken over by what it reads is an error of the file. It may take the memory and, for a header "
+      "or some rows, the seconds of --limit, else 4096 MiB. Pixels and metadata are the same. Where the system has "
+      "no such thing, such files are refused; this option has them read all the same. Not for jobs of --batch: it "
+      "stands on the program's own line.";
   rows.push_back(Option("codec", "Who decodes and encodes pixels; `oiio` is OpenImageIO, always.",
                         [](const Arguments& a, Options& o) {
                           o.codec = a.Text("CODEC") == "oiio" ? Codec::kOpenImageIO : Codec::kAuto;

@@ -30,6 +30,7 @@ struct Options {
   int frame_padding = 0;  // 0: as the pattern says
   bool sync = true;
   bool safe = false;
+  bool sandbox = true;
   Limits limits;
   bool software_attribute = true;
 

@@ -12,6 +12,12 @@
 #include "cli/batch.h"
 #include "cli/messages.h"
 #include "tessera/io.h"
+#include "tessera/sandbox.h"
+
+#ifdef TESSERA_REAL_LIBRARIES
+// What every function of a stand-in calls: a file turned out to be theirs whatever its name is.
+extern "C" [[noreturn]] __attribute__((visibility("default"))) void tessera_start_over();
+#endif
 
 namespace tessera::cli {
 namespace {
@@ -30,7 +36,7 @@ constexpr std::array<std::string_view, 6> kReadBefore = {"OPENIMAGEIO_", "CUE_",
                                                          "OMP_",         "GOMP_", "ACC_"};
 
 char** g_line = nullptr;
-bool g_started_over = false, g_left_environment = false;
+bool g_started_over = false, g_left_environment = false, g_waived_sandbox = false;
 
 [[noreturn]] void Fail(const char* why) {
   std::fprintf(Messages(), "tessera: error: %s\n", why);
@@ -56,12 +62,19 @@ bool g_started_over = false, g_left_environment = false;
 #endif
 
 // As ParseLine will read it, a word of another command's included: that line has less then.
-bool AsksForSafety(char** argv) {
+bool HasOption(char** argv, std::string_view name) {
   for (char** word = argv + 1; *argv != nullptr && *word != nullptr; ++word) {
-    const std::string_view text = *word;
-    if (text == "--safe" || text == "-safe") return true;
+    std::string_view text = *word;
+    if (!text.starts_with('-')) continue;
+    text.remove_prefix(text.starts_with("--") ? 2 : 1);
+    if (text.substr(0, text.find(':')) == name) return true;
   }
   return false;
+}
+
+// Whether a line may have files read in a sandbox: also a job of --batch may.
+bool MayNeedSandbox(char** argv) {
+  return HasOption(argv, "safe") || HasOption(argv, "formats") || HasOption(argv, "batch");
 }
 
 // No variable is there for anybody from here on. What was read before is undone by starting over.
@@ -92,9 +105,13 @@ bool AsksForRareLibraries(const std::vector<std::string>& words) {
 
 bool HasLeftEnvironment() { return g_left_environment; }
 
-void Start(char** argv) {
-  g_line = argv;
-  const bool safe = AsksForSafety(argv);
+bool HasWaivedSandbox() { return g_waived_sandbox; }
+
+namespace {
+
+// What may start over first.
+void StartLibraries(char** argv) {
+  const bool safe = HasOption(argv, "safe");
   if (const char* const before = std::getenv(kMark)) {
     g_started_over = true;
     *before == '\0' ? unsetenv(kSearchPath) : setenv(kSearchPath, std::string(before).c_str(), 1);
@@ -111,11 +128,25 @@ void Start(char** argv) {
 #endif
 }
 
+}  // namespace
+
+void Start(char** argv) {
+  g_line = argv;
+  StartLibraries(argv);
+  g_waived_sandbox = HasOption(argv, "no-sandbox");
+  if (g_waived_sandbox || !MayNeedSandbox(argv)) return;
+#ifdef TESSERA_REAL_LIBRARIES
+  StartSandbox(tessera_start_over);
+#else
+  StartSandbox();
+#endif
+}
+
 }  // namespace tessera::cli
 
 #ifdef TESSERA_REAL_LIBRARIES
-// What every function of a stand-in calls: a file turned out to be theirs whatever its name is.
-extern "C" [[noreturn]] __attribute__((visibility("default"))) void tessera_start_over() {
+void tessera_start_over() {
+  if (tessera::InSandbox()) _exit(tessera::kSandboxWantsLibraries);
   tessera::RemoveUnfinishedOutputs();
   dup2(fileno(tessera::cli::Messages()), STDERR_FILENO);
   tessera::cli::StartOver();

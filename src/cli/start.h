@@ -14,6 +14,8 @@ void Start(char** argv);
 
 // Whether no variable of the environment can be read from here on: the program's line asked for --safe.
 bool HasLeftEnvironment();
+// Whether the program's own line has --no-sandbox.
+bool HasWaivedSandbox();
 
 // Whether the line names a file that OpenVDB or FFmpeg reads, or a mesh.
 bool AsksForRareLibraries(const std::vector<std::string>& words);

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <filesystem>
 #include <iterator>
+#include <new>
 #include <string_view>
 
 #include "base/input_file.h"
@@ -96,9 +97,14 @@ std::unique_ptr<OIIO::ImageInput> OpenAs(const std::string& file, const std::str
 
 }  // namespace
 
+bool IsListed(const std::string& file) {
+  const std::string named = FormatOfName(file);
+  return (named.empty() || IsTrusted(named)) && !FormatOfContents(file).empty();
+}
+
 std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& file, Formats formats) {
   try {
-    if (formats == Formats::kAll && !Context::Default().policy().listed_formats) {
+    if (formats == Formats::kAll && !Context::Default().policy().listed_formats && !IsListed(file)) {
       auto input = OIIO::ImageInput::open(file);
       if (!input) throw DataError(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
       return input;
@@ -113,6 +119,8 @@ std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& file, Formats for
     if (!held.empty()) return OpenAs(file, held);
     if (!named.empty()) return OpenAs(file, named);
   } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& e) {
     throw DataError(file, OneLine(e.what()));

@@ -13,9 +13,12 @@
 
 namespace tessera::io {
 
-// Opens the file, which exists. Throws Error naming it for what no reader takes, and, with
+// Opens the file, which exists, in this process. Throws Error naming it for what no reader takes, and, with
 // Formats::kTrusted, for formats off the list.
 std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& file, Formats formats);
+
+// Whether the file begins as one of a format on the list, and has no other's name.
+bool IsListed(const std::string& file);
 
 // Whether a format of OpenImageIO is on the list.
 bool IsTrusted(std::string_view format);

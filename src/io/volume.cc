@@ -14,32 +14,20 @@
 
 #include "base/input_file.h"
 #include "base/policy.h"
-#include "io/open_input.h"
-#include "io/read_rows.h"
+#include "io/image_file.h"
 #include "io/spec.h"
 #include "model/volume_data.h"
 #include "model/volume_makers.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 #include "tessera/export.h"
+#include "tessera/io.h"
 
 namespace tessera {
 namespace {
 
 namespace fs = std::filesystem;
 
-OIIO::TypeDesc TypeOf(PixelType type) {
-  switch (type) {
-    case PixelType::kUint8:
-      return OIIO::TypeDesc::UINT8;
-    case PixelType::kUint16:
-      return OIIO::TypeDesc::UINT16;
-    case PixelType::kHalf:
-      return OIIO::TypeDesc::HALF;
-    default:
-      return OIIO::TypeDesc::FLOAT;
-  }
-}
 PixelType TypeOf(const OIIO::TypeDesc& type) {
   if (type == OIIO::TypeDesc::UINT8) return PixelType::kUint8;
   if (type == OIIO::TypeDesc::UINT16) return PixelType::kUint16;
@@ -75,30 +63,28 @@ std::vector<std::string> SlicesOf(const std::string& pattern) {
   return names;
 }
 
-// The file at the part of that name or number; its own number in `number`.
-std::unique_ptr<OIIO::ImageInput> Open(const std::string& file, const std::string& part, int& number) {
-  const int64_t bytes = base::RequireFile(file, "a volume or an image");
-  std::unique_ptr<OIIO::ImageInput> input;
+int PartNumber(const std::string& file, const std::string& part) {
+  const std::vector<std::string> found = Subimages(file);
+  std::string names;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const std::string number = std::to_string(i);
+    if (part == found[i] || part == number) return static_cast<int>(i);
+    names += (i > 0 ? ", " : "") + (found[i].empty() ? number : found[i]);
+  }
+  throw DataError(file, "found no part \"" + part + "\", expected one of " + names);
+}
+
+// The file's part of that name or number.
+std::unique_ptr<io::ImageFile> Open(const std::string& file, const std::string& part) {
+  base::RequireFile(file, "a volume or an image");
+  io::FileRequest request{file, {}, true};
   try {
-    input = io::OpenImage(file, Formats::kTrusted);
-  } catch (const Error&) {
-    if (fs::path(file).extension() != ".vdb") throw;
+    if (!part.empty()) request.options.subimage = PartNumber(file, part);
+    return io::OpenFile(request);
+  } catch (const Error& e) {
+    if (fs::path(file).extension() != ".vdb" || !e.reason().starts_with("cannot be read as an image")) throw;
     throw DataError(file, "found no grid that can be read, expected one of floats");
   }
-  std::string names;
-  for (number = 0; !part.empty(); ++number) {
-    if (!input->seek_subimage(number, 0)) {
-      throw DataError(file, "found no part \"" + part + "\", expected one of " + names);
-    }
-    const std::string name = input->spec().get_string_attribute("oiio:subimagename");
-    if (part == name || part == std::to_string(number)) break;
-    names += (number > 0 ? ", " : "") + (name.empty() ? std::to_string(number) : name);
-  }
-  // A sparse grid declares as much as it likes.
-  const std::string format = input->format_name();
-  if (format != "openvdb") io::CheckSpec(file, format, input->spec(), bytes);
-  io::CheckStrips(file, input->spec());
-  return input;
 }
 
 // Lengths of a voxel's sides as a grid gives them; 1 where it does not.
@@ -117,9 +103,8 @@ Vector3 VoxelOf(const OIIO::ImageSpec& spec) {
 
 Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   const std::vector<std::string> files = SlicesOf(file);
-  int part = 0;
-  auto input = Open(files[0], params.part, part);
-  OIIO::ImageSpec spec = input->spec();
+  auto image = Open(files[0], params.part);
+  OIIO::ImageSpec spec = image->header().spec;
   base::RequireAllowed(file, {spec.width, spec.height, std::max<int64_t>(spec.depth, std::ssize(files))},
                        spec.nchannels);
   if (params.channel < 0 || params.channel >= spec.nchannels) {
@@ -131,11 +116,9 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   const bool volume_file = spec.depth > 1;
   if (!volume_file && files.size() == 1) {  // slices one above the other
     ImageSpec stack(spec.width, spec.height, 1, type);
-    const Image image(stack);
-    if (!io::ReadWhole(*input, part, channel, channel + 1, TypeOf(type), image.view().data)) {
-      throw DataError(file, io::OneLine(input->geterror()));
-    }
-    return Volume::FromImage(image.view(), std::max(params.slices, 1), 0, params.spacing);
+    const Image slices(stack);
+    image->ReadAll(channel, channel + 1, type, slices.view().data);
+    return Volume::FromImage(slices.view(), std::max(params.slices, 1), 0, params.spacing);
   }
   int depth = volume_file ? spec.depth : static_cast<int>(files.size());
   const size_t all_rows = static_cast<size_t>(spec.height), row_samples = static_cast<size_t>(spec.width);
@@ -160,20 +143,16 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(size[2]) : 1));
   for (int k = 0; k < depth; ++k) {
     if (!volume_file && k > 0) {
-      input = Open(files[static_cast<size_t>(k)], params.part, part);
-      if (input->spec().width != spec.width || input->spec().height != spec.height ||
-          input->spec().nchannels <= channel) {
+      image = Open(files[static_cast<size_t>(k)], params.part);
+      const OIIO::ImageSpec& next = image->header().spec;
+      if (next.width != spec.width || next.height != spec.height || next.nchannels <= channel) {
         throw DataError(files[static_cast<size_t>(k)],
-                        "found " + std::to_string(input->spec().width) + "x" +
-                            std::to_string(input->spec().height) + ", expected the first slice's " +
-                            std::to_string(spec.width) + "x" + std::to_string(spec.height));
+                        "found " + std::to_string(next.width) + "x" + std::to_string(next.height) +
+                            ", expected the first slice's " + std::to_string(spec.width) + "x" +
+                            std::to_string(spec.height));
       }
     }
-    if (!volume_file || k == 0) {
-      if (!io::ReadWhole(*input, part, channel, channel + 1, TypeOf(type), samples.data())) {
-        throw DataError(files[volume_file ? 0 : static_cast<size_t>(k)], io::OneLine(input->geterror()));
-      }
-    }
+    if (!volume_file || k == 0) image->ReadAll(channel, channel + 1, type, samples.data());
     const std::byte* const slice =
         samples.data() + (volume_file ? plane * static_cast<size_t>(k + from[2]) : 0);
     for (int j = 0; j < spec.height; ++j) {

@@ -55,6 +55,7 @@ const std::vector<Library> kLibraries = {
     {"libdeflate.h", {"src/io/codec/"}},
     {"openexr", {"src/io/codec/"}},
     {"tiffio.h", {"src/io/codec/"}},
+    {"seccomp.h", {"src/io/sandbox/"}},
     {"openvdb/", {"src/vdb/"}},
     {"OpenColorIO/", {"src/ocio/", "include/tessera/ocio_adapter.h"}},
 };

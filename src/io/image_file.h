@@ -1,0 +1,56 @@
+// An image in a file as its reader has it: opened in this process, or in one that may do nothing else
+// (sandbox/), as the policy has it.
+#ifndef TESSERA_IO_IMAGE_FILE_H_
+#define TESSERA_IO_IMAGE_FILE_H_
+
+#include <OpenImageIO/imageio.h>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "graph/source.h"
+#include "tessera/io.h"
+
+namespace tessera::io {
+
+struct FileRequest {
+  std::string file;
+  ReadOptions options;
+  bool sparse = false;  // an OpenVDB grid may declare as much as it likes
+};
+
+struct FileHeader {
+  std::string format;    // OpenImageIO's name
+  OIIO::ImageSpec spec;  // checked, divided
+  int subimage = 0;      // that was chosen
+  int divisor = 1;       // of a JPEG's sides
+};
+
+class ImageFile {
+ public:
+  virtual ~ImageFile() = default;
+  const FileHeader& header() const { return header_; }
+  // As graph::PixelSource; rows are of StorageType.
+  virtual std::unique_ptr<graph::RowReader> Open(int first, int last) const = 0;
+  virtual std::string Decoder() const = 0;
+  // All pixels of channels [first, last), packed, slice after slice.
+  virtual void ReadAll(int first, int last, PixelType type, std::byte* data) const = 0;
+
+ protected:
+  FileHeader header_;
+};
+
+// Throws Error naming the file.
+std::unique_ptr<ImageFile> OpenFile(const FileRequest& request);
+std::unique_ptr<ImageFile> OpenFileHere(const FileRequest& request);
+std::vector<std::string> PartNamesHere(const std::string& file, Formats formats);
+
+// The same in a process of its own.
+std::unique_ptr<ImageFile> OpenFileApart(const FileRequest& request);
+std::vector<std::string> PartNamesApart(const std::string& file, Formats formats);
+
+}  // namespace tessera::io
+
+#endif  // TESSERA_IO_IMAGE_FILE_H_
