@@ -56,6 +56,11 @@ rgb8.bmp --ch B --powc 1.3 -d uint8 --verify -o out.png
 --codec oiio float.exr --ch G,A --mulc 0.7 -d half --verify -o out.exr
 --codec oiio rgba8.tif --ch 1,2 --addc 0.1 -d uint8 --verify -o out.tif
 --codec oiio rgb16.png --ch B --powc 1.1 -d uint16 --verify -o out.png
+--pattern perlin:freq=3 1x5 3 -d float --verify -o out.tif
+--pattern perlin:freq=3 3x1 1 -d float --verify -o out.tif
+--pattern perlin:freq=3 1x1 4 -d half --verify -o out.exr
+--pattern perlin:freq=3 1x5 2 -d uint16 --verify -o out.png
+--pattern perlin:freq=3 1x5 3 -d uint16 --verify -o out.sgi
 """.strip().splitlines()
 
 
