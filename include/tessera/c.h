@@ -273,9 +273,10 @@ TESSERA_API tessera_status tessera_render(const tessera_image* image, const tess
 
 /// What is read of a file.
 typedef struct tessera_read_options {
-  size_t struct_size;  ///< sizeof(tessera_read_options)
-  int32_t subimage;    ///< index of the part
-  const char* part;    ///< or its name, which wins; NULL: none
+  size_t struct_size;   ///< sizeof(tessera_read_options)
+  int32_t subimage;     ///< index of the part
+  const char* part;     ///< or its name, which wins; NULL: none
+  int32_t all_formats;  ///< not 0: formats whose readers damaged files can harm, too
 } tessera_read_options;
 /// A lazy image of a file: the header is read now. `options` may be NULL.
 TESSERA_API tessera_status tessera_read(const char* file, const tessera_read_options* options,
@@ -292,6 +293,39 @@ typedef struct tessera_write_options {
 /// Evaluates and writes, in bands; the file appears whole or not at all. `options` may be NULL.
 TESSERA_API tessera_status tessera_write(const tessera_image* image, const char* file,
                                          const tessera_write_options* options, tessera_error** error);
+
+/// Which image files are read by a process of their own, which may read that file and nothing else.
+typedef int32_t tessera_sandbox;
+enum {
+  TESSERA_SANDBOX_OFF = 0,       ///< none
+  TESSERA_SANDBOX_UNLISTED = 1,  ///< those that only all_formats reads
+  TESSERA_SANDBOX_ALL = 2        ///< all
+};
+/// What files may ask for, from whoever opens them. Seconds of an evaluation are for its progress callback to
+/// count, and its memory is in its options.
+typedef struct tessera_policy {
+  size_t struct_size;       ///< sizeof(tessera_policy)
+  int64_t pixels;           ///< most pixels of an image, voxels of a volume; 0: no limit
+  int64_t channels;         ///< most channels of an image; 0: no limit
+  int32_t listed_formats;   ///< not 0: all_formats has no effect, and no others are written
+  int32_t configs_inside;   ///< not 0: OpenColorIO configs name files of their own folder alone
+  int32_t no_output_links;  ///< not 0: outputs are not written to or through symbolic links
+  tessera_sandbox sandbox;  ///< tessera_start_sandbox comes first
+  int64_t reader_memory;    ///< most bytes that a process of its own takes; 0: 4 GiB
+  double reader_seconds;    ///< longest that it is waited for, for a header or some rows; 0: no limit
+} tessera_policy;
+/// Holds for all that is opened or written from here on, by any thread. NULL: all members are 0, as at first.
+TESSERA_API tessera_status tessera_set_policy(const tessera_policy* policy, tessera_error** error);
+/// The one that holds.
+TESSERA_API tessera_status tessera_get_policy(tessera_policy* policy, tessera_error** error);
+/// The one that `tessera --safe` starts from, for files that come from strangers; it is not set yet.
+TESSERA_API tessera_status tessera_safe_policy(tessera_policy* policy, tessera_error** error);
+/// Makes ready what a policy's sandbox asks for: a copy of this process, as it is now, that starts the
+/// others. To be called once, first thing in main(), while the process has one thread. Where the system has
+/// no sandbox, reading what is to be read in one fails with TESSERA_SYSTEM.
+TESSERA_API tessera_status tessera_start_sandbox(tessera_error** error);
+/// Ends the copy, and whatever reads for it.
+TESSERA_API void tessera_end_sandbox(void);
 
 #ifdef __cplusplus
 }

@@ -36,6 +36,17 @@ struct Policy {
   double reader_seconds = 1e9;               ///< longest that it is waited for, for a header or some rows
 };
 
+/// What `tessera --safe` starts from, for files that come from strangers.
+constexpr Policy SafePolicy() {
+  Policy policy;
+  policy.pixels = int64_t{1} << 28, policy.channels = 64;
+  policy.listed_formats = policy.configs_inside = true;
+  policy.output_links = false;
+  policy.sandbox = Sandbox::kAll;
+  policy.reader_seconds = 300;
+  return policy;
+}
+
 }  // namespace tessera
 TESSERA_API_END
 

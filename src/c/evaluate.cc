@@ -91,6 +91,7 @@ tessera_status tessera_read(const char* file, const tessera_read_options* given,
     tessera::ReadOptions read;
     read.subimage = options.subimage;
     if (options.part != nullptr) read.part = options.part;
+    if (options.all_formats != 0) read.formats = tessera::Formats::kAll;
     result = NewImage(tessera::Read(Text(file, "file"), read), nullptr, 0);
   });
 }

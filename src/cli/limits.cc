@@ -112,14 +112,11 @@ void Limit(Options& options) {
 ProcessLimits::ProcessLimits(const Options& options) {
   g_memory.clear();
   const Limits& l = options.limits;
-  Policy policy;
+  Policy policy = options.safe ? SafePolicy() : Policy{};
   if (l.pixels) policy.pixels = static_cast<int64_t>(*l.pixels);
   if (l.channels) policy.channels = static_cast<int64_t>(*l.channels);
-  if (options.safe) {
-    policy.listed_formats = policy.configs_inside = true;
-    policy.output_links = false;
-  }
-  policy.sandbox = !options.sandbox ? Sandbox::kOff : options.safe ? Sandbox::kAll : Sandbox::kUnlisted;
+  if (!options.safe) policy.sandbox = Sandbox::kUnlisted;
+  if (!options.sandbox) policy.sandbox = Sandbox::kOff;
   if (l.memory) policy.reader_memory = static_cast<int64_t>(*l.memory * (1 << 20));
   if (l.seconds) policy.reader_seconds = *l.seconds;
   Context::Default().SetPolicy(policy);

@@ -7,6 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "tessera/policy.h"
+
 namespace tessera::cli {
 
 struct Options;
@@ -16,8 +18,11 @@ struct Limits {
 };
 
 // What servers start from.
-inline constexpr Limits kSafeLimits = {
-    .pixels = 1 << 28, .channels = 64, .frames = 1000, .memory = 4096, .seconds = 300};
+inline constexpr Limits kSafeLimits = {.pixels = static_cast<double>(SafePolicy().pixels),
+                                       .channels = static_cast<double>(SafePolicy().channels),
+                                       .frames = 1000,
+                                       .memory = static_cast<double>(SafePolicy().reader_memory >> 20),
+                                       .seconds = SafePolicy().reader_seconds};
 
 // Takes KEY=VALUE,...; of limits that are given twice the smaller holds. Throws UsageError.
 void AddLimits(const std::string& text, Limits& limits);

@@ -8,42 +8,8 @@
 #include <string.h>
 #include <threads.h>
 
+#include "c/check.h"
 #include "tessera/version.h"
-
-static int failures = 0;
-#define CHECK(condition)                                              \
-  do {                                                                \
-    if (!(condition)) {                                               \
-      printf("%s:%d: expected %s\n", __FILE__, __LINE__, #condition); \
-      ++failures;                                                     \
-    }                                                                 \
-  } while (0)
-
-/* The call succeeds. */
-#define SUCCEEDS(call)                                                                       \
-  do {                                                                                       \
-    tessera_error* error = NULL;                                                             \
-    if ((call) != TESSERA_OK || error != NULL) {                                             \
-      printf("%s:%d: %s: %s: %s\n", __FILE__, __LINE__, #call, tessera_error_subject(error), \
-             tessera_error_reason(error));                                                   \
-      ++failures;                                                                            \
-    }                                                                                        \
-    tessera_error_free(error);                                                               \
-  } while (0)
-
-/* The call fails so, with an error that says the same and names `subject`. */
-#define FAILS(expected, subject, call)                                                                   \
-  do {                                                                                                   \
-    tessera_error* error = NULL;                                                                         \
-    const tessera_status got = (call);                                                                   \
-    if (got != (expected) || tessera_error_status(error) != got ||                                       \
-        strcmp(tessera_error_subject(error), subject) != 0 || strlen(tessera_error_reason(error)) < 5) { \
-      printf("%s:%d: %s: status %d, \"%s\": \"%s\"\n", __FILE__, __LINE__, #call, (int)got,              \
-             tessera_error_subject(error), tessera_error_reason(error));                                 \
-      ++failures;                                                                                        \
-    }                                                                                                    \
-    tessera_error_free(error);                                                                           \
-  } while (0)
 
 enum { kWidth = 24, kHeight = 16, kChannels = 4 };
 typedef float picture[kHeight][kWidth][kChannels];
