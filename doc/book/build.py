@@ -14,7 +14,6 @@ import json
 import os
 import pathlib
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -33,7 +32,6 @@ from blocks import Trouble
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 PHOTOS = "/usr/share/backgrounds/mate"
-LAST = "-d uint8 -o out.jpg"
 
 
 def is_operation(row):
@@ -48,15 +46,11 @@ def with_examples(rows, lines, declarations):
         name = row["name"].removeprefix("pattern ")
         if row["name"] in lines or not is_operation(row) or not row["examples"] or row["takes"] > len(photographs):
             continue
-        words = [shlex.quote(w) for w in row["examples"][0].split()]
-        arguments = [w for w in words if not re.match(r"[a-z_0-9]+=", w)]
-        modifiers = "".join(":" + w for w in words if re.match(r"[a-z_0-9]+=", w))
-        if row["group"] == "Patterns":
-            called = ["--pattern", name + modifiers, *arguments, "{w}x{h}", "3"]
-        else:
-            called = [*photographs[:row["takes"]], f"--{name}{modifiers}", *arguments]
+        line = row["lines"][0].replace(" 512x512 ", " {w}x{h} ").replace(" in.exr ", " photo.jpg ")
+        for file, photograph in zip(["a.exr", "b.exr", "c.exr"], photographs):
+            line = line.replace(f" {file} ", f" {photograph} ")
         function = "".join(part.capitalize() for part in re.split("[-_]", name))
-        lines[row["name"]] = blocks.Block(row["name"], row["summary"], [" ".join(["tessera", *called, LAST])],
+        lines[row["name"]] = blocks.Block(row["name"], row["summary"], [line.replace(" -o out.exr", " -d uint8 -o out.jpg")],
                                           cpp=[function] if function in declarations else [])
     return lines
 

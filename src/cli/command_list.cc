@@ -83,6 +83,12 @@ void PrintJsonParams(std::ostream& out, const char* key, const std::vector<ops::
   out << "]";
 }
 
+void PrintJsonTexts(std::ostream& out, const char* key, const std::vector<std::string>& texts) {
+  out << ",\n   \"" << key << "\": [";
+  for (size_t i = 0; i < texts.size(); ++i) out << (i > 0 ? ", " : "") << Json(texts[i]);
+  out << "]";
+}
+
 void PrintJson(std::ostream& out) {
   out << "[";
   std::string separator;
@@ -93,10 +99,9 @@ void PrintJson(std::ostream& out) {
         << ",\n   \"help\": " << Json(item.row->help) << ",\n   \"accuracy\": " << Json(item.row->bound);
     PrintJsonParams(out, "arguments", item.row->arguments);
     PrintJsonParams(out, "modifiers", item.row->modifiers);
-    out << ",\n   \"examples\": [";
-    for (size_t i = 0; i < item.row->examples.size(); ++i)
-      out << (i > 0 ? ", " : "") << Json(item.row->examples[i]);
-    out << "]}";
+    PrintJsonTexts(out, "examples", item.row->examples);
+    PrintJsonTexts(out, "lines", ExampleLines(*item.row));
+    out << "}";
     separator = ",";
   }
   out << "\n]\n";
@@ -122,6 +127,8 @@ void PrintMarkdown(std::ostream& out) {
     PrintMarkdownParams(out, item.row->modifiers, true);
     if (!item.row->help.empty()) out << "\n" << item.row->help << "\n";
     if (!item.row->bound.empty()) out << "\nAccuracy: " << item.row->bound << "\n";
+    const std::vector<std::string> lines = ExampleLines(*item.row);
+    if (!lines.empty()) out << "\n    " << lines[0] << "\n";
   }
 }
 

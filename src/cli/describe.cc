@@ -1,6 +1,10 @@
 // Commands in words: synopsis, operands, what a parameter may be.
 #include "cli/describe.h"
 
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+
 #include "base/number_text.h"
 
 namespace tessera::cli {
@@ -63,6 +67,14 @@ std::string Range(const ops::ParamInfo& p) {
   return "";
 }
 
+// As a shell reads it.
+std::string Quoted(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_-+=:,./%@", c) != nullptr;
+  });
+  return plain ? word : "'" + word + "'";
+}
+
 }  // namespace
 
 std::string Dashed(const std::string& name) { return (name.size() == 1 ? "-" : "--") + name; }
@@ -122,6 +134,27 @@ std::string Operands(const Command& command) {
     default:
       return "";
   }
+}
+
+std::vector<std::string> ExampleLines(const ops::OpInfo& row) {
+  std::vector<std::string> lines;
+  for (const std::string& example : row.examples) {
+    const auto [positional, modifiers] = ops::SplitExample(row, example);
+    std::string called = row.generator ? row.name : Dashed(row.name), arguments;
+    for (const auto& [key, value] : modifiers) called += ":" + key + "=" + value;
+    for (const std::string& word : positional) arguments += " " + Quoted(word);
+    std::string line = "tessera";
+    if (row.generator) {
+      line += " --pattern " + Quoted(called) + arguments + " 512x512 3";
+    } else {
+      const int images = row.Operands(ops::ParseExample(row, example));
+      for (int k = 0; k < images; ++k)
+        line += images == 1 ? " in.exr" : " " + std::string(1, static_cast<char>('a' + k % 26)) + ".exr";
+      line += " " + Quoted(called) + arguments;
+    }
+    lines.push_back(line + " -o out.exr");
+  }
+  return lines;
 }
 
 std::string TypeName(ops::ParamType type) {

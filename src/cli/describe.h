@@ -3,6 +3,7 @@
 #define TESSERA_CLI_DESCRIBE_H_
 
 #include <string>
+#include <vector>
 
 #include "cli/command.h"
 
@@ -18,6 +19,8 @@ std::string Operands(const Command& command);
 // place.
 int Taken(const Command& command);
 int Given(const Command& command);
+// An operation's or a pattern's examples as lines of the shell, "tessera in.exr --saturate 0.5 -o out.exr".
+std::vector<std::string> ExampleLines(const ops::OpInfo& row);
 // "A number from 0 to 1; default 0.5."
 std::string AllowedValues(const ops::ParamInfo& param);
 // The name of a parameter's type: number, integer, flag, numbers, choice, text.

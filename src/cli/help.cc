@@ -45,6 +45,16 @@ void PrintParam(std::ostream& out, const ops::ParamInfo& param) {
       << Wrapped(AllowedValues(param), 6);
 }
 
+// Some of them, of those that fit into a line.
+void PrintExamples(std::ostream& out, const ops::OpInfo& row) {
+  constexpr size_t kMost = 4;
+  std::vector<std::string> lines = ExampleLines(row);
+  std::erase_if(lines, [](const std::string& line) { return 2 + line.size() > kColumns; });
+  if (lines.empty()) return;
+  out << "\nExamples\n";
+  for (size_t i = 0; i < std::min(kMost, lines.size()); ++i) out << "  " << lines[i] << "\n";
+}
+
 }  // namespace
 
 void PrintOverview(std::ostream& out) {
@@ -97,6 +107,7 @@ void PrintCommandHelp(std::ostream& out, const std::string& topic) {
   for (const ops::ParamInfo& p : row->modifiers) PrintParam(out, p);
   if (!row->help.empty()) out << "\n" << Wrapped(row->help, 2);
   if (!row->bound.empty()) out << "\nAccuracy\n" << Wrapped(row->bound, 2);
+  PrintExamples(out, *row);
   if (command != nullptr && command->info.name == "pattern") {
     out << "\nPatterns\n";
     for (const ops::OpInfo* g : Generators())

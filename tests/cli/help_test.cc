@@ -1,5 +1,9 @@
 // Help, the command lists and the other commands that only inform: all of them cover the registry.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <regex>
+#include <sstream>
 
 #include "cli/cli_test.h"
 #include "ops/registry.h"
@@ -88,8 +92,38 @@ TEST_F(HelpTest, PagesAndListsHoldWhatTheRegistrySays) {
     }
     if (!op.examples.empty()) {
       EXPECT_NE(json.find("\"examples\": [\"" + op.examples[0]), std::string::npos) << op.examples[0];
+      // A matrix does not fit into a line; and a pattern has no page where a command has its name.
+      const bool fits = op.generator != help.starts_with("--") &&
+                        std::any_of(op.examples.begin(), op.examples.end(),
+                                    [&op](const std::string& e) { return e.size() + op.name.size() < 50; });
+      EXPECT_TRUE(!fits || help.find("\nExamples\n  tessera ") != std::string::npos) << help;
     }
   }
+}
+
+// Each is accepted as it stands, with a shell's quotes.
+TEST_F(HelpTest, ExamplesAreLinesThatWork) {
+  Works("--pattern perlin:freq=3 96x64 4 -o in.exr");
+  for (char name = 'a'; name <= 'z'; ++name) {
+    std::filesystem::copy_file(Path("in.exr"), Path(std::string(1, name) + ".exr"));
+  }
+  std::ofstream jobs(Path("jobs"));
+  int lines = 0;
+  for (const ops::OpInfo& op : ops::Registry()) {
+    std::istringstream page(Works("--help " + op.name));
+    std::string line;
+    while (std::getline(page, line) && line != "Examples") continue;
+    for (; std::getline(page, line) && line.starts_with("  tessera "); ++lines)
+      jobs << "-n " << line.substr(10) << "\n";
+  }
+  jobs.close();
+  EXPECT_GT(lines, 300);
+  const CommandResult result =
+      RunCommand({"sh", "-c", "'" + std::string(TESSERA_PROGRAM) + "' --batch < jobs"}, directory_.path());
+  std::istringstream answers(result.out);
+  for (std::string answer; std::getline(answers, answer); --lines)
+    EXPECT_NE(answer.find("\"exit_code\":0,"), std::string::npos) << answer;
+  EXPECT_EQ(lines, 0);
 }
 
 TEST_F(HelpTest, SaysWhereAParameterHasAUse) {
