@@ -111,6 +111,7 @@ void Limit(Options& options) {
 
 ProcessLimits::ProcessLimits(const Options& options) {
   g_memory.clear();
+  g_at_hand.store("line");  // not what the last job of --batch was at
   const Limits& l = options.limits;
   Policy policy = options.safe ? SafePolicy() : Policy{};
   if (l.pixels) policy.pixels = static_cast<int64_t>(*l.pixels);
@@ -165,6 +166,10 @@ void RequireTime(const std::string& words) {
     if (char* const copy = strdup(Printable(words).c_str())) g_at_hand.store(copy);
   }
   if (!InTime()) throw SystemError(g_at_hand.load(), g_over);
+  // What is left is left to readers, too.
+  Policy policy = Context::Default().policy();
+  policy.reader_seconds = std::chrono::duration<double>(*g_end - Clock::now()).count();
+  Context::Default().SetPolicy(policy);
 }
 
 void RequireFrames(const Options& options, const std::string& name, size_t frames) {

@@ -1,5 +1,7 @@
 // Full disks, folders that cannot be written, inputs that end early, memory that is short: a reason that
 // names the file, the old output as it was, nothing else.
+#include <OpenImageIO/imagebufalgo.h>
+
 #include <fstream>
 
 #include "cli/cli_test.h"
@@ -70,6 +72,35 @@ TEST_F(HardPlacesTest, InputsThatEndEarly) {
         EXPECT_FALSE(std::filesystem::exists(Path("new.png"))) << cut;
       }
     }
+  }
+}
+
+// Windows that are far away, or would end beyond the coordinates.
+TEST_F(HardPlacesTest, FarWindows) {
+  MakePicture("a.exr", 60, 40, 3, OIIO::TypeFloat);
+  for (const char* far :
+       {"+6+16777216", "+16777216+6", "-6-16777216", "60x40+2147483587+0", "60x40+0+2147483607",
+        "60x40-2147483647-2147483647", "7x5+60+0", "7x5-7+0", "7x5+0+40"}) {
+    Works(std::string("--limit memory=400,seconds=20 a.exr --cut ") + far + " -o o.exr");
+    const OIIO::ImageBuf out = Load("o.exr");
+    EXPECT_EQ(out.spec().x, 0);
+    EXPECT_EQ(out.spec().y, 0);
+    EXPECT_EQ(out.spec().width, far[0] == '7' ? 7 : 60) << far;
+    EXPECT_TRUE(OIIO::ImageBufAlgo::isConstantColor(out, 0.0f)) << far;
+    float value = 1;
+    out.getpixel(3, 3, &value, 1);
+    EXPECT_EQ(value, 0) << far;
+  }
+  for (const char* line :
+       {"a.exr --crop 1x1+2147483647+0", "a.exr --cut 1x1+2147483647+0", "a.exr --resize 1x1+2147483647+0",
+        "a.exr --resize 2x2+2147483646+2147483646", "a.exr --cut 60x40+2147483600+0",
+        "a.exr --cut +2147483647+0", "--pattern checker 1x1+0+2147483647 3",
+        "--pattern checker 2147483648x1 3", "a.exr --crop 1x1+4294967296+0", "a.exr --crop 0,0,2147483647,0",
+        "a.exr --crop -2147483649,0,1,1"}) {
+    const testing::CommandResult result = Tessera(std::string(line) + " -o new.exr");
+    EXPECT_EQ(result.exit_code, 2) << line << result.err;
+    EXPECT_TRUE(result.err.starts_with("tessera: error: --")) << result.err;
+    EXPECT_FALSE(std::filesystem::exists(Path("new.exr")));
   }
 }
 

@@ -97,6 +97,27 @@ TEST_F(LimitsTest, JobsHaveTheirsAndNoMore) {
   EXPECT_NE(answers[6].find("--safe: found in a job, expected on the program's own line"), std::string::npos);
 }
 
+// A job's end of time, and what its message is about, are its own.
+TEST_F(LimitsTest, SecondsOfAJobEndWithIt) {
+  std::ofstream(Path("first")) << "--limit seconds=.05 --pattern perlin:octaves=24 1700x1700 4 -o one.exr\n";
+  std::ofstream(Path("rest")) << "a.exr --resize 70x70 -o two.exr\n"
+                              << "--limit seconds=.001 a.exr -o three.exr\n"
+                              << "a.exr -o four.exr\n";
+  // The first one's alarm would be due meanwhile.
+  const testing::CommandResult result = testing::RunCommand(
+      {"sh", "-c", "(cat first; sleep 2.3; cat rest) | " TESSERA_PROGRAM " --batch"}, directory_.path());
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  std::vector<std::string> answers;
+  std::istringstream lines(result.out);
+  for (std::string line; std::getline(lines, line);) answers.push_back(line);
+  ASSERT_EQ(answers.size(), 4u) << result.out << result.err;
+  EXPECT_NE(answers[0].find("over the limit seconds=0.05"), std::string::npos) << answers[0];
+  EXPECT_NE(answers[1].find("\"ok\":true"), std::string::npos) << answers[1];
+  EXPECT_EQ(answers[2].find("one.exr"), std::string::npos) << answers[2];
+  EXPECT_EQ(answers[2].find("two.exr"), std::string::npos) << answers[2];
+  EXPECT_NE(answers[3].find("\"ok\":true"), std::string::npos) << answers[3];
+}
+
 TEST_F(LimitsTest, AreNumbersOfKnownNames) {
   for (const char* limits : {"pixel=3", "pixels", "pixels=", "pixels=0", "pixels=1.5", "channels=3x",
                              "seconds=nan", "seconds=-1", "memory=1", "pixels=3,,frames=2", "pixels=3,"}) {

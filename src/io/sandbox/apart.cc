@@ -31,9 +31,10 @@ class Conversation {
       : file_(request.file), stream_(request.file, "an image file") {
     if (stream_.size() == 0) throw DataError(file_, "found an empty file (0 bytes), expected an image");
     const Policy policy = Context::Default().policy();
-    seconds_ = policy.reader_seconds, memory_ = policy.reader_memory;
-    child_ = StartChild(file_, stream_.descriptor(),
-                        {memory_, (seconds_ + 1) * std::max(1U, std::thread::hardware_concurrency())});
+    memory_ = policy.reader_memory;
+    child_ = StartChild(
+        file_, stream_.descriptor(),
+        {memory_, (policy.reader_seconds + 1) * std::max(1U, std::thread::hardware_concurrency())});
     const ReadOptions& o = request.options;
     MessageWriter first;
     first.PutText(file_).Put<uint8_t>(request.sparse).Put(o.subimage).PutText(o.part).Put(o.codec);
@@ -49,11 +50,12 @@ class Conversation {
   auto Tell(const MessageWriter& question, const Take& take, const std::vector<int>& descriptors = {}) {
     std::string bytes;
     child_->channel().Send(question.bytes(), descriptors);  // one that has ended may have said why
-    switch (child_->channel().Receive(bytes, seconds_)) {
+    const double seconds = Context::Default().policy().reader_seconds;
+    switch (child_->channel().Receive(bytes, seconds)) {
       case Channel::Received::kEnd:
         Fail();
       case Channel::Received::kLate:
-        throw SystemError(file_, "its reader has taken more than " + Short(seconds_) + " s, and was ended");
+        throw SystemError(file_, "its reader has taken more than " + Short(seconds) + " s, and was ended");
       case Channel::Received::kMessage:
         break;
     }
@@ -91,7 +93,6 @@ class Conversation {
 
   std::string file_;
   base::InputFile stream_;
-  double seconds_ = 0;
   int64_t memory_ = 0;
   std::unique_ptr<Child> child_;
 };

@@ -47,8 +47,21 @@ class FrameOp final : public graph::OpWith<Roi> {
   }
 };
 
+// A window of that size, as close to the origin as may be, that has no pixel of the image.
+Roi BesideImage(const Roi& image, const Roi& window) {
+  Roi place{0, 0, window.width(), window.height()};
+  if (Intersection(image, place).empty()) return place;
+  const int64_t left = int64_t{image.x0} - window.width(), right = int64_t{image.x1} + window.width();
+  if (right <= std::numeric_limits<int32_t>::max()) return {image.x1, 0, static_cast<int>(right), place.y1};
+  return left >= std::numeric_limits<int32_t>::min() ? Roi{static_cast<int>(left), 0, image.x0, place.y1}
+                                                     : window;
+}
+
 // The window's pixels at the origin, as a picture of their own.
-Node Cut(const Node& image, const Roi& window) {
+Node Cut(const Node& image, const Roi& given) {
+  const Roi& exists = image.spec().data_window;
+  // A long way to nothing is walked no less slowly than any other.
+  const Roi window = Intersection(exists, given).empty() ? BesideImage(exists, given) : given;
   const Roi place{0, 0, window.width(), window.height()};
   // Moved inside a window that holds both places.
   const Roi both = Union(window, place);
