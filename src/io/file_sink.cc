@@ -95,6 +95,11 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
 
 FileSink::~FileSink() = default;
 
+std::optional<PixelType> FileSink::OnlyType() const {
+  if (std::string_view(output_->format_name()) == "jpeg") return PixelType::kUint8;
+  return std::nullopt;
+}
+
 void FileSink::ChooseChannels(const ImageSpec& spec) {
   kept_.resize(spec.channels.size());
   std::iota(kept_.begin(), kept_.end(), 0);
@@ -160,10 +165,7 @@ bool FileSink::OpenEncoder(int threads) {
   Choice<Encoder> choice = MakeEncoder(output_->format_name(), file_spec_, *stream_, threads);
   encoder_text_ = CodecText(output_->format_name(), choice);
   encoder_ = std::move(choice.codec);
-  if (!encoder_) {
-    stream_.reset();
-    return false;
-  }
+  if (!encoder_) return false;
   file_spec_ = encoder_->spec();
   type_ = PixelTypeOf(file_spec_.format).value();
   granularity_ = ChunkRows(output_->format_name(), file_spec_);
@@ -177,8 +179,10 @@ void FileSink::Open(const std::string& temporary, Codec codec, int threads) {
   // Through a proxy, OpenImageIO 2.4's TIFF writer cannot read back the directory it needs for Exif items
   // (any sRGB picture has one) and leaves a file that nobody can open; by itself it reports a full disk.
   const bool proxy_loses_exif = std::string(output_->format_name()) == "tiff";
-  if (output_->supports("ioproxy") && !proxy_loses_exif) {
-    stream_ = std::make_unique<CheckedFile>(temporary);
+  if (!output_->supports("ioproxy") || proxy_loses_exif) {
+    stream_.reset();
+  } else {
+    if (!stream_) stream_ = std::make_unique<CheckedFile>(temporary);
     if (stream_->failure() != 0) Fail("");
     output_->set_ioproxy(stream_.get());
   }

@@ -5,6 +5,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,8 @@ class FileSink final : public graph::RowSink {
   void Open(const std::string& temporary, Codec codec = Codec::kOpenImageIO, int threads = 1);
   // The type that Write takes: the one asked for, or the nearest that the format has. Known after Open.
   PixelType type() const { return type_; }
+  // That type before Open, where the format has no other.
+  std::optional<PixelType> OnlyType() const;
 
   void Write(const ConstImageView& rows) override;
   int RowGranularity() const override { return granularity_; }

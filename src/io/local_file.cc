@@ -11,6 +11,8 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -104,34 +106,16 @@ void CheckSpec(const std::string& file, const std::string& format, const OIIO::I
 
 namespace {
 
-// Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an
-// error.
-bool JpegEnds(const std::string& file) {
-  constexpr std::string_view kEnd = "\xFF\xD9";
+// Of a JPEG file that OpenImageIO opened.
+bool EndsWhole(const std::string& file) {
   base::InputFile stream(file, "an image file");
-  std::string bytes(kEnd.size(), '\0');
-  stream.seekg(-std::ssize(kEnd), std::ios::end);
-  if (stream.read(bytes.data(), std::ssize(bytes)) && bytes == kEnd) return true;  // nearly all of them
-  stream.clear();
-  stream.seekg(0);
-  bytes.assign(std::istreambuf_iterator<char>(stream), {});
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
-  for (size_t at = 2; at + 4 <= bytes.size() && byte(at) == 0xFF;) {
-    if (byte(at + 1) == 0xFF) {
-      ++at;  // fill byte
-      continue;
-    }
-    if (byte(at + 1) == 0xDA) {
-      const size_t end = bytes.rfind(kEnd);
-      return end != std::string::npos && end >= at;
-    }
-    at += 2 + static_cast<size_t>(byte(at + 2)) * 256 + byte(at + 3);
-  }
-  return true;  // the decoder is the judge of what else is wrong
+  const std::vector<char> bytes(std::istreambuf_iterator<char>(stream), {});
+  return JpegEnds(std::as_bytes(std::span(bytes)));
 }
 
 bool IsNamedJpeg(const std::string& file) {
-  return file.ends_with(".jpg") || file.ends_with(".jpeg") || file.ends_with(".JPG");
+  return file.ends_with(".jpg") || file.ends_with(".jpeg") || file.ends_with(".JPG") ||
+         file.ends_with(".JPEG");
 }
 
 std::vector<std::string> PartNames(ImageInput& input) {
@@ -275,9 +259,12 @@ class LocalFile final : public ImageFile {
     const int64_t bytes = CheckFile(file_);
     const bool reduces =
         options.enough_width > 0 && options.enough_height > 0 && codec_ != Codec::kOpenImageIO;
-    if (reduces && options.subimage == 0 && options.part.empty() && IsNamedJpeg(file_) &&
-        Guarded(file_, [&] { return ReadCoarseHeader(file_, native); })) {
+    std::optional<JpegHeader> jpeg;
+    if (codec_ != Codec::kOpenImageIO && options.subimage == 0 && options.part.empty() && IsNamedJpeg(file_))
+      jpeg = Guarded(file_, [&] { return ReadJpegHeader(file_); });
+    if (jpeg) {
       format = "jpeg";
+      native = jpeg->spec;
     } else {
       const auto input = OpenImage(file_, formats_);
       Guarded(file_, [&] {
@@ -287,13 +274,12 @@ class LocalFile final : public ImageFile {
       format = input->format_name();
     }
     if (!request.sparse || format != "openvdb") CheckSpec(file_, format, native, bytes);
-    if (format == "jpeg" && !JpegEnds(file_)) {
+    if (format == "jpeg" && !(jpeg ? jpeg->ends : EndsWhole(file_))) {
       throw DataError(
           file_, "found a truncated JPEG of " + std::to_string(bytes) + " bytes, expected an end marker");
     }
-    if (format == "jpeg" && reduces) {
+    if (jpeg && jpeg->plain && reduces) {
       header_.divisor = JpegDivisor(native, options.enough_width, options.enough_height);
-      if (header_.divisor > 1 && !JpegIsPlain(file_, native)) header_.divisor = 1;
       DivideSides(native, header_.divisor);
     }
   }

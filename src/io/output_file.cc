@@ -62,13 +62,20 @@ std::string ResolveTarget(const std::string& file) {
   return path.string();
 }
 
-std::string CreateTemporary(const std::string& target, const std::string& shown) {
-  const std::filesystem::path path(target);
-  const auto directory = path.parent_path();
+void RequireDirectory(const std::string& target, const std::string& shown) {
+  const auto directory = std::filesystem::path(target).parent_path();
   std::error_code code;
   if (!directory.empty() && !std::filesystem::exists(directory, code)) {
     throw DataError(shown, "cannot be written: no directory " + directory.string());
   }
+  if (::access(directory.empty() ? "." : directory.c_str(), W_OK | X_OK) != 0)
+    throw SystemError(shown, "cannot be written: " + Reason(errno));
+}
+
+std::string CreateTemporary(const std::string& target, const std::string& shown) {
+  const std::filesystem::path path(target);
+  const auto directory = path.parent_path();
+  RequireDirectory(target, shown);
   // Names are limited to 255 bytes; the stem is only there for the eye.
   const std::string stem = path.stem().string().substr(0, 100);
   SweepBeside(target);
@@ -114,7 +121,9 @@ int GrowthFailure(const std::string& name) {
 }
 
 CheckedFile::CheckedFile(const std::string& name)
-    : IOProxy(name, Write), file_(std::fopen(name.c_str(), "w+b")) {
+    // Not "w": of a file that was cut off, if only to the nothing it was, ext4 waits for the disk when it is
+    // closed.
+    : IOProxy(name, Write), file_(std::fopen(name.c_str(), "r+b")) {
   if (!file_) {
     failure_ = errno;
     m_mode = Closed;

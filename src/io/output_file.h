@@ -20,6 +20,8 @@ std::string ResolveTarget(const std::string& file);
 // Creates an empty file of a unique hidden name beside `target`, with its extension, known to
 // RemoveUnfinishedOutputs. Throws Error naming `shown` when the directory is missing or cannot be written.
 std::string CreateTemporary(const std::string& target, const std::string& shown);
+// Throws Error, as CreateTemporary would, for a directory that is not there or that takes no files.
+void RequireDirectory(const std::string& target, const std::string& shown);
 // Unlinks and forgets it; does nothing for an empty name.
 void RemoveTemporary(const std::string& temporary) noexcept;
 // Whether a file that an encoder wrote without a stream of ours could still have grown: the errno that a

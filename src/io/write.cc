@@ -81,6 +81,10 @@ PixelType StoredType(const Node& node, const std::string& file, const WriteOptio
     // Some formats write when they are closed: the sink goes first.
     const PixelType asked = options.type.value_or(spec.type);
     io::FileSink judge(file, spec, asked, options.attributes);
+    if (const auto only = judge.OnlyType()) {
+      io::RequireDirectory(target, file);
+      return *only;
+    }
     // The type does not hang on the size, and closing an unfinished file may fill it up (JPEG).
     ImageSpec small = spec;
     small.data_window = small.display_window = {0, 0, 16, 16};

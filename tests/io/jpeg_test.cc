@@ -13,6 +13,7 @@
 // Needs <cstdio>.
 #include <jpeglib.h>
 
+#include "codec_files.h"
 #include "io/codec/jpeg_read.h"
 #include "support/run_command.h"
 #include "tessera/error.h"
@@ -138,6 +139,62 @@ TEST_F(JpegTest, PixelsAreThoseOfLibjpegAtThatScale) {
       }
     }
   }
+}
+
+// The whole of it by our way and by OpenImageIO's: header, pixels, one channel alone.
+TEST_F(JpegTest, WholeFilesAreOpenImageIOs) {
+  const std::string file = Path("a.jpg");
+  for (const int channels : {1, 3}) {
+    for (const int samples : {1, 2}) {
+      for (const bool progressive : {false, true}) {
+        for (const auto& [width, height] : {std::pair{1, 1}, {17, 9}, {333, 211}}) {
+          WriteJpeg(file, {width, height, channels, samples, progressive});
+          const Node ours = Read(file), theirs = Read(file, {.codec = Codec::kOpenImageIO});
+          EXPECT_EQ(testing_io::SourceOf(ours).Decoder(), "the codec jpeg");
+          EXPECT_EQ(testing_io::OutcomeOf(file, Codec::kAuto, 1),
+                    testing_io::OutcomeOf(file, Codec::kOpenImageIO, 1));
+          EXPECT_EQ(testing_io::PixelsOf(ours, channels - 1, channels, 1),
+                    testing_io::PixelsOf(theirs, channels - 1, channels, 1));
+          ASSERT_EQ(ours.spec().metadata->size(), theirs.spec().metadata->size());
+          for (size_t i = 0; i < ours.spec().metadata->size(); ++i) {
+            EXPECT_EQ((*ours.spec().metadata)[i].name, (*theirs.spec().metadata)[i].name);
+            EXPECT_EQ((*ours.spec().metadata)[i].bytes, (*theirs.spec().metadata)[i].bytes);
+          }
+        }
+      }
+    }
+  }
+}
+
+// What libjpeg only warns of is OpenImageIO's to judge.
+TEST_F(JpegTest, DamagedFilesAreOpenImageIOsToJudge) {
+  for (const bool progressive : {false, true}) {
+    WriteJpeg(Path("a.jpg"), {160, 120, 3, 2, progressive});
+    const std::string bytes = testing::FileText(Path("a.jpg"));
+    for (size_t at = 2; at < bytes.size(); at += at < 700 ? 3 : 1 + bytes.size() / 97) {
+      std::string other = bytes;
+      other[at] = static_cast<char>(other[at] ^ 0x55);
+      std::ofstream(Path("b.jpg"), std::ios::binary) << other;
+      const std::string ours = testing_io::OutcomeOf(Path("b.jpg"), Codec::kAuto, 1),
+                        theirs = testing_io::OutcomeOf(Path("b.jpg"), Codec::kOpenImageIO, 1);
+      // The rows that are named are those that were asked for at once.
+      if (testing_io::IsRefusal(ours, Path("b.jpg")) && testing_io::IsRefusal(theirs, Path("b.jpg")))
+        continue;
+      EXPECT_TRUE(ours == theirs) << at << " " << progressive << " " << ours.substr(0, 200);
+    }
+  }
+}
+
+TEST_F(JpegTest, TypeIsKnownBeforeAFileIsThere) {
+  WriteJpeg(Path("a.jpg"), {16, 16, 3, 1, false});
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    WriteOptions options;
+    options.type = type;
+    const Node node = Read(Path("a.jpg"));
+    PendingOutput output(node, Path("b.jpg"), options);
+    EXPECT_EQ(StoredType(node, Path("b.jpg"), options), output.type());
+  }
+  EXPECT_THROW(StoredType(Read(Path("a.jpg")), Path("missing/b.jpg")), Error);
 }
 
 TEST_F(JpegTest, SidesStayAsLargeAsAskedFor) {

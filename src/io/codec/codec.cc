@@ -13,6 +13,7 @@ constexpr struct {
                              int last);
   Choice<Encoder> (*encoder)(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);
 } kCodecs[] = {{"openexr", MakeExrDecoder, MakeExrEncoder},
+               {"jpeg", MakeJpegDecoder, nullptr},
                {"png", MakePngDecoder, MakePngEncoder},
                {"tiff", MakeTiffDecoder, MakeTiffEncoder}};
 
@@ -29,7 +30,7 @@ Choice<Decoder> MakeDecoder(const std::string& format, const std::string& file, 
 Choice<Encoder> MakeEncoder(const std::string& format, const OIIO::ImageSpec& spec,
                             OIIO::Filesystem::IOProxy& stream, int threads) {
   for (const auto& row : kCodecs) {
-    if (row.format == format) return row.encoder(spec, stream, threads);
+    if (row.format == format && row.encoder != nullptr) return row.encoder(spec, stream, threads);
   }
   return {nullptr, "no codec for " + format};
 }

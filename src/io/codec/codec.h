@@ -76,6 +76,8 @@ std::string CodecText(const std::string& format, const Choice<Codec>& choice) {
 Choice<Decoder> MakeExrDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
                                int last);
 Choice<Encoder> MakeExrEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);
+Choice<Decoder> MakeJpegDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
+                                int last);
 Choice<Decoder> MakePngDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
                                int last);
 Choice<Encoder> MakePngEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IOProxy& stream, int threads);

@@ -4,6 +4,7 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -19,15 +20,21 @@ namespace tessera::io {
 // same header. Nothing for other files.
 std::optional<std::vector<uint8_t>> CoarseJpeg(std::span<const uint8_t> bytes);
 
-// The header by OpenImageIO, which unpacks a progressive file to its end as it opens it, from a coarse one.
-// False where that is no way.
-bool ReadCoarseHeader(const std::string& file, OIIO::ImageSpec& spec);
+struct JpegHeader {
+  OIIO::ImageSpec spec;  // OpenImageIO's
+  bool plain = false;    // libjpeg's pixels are what OpenImageIO would read: grey or RGB, not CMYK
+  bool ends = false;     // JpegEnds
+};
+// Nothing where OpenImageIO is to open the file itself. As it opens a progressive one it unpacks it to its
+// end; here it is given a coarse one.
+std::optional<JpegHeader> ReadJpegHeader(const std::string& file);
+
+// Whether an end marker follows the first scan. libjpeg paints the rest of a truncated file grey without an
+// error.
+bool JpegEnds(std::span<const std::byte> bytes);
 
 // What a file of that spec is divided by so that no side is below `least`: 8, 4, 2, or 1.
 int JpegDivisor(const OIIO::ImageSpec& spec, int least_width, int least_height);
-
-// Whether pixels are what OpenImageIO would have read: grey or RGB, not CMYK. Looks at the header.
-bool JpegIsPlain(const std::string& file, const OIIO::ImageSpec& spec);
 
 // Divides the spec's sides, rounding up.
 void DivideSides(OIIO::ImageSpec& spec, int divisor);
