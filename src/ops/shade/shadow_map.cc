@@ -4,110 +4,76 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <memory>
+#include <vector>
+
+#include "ops/shade/shadow_surface.h"
 
 namespace tessera::ops {
 namespace {
 
-bool Hit(double depth) { return depth < 1; }
-
-// Of estimates of one thing: the largest magnitude, but at most twice the smallest; 0 where their signs
-// differ, as they do beside an edge. Of a smooth surface all are much alike.
-class Agreed {
+// Some rows of a map and the surfaces that they show, with as much around them as biases are made of.
+class Band {
  public:
-  void Add(double estimate) {
-    const double size = std::fabs(estimate);
-    least_ = std::min(least_, size), most_ = std::max(most_, size);
-    up_ = up_ || estimate > 0, down_ = down_ || estimate < 0;
-  }
-  double size() const { return up_ && down_ ? 0 : std::min(most_, 2 * least_); }
+  // So many rows at a time, of which those within `around` texels are looked at.
+  Band(const ConstImageView& map, int rows, int around, double reach)
+      : map_(map),
+        kernel_(MakeSurfaceKernel()),
+        around_(around),
+        reach_(reach),
+        width_(map.roi.width()),
+        stride_(width_ + 2 * margin() + kSlack),
+        depths_(Count(stride_, rows + 2 * margin()), 1.0f),
+        planes_(Count(PlanesOfRow(), rows + 2 * around)),
+        scratch_(Count(stride_ + kSlack, 1)),
+        deeper_(Count(width_ + kSlack, 1)) {}
 
- private:
-  double least_ = DBL_MAX, most_ = 0;
-  bool up_ = false, down_ = false;
-};
-
-// A map's depths by column and row; beyond its edge nothing is hit.
-class Depths {
- public:
-  explicit Depths(const ConstImageView& view) : view_(view) {}
-  double operator()(int x, int y) const {
-    if (x < 0 || y < 0 || x >= view_.roi.width() || y >= view_.roi.height()) return 1;
-    return double{*reinterpret_cast<const float*>(view_.At(view_.roi.x0 + x, view_.roi.y0 + y))};
-  }
-
- private:
-  const ConstImageView& view_;
-};
-
-// What a surface does along a line of five texels around the middle one: its slope per texel, and how it
-// bends. A neighbour on another surface differs much more and does not count.
-struct Course {
-  double slope = 0, bend = 0;
-  explicit Course(const double (&m)[5]) {
-    const double before = m[2] - m[1], after = m[3] - m[2];
-    if (Hit(m[1]) && Hit(m[3])) {
-      const double one = std::fabs(before), other = std::fabs(after), least = std::min(one, other);
-      // Where it turns, the mean; the bend says the rest.
-      const double most = before * after < 0 ? 0.5 * std::fabs(m[3] - m[1]) : std::max(one, other);
-      slope = std::min(most, 2 * least);
-    } else {
-      slope = Hit(m[1]) ? std::fabs(before) : Hit(m[3]) ? std::fabs(after) : 0;
+  // Rows y0 to y1; nothing is hit beside the map.
+  void Load(int y0, int y1, bool with_surfaces) {
+    y0_ = y0;
+    for (int y = y0 - margin(); y < y1 + margin(); ++y) {
+      float* const row = &depths_[Count(stride_, y - y0 + margin())] + margin();
+      const bool inside = y >= 0 && y < map_.roi.height();
+      for (int x = 0; x < width_; ++x) row[x] = inside ? Depth(x, y) : 1.0f;
     }
-    Agreed bends;
-    for (int k = 0; k < 3; ++k) {
-      if (Hit(m[k]) && Hit(m[k + 1]) && Hit(m[k + 2])) bends.Add(m[k] - 2 * m[k + 1] + m[k + 2]);
-    }
-    bend = bends.size();
+    if (!with_surfaces) return;
+    for (int y = y0 - around_; y < y1 + around_; ++y)
+      kernel_->Surfaces(Row(y), stride_, width_, SurfacesOf(y));
   }
-};
+  const float* Row(int y) const { return &depths_[Count(stride_, y - y0_ + margin())] + margin(); }
 
-// The surface around a texel, as its nearest neighbours show it.
-class Surface {
- public:
-  Surface(const Depths& at, int x, int y)
-      : across_({at(x - 2, y), at(x - 1, y), at(x, y), at(x + 1, y), at(x + 2, y)}),
-        down_({at(x, y - 2), at(x, y - 1), at(x, y), at(x, y + 1), at(x, y + 2)}) {
-    Agreed twists;
-    for (const int dy : {-1, 1}) {
-      for (const int dx : {-1, 1}) {
-        const double corner = at(x + dx, y + dy), beside = at(x + dx, y), below = at(x, y + dy);
-        if (Hit(corner) && Hit(beside) && Hit(below))
-          twists.Add(dx * dy * (corner - beside - below + at(x, y)));
-      }
-    }
-    twist_ = twists.size();
-  }
-  // How much deeper it may be so many texels away.
-  double Deeper(double dx, double dy) const {
-    return across_.slope * dx + down_.slope * dy + 0.5 * (across_.bend * dx * dx + down_.bend * dy * dy) +
-           twist_ * dx * dy;
+  const double* Deeper(int y) {
+    kernel_->Deeper(Row(y), stride_, width_, SurfacesOf(y), PlanesOfRow(), reach_, around_, scratch_.data(),
+                    deeper_.data());
+    return deeper_.data();
   }
 
  private:
-  Course across_, down_;
-  double twist_ = 0;
-};
+  static constexpr int kSlack = 16;  // what vectors read and write beyond the last texel
 
-// How much deeper than a texel of depth m its own surface is within `reach` texels each way: as its
-// neighbours foretell, or as the map has it where both ends foretell a part of that at least. So neither
-// curved nor rough surfaces shadow themselves, and the depths behind an edge are not taken for its own.
-double SurfaceDepth(const Depths& at, int x, int y, double reach) {
-  const double m = at(x, y);
-  const Surface here(at, x, y);
-  double deeper = here.Deeper(reach, reach);
-  const int around = std::min(static_cast<int>(std::ceil(reach)), kShadowSearch);
-  for (int dy = -around; dy <= around; ++dy) {
-    for (int dx = -around; dx <= around; ++dx) {
-      const double there = at(x + dx, y + dy), difference = there - m;
-      if (!Hit(there) || !(difference > deeper)) continue;
-      const double right = std::abs(dx), down = std::abs(dy);
-      if (difference > kShadowSurprise * here.Deeper(right, down)) continue;
-      if (difference > kShadowSurprise * Surface(at, x + dx, y + dy).Deeper(right, down)) continue;
-      deeper = difference;
-    }
+  static size_t Count(int a, int b) { return static_cast<size_t>(a) * static_cast<size_t>(b); }
+  int margin() const { return around_ + 2; }
+  float Depth(int x, int y) const {
+    return *reinterpret_cast<const float*>(map_.At(map_.roi.x0 + x, map_.roi.y0 + y));
   }
-  return deeper;
-}
+  int PlanesOfRow() const { return SurfaceRow::kPlanes * stride_; }
+  SurfaceRow SurfacesOf(int y) {
+    SurfaceRow row{};
+    double* p = &planes_[Count(PlanesOfRow(), y - y0_ + around_)] + margin();
+    for (double*& plane : row.plane) plane = p, p += stride_;
+    return row;
+  }
+
+  const ConstImageView& map_;
+  std::unique_ptr<const SurfaceKernel> kernel_;
+  int around_;
+  double reach_;
+  int width_, stride_, y0_ = 0;
+  std::vector<float> depths_;
+  std::vector<double> planes_;
+  std::vector<float> scratch_;
+  std::vector<double> deeper_;
+};
 
 }  // namespace
 
@@ -125,24 +91,31 @@ ShadowMap::ShadowMap(const ConstImageView& depths, const ops::ShadowSettings& se
   const double reach = (p.filter == ShadowFilter::kBilinear ? 1.0 : 0.5 * p.size) +
                        (settings.position_step > 1e-6 ? 1.0 : 0.0);
   const double steps = settings.map_step * (1 + 2 * reach);
-  const Depths at(depths);
-  workers.For(height_ + 2 * margin_, [&](int64_t index, int) {
-    const int y = static_cast<int>(index) - margin_;
-    float* const row = origin_ + static_cast<ptrdiff_t>(y) * stride_;
-    if (y < 0 || y >= height_ || width_ == 0) {
-      std::fill(row - margin_, row + width_ + margin_ + kReadBeyond, beside);
-      return;
-    }
-    std::fill(row - margin_, row, beside);
-    std::fill(row + width_, row + width_ + margin_ + kReadBeyond, beside);
-    for (int x = 0; x < width_; ++x) {
-      const double m = at(x, y);
-      if (!(m < 1)) {  // nothing hit, or NaN
-        row[x] = FLT_MAX;
-        continue;
+  const auto fill = [&](int y, int x0, int x1) { std::fill(texel(x0, y), texel(x1, y), beside); };
+  for (int y = -margin_; y < height_ + margin_; ++y) {
+    const bool inside = y >= 0 && y < height_ && width_ > 0;
+    fill(y, -margin_, inside ? 0 : width_ + margin_ + kReadBeyond);
+    if (inside) fill(y, width_, width_ + margin_ + kReadBeyond);
+  }
+  if (width_ == 0 || height_ == 0) return;
+  const bool automatic = p.bias < 0;
+  const int around = automatic ? std::min(static_cast<int>(std::ceil(reach)), kShadowSearch) : 0;
+  constexpr int kRows = 32;
+  std::vector<std::unique_ptr<Band>> bands(static_cast<size_t>(workers.count()));
+  workers.For((height_ + kRows - 1) / kRows, [&](int64_t index, int worker) {
+    std::unique_ptr<Band>& band = bands[static_cast<size_t>(worker)];
+    if (!band) band = std::make_unique<Band>(depths, kRows, around, reach);
+    const int y0 = static_cast<int>(index) * kRows, y1 = std::min(y0 + kRows, height_);
+    band->Load(y0, y1, automatic);
+    for (int y = y0; y < y1; ++y) {
+      const double* const deeper = automatic ? band->Deeper(y) : nullptr;
+      const float* const from = band->Row(y);
+      float* const to = texel(0, y);
+      for (int x = 0; x < width_; ++x) {
+        // Where nothing is hit, or NaN, all is lit.
+        const double m = double{from[x]}, bias = deeper != nullptr ? deeper[x] + steps : p.bias;
+        to[x] = m < 1 ? static_cast<float>(m + bias) : FLT_MAX;
       }
-      const double bias = p.bias < 0 ? SurfaceDepth(at, x, y, reach) + steps : p.bias;
-      row[x] = static_cast<float>(m + bias);
     }
   });
 }

@@ -28,6 +28,8 @@ class ShadowMap {
   const float* texel(int x, int y) const { return origin_ + static_cast<ptrdiff_t>(y) * stride_ + x; }
 
  private:
+  float* texel(int x, int y) { return origin_ + static_cast<ptrdiff_t>(y) * stride_ + x; }
+
   int width_ = 0, height_ = 0, margin_ = 0, stride_ = 0;
   std::unique_ptr<float[]> memory_;
   float* origin_ = nullptr;
