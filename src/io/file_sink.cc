@@ -3,8 +3,10 @@
 #include "io/file_sink.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <string_view>
 #include <system_error>
@@ -34,6 +36,18 @@ constexpr struct {
   const char* format;
   int side;
 } kLongestSides[] = {{"gif", 65535}, {"jpeg", 65500}, {"webp", 16383}, {"png", 1000000}};
+
+// OpenImageIO leaves what was on its stack, addresses say, behind the name in an SGI's header.
+bool ClearBehindName(const std::string& file, size_t name) {
+  constexpr std::streamoff kName = 24;
+  const std::array<char, 80> zeros{};
+  name = std::min(name, zeros.size() - 1);
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  stream.seekp(kName + static_cast<std::streamoff>(name));
+  stream.write(zeros.data(), static_cast<std::streamsize>(zeros.size() - name));
+  stream.close();
+  return stream.good();
+}
 
 // Writers that overlook a failed write and go on, so that all that was written is compared.
 bool KeepsItsSamples(std::string_view format) { return format == "sgi"; }
@@ -330,6 +344,9 @@ void FileSink::Finish() {
   if (stream_) stream_->close();
   if (!ok || (stream_ && stream_->failure() != 0)) Fail(output_->geterror());
   if (!stream_) CheckReadable();
+  if (std::string_view(output_->format_name()) == "sgi" &&
+      !ClearBehindName(temporary_, file_spec_.get_string_attribute("ImageDescription").size()))
+    Fail("its header cannot be mended");
 }
 
 FileLayout FileSink::Layout() const {

@@ -428,5 +428,18 @@ TEST_F(WriteTest, TheLastOfTwoOutputsOfANameStays) {
   EXPECT_EQ(Names().size(), 1u);
 }
 
+// OpenImageIO leaves the name of the image as it finds it in memory.
+TEST_F(WriteTest, NothingOfMemoryIsInAnSgi) {
+  for (const std::string& name : {std::string(), std::string("a name"), std::string(200, 'n')}) {
+    WriteOptions options;
+    if (!name.empty()) options.attributes = {{"ImageDescription", "string", {}, {name}}};
+    Write(FromImage(Image(ImageSpec(9, 7, 3, PixelType::kUint8))), Path("a.sgi"), options);
+    const std::string bytes = Contents(Path("a.sgi")), kept = name.substr(0, 79);
+    ASSERT_GT(bytes.size(), 512u);
+    EXPECT_EQ(bytes.substr(24, 80), kept + std::string(80 - kept.size(), '\0'));
+    EXPECT_EQ(bytes.substr(108, 404), std::string(404, '\0'));
+  }
+}
+
 }  // namespace
 }  // namespace tessera
