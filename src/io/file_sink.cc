@@ -37,6 +37,13 @@ constexpr struct {
   int side;
 } kLongestSides[] = {{"gif", 65535}, {"jpeg", 65500}, {"webp", 16383}, {"png", 1000000}};
 
+// Channels of formats whose writers end the program, or write beyond memory, for others.
+constexpr struct {
+  const char* format;
+  const char* expected;
+  std::array<size_t, 3> counts;
+} kChannelCounts[] = {{"dpx", "1, 3 or 4", {1, 3, 4}}, {"webp", "3 or 4", {3, 4, 4}}};
+
 // OpenImageIO leaves what was on its stack, addresses say, behind the name in an SGI's header.
 bool ClearBehindName(const std::string& file, size_t name) {
   constexpr std::streamoff kName = 24;
@@ -117,6 +124,13 @@ std::optional<PixelType> FileSink::OnlyType() const {
 void FileSink::ChooseChannels(const ImageSpec& spec) {
   kept_.resize(spec.channels.size());
   std::iota(kept_.begin(), kept_.end(), 0);
+  for (const auto& [format, expected, counts] : kChannelCounts) {
+    if (std::string_view(output_->format_name()) != format ||
+        std::find(counts.begin(), counts.end(), kept_.size()) != counts.end())
+      continue;
+    throw DataError(shown_, "found " + std::to_string(spec.channel_count()) + " channels (" +
+                                Joined(spec.channels) + "), expected " + expected + " for " + format);
+  }
   if (output_->supports("nchannels")) return;
   const bool alpha = output_->supports("alpha");
   if (!alpha && spec.alpha >= 0 && kept_.size() > 1) kept_.erase(kept_.begin() + spec.alpha);

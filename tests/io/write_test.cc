@@ -441,5 +441,23 @@ TEST_F(WriteTest, NothingOfMemoryIsInAnSgi) {
   }
 }
 
+// Some writers end the program where they do not expect so many.
+TEST_F(WriteTest, AnyNumberOfChannelsIsWrittenOrRefused) {
+  for (const char* name :
+       {"a.exr", "a.tif", "a.png", "a.jpg", "a.hdr", "a.gif", "a.bmp", "a.webp", "a.jp2", "a.heic", "a.sgi",
+        "a.ppm", "a.tga", "a.rla", "a.iff", "a.fits", "a.ico", "a.zfile", "a.dpx"}) {
+    for (const int channels : {1, 2, 3, 4, 5, 6, 9, 70}) {
+      for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kFloat}) {
+        try {
+          Write(FromImage(Image(ImageSpec(8, 8, channels, type))), Path(name));
+        } catch (const Error& e) {
+          EXPECT_EQ(e.subject(), Path(name));
+          EXPECT_TRUE(channels != 3 || name == std::string("a.zfile")) << e.what();
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera
