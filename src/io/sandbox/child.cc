@@ -129,11 +129,20 @@ std::string AnswerOf(Reader& reader, const std::string& bytes, std::vector<Descr
   return Failure(ErrorKind::kData, OneLine(e.what()));
 }
 
+std::string NotConfined(const std::exception& e) {
+  return Failure(ErrorKind::kSystem, std::string("its reader cannot be put in a sandbox: ") + e.what());
+}
+
 void Serve(int socket, int input, const ChildLimits& limits) {
 #ifdef __linux__
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
 #endif
-  KeepTwo(socket, input);
+  try {
+    KeepTwo(socket, input);
+  } catch (const std::exception& e) {
+    Channel{Descriptor(socket)}.Send(NotConfined(e));
+    return;
+  }
   Channel channel{Descriptor(socket)};
   std::string bytes;
   std::vector<Descriptor> descriptors;
@@ -143,8 +152,7 @@ void Serve(int socket, int input, const ChildLimits& limits) {
   try {
     Confine(request.file, input, limits);
   } catch (const std::exception& e) {
-    channel.Send(
-        Failure(ErrorKind::kSystem, std::string("its reader cannot be put in a sandbox: ") + e.what()));
+    channel.Send(NotConfined(e));
     return;
   }
   Reader reader(request);

@@ -158,11 +158,12 @@ void KeepTwo(int& socket, int& input) {
   const int high_socket = ::fcntl(socket, F_DUPFD, kFirstOpened + kOpened),
             high_input = ::fcntl(input, F_DUPFD, kFirstOpened + kOpened),
             nothing = ::open("/dev/null", O_RDWR);
-  if (high_socket < 0 || high_input < 0 || nothing < 0) throw std::runtime_error("too few descriptors");
+  if (high_socket < 0 || high_input < 0) throw std::runtime_error("it takes a hundred descriptors");
+  if (nothing < 0) throw std::runtime_error("there is no /dev/null");
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
   socket = ::dup2(high_socket, kSocket), input = ::dup2(high_input, kSocket + 1);
   CloseBetween(kSocket + 2, ~0U);
-  if (socket != kSocket || input != kSocket + 1) throw std::runtime_error("too few descriptors");
+  if (socket != kSocket || input != kSocket + 1) throw std::runtime_error("it takes a hundred descriptors");
 }
 
 void Confine(const std::string& file, int input, const ChildLimits& limits) {
