@@ -3,6 +3,7 @@
 
 #include "base/number_text.h"
 #include "c/handles.h"
+#include "ops/wrap.h"
 
 namespace tessera::c {
 namespace {
@@ -13,14 +14,14 @@ using ops::ParamType;
 constexpr const char* kKinds[] = {"a number",          "a whole number", "a flag",
                                   "a list of numbers", "a choice",       "text"};
 
-const ParamInfo& Named(const ops::OpInfo& op, const std::string& name) {
+const ParamInfo& Named(const ops::OpInfo& op, const std::string& name, const std::string& text) {
   std::vector<std::string> known;
-  for (const auto* const list : {&op.arguments, &op.modifiers}) {
-    for (const ParamInfo& p : *list) {
-      if (p.name == name) return p;
-      known.push_back(p.name);
-    }
+  for (const ParamInfo& p : op.arguments) {
+    if (p.name == name) return p;
+    known.push_back(p.name);
   }
+  if (const ParamInfo* const p = ops::FindModifier(op, name, text)) return *p;
+  for (const ParamInfo& p : op.modifiers) known.push_back(p.name);
   const std::string near = ops::Nearest(name, known);
   std::string all;
   for (const std::string& word : known) all += (all.empty() ? "" : ", ") + word;
@@ -31,7 +32,7 @@ const ParamInfo& Named(const ops::OpInfo& op, const std::string& name) {
 
 void Set(tessera_parameters* parameters, const char* name, ParamType type, std::string text) {
   tessera_parameters& p = Checked(parameters, "parameters");
-  const ParamInfo& param = Named(*p.op, Text(name, "name"));
+  const ParamInfo& param = Named(*p.op, Text(name, "name"), text);
   const bool fits = param.type == type || (type == ParamType::kInteger && param.type == ParamType::kNumber) ||
                     (type == ParamType::kNumber && param.type == ParamType::kNumbers) ||
                     (type == ParamType::kText && param.type == ParamType::kChoice) ||
@@ -140,9 +141,9 @@ tessera_status tessera_parameters_parse(tessera_parameters* parameters, const ch
         if (argument.name == name)
           throw Misuse(p.op->name, "found " + name + "= behind the first words, expected it in its place");
       }
-      values[Named(*p.op, name).name] = text;
+      values[Named(*p.op, name, text).name] = text;
     }
-    for (const auto& [name, text] : values) tessera::ops::CheckValue(*p.op, Named(*p.op, name), text);
+    for (const auto& [name, text] : values) tessera::ops::CheckValue(*p.op, Named(*p.op, name, text), text);
     p.values = std::move(values);
   });
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "cli/validate.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 
 namespace tessera::cli {
@@ -143,7 +144,12 @@ std::string ModifiersBehind(const ops::OpInfo& row, const std::vector<std::strin
   for (const std::string& value : values) {
     const size_t colon = std::min(value.find(':'), value.size());
     const std::string key = value.substr(std::min(colon + 1, value.size()));
-    const auto begins = [&](const ops::ParamInfo& p) { return key.starts_with(p.name); };
+    const auto begins = [&](const ops::ParamInfo& p) {
+      const std::vector<std::string> others = ops::OtherNames(p);
+      return key.starts_with(p.name) ||
+             std::any_of(others.begin(), others.end(),
+                         [&](const std::string& other) { return key.starts_with(other); });
+    };
     if (std::any_of(row.modifiers.begin(), row.modifiers.end(), begins)) {
       return "; modifiers follow the name: --" + row.name + value.substr(colon) + " " +
              value.substr(0, colon);

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/number_text.h"
+#include "ops/wrap.h"
 
 namespace tessera::cli {
 namespace {
@@ -189,6 +190,9 @@ std::string AllowedValues(const ops::ParamInfo& p) {
   if (const std::string use = ops::UseOf(p); !use.empty())
     text +=
         (text.empty() ? std::string() + static_cast<char>(std::toupper(use[0])) + use.substr(1) : "; " + use);
+  const auto add = [&text](const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
+  for (const auto& [other, word] : ops::OtherChoices(p)) add(other + " is another word for " + word);
+  for (const std::string& other : ops::OtherNames(p)) add("also written " + other + "=");
   return text.empty() ? "" : text + ".";
 }
 

@@ -11,6 +11,7 @@
 
 #include "base/number_text.h"
 #include "ops/registry.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -61,7 +62,7 @@ class ParamParser {
 
   Arguments::Value Parse(const std::string& text, bool given) const {
     Arguments::Value value;
-    value.text = text;
+    value.text = OwnWords(param_, text);
     value.given = given;
     switch (param_.type) {
       case ParamType::kNumber:
@@ -79,7 +80,7 @@ class ParamParser {
         value.numbers = List(text);
         break;
       case ParamType::kChoice:
-        ParseChoice(text, value);
+        ParseChoice(text, value.text, value);
         break;
       case ParamType::kText:
         if (text.empty() && param_.min_count > 0)
@@ -169,11 +170,9 @@ class ParamParser {
     return "";
   }
 
-  void ParseChoice(const std::string& text, Arguments::Value& value) const {
-    if (std::find(param_.choices.begin(), param_.choices.end(), text) != param_.choices.end()) return;
-    const bool numeric = !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) != 0 ||
-                                           std::string_view("+-.,").find(text[0]) != std::string_view::npos);
-    if (param_.numbers_too && numeric) {
+  void ParseChoice(const std::string& text, const std::string& own, Arguments::Value& value) const {
+    if (std::find(param_.choices.begin(), param_.choices.end(), own) != param_.choices.end()) return;
+    if (param_.numbers_too && IsNumeric(text)) {
       value.numbers = List(text);
       return;
     }
@@ -365,12 +364,15 @@ Arguments ParseArguments(const OpInfo& op, std::span<const std::string> position
     result.values[param.name] = DefaultValue(SubjectOf(op, param), param);
   }
   for (const auto& [key, text] : modifiers) {
-    const auto param = std::find_if(op.modifiers.begin(), op.modifiers.end(),
-                                    [&key = key](const ParamInfo& p) { return p.name == key; });
-    if (param == op.modifiers.end()) {
-      std::vector<std::string> known;
-      for (const ParamInfo& p : op.modifiers) known.push_back(p.name);
-      const std::string near = Nearest(key, known);
+    const ParamInfo* const param = FindModifier(op, key, text);
+    if (param == nullptr) {
+      std::vector<std::string> known, all;
+      for (const ParamInfo& p : op.modifiers) {
+        known.push_back(p.name);
+        all.push_back(p.name);
+        for (std::string& other : OtherNames(p)) all.push_back(std::move(other));
+      }
+      const std::string near = Nearest(key, all);
       std::string reason = "unknown modifier " + Quoted(key);
       if (known.empty()) {
         reason += ", it takes none";
@@ -379,7 +381,7 @@ Arguments ParseArguments(const OpInfo& op, std::span<const std::string> position
       }
       throw Error(op.name, reason);
     }
-    result.values[key] = ParamParser(SubjectOf(op, *param), *param).Parse(text, true);
+    result.values[param->name] = ParamParser(op.name + ":" + key, *param).Parse(text, true);
   }
   RequireUsed(op, result);
   return result;
@@ -396,9 +398,8 @@ Words SplitExample(const OpInfo& op, const std::string& example) {
     const size_t equals = word.find('=');
     // Positional words come first and may hold an equals sign of their own ("R,A=1").
     if (positional.size() < op.arguments.size() && modifiers.empty() &&
-        std::none_of(op.modifiers.begin(), op.modifiers.end(), [&](const ParamInfo& p) {
-          return equals != std::string::npos && p.name == word.substr(0, equals);
-        })) {
+        (equals == std::string::npos ||
+         FindModifier(op, word.substr(0, equals), word.substr(equals + 1)) == nullptr)) {
       positional.push_back(word);
     } else {
       modifiers.emplace_back(word.substr(0, equals),

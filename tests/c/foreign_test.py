@@ -208,7 +208,7 @@ def errors_are_values():
     assert failure.status == DATA and failure.subject == "/no/such.exr", failure
     blur = parameters(b"blur", b"")
     failure = refusal(lambda: call("tessera_set_text", blur.value, b"border", b"wal"))
-    assert failure.status == USAGE and failure.subject == "blur:border" and "expected" in str(failure), failure
+    assert failure.status == USAGE and failure.subject == "blur:wrap" and "expected" in str(failure), failure
 
 
 def progress_is_told_and_cancels():

@@ -396,7 +396,7 @@ TEST(BufferBitsTest, RefusesWhatABufferCannotHold) {
   EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.bias = 0.5, .bits = 12}); }),
               HasSubstr("bits=12 with a bias"));
   EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.border = BorderMode::kRenormalize, .bits = 12}); }),
-              HasSubstr("border=renormalize"));
+              HasSubstr("wrap=renormalize"));
   EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.bits = 7}); }), HasSubstr("expected 8 to 32"));
   EXPECT_THAT(Refusal([&] { Convolve(image, KernelImage(kernel), {.bits = 12}); }),
               HasSubstr("kernel image"));

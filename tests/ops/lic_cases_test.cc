@@ -127,7 +127,7 @@ TEST(LicTest, SizesFromTiniestToLargestAndNoiseThatIsNaN) {
 }
 
 TEST(LicTest, LinesThatGoRoundForeverStayInThePicture) {
-  // Vectors so long that after one step no float counts the pixels: lines with their lengths, border=repeat.
+  // Vectors so long that after one step no float counts the pixels: lines with their lengths, wrap=repeat.
   const int n = 37;
   for (const double size : {1e6, 1e9, 1e20, 3e38}) {
     const Image field = FieldOf(n, n, [&](double x, double y) {

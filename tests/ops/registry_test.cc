@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 #include <sstream>
 #include <string>
@@ -12,10 +13,14 @@
 #include <vector>
 
 #include "graph/op.h"
+#include "ops/wrap.h"
 #include "reference/reference.h"
+#include "support/cases.h"
+#include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/generate.h"
+#include "tessera/render.h"
 
 namespace tessera::ops {
 namespace {
@@ -133,6 +138,49 @@ TEST(ArgumentsTest, RefusalsNameParameterFoundAndExpected) {
   EXPECT_THAT(Refusal("hue", {"30"}, {{"preserve", "luminence"}}), HasSubstr("did you mean luminance?"));
 }
 
+// Every operation that says what lies beyond the edge says it as wrap=, and takes border= and the other words
+// for its choices: the same pixels, in every example and with every choice.
+TEST(ArgumentsTest, OneWordForWhatLiesBeyondTheEdge) {
+  std::set<std::string> seen;
+  for (const testing::Case& c : testing::AllCases()) {
+    const OpInfo& op = *c.op;
+    const ParamInfo* const wrap = FindModifier(op, "border", "clamp");
+    ASSERT_EQ(wrap, FindModifier(op, "wrap", "clamp")) << op.name;
+    if (wrap == nullptr || c.Operands() > 3) continue;
+    SCOPED_TRACE(op.name + " " + c.example);
+    std::string other = c.example;
+    for (const auto& [word, old] :
+         {std::pair("wrap=", "border="), {"wrap_t=", "border_t="}, {"bordervalue=", "border="}}) {
+      const ParamInfo* const param = FindModifier(op, std::string(word, std::strlen(word) - 1), "0");
+      if (param == nullptr || OtherNames(*param).empty()) continue;
+      for (size_t at = 0; (at = (" " + other).find(std::string(" ") + word, at)) != std::string::npos; ++at) {
+        other.replace(at, std::strlen(word), old);
+        const size_t value = at + std::strlen(old);
+        for (const auto& [choice, own] : OtherChoices(*param)) {
+          if (other.compare(value, own.size(), own) == 0) other.replace(value, own.size(), choice);
+        }
+      }
+    }
+    if (other == c.example) continue;
+    seen.insert(op.name);
+    const Roi window{-3, 2, 9, 11};
+    const Image own = Render(c.Make(window, 4, PixelType::kFloat));
+    const Image same = Render(testing::Case{&op, other}.Make(window, 4, PixelType::kFloat));
+    testing::ExpectSameBits(same, own);
+  }
+  for (const char* const name :
+       {"blur", "convolve", "unsharp", "sobel", "shift", "warp", "st_warp", "mip", "distort", "lookup", "lic",
+        "transfer", "emboss", "laplacian", "highpass", "normalmap", "bump"})
+    EXPECT_EQ(seen.count(name), 1U) << name;
+  const Arguments a = Parse("lookup", {}, {{"border", "border,periodic"}, {"border", "0.5,0.25"}});
+  EXPECT_EQ(a.Text("wrap"), "black,repeat");
+  EXPECT_THAT(a.Numbers("bordervalue"), ElementsAre(0.5, 0.25));
+  EXPECT_EQ(Parse("lic", {}, {{"border", "renormalize"}}).Text("wrap"), "stop");
+  EXPECT_EQ(Parse("solid", {}, {{"wrap", "border"}}).Text("wrap"), "black");
+  EXPECT_THAT(Refusal("blur", {"3"}, {{"border", "clmap"}}), HasSubstr("blur:border: found \"clmap\""));
+  EXPECT_THAT(Refusal("blur", {"3"}, {{"boder", "clamp"}}), HasSubstr("did you mean border?"));
+}
+
 TEST(ArgumentsTest, WhatWouldBeReadByNobodyIsRefused) {
   EXPECT_EQ(Refusal("perlin", {}, {{"turbulence", "1"}, {"sum", "ridged"}}),
             "perlin: found turbulence= with sum=, expected one of them");
@@ -149,14 +197,14 @@ TEST(ArgumentsTest, WhatWouldBeReadByNobodyIsRefused) {
             "solid: found freq= with procedure=table, expected another procedure=");
   EXPECT_EQ(Refusal("blend", {"over"}, {{"src", "zero"}}),
             "blend: found src= with MODE=over, expected MODE=add, MODE=subtract or MODE=revsubtract");
-  EXPECT_EQ(Refusal("unsharp", {}, {{"kernel", "median"}, {"border", "black"}}),
-            "unsharp: found border= with kernel=median, expected another kernel=");
+  EXPECT_EQ(Refusal("unsharp", {}, {{"kernel", "median"}, {"wrap", "black"}}),
+            "unsharp: found wrap= with kernel=median, expected another kernel=");
   EXPECT_EQ(Refusal("blur", {"3x3"}, {{"sigma", "2"}}), "blur: found SIZE with sigma=, expected one of them");
   EXPECT_EQ(Refusal("blur", {}, {{"sigma", "2"}, {"kernel", "gaussian"}}), "accepted");
   const OpInfo* const blur = FindOp("blur");
   EXPECT_EQ(UseOf(blur->arguments[0]), "not with sigma=");
-  EXPECT_TRUE(IsLeftOut(blur->arguments[0], Modifiers{{"border", "black"}, {"sigma", "2"}}));
-  EXPECT_FALSE(IsLeftOut(blur->arguments[0], Modifiers{{"border", "black"}}));
+  EXPECT_TRUE(IsLeftOut(blur->arguments[0], Modifiers{{"wrap", "black"}, {"sigma", "2"}}));
+  EXPECT_FALSE(IsLeftOut(blur->arguments[0], Modifiers{{"wrap", "black"}}));
 }
 
 // What only_with asks about exists, or a parameter could never be written.

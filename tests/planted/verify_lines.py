@@ -40,7 +40,7 @@ float.exr --ch R,G window.exr --lookup:filter=mipmap -d float --verify -o out.ex
 --pattern checker:width=5:height=3 60x40-20-10 3 -d half --verify -o out.exr
 rgb16.png --median 5x5 -d uint16 --verify -o out.png
 rgb.tif --blur:sigma=9 -d float --verify -o out.tif
-rgb.tif --blur:sigma=4:method=recursive:border=mirror -d float --verify -o out.tif
+rgb.tif --blur:sigma=4:method=recursive:wrap=mirror -d float --verify -o out.tif
 rgb.tif --dilate 7x7 -d float --verify -o out.tif
 rgb.tif --blur 13x3 -d float --verify -o out.tif
 --pattern perlin:lattice=osl:color=1 80x60 4 -d float --verify -o out.exr

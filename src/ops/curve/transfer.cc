@@ -228,7 +228,7 @@ OpInfo TransferInfo() {
       "that is looked up is limited to [0,1], NaN reads entry 0 (count=1 prints how often, table by table, for "
       "one more evaluation of what comes before it). format= says which channels tables replace: "
       "by default one column serves R,G,B, two R,G,B and A, three R,G,B, four all. A map replaces all four "
-      "channels. The kernel is applied as --convolve does it, with its words border= (OpenGL's REDUCE is valid, "
+      "channels. The kernel is applied as --convolve does it, with its words wrap= (OpenGL's REDUCE is valid, "
       "its CONSTANT_BORDER black, its REPLICATE_BORDER clamp, the default), bordervalue=, correlate=, "
       "divisor=, method= and preservealpha=. The matrix is row by row and acts on columns (R,G,B,A), or R,G,B for 9 numbers. Nothing "
       "else limits values unless clamp=final (after the last stage) or clamp=stages (after each); "
@@ -283,7 +283,7 @@ OpInfo TransferInfo() {
       const std::vector<double>& size = a.Numbers("kernelsize");
       p.kernel =
           size.empty() ? NamedKernel(a.Text("kernel")) : NamedKernel(a.Text("kernel"), size[0], size[1]);
-      p.convolve.border = BorderNamed(a.Text("border")), p.convolve.border_value = a.Number("bordervalue");
+      p.convolve.border = BorderNamed(a.Text("wrap")), p.convolve.border_value = a.Number("bordervalue");
       p.convolve.correlate = a.Flag("correlate"), p.convolve.divisor = a.Number("divisor");
       p.convolve.method = MethodNamed(a.Text("method")), p.convolve.preserve_alpha = a.Flag("preservealpha");
     }
@@ -305,8 +305,8 @@ OpInfo TransferInfo() {
   info.identity = "scale=1";
   info.examples = {"scale=2,2,2,1 bias=-1,-1,-1,0 matrix=0,1,0,1,0,0,0,0,1 scale2=0.5 bias2=0.5",
                    "scale=0.5 bias=0.25 matrix=1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1 clamp=final",
-                   "kernel=gaussian kernelsize=5,3 border=mirror scalec=0.5,2,1,1 biasc=0.1",
-                   "kernel=emboss_ne border=black bordervalue=0.5 correlate=1 divisor=2 preservealpha=1",
+                   "kernel=gaussian kernelsize=5,3 wrap=mirror scalec=0.5,2,1,1 biasc=0.1",
+                   "kernel=emboss_ne wrap=black bordervalue=0.5 correlate=1 divisor=2 preservealpha=1",
                    "table1=0,0.25,1 interpolate=1 matrix=0.5,0.5,0,0,1,0,0,0,1 table2=0,0.5,1 clamp=stages"};
   return info;
 }

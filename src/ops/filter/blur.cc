@@ -182,11 +182,10 @@ class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::Lit
     if (method_ == FilterMethod::kAuto) method_ = CheapestMethod(shape);
     if (method_ == FilterMethod::kDirect) method_ = FilterMethod::kSeparable;
     if (!MethodOf(method_).suits(shape)) {
-      throw Error("blur",
-                  method_ == FilterMethod::kRecursive
-                      ? "found method=recursive with a sigma below 2, expected method=auto or direct"
-                      : "found method=decimated with a sigma below 16 or border=renormalize, expected "
-                        "method=auto");
+      throw Error("blur", method_ == FilterMethod::kRecursive
+                              ? "found method=recursive with a sigma below 2, expected method=auto or direct"
+                              : "found method=decimated with a sigma below 16 or wrap=renormalize, expected "
+                                "method=auto");
     }
     if (method_ == FilterMethod::kSeparable) window_ = GaussianWindow(p);
   }
@@ -282,7 +281,7 @@ Node Buffered(const Node& image, const GaussianParams& p) {
   if (p.method != FilterMethod::kAuto && p.method != FilterMethod::kDirect)
     refuse("another method than direct, expected method=auto or direct");
   if (p.border == BorderMode::kRenormalize || (p.border == BorderMode::kBlack && p.border_value != 0)) {
-    refuse("border=renormalize or a border value, expected black, clamp, repeat, mirror or mirror101");
+    refuse("wrap=renormalize or a border value, expected black, clamp, repeat, mirror or mirror101");
   }
   Node result = image;
   for (const bool along_row : {true, false}) {
@@ -349,7 +348,7 @@ OpInfo BlurInfo() {
       MethodModifier({"auto", "direct", "separable", "lowrank", "fft", "recursive", "decimated"}),
       BufferBitsModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    const BorderMode border = BorderNamed(a.Text("border"));
+    const BorderMode border = BorderNamed(a.Text("wrap"));
     const FilterMethod method = MethodNamed(a.Text("method"));
     const double value = a.Number("bordervalue");
     if (a.Given("sigma")) {
@@ -367,19 +366,19 @@ OpInfo BlurInfo() {
   };
   info.examples = {"9x9",
                    "sigma=20",
-                   "5x3 kernel=triangle border=mirror",
+                   "5x3 kernel=triangle wrap=mirror",
                    "21x15 kernel=box",
-                   "11x13 kernel=box border=repeat",
-                   "13x12 kernel=box border=renormalize",
-                   "25x31 kernel=box border=black bordervalue=0.5",
-                   "sigma=1.5 border=repeat",
-                   "sigma=2,5 border=mirror method=recursive",
-                   "sigma=3 border=black method=recursive",
-                   "sigma=4,0 border=renormalize method=recursive",
-                   "sigma=6 border=mirror101 method=recursive",
-                   "sigma=2 border=renormalize",
-                   "sigma=16 border=mirror",
-                   "sigma=17,30 border=black bordervalue=0.5",
+                   "11x13 kernel=box wrap=repeat",
+                   "13x12 kernel=box wrap=renormalize",
+                   "25x31 kernel=box wrap=black bordervalue=0.5",
+                   "sigma=1.5 wrap=repeat",
+                   "sigma=2,5 wrap=mirror method=recursive",
+                   "sigma=3 wrap=black method=recursive",
+                   "sigma=4,0 wrap=renormalize method=recursive",
+                   "sigma=6 wrap=mirror101 method=recursive",
+                   "sigma=2 wrap=renormalize",
+                   "sigma=16 wrap=mirror",
+                   "sigma=17,30 wrap=black bordervalue=0.5",
                    "sigma=20 method=recursive",
                    "sigma=1.5 bits=16"};
   info.identity = "sigma=0";

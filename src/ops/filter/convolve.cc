@@ -150,12 +150,12 @@ Node Buffered(const Node& image, const Kernel& kernel, const ConvolveParams& p) 
     throw Error(
         "convolve",
         "found bits=" + std::to_string(p.bits) + " with " + what +
-            ", expected one kernel by name and border=black, clamp, repeat, mirror, mirror101 or valid");
+            ", expected one kernel by name and wrap=black, clamp, repeat, mirror, mirror101 or valid");
   };
   if (kernel.planes != 1) refuse("a kernel per channel");
   if (p.bias != 0 || p.preserve_alpha) refuse("a bias or preserved alpha");
   if (p.border == BorderMode::kRenormalize || (p.border == BorderMode::kBlack && p.border_value != 0)) {
-    refuse("border=renormalize or a border value");
+    refuse("wrap=renormalize or a border value");
   }
   if (p.method != FilterMethod::kAuto && p.method != FilterMethod::kDirect)
     refuse("another method than direct");
@@ -200,7 +200,7 @@ std::vector<ParamInfo> CommonModifiers() {
 }
 ConvolveParams CommonParams(const Arguments& a) {
   ConvolveParams p;
-  p.border = BorderNamed(a.Text("border"));
+  p.border = BorderNamed(a.Text("wrap"));
   p.border_value = a.Number("bordervalue");
   p.method = MethodNamed(a.Text("method"));
   p.preserve_alpha = a.Flag("preservealpha");
@@ -340,15 +340,15 @@ OpInfo ConvolveInfo() {
   info.identity = "kernel=box size=1x1";
   info.examples = {"kernel=disk size=7x5",
                    "kernel=smooth3",
-                   "kernel=emboss_ne border=mirror divisor=2 bias=0.5",
-                   "kernel=lanczos3 size=15x15 border=repeat",
-                   "kernel=gaussian size=9x7 border=renormalize anchor=1,5",
-                   "kernel=highpass5 border=mirror101 preservealpha=1 correlate=1",
-                   "kernel=disk size=9x9 method=lowrank border=valid",
-                   "kernel=triangle size=5x5 border=black bordervalue=0.25 method=direct",
-                   "kernel=disk size=23x19 border=mirror",
+                   "kernel=emboss_ne wrap=mirror divisor=2 bias=0.5",
+                   "kernel=lanczos3 size=15x15 wrap=repeat",
+                   "kernel=gaussian size=9x7 wrap=renormalize anchor=1,5",
+                   "kernel=highpass5 wrap=mirror101 preservealpha=1 correlate=1",
+                   "kernel=disk size=9x9 method=lowrank wrap=valid",
+                   "kernel=triangle size=5x5 wrap=black bordervalue=0.25 method=direct",
+                   "kernel=disk size=23x19 wrap=mirror",
                    "kernel=1,2,1,2,4,2,1,2,1 divisor=16",
-                   "kernel=-1,.5,2.5e-1,3,0,-2 size=2x3 anchor=0,2 border=repeat"};
+                   "kernel=-1,.5,2.5e-1,3,0,-2 size=2x3 anchor=0,2 wrap=repeat"};
   return info;
 }
 
@@ -370,7 +370,7 @@ OpInfo EmbossInfo() {
       name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return MadeOf("emboss", [&] { return Convolve(in[0], NamedKernel(name), CommonParams(a)); });
   };
-  info.examples = {"N", "SW border=repeat", "E preservealpha=1"};
+  info.examples = {"N", "SW wrap=repeat", "E preservealpha=1"};
   return info;
 }
 
@@ -382,7 +382,7 @@ OpInfo LaplacianInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return MadeOf("laplacian", [&] { return Convolve(in[0], NamedKernel("laplacian"), CommonParams(a)); });
   };
-  info.examples = {"", "border=mirror101"};
+  info.examples = {"", "wrap=mirror101"};
   return info;
 }
 
@@ -400,7 +400,7 @@ OpInfo HighPassInfo() {
     return MadeOf("highpass",
                   [&] { return Convolve(in[0], NamedKernel("highpass" + a.Text("SIZE")), CommonParams(a)); });
   };
-  info.examples = {"3", "5 border=black"};
+  info.examples = {"3", "5 wrap=black"};
   return info;
 }
 

@@ -24,7 +24,7 @@ OpInfo MedianInfo();
 OpInfo DilateInfo();
 OpInfo ErodeInfo();
 
-// `:border=`, `:bordervalue=`, `:method=` and what they mean.
+// `:wrap=`, `:bordervalue=`, `:method=` and what they mean.
 ParamInfo BorderModifier();
 ParamInfo BorderValueModifier();
 ParamInfo MethodModifier(std::vector<std::string> methods = {"auto", "direct", "separable", "lowrank",

@@ -1,4 +1,4 @@
-// What a filter with border=clamp sees around a data window that does not fill its display window: black.
+// What a filter with wrap=clamp sees around a data window that does not fill its display window: black.
 #ifndef TESSERA_OPS_FILTER_FRAME_H_
 #define TESSERA_OPS_FILTER_FRAME_H_
 

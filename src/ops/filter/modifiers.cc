@@ -9,6 +9,7 @@
 
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/window/methods.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -25,16 +26,13 @@ constexpr std::array<std::pair<const char*, BorderMode>, 7> kBorders = {
 }  // namespace
 
 ParamInfo BorderModifier() {
-  ParamInfo p{
-      .name = "border",
-      .type = ParamType::kChoice,
-      .default_value = "clamp",
-      .help =
-          "what lies beyond the image: its nearest pixel (black where a display window goes further than "
-          "the data window), bordervalue, the image again, its mirror image (edge pixel twice or once); or "
-          "nothing (weights inside count), or a smaller result"};
-  for (const auto& row : kBorders) p.choices.emplace_back(row.first);
-  return p;
+  std::vector<std::string> choices;
+  for (const auto& row : kBorders) choices.emplace_back(row.first);
+  return WrapModifier(
+      std::move(choices), "clamp",
+      "what lies beyond the image: its nearest pixel (black where a display window goes further than "
+      "the data window), bordervalue, the image again, its mirror image (edge pixel twice or once); or "
+      "nothing (weights inside count), or a smaller result");
 }
 
 ParamInfo BorderValueModifier() {
@@ -42,7 +40,7 @@ ParamInfo BorderValueModifier() {
           .type = ParamType::kNumber,
           .default_value = "0",
           .help = "every channel's value beyond the image",
-          .only_with = "border=black"};
+          .only_with = "wrap=black"};
 }
 
 ParamInfo MethodModifier(std::vector<std::string> methods) {

@@ -169,7 +169,7 @@ class SobelOp final : public graph::OpWith<SobelParams> {
   explicit SobelOp(const SobelParams& p) : OpWith(p) {
     if (p.border == BorderMode::kRenormalize || p.border == BorderMode::kValid) {
       throw Error("sobel",
-                  "found border=renormalize or valid, expected clamp, black, repeat, mirror or mirror101");
+                  "found wrap=renormalize or valid, expected clamp, black, repeat, mirror or mirror101");
     }
     if (p.method == FilterMethod::kRecursive || p.method == FilterMethod::kDecimated) {
       throw Error("sobel",
@@ -234,10 +234,10 @@ OpInfo SobelInfo() {
     return Sobel(in[0], {output == "xy"          ? SobelOutput::kXY
                          : output == "direction" ? SobelOutput::kDirection
                                                  : SobelOutput::kMagnitude,
-                         BorderNamed(a.Text("border")), a.Integer("bits"), MethodNamed(a.Text("method"))});
+                         BorderNamed(a.Text("wrap")), a.Integer("bits"), MethodNamed(a.Text("method"))});
   };
-  info.examples = {"", "output=xy border=mirror101", "output=direction", "output=xy bits=12",
-                   "output=xy method=fft border=mirror"};
+  info.examples = {"", "output=xy wrap=mirror101", "output=direction", "output=xy bits=12",
+                   "output=xy method=fft wrap=mirror"};
   return info;
 }
 

@@ -103,9 +103,9 @@ OpInfo UnsharpInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return UnsharpMask(in[0],
                        {a.Text("kernel"), a.Number("width"), a.Number("contrast"), a.Number("threshold"),
-                        BorderNamed(a.Text("border")), a.Integer("bits"), MethodNamed(a.Text("method"))});
+                        BorderNamed(a.Text("wrap")), a.Integer("bits"), MethodNamed(a.Text("method"))});
   };
-  info.examples = {"", "kernel=box width=7 contrast=0.6 border=mirror", "kernel=median width=3",
+  info.examples = {"", "kernel=box width=7 contrast=0.6 wrap=mirror", "kernel=median width=3",
                    "width=5 method=fft"};
   return info;
 }
@@ -116,7 +116,7 @@ namespace tessera {
 
 Node UnsharpMask(const Node& image, const UnsharpParams& p) {
   if (p.border == BorderMode::kValid)
-    throw Error("unsharp", "found border=valid, expected one that keeps the size");
+    throw Error("unsharp", "found wrap=valid, expected one that keeps the size");
   if (!(p.contrast >= -1e30 && p.contrast <= 1e30) || !(p.threshold >= 0)) {
     throw Error("unsharp",
                 "found a contrast or threshold out of range, expected a finite contrast and a threshold of 0 "

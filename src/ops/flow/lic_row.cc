@@ -5,6 +5,7 @@
 
 #include "ops/flow/flow_ops.h"
 #include "ops/modifiers.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/flow.h"
 
@@ -68,7 +69,7 @@ LicParams ParamsOf(const Arguments& a, const OpInfo& row) {
   p.phase = a.Number("phase"), p.waves = a.Number("waves");
   if (a.Given("weights")) p.kernel = LicKernel::kUser, p.weights = a.Numbers("weights");
   p.method = Chosen<LicMethod>(a, row, "method");
-  p.border = Chosen<LicBorder>(a, row, "border");
+  p.border = Chosen<LicBorder>(a, row, "wrap");
   p.contrast = Chosen<LicContrast>(a, row, "contrast");
   p.gain = a.Number("gain");
   p.magnitude = Chosen<LicMagnitude>(a, row, "magnitude");
@@ -107,7 +108,7 @@ OpInfo LicInfo() {
       "sampling=linear, 31/1024 with nearest.\n"
       "NaN, infinity and alpha 0 in the field are masked: lines end there, the pixels are 0. A zero vector "
       "leaves the texture as it is; vectors shorter than smallest times the longest are zero. Lines that "
-      "leave the image end and the weights used are renormalised (border=stop).\n"
+      "leave the image end and the weights used are renormalised (wrap=stop).\n"
       "The mean of so many samples of noise is nearly grey (deviation .06 at the default length). "
       "contrast=rescale multiplies deviations from the noise's mean so that they are gain times the noise's, "
       "as kernel, step, spot and noise let one expect for a whole line (of magnitude=length: the pixel's); "
@@ -153,7 +154,7 @@ OpInfo LicInfo() {
       weights,
       ChoiceModifier("method", {"auto", "direct", "fast"},
                      "a line from every pixel, or shared ones; auto shares from length 64"),
-      ChoiceModifier("border", {"stop", "clamp", "repeat"}, "lines that leave the image"),
+      WrapModifier({"stop", "clamp", "repeat"}, "stop", "lines that leave the image"),
       ChoiceModifier("contrast", {"auto", "none", "rescale", "equalize"},
                      "auto: rescale for own noise; none: the plain mean"),
       NumberModifier("gain", "0.75", 0, 100, "share of the noise's contrast that contrast=rescale puts back"),
@@ -182,9 +183,9 @@ OpInfo LicInfo() {
     return in.size() == 2 ? Lic(in[0], in[1], p) : Lic(in[0], p);
   };
   info.examples = {"",
-                   "integrator=rk4 length=7 kernel=hann border=repeat",
+                   "integrator=rk4 length=7 kernel=hann wrap=repeat",
                    "integrator=cell length=10 kernel=ripple phase=0.25 contrast=none",
-                   "integrator=euler step=0.5 length=5 kernel=ramp border=clamp sampling=linear",
+                   "integrator=euler step=0.5 length=5 kernel=ramp wrap=clamp sampling=linear",
                    "integrator=midpoint length=6 magnitude=color alpha=1 kernel=tent",
                    "method=fast length=12 contrast=none",
                    "method=fast length=6 noise=filtered spot=2 step=0.5 gain=0.5",

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "ops/geometry/filters.h"
+#include "ops/wrap.h"
 #include "tessera/ops/curve.h"
 
 namespace tessera::ops {
@@ -34,12 +35,9 @@ ParamInfo WarpFilterModifier(const std::string& default_value) {
 }
 
 ParamInfo WrapModifier(const std::string& name, const std::string& default_value) {
-  ParamInfo wrap;
+  ParamInfo wrap = WrapModifier({"black", "clamp", "repeat", "mirror"}, default_value.c_str(),
+                                "what lies beyond the image");
   wrap.name = name;
-  wrap.type = ParamType::kChoice;
-  wrap.default_value = default_value;
-  wrap.help = "what lies beyond the image; periodic is another word for repeat";
-  wrap.choices = {"black", "clamp", "repeat", "periodic", "mirror"};
   return wrap;
 }
 
@@ -75,7 +73,7 @@ Node ExpandRange(const Node& image) {
 
 Wrap WrapNamed(const std::string& name) {
   if (name == "clamp") return Wrap::kClamp;
-  if (name == "repeat" || name == "periodic") return Wrap::kRepeat;
+  if (name == "repeat") return Wrap::kRepeat;
   if (name == "mirror") return Wrap::kMirror;
   return Wrap::kBlack;
 }

@@ -12,7 +12,7 @@ namespace tessera::ops {
 // `:filter=`, one of oiiotool's names; for warps and shifts one of those that are products of two axes.
 ParamInfo FilterModifier(const std::string& default_value, const std::string& help);
 ParamInfo WarpFilterModifier(const std::string& default_value);
-// `:NAME=black|clamp|repeat|periodic|mirror`, what lies beyond the image.
+// `:NAME=black|clamp|repeat|mirror`, what lies beyond the image.
 ParamInfo WrapModifier(const std::string& name, const std::string& default_value);
 Wrap WrapNamed(const std::string& name);
 

@@ -56,7 +56,7 @@ OpInfo ShiftInfo() {
   info.summary = "Move the content by fractions of a pixel";
   info.help =
       "The content moves X pixels to the right and Y down, the windows stay. Whole numbers move pixels bit "
-      "for bit; fractions interpolate with the filter. Beyond the image border= decides. NaN spreads over "
+      "for bit; fractions interpolate with the filter. Beyond the image wrap= decides. NaN spreads over "
       "the filter's width.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
@@ -67,13 +67,13 @@ OpInfo ShiftInfo() {
   offset.min = -kFarthest, offset.max = kFarthest;
   offset.min_count = offset.max_count = 2;
   info.arguments = {offset};
-  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("border", "clamp")};
+  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("wrap", "clamp")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::vector<double>& by = a.Numbers("X,Y");
-    return Shift(in[0], {by[0], by[1], a.Text("filter"), WrapNamed(a.Text("border"))});
+    return Shift(in[0], {by[0], by[1], a.Text("filter"), WrapNamed(a.Text("wrap"))});
   };
-  info.examples = {"0.25,-0.4", "3,-2 border=repeat", "-7.5,0.5 filter=triangle border=mirror",
-                   "0,0.125 filter=mitchell border=black", "100,-80.5 border=repeat"};
+  info.examples = {"0.25,-0.4", "3,-2 wrap=repeat", "-7.5,0.5 filter=triangle wrap=mirror",
+                   "0,0.125 filter=mitchell wrap=black", "100,-80.5 wrap=repeat"};
   info.identity = "0,0";
   return info;
 }

@@ -99,7 +99,7 @@ OpInfo StWarpInfo() {
   info.bound_u = 6;
   ParamInfo wrap = WrapModifier("wrap", "oiiotool"), wrap_t = WrapModifier("wrap_t", "");
   wrap.choices.insert(wrap.choices.begin(), "oiiotool");
-  wrap_t.only_with = "wrap=black|clamp|repeat|periodic|mirror";
+  wrap_t.only_with = "wrap=black|clamp|repeat|mirror";
   info.modifiers = {WarpFilterModifier("lanczos3"),
                     wrap,
                     wrap_t,

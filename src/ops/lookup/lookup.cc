@@ -13,6 +13,7 @@
 #include "ops/lookup/lookup_ops.h"
 #include "ops/lookup/lookup_stage.h"
 #include "ops/modifiers.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 
@@ -149,7 +150,7 @@ TableFilter FilterOf(const std::string& name) {
 }
 
 std::vector<TableWrap> WrapsOf(const std::string& text) {
-  const std::vector<std::string> names = {"clamp", "glclamp", "border", "repeat", "mirror"};
+  const std::vector<std::string> names = {"clamp", "glclamp", "black", "repeat", "mirror"};
   std::vector<TableWrap> wraps;
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
@@ -158,7 +159,7 @@ std::vector<TableWrap> WrapsOf(const std::string& text) {
     if (found == names.end()) {
       const std::string near = Nearest(word, names);
       throw Error("lookup:wrap", "found \"" + word.substr(0, 40) +
-                                     "\", expected clamp, glclamp, border, repeat or mirror" +
+                                     "\", expected clamp, glclamp, black, repeat or mirror" +
                                      (near.empty() ? "" : "; did you mean " + near + "?"));
     }
     wraps.push_back(static_cast<TableWrap>(found - names.begin()));
@@ -192,7 +193,7 @@ Node MakeLookup(std::span<const Node> in, const Arguments& a, const ImageSpec*) 
             : a.Text("cubic") == "bspline" ? CubicKernel::kBSpline
                                            : CubicKernel::kCatmullRom;
   p.wrap = WrapsOf(a.Text("wrap"));
-  p.border = a.Numbers("border");
+  p.border = a.Numbers("bordervalue");
   if (p.border.size() == 1) p.border.resize(in[1].spec().channels.size(), p.border[0]);
   p.axes = Whole("axes", a.Numbers("axes"));
   p.projective = a.Flag("projective");
@@ -222,8 +223,8 @@ OpInfo LookupInfo() {
       "Filters: nearest; linear (2^D entries); tetrahedral (D+1 entries of a simplex); cubic (4^D); mipmap "
       "(linear, between two levels chosen by the differences of neighbouring coordinates, the smaller of "
       "both sides at an object's edge). Coordinates are not rounded.\n"
-      "Wrap, one mode or one per axis: clamp (to the edge entry), glclamp (OpenGL 1.x: half border at 0 and "
-      "1), border, repeat, mirror. projective=1 divides by the channel after the last coordinate; where it "
+      "Wrap, one mode or one per axis: clamp (to the edge entry), glclamp (OpenGL 1.x: half border colour at "
+      "0 and 1), black (the border colour, bordervalue=, 0 by default), repeat, mirror. projective=1 divides by the channel after the last coordinate; where it "
       "is not positive the result is the border colour. A coordinate that is NaN (infinite, with repeat or "
       "mirror) gives the border colour, or NaN with nan=1; count=1 prints how many there are and where the "
       "first is, for one more evaluation of COORDS. Where channel mask= is 0 the pixel keeps COORDS' bits. "
@@ -236,11 +237,10 @@ OpInfo LookupInfo() {
       "no exact products (its size, with align=ends less 1, is no power of two) adds u/2 of the largest "
       "difference of entries read; entries are exact";
   info.bound_u = 4;
-  ParamInfo wrap;
-  wrap.name = "wrap";
-  wrap.type = ParamType::kText;
-  wrap.default_value = "clamp";
-  wrap.help = "clamp, glclamp, border, repeat or mirror; one, or one per axis";
+  ParamInfo wrap = WrapModifier({"clamp", "glclamp", "black", "repeat", "mirror"}, "clamp",
+                                "clamp, glclamp, black, repeat or mirror; one, or one per axis");
+  wrap.type = ParamType::kText;  // a list
+  wrap.choices = {};
   info.modifiers = {
       IntegerModifier("dims", "0", 0, 4,
                       "dimensions of the table; 0: 2 and one for each number of slices, 1 for one row"),
@@ -248,8 +248,8 @@ OpInfo LookupInfo() {
                      "how entries are combined"),
       wrap,
       FlagModifier("projective", "divide by the next channel"),
-      ListModifier("border", "", 64, -1e38, 1e38,
-                   "border colour, one value, or one per channel of the table"),
+      ListModifier("bordervalue", "", 64, -1e38, 1e38,
+                   "the border colour, one value, or one per channel of the table"),
       ChoiceModifier("align", {"centres", "ends"}, "where the entries lie"),
       ListModifier("slices", "", 2, 1, 1e6, "slices along y: N, or N,M"),
       ListModifier("axes", "", 5, 0, 65535, "channels of COORDS that are s,t,... (and q); default 0,1,..."),
@@ -261,10 +261,10 @@ OpInfo LookupInfo() {
   info.examples = {"dims=2",
                    "dims=2 filter=nearest wrap=repeat",
                    "dims=2 filter=cubic wrap=mirror",
-                   "dims=2 filter=cubic cubic=mitchell wrap=border border=0.5,0.25",
+                   "dims=2 filter=cubic cubic=mitchell wrap=black bordervalue=0.5,0.25",
                    "dims=2 filter=tetrahedral wrap=repeat,mirror align=ends",
-                   "dims=2 wrap=glclamp border=1,1,1,1 projective=1",
-                   "dims=2 wrap=border mask=2 axes=1,0",
+                   "dims=2 wrap=glclamp bordervalue=1,1,1,1 projective=1",
+                   "dims=2 wrap=black mask=2 axes=1,0",
                    "slices=1 filter=tetrahedral wrap=mirror",
                    "slices=1,1 axes=0,1,2,0"};
   return info;

@@ -3,6 +3,7 @@
 
 #include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -66,7 +67,7 @@ OpInfo SolidInfo() {
       OnlyWith("procedure=table",
                ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic"}, "of the table")),
       OnlyWith("procedure=table",
-               ChoiceModifier("wrap", {"clamp", "repeat", "mirror", "border"}, "of the table")),
+               WrapModifier({"clamp", "repeat", "mirror", "black"}, "clamp", "of the table")),
       FlagModifier("lod", "the mean over a pixel")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     SolidParams p;
@@ -97,7 +98,7 @@ OpInfo SolidInfo() {
                                                 : TableFilter::kLinear;
     p.lookup.wrap = {wrap == "repeat"   ? TableWrap::kRepeat
                      : wrap == "mirror" ? TableWrap::kMirror
-                     : wrap == "border" ? TableWrap::kBorder
+                     : wrap == "black"  ? TableWrap::kBorder
                                         : TableWrap::kClampEdge};
     const Node position = PositionsOf(in[1]);
     if (p.kind != SolidKind::kTable) return SolidTexture(in[0], position, p);
