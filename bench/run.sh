@@ -3,7 +3,8 @@
 #   bench/run.sh            all sizes, targets, pixel types, one and two threads (about half an hour)
 #   bench/run.sh --quick    the pipelines at 3840x2160 and the operations at 1920x1080, best target, one thread
 #   bench/run.sh --readme   also refreshes the table in README.md
-# Output: build/bench/index.html, report.md, plots/, *.json, start.log (the program's start), thumbnails.log (--batch)
+# Output: build/bench/index.html, report.md, plots/, *.json, start.log (the program's start), thumbnails.log (--batch),
+#   displays.log (PNG files for a display against OpenColorIO and a browser)
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -17,7 +18,7 @@ for argument; do
   esac
 done
 
-samples/setup.sh libnoise-dev libopencv-dev libvips-dev libvips-tools liblcms2-dev libpixman-1-dev librsvg2-bin python3 \
+samples/setup.sh python3-pyopencolorio libnoise-dev libopencv-dev libvips-dev libvips-tools liblcms2-dev libpixman-1-dev librsvg2-bin python3 \
   python3-vtk9 xvfb xauth
 build=build/release
 cmake --preset release >/dev/null
@@ -71,6 +72,8 @@ fi
 xvfb-run -a bench/vtk_volume.py "$build/bin/bench_volume" "$out/volume-vtk.json" >"$out/vtk.log"
 echo "measuring start"
 bench/start "$build/bin/tessera" >"$out/start.log"
+echo "comparing displays"
+bench/displays "$build/bin/tessera" >"$out/displays.log"
 echo "measuring thumbnails"
 bench/thumbnails "$build/bin/tessera" ${quick:+--jobs 500} >"$out/thumbnails.log"
 bench/report "$out"/*.json --out "$out" $readme

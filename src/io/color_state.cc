@@ -19,7 +19,7 @@ namespace {
 using OIIO::TypeDesc;
 
 constexpr char kSpace[] = "oiio:ColorSpace", kUnassociated[] = "oiio:UnassociatedAlpha",
-               kInteropId[] = "colorInteropID", kProfile[] = "ICCProfile";
+               kInteropId[] = "colorInteropID", kProfile[] = "ICCProfile", kCodePoints[] = "CICP";
 constexpr size_t kIccHeader = 128, kIccTag = 12, kMostTags = 1024;
 
 // A known space by its own name, another name as it stands.
@@ -86,7 +86,7 @@ ColorState ColorStateOf(const OIIO::ImageSpec& spec) {
     // One that is not known says all the same that the format's usual space is not this file's.
     const auto* const bytes = static_cast<const std::byte*>(profile->data());
     color.space = SpaceOfIccProfile({bytes, bytes + profile->datasize()});
-  } else if (const auto* const codes = spec.find_attribute("CICP", TypeDesc(TypeDesc::INT, 4));
+  } else if (const auto* const codes = spec.find_attribute(kCodePoints, TypeDesc(TypeDesc::INT, 4));
              codes != nullptr) {
     const auto* const known = model::FindColorSpace(codes->get_int_indexed(0), codes->get_int_indexed(1));
     if (known != nullptr) color.space = known->name();
@@ -124,6 +124,15 @@ void SetExrColorState(OIIO::ImageSpec& spec, const ColorState& color) {
     spec.attribute("chromaticities", TypeDesc(TypeDesc::FLOAT, 8), known->chromaticities.data());
   const std::string& id = known != nullptr ? known->interop : color.space;
   if (!id.empty() && id != model::kSceneLinear) spec.attribute(kInteropId, id);
+}
+
+void SetCodePoints(OIIO::ImageSpec& spec, const ColorState& color) {
+  const model::ColorSpace* const known = model::FindColorSpace(color.space);
+  // sRGB, Rec.709 and linear light have chunks of their own, that more viewers know.
+  if (known == nullptr || known->cicp_transfer == 0 || !known->oiio.empty()) return;
+  constexpr int kRgb = 0, kFullRange = 1;
+  const int codes[4] = {known->cicp_primaries, known->cicp_transfer, kRgb, kFullRange};
+  spec.attribute(kCodePoints, TypeDesc(TypeDesc::INT, 4), codes);
 }
 
 }  // namespace io

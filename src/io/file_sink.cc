@@ -102,8 +102,11 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
   const std::string format = output_->format_name();
   if (format == "openexr") SetExrColorState(file_spec_, ColorStateOf(spec));
   // PNG has either a profile or the chunks sRGB and gAMA.
-  if (format == "png" && file_spec_.find_attribute("ICCProfile") != nullptr)
+  if (format == "png" && file_spec_.find_attribute("ICCProfile") != nullptr) {
     file_spec_.erase_attribute("oiio:ColorSpace");
+  } else if (format == "png") {
+    SetCodePoints(file_spec_, ColorStateOf(spec));
+  }
   for (const Attribute& a : attributes) {
     if (a.name != "tile_width" && a.name != "tile_height") SetAttribute(file_spec_, a);
   }

@@ -24,6 +24,7 @@
 #include "graph/source.h"
 #include "io/codec/codec.h"
 #include "io/codec/jpeg_read.h"
+#include "io/codec/png_color.h"
 #include "io/image_file.h"
 #include "io/open_input.h"
 #include "io/read_rows.h"
@@ -272,6 +273,7 @@ class LocalFile final : public ImageFile {
         native = input->spec();
       });
       format = input->format_name();
+      if (format == "png") ReadPngCodePoints(file_, native);
     }
     if (!request.sparse || format != "openvdb") CheckSpec(file_, format, native, bytes);
     if (format == "jpeg" && !(jpeg ? jpeg->ends : EndsWhole(file_))) {

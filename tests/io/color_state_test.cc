@@ -1,6 +1,8 @@
 // The colour state of images in files: what each tag says, what is written, what a conversion leaves of it.
 #include "io/color_state.h"
 
+#include <fstream>
+
 #include "files.h"
 #include "tessera/color_state.h"
 #include "tessera/ops/arithmetic.h"
@@ -116,6 +118,9 @@ TEST_F(ColorFileTest, StatesComeBack) {
             "scene_linear");  // what OpenImageIO takes an EXR for
   for (const auto& [space, again] :
        std::vector<std::pair<std::string, std::string>>{{"sRGB Display", "sRGB"},
+                                                        {"Display P3", "Display P3"},
+                                                        {"Rec.2100-PQ Display", "Rec.2100-PQ Display"},
+                                                        {"lin_p3d65", "lin_p3d65"},
                                                         {"sRGB", "sRGB"},
                                                         {"lin_rec709", "lin_rec709"},
                                                         {"g22_rec709", "g22_rec709"}}) {
@@ -141,9 +146,27 @@ TEST_F(ColorFileTest, ChunksOfPng) {
   EXPECT_EQ(chunks("lin_rec709").second, one);
   EXPECT_FALSE(chunks("Display P3").first);
   EXPECT_EQ(chunks("Display P3").second, "");
+  // Behind the header chunk: Display P3's primaries, sRGB's curve, RGB, full range; none where H.273 has no
+  // codes.
+  const std::string codes("\0\0\0\4cICP\14\15\0\1", 12);
+  EXPECT_EQ(Contents(Path("a.png")).substr(33, 12), codes);
+  const std::string whole = Contents(Path("a.png"));
+  for (size_t at = 33; at < 33 + 16; ++at) {  // a chunk that is not whole says nothing
+    std::string broken = whole;
+    broken[at] = static_cast<char>(broken[at] ^ 1);
+    std::ofstream(Path("b.png"), std::ios::binary) << broken;
+    try {
+      EXPECT_NE(ColorStateOf(Read(Path("b.png")).spec()).space, "Display P3") << at;
+    } catch (const Error&) {
+      continue;
+    }
+  }
+  chunks("g22_rec709");
+  EXPECT_EQ(Contents(Path("a.png")).find("cICP"), std::string::npos);
   Write(WithIccProfile(image, Profile("sRGB IEC61966-2.1")), Path("a.png"));
   const std::string bytes = Contents(Path("a.png"));
   EXPECT_NE(bytes.find("iCCP"), std::string::npos);
+  EXPECT_EQ(bytes.find("cICP"), std::string::npos);
   EXPECT_EQ(bytes.find("gAMA"), std::string::npos);
   EXPECT_EQ(ColorStateOf(Read(Path("a.png")).spec()).space, "sRGB");
 }

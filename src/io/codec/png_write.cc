@@ -13,6 +13,7 @@
 #include "io/codec/deflate.h"
 #include "io/codec/per_worker.h"
 #include "io/codec/png_chunks.h"
+#include "io/codec/png_color.h"
 #include "io/codec/png_rows.h"
 #include "io/codec/row_batches.h"
 #include "sched/scheduler.h"
@@ -268,6 +269,7 @@ Choice<Encoder> MakePngEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IO
   constexpr size_t kIhdrChunk = 8, kHeight = kIhdrChunk + 12, kIhdrBytes = 13;
   if (!pixels || before.size() < kIhdrChunk + kIhdrBytes + kPngChunkFrame)
     return {nullptr, "found a header of OpenImageIO's that is not PNG"};
+  AddPngCodePoints(spec, before);
   SetBigEndian32(before.data() + kHeight, static_cast<uint32_t>(spec.height));
   SetBigEndian32(before.data() + kIhdrChunk + 8 + kIhdrBytes,
                  Crc32(0, Bytes(before).subspan(kIhdrChunk + 4, 4 + kIhdrBytes)));
