@@ -102,6 +102,48 @@ TEST_F(OiiotoolEdgesTest, Borders) {
         Rule::kEqual, 1e-5);
 }
 
+// Black around the picture: oiiotool's filters take what is beyond it from the display window's edge, ours
+// from the nearest pixel, which is black.
+TEST_F(OiiotoolEdgesTest, CropBeyondTheWindow) {
+  for (const char* const filter : {"--blur 7x7", "--unsharp:width=7", "--blur:kernel=box 5x3"}) {
+    SCOPED_TRACE(filter);
+    const std::string line = std::string("-d float p.exr --crop 80x60-10-10 ") + filter;
+    Works(line + " -o ours.exr");
+    ASSERT_EQ(Oiiotool(line + " -o theirs.exr").exit_code, 0);
+    const OIIO::ImageBuf ours = Load("ours.exr"), theirs = Load("theirs.exr");
+    ASSERT_EQ(ours.roi(), theirs.roi());
+    EXPECT_EQ(ours.getchannel(-10, -10, 0, 0), 0);
+    EXPECT_NE(theirs.getchannel(-10, -10, 0, 0), 0);
+    for (int y = -7; y < 47; ++y) {
+      for (int x = -7; x < 67; ++x) {
+        for (int c = 0; c < 4; ++c)
+          ASSERT_NEAR(ours.getchannel(x, y, 0, c), theirs.getchannel(x, y, 0, c), 1e-5) << x << "," << y;
+      }
+    }
+  }
+}
+
+// A pixel on the box's edge counts for both its neighbours, so that a mirrored picture gives the mirrored
+// result; where none lies there, the result is oiiotool's.
+TEST_F(OiiotoolEdgesTest, BoxTies) {
+  ASSERT_EQ(Oiiotool("p.exr --rotate180 -d float -o turned.exr").exit_code, 0);
+  Works("-d float p.exr --resize:filter=box 30x18 -o a.exr turned.exr --resize:filter=box 30x18 -o b.exr");
+  const OIIO::ImageBuf a = Load("a.exr"), b = Load("b.exr"), p = Load("p.exr");
+  for (int y = 0; y < 18; ++y) {
+    for (int x = 0; x < 30; ++x)
+      ASSERT_NEAR(a.getchannel(x, y, 0, 1), b.getchannel(29 - x, 17 - y, 0, 1), 1e-6) << x << "," << y;
+  }
+  // Column 30 of 61 and row 18 of 37 lie on the edge between the two results in the middle.
+  for (const int place : {0, 1}) {
+    double sum = 0;
+    for (int y = 16; y < 19; ++y) {
+      for (int x = 28; x < 31; ++x) sum += p.getchannel(x + 2 * place, y + 2 * place, 0, 1);
+    }
+    EXPECT_NEAR(a.getchannel(14 + place, 8 + place, 0, 1), sum / 9, 1e-6);
+  }
+  Agree(On("p.exr", {"--resize:filter=box 41x23", "--resize:filter=box 122x74"}), Rule::kEqual, 1e-5);
+}
+
 TEST_F(OiiotoolEdgesTest, NoAlpha) {
   Agree(
       On("k.exr", {"--premult", "--repremult", "--unpremult --ch R,G,B", "--unpremult --mulc 0.8 --repremult",
@@ -130,7 +172,20 @@ TEST_F(OiiotoolEdgesTest, WindowsThatDiffer) {
       lines.push_back("p.exr q.exr" + window + command);
       lines.push_back("p.exr" + window + "q.exr " + command);
     }
+    lines.push_back("p.exr" + window + "q.exr k.exr --mad");
+    lines.push_back("p.exr q.exr" + window + "k.exr --mad");
+    lines.push_back("p.exr q.exr k.exr" + window + "--mad");
+    lines.push_back("p.exr q.exr" + window + "--chappend");
+    lines.push_back("p.exr" + window + "q.exr --chappend");
   }
+  // Files of another size: display windows that differ.
+  Works("p.exr --cut 30x20+3+5 -d float -o s.exr");
+  for (const char* const command : {"--add", "--absdiff", "--min", "--over", "--chappend"}) {
+    lines.push_back(std::string("p.exr s.exr ") + command);
+    lines.push_back(std::string("s.exr p.exr ") + command);
+  }
+  lines.push_back("s.exr p.exr q.exr --mad");
+  lines.push_back("p.exr q.exr s.exr --mad");
   Agree(lines);
 }
 

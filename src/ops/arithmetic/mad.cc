@@ -6,6 +6,7 @@
 #include "graph/op.h"
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/arithmetic/operands.h"
+#include "ops/union.h"
 #include "tessera/ops/arithmetic.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -41,7 +42,10 @@ class MadOp final : public graph::OpWith<NoParams> {
   std::string Name() const override { return "mad"; }
   graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
-    return RequireSameShape("mad", inputs);
+    ImageSpec spec = RequireSameShape("mad", inputs);
+    for (const ImageSpec& input : inputs)
+      spec.display_window = Union(spec.display_window, input.display_window);
+    return spec;
   }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext&) const override {
     return HWY_DYNAMIC_DISPATCH(MakeMad)();
@@ -58,8 +62,9 @@ OpInfo MadInfo() {
   info.summary = "Multiply two images and add a third";
   info.help =
       "Each sample of the result is A * B + C, where A is the lowest and C the uppermost of three images on "
-      "the stack; alpha and further channels are treated like the others. All need the same data window and "
-      "the same number of channels. The result keeps the names, alpha and metadata of A.\n"
+      "the stack; alpha and further channels are treated like the others. The result covers all windows, "
+      "data and display, as oiiotool's; a pixel that one of them does not have is 0 there. All need the same "
+      "number of channels. The result keeps the names, alpha and metadata of A.\n"
       "NaN and infinities follow IEEE 754. Product and sum are rounded once where the processor can (fused "
       "multiply-add), twice elsewhere. Nothing is clamped.";
   info.bound = "2 u * (|A B| + |C|)";
@@ -76,7 +81,7 @@ OpInfo MadInfo() {
 namespace tessera {
 
 Node Mad(const Node& a, const Node& b, const Node& c) {
-  return graph::MakeNode(std::make_shared<const ops::MadOp>(), {a, b, c});
+  return graph::MakeNode(std::make_shared<const ops::MadOp>(), ops::OnUnion({a, b, c}));
 }
 
 }  // namespace tessera

@@ -7,6 +7,7 @@
 #include "graph/op.h"
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/arithmetic/operands.h"
+#include "ops/union.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 
@@ -121,13 +122,7 @@ Node Pair(const char* name, const Node& a, const Node& b) {
     for (const std::string& channel : a.spec().channels) copies.push_back({0, 0, channel});
     second = SelectChannels(b, copies);
   }
-  if (!a || !b) return graph::MakeNode(std::make_shared<const PairOp>(name), {a, second});
-  // Pixels that one of them lacks are 0 there.
-  const Roi both = Union(a.spec().data_window, b.spec().data_window);
-  const auto grown = [&both](const Node& image) {
-    return image.spec().data_window == both ? image : Crop(image, both);
-  };
-  return graph::MakeNode(std::make_shared<const PairOp>(name), {grown(a), grown(second)});
+  return graph::MakeNode(std::make_shared<const PairOp>(name), OnUnion({a, second}));
 }
 
 // What the six rows have in common.

@@ -7,6 +7,7 @@
 
 #include "graph/op.h"
 #include "ops/channels/channels_ops.h"
+#include "ops/union.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -51,8 +52,8 @@ OpInfo AppendChannelsInfo() {
   info.inputs = 2;
   info.summary = "Append the channels of two images";
   info.help =
-      "The result has all channels of the lower image, then all of the upper one; both need the same data "
-      "window. A name that is taken already becomes channelN, N its position from 0. Alpha is the lower "
+      "The result has all channels of the lower image, then all of the upper one, and covers "
+      "both data windows, as oiiotool's: a pixel that one of them does not have is 0 in its channels. A name that is taken already becomes channelN, N its position from 0. Alpha is the lower "
       "image's, or else the upper one's. Samples keep their bits.";
   info.bound = "exact";
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
@@ -67,7 +68,7 @@ OpInfo AppendChannelsInfo() {
 namespace tessera {
 
 Node AppendChannels(const Node& a, const Node& b) {
-  return graph::MakeNode(std::make_shared<const ops::AppendOp>(), {a, b});
+  return graph::MakeNode(std::make_shared<const ops::AppendOp>(), ops::OnUnion({a, b}));
 }
 
 }  // namespace tessera

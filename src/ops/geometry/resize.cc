@@ -152,7 +152,8 @@ OpInfo ResizeInfo() {
       "each axis. Without a filter it is lanczos3, or blackman-harris where a side grows, and an image that "
       "keeps its size keeps its bits: as oiiotool. NaN spreads to pixels whose filter gives it weight. "
       "Where a box halves both sides, a pixel of an 8- or 16-bit image is the exact mean of four codes, "
-      "rounded half to even.";
+      "rounded half to even. A pixel that lies on a box's very edge counts for both its neighbours; oiiotool, "
+      "which finds places in float, leaves it out of one of them where rounding falls so.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo geometry;
