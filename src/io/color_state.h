@@ -19,7 +19,7 @@ void SetColorSpace(OIIO::ImageSpec& spec, const ColorState& color);
 // What EXR has for it besides: chromaticities of linear light, colorInteropID.
 void SetExrColorState(OIIO::ImageSpec& spec, const ColorState& color);
 
-// The H.273 codes of a space that oiio:ColorSpace does not say, as the attribute CICP; PNG's chunk is made of it.
+// The H.273 codes of a space that oiio:ColorSpace does not say, as the attribute CICP (PNG's chunk cICP).
 void SetCodePoints(OIIO::ImageSpec& spec, const ColorState& color);
 
 // The name of the known space that a profile describes, empty for none.

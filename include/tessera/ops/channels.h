@@ -30,8 +30,8 @@ Node SelectChannels(const Node& image, const std::vector<ChannelChoice>& choices
 /// channels present when one is missing.
 Node SelectChannels(const Node& image, const std::string& list);
 
-/// All channels of a, then all of b, over both data windows, 0 where one has no pixel. A name that is taken becomes
-/// channelN, N its position. Alpha is a's, or else b's.
+/// All channels of a, then all of b, over both data windows; 0 where one has no pixel. A name that is taken
+/// becomes channelN, N its position. Alpha is a's, or else b's.
 Node AppendChannels(const Node& a, const Node& b);
 
 /// Renames channels in order; an empty name, or one that the list does not reach, stays; names beyond the
