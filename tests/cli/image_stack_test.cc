@@ -163,5 +163,33 @@ TEST_F(ImageStackTest, StatisticsOfANearlyConstantImageAreExact) {
   EXPECT_NE(out.find("Stats StdDev: 0.000244"), std::string::npos) << out;
 }
 
+// A solid's block from a file: slices of a cube, one above the other, whose right half is 1. Bands of half a
+// block, again and again, whatever y and z.
+TEST_F(ImageStackTest, ABlockOfOnesOwn) {
+  Works("--pattern checker:width=4:height=64:color1=0:color2=1 8x64 1 -d float -o block.exr");
+  const std::string solid = "--volume:solid=box(0,0,0,.8,.8,.8):dims=32:size=128x64:fov=0:mode=solid:flat=1:";
+  Works(solid + "block=block.exr:freq=2 -o two.exr " + solid + "block=block.exr:freq=4 -o four.exr");
+  for (const auto& [file, bands] : {std::pair("two.exr", 2), {"four.exr", 4}}) {
+    const OIIO::ImageBuf image = Load(file);
+    const auto inside = [&](int x, int y) { return image.getchannel(x, y, 0, 3) > 0.999f; };
+    int changes = 0, width = 0;
+    bool last = false;
+    for (int x = 0; x < 128; ++x) {
+      if (!inside(x, 32)) continue;
+      const bool one = image.getchannel(x, 32, 0, 0) > 0.5f;
+      changes += width > 0 && one != last ? 1 : 0;
+      last = one;
+      ++width;
+      EXPECT_NEAR(image.getchannel(x, 24, 0, 0), image.getchannel(x, 32, 0, 0), 1e-5) << file << " " << x;
+    }
+    EXPECT_GT(width, 30);
+    EXPECT_GE(changes, bands) << file;
+  }
+  EXPECT_EQ(Tessera("--pattern constant 8x63 1 -d float -o odd.exr").exit_code, 0);
+  const CommandResult odd = Tessera(solid + "block=odd.exr -o x.exr");
+  EXPECT_EQ(odd.exit_code, 1) << odd.err;
+  EXPECT_NE(odd.err.find("expected a cube of 4 to 256 a side"), std::string::npos) << odd.err;
+}
+
 }  // namespace
 }  // namespace tessera::testing

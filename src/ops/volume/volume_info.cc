@@ -304,7 +304,9 @@ OpInfo VolumeInfo() {
                      "melt: sag, fur: droop, fire: height of flames, world units; bump: k"),
       ChoiceModifier("lookup", kLookups, "how turbulence is read"),
       ChoiceModifier("texture", {"marble", "wood", "clouds"}, "what mode=solid is made of"),
-      TextModifier("block", "a file of a cube of samples in place of that, repeated"),
+      TextModifier(
+          "block",
+          "a file of a cube of samples in place of that, repeated; an image of slices one above the other will do"),
       TextModifier("ramp", "its colours: value,r,g,b for each point, or a file"),
       TextModifier("dmf", "chain of density modulation functions, quoted"),
       TextModifier("transfer", "value,r,g,b,opacity for each point, or a file"),

@@ -177,12 +177,16 @@ bool NumbersOf(const std::string& text, std::vector<double>& numbers) {
 
 // Samples of a file as a block of texture that repeats.
 NoiseBlock BlockOfFile(const std::string& file) {
-  const Volume volume = ReadVolume(file);
-  const std::array<int, 3>& n = volume.spec().size;
+  Volume volume = ReadVolume(file);
+  std::array<int, 3> n = volume.spec().size;
+  if (n[2] == 1 && n[0] > 0 && n[1] / n[0] == n[0] && n[1] % n[0] == 0) {  // slices one above the other
+    volume = ReadVolume(file, {.slices = n[0]});
+    n = volume.spec().size;
+  }
   if (n[0] != n[1] || n[0] != n[2] || n[0] < 4 || n[0] > 256) {
-    throw Error("volume:block", "found " + std::to_string(n[0]) + "x" + std::to_string(n[1]) + "x" +
-                                    std::to_string(n[2]) + " samples in " + file +
-                                    ", expected a cube of 4 to 256 a side");
+    throw DataError("volume:block", "found " + std::to_string(n[0]) + "x" + std::to_string(n[1]) + "x" +
+                                        std::to_string(n[2]) + " samples in " + file +
+                                        ", expected a cube of 4 to 256 a side");
   }
   std::vector<float> samples;
   for (int z = 0; z < n[2]; ++z) {
