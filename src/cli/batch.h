@@ -13,8 +13,9 @@ namespace tessera::cli {
 using RunLine = std::function<int(const std::vector<std::string>& words, std::vector<std::string>& written)>;
 
 // Reads jobs from standard input until its end and answers each with one line of JSON on standard output.
-// `words` is the batch's own line: its options stand before those of every job. Returns the exit code.
-int RunBatch(const std::vector<std::string>& words, const RunLine& run);
+// `words` is the batch's own line: its options stand before those of every job. `jobs`: how many run at once;
+// 0 for one a core. Returns the exit code.
+int RunBatch(const std::vector<std::string>& words, int jobs, const RunLine& run);
 
 // Whether one of them is --batch.
 bool AsksForBatch(const std::vector<std::string>& words);

@@ -156,7 +156,7 @@ int Main(const std::vector<std::string>& words) {
   if (Inform(line.options)) return kDone;
   CatchSignals();
   if (!line.options.verbose) SilenceLibraries();
-  if (line.options.batch) return RunBatch(words, RunJob);
+  if (line.options.batch) return RunBatch(words, line.options.batch_jobs, RunJob);
   std::vector<std::string> written;
   return RunLine(line, words, written);
 }

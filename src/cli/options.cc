@@ -73,13 +73,17 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("n", "Dry run: checks the line and opens the inputs; computes and writes nothing.",
                         [](const Arguments&, Options& o) { o.dry_run = true; }));
   rows.push_back(Option("batch", "Runs the lines of standard input, one process for all; answers in JSON.",
-                        [](const Arguments&, Options& o) { o.batch = true; }));
+                        [](const Arguments& a, Options& o) {
+                          o.batch = true;
+                          o.batch_jobs = a.Integer("jobs");
+                        },
+                        {}, {Whole("jobs", 0, 256, "jobs that run at once; 0 is one a core", "1")}));
   rows.back().info.help =
       "Every line of standard input is a job: what would follow `tessera` on a line of its own. Words are parted "
       "by blanks; '...' is taken as it is, in \"...\" a backslash protects $ ` \" and itself, elsewhere whatever "
       "follows it; nothing is expanded. Or a JSON array of words, or {\"id\": ANYTHING, \"words\": [...]}. Empty "
       "lines and those that begin with # are no jobs. A line has at most 2^20 bytes. Options beside --batch stand "
-      "before the words of every job. Jobs run one after the other, share what the program keeps (memory, tables, "
+      "before the words of every job. Jobs run one after the other, unless jobs=N has several run at once, share what the program keeps (memory, tables, "
       "threads) and nothing else: files are those that a process per job writes.\n"
       "Every job is answered, as soon as it is done, by one line of JSON on standard output: job (the number of "
       "the line, from 1), id where one was given, ok, exit_code (as of a process of its own), error with kind "
@@ -89,7 +93,12 @@ std::vector<Command> OptionCommands() {
       "of a library ends the process: jobs without an answer are to be asked again. The end of "
       "input is the end, exit code 0, whatever the jobs came to. SIGTERM or SIGINT ends the job under way, which "
       "is answered as cancelled, and the process with 128 + N; a second one does not wait. Libraries for films, "
-      "OpenVDB and meshes are loaded at the start. For several jobs at once, start several processes.";
+      "OpenVDB and meshes are loaded at the start.\n"
+      "With jobs=N up to N jobs run at once, each in a process of its own that is kept for the next; answers come in "
+      "the order of the lines all the same. Each has all threads that --threads gives to one (--threads 1 "
+      "is best for small ones); limits are each job's own, and N times the memory of one may be in use. A crash of a library is "
+      "the answer of its job then (kind internal), and another process takes its place. A job that reads what another "
+      "one writes is to be sent when that is answered.";
   rows.push_back(Option("threads",
                         "Number of threads; 0, the default, is every core. Results do not depend on it.",
                         [](const Arguments& a, Options& o) { o.render.threads = a.Integer("N"); },

@@ -16,6 +16,7 @@ struct Options {
   Codec codec = Codec::kAuto;
   Formats formats = Formats::kTrusted;
   bool batch = false;
+  int batch_jobs = 1;  // at once; 0: one a core
   bool help = false, version = false, list_commands = false;
   std::string help_topic;  // empty: the overview
   std::string list_format = "tsv";

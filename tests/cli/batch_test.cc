@@ -23,8 +23,9 @@ using ::testing::IsEmpty;
 // The program with pipes to and from it.
 class Batch {
  public:
-  Batch(const std::filesystem::path& directory, std::vector<std::string> options = {}) {
-    options.insert(options.begin(), {TESSERA_PROGRAM, "--batch"});
+  Batch(const std::filesystem::path& directory, std::vector<std::string> options = {},
+        const std::string& batch = "--batch") {
+    options.insert(options.begin(), {TESSERA_PROGRAM, batch});
     int in[2], out[2];
     EXPECT_EQ(pipe2(in, O_CLOEXEC), 0);
     EXPECT_EQ(pipe2(out, O_CLOEXEC), 0);
@@ -67,6 +68,7 @@ class Batch {
     Send(line + "\n");
     return Answer();
   }
+  pid_t process() const { return pid_; }
   void CloseInput() { Close(to_); }
   void CloseOutput() { Close(from_); }
   void Signal(int signal) const { kill(pid_, signal); }
@@ -290,6 +292,71 @@ TEST_F(BatchTest, NobodyReadsTheAnswers) {
   batch.Send("--pattern constant 2x2 3 -o b.tif\n--pattern constant 2x2 3 -o c.tif\n");
   EXPECT_EQ(batch.Wait(), 128 + SIGPIPE);
   EXPECT_EQ(directory_.Names(), (std::set<std::string>{"a.tif", "b.tif"}));
+}
+
+// Those of one after the other but for the times, in the lines' order, whoever is done first.
+TEST_F(BatchTest, SeveralAtOnceHaveTheSameAnswersInOrder) {
+  std::string lines = "# no job\n\n--pattern clouds:octaves=9 900x700 3 -o large.png\n";
+  for (int i = 0; i < 12; ++i)
+    lines += "--pattern clouds:seed=" + std::to_string(i) + " 9x7 3 -o " + std::to_string(i) + ".png\n";
+  lines += "--frobnicate\nmissing.png -o x.png\n";
+  lines += R"({"id":[1,"two"],"words":["--version"]})"
+           "\n'\n";
+  lines += "--pattern constant 2x2 3 --printstats -o last.png";
+  const auto run = [&](const std::string& option) {
+    Batch batch(directory_.path(), {}, option);
+    batch.Send(lines);
+    batch.CloseInput();
+    std::vector<json> answers;
+    for (json answer = batch.Answer(); answer != nullptr; answer = batch.Answer()) {
+      answer.erase("seconds"), answer.erase("cpu_seconds");
+      answers.push_back(answer);
+    }
+    EXPECT_EQ(batch.Wait(), 0);
+    std::vector<std::string> bytes;
+    for (const char* name : {"large.png", "11.png", "last.png"}) bytes.push_back(FileText(Path(name)));
+    return std::pair{answers, bytes};
+  };
+  const auto expected = run("--batch");
+  EXPECT_EQ(expected.first.size(), 18U);
+  EXPECT_EQ(expected.first.at(0)["job"], 3);
+  for (const std::string option : {"--batch:jobs=2", "-batch:jobs=5", "--batch:jobs=0", "--batch:jobs=1"})
+    EXPECT_EQ(run(option), expected) << option;
+}
+
+TEST_F(BatchTest, SeveralAtOnceAreAnsweredAsTheyCome) {
+  Batch batch(directory_.path(), {"--threads", "1"}, "--batch:jobs=2");
+  EXPECT_EQ(batch.Ask("--pattern constant 2x2 3 -o a.tif")["job"], 1);
+  EXPECT_EQ(batch.Ask("a.tif -o b.tif")["ok"], true);
+  batch.Send("--pattern clouds:octaves=12 16384x16384 3 -o c.tif\n");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  batch.Signal(SIGTERM);
+  const json answer = batch.Answer();
+  EXPECT_EQ(answer["job"], 3);
+  EXPECT_EQ(answer["error"]["kind"], "cancelled");
+  EXPECT_EQ(batch.Answer(), nullptr);
+  EXPECT_EQ(batch.Wait(), 128 + SIGTERM);
+  EXPECT_EQ(directory_.Names(), (std::set<std::string>{"a.tif", "b.tif"}));
+}
+
+// The process that runs it is gone, as by a fault of a library: that job fails, those after it do not.
+TEST_F(BatchTest, ACrashIsTheAnswerOfItsJob) {
+  Batch batch(directory_.path(), {"--threads", "1"}, "--batch:jobs=2");
+  EXPECT_EQ(batch.Ask("--pattern constant 2x2 3 -o a.tif")["ok"], true);
+  batch.Send(R"({"id":"x","words":["--pattern","clouds:octaves=12","16384x16384","3","-o","c.tif"]})"
+             "\n");
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const std::string id = std::to_string(batch.process());
+  std::ifstream children("/proc/" + id + "/task/" + id + "/children");
+  for (pid_t child = 0; children >> child;) kill(child, SIGKILL);
+  const json answer = batch.Answer();
+  EXPECT_EQ(answer["job"], 2);
+  EXPECT_EQ(answer["id"], "x");
+  EXPECT_EQ(answer["exit_code"], 128 + SIGKILL);
+  EXPECT_EQ(answer["error"]["kind"], "internal");
+  EXPECT_EQ(batch.Ask("a.tif -o b.tif")["ok"], true);
+  batch.CloseInput();
+  EXPECT_EQ(batch.Wait(), 0);
 }
 
 // What another line would start the program over for.
