@@ -27,6 +27,15 @@ double Sum(double a, double b) { return a + b; }
 double Difference(double a, double b) { return a - b; }
 double Product(double a, double b) { return a * b; }
 double Distance(double a, double b) { return std::fabs(a - b); }
+// A quotient is whatever, where the divisor may be 0 within its own error.
+void EvaluateDiv(const Call& call) {
+  ForEachSample(call, [&](int x, int y, int c) {
+    const double a = call.in[0].at(x, y, c), b = call.in[1].at(x, y, c);
+    if (const double reach = call.Tolerance(1, x, y, c); reach > 0 && std::fabs(b) <= reach)
+      call.Undecided(x, y, c, kUnknownJump);
+    return Rounded(b == 0 ? 0 : a / b);
+  });
+}
 // C's fmin and fmax: the number wins over NaN.
 double Smaller(double a, double b) { return std::fmin(a, b); }
 double Larger(double a, double b) { return std::fmax(a, b); }
@@ -63,6 +72,9 @@ void EvaluateSubc(const Call& call) {
 void EvaluateMulc(const Call& call) {
   EvaluateConstants(call, 1, [](double v, double k) { return Rounded(v * k); });
 }
+void EvaluateDivc(const Call& call) {
+  EvaluateConstants(call, 1, [](double v, double k) { return Rounded(k == 0 ? 0 * v : v / k); });
+}
 void EvaluateMinc(const Call& call) {
   EvaluateConstants(call, 0, [](double v, double k) { return Rounded(std::fmin(v, k)); });
 }
@@ -94,6 +106,30 @@ void EvaluateClamp(const Call& call) {
     if (p.clamp_alpha && c == call.out_spec.alpha) v = std::fmin(std::fmax(v, 0), 1);
     return Rounded(v);
   });
+}
+
+// Each sample from the image as it was. Where an input may be off, NaN and infinities are what they are.
+void EvaluateFixNan(const Call& call) {
+  const auto& p = std::any_cast<const FixNanParams&>(call.parameters);
+  const Roi& all = call.in_specs[0].data_window;
+  ForEachSample(call, [&](int x, int y, int c) -> Sample {
+    const double v = call.in[0].at(x, y, c);
+    if (std::isfinite(v) || p.mode == FixNanMode::kError) return {v, 0};
+    if (p.mode == FixNanMode::kBlack) return {0, 0};
+    double sum = 0, size = 0, count = 0;
+    for (int j = y - 1; j <= y + 1; ++j) {
+      for (int i = x - 1; i <= x + 1; ++i) {
+        if (i < all.x0 || i >= all.x1 || j < all.y0 || j >= all.y1) continue;
+        const double near = call.in[0].at(i, j, c);
+        if (std::isfinite(near)) sum += near, size += std::fabs(near), count += 1;
+      }
+    }
+    return count == 0 ? Sample(0, 0) : Sample(sum / count, std::fabs(sum / count) + size * 0x1p-24);
+  });
+}
+Roi NinePixels(const std::any& parameters, int, const Roi& out) {
+  const bool mean = std::any_cast<const FixNanParams&>(parameters).mode == FixNanMode::kBox3;
+  return mean ? Roi{out.x0 - 1, out.y0 - 1, out.x1 + 1, out.y1 + 1} : out;
 }
 
 // The dither's hash, in plain integers.
@@ -145,10 +181,11 @@ std::vector<Entry> ArithmeticEntries() {
       {"min", EvaluatePair<Smaller>}, {"max", EvaluatePair<Larger>},
       {"mad", EvaluateMad},           {"addc", EvaluateAddc},
       {"subc", EvaluateSubc},         {"mulc", EvaluateMulc},
+      {"div", EvaluateDiv},           {"divc", EvaluateDivc},
       {"minc", EvaluateMinc},         {"maxc", EvaluateMaxc},
       {"abs", EvaluateAbsDiffc},      {"absdiffc", EvaluateAbsDiffc},
       {"invert", EvaluateInvert},     {"clamp", EvaluateClamp},
-      {"quantize", EvaluateQuantize},
+      {"quantize", EvaluateQuantize}, {"fixnan", EvaluateFixNan, NinePixels},
   };
 }
 

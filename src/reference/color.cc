@@ -5,10 +5,15 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <typeinfo>
 
 #include "reference/reference.h"
 
 namespace tessera::reference {
+
+// color_remap.cc
+void EvaluateContrastRemap(const Call& call);
+
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -181,6 +186,7 @@ void BrightnessReference(const Call& call) {
 }
 
 void ContrastReference(const Call& call) {
+  if (call.parameters.type() == typeid(ContrastRemapParams)) return EvaluateContrastRemap(call);
   const auto& p = Params<ContrastParams>(call);
   const double pivot = p.pivot ? *p.pivot : call.statistics.empty() ? std::nan("") : call.statistics[0];
   EachPixel(call, [&](const double* in, double* out, double* scale) {

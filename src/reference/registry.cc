@@ -9,6 +9,7 @@ namespace tessera::reference {
 
 // Entries of each family, defined beside its functions.
 std::vector<Entry> ColorEntries();
+std::vector<Entry> ColorRemapEntries();
 std::vector<Entry> BlendEntries();
 std::vector<Entry> CompositeEntries();
 std::vector<Entry> CurveEntries();
@@ -18,6 +19,7 @@ std::vector<Entry> FlowEntries();
 std::vector<Entry> ForeignEntries();
 std::vector<Entry> GenerateEntries();
 std::vector<Entry> FilterEntries();
+std::vector<Entry> FillHolesEntries();
 std::vector<Entry> OutlineEntries();
 std::vector<Entry> NoiseEntries();
 std::vector<Entry> ShapedSpotsEntries();
@@ -41,12 +43,13 @@ struct Table {
   std::map<std::string, Entry> entries;
 
   Table() {
-    for (auto* family : {&AccumulateEntries,    &ColorEntries,      &BlendEntries,    &CompositeEntries,
-                         &CurveEntries,         &ArithmeticEntries, &FlowEntries,     &GenerateEntries,
-                         &FilterEntries,        &OutlineEntries,    &NoiseEntries,    &ShapedSpotsEntries,
-                         &SvgTurbulenceEntries, &TextureEntries,    &GeometryEntries, &LookupEntries,
-                         &ShadeEntries,         &ShadeLightEntries, &SolidEntries,    &EnvironmentEntries,
-                         &LightingEntries,      &BumpEntries,       &VolumeEntries,   &ForeignEntries}) {
+    for (auto* family : {&AccumulateEntries, &ColorEntries,       &ColorRemapEntries,    &BlendEntries,
+                         &CompositeEntries,  &CurveEntries,       &ArithmeticEntries,    &FlowEntries,
+                         &GenerateEntries,   &FilterEntries,      &FillHolesEntries,     &OutlineEntries,
+                         &NoiseEntries,      &ShapedSpotsEntries, &SvgTurbulenceEntries, &TextureEntries,
+                         &GeometryEntries,   &LookupEntries,      &ShadeEntries,         &ShadeLightEntries,
+                         &SolidEntries,      &EnvironmentEntries, &LightingEntries,      &BumpEntries,
+                         &VolumeEntries,     &ForeignEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

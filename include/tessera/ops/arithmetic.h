@@ -20,6 +20,7 @@ Node Add(const Node& a, const Node& b);      ///< a + b
 Node Sub(const Node& a, const Node& b);      ///< a - b
 Node Mul(const Node& a, const Node& b);      ///< a * b
 Node AbsDiff(const Node& a, const Node& b);  ///< |a - b|
+Node Div(const Node& a, const Node& b);      ///< a / b; 0 where b is 0, whatever a is
 
 /// The smaller and the larger sample, bit for bit. A number wins over NaN on either side, NaN only of two
 /// NaNs; of -0 and +0 the second operand's is the result.
@@ -32,8 +33,8 @@ Node Mad(const Node& a, const Node& b, const Node& c);
 
 /// An image and one constant per channel, in channel order (alpha and further channels included). One value
 /// serves every channel; with two or more, channels beyond the list are as if the default stood there (0 for
-/// add and subtract, 1 for multiply, 0 for min, max and absolute difference), and values beyond the last
-/// channel are ignored: as oiiotool. Values must be finite and within float32's range, else Error.
+/// add and subtract, 1 for multiply and divide, 0 for min, max and absolute difference), and values beyond
+/// the last channel are ignored: as oiiotool. Values must be finite and within float32's range, else Error.
 struct ChannelConstants {
   std::vector<double> values;  ///< in channel order
 };
@@ -43,6 +44,9 @@ Node AddConstant(const Node& image, const std::vector<double>& values);
 Node SubConstant(const Node& image, const std::vector<double>& values);
 /// Image * c.
 Node MulConstant(const Node& image, const std::vector<double>& values);
+/// Image / c: times the rounded reciprocal. A divisor of 0 multiplies by 0: numbers become 0, NaN and
+/// infinities NaN. Error for one whose reciprocal leaves float32's range.
+Node DivConstant(const Node& image, const std::vector<double>& values);
 /// The smaller of both.
 Node MinConstant(const Node& image, const std::vector<double>& values);
 /// The larger of both.
@@ -73,6 +77,21 @@ struct ClampParams {
 };
 /// Limited from below and above, as ClampParams says.
 Node Clamp(const Node& image, const ClampParams& params);
+
+/// What becomes of samples that are NaN or infinite.
+enum class FixNanMode : uint8_t {
+  kNone,   ///< nothing
+  kBlack,  ///< 0
+  kBox3,   ///< the mean of the finite ones among the nine pixels around, within the image; 0 of none
+  kError,  ///< a DataError while the result is computed, where any of its pixels has one
+};
+/// Of FixNan.
+struct FixNanParams {
+  FixNanMode mode = FixNanMode::kBox3;  ///< what is done
+};
+/// Samples mended; finite ones keep their bits. Each looks at the image as it was: the order of pixels does
+/// not matter. The mean is summed in double and rounded once.
+Node FixNan(const Node& image, FixNanMode mode);
 
 /// Every channel to the nearest of 2^bits codes in [0, 1]: code / (2^bits - 1), correctly rounded; code is
 /// the exact product value * (2^bits - 1) rounded half to even, the value first limited to [0, 1], NaN to 0:

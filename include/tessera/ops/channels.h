@@ -44,6 +44,18 @@ Node RenameChannels(const Node& image, const std::vector<std::string>& names);
 /// and G of a colour without blue, as in oiiotool; alpha goes along; alpha alone is returned as it is.
 Node AsColors(const Node& image, const std::function<Node(const Node&)>& transform);
 
+/// Weights of ChannelSum: one serves every channel, alpha included; of several the n-th is channel n's, and
+/// channels beyond the list have weight 1. A channel of weight 0 takes no part. Finite, else Error.
+struct ChannelSumParams {
+  std::vector<double> weights = {1};  ///< in channel order
+};
+/// One channel, Y: the weighted sum of all channels.
+Node ChannelSum(const Node& image, const ChannelSumParams& params = {});
+/// One channel, Y: the largest sample of each pixel, all channels compared; a number wins over NaN.
+Node MaxChannel(const Node& image);
+/// The smallest sample, likewise.
+Node MinChannel(const Node& image);
+
 /// The data window becomes `window`; the display window stays. Pixels that the image does not have are zero.
 Node Crop(const Node& image, const Roi& window);
 

@@ -151,6 +151,39 @@ Node Contrast(const Node& image, const ContrastParams& params);
 /// The same by its number, about the image's mean luminance.
 Node Contrast(const Node& image, double x);
 
+/// Contrast as oiiotool means it, on every channel, alpha included: r = (v - black) / (white - black), by
+/// scontrast other than 1 bent into a sigmoid of that slope about sthresh that keeps 0 and 1, gives min +
+/// r (max - min); a channel whose black is white becomes min below it and max from there on, NaN too. Lists
+/// hold one value for all channels, or one per channel; channels beyond a list have its last value. As soon
+/// as one scontrast is not 1 every channel is bent; one of 0 is the line. NaN stays NaN, infinities follow
+/// the limit. Error for numbers that are not finite, for a sigmoid that is flat from black to white, and for
+/// clamp with min above max. |error| <= 3 u (|result| + its terms), terms of a sigmoid divided by 2^20.
+struct ContrastRemapParams {
+  std::vector<double> black = {0};      ///< becomes min
+  std::vector<double> white = {1};      ///< becomes max
+  std::vector<double> min = {0};        ///< of the result
+  std::vector<double> max = {1};        ///< of the result
+  std::vector<double> scontrast = {1};  ///< slope of the sigmoid, 1 for none
+  std::vector<double> sthresh = {0.5};  ///< where it is steepest, 0 at black and 1 at white
+  bool clamp = false;                   ///< limits the result to [min, max]
+};
+/// Values from [black, white] to [min, max], as ContrastRemapParams says.
+Node ContrastRemap(const Node& image, const ContrastRemapParams& params);
+
+/// Sony Pictures Imageworks' logarithmic range, as OpenImageIO has it: |v| up to 0.18 stays, above it |v|
+/// becomes a + b ln(c |v| + 1) with a = -0.54576886, b = 0.1835167, c = 284.35779, signs kept; 1 becomes
+/// 0.4918, 100 1.336. Alpha and the depth channel Z are kept. With `luma`, of an image whose first three
+/// channels are neither, R, G and B are scaled by the factor that their luminance (0.21264, 0.71517, 0.07219)
+/// goes through; where that is not above 0 they become 0; other channels are kept. NaN stays NaN, infinities
+/// stay. |error| <= 3 u |result|.
+struct RangeParams {
+  bool luma = false;  ///< colours keep their ratios
+};
+/// Highlights compressed, as RangeParams says.
+Node RangeCompress(const Node& image, const RangeParams& params = {});
+/// The inverse.
+Node RangeExpand(const Node& image, const RangeParams& params = {});
+
 /// R, G, B times alpha, or divided by it; alpha kept. One rounding. Unpremultiply leaves pixels with alpha 0
 /// alone; tiny alphas (1e-40) divide, to infinity if need be; a NaN alpha gives NaN. An image without alpha
 /// is returned unchanged. Unpremultiply marks the result as unpremultiplied (ColorState), the others

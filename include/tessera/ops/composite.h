@@ -27,6 +27,15 @@ namespace tessera {
 /// opaque.
 Node Over(const Node& a, const Node& b);
 
+/// FillHoles has none.
+struct FillHolesParams {};
+/// What is transparent is filled smoothly from its surroundings, as oiiotool's --fillholes: the image is
+/// halved by a triangle filter until one pixel is left, each level divided by its alpha where that is not 0,
+/// then each laid over the next smaller one enlarged. Pixels of alpha 1 keep their bits; alpha becomes 1
+/// wherever the image has anything. An image without alpha is returned unchanged. Held in memory whole, in
+/// double. |error| <= 2 u |result|.
+Node FillHoles(const Node& image);
+
 /// As Over, but whichever image is nearer by its depth channel goes over the other: a where depth of a <=
 /// depth of b (false for NaN). `depth` names the channel or is its number; empty: the first whose name ends
 /// in Z or depth, else Error.

@@ -1,7 +1,8 @@
-/// Images made from nothing: constant colour, checkerboard, coordinate ramp. @file
+/// Images made from nothing: constant colour, checkerboard, coordinate ramp; rectangles filled. @file
 #ifndef TESSERA_OPS_GENERATE_H_
 #define TESSERA_OPS_GENERATE_H_
 
+#include <cstdint>
 #include <vector>
 
 #include "tessera/export.h"
@@ -46,6 +47,42 @@ struct RampParams {
 };
 /// Coordinates as colours, as RampParams says.
 Node Ramp(const ImageSpec& spec);
+
+/// A rectangle of an image and the colours of its corners, read like ConstantParams::color. What lies beyond
+/// the image's data window is cut off first. |error| <= 4 u times the largest corner, one colour 1 rounding.
+struct FillParams {
+  Roi box;                                 ///< what is filled
+  std::vector<double> top_left = {1};      ///< of that corner's pixel
+  std::vector<double> top_right = {1};     ///< of that corner's pixel
+  std::vector<double> bottom_left = {1};   ///< of that corner's pixel
+  std::vector<double> bottom_right = {1};  ///< of that corner's pixel
+};
+/// The rectangle becomes a bilinear mix of its corners; other pixels keep their bits.
+Node Fill(const Node& image, const FillParams& params);
+
+/// Distributions of AddNoise.
+enum class AddedNoise : uint8_t {
+  kGaussian,  ///< normal, added
+  kUniform,   ///< even from min up to max, added
+  kSalt,      ///< `value` in place of a portion of samples
+};
+/// oiiotool's noise, number for number: Jenkins' lookup3 of column, row, channel and seed, 20 bits of it. The
+/// numbers depend on nothing else. |error| <= 3 u (|sample| + |noise|), uniform 3 u (|sample| + |min| +
+/// |max|). Numbers must be finite, `channels` not negative, else Error.
+struct AddNoiseParams {
+  AddedNoise type = AddedNoise::kGaussian;  ///< the distribution
+  double mean = 0;                          ///< of kGaussian
+  double stddev = 0.1;                      ///< of kGaussian
+  double min = 0;                           ///< of kUniform
+  double max = 0.1;                         ///< of kUniform
+  double value = 0;                         ///< of kSalt
+  double portion = 0.01;                    ///< of kSalt: 1 for all samples
+  uint32_t seed = 0;                        ///< other numbers
+  bool mono = false;                        ///< every channel has those of the first
+  int channels = 10000;                     ///< how many are changed, from the first
+};
+/// The image with noise, as AddNoiseParams says; alpha is a channel like the others.
+Node AddNoise(const Node& image, const AddNoiseParams& params = {});
 
 }  // namespace tessera
 TESSERA_API_END

@@ -74,6 +74,16 @@ struct Tables1DParams {
 /// Channels through tables of their own, as Tables1DParams says.
 Node ApplyTables1D(const Node& image, const Tables1DParams& params);
 
+/// False colours: the luminance of R, G, B (kRec709), or the first channel of an image with fewer than three,
+/// limited to [0, 1], becomes a colour between the nearest two of `knots`: R, G, B each, at equal distances
+/// from 0 to 1. The result has the channels R, G, B; NaN gets the first knot. |error| <= 2 u times the larger
+/// knot, and what the luminance's 4 u make of the slope. Error for fewer than two knots, or numbers that are
+/// not finite.
+Node ColorMap(const Node& image, const std::vector<double>& knots);
+/// The same by a map's name: inferno, viridis, magma, turbo, plasma, blue-red, spectrum, heat; in linear
+/// light.
+Node ColorMap(const Node& image, const std::string& name);
+
 }  // namespace tessera
 TESSERA_API_END
 

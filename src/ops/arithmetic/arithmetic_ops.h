@@ -9,6 +9,7 @@ namespace tessera::ops {
 OpInfo AddInfo();
 OpInfo SubInfo();
 OpInfo MulInfo();
+OpInfo DivInfo();
 OpInfo MadInfo();
 OpInfo MinInfo();
 OpInfo MaxInfo();
@@ -16,6 +17,7 @@ OpInfo AbsDiffInfo();
 OpInfo AddConstantInfo();
 OpInfo SubConstantInfo();
 OpInfo MulConstantInfo();
+OpInfo DivConstantInfo();
 OpInfo MinConstantInfo();
 OpInfo MaxConstantInfo();
 OpInfo AbsDiffConstantInfo();
@@ -23,6 +25,7 @@ OpInfo AbsInfo();
 OpInfo InvertInfo();
 OpInfo ClampInfo();
 OpInfo QuantizeInfo();
+OpInfo FixNanInfo();
 
 }  // namespace tessera::ops
 

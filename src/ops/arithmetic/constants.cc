@@ -1,6 +1,8 @@
-// An image and a constant per channel: add, subtract, multiply, minimum, maximum. All are affine operations,
-// so that neighbours fold into one.
+// An image and a constant per channel: add, subtract, multiply, divide, minimum, maximum. All are affine
+// operations, so that neighbours fold into one.
 #include <algorithm>
+#include <cfloat>
+#include <cmath>
 #include <memory>
 #include <span>
 #include <string>
@@ -87,6 +89,21 @@ OpInfo MulConstantInfo() {
     return MulConstant(in[0], a.Numbers("VALUES"));
   };
   info.examples = {"1.1,0.9,0.5,1", "2.5", "0.3,-2", "1"};
+  info.identity = "1";
+  return info;
+}
+
+OpInfo DivConstantInfo() {
+  OpInfo info = Row("divc", "Divide by a constant per channel", "divisors", "A / c", "1");
+  info.help +=
+      " A divisor of 0 multiplies by 0, so that numbers become 0, as oiiotool's; NaN and infinities become NaN "
+      "there. A divisor whose reciprocal is beyond float's range (below 2.94e-39) is refused.";
+  info.bound = "2 u * |A / c|";
+  info.bound_u = 2;
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    return DivConstant(in[0], a.Numbers("VALUES"));
+  };
+  info.examples = {"1.5,0.8,2,1", "2", "0.3,-7", "0.5,0", "1"};
   info.identity = "1";
   return info;
 }
@@ -194,6 +211,16 @@ Node SubConstant(const Node& image, const std::vector<double>& values) {
 Node MulConstant(const Node& image, const std::vector<double>& values) {
   return ops::WithConstants("mulc", image, values, 1,
                             [](ops::AffineParams& p, size_t c, double v) { p.scale[c] = v; });
+}
+Node DivConstant(const Node& image, const std::vector<double>& values) {
+  for (const double v : values) {
+    if (v == 0 || std::fabs(1 / v) <= double{FLT_MAX}) continue;
+    throw Error("divc", "found " + base::NumberText(v) +
+                            ", expected 0 or a divisor whose reciprocal is within float32's range");
+  }
+  return ops::WithConstants("divc", image, values, 1, [](ops::AffineParams& p, size_t c, double v) {
+    p.scale[c] = v == 0 ? 0 : 1 / v;
+  });
 }
 Node MinConstant(const Node& image, const std::vector<double>& values) {
   return ops::WithConstants("minc", image, values, 0, [](ops::AffineParams& p, size_t c, double v) {

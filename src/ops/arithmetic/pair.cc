@@ -1,4 +1,4 @@
-// Two images, sample by sample: add, subtract, multiply, minimum, maximum, absolute difference.
+// Two images, sample by sample: add, subtract, multiply, divide, minimum, maximum, absolute difference.
 #include <memory>
 #include <span>
 #include <string>
@@ -44,6 +44,13 @@ struct MulF {
                           s::Div255(hn::Mul(s::Odd(a), s::Odd(b))));
   }
 };
+struct DivF {
+  static constexpr bool kSamplesAlike = true;
+  HWY_INLINE V operator()(V a, V b, V, V, M) const {
+    const V zero = hn::Zero(s::D());
+    return hn::IfThenElse(hn::Eq(b, zero), zero, hn::Div(a, b));
+  }
+};
 struct AbsDiffF {
   static constexpr bool kSamplesAlike = true;
   HWY_INLINE V operator()(V a, V b, V, V, M) const { return hn::Abs(hn::Sub(a, b)); }
@@ -69,6 +76,7 @@ std::unique_ptr<graph::PointStage> MakePair() {
 std::unique_ptr<graph::PointStage> MakeAdd() { return MakePair<AddF>(); }
 std::unique_ptr<graph::PointStage> MakeSub() { return MakePair<SubF>(); }
 std::unique_ptr<graph::PointStage> MakeMul() { return MakePair<MulF>(); }
+std::unique_ptr<graph::PointStage> MakeDiv() { return MakePair<DivF>(); }
 std::unique_ptr<graph::PointStage> MakeAbsDiff() { return MakePair<AbsDiffF>(); }
 std::unique_ptr<graph::PointStage> MakeMin() { return MakePair<MinF>(); }
 std::unique_ptr<graph::PointStage> MakeMax() { return MakePair<MaxF>(); }
@@ -83,6 +91,7 @@ namespace {
 HWY_EXPORT(MakeAdd);
 HWY_EXPORT(MakeSub);
 HWY_EXPORT(MakeMul);
+HWY_EXPORT(MakeDiv);
 HWY_EXPORT(MakeAbsDiff);
 HWY_EXPORT(MakeMin);
 HWY_EXPORT(MakeMax);
@@ -91,6 +100,7 @@ std::unique_ptr<graph::PointStage> Make(const std::string& name) {
   if (name == "add") return HWY_DYNAMIC_DISPATCH(MakeAdd)();
   if (name == "sub") return HWY_DYNAMIC_DISPATCH(MakeSub)();
   if (name == "mul") return HWY_DYNAMIC_DISPATCH(MakeMul)();
+  if (name == "div") return HWY_DYNAMIC_DISPATCH(MakeDiv)();
   if (name == "absdiff") return HWY_DYNAMIC_DISPATCH(MakeAbsDiff)();
   if (name == "min") return HWY_DYNAMIC_DISPATCH(MakeMin)();
   return HWY_DYNAMIC_DISPATCH(MakeMax)();
@@ -125,7 +135,7 @@ Node Pair(const char* name, const Node& a, const Node& b) {
   return graph::MakeNode(std::make_shared<const PairOp>(name), OnUnion({a, second}));
 }
 
-// What the six rows have in common.
+// What the seven rows have in common.
 OpInfo Row(const char* name, const char* summary, const char* formula, const char* hard_cases) {
   OpInfo info;
   info.name = name;
@@ -167,6 +177,15 @@ OpInfo MulInfo() {
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Mul(in[0], in[1]); };
   return info;
 }
+OpInfo DivInfo() {
+  OpInfo info =
+      Row("div", "Divide the lower image by the upper", "A / B",
+          "Where B is 0, of either sign, the result is 0 whatever A is, NaN and infinity included, as "
+          "oiiotool's; else NaN and infinities follow IEEE 754. Nothing is clamped: a quotient beyond "
+          "float's range is infinite.");
+  info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) { return Div(in[0], in[1]); };
+  return info;
+}
 OpInfo AbsDiffInfo() {
   OpInfo info = Row("absdiff", "Absolute difference of two images", "|A - B|", kIeee);
   info.make = [](std::span<const Node> in, const Arguments&, const ImageSpec*) {
@@ -198,6 +217,7 @@ namespace tessera {
 Node Add(const Node& a, const Node& b) { return ops::Pair("add", a, b); }
 Node Sub(const Node& a, const Node& b) { return ops::Pair("sub", a, b); }
 Node Mul(const Node& a, const Node& b) { return ops::Pair("mul", a, b); }
+Node Div(const Node& a, const Node& b) { return ops::Pair("div", a, b); }
 Node AbsDiff(const Node& a, const Node& b) { return ops::Pair("absdiff", a, b); }
 Node Min(const Node& a, const Node& b) { return ops::Pair("min", a, b); }
 Node Max(const Node& a, const Node& b) { return ops::Pair("max", a, b); }

@@ -11,6 +11,9 @@ OpInfo AppendChannelsInfo();
 OpInfo RenameChannelsInfo();
 OpInfo CropInfo();
 OpInfo CutInfo();
+OpInfo ChannelSumInfo();
+OpInfo MaxChannelInfo();
+OpInfo MinChannelInfo();
 
 }  // namespace tessera::ops
 

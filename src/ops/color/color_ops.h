@@ -18,6 +18,8 @@ OpInfo CmykInfo();
 OpInfo ColorMatrixInfo();
 OpInfo ColorStateInfo();
 OpInfo ContrastInfo();
+OpInfo RangeCompressInfo();
+OpInfo RangeExpandInfo();
 OpInfo HueInfo();
 OpInfo InterpolateInfo();
 OpInfo LuminanceInfo();

@@ -20,6 +20,7 @@ namespace tessera::ops {
 
 OpInfo OverInfo();
 OpInfo ZOverInfo();
+OpInfo FillHolesInfo();
 OpInfo BlendInfo();
 OpInfo AlphaTestInfo();
 OpInfo DepthTestInfo();

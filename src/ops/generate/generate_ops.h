@@ -10,6 +10,8 @@ OpInfo ConstantInfo();
 OpInfo CreateInfo();
 OpInfo CheckerInfo();
 OpInfo RampInfo();
+OpInfo FillInfo();
+OpInfo AddNoiseInfo();
 
 }  // namespace tessera::ops
 

@@ -12,6 +12,7 @@ namespace tessera::ops {
 
 OpInfo LookupInfo();
 OpInfo TableInfo();
+OpInfo ColorMapInfo();
 
 // Colour tables as written on a command line: a list of numbers, or a text file whose columns are one table
 // each.
