@@ -63,8 +63,9 @@ const Shared kShared[] = {
     {"ContrastThreshold", "p", "--contrast:black=0.5:white=0.5:min=0.2:max=0.7"},
     {"RangeCompress", "p", "--mulc 3 --rangecompress"},
     {"RangeCompressLuma", "p", "--mulc 3 --rangecompress:luma=1", "2e-6"},
-    {"RangeExpand", "p", "--mulc 0.6 --rangeexpand", "4e-6"},  // oiiotool has its exponents in float
-    {"RangeExpandLuma", "p", "--mulc 0.6 --rangeexpand:luma=1", "4e-6"},
+    {"RangeExpand", "p", "--clamp:min=-0.5:max=0.6 --rangeexpand",
+     "4e-6"},  // oiiotool has its exponents in float
+    {"RangeExpandLuma", "p", "--clamp:min=-0.5:max=0.6 --rangeexpand:luma=1", "4e-6"},
     {"ChannelSum", "p", "--chsum --mulc 0.25"},
     {"ChannelSumWeights", "p", "--chsum:weight=.2126,.7152,.0722,0"},
     {"ChannelSumFewWeights", "p", "--chsum:weight=.2,.3 --mulc 0.4"},

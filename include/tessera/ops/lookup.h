@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tessera/export.h"
@@ -82,7 +83,7 @@ Node ApplyTables1D(const Node& image, const Tables1DParams& params);
 Node ColorMap(const Node& image, const std::vector<double>& knots);
 /// The same by a map's name: inferno, viridis, magma, turbo, plasma, blue-red, spectrum, heat; in linear
 /// light.
-Node ColorMap(const Node& image, const std::string& name);
+Node ColorMap(const Node& image, std::string_view name);
 
 }  // namespace tessera
 TESSERA_API_END

@@ -1,5 +1,5 @@
 // The colour maps that oiiotool has by name, as knots at equal distances from 0 to 1, in linear light: those
-// of matplotlib (Smith and van der Walt 2015) and turbo (Mikhailov 2019) decoded from sRGB, and plain old
+// of matplotlib (Smith et al. 2015) and turbo (Mikhailov 2019) decoded from sRGB, and plain old
 // ones.
 #ifndef TESSERA_OPS_LOOKUP_COLOR_MAPS_H_
 #define TESSERA_OPS_LOOKUP_COLOR_MAPS_H_

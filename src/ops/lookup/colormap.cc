@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/number_text.h"
@@ -18,7 +19,7 @@
 namespace tessera::ops {
 namespace {
 
-const NamedColorMap* FindMap(const std::string& name) {
+const NamedColorMap* FindMap(std::string_view name) {
   const auto* const found = std::find_if(std::begin(kColorMaps), std::end(kColorMaps),
                                          [&name](const NamedColorMap& map) { return map.name == name; });
   return found == std::end(kColorMaps) ? nullptr : found;
@@ -42,7 +43,7 @@ OpInfo ColorMapInfo() {
   info.help =
       "The luminance of R,G,B (rec709 weights), or the first channel of an image with fewer than three, limited "
       "to [0, 1], becomes a colour between the two nearest of the map's knots, which lie at equal distances "
-      "from 0 to 1. MAP is inferno, viridis, magma, plasma (Smith and van der Walt 2015: even steps to the "
+      "from 0 to 1. MAP is inferno, viridis, magma, plasma (Smith et al. 2015: even steps to the "
       "eye), turbo (Mikhailov 2019), the older blue-red, spectrum and heat, or numbers: two or more R,G,B one "
       "after the other. The result has three channels, in linear light as oiiotool's (17 knots for the first "
       "five); alpha is dropped. NaN gets the first knot.";
@@ -85,13 +86,13 @@ Node ColorMap(const Node& image, const std::vector<double>& knots) {
   return WithColorState(ApplyTables1D(ops::Greys(image), tables), {});
 }
 
-Node ColorMap(const Node& image, const std::string& name) {
+Node ColorMap(const Node& image, std::string_view name) {
   const ops::NamedColorMap* const map = ops::FindMap(name);
   if (map == nullptr) {
     std::vector<std::string> names;
     for (const ops::NamedColorMap& known : ops::kColorMaps) names.emplace_back(known.name);
-    const std::string near = ops::Nearest(name, names);
-    throw Error("colormap", "found \"" + name + "\", expected the name of a map" +
+    const std::string near = ops::Nearest(std::string(name), names);
+    throw Error("colormap", "found \"" + std::string(name) + "\", expected the name of a map" +
                                 (near.empty() ? "" : "; did you mean " + near + "?"));
   }
   return ColorMap(image, std::vector<double>(map->knots.begin(), map->knots.end()));
