@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <iterator>
 #include <mutex>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -46,22 +47,19 @@ void MayBeTaken(void*, size_t) {}
 constexpr bool kKeeps = false;
 #endif
 
-}  // namespace
+struct Block {
+  void* memory = nullptr;
+  size_t bytes = 0;
+};
 
-// The system takes longer to clear a picture's pages than most operations take to fill them. It may take kept
-// pages away when it runs short.
-class Pool::Kept {
+// Blocks that were given back, the oldest first.
+class Shelf {
  public:
-  ~Kept() { Limit(0); }
+  explicit Shelf(void (*give_back)(const Block&)) : give_back_(give_back) {}
+  size_t total() const { return total_; }
 
-  struct Block {
-    void* memory = nullptr;
-    size_t bytes = 0;
-  };
-
-  // One of at least that size and hardly more; none of no memory.
+  // One of at least that size and hardly more, the last that came; none of no memory.
   Block Take(size_t bytes) {
-    const std::lock_guard lock(mutex_);
     const auto fits = [&](const Block& b) { return b.bytes >= bytes && b.bytes <= bytes + bytes / 4; };
     const auto found = std::find_if(blocks_.rbegin(), blocks_.rend(), fits);
     if (found == blocks_.rend()) return {};
@@ -70,26 +68,60 @@ class Pool::Kept {
     blocks_.erase(std::next(found).base());
     return block;
   }
-  void Keep(void* memory, size_t bytes) {
+  void Keep(const Block& block, size_t most) {
+    if (block.bytes > most) return give_back_(block);
+    try {
+      blocks_.push_back(block);
+    } catch (const std::bad_alloc&) {
+      return give_back_(block);  // destructors come here
+    }
+    total_ += block.bytes;
+    Trim(most);
+  }
+  void Trim(size_t most) {
+    size_t gone = 0;
+    for (; total_ > most; ++gone) {
+      total_ -= blocks_[gone].bytes;
+      give_back_(blocks_[gone]);
+    }
+    blocks_.erase(blocks_.begin(), blocks_.begin() + static_cast<ptrdiff_t>(gone));
+  }
+
+ private:
+  void (*give_back_)(const Block&);
+  std::vector<Block> blocks_;
+  size_t total_ = 0;
+};
+
+}  // namespace
+
+// The system takes longer to clear a picture's pages than most operations take to fill them, and bands that
+// go round stay in the caches. It may take kept large pages away when it runs short.
+class Pool::Kept {
+ public:
+  ~Kept() { Limit(0); }
+
+  Block Take(size_t bytes, bool large) {
     const std::lock_guard lock(mutex_);
-    if (bytes > most_) return Unmap(memory, bytes);
-    MayBeTaken(memory, bytes);
-    blocks_.push_back({memory, bytes});
-    total_ += bytes;
-    Trim(most_);
+    return (large ? large_ : small_).Take(bytes);
+  }
+  void Keep(const Block& block, bool large) {
+    const std::lock_guard lock(mutex_);
+    if (large) MayBeTaken(block.memory, block.bytes);
+    (large ? large_ : small_).Keep(block, large ? most_ : MostSmall());
   }
   void Limit(size_t most) {
     const std::lock_guard lock(mutex_);
     most_ = kKeeps ? most : 0;
-    Trim(most_);
+    large_.Trim(most_), small_.Trim(MostSmall());
   }
   void Release() {
     const std::lock_guard lock(mutex_);
-    Trim(0);
+    large_.Trim(0), small_.Trim(0);
   }
   size_t total() const {
     const std::lock_guard lock(mutex_);
-    return total_;
+    return large_.total() + small_.total();
   }
   size_t NextPlace() {
     const std::lock_guard lock(mutex_);
@@ -97,16 +129,12 @@ class Pool::Kept {
   }
 
  private:
-  void Trim(size_t most) {
-    for (; total_ > most; blocks_.erase(blocks_.begin())) {
-      Unmap(blocks_.front().memory, blocks_.front().bytes);
-      total_ -= blocks_.front().bytes;
-    }
-  }
+  size_t MostSmall() const { return most_ / 8; }
 
   mutable std::mutex mutex_;
-  std::vector<Block> blocks_;  // the oldest first
-  size_t total_ = 0, most_ = 0, places_ = 0;
+  Shelf large_{[](const Block& b) { Unmap(b.memory, b.bytes); }};
+  Shelf small_{[](const Block& b) { std::free(b.memory); }};
+  size_t most_ = 0, places_ = 0;
 };
 
 Pool::Pool(size_t most) : kept_(std::make_shared<Kept>()) { Limit(most); }
@@ -124,11 +152,24 @@ std::shared_ptr<std::byte> Pool::AllocateLarge(size_t bytes) {
   constexpr size_t kPlace = 68 * kAlignment;
   const size_t padded = (bytes + 16 * kPlace + kPage - 1) / kPage * kPage;
   if (padded < bytes) return nullptr;
-  Kept::Block block = kept_->Take(padded);
+  Block block = kept_->Take(padded, /*large=*/true);
   if (block.memory == nullptr) block = {Map(padded), padded};
   if (block.memory == nullptr) return nullptr;
   return {static_cast<std::byte*>(block.memory) + kept_->NextPlace() * kPlace,
-          [block, kept = kept_](std::byte*) { kept->Keep(block.memory, block.bytes); }};
+          [block, kept = kept_](std::byte*) { kept->Keep(block, /*large=*/true); }};
+}
+
+// What is smaller still the C library keeps itself.
+std::shared_ptr<std::byte> Pool::AllocateSmall(size_t bytes) {
+  constexpr size_t kWorthKeeping = size_t{64} << 10;
+  const bool keeps = bytes >= kWorthKeeping;
+  Block block = keeps ? kept_->Take(bytes, /*large=*/false) : Block();
+  if (block.memory == nullptr) block = {std::aligned_alloc(kAlignment, bytes), bytes};
+  if (block.memory == nullptr)
+    throw SystemError("memory", "the system refused " + std::to_string(bytes) + " bytes");
+  if (!keeps) return {static_cast<std::byte*>(block.memory), std::free};
+  return {static_cast<std::byte*>(block.memory),
+          [block, kept = kept_](std::byte*) { kept->Keep(block, /*large=*/false); }};
 }
 
 std::shared_ptr<std::byte> Pool::Allocate(size_t bytes, Access access) {
@@ -138,9 +179,7 @@ std::shared_ptr<std::byte> Pool::Allocate(size_t bytes, Access access) {
   if (padded >= (access == Access::kScattered ? size_t{256} << 10 : size_t{4} << 20)) {
     if (auto memory = AllocateLarge(padded)) return memory;
   }
-  void* p = std::aligned_alloc(kAlignment, padded);
-  if (p == nullptr) throw SystemError("memory", "the system refused " + std::to_string(padded) + " bytes");
-  return {static_cast<std::byte*>(p), std::free};
+  return AllocateSmall(padded);
 }
 
 }  // namespace tessera::base

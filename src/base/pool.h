@@ -28,6 +28,7 @@ class Pool {
  private:
   class Kept;
   std::shared_ptr<std::byte> AllocateLarge(size_t bytes);
+  std::shared_ptr<std::byte> AllocateSmall(size_t bytes);
 
   std::shared_ptr<Kept> kept_;  // the pool's, and that of every memory it handed out
 };

@@ -91,6 +91,31 @@ TEST(ContextTest, ContextsShareNothingAndMemoryOutlivesThem) {
   memory.get()[kBytes - 1] = std::byte{1};
 }
 
+// Bands, arenas and small pictures go round too, in an eighth of the memory.
+TEST(ContextTest, SmallMemoryIsKeptInASmallPart) {
+  constexpr size_t kBytes = size_t{1} << 20, kMost = size_t{32} << 20;
+  Context context({.memory = kMost, .cache = 0});
+  const std::byte* const first = context.pool().Allocate(kBytes).get();
+  const size_t kept = context.Use().memory;
+  if (kept == 0) GTEST_SKIP() << "nothing is kept under a sanitizer";
+  EXPECT_GE(kept, kBytes);
+  {
+    const auto again = context.pool().Allocate(kBytes);
+    EXPECT_EQ(again.get(), first);
+    EXPECT_EQ(context.Use().memory, 0u);
+    EXPECT_NE(context.pool().Allocate(kBytes / 2).get(), nullptr);
+  }
+  context.pool().Allocate(1000);
+  EXPECT_GE(context.Use().memory, kBytes * 3 / 2);
+  std::vector<std::shared_ptr<std::byte>> many;
+  for (int k = 0; k < 16; ++k) many.push_back(context.pool().Allocate(kBytes));
+  many.clear();
+  EXPECT_LE(context.Use().memory, kMost / 8);
+  EXPECT_GE(context.Use().memory, kMost / 16);
+  context.Release();
+  EXPECT_EQ(context.Use().memory, 0u);
+}
+
 TEST(ContextTest, NamesOfUnfinishedFilesAreTakenOnce) {
   base::FileNames names;
   names.Remember("a"), names.Remember("b"), names.Remember("c");

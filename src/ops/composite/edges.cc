@@ -115,7 +115,10 @@ class EdgePixels {
 
   // No normal, or nothing in any distance.
   bool Background(int x, int y) const {
-    if (e_.depth && Reciprocal(*Pixel(in_[0], x, y)) == 0) return true;
+    if (e_.depth) {
+      const float z = *Pixel(in_[0], x, y);
+      if (z == 0 || !std::isfinite(z)) return true;  // its reciprocal is 0
+    }
     if (!e_.normal) return false;
     const float* const n = Pixel(in_[e_.depth ? 1 : 0], x, y);
     return !(double{n[0]} * double{n[0]} + double{n[1]} * double{n[1]} + double{n[2]} * double{n[2]} > 0);
