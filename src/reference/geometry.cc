@@ -297,7 +297,9 @@ Looked LookAt(const Call& call, const Lookup& look, const Place& p) {
       look.Axis(Snapped(p.y, 0x1p-17), std::min(p.wide_y, widest), w.y0, w.y1, look.wrap_y, &black_y);
   // The weights of what is black take part in the sum that all are divided by, so they belong to the scale.
   const double seen_x = Lookup::Absolute(columns), seen_y = Lookup::Absolute(rows);
-  const double share = seen_x * seen_y > 0 ? (1 + black_x / seen_x) * (1 + black_y / seen_y) : 1;
+  double share = seen_x * seen_y > 0 ? (1 + black_x / seen_x) * (1 + black_y / seen_y) : 1;
+  // Long sums round more often, and of a flat picture always one way.
+  share *= 1 + KernelOf(look.filter).radius * (std::min(p.wide_x, widest) + std::min(p.wide_y, widest)) / 64;
   Looked looked;
   for (int c = 0; c < call.out.channels; ++c) {
     const auto [value, scale] = Lookup::Sum(look.image, columns, rows, c);

@@ -63,6 +63,9 @@ std::vector<Camera> CamerasAside(const Camera& camera) {
 // Few ways to be aside do not find the farthest.
 constexpr double kFarther = 4;
 
+// Rays that are off by so many times the rows' bound.
+constexpr double kUnknown = 10;
+
 // What a pixel's ray leaves of its length, in the rows' bound: as the camera's numbers are off, and as rays
 // that are affine from pixel 0, 0 on leave those terms' roundings.
 constexpr double kRowBound = 16 * 0x1p-24;
@@ -108,6 +111,8 @@ void Depth(const Call& call) {
         const double size =
             std::fabs(v) * (1 + (turns ? RayOff(p, frame, asides, x, y) : 0)) + (window ? 1 : 0);
         if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(size, 0x1p-126);
+        // A matrix so near to a singular one: what it may be off by is not foretold by steps this small.
+        if (size > kUnknown * std::fabs(v) + 1) call.Undecided(x, y, c, std::fabs(v));
       }
     }
   }

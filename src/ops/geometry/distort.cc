@@ -76,7 +76,7 @@ OpInfo DistortInfo() {
       "y + AMOUNT (d_y - centre)), d_x and d_y the displacement image's first two channels (the first twice "
       "where there is one alone). AMOUNT is in pixels. NaN displacements give black.";
   info.help += " The image that is warped is held in memory whole.";
-  info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
+  info.bound = "6 u * (1 + taps / 128) * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo amount;
   amount.name = "AMOUNT";

@@ -95,7 +95,7 @@ OpInfo StWarpInfo() {
       "data window, black where there are no coordinates, and beyond the right and the lower edge one row of black "
       "pixels counts. NaN and infinite coordinates give black.";
   info.help += " The image that is warped is held in memory whole.";
-  info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
+  info.bound = "6 u * (1 + taps / 128) * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo wrap = WrapModifier("wrap", "oiiotool"), wrap_t = WrapModifier("wrap_t", "");
   wrap.choices.insert(wrap.choices.begin(), "oiiotool");

@@ -109,7 +109,7 @@ OpInfo WarpInfo() {
       "that flips, quarter turns and whole shifts keep bits. The windows stay unless recompute_roi=1. Behind "
       "the projector (q <= 0 where the picture's centre has q > 0) is black.";
   info.help += " The image is held in memory whole.";
-  info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
+  info.bound = "6 u * (1 + taps / 128) * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo matrix;
   matrix.name = "M";
