@@ -14,6 +14,7 @@
 #include "tessera/ocio.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/arithmetic.h"
+#include "tessera/ops/arrangement.h"
 #include "tessera/ops/bump.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/color.h"

@@ -52,12 +52,13 @@ std::vector<std::string> CommandNames();
 std::vector<const ops::OpInfo*> Generators();
 
 // Rows of the general commands, by topic (options.cc, sequence_commands.cc, stack_commands.cc,
-// report_commands.cc).
+// report_commands.cc, window_commands.cc).
 std::vector<Command> OptionCommands();
 std::vector<Command> ImageCommands();
 std::vector<Command> SequenceCommands();
 std::vector<Command> StackCommands();
 std::vector<Command> ReportCommands();
+std::vector<Command> WindowCommands();
 
 }  // namespace tessera::cli
 

@@ -9,7 +9,8 @@ namespace {
 
 std::vector<Command> AllCommands() {
   std::vector<Command> rows;
-  for (auto part : {OptionCommands, ImageCommands, SequenceCommands, StackCommands, ReportCommands}) {
+  for (auto part :
+       {OptionCommands, ImageCommands, SequenceCommands, StackCommands, ReportCommands, WindowCommands}) {
     std::vector<Command> more = part();
     rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
   }

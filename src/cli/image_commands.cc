@@ -9,6 +9,7 @@
 #include "tessera/color_state.h"
 #include "tessera/error_kind.h"
 #include "tessera/io.h"
+#include "tessera/ops/arrangement.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/filter.h"
 #include "tessera/ops/generate.h"
@@ -81,6 +82,7 @@ void ReadImage(const Step& step, Session& session) {
     options.enough_width = options.enough_height = 1 << 16;  // whole, its header read the cheap way
   Entry entry{Read(file, options), file, {}};
   if (thumbnail) entry.node = Thumbnail(step, entry.node, options);
+  if (session.options().autoorient) entry.node = Reorient(entry.node);
   if (session.options().verbose) {
     const ImageSpec& spec = entry.node.spec();
     const std::string space = ColorStateOf(spec).space;

@@ -70,6 +70,9 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("q", "No progress and no reports of --diff; exit codes stay.",
                         [](const Arguments&, Options& o) { o.quiet = true; }));
   rows.back().aliases = {"quiet"};
+  rows.push_back(Option("autoorient", "Turns every file that is read as its Orientation says: --reorient.",
+                        [](const Arguments&, Options& o) { o.autoorient = true; }));
+  rows.back().aliases = {"auto-orient"};
   rows.push_back(Option("n", "Dry run: checks the line and opens the inputs; computes and writes nothing.",
                         [](const Arguments&, Options& o) { o.dry_run = true; }));
   rows.push_back(Option("batch", "Runs the lines of standard input, one process for all; answers in JSON.",

@@ -30,6 +30,7 @@ struct Options {
   bool skip_bad_frames = false;
   int frame_padding = 0;  // 0: as the pattern says
   bool sync = true;
+  bool autoorient = false;  // every file that is read
   bool safe = false;
   bool sandbox = true;
   Limits limits;

@@ -8,6 +8,7 @@
 #include "cli/session.h"
 #include "tessera/color_state.h"
 #include "tessera/error_kind.h"
+#include "tessera/ops/arrangement.h"
 
 namespace tessera::cli {
 namespace {
@@ -96,6 +97,14 @@ void SetAttribute(const Step& step, Session& session) {
   }
   if (attribute.name == "oiio:UnassociatedAlpha") {
     top.node = WithColorState(top.node, {color.space, step.arguments.Text("VALUE") == "0"});
+    return;
+  }
+  // Nor is what --reorient goes by.
+  int orientation = 0;
+  if (attribute.name == "Orientation" && attribute.type == "int")
+    std::memcpy(&orientation, attribute.bytes.data(), sizeof orientation);
+  if (orientation >= 1 && orientation <= 8) {
+    top.node = WithOrientation(top.node, orientation);
     return;
   }
   std::vector<Attribute>& all = top.attributes;

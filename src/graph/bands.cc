@@ -29,6 +29,12 @@ class RowWindow {
     const size_t row =
         static_cast<size_t>(spec.width()) * static_cast<size_t>(channels) * PixelBytes(spec.type);
     if (y1 <= y0) return {};
+    if (y0 == y0_ && y1 == y1_) {  // a turned image needs the same rows for every band
+      keep = memory_;
+      const Roi& window = spec.data_window;
+      return {ConstImageView(memory_.get(), {window.x0, y0, window.x1, y1}, channels, spec.type),
+              base::kReadMargin};
+    }
     std::shared_ptr<std::byte> memory = pool_.Allocate(row * static_cast<size_t>(y1 - y0));
     const int kept = std::clamp(y1_, y0, y1);
     if (kept > y0) {

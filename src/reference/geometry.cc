@@ -13,6 +13,7 @@
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 #include "reference/resample_filters.h"
+#include "tessera/ops/arrangement.h"
 
 namespace tessera::reference {
 namespace {
@@ -382,6 +383,31 @@ void EvaluateWarp(const Call& call) {
   }
 }
 
+// The picture's middle lies in the window's, each pixel as many times as large as one side's ratio says.
+void EvaluateFit(const Call& call) {
+  const auto& p = std::any_cast<const FitParams&>(call.parameters);
+  const Roi& d = call.in_specs[0].display_window;
+  const double across = static_cast<double>(p.width) / d.width(),
+               down = static_cast<double>(p.height) / d.height();
+  const double times = p.mode == FitMode::kWidth    ? across
+                       : p.mode == FitMode::kHeight ? down
+                                                    : std::min(across, down);
+  std::string filter = p.filter;
+  if (filter.empty()) filter = across > 1 || down > 1 ? "blackman-harris" : "lanczos3";
+  const Lookup look{call.in[0], filter, Wrap::kBlack, Wrap::kBlack, Outside::kLeftOut, true};
+  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+      Place place;
+      place.x = (x + 0.5 - p.x - 0.5 * p.width) / times + 0.5 * d.width() + d.x0 - 0.5;
+      place.y = (y + 0.5 - p.y - 0.5 * p.height) / times + 0.5 * d.height() + d.y0 - 0.5;
+      place.wide_x = place.wide_y = std::max(1.0, 1 / times);
+      place.off_x = kOrder * (std::fabs(d.x0) + d.width() + (std::fabs(p.x) + p.width) / times);
+      place.off_y = kOrder * (std::fabs(d.y0) + d.height() + (std::fabs(p.y) + p.height) / times);
+      PutLookup(call, look, x, y, place);
+    }
+  }
+}
+
 void EvaluateStWarp(const Call& call) {
   const auto& p = std::any_cast<const StWarpParams&>(call.parameters);
   const Roi& d = call.in_specs[0].display_window;
@@ -431,11 +457,12 @@ std::vector<Entry> GeometryEntries() {
       {"mip", EvaluateMip, AllOf, 1},
       {"zoom", EvaluateZoom, AllOf, 1, {}, ZoomRoi},
       {"warp", EvaluateWarp, AllOf, 1},
+      {"fit", EvaluateFit, AllOf, 1},
       {"st_warp", EvaluateStWarp, AllOfTheFirst, 1},
       {"distort", EvaluateDistort, AllOfTheFirst, 1},
   };
   for (Entry& entry : entries) {  // pixels near a horizon take in very many others
-    entry.by_rows = entry.op == "warp" || entry.op == "st_warp" || entry.op == "distort";
+    entry.by_rows = entry.op == "warp" || entry.op == "fit" || entry.op == "st_warp" || entry.op == "distort";
   }
   return entries;
 }

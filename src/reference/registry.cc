@@ -26,6 +26,7 @@ std::vector<Entry> ShapedSpotsEntries();
 std::vector<Entry> SvgTurbulenceEntries();
 std::vector<Entry> TextureEntries();
 std::vector<Entry> GeometryEntries();
+std::vector<Entry> PlacesEntries();
 std::vector<Entry> LookupEntries();
 std::vector<Entry> ShadeEntries();
 std::vector<Entry> ShadeLightEntries();
@@ -49,7 +50,7 @@ struct Table {
                          &NoiseEntries,      &ShapedSpotsEntries, &SvgTurbulenceEntries, &TextureEntries,
                          &GeometryEntries,   &LookupEntries,      &ShadeEntries,         &ShadeLightEntries,
                          &SolidEntries,      &EnvironmentEntries, &LightingEntries,      &BumpEntries,
-                         &VolumeEntries,     &ForeignEntries}) {
+                         &VolumeEntries,     &ForeignEntries,     &PlacesEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

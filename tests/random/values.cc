@@ -315,7 +315,16 @@ std::string WordSource::Text(Draw& draw, const OpInfo& op, const ParamInfo& para
            std::to_string(draw.Between(1, around.height + 8)) + "+" + std::to_string(draw.Between(0, 9)) +
            "+" + std::to_string(draw.Between(0, 9));
   }
-  if (name == "GEOM") return size(30);
+  if (name == "GEOM" || name == "fit") return size(30);
+  if (name == "+X+Y") {
+    const auto offset = [&] {
+      const int by = draw.Between(-40, 40);
+      return (by < 0 ? "" : "+") + std::to_string(by);
+    };
+    const std::string across = offset();
+    return across + offset();
+  }
+  if (name == "WxH") return draw.Of({"1x1", "2x1", "1x2", "2x2", "3x1"});
   if (name == "kernel" || name == "KERNEL") return draw.Of(kKernels);
   if (name == "depth" || name == "depthchannel" || name == "idchannel") {
     return std::to_string(draw.Below(around.channels));

@@ -1,12 +1,10 @@
 // Resizing to a geometry.
 #include <algorithm>
-#include <charconv>
-#include <climits>
-#include <cmath>
 #include <string>
 
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "ops/geometry/resize_window.h"
 #include "ops/geometry/separable.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/geometry.h"
@@ -14,33 +12,9 @@
 namespace tessera::ops {
 namespace {
 
-constexpr int kLongestSide = 1 << 24;
-
 std::string FilterOf(const ResizeParams& p, const Roi& from) {
   if (!p.filter.empty()) return p.filter;
   return p.width > from.width() || p.height > from.height() ? "blackman-harris" : "lanczos3";
-}
-
-[[noreturn]] void RefuseWindow() {
-  throw Error("resize",
-              "found a size or an origin that leads beyond 2^31, expected a window between -2^31 and 2^31");
-}
-
-// The data window of the result, as oiiotool in float: the origin is rounded down, the size up.
-Roi ScaledWindow(Roi w, const Roi& full, const ResizeParams& p) {
-  const auto scaled = [](int& v0, int& v1, int from, int size, int to, int new_size) {
-    const float ratio = static_cast<float>(new_size) / static_cast<float>(size);
-    const double length = std::ceil(static_cast<float>(v1 - v0) * ratio);
-    const double start = to + double{std::floor(static_cast<float>(v0 - from) * ratio)};
-    if (!(std::fabs(start) < INT_MAX) || !(start + length < INT_MAX)) RefuseWindow();
-    v0 = static_cast<int>(start);
-    v1 = static_cast<int>(start + length);
-  };
-  scaled(w.x0, w.x1, full.x0, full.width(), p.x, p.width);
-  scaled(w.y0, w.y1, full.y0, full.height(), p.y, p.height);
-  w.x1 = std::max(w.x1, w.x0 + 1);
-  w.y1 = std::max(w.y1, w.y0 + 1);
-  return w;
 }
 
 class ResizeOp final : public graph::OpWith<ResizeParams> {
@@ -55,17 +29,13 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     ImageSpec spec = inputs[0];
     const ResizeParams& p = params();
-    if (p.width < 1 || p.height < 1 || p.width > kLongestSide || p.height > kLongestSide) {
-      throw Error("resize", "found " + std::to_string(p.width) + "x" + std::to_string(p.height) +
-                                ", expected sides from 1 to " + std::to_string(kLongestSide));
-    }
-    if (p.x > INT_MAX - p.width || p.y > INT_MAX - p.height) RefuseWindow();
+    const Roi display = ResizedDisplay("resize", {p.x, p.y, p.width, p.height});
     FindFilter("resize", FilterOf(p, spec.display_window));
     const Roi full = spec.display_window.empty() ? spec.data_window : spec.display_window;
-    spec.display_window = {p.x, p.y, p.x + p.width, p.y + p.height};
+    spec.display_window = display;
     spec.data_window = data_.empty()   ? Roi{}
                        : data_ == full ? spec.display_window
-                                       : ScaledWindow(data_, full, p);
+                                       : ScaledWindow("resize", data_, full, display);
     return spec;
   }
   std::vector<bool> NeededChannels(int, const std::vector<bool>& result, const ImageSpec&) const override {
@@ -97,46 +67,6 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
   Roi data_;
 };
 
-// WxH with 0 for "keep the aspect", percentages, and an origin: as oiiotool's --resize.
-ResizeParams ParseSize(const std::string& text, const Roi& from) {
-  ResizeParams p;
-  p.x = from.x0, p.y = from.y0;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  double side[2] = {0, 0};
-  bool percent[2] = {false, false};
-  const auto refuse = [&]() {
-    throw Error("geometry", "found \"" + text.substr(0, 60) + "\", expected WxH, W%, W%xH% or WxH+X+Y");
-  };
-  const auto number = [&](double* value) {
-    const auto [stop, error] = std::from_chars(at, end, *value);
-    if (error != std::errc() || !(*value >= 0) || *value > 1e9) refuse();
-    at = stop;
-  };
-  number(&side[0]);
-  if (at < end && *at == '%') percent[0] = true, ++at;
-  if (at < end && *at == 'x') {
-    ++at;
-    number(&side[1]);
-    if (at < end && *at == '%') percent[1] = true, ++at;
-  } else if (percent[0]) {
-    side[1] = side[0], percent[1] = true;
-  } else {
-    refuse();
-  }
-  if (at < end) {
-    const Roi offset = ParseGeometry(std::string(at, end), {0, 0, 1, 1});
-    p.x = offset.x0, p.y = offset.y0;
-  }
-  if (percent[0]) side[0] = std::floor(from.width() * side[0] / 100 + 0.5);
-  if (percent[1]) side[1] = std::floor(from.height() * side[1] / 100 + 0.5);
-  if (side[0] == 0 && side[1] == 0) refuse();
-  if (side[0] == 0) side[0] = std::floor(side[1] * from.width() / std::max(1, from.height()) + 0.5);
-  if (side[1] == 0) side[1] = std::floor(side[0] * from.height() / std::max(1, from.width()) + 0.5);
-  p.width = static_cast<int>(side[0]), p.height = static_cast<int>(side[1]);
-  return p;
-}
-
 }  // namespace
 
 OpInfo ResizeInfo() {
@@ -165,7 +95,7 @@ OpInfo ResizeInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const ImageSpec& spec = in[0].spec();
     ResizeParams p =
-        ParseSize(a.Text("GEOM"), spec.display_window.empty() ? spec.data_window : spec.display_window);
+        ParseResize(a.Text("GEOM"), spec.display_window.empty() ? spec.data_window : spec.display_window);
     if (a.Given("filter")) p.filter = a.Text("filter");
     p.compress_highlights = a.Flag("highlightcomp");
     return Resize(in[0], p);

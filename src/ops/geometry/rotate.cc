@@ -1,0 +1,98 @@
+// A turn by any angle: a warp.
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "ops/geometry/geometry_ops.h"
+#include "ops/geometry/modifiers.h"
+#include "tessera/error.h"
+#include "tessera/ops/arrangement.h"
+#include "tessera/ops/geometry.h"
+
+namespace tessera::ops {
+namespace {
+
+struct Turn {
+  double sine, cosine;
+};
+
+// Quarter turns are whole numbers.
+Turn TurnBy(double degrees) {
+  const double rest = std::remainder(degrees, 360);
+  if (rest == 0) return {0, 1};
+  if (rest == 90) return {1, 0};
+  if (rest == -90) return {-1, 0};
+  if (std::fabs(rest) == 180) return {0, -1};
+  const double radians = rest * std::numbers::pi / 180;
+  return {std::sin(radians), std::cos(radians)};
+}
+
+}  // namespace
+
+OpInfo RotateInfo() {
+  OpInfo info;
+  info.name = "rotate";
+  info.family = "geometry";
+  info.summary = "Turn the picture by any angle";
+  info.help =
+      "By DEGREES clockwise about the display window's centre, or about center=X,Y, as oiiotool: --warp with that "
+      "matrix, whose help says how. Whole quarter turns about a centre that carries pixels onto pixels keep bits; "
+      "--rotate90 and its kin turn the windows as well. The windows stay unless recompute_roi=1.";
+  info.help += " The image is held in memory whole.";
+  info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
+  info.bound_u = 6;
+  ParamInfo degrees;
+  degrees.name = "DEGREES";
+  degrees.help = "the angle, clockwise";
+  degrees.min = -1e6, degrees.max = 1e6;
+  info.arguments = {degrees};
+  ParamInfo center;
+  center.name = "center";
+  center.type = ParamType::kNumbers;
+  center.help = "the point that stays, X,Y in pixels; the display window's centre when left out";
+  center.min = -1e7, center.max = 1e7;
+  center.min_count = center.max_count = 2;
+  ParamInfo recompute;
+  recompute.name = "recompute_roi";
+  recompute.type = ParamType::kFlag;
+  recompute.default_value = "0";
+  recompute.help = "the data window holds the whole turned image";
+  info.modifiers = {center, WarpFilterModifier("lanczos3"), recompute, HighlightModifier()};
+  info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
+    RotateParams p;
+    p.degrees = a.Number("DEGREES");
+    if (a.Given("center")) {
+      p.about_center = false;
+      p.center_x = a.Numbers("center")[0], p.center_y = a.Numbers("center")[1];
+    }
+    p.filter = a.Text("filter");
+    p.recompute_window = a.Flag("recompute_roi");
+    p.compress_highlights = a.Flag("highlightcomp");
+    return Rotate(in[0], p);
+  };
+  info.examples = {"30", "-45 filter=triangle", "90 center=10,8", "12.5 recompute_roi=1",
+                   "200 filter=mitchell center=3.25,-7"};
+  info.identity = "360";
+  return info;
+}
+
+}  // namespace tessera::ops
+
+namespace tessera {
+
+Node Rotate(const Node& image, const RotateParams& params) {
+  if (!std::isfinite(params.degrees) || !std::isfinite(params.center_x) || !std::isfinite(params.center_y)) {
+    throw Error("rotate", "found an angle or a centre that is not finite, expected a number");
+  }
+  const Roi& frame = image.spec().display_window;
+  const double cx = params.about_center ? 0.5 * (double{1} * frame.x0 + frame.x1) : params.center_x;
+  const double cy = params.about_center ? 0.5 * (double{1} * frame.y0 + frame.y1) : params.center_y;
+  const auto [s, c] = ops::TurnBy(params.degrees);
+  return Warp(image, {.matrix = {c, s, 0, -s, c, 0, cx - c * cx + s * cy, cy - s * cx - c * cy, 1},
+                      .filter = params.filter,
+                      .wrap = Wrap::kBlack,
+                      .recompute_window = params.recompute_window,
+                      .compress_highlights = params.compress_highlights});
+}
+
+}  // namespace tessera
