@@ -404,6 +404,14 @@ void EvaluateFit(const Call& call) {
       place.off_x = kOrder * (std::fabs(d.x0) + d.width() + (std::fabs(p.x) + p.width) / times);
       place.off_y = kOrder * (std::fabs(d.y0) + d.height() + (std::fabs(p.y) + p.height) / times);
       PutLookup(call, look, x, y, place);
+      // Beyond the edge, at whole distances, every weight of a sinc is 0 or what its rounding left; filters
+      // end at halves of one.
+      const auto at_zero = [&](double at, int low, int high) {
+        const double beyond = std::max(low - at, at - (high - 1.0)) / place.wide_x;
+        return beyond > 0.25 && std::fabs(2 * beyond - std::round(2 * beyond)) < 1e-9;
+      };
+      const Roi& w = call.in_specs[0].data_window;
+      if (at_zero(place.x, w.x0, w.x1) || at_zero(place.y, w.y0, w.y1)) call.Undecided(x, y);
     }
   }
 }
