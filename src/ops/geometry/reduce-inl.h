@@ -73,7 +73,8 @@ struct WidenedFilter {
 // Whether the filter reaches no pixel of the axis from any of these positions.
 inline bool BeyondAxis(const GatherSource& source, int size, int count, const double* position,
                        const double* wide) {
-  const double radius = source.filter->width / 2;
+  // As far as single pixels are asked: a run must not decide otherwise where the filter ends.
+  const double radius = std::max(source.filter->width / 2, source.reach);
   bool all = true;
   for (int i = 0; i < count; ++i) {
     const double reach = radius * wide[i];
