@@ -470,5 +470,14 @@ TEST(GeometryTest, RefusalsNameWhatWasFound) {
   EXPECT_THAT(Refusal([&] { Distort(node, FromImage(Noise(8, 9)), {.amount = 1}); }), HasSubstr("8x9"));
 }
 
+// A mip chain's level 0 has the picture's bits and a frame of its own, from which a zoom counts.
+TEST(GeometryTest, WhatKeepsTheBitsMayMoveTheFrame) {
+  const Node picture = FromImage(Picture({0, 0, 40, 3}, 3, PixelType::kFloat, 5));
+  const Node level = Mip(Crop(picture, {2, -4, 32, 13}), {.level = 0});
+  const Node alone = FromImage(Render(level));
+  EXPECT_EQ(alone.spec().display_window, (Roi{2, -4, 32, 13}));
+  ExpectSameBits(Render(Zoom(level, {1.2, -1})), Render(Zoom(alone, {1.2, -1})));
+}
+
 }  // namespace
 }  // namespace tessera
