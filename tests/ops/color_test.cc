@@ -98,6 +98,7 @@ TEST_P(ColorTest, StaysWithinItsBound) {
         std::copy(s.begin(), s.end(), in_d.back().samples.begin());
       }
       const Node node = info.make(in, ops::ParseExample(info, example), nullptr);
+      if (node.data()->inputs[0].data() != in[0].data()) continue;  // several operations: see the laws
       const graph::Op& op = *node.data()->op;
       const reference::Entry* const entry = reference::Find(op.Name());
       ASSERT_NE(entry, nullptr);
@@ -117,8 +118,7 @@ TEST_P(ColorTest, StaysWithinItsBound) {
       for (size_t i = 0; i < got.size(); ++i) {
         const double bound = info.bound_u * 0x1p-24 * scale.samples[i];
         const double error = std::fabs(got[i] - out.samples[i]);
-        ASSERT_LE(error, bound + 1e-44)
-            << "sample " << i << " is " << got[i] << ", expected " << out.samples[i];
+        ASSERT_LE(error, bound + 1e-44) << i << ": " << got[i] << ", expected " << out.samples[i];
         if (scale.samples[i] > 0) worst = std::max(worst, error / scale.samples[i] * 0x1p24);
       }
       RecordProperty(info.name, std::to_string(worst));

@@ -58,6 +58,7 @@ constexpr OtherLimit kOtherLimits[] = {
     {"bump output=specular exponent=12", 500,
      "the bound is of the flank of the lobe: 1 + exponent roundings"},
     {"transfer table1=0,0.25,1", 500, "the bound is of each stage by itself; these entries are exact"},
+    {"mosaic 2x2 fit", 1000, "what the pictures may be off by is added, though each pixel is of one of them"},
     {"layerfog layers=0,0.9,0.5,0 table=64", 500, "the bound is of the table's steepest entry"},
 };
 

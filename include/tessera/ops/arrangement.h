@@ -42,8 +42,9 @@ inline Node Transpose(const Node& image) { return Rearrange(image, Rearrangement
 struct Offset {
   int x = 0;  ///< to the right
   int y = 0;  ///< down
+
   /// The same two numbers.
-  friend constexpr bool operator==(const Offset&, const Offset&) = default;
+  bool operator==(const Offset&) const = default;
 };
 /// The pixels of the data window move in a circle: what leaves on one side comes in on the other. Bits stay.
 Node CircularShift(const Node& image, const Offset& by);
