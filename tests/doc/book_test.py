@@ -46,6 +46,7 @@ class BookTest(unittest.TestCase):
         self.assertFalse((FOLDER / "book.new").exists())
 
     def test_every_command_has_a_page_with_all_that_the_tool_says(self):
+        lines = blocks.read(BOOK / "lines.txt")
         for row in self.rows:
             with self.subTest(row["name"]):
                 page = (self.out / "op" / (row["name"].replace(" ", "-") + ".html")).read_text()
@@ -57,7 +58,8 @@ class BookTest(unittest.TestCase):
                 if row["group"].startswith("Operations") or row["group"] == "Patterns":
                     self.assertIn('<figure class="after">', page)
                     self.assertIn('id="cost"', page)
-                    self.assertIn('id="cpp"', page)
+                    # A function of another name than its operation's is found where lines.txt says it.
+                    self.assertTrue('id="cpp"' in page or row["name"] not in lines)
 
     def test_recipes_are_run_and_shown(self):
         recipes = sorted((BOOK / "recipes").glob("*.md"))
