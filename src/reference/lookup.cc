@@ -378,8 +378,15 @@ class LookupEvaluation {
     } else {
       found = LookUp(levels_[0], p_, Coordinates(x, y));
     }
+    // A mask of exactly 0 is found by moving it; one that could have been 0 is not.
+    const bool doubtful = p_.mask >= 0 && mask != 0 && std::fabs(mask) <= call_.Tolerance(0, x, y, p_.mask);
     for (int c = 0; c < out.channels; ++c) {
-      out.at(x, y, c) = found.value[static_cast<size_t>(c)];
+      const double value = found.value[static_cast<size_t>(c)];
+      out.at(x, y, c) = value;
+      if (doubtful) {
+        const double jump = std::fabs(value - (c < call_.in[0].channels ? Raw(x, y, c) : 0));
+        call_.Undecided(x, y, c, std::isfinite(jump) ? jump : kUnknownJump);
+      }
       if (call_.scale != nullptr) call_.scale->at(x, y, c) = found.Scale(static_cast<size_t>(c));
     }
   }

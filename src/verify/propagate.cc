@@ -16,6 +16,8 @@ using reference::kUnknownJump;
 // Inputs are moved by twice what they may be off, so that a decision on several of them is found when one
 // moves at a time, and by an eighth of that to see whether the response scales.
 constexpr double kMove = 2, kFine = 8;
+// A response that is this share of the largest value may be more than a slope.
+constexpr double kMuch = 0x1p-10;
 
 // The sign of a sample in a set of signs.
 enum class Signs : uint8_t {
@@ -220,25 +222,42 @@ class Responses {
     const std::vector<double> up = Change(moved_.tolerance, channel, set, kMove);
     const std::vector<double> down = Change(moved_.tolerance, channel, set, -kMove);
     std::vector<double> slope(up.size());
-    std::vector<size_t> doubtful;
+    std::vector<size_t> doubtful, large;
+    const double much = kMuch * LargestOf(out_.value.samples);
     for (size_t i = 0; i < up.size(); ++i) {
       const double a = std::fabs(up[i]), b = std::fabs(down[i]), larger = std::max(a, b);
-      // A response to either side that is as large and opposite is a slope.
+      // A response to either side that is as large and opposite is a slope, unless it is as much as both ends
+      // of a clamp leave.
       if (std::fabs(up[i] + down[i]) <= 0.5 * larger) {
         slope[i] = larger / kMove;
+        if (larger > much && larger > own_.samples[i]) large.push_back(i);
       } else if (larger <= own_.samples[i]) {
         slope[i] = larger;  // whatever it is, it does not matter
       } else {
         doubtful.push_back(i);
       }
     }
-    if (doubtful.empty()) return slope;
+    if (doubtful.empty() && large.empty()) return slope;
     const std::vector<double> fine_up = Change(moved_.tolerance, channel, set, kMove / kFine);
     const std::vector<double> fine_down = Change(moved_.tolerance, channel, set, -kMove / kFine);
+    for (const size_t i : large) {
+      if (!Scales(up[i], fine_up[i]) || !Scales(down[i], fine_down[i])) doubtful.push_back(i);
+    }
     for (const size_t i : doubtful) {
       slope[i] = std::max(Doubtful(i, up[i], fine_up[i]), Doubtful(i, down[i], fine_down[i]));
     }
     return slope;
+  }
+
+  static double LargestOf(const std::vector<double>& values) {
+    double largest = 0;
+    for (const double v : values) largest = std::isfinite(v) ? std::max(largest, std::fabs(v)) : largest;
+    return largest;
+  }
+
+  // Whether the fine move's response is its share of the whole one's.
+  static bool Scales(double whole, double fine) {
+    return std::fabs(whole - kFine * fine) <= 0.5 * std::fabs(whole);
   }
 
   // One side's response at the whole and at the fine move.
