@@ -229,6 +229,9 @@ def main():
     tree.sync()
     tree.configure()
     if options.no_plain:
+        failed = tree.make("tessera_cli")
+        if failed:
+            sys.exit("planted: not built\n" + failed)
         verify_lines.make_pictures(tree.program("tessera"), tree.work)
     else:
         without_faults(tree)
