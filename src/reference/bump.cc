@@ -87,6 +87,20 @@ double SlopeOff(const Call& call, const Field& f, int x, int y) {
   return 2 * std::fabs(f.scale) * most;
 }
 
+// The largest height around a pixel and so far either side of it.
+double Tallest(const Field& f, int x, int y, double dx, double dy) {
+  double most = 0;
+  for (const int side : {-1, 0, 1}) {
+    const int i = x + static_cast<int>(std::lround(side * dx)),
+              j = y + static_cast<int>(std::lround(side * dy));
+    for (int k = 0; k < 9; ++k) {
+      const double v = f.Stored(i + k % 3 - 1, j + k / 3 - 1);
+      if (std::isfinite(v)) most = std::max(most, std::fabs(v));
+    }
+  }
+  return std::fabs(f.scale) * most;
+}
+
 Field FieldOf(const Call& call, Wrap wrap, double scale, int bits) {
   return {call.in[0], call.in_specs[0].data_window, wrap, scale, bits};
 }
@@ -127,8 +141,10 @@ void EvaluateBump(const Call& call) {
       default:
         e = -p.shift * (d[0] * fx + d[1] * fy);
     }
-    const double scale = 1 + std::fabs(e) / p.shift;
-    if (p.output == BumpOutput::kEmboss) return std::pair{e + 0.5, 1 + std::fabs(e)};
+    // Heights are subtracted in double: where they cancel, the roundings of what they are leave something.
+    const double cancelled = 0x1p-22 * Tallest(f, x, y, p.shift * d[0], p.shift * d[1]);
+    const double scale = 1 + (std::fabs(e) + cancelled) / p.shift;
+    if (p.output == BumpOutput::kEmboss) return std::pair{e + 0.5, 1 + std::fabs(e) + cancelled};
     const double product = (e / p.shift + d[2]) / (p.length ? std::sqrt(1 + fx * fx + fy * fy) : 1);
     const double lit = std::max(product, 0.0);
     if (p.output == BumpOutput::kDiffuse) return std::pair{lit, scale};

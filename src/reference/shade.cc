@@ -61,9 +61,10 @@ std::vector<Camera> CamerasAside(const Camera& camera) {
   return cameras;
 }
 // Few ways to be aside do not find the farthest.
-constexpr double kFarther = 4;
+constexpr double kFarther = 16;
 
-// Rays that are off by so many times the rows' bound.
+// Rays that are off by so many times the rows' bound: a matrix so near to a singular one that what it may be
+// off by is not foretold by steps this small.
 constexpr double kUnknown = 10;
 
 // What a pixel's ray leaves of its length, in the rows' bound: as the camera's numbers are off, and as rays
@@ -87,7 +88,7 @@ double RayOff(const DepthParams& p, const Roi& frame, const std::vector<Camera>&
   double off = 0;
   for (const Camera& aside : asides)
     off = std::max(off, kFarther * std::fabs(aside.DistancePerDepth(clip[0], clip[1]) - length));
-  off += 0x1p-45 * LongestOfCorners(p.camera, frame, 0);
+  off += 0x1p-43 * LongestOfCorners(p.camera, frame, 0);
   return off / length / kRowBound;
 }
 
@@ -111,7 +112,6 @@ void Depth(const Call& call) {
         const double size =
             std::fabs(v) * (1 + (turns ? RayOff(p, frame, asides, x, y) : 0)) + (window ? 1 : 0);
         if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(size, 0x1p-126);
-        // A matrix so near to a singular one: what it may be off by is not foretold by steps this small.
         if (size > kUnknown * std::fabs(v) + 1) call.Undecided(x, y, c, std::fabs(v));
       }
     }
@@ -142,9 +142,10 @@ void Position(const Call& call) {
         moved = std::max(moved, kFarther * (std::fabs(aside.origin[k] - ray.origin[k]) +
                                             deep * std::fabs(aside.direction[k] - ray.direction[k])));
       }
-      moved += 0x1p-45 * (origins + deep * directions);
-      pixel.Set(k, ray.origin[k] + along,
-                std::fabs(ray.origin[k]) + std::fabs(along) + 0x1p-19 * terms + moved / kRowBound);
+      moved += 0x1p-43 * (origins + deep * directions);
+      const double size = std::fabs(ray.origin[k]) + std::fabs(along);
+      pixel.Set(k, ray.origin[k] + along, size + 0x1p-19 * terms + moved / kRowBound);
+      if (moved / kRowBound > kUnknown * size + 1) call.Undecided(x, y, static_cast<int>(k), size);
     }
   });
 }

@@ -38,24 +38,6 @@ double SecondsSince(Clock::time_point start) {
 constexpr double kMostSeconds = 5;
 double LongSeconds(const Case& c) { return c.large ? 3 : 0.5; }
 
-// Whether a format keeps all samples of such an image.
-bool CanHold(const std::string& format, const ImageSpec& spec, PixelType type) {
-  const int channels = spec.channel_count();
-  const std::set<std::string> names(spec.channels.begin(), spec.channels.end());
-  if (names.size() < spec.channels.size()) return false;
-  if (format == "exr") return type == PixelType::kHalf || type == PixelType::kFloat;
-  const bool plain =
-      spec.data_window == spec.display_window && spec.data_window.x0 == 0 && spec.data_window.y0 == 0;
-  const bool bytes = type == PixelType::kUint8, codes = bytes || type == PixelType::kUint16;
-  const bool colors = channels == 3 || channels == 4;
-  if (!plain) return false;
-  if (format == "png" || format == "sgi") return codes && channels <= 4;
-  if (format == "tga") return bytes && colors;
-  if (format == "bmp" || format == "ppm") return bytes && channels == 3 && spec.alpha < 0;
-  if (format == "dpx") return codes && colors;
-  return type != PixelType::kHalf;  // TIFF
-}
-
 // One case with what its comparisons share.
 class Comparison {
  public:
@@ -196,7 +178,10 @@ class Comparison {
     // What is unpremultiplied is multiplied when it is read.
     if (!ColorStateOf(spec).premultiplied) return std::nullopt;
     const std::string file = folder_ + "/result." + c_.format;
-    if (!CanHold(c_.format, spec, c_.type)) return Padded(file);
+    if (!CanHold(c_.format, spec, c_.type)) {
+      const Words words = Padded(file);
+      return words ? words : Prefixed("file " + c_.format, WrongAtOrigin(c_, base_, file, tally_));
+    }
     if (Words words = WrongFromForeign(c_, base_, folder_ + "/foreign", tally_)) return words;
     const Codec writer = c_.index % 4 == 1 ? Codec::kOpenImageIO : Codec::kAuto,
                 reader = c_.index / 4 % 4 == 1 ? Codec::kOpenImageIO : Codec::kAuto;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "random/samples.h"
@@ -108,6 +109,52 @@ std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, 
       return by + "another window, type or number of channels was read";
     }
     if (const auto wrong = WrongChannels(c, read, result, deep)) return by + *wrong;
+  }
+  return std::nullopt;
+}
+
+bool CanHold(const std::string& format, const ImageSpec& spec, PixelType type) {
+  const int channels = spec.channel_count();
+  const std::set<std::string> names(spec.channels.begin(), spec.channels.end());
+  if (names.size() < spec.channels.size()) return false;
+  if (format == "exr") return type == PixelType::kHalf || type == PixelType::kFloat;
+  const bool plain =
+      spec.data_window == spec.display_window && spec.data_window.x0 == 0 && spec.data_window.y0 == 0;
+  const bool bytes = type == PixelType::kUint8, codes = bytes || type == PixelType::kUint16;
+  const bool colors = channels == 3 || channels == 4;
+  if (!plain) return false;
+  if (format == "png" || format == "sgi") return codes && channels <= 4;
+  if (format == "tga") return bytes && colors;
+  if (format == "bmp" || format == "ppm") return bytes && channels == 3 && spec.alpha < 0;
+  if (format == "dpx") return codes && colors;
+  return type != PixelType::kHalf;  // TIFF
+}
+
+std::optional<std::string> WrongAtOrigin(const Case& c, const Image& result, const std::string& file,
+                                         Tally& tally) {
+  ImageSpec spec = result.spec();
+  spec.data_window = spec.display_window = {0, 0, spec.width(), spec.height()};
+  if (spec.data_window.empty() || !CanHold(c.format, spec, c.type)) return std::nullopt;
+  tally.Add(kFiles, c.format);
+  Image placed(spec);
+  ConstImageView from = result.view();
+  from.roi = spec.data_window;
+  CopySamples(from, placed.view());
+  Write(FromImage(placed), file,
+        {.type = c.type,
+         .render = {.threads = c.threads},
+         .codec = c.index % 4 == 1 ? Codec::kOpenImageIO : Codec::kAuto});
+  const Node read = Read(file), other = Read(file, {.codec = Codec::kOpenImageIO});
+  const Image image = Render(other, c.type, {.threads = 1});
+  // Of two or four channels of some formats the last is read as alpha, and the others are multiplied by it.
+  if (other.spec().alpha < 0) {
+    if (const auto wrong = Differ(image.view(), placed.view())) return "by OpenImageIO: " + *wrong;
+  }
+  if (const auto wrong = Differ(Render(read, c.type, {.threads = c.threads}).view(), image.view())) {
+    return "one codec against the other: " + *wrong;
+  }
+  for (int k = 0; k < image.spec().channel_count(); ++k) {
+    if (const auto wrong = WrongAlone(c, read, k, Channel(image.view(), k))) return wrong;
   }
   return std::nullopt;
 }

@@ -20,6 +20,14 @@ std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, 
 std::optional<std::string> WrongAlone(const Case& c, const Node& read, int channel,
                                       const ConstImageView& want);
 
+// Whether a format keeps all samples of such an image.
+bool CanHold(const std::string& format, const ImageSpec& spec, PixelType type);
+
+// What is wrong with the result's samples as a picture without windows, where the case's format can hold
+// that: read by the library's codec and by OpenImageIO, all channels and each alone.
+std::optional<std::string> WrongAtOrigin(const Case& c, const Image& result, const std::string& file,
+                                         Tally& tally);
+
 // What is wrong with a file whose format pads the data window to the display window; `file` will be that.
 std::optional<std::string> WrongPadding(const Case& c, const Node& result, const std::string& file,
                                         Tally& tally);

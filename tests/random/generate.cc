@@ -289,7 +289,8 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
     c.type = PixelType::kFloat, c.layout = {};
     c.checks |= Bit(Check::kPixels);
   }
-  c.format = draw.Of({"exr", "tif", "png", "sgi", "tga", "bmp", "ppm", "dpx"});
+  c.format = spec.channel_count() < 3 ? draw.Of({"tif", "png", "png", "sgi"})
+                                      : draw.Of({"tif", "png", "png", "sgi", "tga", "dpx"});
   const bool deep = c.type == PixelType::kHalf || c.type == PixelType::kFloat;
   if (deep) c.format = draw.Of({"exr", "exr", "tif"});
   if (c.type == PixelType::kUint8 && spec.channel_count() == 3) {  // all that some formats have
