@@ -9,6 +9,7 @@
 
 #include "reference/reference.h"
 #include "support/test_ops.h"
+#include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/filter.h"
 #include "tessera/ops/generate.h"
@@ -259,6 +260,17 @@ TEST_F(UndecidedTest, WhatComesFromAnUndecidedValueIsUndecidedToo) {
   const VerifyReport gone = Verify(SlowAffineOf(stepped_, {0.0f, 0.1f}), PixelType::kFloat, {.samples = 100});
   EXPECT_EQ(gone.undecided, 0);
   EXPECT_TRUE(gone.within_bound);
+}
+
+// Between both ends of a clamp, and off by more than lies between them: half of that is no slope.
+TEST_F(UndecidedTest, AClampAtBothEndsIsADecision) {
+  std::fill_n(&in_.at<float>(0, 0, 0), 200 * 150 * 4, 1.0f);
+  const Node far = SlowAffineOf(SlowAffineOf(FromImage(in_), {0x1p30f, -0x1p30f}), {1.0f, 0.5f});
+  const VerifyReport report = Verify(Clamp(far, {.min = {0}, .max = {1}}), PixelType::kFloat);
+  EXPECT_EQ(report.undecided, report.samples);
+  const VerifyReport near = Verify(Clamp(before_, {.min = {0}, .max = {1}}), PixelType::kFloat);
+  EXPECT_EQ(near.undecided, 0);
+  EXPECT_TRUE(near.within_bound) << near.Summary();
 }
 
 // A reference that knows a decision of its own says so.
