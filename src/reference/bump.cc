@@ -87,18 +87,20 @@ double SlopeOff(const Call& call, const Field& f, int x, int y) {
   return 2 * std::fabs(f.scale) * most;
 }
 
-// The largest height around a pixel and so far either side of it.
-double Tallest(const Field& f, int x, int y, double dx, double dy) {
+// Heights are subtracted and summed in double: where they cancel, the roundings of the largest of those
+// around a pixel, and so far either side of it, leave something. As a multiple of 2^-24.
+double Leftover(const Field& f, int x, int y, double dx = 0, double dy = 0) {
+  constexpr int kReach = 3, kWidth = 2 * kReach + 1;
   double most = 0;
   for (const int side : {-1, 0, 1}) {
     const int i = x + static_cast<int>(std::lround(side * dx)),
               j = y + static_cast<int>(std::lround(side * dy));
-    for (int k = 0; k < 9; ++k) {
-      const double v = f.Stored(i + k % 3 - 1, j + k / 3 - 1);
+    for (int k = 0; k < kWidth * kWidth; ++k) {
+      const double v = f.Stored(i + k % kWidth - kReach, j + k / kWidth - kReach);
       if (std::isfinite(v)) most = std::max(most, std::fabs(v));
     }
   }
-  return std::fabs(f.scale) * most;
+  return 0x1p-22 * std::fabs(f.scale) * most;
 }
 
 Field FieldOf(const Call& call, Wrap wrap, double scale, int bits) {
@@ -111,11 +113,11 @@ void EvaluateNormalMap(const Call& call) {
   ForEachSample(call, [&](int x, int y, int c) {
     const auto [fx, fy] = Slopes(f, p.slope, x, y);
     // Where errors are steeper than all else, it may be flat as well.
-    const double off = SlopeOff(call, f, x, y);
+    const double cancelled = Leftover(f, x, y), off = SlopeOff(call, f, x, y) + 0x1p-24 * cancelled;
     if (off > 0.25 && std::max(std::fabs(fx), std::fabs(fy)) < 8 * off) call.Undecided(x, y, c, 2);
     const double over = 1 / std::sqrt(1 + fx * fx + fy * fy);
     const double n = (c == 0 ? -fx : c == 1 ? -fy : 1) * over;
-    return std::pair{p.pack ? (n + 1) / 2 : n, 1.0};
+    return std::pair{p.pack ? (n + 1) / 2 : n, 1 + cancelled * over};
   });
 }
 
@@ -141,8 +143,7 @@ void EvaluateBump(const Call& call) {
       default:
         e = -p.shift * (d[0] * fx + d[1] * fy);
     }
-    // Heights are subtracted in double: where they cancel, the roundings of what they are leave something.
-    const double cancelled = 0x1p-22 * Tallest(f, x, y, p.shift * d[0], p.shift * d[1]);
+    const double cancelled = Leftover(f, x, y, p.shift * d[0], p.shift * d[1]);
     const double scale = 1 + (std::fabs(e) + cancelled) / p.shift;
     if (p.output == BumpOutput::kEmboss) return std::pair{e + 0.5, 1 + std::fabs(e) + cancelled};
     const double product = (e / p.shift + d[2]) / (p.length ? std::sqrt(1 + fx * fx + fy * fy) : 1);
