@@ -390,7 +390,9 @@ void EvaluateLic(const Call& call) {
         } else if (!r.masked) {
           const size_t k = p.with_image ? static_cast<size_t>(c) : 0;
           value = mean + contrast * (r.value[k] - mean), tolerance = contrast * r.tolerance[k];
-          if (r.undecided || still_or_not) jump = contrast * scene.range(static_cast<int>(k));
+          // A tolerance that no picture of this contrast leaves cannot fail: nothing was decided.
+          const bool anything = tolerance > 0.5 * scene.range(static_cast<int>(k));
+          if (r.undecided || still_or_not || anything) jump = contrast * scene.range(static_cast<int>(k));
           // Of floats: the mean, the factor, their product.
           tolerance += contrast * 4e-7 * (mean + std::fabs(r.value[k]));
           if (contrast == 1) value = r.value[k], tolerance = r.tolerance[k];
