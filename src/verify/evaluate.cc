@@ -176,15 +176,26 @@ void ReferenceEngine::Run(const reference::Entry& entry, const reference::Call& 
 double ReferenceEngine::Largest(const Node& node) {
   const auto it = largest_.find(node.data());
   if (it != largest_.end()) return it->second;
-  const Image image = Render(node);
-  const Roi& window = image.spec().data_window;
+  const Roi& window = node.spec().data_window;
+  const int channels = node.spec().channel_count();
+  constexpr int64_t kSamples = int64_t{1} << 22;  // a band at a time bounds the memory
+  const int64_t row = std::max<int64_t>(1, int64_t{window.width()} * channels);
+  const auto rows = static_cast<int>(std::clamp<int64_t>(kSamples / row, 1, std::max(1, window.height())));
   double largest = 0;
   int at_x = window.x0, at_y = window.y0, at_c = 0;
-  for (int y = window.y0; y < window.y1; ++y) {
-    for (int x = window.x0; x < window.x1; ++x) {
-      for (int c = 0; c < image.spec().channel_count(); ++c) {
-        const double v = std::fabs(double{image.at<float>(x, y, c)});
-        if (std::isfinite(v) && v > largest) largest = v, at_x = x, at_y = y, at_c = c;
+  for (int top = window.y0; top < window.y1; top += rows) {
+    if (std::chrono::steady_clock::now() > deadline_) throw OutOfTime();
+    ImageSpec spec = node.spec();
+    spec.type = PixelType::kFloat;
+    spec.data_window = {window.x0, top, window.x1, std::min(top + rows, window.y1)};
+    const Image band(spec);
+    RenderInto(node, band.view());
+    for (int y = top; y < spec.data_window.y1; ++y) {
+      for (int x = window.x0; x < window.x1; ++x) {
+        for (int c = 0; c < channels; ++c) {
+          const double v = std::fabs(double{band.at<float>(x, y, c)});
+          if (std::isfinite(v) && v > largest) largest = v, at_x = x, at_y = y, at_c = c;
+        }
       }
     }
   }
