@@ -377,6 +377,7 @@ void EvaluateLic(const Call& call) {
   const bool colored = p.magnitude == LicMagnitude::kColor;
   const Roi& window = call.out_spec.data_window;
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+    call.Check();
     for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
       const int px = x - window.x0, py = y - window.y0;
       const Pixel::Result r = pixel.Convolve(px, py);

@@ -5,6 +5,7 @@
 
 #include <any>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -55,7 +56,12 @@ struct Call {
   // The largest finite magnitude of each whole input, channels together, 0 where nobody asked (Entry's
   // wants_largest); may be empty.
   std::span<const double> largest = {};
+  // Throws where there is no time left. Asked by references whose pixels take long.
+  const std::function<void()>* check = nullptr;
 
+  void Check() const {
+    if (check != nullptr) (*check)();
+  }
   void Undecided(int x, int y, int c, double jump) const {
     if (undecided == nullptr) return;
     double& most = undecided->at(x, y, c);

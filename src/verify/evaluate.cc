@@ -151,11 +151,14 @@ const std::vector<ReferenceEngine::Statistic>& ReferenceEngine::Statistics(const
 
 // Calls the entry's function, at once or row by row, while there is time.
 void ReferenceEngine::Run(const reference::Entry& entry, const reference::Call& call) const {
-  const auto check = [&] {
+  const std::function<void()> check = [&] {
     if (std::chrono::steady_clock::now() > deadline_) throw OutOfTime();
   };
   check();
-  if (!entry.by_rows) return entry.evaluate(call);
+  if (!entry.by_rows) {
+    return entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, call.out,
+                           call.scale, call.undecided, call.tolerances, call.largest, &check});
+  }
   const Roi& roi = call.out.roi;
   const size_t samples = static_cast<size_t>(roi.width()) * static_cast<size_t>(call.out.channels);
   for (int y = roi.y0; y < roi.y1; ++y) {

@@ -67,6 +67,8 @@ std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
 // pixels a side, and how much is never evaluated: double pixels of that many fill some gigabytes.
 constexpr double kTileWork = 1 << 20;
 constexpr double kMostWork = 1 << 26;
+// What the first tile may take, whatever was asked for.
+constexpr std::chrono::seconds kFirst{60};
 
 // Smaller tiles and fewer of them where a pixel of the result comes from very many.
 VerifyOptions Affordable(const Node& node, const Roi& window, VerifyOptions options) {
@@ -170,11 +172,16 @@ class Sampler {
       const Roi tile = SampleTiles(window_, options_)[0];
       if (tile == tried_) return;
       const double begin = Now();
-      // The first has no end, so that there is something to compare.
-      if (!tried_.empty()) engine_.SetDeadline(Deadline(0.7));
+      // The first has longer than there is, so that there is something to compare.
+      engine_.SetDeadline(tried_.empty() ? std::chrono::steady_clock::now() + kFirst : Deadline(0.7));
       try {
         tried_result_ = engine_.Evaluate(node_, tile);
       } catch (const ReferenceEngine::OutOfTime&) {
+        if (tried_.empty()) {
+          throw Error("verify", "found a result whose reference takes more than " +
+                                    std::to_string(kFirst.count()) + " seconds for " +
+                                    std::to_string(tile.pixels()) + " pixels, expected a smaller image");
+        }
         options_.tile_size = std::max(tried_.width(), tried_.height());
         return;
       }
