@@ -28,13 +28,21 @@ class Arena {
   Arena(const Arena&) = delete;
   Arena& operator=(const Arena&) = delete;
 
-  // Uninitialised, kAlignment-aligned; valid until Reset.
+  // How much has been given out.
+  struct Mark {
+    size_t chunk = 0, used = 0;
+  };
+
+  // Uninitialised, kAlignment-aligned; valid until Reset, or until a mark set before is gone back to.
   template <typename T>
   T* Allocate(size_t count) {
     return reinterpret_cast<T*>(Bytes(count * sizeof(T)));
   }
   // Gives everything back; after the first round one chunk serves all.
   void Reset();
+  Mark Here() const { return chunks_.empty() ? Mark{} : Mark{at_, chunks_[at_].used}; }
+  // Takes back what was given out since; chunks stay until Reset.
+  void BackTo(const Mark& mark);
   size_t capacity() const { return capacity_; }
 
  private:
@@ -45,6 +53,7 @@ class Arena {
     size_t size = 0, used = 0;
   };
   std::vector<Chunk> chunks_;
+  size_t at_ = 0;  // the chunk that is given from; those behind it are empty
   size_t capacity_ = 0;
 };
 

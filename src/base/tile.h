@@ -12,6 +12,10 @@ namespace tessera::base {
 // memory comes from the arena and lives until its Reset.
 ImageView NewTile(Arena& arena, const Roi& roi, int channels, PixelType type = PixelType::kFloat);
 
+// The same in memory of somebody else, of at least TileBytes.
+ImageView TileAt(std::byte* data, const Roi& roi, int channels, PixelType type = PixelType::kFloat);
+size_t TileBytes(const Roi& roi, int channels, PixelType type = PixelType::kFloat);
+
 }  // namespace tessera::base
 
 #endif  // TESSERA_BASE_TILE_H_

@@ -71,17 +71,14 @@ Window WindowOf(const TileStep& step) {
 
 // Steps whose pixels nobody reads: of a node of which all readers take parts.
 void DropUnread(std::vector<Step>& steps) {
-  std::vector<BufferId> read = {steps.back().made};
+  std::vector<bool> read(Z(steps.back().made) + 1);
+  read[Z(steps.back().made)] = true;
   for (size_t n = steps.size(); n-- > 0;) {
-    if (std::find(read.begin(), read.end(), steps[n].made) == read.end()) {
+    if (!read[Z(steps[n].made)]) {
       steps.erase(steps.begin() + static_cast<ptrdiff_t>(n));
-    } else if (const auto* const points = std::get_if<Points>(&steps[n].how)) {
-      for (const BlockOp& op : points->ops) {
-        if (const auto* const load = std::get_if<LoadOp>(&op)) read.push_back(load->from);
-      }
-    } else {
-      for (const Window::Input& in : std::get<Window>(steps[n].how).in) read.push_back(in.pixels);
+      continue;
     }
+    for (const BufferId id : Readings(steps[n])) read[Z(id)] = true;
   }
 }
 
@@ -150,9 +147,31 @@ bool Program::IsOneWindow() const {
          });
 }
 
-bool Program::IsTile(BufferId id) const {
-  return id != result() &&
-         std::any_of(steps.begin(), steps.end(), [&](const Step& step) { return step.to == id; });
+std::vector<int> Program::TilePlaces() const {
+  std::vector<int> place(layouts_.size(), -1), free;
+  std::vector<size_t> last(layouts_.size());
+  for (size_t n = 0; n < steps.size(); ++n) {
+    last[Z(steps[n].to)] = n;
+    for (const BufferId id : Readings(steps[n])) last[Z(id)] = n;
+  }
+  int places = 0;
+  for (size_t n = 0; n < steps.size(); ++n) {
+    const BufferId to = steps[n].to;
+    if (to != result() && place[Z(to)] < 0) {
+      if (free.empty()) free.push_back(places++);
+      place[Z(to)] = free.back();
+      free.pop_back();
+    }
+    // Not before its own result has a place: rows are read after others are written.
+    const auto release = [&](BufferId id) {
+      if (place[Z(id)] < 0 || last[Z(id)] != n) return;
+      free.push_back(place[Z(id)]);
+      last[Z(id)] = steps.size();  // freed once, however often it is read
+    };
+    for (const BufferId id : Readings(steps[n])) release(id);
+    release(to);
+  }
+  return place;
 }
 
 std::vector<std::string> Program::AppliedRules() const {
@@ -179,6 +198,28 @@ BufferId OnlyCopies(const Program& program, const Step& step) {
   const bool all = program.layout(from).channels == static_cast<int>(points->result.size()) &&
                    points->ops.size() == (points->result.size() + 3) / 4;
   return all ? from : -1;
+}
+
+std::vector<BufferId> Readings(const Step& step) {
+  std::vector<BufferId> read;
+  if (const auto* const points = std::get_if<Points>(&step.how)) {
+    for (const BlockOp& op : points->ops) {
+      if (const auto* const load = std::get_if<LoadOp>(&op)) {
+        read.push_back(load->from);
+      } else {
+        const auto& direct = std::get<ComputeOp>(op).direct;
+        read.insert(read.end(), direct.begin(), direct.end());
+      }
+    }
+  } else if (const auto* const window = std::get_if<Window>(&step.how)) {
+    for (const Window::Input& in : window->in) read.push_back(in.pixels);
+  } else if (const auto* const samples = std::get_if<Samples>(&step.how)) {
+    read = samples->in;
+  } else {
+    read = std::get<ByteMoves>(step.how).in;
+  }
+  read.erase(std::remove_if(read.begin(), read.end(), [](BufferId id) { return id < 0; }), read.end());
+  return read;
 }
 
 std::vector<int> PlaneReaders(const Points& points) {

@@ -81,8 +81,9 @@ class Program {
   const Layout& layout(BufferId id) const { return layouts_[static_cast<size_t>(id)]; }
   // A single tile stage from the sources' own pixels to the result's.
   bool IsOneWindow() const;
-  // Whether it is made in memory of its own.
-  bool IsTile(BufferId id) const;
+  // Places in a worker's memory: a tile dies after its last reader, and a later one may take its place. By
+  // BufferId, -1 for what is not made in memory of its own.
+  std::vector<int> TilePlaces() const;
   // Names of the rules that were applied, each once.
   std::vector<std::string> AppliedRules() const;
 
@@ -96,6 +97,8 @@ class Program {
 
 // Where a step hands on all channels of one buffer, in order, that buffer; else -1.
 BufferId OnlyCopies(const Program& program, const Step& step);
+// The buffers whose pixels a step reads.
+std::vector<BufferId> Readings(const Step& step);
 // How often every plane is read, stores included.
 std::vector<int> PlaneReaders(const Points& points);
 

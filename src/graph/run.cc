@@ -25,9 +25,10 @@ bool HasMargin(const ConstImageView& view, ptrdiff_t margin, const Roi& region) 
 
 TileWorker::TileWorker(const Program& program, const std::atomic<bool>& cancelled)
     : program_(program), cancelled_(cancelled), moves_(simd::CurrentMoveFunctions()) {
-  for (BufferId id = 0; id <= program.result(); ++id) is_tile_.push_back(program.IsTile(id));
-  made_.resize(is_tile_.size());
-  views_.resize(is_tile_.size());
+  places_ = program.TilePlaces();
+  memory_.resize(static_cast<size_t>(*std::max_element(places_.begin(), places_.end()) + 1));
+  made_.resize(places_.size());
+  views_.resize(places_.size());
   margins_.assign(views_.size(), base::kReadMargin);
   for (const Step& step : program.steps) {
     const auto* const points = std::get_if<Points>(&step.how);
@@ -44,13 +45,21 @@ void TileWorker::Run(std::span<const SourceView> sources, const ImageView& out, 
   arena_.Reset();
   FindRequiredRegions(program_.plan(), out.roi, regions_);
   const BufferId result = program_.result();
+  place_bytes_.assign(memory_.size(), 0);
   for (int i = 0; i < result; ++i) {
-    if (!is_tile_[Z(i)]) continue;
+    if (places_[Z(i)] < 0) continue;
+    size_t& bytes = place_bytes_[Z(places_[Z(i)])];
+    bytes = std::max(bytes, base::TileBytes(regions_[Z(i)], program_.layout(i).channels));
+  }
+  for (size_t p = 0; p < memory_.size(); ++p)
+    memory_[p] = arena_.Allocate<std::byte>(place_bytes_[p] + kApart);
+  for (int i = 0; i < result; ++i) {
+    if (places_[Z(i)] < 0) continue;
     // An empty tile still says how many channels it has: a border may be all that its reader sees.
-    made_[Z(i)] = base::NewTile(arena_, regions_[Z(i)], program_.layout(i).channels);
-    arena_.Allocate<std::byte>(kApart);
+    made_[Z(i)] = base::TileAt(memory_[Z(places_[Z(i)])], regions_[Z(i)], program_.layout(i).channels);
     views_[Z(i)] = made_[Z(i)];
   }
+  const base::Arena::Mark tiles = arena_.Here();
   made_[Z(result)] = out;
   for (size_t k = 0; k < sources.size(); ++k) {
     views_[k] = sources[k].view;
@@ -60,6 +69,7 @@ void TileWorker::Run(std::span<const SourceView> sources, const ImageView& out, 
     if (cancelled_.load(std::memory_order_relaxed)) return;
     const Step& step = program_.steps[s];
     if (regions_[Z(step.made)].empty()) continue;
+    arena_.BackTo(tiles);  // what the step before used
     const bool around = stream && step.to == result;
     if (std::holds_alternative<Points>(step.how)) {
       runners_[s].Run(views_, made_[Z(step.to)], around);

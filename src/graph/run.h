@@ -39,9 +39,11 @@ class TileWorker {
   const std::atomic<bool>& cancelled_;
   const simd::MoveFunctions moves_;
   base::Arena arena_;
+  std::vector<size_t> place_bytes_;
+  std::vector<std::byte*> memory_;  // by place
   // By BufferId.
   std::vector<Roi> regions_;
-  std::vector<bool> is_tile_;
+  std::vector<int> places_;  // of tiles
   std::vector<ConstImageView> views_;
   std::vector<ImageView> made_;
   std::vector<ptrdiff_t> margins_;

@@ -39,5 +39,14 @@ TEST_F(MemoryTest, ALargeBlurStaysWithinItsBudget) {
   Works("bands.tif whole.tif --fail 0 --diff");
 }
 
+// A tile's memory goes to a later one when its last reader is done, and steps are few bytes each.
+TEST_F(MemoryTest, LongGraphsTakeLittle) {
+  std::string blurs, sums;
+  for (int i = 0; i < 5000; ++i) blurs += " --blur 3x3", sums += " --blur 3x3 --addc 1e-5";
+  const double program = Peak("--pattern clouds 64x64 3 --blur 3x3");
+  EXPECT_LT(Peak("--pattern clouds 64x64 3" + blurs), program + 75);
+  EXPECT_LT(Peak("--pattern clouds 64x64 3" + sums), program + 150);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -33,6 +33,10 @@ FAULTS = [
           "load->channel.begin())) {",
           "program.layout(load->from))) {",
           "rows of samples although the channels come in another order"),
+    Fault("tile-place-soon", "places of tiles", "src/graph/program.cc",
+          "if (place[Z(id)] < 0 || last[Z(id)] != n) return;",
+          "if (place[Z(id)] < 0 || (last[Z(id)] != n && last[Z(id)] != n + 1)) return;",
+          "a tile's memory is another's one step before the last reader of the first"),
     Fault("all-in-type", "rule all-in-operation", REWRITES,
           "if (load == points->ops.size() ||\n"
           "          program.layout(std::get<LoadOp>(points->ops[load]).from).type != type) {",
