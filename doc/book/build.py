@@ -3,8 +3,8 @@
 
 usage: build.py --tool TESSERA --scene SCENE --out DIR [--size WxH] [--bench JSON]... [--doxygen DIR]
 
---scene is the built samples/scene. The lines are those of lines.txt, run on the inputs of inputs.txt; an operation without
-one is shown by its registry row's first example. Without --bench the costs are those of README's table. Needs the standard
+--scene is the built samples/scene. The lines are those of lines.txt, run on the inputs of inputs.txt; a command without
+one is shown by its row's first example. Without --bench the costs are those of README's table. Needs the standard
 library and Debian's mate-backgrounds. Exit code 1, and no book, where a line fails, a command has none, or a link leads
 nowhere.
 """
@@ -39,19 +39,19 @@ def is_operation(row):
 
 
 def with_examples(rows, lines, declarations):
-    """`lines` and, for each operation that has none there, the first example of its registry row on photographs."""
+    """`lines` and, for each command that has none there, the first example of its row on photographs."""
     photographs = ["photo.jpg", "flower.jpg", "grass.jpg"]
     lines = dict(lines)
     for row in rows:
         name = row["name"].removeprefix("pattern ")
-        if row["name"] in lines or not is_operation(row) or not row["examples"] or row["takes"] > len(photographs):
+        if row["name"] in lines or not row["lines"] or row["takes"] > len(photographs):
             continue
-        line = row["lines"][0].replace(" 512x512 ", " {w}x{h} ").replace(" in.exr ", " photo.jpg ")
-        for file, photograph in zip(["a.exr", "b.exr", "c.exr"], photographs):
-            line = line.replace(f" {file} ", f" {photograph} ")
+        line = row["lines"][0].replace(" 512x512 ", " {w}x{h} ")
+        for file, photograph in zip(["in.exr", "a.exr", "b.exr", "c.exr"], photographs[:1] + photographs):
+            line = re.sub(rf" {file}(?= |$)", f" {photograph}", line)
         function = "".join(part.capitalize() for part in re.split("[-_]", name))
         lines[row["name"]] = blocks.Block(row["name"], row["summary"], [line.replace(" -o out.exr", " -d uint8 -o out.jpg")],
-                                          cpp=[function] if function in declarations else [])
+                                          cpp=[function] if function in declarations and is_operation(row) else [])
     return lines
 
 

@@ -95,6 +95,15 @@ class PendingOutput {
  public:
   /// Evaluates and writes the temporary file; Error as Write.
   PendingOutput(const Node& node, const std::string& file, const WriteOptions& options);
+  /// One of several images of a file, and what is its own.
+  struct Part {
+    Node node;                            ///< the pixels
+    std::optional<PixelType> type{};      ///< empty: the node's spec().type
+    std::vector<Attribute> attributes{};  ///< as WriteOptions::attributes
+  };
+  /// A file of several images, in order: parts of an EXR, pages of a TIFF, frames of a GIF. Throws Error for
+  /// a format that holds one alone.
+  PendingOutput(const std::vector<Part>& parts, const std::string& file, const WriteOptions& options);
   /// A file of these bytes.
   PendingOutput(const std::string& file, const std::vector<std::byte>& bytes, bool sync = true);
   /// Takes over the output that is moved from.
@@ -110,11 +119,11 @@ class PendingOutput {
   PixelType type() const { return type_; }
   /// The uncommitted file decoded again: native codes of all channels, for VerifyStored. Where the format
   /// does not keep what it is given (JPEG, lossy EXR compressions), the pixels that it was given, evaluated
-  /// once more; a remark says so. To be used before Commit.
-  StoredPixels ReadBack() const;
+  /// once more; a remark says so. Of a file of several images, that one. To be used before Commit.
+  StoredPixels ReadBack(int part = 0) const;
 
  private:
-  std::function<StoredPixels()> read_back_;
+  std::function<StoredPixels(int)> read_back_;
   std::string temporary_, file_;  ///< temporary_ is empty when committed or moved from
   bool sync_ = true;
   PixelType type_ = PixelType::kFloat;
@@ -125,12 +134,47 @@ class PendingOutput {
 /// not hold, a missing directory or one that cannot be written. A file of that name stays as it is.
 PixelType StoredType(const Node& node, const std::string& file, const WriteOptions& options = {});
 
+/// Whether that file's format holds several images.
+bool HoldsParts(const std::string& file);
+
 /// Removes the temporary files of every unfinished output of this process; async-signal-safe, for SIGINT
 /// handlers.
 void RemoveUnfinishedOutputs();
 
 /// The names of a file's subimages in order, empty for one that has none; throws Error.
 std::vector<std::string> Subimages(const std::string& file, Formats formats = Formats::kTrusted);
+
+/// What is told of an image, as `oiiotool --info` does.
+struct InfoOptions {
+  bool verbose = false;                 ///< metadata too
+  bool all = false;                     ///< every image of a file
+  bool xml = false;                     ///< as XML, not text
+  bool hash = false;                    ///< the SHA-1 of its pixels
+  std::string match{};                  ///< regular expression of the items that are told; empty: all
+  std::string no_match{};               ///< of those that are not
+  Formats formats = Formats::kTrusted;  ///< that a file may be of
+};
+/// Of a file: size, channels, type, format; every item where asked. Throws Error naming the file, and for
+/// what is no regular expression.
+std::string InfoText(const std::string& file, const InfoOptions& options);
+/// Of an image, by what it would be written with.
+std::string InfoText(const ImageSpec& spec, const std::vector<Attribute>& own, const InfoOptions& options);
+
+/// The SHA-1 of a file's pixels in its own type, in hexadecimal digits.
+std::string PixelHash(const std::string& file, int subimage = 0, Formats formats = Formats::kTrusted);
+
+/// How pixels are printed.
+struct DumpOptions {
+  bool empty = true;                    ///< pixels that are 0 too
+  std::string c_name{};                 ///< not empty: as an array of that name in C
+  Formats formats = Formats::kTrusted;  ///< that the file may be of
+};
+/// Every pixel of a file, as `oiiotool --dumpdata` prints it, piece by piece.
+void DumpPixels(const std::string& file, int subimage, const DumpOptions& options,
+                const std::function<void(const std::string&)>& print);
+
+/// The formats that OpenImageIO reads or writes with the extensions of their names, a line each.
+std::string FormatList();
 
 /// What `oiiotool --stats` prints about an image, line for line: minimum, maximum, mean, standard deviation,
 /// counts of NaN, infinite and finite values, whether constant and monochrome. Integer types are reported in

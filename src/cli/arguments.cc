@@ -6,6 +6,9 @@
 
 #include <algorithm>
 
+#include "cli/control.h"
+#include "cli/expression.h"
+#include "cli/left_out.h"
 #include "cli/validate.h"
 #include "ops/wrap.h"
 #include "tessera/error.h"
@@ -27,7 +30,9 @@ bool MayHoldFrame(const Command& command, const ops::ParamInfo& param) {
 
 class LineReader {
  public:
-  explicit LineReader(const std::vector<std::string>& words) : words_(words) {}
+  LineReader(const std::vector<std::string>& words, bool evaluate) : words_(words) {
+    line_.options.evaluate = evaluate;
+  }
 
   Line Read() {
     while (next_ < words_.size()) {
@@ -39,7 +44,7 @@ class LineReader {
       } else {
         if (line_.options.wildcards) line_.file_words.push_back(next_);
         ++next_;
-        Add(ReadCommand(), word, {}, {word});
+        if (!Defer(ReadCommand(), next_ - 1)) Add(ReadCommand(), word, {}, {word});
       }
     }
     return std::move(line_);
@@ -48,7 +53,8 @@ class LineReader {
  private:
   void ReadCommandAt(size_t at) {
     const std::string& word = words_[at];
-    const Token token = SplitToken(WithoutDashes(word));
+    const Token token =
+        SplitToken(WithoutDashes(word));  // a colon in braces may part it wrongly: not its name
     const Command* command = FindCommand(token.name);
     if (command == nullptr) Unknown(token.name);
     const auto& params = command->info.arguments;
@@ -67,13 +73,30 @@ class LineReader {
         values.push_back(words_[next_++]);
       }
     }
-    Add(*command, word, token.modifiers, values);
+    if (!Defer(*command, at)) Add(*command, word, token.modifiers, values);
+  }
+
+  // Words from `first` that hold expressions wait until the line runs.
+  bool Defer(const Command& command, size_t first) {
+    const auto begin = words_.begin() + static_cast<ptrdiff_t>(first),
+               end = words_.begin() + static_cast<ptrdiff_t>(next_);
+    const auto holds = std::find_if(begin, end, HoldsExpression);
+    if (!line_.options.evaluate || holds == end) return false;
+    if (command.effect == Effect::kOption)
+      throw UsageError(
+          *begin, "found the expression " + *holds + ", expected a value: options hold for the whole line");
+    Step step;
+    step.command = &command;
+    step.written = *begin;
+    step.deferred.assign(begin, end);
+    line_.steps.push_back(std::move(step));
+    return true;
   }
 
   // A command where an argument was to follow: the argument was forgotten. Text of any kind may be a value.
   void RefuseCommand(const std::string& word, const Command& command, const ops::ParamInfo& param) const {
     const std::string& next = words_[next_];
-    if (!IsCommand(next) || command.info.name == "attrib") return;
+    if (!IsCommand(next) || command.any_text) return;
     const Command* const other = FindCommand(SplitToken(WithoutDashes(next)).name);
     if (other == nullptr) return;
     throw UsageError(word, "found the command " + next + ", expected " + param.name +
@@ -81,6 +104,9 @@ class LineReader {
   }
 
   [[noreturn]] static void Unknown(const std::string& name) {
+    if (const std::string use = WhyLeftOut(name); !use.empty())
+      throw UsageError((name.size() == 1 ? "-" : "--") + name,
+                       "a command of oiiotool that is not here; " + use);
     const std::vector<std::string> names = CommandNames();
     const std::string near = ops::Nearest(name, names);
     throw UsageError("--" + name, near.empty() ? "unknown command, --help lists them all"
@@ -97,7 +123,7 @@ class LineReader {
       if (command.optional_argument) {
         if (!values.empty()) step.arguments.values[command.info.arguments[0].name].text = values[0];
       } else {
-        step.arguments = ops::ParseArguments(command.info, values, modifiers);
+        step.arguments = WithEmptyTexts(command, values, modifiers);
       }
     } catch (const Error& e) {
       throw UsageError((command.info.name.size() == 1 ? "-" : "--") + e.subject(),
@@ -108,6 +134,19 @@ class LineReader {
     } else {
       line_.steps.push_back(std::move(step));
     }
+  }
+
+  // A text may be empty where any text is taken (--attrib NAME "" erases), but for a file's name.
+  static ops::Arguments WithEmptyTexts(const Command& command, std::vector<std::string> values,
+                                       const Modifiers& modifiers) {
+    std::vector<size_t> empty;
+    for (size_t i = 0; command.any_text && i < std::min(values.size(), command.info.arguments.size()); ++i) {
+      if (values[i].empty() && command.info.arguments[i].type == ops::ParamType::kText)
+        empty.push_back(i), values[i] = "-";
+    }
+    ops::Arguments arguments = ops::ParseArguments(command.info, values, modifiers);
+    for (const size_t i : empty) arguments.values[command.info.arguments[i].name].text.clear();
+    return arguments;
   }
 
   // --pattern NAME:key=value: the modifiers belong to the generator.
@@ -184,9 +223,9 @@ Token SplitToken(const std::string& word) {
 }
 
 Line ParseLine(const std::vector<std::string>& words) {
-  Line line = LineReader(words).Read();
+  Line line = LineReader(words, true).Read();
   const Options& o = line.options;
-  const bool only_informs = o.help || o.version || o.list_commands || o.simd == "list";
+  const bool only_informs = o.help || o.version || o.list_commands || o.list_formats || o.simd == "list";
   if (o.batch && !only_informs) {
     if (!line.steps.empty()) {
       throw UsageError(line.steps[0].written,
@@ -194,10 +233,35 @@ Line ParseLine(const std::vector<std::string>& words) {
                        "input, one line a job");
     }
   } else if (!only_informs) {
-    line.steps = OperandsFirst(std::move(line.steps));
-    CheckStack(line.steps);
+    const Blocks blocks(line.steps);
+    if (IsKnownAhead(line.steps)) {
+      line.steps = OperandsFirst(std::move(line.steps));
+      CheckStack(line.steps, o.TellsInputs());
+    }
   }
   return line;
+}
+
+std::vector<std::string> HistoryWords(const std::vector<std::string>& words, const Options& options) {
+  if (!options.sans_attributes) return words;
+  std::vector<std::string> kept;
+  for (size_t i = 0; i < words.size(); ++i) {
+    const std::string name = IsCommand(words[i]) ? WithoutDashes(words[i]) : "";
+    const std::string plain = name.substr(0, name.find(':'));
+    if (plain == "attrib" || plain == "sattrib") {
+      i += 2;
+    } else if (plain != "sansattrib") {
+      kept.push_back(words[i]);
+    }
+  }
+  return kept;
+}
+
+Step ParseStep(const std::vector<std::string>& words) {
+  Line line = LineReader(words, false).Read();
+  if (line.steps.size() != 1)
+    throw UsageError(words[0], "found more words than it takes once its expressions are replaced");
+  return std::move(line.steps[0]);
 }
 
 }  // namespace tessera::cli

@@ -27,6 +27,9 @@ struct Step {
   ops::Arguments arguments;
   const ops::OpInfo* generator = nullptr;  // --pattern: its row and its modifiers
   ops::Arguments generator_arguments;
+  // The words with expressions in them, which become arguments when the step is run; empty for most.
+  std::vector<std::string> deferred = {};
+  int pushed = 0;  // kSplit: images, known once it has run
 };
 
 // `--name:key=value:flag` taken apart. Values may be quoted ("a:b" or 'a:b') to hold a colon.
@@ -52,6 +55,10 @@ struct Line {
 // Checks everything that can be known from the words alone: names, modifiers, arguments, ranges, operands on
 // the stack, images without an output. Throws UsageError.
 Line ParseLine(const std::vector<std::string>& words);
+// The words that are written into files, by --sansattrib without those of metadata.
+std::vector<std::string> HistoryWords(const std::vector<std::string>& words, const Options& options);
+// One command with its arguments, or a file, whose expressions have been replaced. Throws UsageError.
+Step ParseStep(const std::vector<std::string>& words);
 
 }  // namespace tessera::cli
 

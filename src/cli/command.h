@@ -25,6 +25,10 @@ enum class Effect {
   kDup,
   kSwap,
   kPop,
+  kPrint,    // leaves it alone and prints
+  kSplit,    // pops one image and pushes as many as it holds
+  kJoin,     // pops all and pushes one
+  kControl,  // says which command is next
 };
 
 struct Command {
@@ -35,7 +39,9 @@ struct Command {
   // for; one of them must follow.
   std::string applies_to;
   bool optional_argument = false;  // its argument may be left out (--help)
+  bool any_text = false;           // an argument may be the name of a command (--attrib NAME --add)
   std::vector<std::string> aliases = {};
+  std::vector<std::string> lines = {};  // examples, without the program; of the registry's: OpInfo::examples
   void (*set)(const ops::Arguments&, Options&) = nullptr;  // kOption
   void (*run)(const Step&, Session&) = nullptr;            // every other one
 };
@@ -52,11 +58,19 @@ std::vector<std::string> CommandNames();
 std::vector<const ops::OpInfo*> Generators();
 
 // Rows of the general commands, by topic (options.cc, sequence_commands.cc, stack_commands.cc,
-// report_commands.cc, window_commands.cc).
+// metadata_commands.cc, output_settings.cc, tell.cc,
+// count_commands.cc, part_commands.cc, control.cc, draw_commands.cc, diff.cc, window_commands.cc).
 std::vector<Command> OptionCommands();
 std::vector<Command> ImageCommands();
 std::vector<Command> SequenceCommands();
 std::vector<Command> StackCommands();
+std::vector<Command> MetadataCommands();
+std::vector<Command> OutputSettingCommands();
+std::vector<Command> TellCommands();
+std::vector<Command> ControlCommands();
+std::vector<Command> DrawCommands();
+std::vector<Command> CountCommands();
+std::vector<Command> PartCommands();
 std::vector<Command> ReportCommands();
 std::vector<Command> WindowCommands();
 

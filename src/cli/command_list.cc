@@ -12,13 +12,14 @@ struct Item {
   std::string name, group, synopsis, operands;
   int taken = 0, given = 0;
   const ops::OpInfo* row = nullptr;
-  std::vector<std::string> aliases;
+  std::vector<std::string> aliases, lines;
 };
 
 std::vector<Item> Items() {
   std::vector<Item> items;
   for (const Command& c : Commands()) {
-    items.push_back({c.info.name, c.group, Synopsis(c), Operands(c), Taken(c), Given(c), &c.info, c.aliases});
+    items.push_back({c.info.name, c.group, Synopsis(c), Operands(c), Taken(c), Given(c), &c.info, c.aliases,
+                     ExampleLines(c)});
   }
   for (const ops::OpInfo* g : Generators()) {
     items.push_back({"pattern " + g->name,
@@ -28,7 +29,8 @@ std::vector<Item> Items() {
                      0,
                      1,
                      g,
-                     {}});
+                     {},
+                     ExampleLines(*g)});
   }
   return items;
 }
@@ -100,7 +102,7 @@ void PrintJson(std::ostream& out) {
     PrintJsonParams(out, "arguments", item.row->arguments);
     PrintJsonParams(out, "modifiers", item.row->modifiers);
     PrintJsonTexts(out, "examples", item.row->examples);
-    PrintJsonTexts(out, "lines", ExampleLines(*item.row));
+    PrintJsonTexts(out, "lines", item.lines);
     out << "}";
     separator = ",";
   }
@@ -127,7 +129,7 @@ void PrintMarkdown(std::ostream& out) {
     PrintMarkdownParams(out, item.row->modifiers, true);
     if (!item.row->help.empty()) out << "\n" << item.row->help << "\n";
     if (!item.row->bound.empty()) out << "\nAccuracy: " << item.row->bound << "\n";
-    const std::vector<std::string> lines = ExampleLines(*item.row);
+    const std::vector<std::string> lines = item.lines;
     if (!lines.empty()) out << "\n    " << lines[0] << "\n";
   }
 }

@@ -96,7 +96,8 @@ int Taken(const Command& command) {
   if (command.info.operands != nullptr) return -1;
   return command.effect == Effect::kApply || command.effect == Effect::kSwap ||
                  command.effect == Effect::kDup || command.effect == Effect::kPop ||
-                 command.effect == Effect::kUse
+                 command.effect == Effect::kUse || command.effect == Effect::kSplit ||
+                 command.effect == Effect::kJoin
              ? command.info.inputs
              : 0;
 }
@@ -105,7 +106,10 @@ int Given(const Command& command) {
   switch (command.effect) {
     case Effect::kPush:
     case Effect::kApply:
+    case Effect::kJoin:
       return 1;
+    case Effect::kSplit:
+      return -1;
     case Effect::kDup:
     case Effect::kSwap:
       return 2;
@@ -130,6 +134,10 @@ std::string Operands(const Command& command) {
       }
       return "Takes " + images(command.info.inputs) + " from the stack" +
              (command.info.inputs > 1 ? ", the last one on top," : "") + " and pushes the result.";
+    case Effect::kSplit:
+      return "Takes one image from the stack and pushes those that it holds.";
+    case Effect::kJoin:
+      return "Takes all images from the stack and pushes the result.";
     case Effect::kUse:
       return "Looks at " + images(command.info.inputs) + " on the stack.";
     default:
@@ -155,6 +163,12 @@ std::vector<std::string> ExampleLines(const ops::OpInfo& row) {
     }
     lines.push_back(line + " -o out.exr");
   }
+  return lines;
+}
+
+std::vector<std::string> ExampleLines(const Command& command) {
+  std::vector<std::string> lines = ExampleLines(command.info);
+  for (const std::string& line : command.lines) lines.push_back("tessera " + line);
   return lines;
 }
 

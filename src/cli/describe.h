@@ -21,6 +21,8 @@ int Taken(const Command& command);
 int Given(const Command& command);
 // An operation's or a pattern's examples as lines of the shell, "tessera in.exr --saturate 0.5 -o out.exr".
 std::vector<std::string> ExampleLines(const ops::OpInfo& row);
+// The same of a command of any kind.
+std::vector<std::string> ExampleLines(const Command& command);
 // "A number from 0 to 1; default 0.5."
 std::string AllowedValues(const ops::ParamInfo& param);
 // The name of a parameter's type: number, integer, flag, numbers, choice, text.

@@ -46,9 +46,8 @@ void PrintParam(std::ostream& out, const ops::ParamInfo& param) {
 }
 
 // Some of them, of those that fit into a line.
-void PrintExamples(std::ostream& out, const ops::OpInfo& row) {
+void PrintExamples(std::ostream& out, std::vector<std::string> lines) {
   constexpr size_t kMost = 4;
-  std::vector<std::string> lines = ExampleLines(row);
   std::erase_if(lines, [](const std::string& line) { return 2 + line.size() > kColumns; });
   if (lines.empty()) return;
   out << "\nExamples\n";
@@ -81,33 +80,43 @@ void PrintOverview(std::ostream& out) {
          "  No file is left behind by a run that failed.\n";
 }
 
+namespace {
+
+// All about a command or, where that is null, about the pattern of that row.
+void PrintPage(std::ostream& out, const Command* command, const ops::OpInfo& row) {
+  out << (command != nullptr ? Synopsis(*command) : GeneratorSynopsis(row)) << "\n\n"
+      << Wrapped(row.summary, 2);
+  if (command != nullptr) out << Wrapped(Operands(*command), 2);
+  if (!row.arguments.empty()) out << "\nArguments\n";
+  for (const ops::ParamInfo& p : row.arguments) PrintParam(out, p);
+  if (!row.modifiers.empty()) out << "\nModifiers\n";
+  for (const ops::ParamInfo& p : row.modifiers) PrintParam(out, p);
+  if (!row.help.empty()) out << "\n" << Wrapped(row.help, 2);
+  if (!row.bound.empty()) out << "\nAccuracy\n" << Wrapped(row.bound, 2);
+  PrintExamples(out, command != nullptr ? ExampleLines(*command) : ExampleLines(row));
+}
+
+}  // namespace
+
 void PrintCommandHelp(std::ostream& out, const std::string& topic) {
   const std::string name = topic.substr(std::min(topic.find_first_not_of('-'), topic.size()));
-  const Command* command = FindCommand(name);
-  const ops::OpInfo* row = command != nullptr ? &command->info : nullptr;
-  std::string synopsis = command != nullptr ? Synopsis(*command) : "";
+  const Command* const command = FindCommand(name);
+  const ops::OpInfo* pattern = nullptr;
   std::vector<std::string> names = CommandNames();
   for (const ops::OpInfo* g : Generators()) {
     names.push_back(g->name);
-    if (row == nullptr && g->name == name) {
-      row = g;
-      synopsis = GeneratorSynopsis(*g);
-    }
+    if (g->name == name) pattern = g;
   }
-  if (row == nullptr) {
+  if (command == nullptr && pattern == nullptr) {
     const std::string near = ops::Nearest(name, names);
     throw UsageError("--help " + topic, near.empty() ? "unknown command, --help lists them all"
                                                      : "unknown command; did you mean " + near + "?");
   }
-  out << synopsis << "\n\n" << Wrapped(row->summary, 2);
-  if (command != nullptr) out << Wrapped(Operands(*command), 2);
-  if (!row->arguments.empty()) out << "\nArguments\n";
-  for (const ops::ParamInfo& p : row->arguments) PrintParam(out, p);
-  if (!row->modifiers.empty()) out << "\nModifiers\n";
-  for (const ops::ParamInfo& p : row->modifiers) PrintParam(out, p);
-  if (!row->help.empty()) out << "\n" << Wrapped(row->help, 2);
-  if (!row->bound.empty()) out << "\nAccuracy\n" << Wrapped(row->bound, 2);
-  PrintExamples(out, *row);
+  if (command != nullptr) PrintPage(out, command, command->info);
+  if (pattern != nullptr) {
+    if (command != nullptr) out << "\nThe pattern of that name\n\n";
+    PrintPage(out, nullptr, *pattern);
+  }
   if (command != nullptr && command->info.name == "pattern") {
     out << "\nPatterns\n";
     for (const ops::OpInfo* g : Generators())

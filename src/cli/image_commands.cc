@@ -1,11 +1,16 @@
 // Commands that bring images in and out: FILE, -i, --create, --pattern, -o, -d.
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <utility>
 
 #include "cli/messages.h"
 #include "cli/session.h"
+#include "cli/tell.h"
 #include "tessera/color_state.h"
 #include "tessera/error_kind.h"
 #include "tessera/io.h"
@@ -64,12 +69,67 @@ Node Thumbnail(const Step& step, const Node& image, ReadOptions options) {
   return Resize(Read(step.arguments.Text("FILE"), options), size);
 }
 
+ReadOptions OptionsOf(const Options& options) { return {.codec = options.codec, .formats = options.formats}; }
+
+// Only formats that may hold several images are asked for their number; OpenEXR says it in its header.
+int CountParts(const std::string& file, const ImageSpec& spec, const Options& options) {
+  const auto item = [&](const char* name) {
+    int value = 0;
+    for (const Attribute& a : spec.metadata ? *spec.metadata : std::vector<Attribute>()) {
+      if (a.name == name && a.bytes.size() == sizeof value) std::memcpy(&value, a.bytes.data(), sizeof value);
+    }
+    return value;
+  };
+  if (const int count = item("oiio:subimages"); count > 0) return count;
+  std::string extension = std::filesystem::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array kSeveral = {".tif",  ".tiff", ".gif", ".webp", ".heic",
+                                   ".heif", ".avif", ".ico", ".psd"};
+  if (std::find(kSeveral.begin(), kSeveral.end(), extension) == kSeveral.end()) return 1;
+  return std::max(1, static_cast<int>(Subimages(file, options.formats).size()));
+}
+
+// --ch of the registry, with one argument.
+Node ChooseChannels(const Node& image, const std::string& channels) {
+  const ops::OpInfo& op = *ops::FindOp("ch");
+  return op.make(std::array{image}, ops::ParseArguments(op, std::array{channels}, {}), nullptr);
+}
+
+// In place of a file that is not there: black or a checkerboard, of the first input's size.
+Entry Substitute(const std::string& file, Session& session) {
+  ImageSpec spec(1920, 1080, 4);
+  if (!session.first_spec.data_window.empty()) {
+    const ImageSpec& first = session.first_spec;
+    spec.data_window = first.data_window, spec.display_window = first.display_window;
+    spec.channels = first.channels, spec.alpha = first.alpha, spec.type = first.type;
+  }
+  if (!session.options().quiet)
+    std::fprintf(Messages(), "tessera: note: %s: no such file, %s is taken (--missingfile)\n",
+                 Printable(file).c_str(), session.missing_file.c_str());
+  if (session.missing_file == "black") return {Create(spec), file, {}};
+  const std::vector<const ops::OpInfo*> generators = Generators();
+  const ops::OpInfo* const checker = *std::find_if(generators.begin(), generators.end(),
+                                                   [](const ops::OpInfo* g) { return g->name == "checker"; });
+  const ops::Arguments a = ops::ParseArguments(
+      *checker, {}, std::vector<std::pair<std::string, std::string>>{{"width", "64"}, {"height", "64"}});
+  return {checker->make({}, a, &spec), file, {}};
+}
+
 void ReadImage(const Step& step, Session& session) {
   const std::string& file = step.arguments.Text("FILE");
-  ReadOptions options;
-  options.codec = session.options().codec;
-  options.formats = session.options().formats;
-  if (step.arguments.Given("subimage")) {
+  if (const auto label = session.labels.find(file); label != session.labels.end()) {
+    session.Push(Entry(label->second));
+    return;
+  }
+  if (session.missing_file != "error" && !std::filesystem::exists(file)) {
+    session.Push(Substitute(file, session));
+    return;
+  }
+  session.inputs.push_back(file);
+  ReadOptions options = OptionsOf(session.options());
+  const bool one = step.arguments.Given("subimage");
+  if (one) {
     const std::string& part = step.arguments.Text("subimage");
     const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), options.subimage);
     if (error != std::errc() || end != part.data() + part.size()) {
@@ -81,8 +141,21 @@ void ReadImage(const Step& step, Session& session) {
   if (thumbnail)
     options.enough_width = options.enough_height = 1 << 16;  // whole, its header read the cheap way
   Entry entry{Read(file, options), file, {}};
+  entry.file = file;
+  if (session.first_spec.data_window.empty()) session.first_spec = entry.node.spec();
+  if (!one && !thumbnail) entry.parts_in_file = CountParts(file, entry.node.spec(), session.options());
   if (thumbnail) entry.node = Thumbnail(step, entry.node, options);
-  if (session.options().autoorient) entry.node = Reorient(entry.node);
+  if (step.arguments.Given("ch")) {
+    OpenParts(entry, session.options());
+    const std::string& channels = step.arguments.Text("ch");
+    entry.node = ChooseChannels(entry.node, channels);
+    for (Entry& part : entry.parts) part.node = ChooseChannels(part.node, channels);
+  }
+  if (session.options().autoorient) {
+    OpenParts(entry, session.options());
+    entry.node = Reorient(entry.node);
+    for (Entry& part : entry.parts) part.node = Reorient(part.node);
+  }
   if (session.options().verbose) {
     const ImageSpec& spec = entry.node.spec();
     const std::string space = ColorStateOf(spec).space;
@@ -90,6 +163,7 @@ void ReadImage(const Step& step, Session& session) {
                  spec.width(), spec.height(), spec.channel_count(), PixelTypeName(spec.type),
                  space.empty() ? "colour space unknown" : space.c_str());
   }
+  if (session.options().TellsInputs()) TellInput(file, session);
   session.Push(std::move(entry));
 }
 
@@ -147,6 +221,32 @@ ParamInfo File(const std::string& help) {
 
 }  // namespace
 
+void OpenParts(Entry& entry, const Options& options) {
+  if (!entry.parts.empty()) return;
+  for (int part = 1; part < entry.parts_in_file; ++part) {
+    ReadOptions read = OptionsOf(options);
+    read.subimage = part;
+    entry.parts.push_back({Read(entry.name, read), entry.name, {}});
+  }
+  entry.parts_in_file = 1;
+}
+
+std::vector<Entry> TakeParts(Entry& entry, const Options& options) {
+  OpenParts(entry, options);
+  return std::exchange(entry.parts, {});
+}
+
+void LeaveParts(Entry& entry, const std::string& words, const Options& options) {
+  if (entry.PartCount() > 1 && !options.quiet && !options.dry_run) {
+    std::fprintf(
+        Messages(),
+        "tessera: note: %s: %s works on the first of %d images, the others are left; -a is for all\n",
+        Printable(entry.name).c_str(), Printable(words).c_str(), entry.PartCount());
+  }
+  entry.parts.clear();
+  entry.parts_in_file = 1;
+}
+
 PixelType PixelTypeNamed(const std::string& name) {
   return static_cast<PixelType>(std::find(kTypes.begin(), kTypes.end(), name) - kTypes.begin());
 }
@@ -162,7 +262,11 @@ std::vector<Command> ImageCommands() {
                       {.name = "thumbnail",
                        .type = ParamType::kText,
                        .default_value = "",
-                       .help = "WxH: made smaller to fit within"}}));
+                       .help = "WxH: made smaller to fit within"},
+                      {.name = "ch",
+                       .type = ParamType::kText,
+                       .default_value = "",
+                       .help = "channels, as --ch takes them; the others are not read"}}));
   rows.back().info.help =
       "A thumbnail keeps its aspect and is filtered as by --resize; an image that fits is left as it is. A JPEG is "
       "decoded at 1/2, 1/4 or 1/8 of its sides as long as twice the thumbnail's are left: much faster, and other "
@@ -170,16 +274,52 @@ std::vector<Command> ImageCommands() {
       "grain, and, of sides that the fraction does not divide, moved by less than half a pixel at the right and "
       "the lower edge. What is not needed of a progressive JPEG is not looked at. Files of other formats are "
       "decoded whole, as JPEG is with --codec oiio, and get the pixels of --resize.\n"
+      "Of a file of several images (parts of an EXR, pages of a TIFF, frames of a GIF) all are read, and written "
+      "again by -o into a format that can; commands work on the first, and say that the others are left, or with -a on all. "
+      "subimage= reads one.\n"
       "The slices of a volume file lie one above the other, the first on top, as --lookup:slices=N takes a "
       "table of three axes.";
-  rows.push_back(Row("o", Effect::kUse, 1, "Writes the top image, which stays on the stack.", WriteOutput,
-                     {File("the file to write; its extension names the format")},
-                     {{.name = "type",
-                       .type = ParamType::kText,
-                       .default_value = "",
-                       .help = "uint8, uint16, half or float, for this file alone"}}));
-  rows.back().info.modifiers[0].type = ParamType::kChoice;
-  rows.back().info.modifiers[0].choices = kTypes;
+  rows.push_back(
+      Row("o", Effect::kUse, 1, "Writes the top image, which stays on the stack.", WriteOutput,
+          {File("the file to write; its extension names the format")},
+          {{.name = "type",
+            .type = ParamType::kText,
+            .default_value = "",
+            .help = "uint8, uint16, half or float, for this file alone"},
+           {.name = "datatype",
+            .type = ParamType::kText,
+            .default_value = "",
+            .help = "another word for type",
+            .only_with = "!type"},
+           {.name = "compression",
+            .type = ParamType::kText,
+            .default_value = "",
+            .help = "as --compression, for this file alone"},
+           {.name = "tile",
+            .type = ParamType::kText,
+            .default_value = "",
+            .help = "WxH: as --tile, for this file alone"},
+           {.name = "scanline",
+            .type = ParamType::kFlag,
+            .default_value = "0",
+            .help = "rows, not tiles",
+            .only_with = "!tile"},
+           {.name = "separate", .type = ParamType::kFlag, .default_value = "0", .help = "each channel apart"},
+           {.name = "contig",
+            .type = ParamType::kFlag,
+            .default_value = "0",
+            .help = "channels beside each other",
+            .only_with = "!separate"},
+           {.name = "bits",
+            .type = ParamType::kInteger,
+            .default_value = "0",
+            .help = "bits of a sample, where the format has more kinds than types (DPX: 10)",
+            .min = 0,
+            .max = 32}}));
+  for (const size_t i : {0, 1}) {
+    rows.back().info.modifiers[i].type = ParamType::kChoice;
+    rows.back().info.modifiers[i].choices = kTypes;
+  }
   rows.back().info.help =
       "Without a type, here or by -d, the image keeps the type it has where the format can hold it. All "
       "outputs of a line (of a frame) are written beside their names and put in place together when the line "
@@ -206,6 +346,30 @@ std::vector<Command> ImageCommands() {
             .help = "a config file, or built-in"}},
           {}));
   rows.back().applies_to = ":config";
+  rows.push_back(
+      Row("missingfile", Effect::kSetting, 0, "What is taken for an input that is not there.",
+          [](const Step& step, Session& session) { session.missing_file = step.arguments.Text("OPTION"); },
+          {{.name = "OPTION",
+            .type = ParamType::kChoice,
+            .default_value = "",
+            .help = "an error, a black image, a checkerboard",
+            .choices = {"error", "black", "checker"}}},
+          {}));
+  rows.back().applies_to = "i";
+  rows.back().lines = {"--missingfile black in.exr -o out.exr"};
+  rows.back().info.help =
+      "Its size, channels and type are those of the first file that was read, else 1920 x 1080 and four channels. A "
+      "note says so. As oiiotool --missingfile; a file that is there and cannot be read is an error all the same.";
+  rows.push_back(Row(
+      "label", Effect::kUse, 1, "Gives the top image a name that pushes it again.",
+      [](const Step& step, Session& session) { session.labels[step.arguments.Text("NAME")] = session.Top(); },
+      {{.name = "NAME",
+        .type = ParamType::kText,
+        .default_value = "",
+        .help = "a name, in place of a file's"}},
+      {}));
+  rows.back().lines = {"in.exr --label plain --blur 9x9 plain --sub -o out.exr"};
+  rows.back().any_text = true;
   rows.push_back(Row("create", Effect::kPush, 0, "Pushes a black image.", CreateImage, Shape(), {}));
   rows.push_back(Row(
       "kernel", Effect::kPush, 0, "Pushes a convolution kernel as an image centred on the origin.",

@@ -17,6 +17,7 @@
 #include "cli/start.h"
 #include "tessera/context.h"
 #include "tessera/error_kind.h"
+#include "tessera/io.h"
 #include "tessera/sandbox.h"
 #include "tessera/targets.h"
 
@@ -47,6 +48,8 @@ bool Inform(const Options& options) {
     PrintVersion(std::cout);
   } else if (options.list_commands) {
     PrintCommandList(std::cout, options.list_format);
+  } else if (options.list_formats) {
+    std::cout << FormatList();
   } else if (options.simd == "list") {
     for (const std::string& target : SimdTargets()) std::cout << target << "\n";
   } else {
@@ -118,7 +121,7 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
         if (number == values.end() || !values.contains("animate") || number->second.given) continue;
         number->second.text = std::to_string(frame.frame), number->second.numbers = {double(frame.frame)};
       }
-      Session session(own.options, HistoryOf(frame.words));
+      Session session(own.options, HistoryOf(HistoryWords(frame.words, own.options)));
       session.frame = frame.frame;
       code = std::max(code, session.Run(own.steps, written));
     } catch (const Error& e) {

@@ -102,6 +102,13 @@ std::vector<Command> OptionCommands() {
       "is best for small ones); limits are each job's own, and N times the memory of one may be in use. A crash of a library is "
       "the answer of its job then (kind internal), and another process takes its place. A job that reads what another "
       "one writes is to be sent when that is answered.";
+  rows.push_back(Option("a", "Commands work on every image of a file of several.",
+                        [](const Arguments&, Options& o) { o.all_parts = true; }));
+  rows.back().info.help =
+      "Parts of an EXR, pages of a TIFF, frames of a GIF: operations, --attrib and its kin and reports take the "
+      "first of them without it, and say that the others are left. Of two operands the one with fewer gives its "
+      "last to the rest. As oiiotool -a, which holds from where it stands.";
+  rows.back().lines = {"-a in.exr --flip -o out.exr"};
   rows.push_back(Option("threads",
                         "Number of threads; 0, the default, is every core. Results do not depend on it.",
                         [](const Arguments& a, Options& o) { o.render.threads = a.Integer("N"); },

@@ -27,10 +27,19 @@ struct Options {
   std::string simd;              // empty: the best target; "list" prints them
   std::string frames;            // empty: from the file names
   bool wildcards = true;         // of the names that follow
+  bool evaluate = true;          // expressions in the words that follow
   bool skip_bad_frames = false;
   int frame_padding = 0;  // 0: as the pattern says
   bool sync = true;
   bool autoorient = false;  // every file that is read
+  bool all_parts = false;   // -a
+  bool metadata_merge = false, update = false, auto_trim = false, auto_crop = true, sans_attributes = false;
+  bool no_clobber = false, adjust_time = false;
+  // What is told of every file that is read.
+  bool info = false, info_xml = false, info_hash = false, dump = false, dump_empty = true;
+  std::string info_match, info_no_match, dump_name;
+  bool TellsInputs() const { return info || info_hash || dump; }
+  bool list_formats = false;
   bool safe = false;
   bool sandbox = true;
   Limits limits;

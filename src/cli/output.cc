@@ -9,6 +9,7 @@
 
 #include "cli/limits.h"
 #include "cli/messages.h"
+#include "cli/output_settings.h"
 #include "cli/report.h"
 #include "cli/session.h"
 #include "tessera/verify.h"
@@ -50,13 +51,14 @@ void AddHistory(const Entry& entry, const std::string& line, std::vector<Attribu
 
 // `seconds`: what writing took.
 void CheckAgainstReference(const Entry& entry, const std::string& file, const PendingOutput& output,
-                           double seconds, const Options& options) {
+                           double seconds, const Options& options, int part = 0) {
   VerifyOptions verify;
   verify.samples = options.verify_samples;
   verify.render = options.render;
   verify.run_seconds = seconds;
-  const VerifyReport report = VerifyStored(entry.node, output.ReadBack(), verify);
-  std::cout << "verify " << file << ": " << report.Summary() << std::endl;
+  const VerifyReport report = VerifyStored(entry.node, output.ReadBack(part), verify);
+  const std::string which = part > 0 || entry.PartCount() > 1 ? " image " + std::to_string(part) : "";
+  std::cout << "verify " << file << which << ": " << report.Summary() << std::endl;
   if (!report.within_bound) {
     throw Error(file, "what was stored is not within its bound of the reference (" + report.Summary() + ")");
   }
@@ -70,13 +72,16 @@ void CheckAgainstReference(const Entry& entry, const std::string& file, const Pe
 }
 
 // Writes beside the file's name, or tells what would be done.
-void Compute(const Entry& entry, const std::string& file, WriteOptions write, Session& session) {
+void Compute(const Entry& entry, const std::string& file, WriteOptions write, Session& session,
+             const std::vector<PendingOutput::Part>& parts) {
   const Options& options = session.options();
   RequireTime(file);
   if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", Printable(file).c_str());
   if (options.explain) {
     std::cout << file << ":\n"
               << Explain(entry.node, write.type.value_or(entry.node.spec().type), options.render);
+    for (const Entry& part : entry.parts)
+      std::cout << Explain(part.node, write.type.value_or(part.node.spec().type), options.render);
     return;
   }
   if (options.dry_run) return;
@@ -90,10 +95,15 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
     };
   }
   const auto start = std::chrono::steady_clock::now();
-  PendingOutput output(entry.node, file, write);
+  PendingOutput output =
+      parts.empty() ? PendingOutput(entry.node, file, write) : PendingOutput(parts, file, write);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   bar.Finish();
-  if (options.verify) CheckAgainstReference(entry, file, output, took.count(), options);
+  if (options.verify) {
+    CheckAgainstReference(entry, file, output, took.count(), options);
+    for (size_t k = 0; k < entry.parts.size(); ++k)
+      CheckAgainstReference(entry.parts[k], file, output, took.count(), options, static_cast<int>(k) + 1);
+  }
   session.AddOutput(file, std::move(output));
   if (options.runstats) PrintRunStats(file, stats);
 }
@@ -114,31 +124,87 @@ void SayPadding(const Entry& entry, const std::string& file, const Options& opti
 
 }  // namespace
 
-void WriteOutput(const Step& step, Session& session) {
-  const Entry& entry = session.Top();
-  const std::string& file = step.arguments.Text("FILE");
-  RequireSize(entry);
+namespace {
+
+// What -o and the settings before it ask for; whether that is a type.
+WriteOptions OptionsFor(const Step& step, const Entry& entry, const Session& session, bool& asked) {
   WriteOptions write;
   write.render = session.options().render;
   write.codec = session.options().codec;
   write.sync = session.options().sync;
   write.attributes = entry.attributes;
-  if (step.arguments.Given("type")) {
-    write.type = PixelTypeNamed(step.arguments.Text("type"));
-  } else if (session.output_type) {
-    write.type = session.output_type;
+  for (const Attribute& hint : session.output_hints) Replace(write.attributes, hint);
+  for (const Attribute& hint : OutputHints(step)) Replace(write.attributes, hint);
+  for (const char* const name : {"type", "datatype"}) {
+    if (step.arguments.Given(name)) write.type = PixelTypeNamed(step.arguments.Text(name));
   }
-  // A type that nobody asked for may become the format's nearest; one that was asked for may not.
+  if (!write.type) write.type = session.output_type;
+  asked = write.type.has_value();
+  if (!write.type) write.type = entry.suggested;
+  if (session.options().software_attribute) AddHistory(entry, session.history(), write.attributes);
+  return write;
+}
+
+// A type that nobody asked for may become the format's nearest; one that was asked for may not.
+void RequireType(const Entry& entry, const std::string& file, WriteOptions& write, bool asked) {
   const PixelType stored = StoredType(entry.node, file, write);
-  if (write.type && stored != *write.type) {
+  if (!asked) {
+    if (write.type) write.type = stored;
+    return;
+  }
+  if (stored != *write.type) {
     throw Error(file, std::string("found the type ") + PixelTypeName(*write.type) +
                           ", expected one that this format holds, such as " + PixelTypeName(stored));
   }
+}
+
+// All images of the entry, where there are several and the format holds them.
+std::vector<PendingOutput::Part> PartsFor(const Step& step, Entry& entry, const std::string& file,
+                                          const Session& session) {
+  if (entry.PartCount() == 1) return {};
+  if (!HoldsParts(file)) {
+    if (!session.options().quiet) {
+      std::fprintf(Messages(),
+                   "tessera: note: %s: the first of %d images is written, as the format holds one; "
+                   "--sisplit or -i:subimage= gives the others\n",
+                   Printable(file).c_str(), entry.PartCount());
+    }
+    entry.parts.clear();
+    entry.parts_in_file = 1;
+    return {};
+  }
+  OpenParts(entry, session.options());
+  std::vector<PendingOutput::Part> parts;
+  const auto add = [&](const Entry& part) {
+    bool asked = false;
+    const WriteOptions own = OptionsFor(step, part, session, asked);
+    parts.push_back({part.node, own.type, own.attributes});
+  };
+  add(entry);
+  for (const Entry& part : entry.parts) {
+    RequireSize(part);
+    add(part);
+  }
+  return parts;
+}
+
+}  // namespace
+
+void WriteOutput(const Step& step, Session& session) {
+  Entry entry = session.Top();
+  const std::string& file = step.arguments.Text("FILE");
+  if (SkipsOutput(file, session)) return;
+  FitToFile(entry, file, session);
+  for (Entry& part : entry.parts) FitToFile(part, file, session);
+  RequireSize(entry);
+  const std::vector<PendingOutput::Part> parts = PartsFor(step, entry, file, session);
+  bool asked = false;
+  WriteOptions write = OptionsFor(step, entry, session, asked);
+  RequireType(entry, file, write, asked);
   SayPadding(entry, file, session.options());
-  if (session.options().software_attribute) AddHistory(entry, session.history(), write.attributes);
-  session.Later([entry, file, write, &session] {
+  session.Later([entry, file, write, parts, &session] {
     try {
-      Compute(entry, file, write, session);
+      Compute(entry, file, write, session, parts);
     } catch (const Error& e) {
       if (e.subject() != "memory") throw;
       RefuseMemory(entry, file, MemoryReason(e.reason()));
@@ -146,6 +212,7 @@ void WriteOutput(const Step& step, Session& session) {
       RefuseMemory(entry, file, MemoryReason());
     }
   });
+  if (session.options().adjust_time) AdjustTime(entry, file, session);
 }
 
 }  // namespace tessera::cli

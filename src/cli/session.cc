@@ -8,8 +8,11 @@
 #include <span>
 
 #include "base/policy.h"
+#include "cli/expression.h"
 #include "cli/limits.h"
+#include "cli/metadata.h"
 #include "cli/signals.h"
+#include "cli/validate.h"
 #include "tessera/error_kind.h"
 #include "tessera/ocio.h"
 
@@ -86,6 +89,12 @@ void Session::Push(Entry entry, const std::string& words) {
   base::RequireAllowed(words.empty() ? entry.name : words, {WidthOf(window), HeightOf(window), 1},
                        entry.node.spec().channel_count());
   entry.largest = Larger(entry.largest, {words, WidthOf(window), HeightOf(window)});
+  for (Entry& part : entry.parts) {
+    const Roi& own = part.node.spec().data_window;
+    base::RequireAllowed(words.empty() ? part.name : words, {WidthOf(own), HeightOf(own), 1},
+                         part.node.spec().channel_count());
+    part.largest = Larger(part.largest, {words, WidthOf(own), HeightOf(own)});
+  }
   stack_.push_back(std::move(entry));
 }
 
@@ -95,12 +104,48 @@ Entry Session::Pop() {
   return entry;
 }
 
+Step Session::Resolved(const Step& step) {
+  std::vector<std::string> words = step.deferred;
+  for (std::string& word : words) word = Evaluate(word, *this);
+  return ParseStep(words);
+}
+
+void Session::RunSteps(const std::vector<Step>& steps) {
+  const bool ahead = IsKnownAhead(steps);
+  blocks_.emplace(steps);
+  std::vector<Step> done, waiting;  // those that have run; those that stand before their operands
+  const auto run = [&](const Step& step) {
+    const int before = Depth();
+    step.command->run(step, *this);
+    if (ahead) return;
+    done.push_back(step);
+    done.back().pushed = Depth() - before + 1;
+  };
+  for (flow.next = 0; flow.next < steps.size();) {
+    step_ = flow.next++;
+    const Step& written = steps[step_];
+    const Step step = written.deferred.empty() ? written : Resolved(written);
+    RequireTime(at_hand_ = WordsOf(step));
+    if (SignalsEndJob::Asked() != 0) throw Cancelled();
+    if (!ahead && Depth() < Needs(step)) {
+      waiting.push_back(step);
+      continue;
+    }
+    run(step);
+    while (!waiting.empty() && Depth() >= Needs(waiting.back())) {
+      const Step late = std::move(waiting.back());
+      waiting.pop_back();
+      run(late);
+    }
+  }
+  if (ahead) return;
+  done.insert(done.end(), waiting.begin(), waiting.end());  // says what they lack
+  CheckStack(done, options_.TellsInputs());
+}
+
 int Session::Run(const std::vector<Step>& steps, std::vector<std::string>& written) {
   try {
-    for (const Step& step : steps) {
-      RequireTime(at_hand_ = WordsOf(step));
-      step.command->run(step, *this);
-    }
+    RunSteps(steps);
     for (; !work_.empty(); work_.pop_front()) {
       RequireTime(work_.front().words);
       work_.front().run();
@@ -114,14 +159,23 @@ int Session::Run(const std::vector<Step>& steps, std::vector<std::string>& writt
   written.reserve(written.size() + files_.size());  // nothing may fail once they are in their places
   const SignalsWait wait;                           // no interrupt between the first and the last
   PendingOutput::CommitTogether(outputs);
+  for (const auto& work : in_place_) work();
   std::move(files_.begin(), files_.end(), std::back_inserter(written));
   return exit_code;
 }
 
-void ApplyOperation(const Step& step, Session& session) {
+void Session::ForParts(const std::function<void(Entry&)>& change) {
+  change(Top());
+  if (!options_.all_parts) return;
+  OpenParts(Top(), options_);
+  for (Entry& part : Top().parts) change(part);
+}
+
+namespace {
+
+// One image out of one of each operand.
+Entry Apply(const Step& step, std::vector<Entry> operands, Session& session) {
   const ops::OpInfo& op = step.command->info;
-  std::vector<Entry> operands(static_cast<size_t>(op.Operands(step.arguments)));
-  for (auto it = operands.rbegin(); it != operands.rend(); ++it) *it = session.Pop();
   std::vector<Node> inputs;
   for (const Entry& e : operands) inputs.push_back(e.node);
   Entry result;
@@ -140,8 +194,42 @@ void ApplyOperation(const Step& step, Session& session) {
   }
   for (const std::string& note : notes) std::cout << step.written << ": " << note << std::endl;
   result.name = step.written;
-  if (!operands.empty()) result.attributes = std::move(operands.front().attributes);
+  if (!operands.empty()) {
+    if (session.options().metadata_merge) MergeMetadata(operands);
+    result.attributes = std::move(operands.front().attributes);
+    result.file = operands.front().file;
+    result.suggested = operands.front().suggested;
+  }
   for (const Entry& e : operands) result.largest = Larger(result.largest, e.largest);
+  return result;
+}
+
+}  // namespace
+
+void ApplyOperation(const Step& step, Session& session) {
+  const Options& options = session.options();
+  std::vector<Entry> operands(static_cast<size_t>(step.command->info.Operands(step.arguments)));
+  for (auto it = operands.rbegin(); it != operands.rend(); ++it) *it = session.Pop();
+  // An operand of fewer parts than another gives its last to the rest.
+  std::vector<std::vector<Entry>> rows;
+  size_t parts = 0;
+  for (Entry& e : operands) {
+    if (options.all_parts) {
+      rows.push_back(TakeParts(e, options));
+      parts = std::max(parts, rows.back().size());
+    } else {
+      LeaveParts(e, WordsOf(step), options);
+    }
+  }
+  std::vector<Entry> others;
+  for (size_t k = 0; k < parts; ++k) {
+    std::vector<Entry> own;
+    for (size_t i = 0; i < operands.size(); ++i)
+      own.push_back(rows[i].empty() ? operands[i] : rows[i][std::min(k, rows[i].size() - 1)]);
+    others.push_back(Apply(step, std::move(own), session));
+  }
+  Entry result = Apply(step, std::move(operands), session);
+  result.parts = std::move(others);
   session.Push(std::move(result), WordsOf(step));
 }
 

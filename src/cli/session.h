@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cli/arguments.h"
+#include "cli/control.h"
 #include "tessera/io.h"
 
 namespace tessera::cli {
@@ -27,7 +28,22 @@ struct Entry {
   std::string name;                   // the file or the command it came from, for reports
   std::vector<Attribute> attributes;  // set by --attrib; they travel with the lowest operand
   LargestImage largest = {};
+  std::string file = {};  // that the lowest operand came from
+  // Of an output that nobody asks another of, where the node has its pixels in memory.
+  std::optional<PixelType> suggested = {};
+  PixelType SuggestedType() const { return suggested.value_or(node.spec().type); }
+  // The other images of a file of several, which are opened when something asks for them.
+  std::vector<Entry> parts = {};
+  int parts_in_file = 1;  // as long as `parts` is empty
+  int PartCount() const { return parts.empty() ? parts_in_file : static_cast<int>(parts.size()) + 1; }
 };
+
+// Opens the other images of the file, where they are not.
+void OpenParts(Entry& entry, const Options& options);
+// Takes them off.
+std::vector<Entry> TakeParts(Entry& entry, const Options& options);
+// The image without its other parts; says that they are left, but for -q.
+void LeaveParts(Entry& entry, const std::string& words, const Options& options);
 
 // A step as written, with its arguments.
 std::string WordsOf(const Step& step);
@@ -57,10 +73,16 @@ class Session {
   Entry Pop();
   // The entry `depth` below the top.
   Entry& Top(int depth = 0) { return stack_[stack_.size() - 1 - static_cast<size_t>(depth)]; }
+  int Depth() const { return static_cast<int>(stack_.size()); }
+  // The top image, with -a each of its parts.
+  void ForParts(const std::function<void(Entry&)>& change);
 
   // What computes pixels waits until all steps have made their images, so that whatever is wrong with one of
   // them is said before hours of work.
   void Later(std::function<void()> work) { work_.push_back({at_hand_, std::move(work)}); }
+
+  // What is to be done once all outputs have their names.
+  void WhenInPlace(std::function<void()> work) { in_place_.push_back(std::move(work)); }
 
   // A file that appears when the run succeeds.
   void AddOutput(const std::string& file, PendingOutput output) {
@@ -68,21 +90,35 @@ class Session {
   }
 
   std::optional<PixelType> output_type;  // -d
+  std::vector<Attribute> output_hints;   // --compression, --tile and the like, for the outputs that follow
   std::string color_config;              // --colorconfig, else OCIO's variable, else the built-in one
   DiffLimits diff;
-  int exit_code = 0;  // set by --diff
-  int frame = 0;      // that the line is run for
+  std::string missing_file = "error";  // --missingfile
+  ImageSpec first_spec;                // of the first file that was read
+  int exit_code = 0;                   // set by --diff
+  int frame = 0;                       // that the line is run for
+  Flow flow;
+  std::map<std::string, Entry> labels;  // --label
+  std::vector<std::string> inputs;      // files that were read
+  // Of the step that runs.
+  size_t at() const { return step_; }
+  const Blocks& blocks() const { return *blocks_; }
 
  private:
   const Options& options_;
   std::string history_;
   std::vector<Entry> stack_;
   std::string at_hand_;  // the step
+  void RunSteps(const std::vector<Step>& steps);
+  Step Resolved(const Step& step);
+  size_t step_ = 0;
+  std::optional<Blocks> blocks_;
   struct Work {
     std::string words;  // of the step that asked for it
     std::function<void()> run;
   };
   std::list<Work> work_;
+  std::list<std::function<void()>> in_place_;
   std::list<PendingOutput> outputs_;
   std::vector<std::string> files_;  // the names of the outputs
 };

@@ -1,4 +1,7 @@
-// --printstats: minimum, maximum, mean, deviation and counts per channel, in one streamed pass in double.
+// --printstats, and an image's extremes for expressions: minimum, maximum, mean, deviation and counts per
+// channel, in one streamed pass in double.
+#include "cli/statistics.h"
+
 #include <OpenImageIO/strutil.h>
 
 #include <cmath>
@@ -6,7 +9,6 @@
 #include <limits>
 #include <vector>
 
-#include "cli/session.h"
 #include "graph/render.h"
 
 namespace tessera::cli {
@@ -130,6 +132,18 @@ void Print(const Entry& entry, const RenderOptions& render) {
 }
 
 }  // namespace
+
+ColorExtremes ExtremesOf(const Entry& entry, const RenderOptions& render) {
+  StatisticsSink sink(entry.node.spec().channel_count());
+  graph::RenderToSink(entry.node, PixelType::kFloat, sink, render);
+  ColorExtremes result;
+  for (const ChannelStatistics& c : sink.channels) {
+    result.min.push_back(c.finite == 0 ? 0 : c.min);
+    result.max.push_back(c.finite == 0 ? 0 : c.max);
+    result.mean.push_back(c.Mean());
+  }
+  return result;
+}
 
 void PrintStatistics(const Step&, Session& session) {
   const Options& options = session.options();

@@ -5,11 +5,11 @@
 #include <set>
 
 namespace tessera::cli {
+int Needs(const Step& step) { return step.command->info.Operands(step.arguments); }
 namespace {
 
-// Images a command needs on the stack, and how many more there are after it.
-int Needs(const Step& step) { return step.command->info.Operands(step.arguments); }
-int Growth(const Step& step) {
+// How many more images there are after it.
+int Growth(const Step& step, int depth) {
   switch (step.command->effect) {
     case Effect::kPush:
     case Effect::kDup:
@@ -18,6 +18,8 @@ int Growth(const Step& step) {
       return 1 - Needs(step);
     case Effect::kPop:
       return -1;
+    case Effect::kJoin:
+      return 1 - depth;
     default:
       return 0;
   }
@@ -84,14 +86,14 @@ std::vector<Step> OperandsFirst(std::vector<Step> steps) {
         return steps;
       std::rotate(steps.begin() + i, steps.begin() + i + 1, steps.begin() + end);
     }
-    depth += Growth(steps[i]);
+    depth += Growth(steps[i], depth);
   }
   return steps;
 }
 
-void CheckStack(const std::vector<Step>& steps) {
+void CheckStack(const std::vector<Step>& steps, bool tells_inputs) {
   std::vector<Slot> stack;
-  bool any_result = false;
+  bool any_result = tells_inputs;
   for (const Step& step : steps) {
     const int needs = Needs(step), holds = static_cast<int>(stack.size());
     if (holds < needs) {
@@ -100,6 +102,18 @@ void CheckStack(const std::vector<Step>& steps) {
     switch (step.command->effect) {
       case Effect::kOption:
       case Effect::kSetting:
+      case Effect::kControl:
+        break;
+      case Effect::kPrint:
+        any_result = true;
+        for (Slot& slot : stack) slot.used = true;  // what is printed may be about any of them
+        break;
+      case Effect::kSplit:
+        stack.pop_back();
+        stack.insert(stack.end(), static_cast<size_t>(step.pushed), {step.written});
+        break;
+      case Effect::kJoin:
+        stack.assign(1, {step.written});
         break;
       case Effect::kPush:
         stack.push_back({step.generator         ? step.generator->name
@@ -129,9 +143,10 @@ void CheckStack(const std::vector<Step>& steps) {
     throw UsageError("command line", "found no image and no command; --help shows how it is used");
   CheckSettings(steps);
   if (!any_result)
-    throw UsageError("command line", "no output: found no -o FILE (nor --diff or --printstats)");
+    throw UsageError("command line",
+                     "no output: found no -o FILE (nor --diff, --printstats, --info or the like)");
   for (const Slot& slot : stack) {
-    if (!slot.used)
+    if (!slot.used && !tells_inputs)
       throw UsageError(slot.origin, "this image is left over with no output; add -o FILE or --pop");
   }
   CheckFiles(steps);

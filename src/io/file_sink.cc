@@ -191,7 +191,7 @@ void FileSink::ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& 
 
 // The stream, and a codec over it, where there is one for this picture.
 bool FileSink::OpenEncoder(int threads) {
-  stream_ = std::make_unique<CheckedFile>(temporary_);
+  stream_ = std::make_shared<CheckedFile>(temporary_);
   if (stream_->failure() != 0) Fail("");
   Choice<Encoder> choice = MakeEncoder(output_->format_name(), file_spec_, *stream_, threads);
   encoder_text_ = CodecText(output_->format_name(), choice);
@@ -207,22 +207,30 @@ void FileSink::Open(const std::string& temporary, Codec codec, int threads) {
   temporary_ = temporary;
   encoder_text_ = "OpenImageIO (asked for)";
   if (codec == Codec::kAuto && OpenEncoder(threads)) return;
-  // Through a proxy, OpenImageIO 2.4's TIFF writer cannot read back the directory it needs for Exif items
-  // (any sRGB picture has one) and leaves a file that nobody can open; by itself it reports a full disk.
-  const bool proxy_loses_exif = std::string(output_->format_name()) == "tiff";
-  if (!output_->supports("ioproxy") || proxy_loses_exif) {
-    stream_.reset();
-  } else {
-    if (!stream_) stream_ = std::make_unique<CheckedFile>(temporary);
-    if (stream_->failure() != 0) Fail("");
-    output_->set_ioproxy(stream_.get());
-  }
+  OpenStream();
   bool ok = false;
   try {
     ok = output_->open(temporary, file_spec_);
   } catch (const std::exception& e) {
     Fail(e.what());
   }
+  Opened(ok);
+}
+
+void FileSink::OpenStream() {
+  // Through a proxy, OpenImageIO 2.4's TIFF writer cannot read back the directory it needs for Exif items
+  // (any sRGB picture has one) and leaves a file that nobody can open; by itself it reports a full disk.
+  const bool proxy_loses_exif = std::string(output_->format_name()) == "tiff";
+  if (!output_->supports("ioproxy") || proxy_loses_exif) {
+    stream_.reset();
+    return;
+  }
+  if (!stream_) stream_ = std::make_shared<CheckedFile>(temporary_);
+  if (stream_->failure() != 0) Fail("");
+  output_->set_ioproxy(stream_.get());
+}
+
+void FileSink::Opened(bool ok) {
   if (!ok) Fail(output_->geterror());
   file_spec_ = output_->spec();
   // Formats pick their nearest type; where it is none of ours (double, uint32), OpenImageIO converts from
@@ -230,6 +238,41 @@ void FileSink::Open(const std::string& temporary, Codec codec, int threads) {
   type_ = PixelTypeOf(file_spec_.format).value_or(PixelType::kFloat);
   granularity_ =
       file_spec_.tile_height > 0 ? file_spec_.tile_height : ChunkRows(output_->format_name(), file_spec_);
+}
+
+void FileSink::OpenFirst(const std::string& temporary, const std::vector<FileSink*>& all) {
+  temporary_ = temporary;
+  encoder_text_ = "OpenImageIO (several images)";
+  OpenStream();
+  std::vector<OIIO::ImageSpec> specs;
+  for (const FileSink* sink : all) specs.push_back(sink->file_spec_);
+  bool ok = false;
+  try {
+    // Some formats want to know all of them at once.
+    ok = output_->open(temporary, static_cast<int>(specs.size()), specs.data());
+  } catch (const std::exception& e) {
+    Fail(e.what());
+  }
+  Opened(ok);
+  closes_ = all.size() == 1;
+  for (size_t i = 1; i < all.size(); ++i) {
+    all[i]->part_ = static_cast<int>(i);
+    all[i]->closes_ = i + 1 == all.size();
+  }
+}
+
+void FileSink::OpenBehind(FileSink& before) {
+  temporary_ = before.temporary_;
+  encoder_text_ = before.encoder_text_;
+  stream_ = before.stream_;
+  output_ = before.output_;
+  bool ok = false;
+  try {
+    ok = output_->open(temporary_, file_spec_, OIIO::ImageOutput::AppendSubimage);
+  } catch (const std::exception& e) {
+    Fail(e.what());
+  }
+  Opened(ok);
 }
 
 void FileSink::Write(const ConstImageView& rows) {
@@ -352,6 +395,7 @@ void FileSink::Finish() {
     if (stream_->failure() != 0) Fail("");
     return;
   }
+  if (!closes_) return;
   bool ok = false;
   try {
     ok = output_->close();
@@ -367,7 +411,7 @@ void FileSink::Finish() {
 }
 
 FileLayout FileSink::Layout() const {
-  return {temporary_, shown_, output_->format_name(), file_spec_, window_, data_, kept_, type_};
+  return {temporary_, shown_, output_->format_name(), file_spec_, window_, data_, kept_, type_, part_};
 }
 
 // Formats that open files themselves may lose bytes without a word.

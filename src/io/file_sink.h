@@ -29,6 +29,12 @@ class FileSink final : public graph::RowSink {
 
   // Opens the existing, empty file. Throws Error.
   void Open(const std::string& temporary, Codec codec = Codec::kOpenImageIO, int threads = 1);
+  // The same for a file of several images, by the first's sink; the others, in order, go on where the one
+  // before them has finished. Only formats that hold several.
+  void OpenFirst(const std::string& temporary, const std::vector<FileSink*>& all);
+  void OpenBehind(FileSink& before);
+  bool HoldsSeveral() const { return output_->supports("multiimage"); }
+  std::string Format() const { return output_->format_name(); }
   // The type that Write takes: the one asked for, or the nearest that the format has. Known after Open.
   PixelType type() const { return type_; }
   // That type before Open, where the format has no other.
@@ -48,6 +54,8 @@ class FileSink final : public graph::RowSink {
   void ChooseWindow(const ImageSpec& spec);
   void ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& attributes);
   bool OpenEncoder(int threads);
+  void OpenStream();
+  void Opened(bool ok);
   void Pad(int until);
   void Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
   void Note(int rows, const std::byte* data, ptrdiff_t row_stride);
@@ -56,8 +64,10 @@ class FileSink final : public graph::RowSink {
   [[noreturn]] void Fail(const std::string& message);
 
   std::string shown_, temporary_;
-  std::unique_ptr<CheckedFile> stream_;  // null for formats that open files themselves; outlives output_
-  std::unique_ptr<OIIO::ImageOutput> output_;
+  std::shared_ptr<CheckedFile> stream_;  // null for formats that open files themselves; outlives output_
+  std::shared_ptr<OIIO::ImageOutput> output_;
+  int part_ = 0;                      // of the file's images
+  bool closes_ = true;                // as no other image follows
   std::unique_ptr<Encoder> encoder_;  // in place of output_, which is not opened then
   base::Digest digest_{};             // of what was written
   std::string encoder_text_;

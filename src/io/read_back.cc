@@ -48,6 +48,7 @@ class BackReader {
     hints.attribute("oiio:RawColor", 1);
     input_ = OIIO::ImageInput::open(layout.file, &hints);
     if (!input_) Fail(OIIO::geterror());
+    if (layout.part > 0 && !input_->seek_subimage(layout.part, 0)) Fail(input_->geterror());
     spec_ = input_->spec();
     if (spec_.width != layout.spec.width || spec_.height != layout.spec.height || spec_.x != layout.spec.x ||
         spec_.y != layout.spec.y || spec_.nchannels != layout.spec.nchannels ||
@@ -89,9 +90,10 @@ class BackReader {
     bool ok = false;
     try {
       const OIIO::TypeDesc type = TypeDescOf(layout_.type);
-      ok = tile > 0 ? input_->read_tiles(0, 0, spec_.x, spec_.x + spec_.width, y0, y1, 0, 1, 0,
-                                         spec_.nchannels, type, pixels_.data())
-                    : input_->read_scanlines(0, 0, y0, y1, 0, 0, spec_.nchannels, type, pixels_.data());
+      ok = tile > 0
+               ? input_->read_tiles(layout_.part, 0, spec_.x, spec_.x + spec_.width, y0, y1, 0, 1, 0,
+                                    spec_.nchannels, type, pixels_.data())
+               : input_->read_scanlines(layout_.part, 0, y0, y1, 0, 0, spec_.nchannels, type, pixels_.data());
     } catch (const std::exception& e) {
       Fail(e.what());
     }

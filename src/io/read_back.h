@@ -20,6 +20,7 @@ struct FileLayout {
   Roi window, data;                    // the image's pixels that are in the file, and those that there are
   std::vector<int> channels;           // of the image, as they were written
   PixelType type = PixelType::kFloat;  // of the rows that were written
+  int part = 0;                        // of the file's images
 };
 
 // The file's pixels. Where the format does not keep what it is given, the node's, evaluated again. Throws

@@ -1,5 +1,6 @@
 // Evaluation into files: a sink over a temporary file, renamed when everything has arrived.
 #include <functional>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -29,8 +30,49 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
     graph::RenderToSink(node, type_, sink, options.render, options.stats);
     sink.Finish();
     if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + sink.encoder());
-    read_back_ = [node, render = options.render, spec = sink.Layout()] {
+    read_back_ = [node, render = options.render, spec = sink.Layout()](int) {
       return io::ReadBack(spec, node, render);
+    };
+  } catch (...) {
+    io::RemoveTemporary(temporary_);
+    throw;
+  }
+}
+
+PendingOutput::PendingOutput(const std::vector<Part>& parts, const std::string& file,
+                             const WriteOptions& options)
+    : file_(file), sync_(options.sync) {
+  const std::string target = io::ResolveTarget(file);
+  std::vector<std::unique_ptr<io::FileSink>> sinks;
+  std::vector<io::FileSink*> all;
+  for (const Part& part : parts) {
+    const ImageSpec& spec = part.node.spec();
+    sinks.push_back(
+        std::make_unique<io::FileSink>(file, spec, part.type.value_or(spec.type), part.attributes));
+    all.push_back(sinks.back().get());
+  }
+  if (all.empty() || !all[0]->HoldsSeveral()) {
+    throw DataError(file, "found " + std::to_string(parts.size()) + " images, expected one for " +
+                              (all.empty() ? "a file" : all[0]->Format()));
+  }
+  temporary_ = io::CreateTemporary(target, file);
+  try {
+    for (size_t i = 0; i < all.size(); ++i) {
+      if (i == 0) {
+        all[i]->OpenFirst(temporary_, all);
+      } else {
+        all[i]->OpenBehind(*all[i - 1]);
+      }
+      graph::RenderToSink(parts[i].node, all[i]->type(), *all[i], options.render, options.stats);
+      all[i]->Finish();
+    }
+    type_ = all[0]->type();
+    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + all[0]->encoder());
+    std::vector<io::FileLayout> layouts;
+    for (const io::FileSink* sink : all) layouts.push_back(sink->Layout());
+    read_back_ = [parts, layouts, render = options.render](int part) {
+      const auto at = static_cast<size_t>(part);
+      return io::ReadBack(layouts.at(at), parts.at(at).node, render);
     };
   } catch (...) {
     io::RemoveTemporary(temporary_);
@@ -57,7 +99,7 @@ PendingOutput::PendingOutput(PendingOutput&& other) noexcept
       sync_(other.sync_),
       type_(other.type_) {}
 
-StoredPixels PendingOutput::ReadBack() const { return read_back_(); }
+StoredPixels PendingOutput::ReadBack(int part) const { return read_back_(part); }
 
 PendingOutput::~PendingOutput() { io::RemoveTemporary(temporary_); }
 
@@ -98,6 +140,12 @@ PixelType StoredType(const Node& node, const std::string& file, const WriteOptio
   }
   io::RemoveTemporary(temporary);
   return type;
+}
+
+bool HoldsParts(const std::string& file) {
+  const auto output = OIIO::ImageOutput::create(file);
+  if (!output) OIIO::geterror();
+  return output && output->supports("multiimage");
 }
 
 void Write(const Node& node, const std::string& file, const WriteOptions& options) {
