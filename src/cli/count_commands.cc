@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "cli/json_report.h"
 #include "cli/session.h"
 #include "graph/render.h"
 
@@ -111,6 +112,14 @@ void CountColors(const Step& step, Session& session) {
   session.Later([entry, colors, eps, &session] {
     ColorSink sink(colors, eps);
     graph::RenderToSink(entry.node, PixelType::kFloat, sink, session.options().render);
+    if (session.options().json) {
+      Json report = Report("colorcount");
+      report["image"] = entry.name;
+      for (const Color& color : sink.colors)
+        report["colors"].push_back({{"color", color.values}, {"pixels", color.count}});
+      PrintJson(report);
+      return;
+    }
     for (const Color& color : sink.colors)
       std::cout << sprintf("%8d  %s\n", static_cast<long long>(color.count), color.text);
     std::cout.flush();
@@ -129,6 +138,15 @@ void CheckRange(const Step& step, Session& session) {
   session.Later([entry, low, high, min, max, &session] {
     RangeSink sink(low, high);
     graph::RenderToSink(entry.node, PixelType::kFloat, sink, session.options().render);
+    if (session.options().json) {
+      Json report = Report("rangecheck");
+      report["image"] = entry.name;
+      report["below"] = sink.below;
+      report["above"] = sink.above;
+      report["within"] = sink.within;
+      PrintJson(report);
+      return;
+    }
     std::cout << sprintf("%8d  < %s\n", static_cast<long long>(sink.below), min)
               << sprintf("%8d  > %s\n", static_cast<long long>(sink.above), max)
               << sprintf("%8d  within range\n", static_cast<long long>(sink.within)) << std::flush;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "cli/json_report.h"
 #include "cli/session.h"
 #include "graph/render.h"
 #include "tessera/ops/channels.h"
@@ -93,6 +94,29 @@ void PrintReport(const DiffSink& d, const DiffLimits& limits, const ImageSpec& a
                        percent * static_cast<double>(d.failures), limits.fail);
 }
 
+Json JsonOf(const DiffSink& d, const Entry& a, const Entry& b, const std::string& verdict,
+            const DiffLimits& limits) {
+  const double samples = std::max<double>(1, static_cast<double>(d.pixels) * d.channels());
+  const double rms = std::sqrt(d.squares / samples);
+  Json report = Report("diff");
+  report["a"] = a.name;
+  report["b"] = b.name;
+  report["verdict"] = verdict;
+  report["mean_error"] = d.sum / samples;
+  report["rms_error"] = rms;
+  report["psnr"] = 20 * std::log10(d.largest / rms);
+  report["max_error"] = d.max_error;
+  report["pixels"] = d.pixels;
+  report["over_fail"] = d.failures;
+  report["over_warn"] = d.warnings;
+  report["fail"] = limits.fail;
+  report["warn"] = limits.warn;
+  if (d.max_error > 0)
+    report["worst"] = {
+        {"x", d.max_x}, {"y", d.max_y}, {"channel", d.max_channel}, {"a", d.worst_a}, {"b", d.worst_b}};
+  return report;
+}
+
 Command Threshold(const std::string& name, const std::string& summary, double max, const std::string& unit,
                   void (*run)(const Step&, Session&)) {
   Command c;
@@ -125,7 +149,8 @@ void Compare(const Entry& a, const Entry& b, const Node& pair, const DiffLimits&
   const bool warned = static_cast<double>(sink.warnings) > limits.warn_percent / 100 * pixels ||
                       sink.max_error > limits.hard_warn;
   if (failed) session.exit_code = 1;
-  if (options.quiet) return;
+  if (options.json) PrintJson(JsonOf(sink, a, b, failed ? "failure" : warned ? "warning" : "pass", limits));
+  if (options.quiet || options.json) return;
   std::cout << "Computing diff of \"" << a.name << "\" vs \"" << b.name << "\"\n";
   if (options.verbose || failed || warned) PrintReport(sink, limits, sa, sb);
   std::cout << (failed ? "FAILURE" : warned ? "WARNING" : "PASS") << std::endl;

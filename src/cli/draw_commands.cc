@@ -5,6 +5,7 @@
 #include <functional>
 #include <iostream>
 
+#include "cli/json_report.h"
 #include "cli/session.h"
 #include "tessera/draw.h"
 #include "tessera/error_kind.h"
@@ -116,7 +117,16 @@ void ComparePerception(const Step&, Session& session) {
     const auto differ = static_cast<double>(PerceptualDifferences(x, y));
     const bool failed = differ > limits.fail_percent / 100 * pixels;
     if (failed) session.exit_code = 1;
-    if (options.quiet) return;
+    if (options.json) {
+      Json report = Report("pdiff");
+      report["a"] = a.name;
+      report["b"] = b.name;
+      report["verdict"] = failed ? "failure" : "pass";
+      report["pixels"] = static_cast<int64_t>(pixels);
+      report["over_fail"] = static_cast<int64_t>(differ);
+      PrintJson(report);
+    }
+    if (options.quiet || options.json) return;
     std::cout << "Computing perceptual diff of \"" << a.name << "\" vs \"" << b.name << "\"\n";
     if (options.verbose || failed)
       std::cout << "  " << differ << " pixels (" << 100 * differ / pixels

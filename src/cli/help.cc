@@ -62,7 +62,8 @@ void PrintOverview(std::ostream& out) {
          "Usage: tessera FILE... COMMAND... -o FILE\n"
          "  The line is read from left to right: a file name pushes an image, a command pops its operands\n"
          "  and pushes its result. Nothing is computed until an output needs it. - and -- are equal;\n"
-         "  modifiers follow a command after colons, --name:key=value. --help COMMAND tells all about one.\n\n"
+         "  modifiers follow a command after colons, --name:key=value. --help COMMAND tells all about one.\n"
+         "  - is standard input, -o png:- standard output, @FILE stands for the words in a file.\n\n"
          "  tessera in.exr --saturate 1.2 --hue 30 -d half -o out.exr\n";
   std::string group;
   for (const Command& c : Commands()) {

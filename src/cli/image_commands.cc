@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cli/messages.h"
+#include "cli/pipes.h"
 #include "cli/session.h"
 #include "cli/tell.h"
 #include "tessera/color_state.h"
@@ -53,7 +54,7 @@ Roi BoxOf(const Step& step) {
 }
 
 // The file's image within a box, from no more pixels than it takes to filter it well.
-Node Thumbnail(const Step& step, const Node& image, ReadOptions options) {
+Node Thumbnail(const Step& step, const std::string& file, const Node& image, ReadOptions options) {
   const Roi box = BoxOf(step);
   const Roi& window = image.spec().display_window;
   if (window.empty()) return image;
@@ -66,7 +67,7 @@ Node Thumbnail(const Step& step, const Node& image, ReadOptions options) {
   // Of a JPEG, whose sides are below 2^16.
   options.enough_width = 2 * std::min(size.width, 1 << 16);
   options.enough_height = 2 * std::min(size.height, 1 << 16);
-  return Resize(Read(step.arguments.Text("FILE"), options), size);
+  return Resize(Read(file, options), size);
 }
 
 ReadOptions OptionsOf(const Options& options) { return {.codec = options.codec, .formats = options.formats}; }
@@ -117,7 +118,8 @@ Entry Substitute(const std::string& file, Session& session) {
 }
 
 void ReadImage(const Step& step, Session& session) {
-  const std::string& file = step.arguments.Text("FILE");
+  const std::string& name = step.arguments.Text("FILE");
+  const std::string file = name == "-" ? StandardInput() : name;
   if (const auto label = session.labels.find(file); label != session.labels.end()) {
     session.Push(Entry(label->second));
     return;
@@ -140,11 +142,11 @@ void ReadImage(const Step& step, Session& session) {
   const bool thumbnail = step.arguments.Given("thumbnail");
   if (thumbnail)
     options.enough_width = options.enough_height = 1 << 16;  // whole, its header read the cheap way
-  Entry entry{Read(file, options), file, {}};
+  Entry entry{Read(file, options), name, {}};
   entry.file = file;
   if (session.first_spec.data_window.empty()) session.first_spec = entry.node.spec();
   if (!one && !thumbnail) entry.parts_in_file = CountParts(file, entry.node.spec(), session.options());
-  if (thumbnail) entry.node = Thumbnail(step, entry.node, options);
+  if (thumbnail) entry.node = Thumbnail(step, file, entry.node, options);
   if (step.arguments.Given("ch")) {
     OpenParts(entry, session.options());
     const std::string& channels = step.arguments.Text("ch");
@@ -163,7 +165,7 @@ void ReadImage(const Step& step, Session& session) {
                  spec.width(), spec.height(), spec.channel_count(), PixelTypeName(spec.type),
                  space.empty() ? "colour space unknown" : space.c_str());
   }
-  if (session.options().TellsInputs()) TellInput(file, session);
+  if (session.options().TellsInputs()) TellInput(entry, session);
   session.Push(std::move(entry));
 }
 
@@ -226,7 +228,8 @@ void OpenParts(Entry& entry, const Options& options) {
   for (int part = 1; part < entry.parts_in_file; ++part) {
     ReadOptions read = OptionsOf(options);
     read.subimage = part;
-    entry.parts.push_back({Read(entry.name, read), entry.name, {}});
+    entry.parts.push_back({Read(entry.file, read), entry.name, {}});
+    entry.parts.back().file = entry.file;
   }
   entry.parts_in_file = 1;
 }
@@ -277,6 +280,7 @@ std::vector<Command> ImageCommands() {
       "Of a file of several images (parts of an EXR, pages of a TIFF, frames of a GIF) all are read, and written "
       "again by -o into a format that can; commands work on the first, and say that the others are left, or with -a on all. "
       "subimage= reads one.\n"
+      "- is standard input, which is kept in a temporary file; what it begins with tells the format.\n"
       "The slices of a volume file lie one above the other, the first on top, as --lookup:slices=N takes a "
       "table of three axes.";
   rows.push_back(
@@ -321,6 +325,8 @@ std::vector<Command> ImageCommands() {
     rows.back().info.modifiers[i].choices = kTypes;
   }
   rows.back().info.help =
+      "- is standard output, in the format of the first file that was read; png:- and the like name one. It is written "
+      "when the line has succeeded, from a temporary file; reports would go there too.\n"
       "Without a type, here or by -d, the image keeps the type it has where the format can hold it. All "
       "outputs of a line (of a frame) are written beside their names and put in place together when the line "
       "has succeeded, so an output may be one of the inputs, and a run that fails leaves what was there. "

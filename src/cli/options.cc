@@ -226,7 +226,7 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("list-commands", "Prints every command for programs to read.",
                         [](const Arguments& a, Options& o) {
                           o.list_commands = true;
-                          o.list_format = a.Text("format");
+                          if (a.Given("format")) o.list_format = a.Text("format");
                         },
                         {},
                         {{.name = "format",

@@ -40,6 +40,7 @@ struct Options {
   std::string info_match, info_no_match, dump_name;
   bool TellsInputs() const { return info || info_hash || dump; }
   bool list_formats = false;
+  bool json = false;  // reports are for programs
   bool safe = false;
   bool sandbox = true;
   Limits limits;

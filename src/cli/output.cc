@@ -7,9 +7,11 @@
 #include <iostream>
 #include <new>
 
+#include "cli/json_report.h"
 #include "cli/limits.h"
 #include "cli/messages.h"
 #include "cli/output_settings.h"
+#include "cli/pipes.h"
 #include "cli/report.h"
 #include "cli/session.h"
 #include "tessera/verify.h"
@@ -57,8 +59,9 @@ void CheckAgainstReference(const Entry& entry, const std::string& file, const Pe
   verify.render = options.render;
   verify.run_seconds = seconds;
   const VerifyReport report = VerifyStored(entry.node, output.ReadBack(part), verify);
+  if (options.json) PrintJson(VerifyReportOf(file, part, report));
   const std::string which = part > 0 || entry.PartCount() > 1 ? " image " + std::to_string(part) : "";
-  std::cout << "verify " << file << which << ": " << report.Summary() << std::endl;
+  if (!options.json) std::cout << "verify " << file << which << ": " << report.Summary() << std::endl;
   if (!report.within_bound) {
     throw Error(file, "what was stored is not within its bound of the reference (" + report.Summary() + ")");
   }
@@ -77,6 +80,13 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
   const Options& options = session.options();
   RequireTime(file);
   if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", Printable(file).c_str());
+  if (options.explain && options.json) {
+    Json report = Report("explain");
+    report["output"] = file;
+    report["plan"] = Lines(Explain(entry.node, write.type.value_or(entry.node.spec().type), options.render));
+    PrintJson(report);
+    return;
+  }
   if (options.explain) {
     std::cout << file << ":\n"
               << Explain(entry.node, write.type.value_or(entry.node.spec().type), options.render);
@@ -105,7 +115,8 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
       CheckAgainstReference(entry.parts[k], file, output, took.count(), options, static_cast<int>(k) + 1);
   }
   session.AddOutput(file, std::move(output));
-  if (options.runstats) PrintRunStats(file, stats);
+  if (options.runstats && options.json) PrintJson(RunStatsReport(file, stats));
+  if (options.runstats && !options.json) PrintRunStats(file, stats);
 }
 
 // What was cropped for a smaller picture becomes a large one with black around it in formats without windows.
@@ -192,7 +203,8 @@ std::vector<PendingOutput::Part> PartsFor(const Step& step, Entry& entry, const 
 
 void WriteOutput(const Step& step, Session& session) {
   Entry entry = session.Top();
-  const std::string& file = step.arguments.Text("FILE");
+  const std::string& name = step.arguments.Text("FILE");
+  const std::string file = IsStandardOutput(name) ? InPlaceOfStandardOutput(name, session) : name;
   if (SkipsOutput(file, session)) return;
   FitToFile(entry, file, session);
   for (Entry& part : entry.parts) FitToFile(part, file, session);

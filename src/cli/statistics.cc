@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "cli/json_report.h"
 #include "graph/render.h"
 
 namespace tessera::cli {
@@ -107,10 +108,39 @@ void PrintCounts(const char* label, const StatisticsSink& sink, Get get) {
   std::cout << " \n";
 }
 
-void Print(const Entry& entry, const RenderOptions& render) {
+void PrintForPrograms(const Entry& entry, const StatisticsSink& sink) {
+  const ImageSpec& spec = entry.node.spec();
+  Json report = Report("printstats");
+  report["image"] = entry.name;
+  report["width"] = spec.width();
+  report["height"] = spec.height();
+  report["type"] = PixelTypeName(spec.type);
+  report["channels"] = Json::array();
+  for (size_t c = 0; c < sink.channels.size(); ++c) {
+    const ChannelStatistics& s = sink.channels[c];
+    const bool any = s.finite > 0;
+    report["channels"].push_back({{"name", spec.channels[c]},
+                                  {"min", any ? Json(s.min) : Json()},
+                                  {"max", any ? Json(s.max) : Json()},
+                                  {"mean", any ? Json(s.Mean()) : Json()},
+                                  {"deviation", any ? Json(s.Deviation()) : Json()},
+                                  {"nan", s.nan},
+                                  {"infinite", s.inf},
+                                  {"finite", s.finite}});
+  }
+  report["constant"] = sink.constant;
+  report["monochrome"] = sink.monochrome;
+  PrintJson(report);
+}
+
+void Print(const Entry& entry, const RenderOptions& render, bool json) {
   const ImageSpec& spec = entry.node.spec();
   StatisticsSink sink(spec.channel_count());
   graph::RenderToSink(entry.node, PixelType::kFloat, sink, render);
+  if (json) {
+    PrintForPrograms(entry, sink);
+    return;
+  }
 
   const auto& stats = sink.channels;
   // An empty or wholly non-finite channel has no extremes.
@@ -149,7 +179,7 @@ void PrintStatistics(const Step&, Session& session) {
   const Options& options = session.options();
   RequireSize(session.Top());
   if (options.explain || options.dry_run) return;
-  session.Later([entry = session.Top(), &options] { Print(entry, options.render); });
+  session.Later([entry = session.Top(), &options] { Print(entry, options.render, options.json); });
 }
 
 }  // namespace tessera::cli

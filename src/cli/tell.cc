@@ -5,6 +5,7 @@
 
 #include <iostream>
 
+#include "cli/json_report.h"
 #include "cli/metadata.h"
 
 namespace tessera::cli {
@@ -54,11 +55,28 @@ InfoOptions Asked(const Options& options) {
   return info;
 }
 
+void TellPrograms(const char* kind, const std::string& file, Entry entry, const Options& options) {
+  Json report = Report(kind);
+  report["file"] = file;
+  const std::vector<Entry> parts = options.all_parts ? TakeParts(entry, options) : std::vector<Entry>();
+  report["images_in_file"] = options.all_parts ? static_cast<int>(parts.size()) + 1 : entry.PartCount();
+  report["images"] = Json::array({Describe(entry)});
+  for (const Entry& part : parts) report["images"].push_back(Describe(part));
+  for (size_t k = 0; options.info_hash && report["report"] == "info" && k < report["images"].size(); ++k)
+    report["images"][k]["sha1"] = PixelHash(file, static_cast<int>(k), options.formats);
+  PrintJson(report);
+}
+
 void PrintImage(const Step& step, Session& session) {
   Entry entry = session.Top();
   InfoOptions info = Asked(session.options());
   info.verbose = step.arguments.Flag("verbose");
   info.hash = false;
+  if (session.options().json) {
+    session.Later(
+        [entry, &options = session.options()] { TellPrograms("printinfo", entry.file, entry, options); });
+    return;
+  }
   std::vector<Entry> parts;
   if (session.options().all_parts) parts = TakeParts(entry, session.options());
   session.Later([entry, parts, info] {
@@ -77,9 +95,13 @@ void Echo(const Step& step, Session& session) {
 
 }  // namespace
 
-void TellInput(const std::string& file, Session& session) {
-  session.Later([file, &options = session.options()] {
-    std::cout << InfoText(file, Asked(options));
+void TellInput(const Entry& entry, Session& session) {
+  session.Later([entry, file = entry.file, &options = session.options()] {
+    if (options.json) {
+      TellPrograms("info", file, entry, options);
+    } else {
+      std::cout << InfoText(file, Asked(options));
+    }
     if (options.dump) {
       DumpOptions dump;
       dump.empty = options.dump_empty;
@@ -109,6 +131,14 @@ std::vector<Command> TellCommands() {
   rows.back().info.help =
       "With -v every metadata item, with -a every image of the file. No output is needed beside it. The text is "
       "OpenImageIO's; --json is for programs. As oiiotool --info, but that levels of a MIP map are not counted.";
+  rows.push_back(
+      Option("json", "Prints reports as JSON, one object a line.",
+             [](const Arguments&, Options& o) { o.json = true, o.list_format = "json"; }, {},
+             {"--json --info in.exr", "--json a.exr b.exr --diff", "--json in.exr --verify -o out.exr"}));
+  rows.back().info.help =
+      "--info, --hash, --printinfo, --printstats, --diff, --pdiff, --colorcount, --rangecheck, --explain, --verify, --runstats and "
+      "--list-commands. Each object says in \"report\" which of them it is; doc/reports.md has the keys. Numbers that "
+      "are not finite are null, exit codes as without it, and errors go to standard error as always.";
   rows.push_back(
       Option("metamatch", "Which items --info -v and --printinfo print.",
              [](const Arguments& a, Options& o) { o.info_match = a.Text("REGEX"); },

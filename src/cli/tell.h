@@ -9,7 +9,7 @@
 namespace tessera::cli {
 
 // By the line's options.
-void TellInput(const std::string& file, Session& session);
+void TellInput(const Entry& entry, Session& session);
 
 }  // namespace tessera::cli
 
