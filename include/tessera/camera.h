@@ -93,6 +93,13 @@ class Camera {
   double DistancePerDepth(double clip_x, double clip_y) const;
   /// The world point at this planar depth.
   Vector3 PointAt(double clip_x, double clip_y, double depth) const;
+  /// Planar depths of the planes that clip the view.
+  struct Planes {
+    double near;  ///< where clip z is -1
+    double far;   ///< where clip z is 1; may be infinite
+  };
+  /// From the matrix's z row; none where it says nothing of depth, or planes that are not across the view.
+  std::optional<Planes> ClipPlanes() const;
   /// forward . (p - eye), positive in front; and |p - eye| (parallel: the planar depth).
   double PlanarDepth(const Vector3& p) const;
   /// To the eye; of a parallel camera the planar depth.

@@ -29,27 +29,24 @@ class RowWindow {
     const size_t row =
         static_cast<size_t>(spec.width()) * static_cast<size_t>(channels) * PixelBytes(spec.type);
     if (y1 <= y0) return {};
-    if (y0 == y0_ && y1 == y1_) {  // a turned image needs the same rows for every band
-      keep = memory_;
-      const Roi& window = spec.data_window;
-      return {ConstImageView(memory_.get(), {window.x0, y0, window.x1, y1}, channels, spec.type),
-              base::kReadMargin};
-    }
-    std::shared_ptr<std::byte> memory = pool_.Allocate(row * static_cast<size_t>(y1 - y0));
-    const int kept = std::clamp(y1_, y0, y1);
-    if (kept > y0) {
-      std::memcpy(memory.get(), memory_.get() + row * static_cast<size_t>(y0 - y0_),
-                  row * static_cast<size_t>(kept - y0));
-    }
     const Roi window = spec.data_window;
-    if (kept < y1) {
-      reader_->Read(ImageView(memory.get() + row * static_cast<size_t>(kept - y0),
-                              {window.x0, kept, window.x1, y1}, channels, spec.type));
+    if (y0 != y0_ || y1 != y1_) {  // a turned image needs the same rows for every band
+      std::shared_ptr<std::byte> memory = pool_.Allocate(row * static_cast<size_t>(y1 - y0));
+      const int kept = std::clamp(y1_, y0, y1);
+      if (kept > y0) {
+        std::memcpy(memory.get(), memory_.get() + row * static_cast<size_t>(y0 - y0_),
+                    row * static_cast<size_t>(kept - y0));
+      }
+      if (kept < y1) {
+        reader_->Read(ImageView(memory.get() + row * static_cast<size_t>(kept - y0),
+                                {window.x0, kept, window.x1, y1}, channels, spec.type));
+      }
+      memory_ = std::move(memory);
+      y0_ = y0;
+      y1_ = y1;
     }
-    memory_ = keep = memory;
-    y0_ = y0;
-    y1_ = y1;
-    return {ConstImageView(memory.get(), {window.x0, y0, window.x1, y1}, channels, spec.type),
+    keep = memory_;
+    return {ConstImageView(memory_.get(), {window.x0, y0, window.x1, y1}, channels, spec.type),
             base::kReadMargin};
   }
 

@@ -300,6 +300,22 @@ Vector3 Camera::PointAt(double clip_x, double clip_y, double depth) const {
   const Ray ray = RayAt(clip_x, clip_y);
   return Plus(ray.origin, ray.direction, depth);
 }
+std::optional<Camera::Planes> Camera::ClipPlanes() const {
+  const Vector3 z = Row(world_to_clip_, 2);
+  const Vector3 aside = Plus(z, forward_, -Dot(z, forward_));
+  if (!(Length(z) > 0) || !(Length(aside) <= 1e-5 * Length(z))) return std::nullopt;
+  // Clip z and w are affine in the depth along a ray.
+  const Ray ray = RayAt(0, 0);
+  const auto at = Transform(world_to_clip_, ray.origin);
+  const auto next = Transform(world_to_clip_, Plus(ray.origin, ray.direction, 1));
+  const double z0 = at[2], z1 = next[2] - z0, w0 = at[3], w1 = next[3] - w0;
+  // Endless where they grow alike, within the roundings of a file's floats.
+  const bool endless = perspective_ && std::fabs(w1 - z1) <= 1e-6 * std::fabs(w1);
+  const Planes planes{-(z0 + w0) / (z1 + w1), endless ? INFINITY : (z0 - w0) / (w1 - z1)};
+  if (!std::isfinite(planes.near) || !(planes.near < planes.far)) return std::nullopt;
+  if (perspective_ ? !(planes.near > 0) : !std::isfinite(planes.far)) return std::nullopt;
+  return planes;
+}
 double Camera::PlanarDepth(const Vector3& p) const { return Dot(forward_, Plus(p, eye_, -1)); }
 double Camera::Distance(const Vector3& p) const {
   return perspective_ ? Length(Plus(p, eye_, -1)) : PlanarDepth(p);

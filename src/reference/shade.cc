@@ -24,6 +24,12 @@ double RayLength(const DepthParams& p, const Roi& frame, int x, int y) {
   const auto clip = ClipOfPixel(frame, x, y);
   return p.camera.DistancePerDepth(clip[0], clip[1]);
 }
+double FromWindow(const DepthParams& p, double w) {
+  return p.parallel ? p.near + w * (p.far - p.near) : PlanarOfWindow(w, p.near, p.far);
+}
+double ToWindow(const DepthParams& p, double planar) {
+  return p.parallel ? (planar - p.near) / (p.far - p.near) : WindowOfPlanar(planar, p.near, p.far);
+}
 double ToPlanar(const DepthParams& p, const Roi& frame, double depth, int x, int y) {
   switch (p.from) {
     case DepthKind::kPlanar:
@@ -31,9 +37,9 @@ double ToPlanar(const DepthParams& p, const Roi& frame, double depth, int x, int
     case DepthKind::kEuclidean:
       return depth / RayLength(p, frame, x, y);
     case DepthKind::kWindow:
-      return PlanarOfWindow(depth, p.near, p.far);
+      return FromWindow(p, depth);
     default:
-      return PlanarOfWindow(1 - depth, p.near, p.far);
+      return FromWindow(p, 1 - depth);
   }
 }
 
@@ -104,15 +110,15 @@ void Depth(const Call& call) {
         const double depth = call.in[0].at(x, y, c), planar = ToPlanar(p, frame, depth, x, y);
         double v = planar;
         if (p.to == DepthKind::kEuclidean) v = planar * RayLength(p, frame, x, y);
-        if (p.to == DepthKind::kWindow) v = WindowOfPlanar(planar, p.near, p.far);
-        if (p.to == DepthKind::kReversedWindow) v = 1 - WindowOfPlanar(planar, p.near, p.far);
+        if (p.to == DepthKind::kWindow) v = ToWindow(p, planar);
+        if (p.to == DepthKind::kReversedWindow) v = 1 - ToWindow(p, planar);
         call.out.at(x, y, c) = v;
         // Window depths are differences of two terms.
         const bool window = p.to == DepthKind::kWindow || p.to == DepthKind::kReversedWindow;
-        const double size =
-            std::fabs(v) * (1 + (turns ? RayOff(p, frame, asides, x, y) : 0)) + (window ? 1 : 0);
+        const double off = turns ? RayOff(p, frame, asides, x, y) : 0;
+        const double size = std::fabs(v) * (1 + off) + (window ? 1 : 0);
         if (call.scale != nullptr) call.scale->at(x, y, c) = std::max(size, 0x1p-126);
-        if (size > kUnknown * std::fabs(v) + 1) call.Undecided(x, y, c, std::fabs(v));
+        if (off > kUnknown) call.Undecided(x, y, c, std::fabs(v));
       }
     }
   }

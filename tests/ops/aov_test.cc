@@ -176,6 +176,41 @@ TEST(CameraTest, MatricesAreTakenApartAndPutTogether) {
   EXPECT_THROW(Inverse(Matrix4{1, 2, 3, 4, 2, 4, 6, 8}), Error);
 }
 
+TEST(CameraTest, MatricesTellTheirPlanes) {
+  const Vector3 eye = {3, 4, 5}, target = {-1, 0.5, 2}, up = {0, 1, 0};
+  const auto from_file = [](const Camera& camera) {
+    ImageSpec spec(4, 3, 1);
+    camera.ToMetadata(spec);
+    return Camera::FromMetadata(spec)->ClipPlanes();
+  };
+  for (const Camera& c : {Camera::Perspective(eye, target, up, 50, 1.5, 0.25, 90),
+                          Camera::Parallel(eye, target, up, 8, 1.5, 0.25, 90)}) {
+    ASSERT_TRUE(c.ClipPlanes().has_value());
+    EXPECT_NEAR(c.ClipPlanes()->near, 0.25, 1e-10);
+    EXPECT_NEAR(c.ClipPlanes()->far, 90, 1e-8);
+    EXPECT_NEAR(from_file(c)->near, 0.25, 2e-5);
+    EXPECT_NEAR(from_file(c)->far, 90, 5e-3);
+  }
+  // A parallel camera may see what is behind its own plane; the matrix alone counts from the near plane.
+  const Camera behind = Camera::Parallel(eye, target, up, 8, 1.5, -7, 9);
+  EXPECT_NEAR(behind.ClipPlanes()->near, -7, 1e-10);
+  EXPECT_NEAR(Camera(behind.world_to_clip()).ClipPlanes()->far, 16, 1e-10);
+  // Endless: clip z = w - 2 near.
+  const Camera p = Camera::Perspective(eye, target, up, 50, 1.5, 0.25, 90);
+  Matrix4 m = p.world_to_clip();
+  for (size_t k = 0; k < 4; ++k) m[8 + k] = m[12 + k] - (k == 3 ? 0.5 : 0);
+  EXPECT_NEAR(Camera(m).ClipPlanes()->near, 0.25, 1e-10);
+  EXPECT_EQ(Camera(m).ClipPlanes()->far, std::numeric_limits<double>::infinity());
+  // Without depths, with the planes exchanged, with planes that lie askew.
+  for (size_t k = 0; k < 4; ++k) m[8 + k] = 0;
+  EXPECT_FALSE(Camera(m).ClipPlanes().has_value());
+  for (size_t k = 0; k < 4; ++k) m[8 + k] = -p.world_to_clip()[8 + k];
+  EXPECT_FALSE(Camera(m).ClipPlanes().has_value());
+  m = p.world_to_clip();
+  m[8] += 0.3;
+  EXPECT_FALSE(Camera(m).ClipPlanes().has_value());
+}
+
 class PlaceTest : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override { SetSimdTarget(GetParam()); }
@@ -204,7 +239,7 @@ TEST_P(PlaceTest, PositionsComeBackFromDepths) {
     }
     for (const DepthKind kind :
          {DepthKind::kPlanar, DepthKind::kEuclidean, DepthKind::kWindow, DepthKind::kReversedWindow}) {
-      DepthParams to{DepthKind::kPlanar, kind, camera, kNear, kFar}, from = to;
+      DepthParams to{DepthKind::kPlanar, kind, camera, kNear, kFar, !camera.perspective()}, from = to;
       std::swap(from.from, from.to);
       const std::vector<float> v = Values(PositionFromDepth(ConvertDepth(FromImage(planar), to), from));
       // A window depth keeps few digits of what is far away.
@@ -233,6 +268,41 @@ TEST_P(PlaceTest, WindowDepthsEndWhereTheyShould) {
       Values(ConvertDepth(FromImage(depth), {DepthKind::kWindow, DepthKind::kPlanar, {}, 0.5, kInf}));
   EXPECT_EQ(v[0], std::numeric_limits<float>::infinity());
   EXPECT_TRUE(std::isnan(v[1]));
+}
+
+// Window depths are clip z of the camera's own matrix, halved: planes and perspective come from it.
+TEST_P(PlaceTest, WindowDepthsAreTheCameras) {
+  for (const Camera& camera : {Camera::Perspective({1, 2, 9}, {0, 1, 0}, {0, 1, 0}, 40, 1, 0.5, 60),
+                               Camera::Parallel({1, 2, 9}, {0, 1, 0}, {0, 1, 0}, 9, 1, -3, 40)}) {
+    ImageSpec spec(16, 16, 1);
+    camera.ToMetadata(spec);
+    const Image planar(spec);
+    std::vector<double> window;
+    for (int y = 0; y < 16; ++y) {
+      for (int x = 0; x < 16; ++x) {
+        const double depth = 0.6 + 0.2 * (16 * y + x);
+        planar.at<float>(x, y) = static_cast<float>(depth);
+        const auto clip = ClipOfPixel(spec.data_window, x, y);
+        const auto p = Transform(camera.world_to_clip(), camera.PointAt(clip[0], clip[1], depth));
+        window.push_back(0.5 * (p[2] / p[3] + 1));
+      }
+    }
+    for (const bool reversed : {false, true}) {
+      const std::string kind = reversed ? "reversed" : "window";
+      const Node there = testing::Apply({"depth", "to=" + kind}, {FromImage(planar)});
+      const Node back = testing::Apply({"depth", "to=planar from=" + kind}, {there});
+      const std::vector<float> v = Values(there), d = Values(back);
+      for (size_t i = 0; i < v.size(); ++i) {
+        EXPECT_NEAR(v[i], reversed ? 1 - window[i] : window[i], 2e-6);
+        EXPECT_NEAR(d[i], Values(FromImage(planar))[i], 2e-3);
+      }
+    }
+    // Said on the line they win.
+    const std::vector<float> said =
+        Values(testing::Apply({"depth", "to=window near=1 far=11"}, {FromImage(planar)}));
+    const double depth = 0.6 + 0.2 * 100;
+    EXPECT_NEAR(said[100], camera.perspective() ? 1.1 - 1.1 / depth : (depth - 1) / 10, 2e-6);
+  }
 }
 
 // What takes positions, normals or depths gives from a file of AOVs, where they are not the first channels,

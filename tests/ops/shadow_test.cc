@@ -1,6 +1,7 @@
 // Shadows and projected light: doc/maths/shadow.md's checks and hard cases on every target.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "ops/shade/aov_inputs.h"
+#include "support/apply.h"
 #include "support/noise_values.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
@@ -320,6 +322,57 @@ TEST_P(ShadowTest, AovsAreFoundByName) {
   EXPECT_EQ(Values(Shadow(PositionsOf(FromImage(all)), map, s)), Values(Shadow(points, map, s)));
   EXPECT_EQ(Values(NormalsOf(FromImage(all))), (std::vector<float>{12, 13, 14, 12, 13, 14}));
   EXPECT_EQ(Values(NormalsOf(points)), p);  // X,Y,Z of an image without names of normals
+}
+
+// A file of AOVs is a map by its planar depths and its camera; what a single channel holds is said.
+TEST_P(ShadowTest, MapsMayHoldDepthsOfAnyKind) {
+  for (const Camera& light : {Camera::Perspective({2, 3, 4}, {0, 0, 0}, {0, 1, 0}, 40, 1, 0.5, 30),
+                              Camera::Parallel({2, 3, 4}, {0, 0, 0}, {0, 1, 0}, 4, 1, -1, 30)}) {
+    constexpr int kSize = 32;
+    ImageSpec spec(kSize, kSize, 1);
+    light.ToMetadata(spec);
+    const Image window(spec), planar(spec), euclidean(spec);
+    ImageSpec aovs = spec;
+    aovs.channels = {"R", "G", "B", "Z"};
+    const Image file(aovs);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit;
+    std::vector<float> points;
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        const auto clip = ClipOfPixel(spec.data_window, x, y);
+        const bool hit = x % 7 != 3;
+        const double depth = hit ? 3 + 4 * unit(random) : double{kInf};
+        const auto p = Transform(light.world_to_clip(), light.PointAt(clip[0], clip[1], hit ? depth : 5));
+        window.at<float>(x, y) = hit ? static_cast<float>(0.5 * (p[2] / p[3] + 1)) : 1.0f;
+        planar.at<float>(x, y) = file.at<float>(x, y, 3) = static_cast<float>(depth);
+        euclidean.at<float>(x, y) = static_cast<float>(depth * light.DistancePerDepth(clip[0], clip[1]));
+        // Well before or behind the surface, so that no rounding decides.
+        const Vector3 at = light.PointAt(clip[0], clip[1], hit ? depth + (x % 2 != 0 ? 0.25 : -0.25) : 6);
+        for (const double v : at) points.push_back(static_cast<float>(v));
+      }
+    }
+    const Node places = Points(points);
+    const auto lit = [&](const Image& map, const std::string& words) {
+      return Values(testing::Apply({"shadow", words + " bias=0.0001"}, {places, FromImage(map)}));
+    };
+    const std::vector<float> want = lit(window, "");
+    EXPECT_GT(std::count(want.begin(), want.end(), 0.0f), 300);
+    EXPECT_GT(std::count(want.begin(), want.end(), 1.0f), 300);
+    EXPECT_EQ(lit(file, ""), want);
+    EXPECT_EQ(lit(planar, "depth=planar"), want);
+    EXPECT_EQ(lit(euclidean, "depth=euclidean"), want);
+    EXPECT_EQ(
+        Values(testing::Apply({"softshadow", "2 bias=0.0001"}, {places, FromImage(file), FromImage(file)})),
+        want);
+    // A matrix that says nothing of depths has no planes.
+    Matrix4 flat = light.world_to_clip();
+    if (!light.perspective()) continue;
+    std::string words = "light=";
+    for (size_t k = 0; k < 16; ++k)
+      words += (k > 0 ? "," : "") + std::to_string(k / 4 == 2 ? (k == 11) : flat[k]);
+    EXPECT_THROW(lit(file, words), Error);
+  }
 }
 
 TEST_P(ShadowTest, SlidesAndSpots) {

@@ -160,8 +160,8 @@ FAULTS = [
           "return v < lo ? lo : std::max(lo, hi - (v > hi ? 2 : 1));",
           "more than a pixel beyond the far edge the last but one is shown"),
     Fault("bands-kept", "bands", "src/graph/bands.cc",
-          "                  row * static_cast<size_t>(kept - y0));",
-          "                  row * static_cast<size_t>(kept - y0 - 1));",
+          "                    row * static_cast<size_t>(kept - y0));",
+          "                    row * static_cast<size_t>(kept - y0 - 1));",
           "of the rows that two bands share the last is not kept"),
 
     # Files.

@@ -62,6 +62,7 @@ struct DepthParams {
   Camera camera = {};                    ///< between planar and Euclidean depths
   double near = 0.1;                     ///< world units, of window depths
   double far = 1000;                     ///< world units, of window depths; may be infinite
+  bool parallel = false;                 ///< window depths are linear in planar ones, z = n + w (f - n)
 };
 /// Depths of another kind, as DepthParams says.
 Node ConvertDepth(const Node& depth, const DepthParams& params);

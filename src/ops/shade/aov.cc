@@ -284,6 +284,11 @@ Node NormalsOf(const Node& image) {
   return ops::Select(image, found, "X,Y,Z");
 }
 
+bool IsAovFile(const ImageSpec& spec) {
+  const auto holds = [&](Aov aov) { return !FindAov(spec, aov).empty(); };
+  return holds(Aov::kDepth) && (holds(Aov::kColor) || holds(Aov::kPosition) || holds(Aov::kNormal));
+}
+
 Node DepthsOf(const Node& image) {
   const std::vector<int> found = FindAov(image.spec(), Aov::kDepth);
   return ops::Select(image, {found.empty() ? 0 : found[0]}, "Z");

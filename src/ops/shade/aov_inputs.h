@@ -9,6 +9,8 @@ namespace tessera {
 // The normal AOV alone, X,Y,Z; the image itself where that is its first three channels, or where there is
 // none.
 Node NormalsOf(const Node& image);
+// Whether an image holds a depth AOV among other AOVs.
+bool IsAovFile(const ImageSpec& spec);
 // The depth AOV as one channel Z, or else the first channel.
 Node DepthsOf(const Node& image);
 

@@ -106,10 +106,8 @@ FogPlace FogPlaceOf(const std::string& op, std::span<const Node> in, const Argum
     return {SelectChannels(in[1], {{depth.empty() ? 0 : depth[0], 0, "Z"}}), true};
   }
   DepthParams p;
-  p.from = kind == "window"     ? DepthKind::kWindow
-           : kind == "reversed" ? DepthKind::kReversedWindow
-                                : DepthKind::kPlanar;
-  p.near = a.Number("near"), p.far = a.Number("far");
+  p.from = kind == "auto" ? DepthKind::kPlanar : DepthKindNamed(kind);
+  if (p.from != DepthKind::kPlanar) SetPlanes(a, camera, p);
   p.camera = NeededCamera(op, a, "camera", in.subspan(1, 1));
   return {PositionFromDepth(in[1], p), false};
 }
@@ -119,14 +117,14 @@ void AddPlaceModifiers(OpInfo& info) {
   ParamInfo depth = ChoiceModifier("depth", {"auto", "planar", "euclidean", "window", "reversed"},
                                    "the second image is a depth of that kind");
   for (ParamInfo& m : std::vector{
-           eye, CameraModifier("camera", "16 or 32 numbers; default the image's metadata"), depth,
-           OnlyWith("depth=window|reversed",
-                    NumberModifier("near", "0.1", 1e-30, 1e30, "near plane of window depths, world units")),
-           OnlyWith("depth=window|reversed",
-                    NumberModifier("far", "1000", 1e-30, 1e38, "far plane, world units")),
-           MaskModifier(), RampModifier()}) {
+           eye,
+           CameraModifier("camera", "16 or 32 numbers; default the image's metadata"),
+           depth,
+       })
     info.modifiers.push_back(std::move(m));
-  }
+  for (ParamInfo& m : PlanesModifiers())
+    info.modifiers.push_back(OnlyWith("depth=window|reversed", std::move(m)));
+  for (ParamInfo& m : std::vector{MaskModifier(), RampModifier()}) info.modifiers.push_back(std::move(m));
 }
 
 constexpr const char* kCommonHelp =

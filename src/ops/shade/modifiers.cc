@@ -1,6 +1,7 @@
 // Modifiers and checks that the shading commands share.
 #include "ops/modifiers.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/number_text.h"
@@ -38,6 +39,31 @@ Camera NeededCamera(const std::string& op, const Arguments& arguments, const cha
       op, "found no " + std::string(name) + ", expected " + name +
               "= with 16 numbers (world to clip, row by row) or an image with the attributes worldToCamera "
               "and worldToNDC");
+}
+
+const std::vector<std::string>& DepthKinds() {
+  static const std::vector<std::string> kinds = {"planar", "euclidean", "window", "reversed"};
+  return kinds;
+}
+DepthKind DepthKindNamed(const std::string& name) {
+  return static_cast<DepthKind>(std::find(DepthKinds().begin(), DepthKinds().end(), name) -
+                                DepthKinds().begin());
+}
+
+std::vector<ParamInfo> PlanesModifiers() {
+  return {NumberModifier("near", "0.1", 1e-30, 1e30,
+                         "near plane of window depths, world units; before that the camera's"),
+          NumberModifier("far", "1000", 1e-30, 1e38,
+                         "far plane; before that the camera's; 1e38 counts as infinite")};
+}
+void SetPlanes(const Arguments& arguments, const std::optional<Camera>& camera, DepthParams& params) {
+  params.near = arguments.Number("near"), params.far = arguments.Number("far");
+  if (params.far >= 1e38) params.far = INFINITY;
+  if (!camera) return;
+  params.parallel = !camera->perspective();
+  const auto planes = camera->ClipPlanes();
+  if (planes && !arguments.Given("near")) params.near = planes->near;
+  if (planes && !arguments.Given("far")) params.far = planes->far;
 }
 
 Vector3 EyeOf(const Arguments& arguments, std::span<const Node> images) {

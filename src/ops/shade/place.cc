@@ -19,9 +19,11 @@ bool IsWindow(DepthKind kind) { return kind == DepthKind::kWindow || kind == Dep
 
 void CheckDepth(const std::string& op, const DepthParams& p) {
   if (!IsWindow(p.from) && !IsWindow(p.to)) return;
-  if (!(p.near > 0) || !(p.far > p.near) || !std::isfinite(p.near)) {
+  const bool right = p.parallel ? std::isfinite(p.far) : p.near > 0;
+  if (!right || !(p.far > p.near) || !std::isfinite(p.near)) {
     throw Error(op, "found near " + base::NumberText(p.near) + " and far " + base::NumberText(p.far) +
-                        ", expected 0 < near < far");
+                        (p.parallel ? ", expected near < far, both finite, of a parallel camera"
+                                    : ", expected 0 < near < far"));
   }
 }
 
@@ -89,26 +91,16 @@ class MaskOp final : public graph::OpWith<int> {
   }
 };
 
-const std::vector<std::string> kKinds = {"planar", "euclidean", "window", "reversed"};
-DepthKind KindOf(const Arguments& a, const char* name) {
-  const auto it = std::find(kKinds.begin(), kKinds.end(), a.Text(name));
-  return static_cast<DepthKind>(it - kKinds.begin());
-}
 std::vector<std::string> KindsFrom(size_t first) {
-  std::vector<std::string> kinds = kKinds;
+  std::vector<std::string> kinds = DepthKinds();
   std::rotate(kinds.begin(), kinds.begin() + static_cast<ptrdiff_t>(first), kinds.end());
   return kinds;
-}
-std::vector<ParamInfo> RangeModifiers() {
-  return {NumberModifier("near", "0.1", 1e-30, 1e30, "near plane of window depths, world units"),
-          NumberModifier("far", "1000", 1e-30, 1e38, "far plane, world units; 1e38 counts as infinite")};
 }
 DepthParams DepthArguments(const std::string& op, const Arguments& a, std::span<const Node> in,
                            DepthKind from, DepthKind to) {
   DepthParams p;
   p.from = from, p.to = to;
-  p.near = a.Number("near"), p.far = a.Number("far");
-  if (p.far >= 1e38) p.far = INFINITY;
+  if (IsWindow(from) || IsWindow(to)) SetPlanes(a, CameraOf(a, "camera", in), p);
   const bool planar_from = from != DepthKind::kEuclidean, planar_to = to != DepthKind::kEuclidean;
   if (op == "position" || planar_from != planar_to) p.camera = NeededCamera(op, a, "camera", in);
   return p;
@@ -123,8 +115,9 @@ OpInfo DepthInfo() {
   info.summary = "Depth of one kind as another: planar, distance, window";
   info.help =
       "DEPTH --depth:from=window:to=euclidean. planar: along the viewing axis in world units; euclidean: "
-      "distance to the eye; window: a depth buffer in [0,1], 0 near, z = n f / (f - w (f - n)); reversed: 1 "
-      "- w. Between planar and euclidean the camera matters: camera= with 16 numbers (world to clip) or 32 "
+      "distance to the eye; window: a depth buffer in [0,1], 0 near, z = n f / (f - w (f - n)), of a "
+      "parallel camera n + w (f - n); reversed: 1 - w; near= and far= are the camera's where they are not given "
+      "(0.1 and 1000 without one). Between planar and euclidean the camera matters: camera= with 16 numbers (world to clip) or 32 "
       "(world to camera, world to clip), rows of matrices for column vectors, or else the image's "
       "worldToCamera and worldToNDC; d = z |ray|, ray of length 1 along the axis. Every channel is "
       "converted; of an AOV file the depth alone, by its name. NaN stays; infinity stays infinite. Source: "
@@ -134,15 +127,11 @@ OpInfo DepthInfo() {
   info.modifiers = {ChoiceModifier("from", KindsFrom(0), "kind of depth in the image"),
                     ChoiceModifier("to", KindsFrom(1), "kind of depth wanted"),
                     CameraModifier("camera", "16 or 32 numbers; default the image's metadata")};
-  for (ParamInfo& m : RangeModifiers()) info.modifiers.push_back(std::move(m));
+  for (ParamInfo& m : PlanesModifiers()) info.modifiers.push_back(std::move(m));
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    // Of an AOV file the depth alone.
-    const ImageSpec& spec = in[0].spec();
-    const auto holds = [&](Aov aov) { return !FindAov(spec, aov).empty(); };
-    const bool aovs =
-        holds(Aov::kDepth) && (holds(Aov::kColor) || holds(Aov::kPosition) || holds(Aov::kNormal));
-    return ConvertDepth(aovs ? DepthsOf(in[0]) : in[0],
-                        DepthArguments("depth", a, in, KindOf(a, "from"), KindOf(a, "to")));
+    return ConvertDepth(
+        IsAovFile(in[0].spec()) ? DepthsOf(in[0]) : in[0],
+        DepthArguments("depth", a, in, DepthKindNamed(a.Text("from")), DepthKindNamed(a.Text("to"))));
   };
   info.examples = {"camera=1.5,0,0,0,0,2,0.25,0,0,0,-1,-2,0,0,-1,0", "from=window to=planar near=0.5 far=20"};
   info.identity = "from=planar to=planar";
@@ -163,10 +152,10 @@ OpInfo PositionInfo() {
   info.bound_u = 20;
   info.modifiers = {ChoiceModifier("depth", KindsFrom(0), "kind of depth in the image"),
                     CameraModifier("camera", "16 or 32 numbers; default the image's metadata")};
-  for (ParamInfo& m : RangeModifiers()) info.modifiers.push_back(std::move(m));
+  for (ParamInfo& m : PlanesModifiers()) info.modifiers.push_back(std::move(m));
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return PositionFromDepth(in[0],
-                             DepthArguments("position", a, in, KindOf(a, "depth"), DepthKind::kPlanar));
+    return PositionFromDepth(
+        in[0], DepthArguments("position", a, in, DepthKindNamed(a.Text("depth")), DepthKind::kPlanar));
   };
   info.examples = {"camera=1.5,0,0,0,0,2,0.25,0,0,0,-1,-2,0,0,-1,0",
                    "depth=euclidean camera=0.5,0.1,0,0.3,0,0.5,0,1,0,0,-0.1,-1,0,0,0,1"};

@@ -53,6 +53,7 @@ struct DepthConversion {
       default: {
         const VD one = SetD(1);
         if (plan.params.from == DepthKind::kReversedWindow) depth = hn::Sub(one, depth);
+        if (plan.params.parallel) return hn::MulAdd(depth, SetD(f - n), SetD(n));
         if (std::isinf(f)) return hn::Div(SetD(n), hn::Sub(one, depth));
         return hn::Div(SetD(n * f), hn::NegMulAdd(depth, SetD(f - n), SetD(f)));
       }
@@ -67,6 +68,11 @@ struct DepthConversion {
       case DepthKind::kEuclidean:
         return hn::Mul(depth, RayLength<kPart>(x, y));
       default: {
+        if (plan.params.parallel) {
+          const VD past = plan.params.to == DepthKind::kReversedWindow ? hn::Sub(SetD(f), depth)
+                                                                       : hn::Sub(depth, SetD(n));
+          return hn::Div(past, SetD(f - n));
+        }
         // f/(f-n) - n f/((f-n) z), or n f/((f-n) z) - n/(f-n).
         const bool endless = std::isinf(f);
         const VD share = hn::Div(SetD(endless ? n : n * f / (f - n)), depth);

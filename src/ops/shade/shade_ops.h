@@ -27,6 +27,13 @@ OpInfo SolidInfo();
 ParamInfo CameraModifier(const char* name, const char* help);
 // A list of exactly `count` numbers; empty default: none.
 ParamInfo VectorModifier(const char* name, const char* default_value, int count, const char* help);
+// The kinds of depths by name, DepthKind's order.
+const std::vector<std::string>& DepthKinds();
+DepthKind DepthKindNamed(const std::string& name);
+// near= and far= of window depths, and what they are: as given, else the camera's, else the modifiers'
+// defaults.
+std::vector<ParamInfo> PlanesModifiers();
+void SetPlanes(const Arguments& arguments, const std::optional<Camera>& camera, DepthParams& params);
 // The camera written on the command line, or else the first that an image's metadata hold; none without.
 std::optional<Camera> CameraOf(const Arguments& arguments, const char* name, std::span<const Node> images);
 // The same or an Error that says how to give one.

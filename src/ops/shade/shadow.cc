@@ -66,6 +66,27 @@ ShadowParams ShadowArguments(const Arguments& a) {
   return p;
 }
 
+// The map as window depths, as the light's own planes have them. A file of AOVs holds planar depths.
+Node MapOf(const std::string& op, const Node& map, const Arguments& a, const Camera& light) {
+  const std::string& kind = a.Text("depth");
+  DepthParams p;
+  p.from = kind == "auto" ? (IsAovFile(map.spec()) ? DepthKind::kPlanar : DepthKind::kWindow)
+                          : DepthKindNamed(kind);
+  p.to = DepthKind::kWindow;
+  if (p.from == p.to) return map;
+  p.camera = light, p.parallel = !light.perspective();
+  if (p.from != DepthKind::kReversedWindow) {
+    const auto planes = light.ClipPlanes();
+    if (!planes) {
+      throw DataError(op,
+                      "found a light whose matrix has no near and far plane, expected them where the map "
+                      "holds depths in world units");
+    }
+    p.near = planes->near, p.far = planes->far;
+  }
+  return ConvertDepth(DepthsOf(map), p);
+}
+
 std::vector<ParamInfo> ShadowModifiers() {
   ParamInfo bias =
       ChoiceModifier("bias", {"auto"}, "added to the map's depths; auto: from its slopes and precision");
@@ -75,6 +96,8 @@ std::vector<ParamInfo> ShadowModifiers() {
       bias,
       IntegerModifier("pcf", "1", 1, 64, "width of the square of comparisons, texels"),
       ChoiceModifier("filter", {"box", "bilinear"}, "equal weights, or bilinear ones of the nearest four"),
+      ChoiceModifier("depth", {"auto", "window", "planar", "euclidean", "reversed"},
+                     "what the map holds; auto: planar in a file of AOVs, window in others"),
       ChoiceModifier("outside", {"lit", "dark"}, "beside the map"),
       IntegerModifier("mapbits", "0", 0, 32, "precision of the map for bias=auto; 0: of its file"),
       IntegerModifier("positionbits", "0", 0, 32,
@@ -85,7 +108,9 @@ constexpr const char* kShadowHelp =
     "light is 16 numbers, row by row: the matrix from world to the light's clip space, projective or "
     "parallel (default the map's worldToNDC). (x,y,z,w) = light (P,1); the map is looked up at s = "
     "(x/w+1)/2, t = (1-y/w)/2 (row 0 on top) and compared with r = (z/w+1)/2: 1 where r <= m + bias. The map "
-    "holds depth mapped to [0,1], 1 where nothing was hit. pcf=N averages N x N comparisons: k/N^2 exactly; "
+    "holds depth mapped to [0,1], 1 where nothing was hit; planar, euclidean (world units, infinite where nothing was hit) and reversed "
+    "depths, by depth=, become that with the near and far plane of the light's matrix (planar depths of a parallel light count from its near plane, "
+    "or from the camera where light= or the metadata have both matrices). pcf=N averages N x N comparisons: k/N^2 exactly; "
     "depths are never averaged. bias=auto is, per texel, how much deeper its own surface is within the taps' "
     "reach (slope, bend and twist of the depths around it, or the depths themselves; those behind an edge do "
     "not count) plus the map's quantisation, and what half-float positions have lost. Lit: beside the map "
@@ -110,14 +135,16 @@ OpInfo ShadowInfo() {
   for (ParamInfo& m : ShadowModifiers()) info.modifiers.push_back(std::move(m));
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     ShadowParams p = ShadowArguments(a);
-    p.light = NeededCamera("shadow", a, "light", in.subspan(1, 1)).world_to_clip();
-    return Shadow(PositionsOf(in[0]), in[1], p);
+    const Camera light = NeededCamera("shadow", a, "light", in.subspan(1, 1));
+    p.light = light.world_to_clip();
+    return Shadow(PositionsOf(in[0]), MapOf("shadow", in[1], a, light), p);
   };
   const std::string light =
       "light=0.9,0.1,0.05,-0.31,-0.07,0.8,0.2,-0.42,0.11,0.21,1.3,-0.53,0.03,0.07,0.4,1.7";
   info.examples = {light + " pcf=3 mapbits=16 positionbits=24", light + " bias=0.0137",
                    light + " filter=bilinear outside=dark mapbits=8 positionbits=11",
-                   light + " pcf=6 bias=0.013"};
+                   light + " pcf=6 bias=0.013",
+                   "light=0.9,0.1,0,-0.31,-0.07,0.8,0,-0.42,0,0,1.02,-0.2,0,0,1,0 depth=planar bias=0.013"};
   return info;
 }
 
@@ -146,6 +173,7 @@ OpInfo SoftShadowInfo() {
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const size_t count = in.size() - 1;
     std::vector<Matrix4> lights(count);
+    std::vector<Node> maps;
     const std::vector<double>& numbers = a.Numbers("lights");
     if (a.Given("lights") && numbers.size() != 16 * count) {
       throw Error("softshadow:lights", "found " + std::to_string(numbers.size()) + " numbers, expected " +
@@ -154,6 +182,7 @@ OpInfo SoftShadowInfo() {
     for (size_t k = 0; k < count; ++k) {
       if (a.Given("lights")) {
         std::copy_n(numbers.begin() + static_cast<ptrdiff_t>(16 * k), 16, lights[k].begin());
+        maps.push_back(MapOf("softshadow", in[k + 1], a, Camera(lights[k], "softshadow:lights")));
       } else {
         const auto camera = Camera::FromMetadata(in[k + 1].spec());
         if (!camera) {
@@ -162,9 +191,10 @@ OpInfo SoftShadowInfo() {
                               " without worldToNDC, expected lights= with 16 numbers for each map");
         }
         lights[k] = camera->world_to_clip();
+        maps.push_back(MapOf("softshadow", in[k + 1], a, *camera));
       }
     }
-    return SoftShadow(PositionsOf(in[0]), {in.begin() + 1, in.end()}, lights, ShadowArguments(a));
+    return SoftShadow(PositionsOf(in[0]), maps, lights, ShadowArguments(a));
   };
   info.examples = {
       "2 pcf=3 mapbits=16 positionbits=24 "
