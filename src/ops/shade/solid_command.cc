@@ -29,7 +29,7 @@ OpInfo SolidInfo() {
   info.help =
       "COLOR POSITION TABLE --solid:slices=N:box=x0,y0,z0,x1,y1,z1 looks up a 3-D table, its N slices "
       "stacked along y (1, 3 or 4 channels, premultiplied where one of four is alpha), at p = (P - low) / (high - low), rotated about "
-      "the block's centre: rotate= has 9 numbers, row by row, or x,y,z,degrees. COLOR POSITION "
+      "the block's centre: rotate= has 9 numbers, row by row, or x,y,z,degrees; values get the colours of a ramp by --colormap on the table. COLOR POSITION "
       "--solid:procedure=marble|wood|noise|contours|halftone computes the texture instead: freq= bands, "
       "rings, noise cells, lines or screen cells across the block, octaves=, seed=, strength= (of the "
       "turbulence). contours: lines where plane . p is a multiple of 1/freq, width= of the spacing, in "
