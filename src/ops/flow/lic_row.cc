@@ -97,7 +97,7 @@ OpInfo LicInfo() {
   info.help =
       "FIELD's first two channels are a vector's components, x right and y down, at the centres of the "
       "pixels. Each pixel of the result is the weighted mean of a texture along the streamline through it, "
-      "length pixels each way with a tap every step. The texture is noise of its own in [0,1] (one "
+      "length pixels each way, rounded to whole steps, with a tap every step. The texture is noise of its own in [0,1] (one "
       "channel), or with input=1 the image below the field on the stack (all of its channels). A field of "
       "another size is brought to the picture's.\n"
       "integrator=adaptive takes Runge-Kutta steps of up to ten pixels, twenty where the field is smooth, "
