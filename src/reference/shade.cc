@@ -152,6 +152,9 @@ void Position(const Call& call) {
       const double size = std::fabs(ray.origin[k]) + std::fabs(along);
       pixel.Set(k, ray.origin[k] + along, size + 0x1p-19 * terms + moved / kRowBound);
       if (moved / kRowBound > kUnknown * size + 1) call.Undecided(x, y, static_cast<int>(k), size);
+      // At infinity the direction's sign decides, or that there is none.
+      if (std::isinf(depth) && std::fabs(ray.direction[k]) <= 0x1p-43 * directions)
+        call.Undecided(x, y, static_cast<int>(k), kUnknownJump);
     }
   });
 }
