@@ -22,10 +22,11 @@ struct VerifyOptions {
   RenderOptions render;  ///< where Verify evaluates: the evaluation that is checked
 
   /// The reference takes at most `seconds`, or ten times `run_seconds`, what the run itself took, whichever
-  /// is longer: tiles become fewer and smaller. Verify measures its own run. One tile is looked at however
-  /// long it takes, up to a minute; then Verify throws Error.
-  double seconds = 2;      ///< budget of the reference
-  double run_seconds = 0;  ///< what the run took
+  /// is longer: tiles become fewer and smaller. Verify measures its own run. The first tile may take
+  /// `first_seconds` all the same; then Verify throws Error.
+  double seconds = 2;         ///< budget of the reference
+  double run_seconds = 0;     ///< what the run took
+  double first_seconds = 60;  ///< of the first tile's reference
 };
 
 /// Errors of stored values against the exact result. Of integers and halves they include the rounding to the

@@ -67,8 +67,6 @@ std::vector<Roi> SampleTiles(const Roi& window, const VerifyOptions& options) {
 // pixels a side, and how much is never evaluated: double pixels of that many fill some gigabytes.
 constexpr double kTileWork = 1 << 20;
 constexpr double kMostWork = 1 << 26;
-// What the first tile may take, whatever was asked for.
-constexpr std::chrono::seconds kFirst{60};
 
 // Smaller tiles and fewer of them where a pixel of the result comes from very many.
 VerifyOptions Affordable(const Node& node, const Roi& window, VerifyOptions options) {
@@ -159,7 +157,9 @@ class Sampler {
 
  private:
   std::chrono::steady_clock::time_point Deadline(double share) const {
-    const double seconds = std::max(0.0, start_ + share * budget_ - Now());
+    return After(std::max(0.0, start_ + share * budget_ - Now()));
+  }
+  static std::chrono::steady_clock::time_point After(double seconds) {
     return std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
                                                   std::chrono::duration<double>(std::min(seconds, 1e6)));
   }
@@ -173,13 +173,13 @@ class Sampler {
       if (tile == tried_) return;
       const double begin = Now();
       // The first has longer than there is, so that there is something to compare.
-      engine_.SetDeadline(tried_.empty() ? std::chrono::steady_clock::now() + kFirst : Deadline(0.7));
+      engine_.SetDeadline(tried_.empty() ? After(asked_.first_seconds) : Deadline(0.7));
       try {
         tried_result_ = engine_.Evaluate(node_, tile);
       } catch (const ReferenceEngine::OutOfTime&) {
         if (tried_.empty()) {
           throw Error("verify", "found a result whose reference takes more than " +
-                                    std::to_string(kFirst.count()) + " seconds for " +
+                                    std::to_string(std::lround(asked_.first_seconds)) + " seconds for " +
                                     std::to_string(tile.pixels()) + " pixels, expected a smaller image");
         }
         options_.tile_size = std::max(tried_.width(), tried_.height());
