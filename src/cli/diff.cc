@@ -158,9 +158,10 @@ void Compare(const Entry& a, const Entry& b, const Node& pair, const DiffLimits&
 
 }  // namespace
 
-void DiffImages(const Step&, Session& session) {
+namespace {
+
+void DiffPair(const Entry& a, const Entry& b, Session& session) {
   const Options& options = session.options();
-  const Entry &a = session.Top(1), &b = session.Top(0);
   const ImageSpec &sa = a.node.spec(), &sb = b.node.spec();
   if (sa.display_window != sb.display_window) {
     throw Error("--diff", sprintf("found images of different sizes: %s is %d x %d, %s is %d x %d", a.name,
@@ -174,6 +175,37 @@ void DiffImages(const Step&, Session& session) {
   session.Later([a, b, pair, limits = session.diff, &session] { Compare(a, b, pair, limits, session); });
 }
 
+}  // namespace
+
+void DiffImages(const Step& step, Session& session) {
+  const Options& options = session.options();
+  Entry a = session.Top(1), b = session.Top(0);
+  std::vector<Entry> more_a, more_b;
+  if (options.all_parts) {
+    more_a = TakeParts(a, options), more_b = TakeParts(b, options);
+  } else {
+    LeaveParts(a, step.written, options);
+    LeaveParts(b, step.written, options);
+  }
+  DiffPair(a, b, session);
+  for (size_t k = 0; k < std::min(more_a.size(), more_b.size()); ++k) DiffPair(more_a[k], more_b[k], session);
+  if (more_a.size() == more_b.size()) return;
+  session.Later([a, b, x = more_a.size() + 1, y = more_b.size() + 1, &session] {
+    session.exit_code = 1;
+    if (session.options().quiet) return;
+    if (session.options().json) {
+      Json report = Report("parts");
+      report["a"] = a.name, report["b"] = b.name;
+      report["verdict"] = "failure";
+      report["images_in_a"] = x, report["images_in_b"] = y;
+      PrintJson(report);
+      return;
+    }
+    std::cout << "Images had differing numbers of subimages (" << x << " vs " << y << ")\nFAILURE"
+              << std::endl;
+  });
+}
+
 std::vector<Command> ReportCommands() {
   std::vector<Command> rows;
   Command diff;
@@ -183,7 +215,8 @@ std::vector<Command> ReportCommands() {
   diff.info.help =
       "FAILURE when more than --failpercent of the pixels differ by more than --fail in some channel, or any "
       "by more than --hardfail; WARNING (exit code 0) likewise. Data windows may differ, what one image "
-      "lacks is black; display windows may not. A NaN equals a NaN. Outputs of the line are written whatever "
+      "lacks is black; display windows may not. A NaN equals a NaN. With -a every image of two files is compared, each with "
+      "a report of its own; another number of them is a FAILURE. Outputs of the line are written whatever "
       "the verdict.";
   diff.group = "Reports";
   diff.effect = Effect::kUse;

@@ -177,9 +177,14 @@ ColorExtremes ExtremesOf(const Entry& entry, const RenderOptions& render) {
 
 void PrintStatistics(const Step&, Session& session) {
   const Options& options = session.options();
-  RequireSize(session.Top());
+  std::vector<Entry> all(1, session.Top());
+  if (options.all_parts) {
+    for (Entry& part : TakeParts(all[0], options)) all.push_back(std::move(part));
+  }
+  for (const Entry& entry : all) RequireSize(entry);
   if (options.explain || options.dry_run) return;
-  session.Later([entry = session.Top(), &options] { Print(entry, options.render, options.json); });
+  for (const Entry& entry : all)
+    session.Later([entry, &options] { Print(entry, options.render, options.json); });
 }
 
 }  // namespace tessera::cli

@@ -221,6 +221,12 @@ TEST_F(OiiotoolFilesTest, WhatIsLeftIsTold) {
   EXPECT_NE(png.find("the first of 2 images is written"), std::string::npos) << png;
   EXPECT_EQ(Tessera("-q parts.exr --mulc 0.5 -o x.exr").err, "");
   EXPECT_EQ(Tessera("a.exr --mulc 0.5 -o x.exr").err, "");
+  Works("parts.exr -o copy.exr");
+  EXPECT_EQ(Works("-a parts.exr copy.exr --diff").find("FAILURE"), std::string::npos);
+  Works("-a parts.exr --mulc 0.5 -o half.exr");
+  EXPECT_EQ(Tessera("-a parts.exr half.exr --diff").exit_code, 1);
+  EXPECT_EQ(Tessera("-a parts.exr a.exr --diff").exit_code, 1);
+  EXPECT_NE(Tessera("parts.exr copy.exr --diff").err.find("works on the first"), std::string::npos);
   const CommandResult none = Tessera("parts.exr --subimage third -o x.exr");
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_NE(none.err.find("0 (first), 1 (second)"), std::string::npos) << none.err;
