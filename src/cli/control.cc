@@ -14,8 +14,6 @@ namespace {
 using ops::ParamInfo;
 using ops::ParamType;
 
-constexpr size_t kMostSteps = 10'000'000;  // that a loop jumps back to
-
 struct Kind {
   const char* begin;
   const char* end;
