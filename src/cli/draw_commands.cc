@@ -7,6 +7,7 @@
 
 #include "cli/json_report.h"
 #include "cli/session.h"
+#include "tessera/context.h"
 #include "tessera/draw.h"
 #include "tessera/error_kind.h"
 
@@ -84,6 +85,9 @@ void PaintBox(const Step& step, Session& session) {
 
 void PaintText(const Step& step, Session& session) {
   const Arguments& a = step.arguments;
+  // A font is a file too, and one that a stranger names is read by no process of its own.
+  if (a.Given("font") && Context::Default().policy().listed_formats)
+    throw UsageError(step.written, "found font= under --safe, expected the font that there is");
   TextStyle style;
   style.size = a.Integer("size"), style.shadow = a.Integer("shadow");
   style.font = a.Text("font"), style.x_align = a.Text("xalign"), style.y_align = a.Text("yalign");
