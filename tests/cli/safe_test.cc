@@ -125,7 +125,7 @@ TEST_F(SafeTest, Limits) {
 }
 
 TEST_F(SafeTest, FontsAreNotNamed) {
-  const CommandResult result =
+  const auto result =
       Tessera("--safe --pattern checker 64x64 3 --text:font=/etc/passwd x -d uint8 -o text.png");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.err.find("--safe"), std::string::npos) << result.err;
