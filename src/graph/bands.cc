@@ -1,13 +1,16 @@
 // Bands of rows in file order: read, compute and write overlap, memory stays bounded.
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <deque>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "base/pool.h"
 #include "graph/executor.h"
 #include "graph/run.h"
+#include "sched/phase_clock.h"
 #include "sched/scheduler.h"
 #include "tessera/context.h"
 
@@ -115,12 +118,53 @@ BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, i
 
 namespace {
 
+// The phases of a run in bands: what it computes and encodes, then a source's decoding each.
+constexpr size_t kCompute = 0, kEncode = 1, kDecode = 2;
+
+// Tells `phases` at its end where the time went.
+class BandTimes {
+ public:
+  BandTimes(Phases* phases, const Plan& plan, int threads) : phases_(phases), plan_(plan), threads_(threads) {
+    if (phases_ != nullptr) clock_.emplace(kDecode + plan.sources.size());
+  }
+  sched::PhaseClock* clock() { return clock_ ? &*clock_ : nullptr; }
+
+  void End() {
+    if (phases_ == nullptr) return;
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start_;
+    double busy = clock_->Busy(kCompute) + clock_->Busy(kEncode);
+    phases_->compute += clock_->Busy(kCompute);
+    phases_->encode += clock_->Busy(kEncode);
+    phases_->encode_elapsed += clock_->Elapsed(kEncode);
+    for (size_t k = 0; k < plan_.sources.size(); ++k) {
+      const double own = clock_->Busy(kDecode + k);
+      if (own == 0) continue;
+      busy += own;
+      const std::string name = plan_.sources[k].source->Describe();
+      auto& files = phases_->decode;
+      auto at = std::find_if(files.begin(), files.end(), [&](const auto& d) { return d.file == name; });
+      if (at == files.end()) at = files.insert(at, {name});
+      at->busy += own;
+      at->elapsed += clock_->Elapsed(kDecode + k);
+    }
+    phases_->wait += threads_ * took.count() - busy;
+    phases_->seconds += took.count();
+  }
+
+ private:
+  Phases* const phases_;
+  const Plan& plan_;
+  const int threads_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::optional<sched::PhaseClock> clock_;
+};
+
 // Where a pass reads: pixels that are there, and files, whole or a window of rows.
 class BandSources {
  public:
   BandSources(const Plan& plan, const Roi& roi, const std::vector<Roi>& bands, base::Pool& pool,
-              const RenderOptions& options)
-      : plan_(plan), resident_(plan.sources.size()), windows_(plan.sources.size()) {
+              const RenderOptions& options, sched::PhaseClock* clock)
+      : plan_(plan), clock_(clock), resident_(plan.sources.size()), windows_(plan.sources.size()) {
     const std::vector<bool> out_of_order = OutOfOrder(plan, bands);
     const std::vector<Roi> all = RequiredRegions(plan, roi);
     for (size_t k = 0; k < plan.sources.size(); ++k) {
@@ -128,6 +172,7 @@ class BandSources {
       if (const auto view = s.source->View()) {
         resident_[k] = {*view, s.source->ReadMargin()};
       } else if (s.last > s.first) {
+        const sched::InPhase decoding(clock_, kDecode + k);
         windows_[k] = std::make_unique<RowWindow>(s, pool, options);
         if (!out_of_order[k]) continue;
         resident_[k] = windows_[k]->Rows(all[k].y0, all[k].y1, whole_.emplace_back());
@@ -141,14 +186,16 @@ class BandSources {
     const std::vector<Roi> regions = RequiredRegions(plan_, band);
     std::vector<SourceView> views = resident_;
     for (size_t k = 0; k < windows_.size(); ++k) {
-      if (windows_[k] != nullptr)
-        views[k] = windows_[k]->Rows(regions[k].y0, regions[k].y1, memory.emplace_back());
+      if (windows_[k] == nullptr) continue;
+      const sched::InPhase decoding(clock_, kDecode + k);
+      views[k] = windows_[k]->Rows(regions[k].y0, regions[k].y1, memory.emplace_back());
     }
     return views;
   }
 
  private:
   const Plan& plan_;
+  sched::PhaseClock* const clock_;
   std::vector<SourceView> resident_;
   std::vector<std::shared_ptr<std::byte>> whole_;
   std::vector<std::unique_ptr<RowWindow>> windows_;
@@ -157,20 +204,22 @@ class BandSources {
 }  // namespace
 
 void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options, sched::Progress& progress) {
+              const RenderOptions& options, sched::Progress& progress, Phases* phases) {
   if (roi.empty()) return;
   const Plan& plan = program.plan();
+  const int threads = sched::ThreadCount(options.threads);
+  BandTimes times(phases, plan, threads);
+  sched::PhaseClock* const clock = times.clock();
   const int channels = plan.spec.channel_count();
   const int64_t row_bytes = int64_t{roi.width()} * channels * static_cast<int64_t>(PixelBytes(type));
   const BandShape shape = ChooseBandShape(plan, roi, sink != nullptr ? row_bytes : 0,
                                           sink != nullptr ? sink->RowGranularity() : 1, options);
   const std::vector<Roi> bands = Tiles(roi, {roi.width(), shape.rows});
   base::Pool& pool = Context::Default().pool();
-  BandSources sources(plan, roi, bands, pool, options);
+  BandSources sources(plan, roi, bands, pool, options, clock);
   RenderOptions inner = options;
   inner.tile_height = 0;
 
-  const int threads = sched::ThreadCount(options.threads);
   std::deque<TileWorker> workers;
   for (int i = 0; i < threads; ++i) workers.emplace_back(program, progress.cancelled());
   progress.Begin(static_cast<int64_t>(bands.size()));
@@ -192,6 +241,7 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
     return band;
   };
   steps.work = [&](void* item, int worker) {
+    const sched::InPhase computing(clock, kCompute);
     const Band& band = *static_cast<Band*>(item);
     for (const Roi& tile : Tiles(band.out.roi, ChooseTileShape(program, band.out.roi, inner))) {
       workers[static_cast<size_t>(worker)].Run(band.sources, band.out.Sub(tile), false);
@@ -199,10 +249,14 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
     }
   };
   steps.write = [&](void* item) {
-    if (sink != nullptr) sink->Write(static_cast<Band*>(item)->out);
+    if (sink != nullptr) {
+      const sched::InPhase encoding(clock, kEncode);
+      sink->Write(static_cast<Band*>(item)->out);
+    }
     progress.Step();
   };
   sched::Pipeline(threads, shape.tokens, steps);
+  times.End();
   progress.End();
 }
 

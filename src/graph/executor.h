@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "graph/phases.h"
 #include "graph/program.h"
 #include "graph/source.h"
 #include "sched/progress.h"
@@ -37,9 +38,9 @@ void RunResident(const Program& program, const ImageView& out, const RenderOptio
                  sched::Progress& progress);
 
 // Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and
-// `sink` is given.
+// `sink` is given. Adds to `phases`, where there are some.
 void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options, sched::Progress& progress);
+              const RenderOptions& options, sched::Progress& progress, Phases* phases);
 
 }  // namespace tessera::graph
 

@@ -1,4 +1,5 @@
 // Evaluation into files: a sink over a temporary file, renamed when everything has arrived.
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -6,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "graph/phases.h"
 #include "graph/render.h"
 #include "io/commit.h"
 #include "io/file_sink.h"
@@ -17,9 +19,64 @@
 #include "tessera/io.h"
 
 namespace tessera {
+namespace {
+
+// Adds to the phases, where they are asked for, what stands around an evaluation: opening it and its plan,
+// closing the file. One thread does that.
+class FileTimes {
+ public:
+  FileTimes(graph::Phases* phases, int threads) : phases_(phases), threads_(sched::ThreadCount(threads)) {
+    if (phases_ != nullptr) phases_->threads = threads_;
+    last_ = Now();
+  }
+  // The graph has been evaluated.
+  void Evaluated() {
+    if (phases_ == nullptr) return;
+    const double took = Lap();
+    Alone(phases_->prepare, took - (phases_->seconds - known_));
+    known_ = phases_->seconds;
+  }
+  // The file has been closed.
+  void Closed() {
+    if (phases_ == nullptr) return;
+    const double took = Lap();
+    Alone(phases_->encode, took);
+    phases_->encode_elapsed += took;
+    known_ = phases_->seconds;
+  }
+
+ private:
+  using Time = std::chrono::steady_clock::time_point;
+  Time Now() const { return phases_ != nullptr ? std::chrono::steady_clock::now() : Time(); }
+  double Lap() {
+    const std::chrono::duration<double> took = Now() - last_;
+    last_ = Now();
+    return took.count();
+  }
+  void Alone(double& phase, double took) {
+    phase += took;
+    phases_->wait += (threads_ - 1) * took;
+    phases_->seconds += took;
+  }
+
+  graph::Phases* const phases_;
+  const int threads_;
+  Time last_;
+  double known_ = 0;  // seconds that have a phase
+};
+
+void Tell(const std::string& file, const std::string& encoder, const graph::Phases& phases, RunStats& stats) {
+  const std::vector<std::string> lines = phases.Lines(file);
+  stats.files.insert(stats.files.begin(), lines.begin(), lines.end());
+  stats.files.push_back(file + " encoded by " + encoder);
+}
+
+}  // namespace
 
 PendingOutput::PendingOutput(const Node& node, const std::string& file, const WriteOptions& options)
     : file_(file), sync_(options.sync) {
+  graph::Phases phases, *const asked = options.stats != nullptr ? &phases : nullptr;
+  FileTimes times(asked, options.render.threads);
   const ImageSpec& spec = node.spec();
   const std::string target = io::ResolveTarget(file);
   io::FileSink sink(file, spec, options.type.value_or(spec.type), options.attributes);
@@ -27,9 +84,11 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
   try {
     sink.Open(temporary_, options.codec, sched::ThreadCount(options.render.threads));
     type_ = sink.type();
-    graph::RenderToSink(node, type_, sink, options.render, options.stats);
+    graph::RenderToSink(node, type_, sink, options.render, options.stats, asked);
+    times.Evaluated();
     sink.Finish();
-    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + sink.encoder());
+    times.Closed();
+    if (options.stats != nullptr) Tell(file, sink.encoder(), phases, *options.stats);
     read_back_ = [node, render = options.render, spec = sink.Layout()](int) {
       return io::ReadBack(spec, node, render);
     };
@@ -42,6 +101,8 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
 PendingOutput::PendingOutput(const std::vector<Part>& parts, const std::string& file,
                              const WriteOptions& options)
     : file_(file), sync_(options.sync) {
+  graph::Phases phases, *const asked = options.stats != nullptr ? &phases : nullptr;
+  FileTimes times(asked, options.render.threads);
   const std::string target = io::ResolveTarget(file);
   std::vector<std::unique_ptr<io::FileSink>> sinks;
   std::vector<io::FileSink*> all;
@@ -63,11 +124,13 @@ PendingOutput::PendingOutput(const std::vector<Part>& parts, const std::string& 
       } else {
         all[i]->OpenBehind(*all[i - 1]);
       }
-      graph::RenderToSink(parts[i].node, all[i]->type(), *all[i], options.render, options.stats);
+      graph::RenderToSink(parts[i].node, all[i]->type(), *all[i], options.render, options.stats, asked);
+      times.Evaluated();
       all[i]->Finish();
+      times.Closed();
     }
     type_ = all[0]->type();
-    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + all[0]->encoder());
+    if (options.stats != nullptr) Tell(file, all[0]->encoder(), phases, *options.stats);
     std::vector<io::FileLayout> layouts;
     for (const io::FileSink* sink : all) layouts.push_back(sink->Layout());
     read_back_ = [parts, layouts, render = options.render](int part) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sched/handover.h"
+#include "sched/phase_clock.h"
 #include "sched/scheduler.h"
 
 namespace tessera::sched {
@@ -53,13 +54,28 @@ void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, i
   arena.execute([&] { ForEach(count, task); });
 }
 
-void InnerFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task) {
-  if (threads <= 1 || count <= 1) {
-    OneByOne(count, task);
-  } else if (tbb::this_task_arena::max_concurrency() != threads) {  // outside of a pipeline
+namespace {
+
+void ForInner(int64_t count, int threads, const std::function<void(int64_t, int)>& task) {
+  if (tbb::this_task_arena::max_concurrency() != threads) {  // outside of a pipeline
     ParallelFor(count, threads, task);
   } else {
     tbb::this_task_arena::isolate([&] { ForEach(count, task); });
+  }
+}
+
+}  // namespace
+
+void InnerFor(int64_t count, int threads, const std::function<void(int64_t, int)>& task) {
+  if (threads <= 1 || count <= 1) {
+    OneByOne(count, task);
+    return;
+  }
+  const PhaseHelpers helpers;
+  if (!helpers.any()) {
+    ForInner(count, threads, task);
+  } else {
+    ForInner(count, threads, [&](int64_t i, int worker) { helpers.Run([&] { task(i, worker); }); });
   }
 }
 

@@ -109,7 +109,8 @@ TEST_F(OutputsTest, VerifyPrintsALinePerOutput) {
 
 TEST_F(OutputsTest, RunStatsNamePassesAndMemory) {
   const std::string out = Works("--runstats a.exr --mulc 2 -o out.exr");
-  for (const char* piece : {"runstats out.exr", "Mpixel/s", "GB/s", "peak memory"}) {
+  for (const char* piece : {"runstats out.exr", "Mpixel/s", "GB/s", "peak memory", "prepare ", "decode ",
+                            "compute ", "encode ", "wait ", "limit: "}) {
     EXPECT_NE(out.find(piece), std::string::npos) << piece << "\n" << out;
   }
 }

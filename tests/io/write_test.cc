@@ -459,5 +459,21 @@ TEST_F(WriteTest, AnyNumberOfChannelsIsWrittenOrRefused) {
   }
 }
 
+TEST_F(WriteTest, TheTypeIsKnownBeforeAFileIsThere) {
+  for (const char* const name :
+       {"a.exr", "a.tif", "a.png", "a.tga", "a.dpx", "a.hdr", "a.sgi", "a.bmp", "a.ppm"}) {
+    for (const PixelType type :
+         {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+      const Node node = FromImage(Pattern(ImageSpec(8, 6, 3, type)));
+      PendingOutput output(node, Path(name), {});
+      const PixelType stored = output.type();
+      EXPECT_EQ(StoredType(node, Path(name)), stored) << name << " " << PixelTypeName(type);
+      output.Commit();
+      EXPECT_EQ(Names(), std::vector<std::string>{name}) << "nothing of the trial is left";
+      std::filesystem::remove(Path(name));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera
