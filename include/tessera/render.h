@@ -42,7 +42,7 @@ struct RunStats {
   std::vector<Pass> passes;        ///< in order
   std::vector<std::string> rules;  ///< names of the rewrite rules that were applied, each once
   std::vector<std::string>
-      files;  ///< of every file who decoded or encoded its pixels, and why not somebody faster
+      files;  ///< who decoded or encoded each file, why not somebody faster; where the threads' time went
 };
 
 /// Evaluates the graph into a new image of `type` (all of the node's data window).

@@ -113,8 +113,10 @@ std::vector<Command> OptionCommands() {
                         "Number of threads; 0, the default, is every core. Results do not depend on it.",
                         [](const Arguments& a, Options& o) { o.render.threads = a.Integer("N"); },
                         {Whole("N", 0, 4096, "threads")}));
-  rows.push_back(Option("runstats", "Prints per output: time per pass, Mpixel/s, GB/s, and the peak memory.",
-                        [](const Arguments&, Options& o) { o.runstats = true; }));
+  rows.push_back(Option(
+      "runstats",
+      "Prints per output: time per pass, Mpixel/s, GB/s, the seconds of all threads that decoding, computing, encoding and waiting took, and the peak memory.",
+      [](const Arguments&, Options& o) { o.runstats = true; }));
   rows.push_back(Option("verify",
                         "Compares what was stored with the double-precision reference of this line.",
                         [](const Arguments& a, Options& o) {
