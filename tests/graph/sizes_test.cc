@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
-#include <new>
 #include <random>
 #include <string>
 #include <vector>
@@ -39,9 +38,11 @@ class Sparse {
 
   Sparse() {
     data_ = mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (data_ == MAP_FAILED) throw std::bad_alloc();
+    if (data_ == MAP_FAILED) data_ = nullptr;  // a system that promises no more than it has
   }
-  ~Sparse() { munmap(data_, kBytes); }
+  ~Sparse() {
+    if (data_ != nullptr) munmap(data_, kBytes);
+  }
   Sparse(const Sparse&) = delete;
   Sparse& operator=(const Sparse&) = delete;
 
@@ -94,7 +95,8 @@ class SizesTest : public ::testing::Test {
  protected:
   static constexpr double kSeconds = 2;  // of one place: longer is a pass over whole lines or columns
 
-  SizesTest() {
+  void SetUp() override {
+    if (sparse_.data() == nullptr) GTEST_SKIP() << "the system refuses 19.6 GB of addresses";
     for (const Roi& place : kPlaces) {
       sparse_.Fill(
           Intersection({place.x0 - kFilled, place.y0 - kFilled, place.x1 + kFilled, place.y1 + kFilled},
