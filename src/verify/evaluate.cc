@@ -34,6 +34,21 @@ void DropWithoutJumps(Evaluated& out) {
   if (std::none_of(all.begin(), all.end(), [](double v) { return v > 0; })) out.jump = {};
 }
 
+// Between operations samples are floats: what is beyond the largest is infinite, what may be is undecided.
+void Overflow(Evaluated& out) {
+  constexpr double kLargest = 0x1.ffffffp127;  // rounds to infinity
+  for (size_t i = 0; i < out.value.samples.size(); ++i) {
+    double &v = out.value.samples[i], &tolerance = out.tolerance.samples[i];
+    const double size = std::fabs(v);
+    if (!std::isfinite(v) || !(size + tolerance >= kLargest)) continue;
+    const bool decided = size - tolerance >= kLargest;
+    if (size >= kLargest) v = std::copysign(std::numeric_limits<double>::infinity(), v), tolerance = 0;
+    if (decided) continue;
+    if (out.jump.samples.empty()) out.jump = ImageD(out.value.roi, out.value.channels);
+    out.jump.samples[i] = reference::kUnknownJump;
+  }
+}
+
 // Calls f(x, y, c) for every sample.
 template <typename F>
 void ForEachSample(const ImageD& image, const F& f) {
@@ -337,6 +352,7 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
       if (std::isfinite(change)) out.tolerance.samples[i] += change;
     }
   }
+  Overflow(out);
   return out;
 }
 
