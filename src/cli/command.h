@@ -46,6 +46,10 @@ struct Command {
   void (*run)(const Step&, Session&) = nullptr;            // every other one
 };
 
+// A row with what every command has; what else there is to say of it is added by whoever makes it.
+Command RowOf(const std::string& group, Effect effect, const std::string& name, int inputs,
+              const std::string& summary, std::vector<ops::ParamInfo> arguments,
+              std::vector<ops::ParamInfo> modifiers = {});
 // All commands: the general ones in the order of the manual, then the registry's, family by family.
 const std::vector<Command>& Commands();
 // By name or alias without dashes; null when there is none.

@@ -28,6 +28,20 @@ std::vector<Command> AllCommands() {
 
 }  // namespace
 
+Command RowOf(const std::string& group, Effect effect, const std::string& name, int inputs,
+              const std::string& summary, std::vector<ops::ParamInfo> arguments,
+              std::vector<ops::ParamInfo> modifiers) {
+  Command c;
+  c.info.name = name;
+  c.info.inputs = inputs;
+  c.info.summary = summary;
+  c.info.arguments = std::move(arguments);
+  c.info.modifiers = std::move(modifiers);
+  c.group = group;
+  c.effect = effect;
+  return c;
+}
+
 const std::vector<Command>& Commands() {
   static const std::vector<Command> kRows = AllCommands();
   return kRows;

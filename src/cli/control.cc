@@ -90,13 +90,7 @@ void SetVariable(const Step& step, Session& session) {
 
 Command Row(const std::string& name, const std::string& summary, std::vector<ParamInfo> arguments,
             void (*run)(const Step&, Session&), std::vector<std::string> lines) {
-  Command c;
-  c.info.name = name;
-  c.info.inputs = 0;
-  c.info.summary = summary;
-  c.info.arguments = std::move(arguments);
-  c.group = "Control";
-  c.effect = Effect::kControl;
+  Command c = RowOf("Control", Effect::kControl, name, 0, summary, std::move(arguments));
   c.any_text = true;
   c.run = run;
   c.lines = std::move(lines);

@@ -155,13 +155,7 @@ void CheckRange(const Step& step, Session& session) {
 
 Command Row(const std::string& name, const std::string& summary, std::vector<ParamInfo> arguments,
             void (*run)(const Step&, Session&), const std::string& line) {
-  Command c;
-  c.info.name = name;
-  c.info.inputs = 1;
-  c.info.summary = summary;
-  c.info.arguments = std::move(arguments);
-  c.group = "Reports";
-  c.effect = Effect::kUse;
+  Command c = RowOf("Reports", Effect::kUse, name, 1, summary, std::move(arguments));
   c.run = run;
   c.lines = {line};
   return c;

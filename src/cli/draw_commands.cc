@@ -141,14 +141,8 @@ void ComparePerception(const Step&, Session& session) {
 
 Command Row(const std::string& name, const std::string& summary, std::vector<ParamInfo> arguments,
             std::vector<ParamInfo> modifiers, void (*run)(const Step&, Session&), const std::string& line) {
-  Command c;
-  c.info.name = name;
-  c.info.inputs = 1;
-  c.info.summary = summary;
-  c.info.arguments = std::move(arguments);
-  c.info.modifiers = std::move(modifiers);
-  c.group = "By OpenImageIO, in memory";
-  c.effect = Effect::kApply;
+  Command c = RowOf("By OpenImageIO, in memory", Effect::kApply, name, 1, summary, std::move(arguments),
+                    std::move(modifiers));
   c.run = run;
   c.lines = {line};
   return c;

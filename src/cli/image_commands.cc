@@ -32,14 +32,7 @@ const std::vector<std::string> kTypes = {"uint8", "uint16", "half", "float"};
 Command Row(const std::string& name, Effect effect, int inputs, const std::string& summary,
             void (*run)(const Step&, Session&), std::vector<ParamInfo> arguments,
             std::vector<ParamInfo> modifiers) {
-  Command c;
-  c.info.name = name;
-  c.info.inputs = inputs;
-  c.info.summary = summary;
-  c.info.arguments = std::move(arguments);
-  c.info.modifiers = std::move(modifiers);
-  c.group = "Images";
-  c.effect = effect;
+  Command c = RowOf("Images", effect, name, inputs, summary, std::move(arguments), std::move(modifiers));
   c.run = run;
   return c;
 }

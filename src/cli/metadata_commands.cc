@@ -19,13 +19,7 @@ ParamInfo Text(const std::string& name, const std::string& help) {
 
 Command Row(const std::string& name, const std::string& summary, std::vector<ParamInfo> arguments,
             void (*run)(const Step&, Session&), std::vector<std::string> lines) {
-  Command c;
-  c.info.name = name;
-  c.info.inputs = 1;
-  c.info.summary = summary;
-  c.info.arguments = std::move(arguments);
-  c.group = "Metadata";
-  c.effect = Effect::kApply;
+  Command c = RowOf("Metadata", Effect::kApply, name, 1, summary, std::move(arguments));
   c.any_text = true;
   c.run = run;
   c.lines = std::move(lines);

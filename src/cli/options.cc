@@ -15,14 +15,7 @@ using ops::ParamType;
 
 Command Option(const std::string& name, const std::string& summary, void (*set)(const Arguments&, Options&),
                std::vector<ParamInfo> arguments = {}, std::vector<ParamInfo> modifiers = {}) {
-  Command c;
-  c.info.name = name;
-  c.info.inputs = 0;
-  c.info.summary = summary;
-  c.info.arguments = std::move(arguments);
-  c.info.modifiers = std::move(modifiers);
-  c.group = "General";
-  c.effect = Effect::kOption;
+  Command c = RowOf("General", Effect::kOption, name, 0, summary, std::move(arguments), std::move(modifiers));
   c.set = set;
   return c;
 }

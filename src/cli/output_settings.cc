@@ -26,13 +26,7 @@ using ops::ParamType;
 
 Command Row(const std::string& name, const std::string& summary, std::vector<ParamInfo> arguments,
             void (*run)(const Step&, Session&), std::vector<std::string> lines) {
-  Command c;
-  c.info.name = name;
-  c.info.inputs = 0;
-  c.info.summary = summary;
-  c.info.arguments = std::move(arguments);
-  c.group = "Files";
-  c.effect = Effect::kSetting;
+  Command c = RowOf("Files", Effect::kSetting, name, 0, summary, std::move(arguments));
   c.applies_to = "o";
   c.run = run;
   c.lines = std::move(lines);
