@@ -21,6 +21,24 @@ foreach(kind static shared)
 endforeach()
 if(TARGET tessera_cli)
   install(TARGETS tessera_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  # The manual page and what shells complete by, made from the registry by the program itself.
+  set(made "")
+  foreach(file tessera.1 tessera.bash _tessera tessera.fish)
+    list(APPEND made ${PROJECT_BINARY_DIR}/shell/${file})
+  endforeach()
+  add_custom_command(OUTPUT ${made} DEPENDS tessera_cli
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/shell
+    COMMAND tessera_cli --man > ${PROJECT_BINARY_DIR}/shell/tessera.1
+    COMMAND tessera_cli --completion bash > ${PROJECT_BINARY_DIR}/shell/tessera.bash
+    COMMAND tessera_cli --completion zsh > ${PROJECT_BINARY_DIR}/shell/_tessera
+    COMMAND tessera_cli --completion fish > ${PROJECT_BINARY_DIR}/shell/tessera.fish
+    COMMENT "Manual page and completions" VERBATIM)
+  add_custom_target(shell_files ALL DEPENDS ${made})
+  set(shell ${PROJECT_BINARY_DIR}/shell)
+  install(FILES ${shell}/tessera.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(FILES ${shell}/tessera.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tessera)
+  install(FILES ${shell}/_tessera DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
+  install(FILES ${shell}/tessera.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/tessera ${PROJECT_BINARY_DIR}/include/tessera
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")

@@ -225,14 +225,13 @@ Token SplitToken(const std::string& word) {
 Line ParseLine(const std::vector<std::string>& words) {
   Line line = LineReader(words, true).Read();
   const Options& o = line.options;
-  const bool only_informs = o.help || o.version || o.list_commands || o.list_formats || o.simd == "list";
-  if (o.batch && !only_informs) {
+  if (o.batch && !o.Informs()) {
     if (!line.steps.empty()) {
       throw UsageError(line.steps[0].written,
                        "found beside --batch, expected options alone: images and commands come from standard "
                        "input, one line a job");
     }
-  } else if (!only_informs) {
+  } else if (!o.Informs()) {
     const Blocks blocks(line.steps);
     if (IsKnownAhead(line.steps)) {
       line.steps = OperandsFirst(std::move(line.steps));

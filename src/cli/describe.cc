@@ -15,12 +15,12 @@ using base::NumberText;
 
 // As many modifiers as have room in a line of help that has `used` columns without them; an ellipsis stands
 // for the rest.
-std::string Modifiers(const ops::OpInfo& row, size_t used) {
-  constexpr size_t kRoom = 94;  // of 100: an indent, brackets, the ellipsis
+std::string Modifiers(const ops::OpInfo& row, size_t used, size_t columns) {
+  const size_t room = columns - 6;  // an indent, brackets, the ellipsis
   std::string text;
   for (const ops::ParamInfo& p : row.modifiers) {
     const std::string next = ":" + p.name + "=" + p.default_value;
-    if (used + text.size() + next.size() > kRoom) {
+    if (used + text.size() + next.size() > room) {
       text += ":…";
       break;
     }
@@ -80,16 +80,16 @@ std::string Quoted(const std::string& word) {
 
 std::string Dashed(const std::string& name) { return (name.size() == 1 ? "-" : "--") + name; }
 
-std::string Synopsis(const Command& command) {
+std::string Synopsis(const Command& command, size_t columns) {
   const std::string name = Dashed(command.info.name);
   std::string arguments;
   for (const ops::ParamInfo& p : command.info.arguments)
     arguments += command.optional_argument ? " [" + p.name + "]" : " " + p.name;
-  return name + Modifiers(command.info, name.size() + arguments.size()) + arguments;
+  return name + Modifiers(command.info, name.size() + arguments.size(), columns) + arguments;
 }
 
-std::string GeneratorSynopsis(const ops::OpInfo& generator) {
-  return generator.name + Modifiers(generator, generator.name.size());
+std::string GeneratorSynopsis(const ops::OpInfo& generator, size_t columns) {
+  return generator.name + Modifiers(generator, generator.name.size(), columns);
 }
 
 int Taken(const Command& command) {

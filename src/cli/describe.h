@@ -9,10 +9,10 @@
 
 namespace tessera::cli {
 
-// "--saturate[:weights=rec709] S".
-std::string Synopsis(const Command& command);
+// "--saturate[:weights=rec709] S"; modifiers that find no room in a line are left out.
+std::string Synopsis(const Command& command, size_t columns = 100);
 // "checker[:width=16]".
-std::string GeneratorSynopsis(const ops::OpInfo& generator);
+std::string GeneratorSynopsis(const ops::OpInfo& generator, size_t columns = 100);
 // "Takes two images and gives one."; empty where the stack is not concerned.
 std::string Operands(const Command& command);
 // How many images are on the stack for it (-1: as many as its arguments say), and how many it leaves in their

@@ -42,9 +42,16 @@ std::string HistoryOf(const std::vector<std::string>& words) {
 }
 
 // --help and its like; true when one of them was asked for.
-bool Inform(const Options& options) {
+bool Inform(const Options& options, const Layout& layout) {
   if (options.help) {
-    options.help_topic.empty() ? PrintOverview(std::cout) : PrintCommandHelp(std::cout, options.help_topic);
+    options.help_topic.empty() ? PrintOverview(std::cout, layout)
+                               : PrintCommandHelp(std::cout, options.help_topic, layout);
+  } else if (options.search) {
+    PrintSearch(std::cout, options.help_search, layout);
+  } else if (options.manual) {
+    PrintManual(std::cout);
+  } else if (!options.completion.empty()) {
+    PrintCompletion(std::cout, options.completion);
   } else if (options.version) {
     PrintVersion(std::cout);
   } else if (options.list_commands) {
@@ -152,12 +159,12 @@ int RunLine(Line line, const std::vector<std::string>& words, std::vector<std::s
 int RunJob(const std::vector<std::string>& words, std::vector<std::string>& written) {
   const Line line = ParseLine(WithFrame(words, 1));
   if (line.options.batch) throw UsageError("--batch", "found in a job, expected on the program's own line");
-  return Inform(line.options) ? kDone : RunLine(line, words, written);
+  return Inform(line.options, {}) ? kDone : RunLine(line, words, written);
 }
 
 int Main(const std::vector<std::string>& words) {
   const Line line = ParseLine(WithFrame(words, 1));
-  if (Inform(line.options)) return kDone;
+  if (Inform(line.options, LayoutOfOutput())) return kDone;
   CatchSignals();
   if (!line.options.verbose) SilenceLibraries();
   if (line.options.batch) return RunBatch(words, line.options.batch_jobs, RunJob);

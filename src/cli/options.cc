@@ -55,6 +55,33 @@ std::vector<Command> OptionCommands() {
                         {Text("COMMAND", "the name of a command or of a pattern")}));
   rows.back().optional_argument = true;
   rows.back().aliases = {"h"};
+  rows.push_back(Option("help-search", "Finds the commands that are about something.",
+                        [](const Arguments& a, Options& o) {
+                          o.search = true;
+                          o.help_search = a.Text("WORDS");
+                        },
+                        {Text("WORDS", "words, such as sharpen or \"soft shadow\"; all must hold")}));
+  rows.back().any_text = true;
+  rows.back().info.help =
+      "Names, aliases, what other programs call them (worley, grade, exposure), summaries, parameters and help are "
+      "looked through, endings left aside; the likeliest come first.";
+  rows.back().lines = {"--help-search worley", "--help-search 'soft shadow'"};
+  rows.push_back(Option("man", "Prints the manual page, for man(1).",
+                        [](const Arguments&, Options& o) { o.manual = true; }));
+  rows.back().info.help = "tessera --man | man -l - shows it; an installation brings it as tessera.1.";
+  rows.back().lines = {"--man"};
+  rows.push_back(Option("completion", "Prints what a shell completes lines by.",
+                        [](const Arguments& a, Options& o) { o.completion = a.Text("SHELL"); },
+                        {{.name = "SHELL",
+                          .type = ParamType::kChoice,
+                          .default_value = "",
+                          .help = "the shell",
+                          .choices = {"bash", "zsh", "fish"}}}));
+  rows.back().info.help =
+      "Commands, modifiers, what these may be, and files. An installation brings the three; without one: in bash, source "
+      "<(tessera --completion bash); in zsh, put it as _tessera in a folder of $fpath; in fish, tessera --completion fish "
+      "| source.";
+  rows.back().lines = {"--completion bash"};
   rows.push_back(Option("version", "Prints the version and the compiled targets that this machine runs.",
                         [](const Arguments&, Options& o) { o.version = true; }));
   rows.push_back(Option("v", "Says on stderr what is read and written.",

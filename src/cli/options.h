@@ -18,7 +18,10 @@ struct Options {
   bool batch = false;
   int batch_jobs = 1;  // at once; 0: one a core
   bool help = false, version = false, list_commands = false;
-  std::string help_topic;  // empty: the overview
+  std::string help_topic;   // empty: the overview
+  std::string help_search;  // words; --help-search was asked for where `search` is set
+  bool search = false, manual = false;
+  std::string completion;  // for which shell; empty: not asked for
   std::string list_format = "tsv";
   bool verbose = false, quiet = false, dry_run = false, runstats = false, explain = false;
   bool verify = false;
@@ -40,6 +43,11 @@ struct Options {
   std::string info_match, info_no_match, dump_name;
   bool TellsInputs() const { return info || info_hash || dump; }
   bool list_formats = false;
+  // Something is printed and nothing done.
+  bool Informs() const {
+    return help || search || manual || !completion.empty() || version || list_commands || list_formats ||
+           simd == "list";
+  }
   bool json = false;  // reports are for programs
   bool safe = false;
   bool sandbox = true;

@@ -65,8 +65,8 @@ void Plan(const std::vector<std::string>& words) {
   std::ostringstream out;
   if (line.options.help && !line.options.help_topic.empty())
     cli::PrintCommandHelp(out, line.options.help_topic);
-  if (line.options.help || line.options.version || line.options.list_commands || line.options.simd == "list")
-    return;
+  if (line.options.search) cli::PrintSearch(out, line.options.help_search, {});
+  if (line.options.Informs()) return;
   constexpr size_t kMostFrames = 2;
   const std::vector<cli::FrameLine> frames = cli::ExpandFrames(words, line);
   for (size_t i = 0; i < std::min(frames.size(), kMostFrames); ++i) {
