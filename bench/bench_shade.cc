@@ -142,7 +142,7 @@ Node ShadowByBlocks(const Scene& s, double bias) {
   layout.dims = 2;
   LookupParams nearest;
   nearest.filter = TableFilter::kNearest;
-  nearest.wrap = {TableWrap::kBorder};
+  nearest.wrap = {Wrap::kBlack};
   nearest.border = {1};
   const Node depth = Lookup(str, FromImage(s.light_depth), layout, nearest);
   const Node margin = Sub(AddConstant(depth, {bias}), MinConstant(SelectChannels(str, {{2, 0, "V"}}), {1}));

@@ -77,7 +77,7 @@ int main() {
     const tessera::LicParams same{.length = kSteps,
                                   .integrator = tessera::LicIntegrator::kEuler,
                                   .method = tessera::LicMethod::kDirect,
-                                  .border = tessera::LicBorder::kClamp,
+                                  .wrap = tessera::Wrap::kClamp,
                                   .linear = true,
                                   .speed = true};
     const double fast = Milliseconds(Lic(FromImage(noise), FromImage(field), same), direct);

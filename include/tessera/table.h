@@ -13,6 +13,7 @@
 
 #include "tessera/export.h"
 #include "tessera/image.h"
+#include "tessera/wrap.h"
 
 TESSERA_API_BEGIN
 namespace tessera {
@@ -38,16 +39,6 @@ enum class CubicKernel : uint8_t {
   kCatmullRom,  ///< B = 0, C = 1/2: passes through the entries
   kMitchell,    ///< B = C = 1/3: a little softer
   kBSpline,     ///< B = 1, C = 0: smooth and non-negative
-};
-
-/// What lies beyond the entries of an axis.
-enum class TableWrap : uint8_t {
-  kClampEdge,  ///< the nearest entry
-  kClamp,   ///< OpenGL 1.x: the coordinate is clamped to [0,1], entries beyond are the border colour, so that
-            ///< a linear lookup at 0 or 1 of a kCentres table is half border
-  kBorder,  ///< the border colour
-  kRepeat,  ///< period 1 (kEnds: entry N - 1 stands for entry 0)
-  kMirror,  ///< period 2; at its turns the edge entry is seen twice, with kEnds once
 };
 
 /// Samples in one to four dimensions with one to four result channels: an immutable value, cheap to copy
@@ -103,9 +94,10 @@ struct LookupParams {
   TableFilter filter = TableFilter::kLinear;     ///< how entries are combined
   CubicKernel cubic = CubicKernel::kCatmullRom;  ///< of kCubic
 
-  /// One per axis; of a shorter list the last serves the rest. Empty means kClampEdge.
-  std::vector<TableWrap> wrap = {};
-  /// One value per result channel, missing ones 0: the border colour of kClamp and kBorder, and the result
+  /// One per axis; of a shorter list the last serves the rest. Of kBlack, kClamp, kGlClamp, kRepeat and
+  /// kMirror; empty means kClamp.
+  std::vector<Wrap> wrap = {};
+  /// One value per result channel, missing ones 0: the border colour of kBlack and kGlClamp, and the result
   /// where the coordinates are NaN (where infinite, with kRepeat and kMirror) or lie behind the projector.
   std::vector<double> border = {};
   /// Channels of the coordinate image: one per axis, and with `projective` one more for q. Empty means 0, 1,
@@ -182,10 +174,10 @@ enum class MipFilter : uint8_t {
 };
 /// Filtered axis after axis in double from level 0 with the filter widened (a box of centred entries from the
 /// level above, which is the same); levels of kEnds tables keep to their ends. Entries beyond an axis follow
-/// `wrap` (one per axis, as in LookupParams; kClamp and kBorder count as `border`, one per channel). Float
+/// `wrap` (one per axis, as in LookupParams; kBlack and kGlClamp count as `border`, one per channel). Float
 /// storage.
 std::vector<Table> MipChain(const Table& table, MipFilter filter = MipFilter::kBox,
-                            const std::vector<TableWrap>& wrap = {}, const std::vector<double>& border = {});
+                            const std::vector<Wrap>& wrap = {}, const std::vector<double>& border = {});
 
 }  // namespace tessera
 TESSERA_API_END

@@ -9,37 +9,36 @@ namespace tessera::base {
 namespace {
 
 // The coordinate of the window that is shown at v; `black` when there is none.
-int MapCoordinate(int v, int lo, int hi, Border border, bool& black) {
+int MapCoordinate(int v, int lo, int hi, Wrap wrap, bool& black) {
   black = false;
   if (v >= lo && v < hi) return v;
   const int64_t n = int64_t{hi} - lo;
   int64_t k = int64_t{v} - lo;
-  switch (border) {
-    case Border::kBlack:
-      black = true;
-      return lo;
-    case Border::kClamp:
+  switch (wrap) {
+    case Wrap::kClamp:
       return v < lo ? lo : hi - 1;
-    case Border::kRepeat:
+    case Wrap::kRepeat:
       k = ((k % n) + n) % n;
       return static_cast<int>(lo + k);
-    case Border::kMirror: {  // edge pixel shown twice
+    case Wrap::kMirror: {  // edge pixel shown twice
       const int64_t period = 2 * n;
       k = ((k % period) + period) % period;
       return static_cast<int>(lo + (k < n ? k : period - 1 - k));
     }
-    case Border::kMirror101: {  // edge pixel shown once
+    case Wrap::kMirror101: {  // edge pixel shown once
       if (n == 1) return lo;
       const int64_t period = 2 * (n - 1);
       k = ((k % period) + period) % period;
       return static_cast<int>(lo + (k < n ? k : period - k));
     }
+    default:
+      black = true;
+      return lo;
   }
-  return lo;
 }
 
 // Range of window coordinates that [a, b) maps to.
-void SourceRange(int a, int b, int lo, int hi, Border border, int& out_lo, int& out_hi) {
+void SourceRange(int a, int b, int lo, int hi, Wrap wrap, int& out_lo, int& out_hi) {
   if (a >= lo && b <= hi) {
     out_lo = a;
     out_hi = b;
@@ -51,12 +50,12 @@ void SourceRange(int a, int b, int lo, int hi, Border border, int& out_lo, int& 
   const int64_t span = std::min<int64_t>(int64_t{b} - a, 2 * (int64_t{hi} - lo));
   const auto take = [&](int v) {
     bool black;
-    const int m = MapCoordinate(v, lo, hi, border, black);
+    const int m = MapCoordinate(v, lo, hi, wrap, black);
     if (black) return;
     out_lo = std::min(out_lo, m);
     out_hi = std::max(out_hi, m + 1);
   };
-  if (border == Border::kBlack || border == Border::kClamp) {
+  if (wrap != Wrap::kRepeat && wrap != Wrap::kMirror && wrap != Wrap::kMirror101) {
     take(a);
     take(b - 1);
     if (a < hi && b > lo) {  // the inside part itself
@@ -70,15 +69,15 @@ void SourceRange(int a, int b, int lo, int hi, Border border, int& out_lo, int& 
 
 }  // namespace
 
-Roi BorderSource(const Roi& wanted, const Roi& window, Border border) {
+Roi BorderSource(const Roi& wanted, const Roi& window, Wrap wrap) {
   if (wanted.empty() || window.empty()) return {};
   Roi r;
-  SourceRange(wanted.x0, wanted.x1, window.x0, window.x1, border, r.x0, r.x1);
-  SourceRange(wanted.y0, wanted.y1, window.y0, window.y1, border, r.y0, r.y1);
+  SourceRange(wanted.x0, wanted.x1, window.x0, window.x1, wrap, r.x0, r.x1);
+  SourceRange(wanted.y0, wanted.y1, window.y0, window.y1, wrap, r.y0, r.y1);
   return r.empty() ? Roi{} : r;
 }
 
-void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, const ImageView& out) {
+void FillWithBorder(const ConstImageView& in, const Roi& window, Wrap wrap, const ImageView& out) {
   const Roi& o = out.roi;
   const auto row_of = [](const auto& view, int y) { return view.data + (y - view.roi.y0) * view.row_stride; };
   const size_t pixel = static_cast<size_t>(out.pixel_stride);
@@ -87,7 +86,7 @@ void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, 
   const auto columns = [&](int x0, int x1, const std::byte* from, std::byte* to) {
     for (int x = x0; x < x1; ++x) {
       bool black;
-      const int source = MapCoordinate(x, window.x0, window.x1, border, black);
+      const int source = MapCoordinate(x, window.x0, window.x1, wrap, black);
       std::byte* at = to + (x - o.x0) * out.pixel_stride;
       if (black) {
         std::memset(at, 0, pixel);
@@ -99,7 +98,7 @@ void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, 
   for (int y = o.y0; y < o.y1; ++y) {
     std::byte* to = row_of(out, y);
     bool black = window.empty();
-    const int source_y = black ? 0 : MapCoordinate(y, window.y0, window.y1, border, black);
+    const int source_y = black ? 0 : MapCoordinate(y, window.y0, window.y1, wrap, black);
     if (black) {
       std::memset(to, 0, pixel * static_cast<size_t>(o.width()));
       continue;

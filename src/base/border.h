@@ -8,14 +8,12 @@
 TESSERA_API_BEGIN
 namespace tessera::base {
 
-using graph::Border;
-
 // The part of the data window whose pixels appear in `wanted` once the border rule is applied.
-Roi BorderSource(const Roi& wanted, const Roi& window, Border border);
+Roi BorderSource(const Roi& wanted, const Roi& window, Wrap wrap);
 
-// Fills `out` (any region) from `in`, which covers BorderSource(out.roi(), window, border). Border pixels are
+// Fills `out` (any region) from `in`, which covers BorderSource(out.roi(), window, wrap). Border pixels are
 // copies, so a fused evaluation equals an eager one bit for bit. An empty window gives zeros.
-void FillWithBorder(const ConstImageView& in, const Roi& window, Border border, const ImageView& out);
+void FillWithBorder(const ConstImageView& in, const Roi& window, Wrap wrap, const ImageView& out);
 
 }  // namespace tessera::base
 TESSERA_API_END

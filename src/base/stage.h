@@ -13,6 +13,7 @@
 #include "base/block.h"
 #include "tessera/image.h"
 #include "tessera/roi.h"
+#include "tessera/wrap.h"
 
 namespace tessera::graph {
 
@@ -80,15 +81,6 @@ class PointStage {
   }
 };
 
-// What lies beyond an input's data window.
-enum class Border : uint8_t {
-  kBlack,
-  kClamp,
-  kRepeat,
-  kMirror,
-  kMirror101
-};  // kMirror shows the edge pixel twice
-
 // Whether pixels are as tile and whole stages want them: of one type, channels side by side, pixels too.
 inline bool IsDense(const ConstImageView& v, PixelType type) {
   const auto bytes = static_cast<ptrdiff_t>(PixelBytes(type));
@@ -121,9 +113,11 @@ class TileStage {
   // The region of input `k` that is needed to compute `out`; may leave the data window. Not asked for inputs
   // that the op needs whole.
   virtual Roi InputRoi(int k, const Roi& out) const = 0;
-  virtual Border InputBorder(int k) const {
+  // What lies beyond an input's data window: kBlack, kClamp, kRepeat, kMirror or kMirror101; the others
+  // are taken as black.
+  virtual Wrap InputBorder(int k) const {
     (void)k;
-    return Border::kClamp;
+    return Wrap::kClamp;
   }
   virtual TileSize Preferred() const { return {}; }
   virtual void Run(const TileArgs& args) const = 0;

@@ -19,7 +19,7 @@ namespace {
 class GrowStage final : public TileStage {
  public:
   Roi InputRoi(int, const Roi& out) const override { return out; }
-  Border InputBorder(int) const override { return Border::kBlack; }
+  Wrap InputBorder(int) const override { return Wrap::kBlack; }
   bool Accepts(PixelType) const override { return true; }
   void Run(const TileArgs& args) const override {
     const Roi& roi = args.out.roi;

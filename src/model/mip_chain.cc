@@ -81,7 +81,7 @@ Taps TapsOf(MipFilter filter, int fine, int coarse, int index, TableAlign align)
 
 }  // namespace
 
-std::vector<Table> MipChain(const Table& table, MipFilter filter, const std::vector<TableWrap>& wrap,
+std::vector<Table> MipChain(const Table& table, MipFilter filter, const std::vector<Wrap>& wrap,
                             const std::vector<double>& border) {
   if (table.dims() < 1 || table.dims() > 3) {
     throw Error("mip chain",

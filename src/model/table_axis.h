@@ -9,20 +9,24 @@
 #include <cstdint>
 #include <vector>
 
+#include "tessera/error.h"
 #include "tessera/table.h"
 
 namespace tessera::model {
 
-// The wrap of an axis in a list whose last item serves the rest.
-inline TableWrap WrapOf(const std::vector<TableWrap>& wrap, int axis) {
-  if (wrap.empty()) return TableWrap::kClampEdge;
-  return wrap[std::min(static_cast<size_t>(axis), wrap.size() - 1)];
+// The wrap of an axis in a list whose last item serves the rest. Throws Error for what no table has.
+inline Wrap WrapOf(const std::vector<Wrap>& wrap, int axis) {
+  if (wrap.empty()) return Wrap::kClamp;
+  const Wrap own = wrap[std::min(static_cast<size_t>(axis), wrap.size() - 1)];
+  if (own == Wrap::kMirror101 || own == Wrap::kRenormalize || own == Wrap::kValid)
+    throw Error("table wrap", "found an image's, expected kClamp, kGlClamp, kBlack, kRepeat or kMirror");
+  return own;
 }
 
 struct TableAxis {
   int size = 1;
   TableAlign align = TableAlign::kCentres;
-  TableWrap wrap = TableWrap::kClampEdge;
+  Wrap wrap = Wrap::kClamp;
 
   // The entry that index i stands for; -1 for the border colour.
   int Entry(int64_t i) const {
@@ -30,23 +34,24 @@ struct TableAxis {
     const int64_t n = size;
     const bool ends = align == TableAlign::kEnds;
     switch (wrap) {
-      case TableWrap::kClampEdge:
+      case Wrap::kClamp:
         return i < 0 ? 0 : size - 1;
-      case TableWrap::kClamp:
-      case TableWrap::kBorder:
+      case Wrap::kGlClamp:
+      case Wrap::kBlack:
         return -1;
-      case TableWrap::kRepeat: {
+      case Wrap::kRepeat: {
         // With kEnds the last entry stands where the first one of the next period does.
         const int64_t period = ends ? std::max<int64_t>(n - 1, 1) : n;
         return static_cast<int>(((i % period) + period) % period);
       }
-      case TableWrap::kMirror: {
+      case Wrap::kMirror: {
         const int64_t period = ends ? std::max<int64_t>(2 * (n - 1), 1) : 2 * n;
         const int64_t j = ((i % period) + period) % period;
         return static_cast<int>(j < n ? j : period - (ends ? 0 : 1) - j);
       }
+      default:
+        return -1;
     }
-    return -1;
   }
 
   // The coordinate after the wrap's reduction; NaN stays, and infinity becomes NaN where there is a period.
@@ -55,16 +60,15 @@ struct TableAxis {
   double Reduce(double coordinate) const {
     const auto s = static_cast<float>(coordinate);
     switch (wrap) {
-      case TableWrap::kRepeat:
+      case Wrap::kRepeat:
         return s - std::floor(s);
-      case TableWrap::kMirror: {
+      case Wrap::kMirror: {
         const float t = s - 2 * std::floor(0.5f * s);
         return t > 1 ? 2 - t : t;
       }
-      case TableWrap::kClamp:
+      case Wrap::kGlClamp:
         return std::isnan(s) ? s : std::clamp(s, 0.0f, 1.0f);
-      case TableWrap::kClampEdge:
-      case TableWrap::kBorder:
+      default:
         break;
     }
     // Beyond four table lengths nothing changes any more.

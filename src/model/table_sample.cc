@@ -72,8 +72,7 @@ void SampleEntries(const TableEntries& table, const LookupParams& params, const 
     first[i] = static_cast<int64_t>(std::floor(v));
     fraction[i] = v - std::floor(v);
     // OpenGL's clamp never shows the border to the nearest filter.
-    if (axes[i].wrap == TableWrap::kClamp)
-      nearest[i] = std::clamp<int64_t>(nearest[i], 0, table.sizes[i] - 1);
+    if (axes[i].wrap == Wrap::kGlClamp) nearest[i] = std::clamp<int64_t>(nearest[i], 0, table.sizes[i] - 1);
   }
   Sum sum(table, params, axes, result);
   switch (params.filter) {

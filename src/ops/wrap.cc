@@ -5,6 +5,8 @@
 #include <cctype>
 #include <string_view>
 
+#include "tessera/error.h"
+
 namespace tessera::ops {
 namespace {
 
@@ -15,6 +17,12 @@ constexpr std::pair<const char*, const char*> kNames[] = {
 // oiiotool's, OpenGL's, the filters' for the same thing.
 constexpr std::pair<const char*, const char*> kChoices[] = {
     {"periodic", "repeat"}, {"border", "black"}, {"renormalize", "stop"}};
+
+// Where two words have one meaning, the first is the one that messages use.
+constexpr std::pair<const char*, Wrap> kWords[] = {
+    {"black", Wrap::kBlack},      {"clamp", Wrap::kClamp},         {"repeat", Wrap::kRepeat},
+    {"mirror", Wrap::kMirror},    {"mirror101", Wrap::kMirror101}, {"renormalize", Wrap::kRenormalize},
+    {"stop", Wrap::kRenormalize}, {"valid", Wrap::kValid},         {"glclamp", Wrap::kGlClamp}};
 
 bool Has(const std::vector<std::string>& words, const char* word) {
   return std::find(words.begin(), words.end(), word) != words.end();
@@ -30,6 +38,34 @@ ParamInfo WrapModifier(std::vector<std::string> choices, const char* default_val
   param.help = help;
   param.choices = std::move(choices);
   return param;
+}
+
+Wrap WrapNamed(const std::string& word) {
+  for (const auto& [known, wrap] : kWords) {
+    if (word == known) return wrap;
+  }
+  throw Error("wrap", "found \"" + word + "\", expected a rule for what lies beyond an edge");
+}
+
+void RequireWrap(const std::string& op, Wrap wrap, std::initializer_list<Wrap> expected) {
+  if (std::find(expected.begin(), expected.end(), wrap) != expected.end()) return;
+  const auto word = [](Wrap w) -> std::string {
+    for (const auto& [known, meaning] : kWords) {
+      if (meaning == w) return known;
+    }
+    return std::to_string(static_cast<int>(w));
+  };
+  std::string words;
+  size_t left = expected.size();
+  for (const Wrap w : expected) {
+    words += word(w);
+    if (--left > 0) words += left == 1 ? " or " : ", ";
+  }
+  throw Error(op + ":wrap", "found " + word(wrap) + ", expected " + words);
+}
+
+void RequireImageWrap(const std::string& op, Wrap wrap) {
+  RequireWrap(op, wrap, {Wrap::kBlack, Wrap::kClamp, Wrap::kRepeat, Wrap::kMirror});
 }
 
 std::vector<std::string> OtherNames(const ParamInfo& param) {

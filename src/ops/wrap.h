@@ -2,11 +2,13 @@
 #ifndef TESSERA_OPS_WRAP_H_
 #define TESSERA_OPS_WRAP_H_
 
+#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "ops/registry.h"
+#include "tessera/wrap.h"
 
 TESSERA_API_BEGIN
 namespace tessera::ops {
@@ -14,6 +16,12 @@ namespace tessera::ops {
 // `:wrap=`. Its choices are those of clamp, repeat, mirror, mirror101, black, renormalize, valid, stop, ...
 // that the operation has.
 ParamInfo WrapModifier(std::vector<std::string> choices, const char* default_value, const char* help);
+// What a row's own word for it means: renormalize and stop are the same.
+Wrap WrapNamed(const std::string& word);
+// Throws Error("wrap", "found mirror101, expected clamp or ...") unless `wrap` is one of them.
+void RequireWrap(const std::string& op, Wrap wrap, std::initializer_list<Wrap> expected);
+// What most operations have: black, clamp, repeat or mirror.
+void RequireImageWrap(const std::string& op, Wrap wrap);
 
 // Other words for a parameter: border= for wrap=, and for bordervalue=, where the operation has one.
 std::vector<std::string> OtherNames(const ParamInfo& param);

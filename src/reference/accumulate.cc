@@ -71,7 +71,7 @@ void EvaluateShiftAccumulate(const Call& call) {
         const double tap = p.taps[static_cast<size_t>(j * p.width + i)];
         if (tap == 0) continue;
         int sx = x + i - p.anchor_x, sy = y + j - p.anchor_y;
-        const bool inside = Shown(sx, w.x0, w.x1, p.border) && Shown(sy, w.y0, w.y1, p.border);
+        const bool inside = Shown(sx, w.x0, w.x1, p.wrap) && Shown(sy, w.y0, w.y1, p.wrap);
         const double v = inside ? call.in[0].at(sx, sy, c) : 0;
         sum += static_cast<long double>(tap) * v;
         absolute += std::fabs(tap * v);
@@ -89,7 +89,7 @@ void EvaluateShiftAccumulate(const Call& call) {
 }
 Roi ShiftedRegion(const std::any& parameters, int, const Roi& out) {
   const auto& p = std::any_cast<const ShiftAccumulateParams&>(parameters);
-  return Around(out, p.width, p.height, p.width, p.height, p.border);
+  return Around(out, p.width, p.height, p.width, p.height, p.wrap);
 }
 
 void EvaluateDepthOfField(const Call& call) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "reference/border.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 
@@ -24,17 +25,9 @@ struct Field {
   double scale;
   int bits;
 
-  static int Seen(int i, int low, int high, Wrap wrap) {
-    const int n = high - low;
-    if (i >= low && i < high) return i;
-    if (wrap == Wrap::kClamp) return i < low ? low : high - 1;
-    const int period = wrap == Wrap::kMirror ? 2 * n : n;
-    const int m = ((i - low) % period + period) % period;
-    return low + (m < n ? m : 2 * n - 1 - m);
-  }
   double Stored(int x, int y) const {
-    if (wrap == Wrap::kBlack && !window.Contains({x, y, x + 1, y + 1})) return 0;
-    const double v = image.at(Seen(x, window.x0, window.x1, wrap), Seen(y, window.y0, window.y1, wrap), 0);
+    if (!Shown(x, window.x0, window.x1, wrap) || !Shown(y, window.y0, window.y1, wrap)) return 0;
+    const double v = image.at(x, y, 0);
     if (bits == 0) return v;
     const double codes = std::ldexp(1.0, bits) - 1;
     return std::nearbyint(std::clamp(v, 0.0, 1.0) * codes) / codes;
@@ -80,8 +73,8 @@ std::pair<double, double> Slopes(const Field& f, Slope slope, int x, int y) {
 double SlopeOff(const Call& call, const Field& f, int x, int y) {
   double most = 0;
   for (int k = 0; k < 9 && !call.tolerances.empty(); ++k) {
-    const int i = Field::Seen(x + k % 3 - 1, f.window.x0, f.window.x1, f.wrap),
-              j = Field::Seen(y + k / 3 - 1, f.window.y0, f.window.y1, f.wrap);
+    int i = x + k % 3 - 1, j = y + k / 3 - 1;
+    if (!Shown(i, f.window.x0, f.window.x1, f.wrap) || !Shown(j, f.window.y0, f.window.y1, f.wrap)) continue;
     most = std::max(most, call.Tolerance(0, i, j, 0));
   }
   return 2 * std::fabs(f.scale) * most;

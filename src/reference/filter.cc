@@ -22,11 +22,11 @@ constexpr double kUnit = 0x1p-24;
 struct Bordered {
   const ImageD& image;
   const Roi& window;
-  BorderMode border;
+  Wrap wrap;
   double value;
   // The sample at (x, y), anywhere; `inside` tells whether a pixel is shown there.
   double at(int x, int y, int c, bool* inside) const {
-    *inside = Shown(x, window.x0, window.x1, border) && Shown(y, window.y0, window.y1, border);
+    *inside = Shown(x, window.x0, window.x1, wrap) && Shown(y, window.y0, window.y1, wrap);
     return *inside ? image.at(x, y, c) : value;
   }
 };
@@ -46,12 +46,12 @@ Sample WindowSum(const Bordered& in, int x, int y, int c, int width, int height,
       bool inside = false;
       const double v = in.at(x - ax + i, y - ay + j, c, &inside);
       if (inside) weight_inside += w;
-      if (!inside && in.border == BorderMode::kRenormalize) continue;
+      if (!inside && in.wrap == Wrap::kRenormalize) continue;
       sum += w * v;
       magnitude += std::fabs(w * v);
     }
   }
-  if (in.border == BorderMode::kRenormalize && weight_inside != 0 && weight_inside != weight_all) {
+  if (in.wrap == Wrap::kRenormalize && weight_inside != 0 && weight_inside != weight_all) {
     const double factor = weight_all / weight_inside;
     sum *= factor, magnitude *= std::fabs(factor);
     // Weights that cancel leave what doubles make of them.
@@ -131,8 +131,8 @@ void EvaluateConvolve(const Call& call) {
     taps = std::max(taps, count);
     if (p.kernel_image && p.normalize && sum != 0) sums[static_cast<size_t>(plane)] = sum;
   }
-  const Bordered in{call.in[0], call.in_specs[0].data_window, q.border,
-                    q.border == BorderMode::kBlack ? q.border_value : 0};
+  const Bordered in{call.in[0], call.in_specs[0].data_window, q.wrap,
+                    q.wrap == Wrap::kBlack ? q.border_value : 0};
   // Small kernels whose sum is 0 are sums of differences from one sample: it counts with every weight.
   double total = 0, balance = 0;
   for (int j = 0; j < k.height; ++j) {
@@ -188,7 +188,7 @@ Roi ConvolveInput(const std::any& parameters, int input, const Roi& out) {
   const auto& p = std::any_cast<const Convolution&>(parameters);
   const Kernel& k = p.kernel;
   if (input == 1) return {-k.anchor_x, -k.anchor_y, k.width - k.anchor_x, k.height - k.anchor_y};
-  return Around(out, k.width, k.height, k.width, k.height, p.params.border);
+  return Around(out, k.width, k.height, k.width, k.height, p.params.wrap);
 }
 
 // ---- Gaussian and box: one axis after the other, in double ----
@@ -201,7 +201,7 @@ struct AxisWeights {
 };
 
 // The result along one axis of `in`, over out's region.
-ImageD Along(bool rows, const ImageD& in, const Roi& out, const Roi& window, BorderMode border, double value,
+ImageD Along(bool rows, const ImageD& in, const Roi& out, const Roi& window, Wrap wrap, double value,
              const AxisWeights& axis) {
   const std::vector<double>& weights = axis.weights;
   ImageD result(out, in.channels);
@@ -213,30 +213,30 @@ ImageD Along(bool rows, const ImageD& in, const Roi& out, const Roi& window, Bor
           const int away = static_cast<int>(i) - axis.before;
           int v = (rows ? x : y) + away;
           const bool inside =
-              rows ? Shown(v, window.x0, window.x1, border) : Shown(v, window.y0, window.y1, border);
+              rows ? Shown(v, window.x0, window.x1, wrap) : Shown(v, window.y0, window.y1, wrap);
           if (inside) inside_weight += weights[i];
           if (inside) {
             const double sample = rows ? in.at(v, y, c) : in.at(x, v, c);
             if (std::abs(away) <= axis.reach || std::isfinite(sample)) sum += weights[i] * sample;
-          } else if (border == BorderMode::kBlack) {
+          } else if (wrap == Wrap::kBlack) {
             sum += weights[i] * value;
           }
         }
-        result.at(x, y, c) = border == BorderMode::kRenormalize ? sum / inside_weight : sum;
+        result.at(x, y, c) = wrap == Wrap::kRenormalize ? sum / inside_weight : sum;
       }
     }
   }
   return result;
 }
 
-void EvaluateSeparable(const Call& call, BorderMode border, double value, const AxisWeights& row,
+void EvaluateSeparable(const Call& call, Wrap wrap, double value, const AxisWeights& row,
                        const AxisWeights& column, double l1, double roundings) {
   const Roi& window = call.in_specs[0].data_window;
   const Roi& o = call.out.roi;
   if (o.empty()) return;
   const ImageD& in = call.in[0];
   // Columns first: few rows are wanted.
-  const ImageD half = Along(false, in, {in.roi.x0, o.y0, in.roi.x1, o.y1}, window, border, value, column);
+  const ImageD half = Along(false, in, {in.roi.x0, o.y0, in.roi.x1, o.y1}, window, wrap, value, column);
   ImageD magnitudes = in;
   double largest = std::fabs(value);
   for (double& v : magnitudes.samples) {
@@ -244,13 +244,13 @@ void EvaluateSeparable(const Call& call, BorderMode border, double value, const 
     if (std::isfinite(v)) largest = std::max(largest, v);
   }
   if (!call.largest.empty()) largest = std::max(largest, call.largest[0]);
-  const ImageD sums = Along(true, half, o, window, border, value, row);
+  const ImageD sums = Along(true, half, o, window, wrap, value, row);
   if (call.scale == nullptr) {
     call.out.samples = sums.samples;
     return;
   }
-  const ImageD half_magnitude = Along(false, magnitudes, half.roi, window, border, std::fabs(value), column);
-  const ImageD scales = Along(true, half_magnitude, o, window, border, std::fabs(value), row);
+  const ImageD half_magnitude = Along(false, magnitudes, half.roi, window, wrap, std::fabs(value), column);
+  const ImageD scales = Along(true, half_magnitude, o, window, wrap, std::fabs(value), row);
   ForEachSample(call, [&](int x, int y, int c) {
     return Sample(sums.at(x, y, c), roundings * scales.at(x, y, c) + l1 / kUnit * largest + kSmallestScale);
   });
@@ -293,15 +293,15 @@ void EvaluateBlur(const Call& call) {
                         (box->method == FilterMethod::kAuto && small);
     const double steps =
         summed ? 1 + box->width + box->height : std::log2(double{1} * box->width * box->height);
-    return EvaluateSeparable(call, box->border, box->border_value, axis(box->width), axis(box->height), 0,
+    return EvaluateSeparable(call, box->wrap, box->border_value, axis(box->width), axis(box->height), 0,
                              2 + steps);
   }
   const auto& p = std::any_cast<const GaussianParams&>(call.parameters);
   const bool summed = IsSummed(p);
   const bool decimated = p.method == FilterMethod::kDecimated ||
                          (p.method == FilterMethod::kAuto && std::min(p.sigma_x, p.sigma_y) >= 16 &&
-                          p.border != BorderMode::kRenormalize);
-  EvaluateSeparable(call, p.border, p.border_value, GaussianWeights(p.sigma_x), GaussianWeights(p.sigma_y),
+                          p.wrap != Wrap::kRenormalize);
+  EvaluateSeparable(call, p.wrap, p.border_value, GaussianWeights(p.sigma_x), GaussianWeights(p.sigma_y),
                     summed      ? 1e-6
                     : decimated ? 1e-4
                                 : 2e-5,
@@ -309,18 +309,18 @@ void EvaluateBlur(const Call& call) {
 }
 Roi BlurInput(const std::any& parameters, int, const Roi& out) {
   if (const auto* box = std::any_cast<BoxParams>(&parameters)) {
-    return Around(out, box->width, box->height, box->width, box->height, box->border);
+    return Around(out, box->width, box->height, box->width, box->height, box->wrap);
   }
   const auto& p = std::any_cast<const GaussianParams&>(parameters);
   const int x = static_cast<int>(std::ceil(7 * p.sigma_x)), y = static_cast<int>(std::ceil(7 * p.sigma_y));
-  return Around(out, x, y, x, y, p.border);
+  return Around(out, x, y, x, y, p.wrap);
 }
 
 // ---- Gradients ----
 
 void EvaluateSobel(const Call& call) {
   const auto& p = std::any_cast<const SobelParams&>(call.parameters);
-  const Bordered in{call.in[0], call.in_specs[0].data_window, p.border, 0};
+  const Bordered in{call.in[0], call.in_specs[0].data_window, p.wrap, 0};
   ForEachSample(call, [&](int x, int y, int result) {
     const int c = p.output == SobelOutput::kXY ? result / 2 : result;
     const auto at = [&](int dx, int dy) {
@@ -359,7 +359,7 @@ void EvaluateSobel(const Call& call) {
 }
 Roi SobelInput(const std::any& parameters, int, const Roi& out) {
   const auto& p = std::any_cast<const SobelParams&>(parameters);
-  return p.by_parts() ? out : Around(out, 1, 1, 1, 1, p.border);
+  return p.by_parts() ? out : Around(out, 1, 1, 1, 1, p.wrap);
 }
 
 void EvaluateUnsharp(const Call& call) {

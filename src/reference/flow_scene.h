@@ -80,7 +80,7 @@ class Scene {
   double longest() const { return longest_; }
   double range(int c) const { return range_[static_cast<size_t>(c)]; }
   double Share(int x, int y) const { return shown_ > 0 ? std::min(1.0, Given(x, y) / shown_) : 0; }
-  bool Repeats() const { return p_.border == LicBorder::kRepeat; }
+  bool Repeats() const { return p_.wrap == Wrap::kRepeat; }
   // A map of the whole earth is one across the date line too.
   bool Around() const { return Repeats() || p_.units == LicUnits::kLatLong; }
   // A pixel beyond the picture, as the border has it.
@@ -89,7 +89,7 @@ class Scene {
   // Whether a line may be at this pixel.
   bool Open(int x, int y) const {
     const bool out = y < 0 || y >= height_ || (!Around() && (x < 0 || x >= width_));
-    if (p_.border == LicBorder::kStop && out) return false;
+    if (p_.wrap == Wrap::kRenormalize && out) return false;
     return masked_[Index(X(x), Y(y))] == 0;
   }
   Point Stored(int x, int y) const { return vectors_[Index(X(x), Y(y))]; }

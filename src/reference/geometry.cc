@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "reference/border.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 #include "reference/resample_filters.h"
@@ -20,22 +21,6 @@ namespace {
 
 using filters::KernelOf;
 using filters::Value;
-
-// The pixel seen at an index beyond the image, false for black.
-bool Seen(Wrap wrap, int64_t low, int64_t high, int64_t* i) {
-  const int64_t n = high - low;
-  if (*i >= low && *i < high) return true;
-  if (wrap == Wrap::kBlack || n <= 0) return false;
-  if (wrap == Wrap::kClamp) {
-    *i = std::min(std::max(*i, low), high - 1);
-    return true;
-  }
-  const int64_t period = wrap == Wrap::kMirror ? 2 * n : n;
-  int64_t m = (*i - low) % period;
-  if (m < 0) m += period;
-  *i = low + (m < n ? m : 2 * n - 1 - m);
-  return true;
-}
 
 // What beyond the image counts as in the sum of weights.
 enum class Outside { kCounts, kLeftOut };
@@ -65,7 +50,7 @@ struct Lookup {
           std::floor((position + 0.5 - static_cast<double>(low)) / static_cast<double>(high - low));
       if (wrap == Wrap::kMirror && std::fmod(copy, 2) != 0)
         i = static_cast<int64_t>(std::ceil(position - 0.5));
-      if (Seen(wrap, low, high, &i)) taps.push_back({static_cast<int>(i), 1});
+      if (Shown(i, low, high, wrap)) taps.push_back({static_cast<int>(i), 1});
       return taps;
     }
     const double radius = KernelOf(filter).radius * wide;
@@ -73,7 +58,7 @@ struct Lookup {
          ++i) {
       const double w = Value(filter, (static_cast<double>(i) - position) / wide);
       int64_t at = i;
-      const bool seen = Seen(wrap, low, high, &at);
+      const bool seen = Shown(at, low, high, wrap);
       if (seen || outside == Outside::kCounts) sum += w;
       if (!seen && outside == Outside::kCounts) unseen += std::fabs(w);
       if (seen && w != 0) taps.push_back({static_cast<int>(at), w});
@@ -162,8 +147,8 @@ void EvaluateRadial(const Call& call, const std::string& filter, const Line& lx,
             const double weight = Value(filter, std::sqrt(dx * dx + dy * dy));
             if (weight == 0) continue;
             int64_t ix = i, iy = j;
-            Seen(Wrap::kClamp, w.x0, w.x1, &ix);
-            Seen(Wrap::kClamp, w.y0, w.y1, &iy);
+            Shown<int64_t>(ix, w.x0, w.x1, Wrap::kClamp);
+            Shown<int64_t>(iy, w.y0, w.y1, Wrap::kClamp);
             const double sample = in.at(static_cast<int>(ix), static_cast<int>(iy), c);
             value += weight * sample, sum += weight;
             absolute += std::fabs(weight), largest = std::max(largest, std::fabs(sample));

@@ -34,18 +34,18 @@ struct Source {
   std::function<double(int64_t entry, int channel)> read;
 };
 
-TableWrap WrapOf(const LookupParams& p, size_t axis) {
-  return p.wrap.empty() ? TableWrap::kClampEdge : p.wrap[std::min(axis, p.wrap.size() - 1)];
+Wrap WrapOf(const LookupParams& p, size_t axis) {
+  return p.wrap.empty() ? Wrap::kClamp : p.wrap[std::min(axis, p.wrap.size() - 1)];
 }
 
 // Walks an index into the table, one period or reflection at a time where there is one.
-int64_t Wrapped(int64_t i, int64_t n, TableWrap wrap, bool ends) {
-  if (wrap == TableWrap::kClamp || wrap == TableWrap::kBorder) return i < 0 || i >= n ? -1 : i;
-  if (wrap == TableWrap::kClampEdge || n == 1) return std::clamp<int64_t>(i, 0, n - 1);
+int64_t Wrapped(int64_t i, int64_t n, Wrap wrap, bool ends) {
+  if (wrap == Wrap::kGlClamp || wrap == Wrap::kBlack) return i < 0 || i >= n ? -1 : i;
+  if (wrap == Wrap::kClamp || n == 1) return std::clamp<int64_t>(i, 0, n - 1);
   // Entry n - 1 of a period's ends is entry 0 of the next one.
-  if (wrap == TableWrap::kRepeat && ends && i >= n) i -= (i / (n - 1)) * (n - 1);
+  if (wrap == Wrap::kRepeat && ends && i >= n) i -= (i / (n - 1)) * (n - 1);
   while (i < 0 || i >= n) {
-    if (wrap == TableWrap::kRepeat) {
+    if (wrap == Wrap::kRepeat) {
       i += (i < 0 ? 1 : -1) * (ends ? n - 1 : n);
     } else if (i < 0) {
       i = ends ? -i : -1 - i;
@@ -68,17 +68,17 @@ double Kernel(CubicKernel kernel, double x) {
 }
 
 // The coordinate inside the wrap's period, in float as the contract says; nothing when it is not a number.
-std::optional<double> Reduced(double coordinate, TableWrap wrap) {
+std::optional<double> Reduced(double coordinate, Wrap wrap) {
   const auto s = static_cast<float>(coordinate);
   float r = s;
-  if (wrap == TableWrap::kRepeat) r = s - std::floor(s);
-  if (wrap == TableWrap::kMirror) {
+  if (wrap == Wrap::kRepeat) r = s - std::floor(s);
+  if (wrap == Wrap::kMirror) {
     r = static_cast<float>(s - 2.0 * std::floor(s / 2.0));
     if (r > 1) r = 2 - r;
   }
   if (std::isnan(r)) return std::nullopt;
   // Far outside is as good as just outside.
-  const float reach = wrap == TableWrap::kClamp ? 0.0f : 4.0f;
+  const float reach = wrap == Wrap::kGlClamp ? 0.0f : 4.0f;
   return std::clamp(r, -reach, 1 + reach);
 }
 
@@ -97,11 +97,11 @@ Place PlaceOf(double s, int n, bool ends) {
   return {static_cast<int64_t>(below), v - below};
 }
 
-std::vector<Tap> AxisTaps(double s, int n, bool ends, TableWrap wrap, const LookupParams& p) {
+std::vector<Tap> AxisTaps(double s, int n, bool ends, Wrap wrap, const LookupParams& p) {
   std::vector<Tap> taps;
   if (p.filter == TableFilter::kNearest) {
     auto i = static_cast<int64_t>(std::floor(ends ? s * (n - 1) + 0.5 : s * n));
-    if (wrap == TableWrap::kClamp) i = std::clamp<int64_t>(i, 0, n - 1);
+    if (wrap == Wrap::kGlClamp) i = std::clamp<int64_t>(i, 0, n - 1);
     return {{Wrapped(i, n, wrap, ends), 1}};
   }
   const Place at = PlaceOf(s, n, ends);
@@ -177,9 +177,9 @@ class Gather {
 
 // Whether positions are exact: products with a power of two, from which half an entry is taken where that is
 // exact too.
-bool ExactPositions(int n, bool ends, TableWrap wrap) {
+bool ExactPositions(int n, bool ends, Wrap wrap) {
   const int cells = ends ? n - 1 : n;
-  return (cells & (cells - 1)) == 0 && (ends || wrap == TableWrap::kClampEdge);
+  return (cells & (cells - 1)) == 0 && (ends || wrap == Wrap::kClamp);
 }
 
 Found LookUp(const Source& table, const LookupParams& p, const std::vector<double>& coords) {

@@ -55,13 +55,13 @@ float BoxSumAt(const Image& in, const BoxSum& p, int x, int y, int c) {
   const Roi& w = in.spec().data_window;
   const auto fold = [&](int v, int lo, int hi) {
     const int n = hi - lo;
-    if (p.border == graph::Border::kClamp) return std::clamp(v, lo, hi - 1);
+    if (p.wrap == Wrap::kClamp) return std::clamp(v, lo, hi - 1);
     int k = v - lo;
-    if (p.border == graph::Border::kRepeat) {
+    if (p.wrap == Wrap::kRepeat) {
       while (k < 0) k += n;
       return lo + k % n;
     }
-    if (p.border == graph::Border::kMirror101) {
+    if (p.wrap == Wrap::kMirror101) {
       while (n > 1 && (k < 0 || k >= n)) k = k < 0 ? -k : 2 * n - 2 - k;
       return n > 1 ? lo + k : lo;
     }
@@ -72,7 +72,7 @@ float BoxSumAt(const Image& in, const BoxSum& p, int x, int y, int c) {
   for (int dy = -p.ry; dy <= p.ry; ++dy) {
     for (int dx = -p.rx; dx <= p.rx; ++dx) {
       const int px = x + dx, py = y + dy;
-      if (p.border == graph::Border::kBlack && !w.Contains({px, py, px + 1, py + 1})) {
+      if (p.wrap == Wrap::kBlack && !w.Contains({px, py, px + 1, py + 1})) {
         sum += 0;
       } else {
         sum += in.at<float>(fold(px, w.x0, w.x1), fold(py, w.y0, w.y1), c);
@@ -85,9 +85,8 @@ float BoxSumAt(const Image& in, const BoxSum& p, int x, int y, int c) {
 TEST(Engine, BordersFollowTheirDefinitionEvenBeyondTheImage) {
   for (const Roi window : {Roi{0, 0, 19, 11}, Roi{-7, 5, -4, 7}, Roi{3, 3, 4, 4}, Roi{0, 0, 1, 9}}) {
     const Image in = RandomImage(window, 2, 1);
-    for (const auto border : {graph::Border::kBlack, graph::Border::kClamp, graph::Border::kRepeat,
-                              graph::Border::kMirror, graph::Border::kMirror101}) {
-      for (const BoxSum p : {BoxSum{1, 1, border}, BoxSum{5, 12, border}}) {
+    for (const auto wrap : {Wrap::kBlack, Wrap::kClamp, Wrap::kRepeat, Wrap::kMirror, Wrap::kMirror101}) {
+      for (const BoxSum p : {BoxSum{1, 1, wrap}, BoxSum{5, 12, wrap}}) {
         const Image out = Render(BoxSumOf(FromImage(in), p), PixelType::kFloat, Tiles(5, 3, 1));
         for (int y = window.y0; y < window.y1; ++y) {
           for (int x = window.x0; x < window.x1; ++x) {
@@ -102,9 +101,9 @@ TEST(Engine, BordersFollowTheirDefinitionEvenBeyondTheImage) {
 // point -> box -> point -> box, and a difference with the first: two windows, a shared node, a diamond.
 Node Diamond(const Node& source) {
   const Node a = SlowAffineOf(source, {1.5f, 0.25f});
-  const Node b = BoxSumOf(a, {2, 1, graph::Border::kMirror});
+  const Node b = BoxSumOf(a, {2, 1, Wrap::kMirror});
   const Node c = SlowAffineOf(b, {0.1f, -1.0f});
-  return DifferenceOf(BoxSumOf(c, {1, 3, graph::Border::kBlack}), a);
+  return DifferenceOf(BoxSumOf(c, {1, 3, Wrap::kBlack}), a);
 }
 
 TEST(Engine, BitsDoNotDependOnTilesOrThreads) {
@@ -126,9 +125,9 @@ TEST(Engine, LazyEqualsEager) {
   const Node lazy = Diamond(FromImage(in));
   const auto eager = [](const Node& n) { return FromImage(Render(n)); };
   const Node a = eager(SlowAffineOf(FromImage(in), {1.5f, 0.25f}));
-  const Node b = eager(BoxSumOf(a, {2, 1, graph::Border::kMirror}));
+  const Node b = eager(BoxSumOf(a, {2, 1, Wrap::kMirror}));
   const Node c = eager(SlowAffineOf(b, {0.1f, -1.0f}));
-  ExpectSameBits(Render(lazy), Render(DifferenceOf(BoxSumOf(c, {1, 3, graph::Border::kBlack}), a)));
+  ExpectSameBits(Render(lazy), Render(DifferenceOf(BoxSumOf(c, {1, 3, Wrap::kBlack}), a)));
 }
 
 TEST(Engine, StreamingGivesTheSameBitsInBoundedReads) {

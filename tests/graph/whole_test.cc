@@ -271,15 +271,15 @@ TEST(Whole, GeneratedTilesLieInTheCallersPixels) {
 TEST(WholeTest, RowsGiveTheBitsOfWholeImages) {
   for (const Roi& window : {Roi{0, 0, 150, 97}, Roi{-7, 5, 30, 6}, Roi{3, 3, 4, 90}, Roi{0, 0, 1, 1}}) {
     for (const int channels : {1, 3, 4, 6}) {
-      for (const BorderMode border : {BorderMode::kClamp, BorderMode::kBlack}) {
+      for (const Wrap wrap : {Wrap::kClamp, Wrap::kBlack}) {
         for (const bool special : {false, true}) {
           SCOPED_TRACE(std::to_string(window.width()) + "x" + std::to_string(window.height()) + " " +
-                       std::to_string(channels) + " " + std::to_string(static_cast<int>(border)) +
+                       std::to_string(channels) + " " + std::to_string(static_cast<int>(wrap)) +
                        (special ? " with NaN" : ""));
           const Image image = RandomImage(window, channels, 7);
           if (special) Sample(image.view(), window.x0, window.y1 - 1, channels - 1) = std::nanf("");
           const Node source = FromImage(image);
-          const Node blurred = GaussianBlur(source, {17, 23, border, 0.25});
+          const Node blurred = GaussianBlur(source, {17, 23, wrap, 0.25});
           // Whole, of some channels, from the bottom to the top, and of what is blurred already.
           const Node nodes[] = {blurred,
                                 SelectChannels(blurred, std::vector<ChannelChoice>{{channels - 1, 0, {}}}),

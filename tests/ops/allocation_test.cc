@@ -114,7 +114,7 @@ class WatchedTile final : public graph::TileStage {
   WatchedTile(std::unique_ptr<graph::TileStage> stage, Tally& tally)
       : stage_(std::move(stage)), tally_(tally) {}
   Roi InputRoi(int k, const Roi& out) const override { return stage_->InputRoi(k, out); }
-  graph::Border InputBorder(int k) const override { return stage_->InputBorder(k); }
+  Wrap InputBorder(int k) const override { return stage_->InputBorder(k); }
   graph::TileSize Preferred() const override { return stage_->Preferred(); }
   graph::TileSize PreferredAlone() const override { return stage_->PreferredAlone(); }
   bool Accepts(PixelType type) const override { return stage_->Accepts(type); }

@@ -40,25 +40,23 @@ TEST(GaussianTest, RealisedKernelIsWithinItsL1Bound) {
 }
 
 // The Gaussian sum over a row, in double.
-double GaussianAt(const Image& image, int x, double sigma, BorderMode border) {
+double GaussianAt(const Image& image, int x, double sigma, Wrap wrap) {
   const int n = image.spec().width(), radius = static_cast<int>(std::ceil(7 * sigma));
   double sum = 0, weights = 0;
   for (int d = -radius; d <= radius; ++d) {
     const double w = std::exp(-0.5 * d * d / (sigma * sigma));
     int v = x + d;
-    const int period = border == BorderMode::kRepeat   ? n
-                       : border == BorderMode::kMirror ? 2 * n
-                                                       : std::max(1, 2 * n - 2);
+    const int period = wrap == Wrap::kRepeat ? n : wrap == Wrap::kMirror ? 2 * n : std::max(1, 2 * n - 2);
     const bool inside = v >= 0 && v < n;
-    if (border == BorderMode::kClamp) {
+    if (wrap == Wrap::kClamp) {
       v = std::min(std::max(v, 0), n - 1);
-    } else if (!inside && border != BorderMode::kBlack && border != BorderMode::kRenormalize) {
+    } else if (!inside && wrap != Wrap::kBlack && wrap != Wrap::kRenormalize) {
       v = (v % period + period) % period;
-      if (v >= n) v = border == BorderMode::kMirror ? period - 1 - v : period - v;
+      if (v >= n) v = wrap == Wrap::kMirror ? period - 1 - v : period - v;
     }
-    if (border == BorderMode::kRenormalize && !inside) continue;
+    if (wrap == Wrap::kRenormalize && !inside) continue;
     weights += w;
-    if (border == BorderMode::kBlack && !inside) continue;
+    if (wrap == Wrap::kBlack && !inside) continue;
     sum += w * image.at<float>(v, 0);
   }
   return sum / weights;
@@ -70,17 +68,17 @@ TEST(GaussianTest, BordersAreAsExactAsTheMiddle) {
     Image image = Flat(width, 1, 1, 0);
     image.at<float>(0, 0) = 1;
     if (width > 40) image.at<float>(40, 0) = 0.5f;
-    for (const BorderMode border : kBorders) {
+    for (const Wrap wrap : kBorders) {
       for (const double sigma : {3.0, 20.0, 200.0}) {
         const GaussianParams p{
-            .sigma_x = sigma, .sigma_y = 0, .border = border, .method = FilterMethod::kRecursive};
+            .sigma_x = sigma, .sigma_y = 0, .wrap = wrap, .method = FilterMethod::kRecursive};
         OnEveryTarget([&] {
           const Image result = Render(GaussianBlur(FromImage(image), p));
           for (int x = 0; x < width; x += x < 20 || x > width - 20 ? 1 : 37) {
             // Renormalising divides by the weight inside, and what is wrong with it.
-            const double bound = border == BorderMode::kRenormalize ? 4e-5 : 2e-5;
-            ASSERT_NEAR(result.at<float>(x, 0), GaussianAt(image, x, sigma, border), bound)
-                << "sigma " << sigma << " border " << static_cast<int>(border) << " at " << x << " of "
+            const double bound = wrap == Wrap::kRenormalize ? 4e-5 : 2e-5;
+            ASSERT_NEAR(result.at<float>(x, 0), GaussianAt(image, x, sigma, wrap), bound)
+                << "sigma " << sigma << " border " << static_cast<int>(wrap) << " at " << x << " of "
                 << width;
           }
         });
@@ -99,7 +97,7 @@ TEST(GaussianTest, WideImagesShowNoSeam) {
         whole, Render(node, PixelType::kFloat, {.threads = 2, .tile_width = tile, .tile_height = 1})));
   }
   for (int x = 0; x < 20000; x += 997)
-    EXPECT_NEAR(whole.at<float>(x, 0), GaussianAt(image, x, 200, BorderMode::kClamp), 3e-5);
+    EXPECT_NEAR(whole.at<float>(x, 0), GaussianAt(image, x, 200, Wrap::kClamp), 3e-5);
 }
 
 TEST(GaussianTest, NotANumberReachesItsNeighboursOnly) {
@@ -143,20 +141,20 @@ TEST(BoxTest, IsExactOverALongRow) {
 }
 
 // The sample shown at v on [0, n), or none.
-bool Shown(int& v, int n, BorderMode border) {
+bool Shown(int& v, int n, Wrap wrap) {
   if (v >= 0 && v < n) return true;
-  switch (border) {
-    case BorderMode::kClamp:
+  switch (wrap) {
+    case Wrap::kClamp:
       v = std::clamp(v, 0, n - 1);
       return true;
-    case BorderMode::kRepeat:
+    case Wrap::kRepeat:
       v = (v % n + n) % n;
       return true;
-    case BorderMode::kMirror:
-    case BorderMode::kMirror101: {
-      const int period = border == BorderMode::kMirror ? 2 * n : std::max(1, 2 * n - 2);
+    case Wrap::kMirror:
+    case Wrap::kMirror101: {
+      const int period = wrap == Wrap::kMirror ? 2 * n : std::max(1, 2 * n - 2);
       v = (v % period + period) % period;
-      if (v >= n) v = border == BorderMode::kMirror ? period - 1 - v : period - v;
+      if (v >= n) v = wrap == Wrap::kMirror ? period - 1 - v : period - v;
       return true;
     }
     default:
@@ -171,11 +169,10 @@ TEST(BoxTest, IsTheMeanRoundedOnceWithEveryBorderAndNumberOfChannels) {
   for (const Case& k : {Case{83, 61, 4, 41, 41}, Case{37, 29, 1, 11, 10}, Case{40, 9, 3, 1, 33},
                         Case{300, 7, 5, 255, 2}, Case{1, 1, 4, 12, 13}, Case{2100, 3, 4, 13, 1}}) {
     const Image image = Random(k.width, k.height, k.channels);
-    for (const BorderMode border : kBorders) {
-      const Node node = BoxBlur(FromImage(image), {.width = k.box_width,
-                                                   .height = k.box_height,
-                                                   .border = border,
-                                                   .method = FilterMethod::kRecursive});
+    for (const Wrap wrap : kBorders) {
+      const Node node = BoxBlur(
+          FromImage(image),
+          {.width = k.box_width, .height = k.box_height, .wrap = wrap, .method = FilterMethod::kRecursive});
       const Image result = Render(node);
       EXPECT_TRUE(SameBits(result, Render(node, PixelType::kFloat, {.threads = 2})));
       OnEveryTarget([&] { EXPECT_TRUE(SameBits(result, Render(node))); });
@@ -187,13 +184,13 @@ TEST(BoxTest, IsTheMeanRoundedOnceWithEveryBorderAndNumberOfChannels) {
           for (int j = 0; j < k.box_height; ++j) {
             for (int i = 0; i < k.box_width; ++i) {
               int sx = x + i - (k.box_width - 1) / 2, sy = y + j - (k.box_height - 1) / 2;
-              if (!Shown(sx, k.width, border) || !Shown(sy, k.height, border)) continue;
+              if (!Shown(sx, k.width, wrap) || !Shown(sy, k.height, wrap)) continue;
               sum += image.at<float>(sx, sy, c), scale += std::fabs(image.at<float>(sx, sy, c)), ++inside;
             }
           }
-          const double taps = border == BorderMode::kRenormalize ? inside : k.box_width * k.box_height;
+          const double taps = wrap == Wrap::kRenormalize ? inside : k.box_width * k.box_height;
           ASSERT_NEAR(result.at<float>(x, y, c), sum / taps, 0x1.01p-24 * scale / taps)
-              << "border " << static_cast<int>(border) << " at " << x << "," << y;
+              << "border " << static_cast<int>(wrap) << " at " << x << "," << y;
         }
       }
     }

@@ -26,7 +26,7 @@ TEST(LightsTest, AnImpulseShowsEveryWeightWithinTheBound) {
       if (name == "laplacian" && size > 3) continue;  // it has one size
       const Kernel k = NamedKernel(name, size, size > 3 ? size - 2 : size);
       OnEveryTarget([&] {
-        const Image result = Render(Convolve(node, k, {.border = BorderMode::kBlack}));
+        const Image result = Render(Convolve(node, k, {.wrap = Wrap::kBlack}));
         const double bound = 2 + std::log2(static_cast<double>(k.width * k.height));
         double worst = 0;
         for (int y = 0; y < k.height; ++y) {

@@ -128,14 +128,13 @@ TEST(ConvolveTest, TurnsTheKernelAndCorrelateDoesNot) {
 
 TEST(ConvolveTest, ADeltaIsTheIdentityWithEveryBorder) {
   const Image image = Random(37, 11, 4);
-  for (const BorderMode border : kBorders) {
+  for (const Wrap wrap : kBorders) {
     Kernel delta{5, 5, 2, 2, 1, std::vector<double>(25, 0)};
     delta.weights[12] = 1;
     OnEveryTarget([&] {
-      EXPECT_TRUE(SameBits(Render(Convolve(FromImage(image), delta, {.border = border})), image));
+      EXPECT_TRUE(SameBits(Render(Convolve(FromImage(image), delta, {.wrap = wrap})), image));
       for (const FilterMethod m : {FilterMethod::kDirect}) {
-        EXPECT_TRUE(
-            SameBits(Render(Convolve(FromImage(image), delta, {.border = border, .method = m})), image));
+        EXPECT_TRUE(SameBits(Render(Convolve(FromImage(image), delta, {.wrap = wrap, .method = m})), image));
       }
     });
   }
@@ -272,15 +271,14 @@ TEST(ConvolveTest, SmallImagesAndLargeKernels) {
   const Kernel k = NamedKernel("triangle", 31, 27);
   for (const auto& [w, h] : {std::pair{1, 1}, {1, 9}, {9, 1}, {2, 2}, {5, 3}}) {
     const Image flat = Flat(w, h, 3, 0.7f);
-    for (const BorderMode border : kBorders) {
-      if (border == BorderMode::kBlack) continue;
+    for (const Wrap wrap : kBorders) {
+      if (wrap == Wrap::kBlack) continue;
       OnEveryTarget([&] {
-        EXPECT_LT(LargestDifference(Render(Convolve(FromImage(flat), k, {.border = border})), flat), 1e-6)
-            << w << "x" << h << " border " << static_cast<int>(border);
+        EXPECT_LT(LargestDifference(Render(Convolve(FromImage(flat), k, {.wrap = wrap})), flat), 1e-6)
+            << w << "x" << h << " border " << static_cast<int>(wrap);
       });
     }
-    EXPECT_EQ(
-        Render(Convolve(FromImage(flat), k, {.border = BorderMode::kValid})).spec().data_window.pixels(), 0);
+    EXPECT_EQ(Render(Convolve(FromImage(flat), k, {.wrap = Wrap::kValid})).spec().data_window.pixels(), 0);
   }
 }
 

@@ -124,11 +124,11 @@ TEST(IntegerFilterTest, PixelsAsTheyAreAndThroughFloatsAgree) {
       for (const Node& node :
            {Median(image, {3, 3}), Median(image, {5, 5}), Median(image, {13, 11}), Dilate(image, {5, 2}),
             Erode(image, {9, 12}), Convolve(image, NamedKernel("gaussian", 3, 3)),
-            Convolve(image, NamedKernel("laplacian"), {.border = BorderMode::kMirror}),
-            Convolve(image, NamedKernel("disk", 9, 7), {.border = BorderMode::kRepeat}),
-            GaussianBlur(image, 2.3), Convolve(image, NamedKernel("gaussian", 15, 15)),
-            Convolve(image, NamedKernel("gaussian", 5, 5), {.border = BorderMode::kRepeat}),
-            Convolve(image, NamedKernel("gaussian", 9, 3), {.border = BorderMode::kMirror101})}) {
+            Convolve(image, NamedKernel("laplacian"), {.wrap = Wrap::kMirror}),
+            Convolve(image, NamedKernel("disk", 9, 7), {.wrap = Wrap::kRepeat}), GaussianBlur(image, 2.3),
+            Convolve(image, NamedKernel("gaussian", 15, 15)),
+            Convolve(image, NamedKernel("gaussian", 5, 5), {.wrap = Wrap::kRepeat}),
+            Convolve(image, NamedKernel("gaussian", 9, 3), {.wrap = Wrap::kMirror101})}) {
         OnEveryTarget([&] {
           const Image direct = Render(node, type, options);
           RenderInto(node, gaps, options);
@@ -288,7 +288,7 @@ TEST(IntegerFilterTest, RenormalizedFlatImagesStay) {
       for (int c = 0; c < 3; ++c) image.at<uint16_t>(x, y, c) = static_cast<uint16_t>(12345 + 20000 * c);
     }
   }
-  RenderInto(Convolve(FromImage(image), NamedKernel("disk", 21, 17), {.border = BorderMode::kRenormalize}),
+  RenderInto(Convolve(FromImage(image), NamedKernel("disk", 21, 17), {.wrap = Wrap::kRenormalize}),
              out.view());
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 40; ++x) {
@@ -330,13 +330,12 @@ TEST(BufferBitsTest, ErrorsAreThoseOfTheRangeAnalysis) {
     samples[i] = std::clamp(samples[i], 0.0f, 1.0f);  // the range that is assumed
   const Kernel kernel = NamedKernel("smooth5");
   const double scale = KernelRange(kernel.weights).scale;
-  for (const BorderMode border : {BorderMode::kBlack, BorderMode::kClamp, BorderMode::kRepeat,
-                                  BorderMode::kMirror, BorderMode::kMirror101}) {
-    const Image exact = Render(Convolve(FromImage(image), kernel, {.border = border}));
+  for (const Wrap wrap : {Wrap::kBlack, Wrap::kClamp, Wrap::kRepeat, Wrap::kMirror, Wrap::kMirror101}) {
+    const Image exact = Render(Convolve(FromImage(image), kernel, {.wrap = wrap}));
     double last = 1;
     for (const int bits : {8, 12, 16, 24}) {
       OnEveryTarget([&] {
-        const Image held = Render(Convolve(FromImage(image), kernel, {.border = border, .bits = bits}));
+        const Image held = Render(Convolve(FromImage(image), kernel, {.wrap = wrap, .bits = bits}));
         const double error = LargestDifference(held, exact);
         EXPECT_LE(error, 25 * std::ldexp(1, -(bits + 1)) / scale + 2e-6) << bits;
         EXPECT_LT(error, last) << bits;
@@ -345,11 +344,11 @@ TEST(BufferBitsTest, ErrorsAreThoseOfTheRangeAnalysis) {
           EXPECT_GT(error, std::ldexp(1, -(bits + 2)) / scale) << bits;
         }
       });
-      last = LargestDifference(Render(Convolve(FromImage(image), kernel, {.border = border, .bits = bits})),
-                               exact);
+      last =
+          LargestDifference(Render(Convolve(FromImage(image), kernel, {.wrap = wrap, .bits = bits})), exact);
     }
   }
-  const Node valid = Convolve(FromImage(image), kernel, {.border = BorderMode::kValid, .bits = 16});
+  const Node valid = Convolve(FromImage(image), kernel, {.wrap = Wrap::kValid, .bits = 16});
   EXPECT_EQ(valid.spec().data_window, (Roi{2, 2, 35, 19}));
 }
 
@@ -364,7 +363,7 @@ TEST(BufferBitsTest, EveryFilterTakesThem) {
   };
   const auto sobel = [&](int bits) { return Render(Sobel(node, {.bits = bits})); };
   const auto components = [&](int bits) {
-    return Render(Sobel(node, {.output = SobelOutput::kXY, .border = BorderMode::kMirror, .bits = bits}));
+    return Render(Sobel(node, {.output = SobelOutput::kXY, .wrap = Wrap::kMirror, .bits = bits}));
   };
   const auto unsharp = [&](int bits) { return Render(UnsharpMask(node, {.width = 5, .bits = bits})); };
   const auto expect = [&](const auto& filter, double taps, double scale) {
@@ -395,7 +394,7 @@ TEST(BufferBitsTest, RefusesWhatABufferCannotHold) {
   const Kernel kernel = NamedKernel("smooth3");
   EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.bias = 0.5, .bits = 12}); }),
               HasSubstr("bits=12 with a bias"));
-  EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.border = BorderMode::kRenormalize, .bits = 12}); }),
+  EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.wrap = Wrap::kRenormalize, .bits = 12}); }),
               HasSubstr("wrap=renormalize"));
   EXPECT_THAT(Refusal([&] { Convolve(image, kernel, {.bits = 7}); }), HasSubstr("expected 8 to 32"));
   EXPECT_THAT(Refusal([&] { Convolve(image, KernelImage(kernel), {.bits = 12}); }),

@@ -24,29 +24,29 @@ namespace {
 using namespace tessera::testing;
 
 // The sample of a line of `length` that a border shows at n; -1 for none.
-int Shown(BorderMode border, int n, int length) {
+int Shown(Wrap wrap, int n, int length) {
   if (n >= 0 && n < length) return n;
-  if (border == BorderMode::kBlack) return -1;
-  if (border == BorderMode::kClamp) return std::clamp(n, 0, length - 1);
-  const int period = border == BorderMode::kRepeat   ? length
-                     : border == BorderMode::kMirror ? 2 * length
-                                                     : std::max(1, 2 * (length - 1));
+  if (wrap == Wrap::kBlack) return -1;
+  if (wrap == Wrap::kClamp) return std::clamp(n, 0, length - 1);
+  const int period = wrap == Wrap::kRepeat   ? length
+                     : wrap == Wrap::kMirror ? 2 * length
+                                             : std::max(1, 2 * (length - 1));
   n = (n % period + period) % period;
   if (n < length) return n;
-  return border == BorderMode::kMirror ? period - 1 - n : period - n;
+  return wrap == Wrap::kMirror ? period - 1 - n : period - n;
 }
 
 // The exact result of a kernel at one sample, `beyond` outside under kBlack.
 template <class T>
-int64_t ExactCode(const Image& image, const Whole& k, int ax, int ay, BorderMode border, int64_t beyond,
-                  int x, int y, int c) {
+int64_t ExactCode(const Image& image, const Whole& k, int ax, int ay, Wrap wrap, int64_t beyond, int x, int y,
+                  int c) {
   const Roi& w = image.spec().data_window;
   int64_t sum = 0;
   const int64_t* weight = k.weights.data();
   for (int j = 0; j < k.height; ++j) {
-    const int sy = Shown(border, y + j - ay - w.y0, w.height());
+    const int sy = Shown(wrap, y + j - ay - w.y0, w.height());
     for (int i = 0; i < k.width; ++i) {
-      const int sx = Shown(border, x + i - ax - w.x0, w.width());
+      const int sx = Shown(wrap, x + i - ax - w.x0, w.width());
       sum += *weight++ * (sx < 0 || sy < 0 ? beyond : image.at<T>(w.x0 + sx, w.y0 + sy, c));
     }
   }
@@ -110,8 +110,7 @@ void ExpectCodes(const Node& node, const F& expected) {
       << Explain(node) << channels << " channels, " << window.width() << "x" << window.height();
 }
 
-constexpr BorderMode kSums[] = {BorderMode::kBlack, BorderMode::kClamp, BorderMode::kRepeat,
-                                BorderMode::kMirror, BorderMode::kMirror101};
+constexpr Wrap kSums[] = {Wrap::kBlack, Wrap::kClamp, Wrap::kRepeat, Wrap::kMirror, Wrap::kMirror101};
 const Roi kWindows[] = {{0, 0, 1, 1}, {-3, 5, -1, 8}, {-7, -2, 30, 5}, {2, -9, 63, 14}};
 
 // Weights that fit in 16 bits, with and without a sign, products and others, powers of two and other
@@ -132,14 +131,14 @@ TEST(IntegerWindowTest, SmallWholeKernelsUnderEveryBorder) {
     for (const Whole& whole : kernels) {
       for (const Roi& window : kWindows) {
         const int channels = 1 + turn % 5;
-        const BorderMode border = kSums[turn++ % 5];
+        const Wrap wrap = kSums[turn++ % 5];
         const Image image = CodesIn<uint8_t>(window, channels);
         Kernel kernel = KernelOf(whole);
         kernel.anchor_x = turn % kernel.width, kernel.anchor_y = turn % kernel.height;
         const ConvolveParams p{
-            .correlate = true, .divisor = static_cast<double>(whole.divisor), .border = border};
+            .correlate = true, .divisor = static_cast<double>(whole.divisor), .wrap = wrap};
         ExpectCodes<uint8_t>(Convolve(FromImage(image), kernel, p), [&](int x, int y, int c) {
-          return ExactCode<uint8_t>(image, whole, kernel.anchor_x, kernel.anchor_y, border, 0, x, y, c);
+          return ExactCode<uint8_t>(image, whole, kernel.anchor_x, kernel.anchor_y, wrap, 0, x, y, c);
         });
       }
     }
@@ -153,14 +152,14 @@ void ExpectBoxes() {
        {std::pair{3, 3}, {2, 1}, {1, 4}, {21, 21}, {12, 18}, {41, 7}, {5, 128}}) {
     for (const Roi& window : kWindows) {
       const int channels = 1 + turn % 6;
-      const BorderMode border = kSums[turn++ % 5];
+      const Wrap wrap = kSums[turn++ % 5];
       const Image image = CodesIn<T>(window, channels);
       const int ax = (width - 1) / 2, ay = (height - 1) / 2;
       for (const double beyond : {0.0, 1.0}) {
-        const BoxParams p{.width = width, .height = height, .border = border, .border_value = beyond};
+        const BoxParams p{.width = width, .height = height, .wrap = wrap, .border_value = beyond};
         ExpectCodes<T>(BoxBlur(FromImage(image), p), [&, w = width, h = height](int x, int y, int c) {
           const auto largest = static_cast<int64_t>(static_cast<T>(~T{0}));
-          return ExactCode<T>(image, Constant(w, h), ax, ay, border, beyond == 0 ? 0 : largest, x, y, c);
+          return ExactCode<T>(image, Constant(w, h), ax, ay, wrap, beyond == 0 ? 0 : largest, x, y, c);
         });
       }
     }
@@ -176,7 +175,7 @@ void ExpectBoxesOfFloats() {
       const Node box = BoxBlur(FromImage(image), {.width = width, .height = height});
       const Node again = graph::MakeNode(box.data()->op, {FromImage(Render(FromImage(image)))});
       ExpectCodes<T>(again, [&, w = width, h = height](int x, int y, int c) {
-        return ExactCode<T>(image, Constant(w, h), (w - 1) / 2, (h - 1) / 2, BorderMode::kClamp, 0, x, y, c);
+        return ExactCode<T>(image, Constant(w, h), (w - 1) / 2, (h - 1) / 2, Wrap::kClamp, 0, x, y, c);
       });
     }
   }
@@ -194,9 +193,8 @@ TEST(IntegerWindowTest, BoxesOfChosenChannels) {
   const Node node = BoxBlur(SelectChannels(FromImage(image), chosen), {.width = 11, .height = 11});
   OnEveryTarget([&] {
     ExpectCodes<uint8_t>(node, [&](int x, int y, int c) {
-      return c == 2
-                 ? 255
-                 : ExactCode<uint8_t>(image, Constant(11, 11), 5, 5, BorderMode::kClamp, 0, x, y, 2 - 2 * c);
+      return c == 2 ? 255
+                    : ExactCode<uint8_t>(image, Constant(11, 11), 5, 5, Wrap::kClamp, 0, x, y, 2 - 2 * c);
     });
   });
 }

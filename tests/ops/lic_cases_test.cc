@@ -136,7 +136,7 @@ TEST(LicTest, LinesThatGoRoundForeverStayInThePicture) {
     OnEveryTarget([&] {
       const Image image = Render(Lic(FromImage(field), {.length = 7,
                                                         .integrator = LicIntegrator::kRk4,
-                                                        .border = LicBorder::kRepeat,
+                                                        .wrap = Wrap::kRepeat,
                                                         .contrast = LicContrast::kNone,
                                                         .speed = true}));
       for (int y = 0; y < n; ++y) {
@@ -182,9 +182,8 @@ TEST(LicTest, MapsAreOneAcrossTheDateLine) {
   OnEveryTarget([&] {
     for (const LicIntegrator integrator :
          {LicIntegrator::kAdaptive, LicIntegrator::kRk4, LicIntegrator::kEuler, LicIntegrator::kCell}) {
-      for (const LicBorder border : {LicBorder::kStop, LicBorder::kClamp}) {
-        const LicParams p{
-            .length = 6, .integrator = integrator, .border = border, .units = LicUnits::kLatLong};
+      for (const Wrap wrap : {Wrap::kRenormalize, Wrap::kClamp}) {
+        const LicParams p{.length = 6, .integrator = integrator, .wrap = wrap, .units = LicUnits::kLatLong};
         const Image around = Lines(texture, east, p), up = Lines(texture, north, p);
         for (int x = 0; x < 72; ++x) {
           double mean = 0, pole = 0;
@@ -192,8 +191,8 @@ TEST(LicTest, MapsAreOneAcrossTheDateLine) {
           ASSERT_NEAR(around.at<float>(x, 18), mean, 1e-6) << x;
           // Not across the poles.
           for (int i = -6; i <= 6; ++i) {
-            if (border == LicBorder::kClamp) pole += texture.at<float>(x, std::max(i, 0)) / 13.0;
-            if (border == LicBorder::kStop && i >= 0) pole += texture.at<float>(x, i) / 7.0;
+            if (wrap == Wrap::kClamp) pole += texture.at<float>(x, std::max(i, 0)) / 13.0;
+            if (wrap == Wrap::kRenormalize && i >= 0) pole += texture.at<float>(x, i) / 7.0;
           }
           ASSERT_NEAR(up.at<float>(x, 0), pole, 1e-6) << x;
         }
@@ -340,11 +339,11 @@ TEST(LicTest, MagnitudeShowsAsLengthAndColour) {
 
 TEST(LicTest, LongLinesInSmallPicturesAndCriticalPointsStayInBounds) {
   const Image saddle = FieldOf(20, 20, [](double x, double y) { return std::pair(x - 9.5, 9.5 - y); });
-  for (const LicBorder border : {LicBorder::kStop, LicBorder::kClamp, LicBorder::kRepeat}) {
+  for (const Wrap wrap : {Wrap::kRenormalize, Wrap::kClamp, Wrap::kRepeat}) {
     for (const LicMethod method : {LicMethod::kDirect, LicMethod::kShared}) {
       const Image got =
           Render(Lic(FromImage(saddle),
-                     {.length = 3000, .method = method, .border = border, .contrast = LicContrast::kNone}));
+                     {.length = 3000, .method = method, .wrap = wrap, .contrast = LicContrast::kNone}));
       for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 20; ++x)
           ASSERT_TRUE(got.at<float>(x, y) >= 0 && got.at<float>(x, y) <= 1) << x << "," << y;

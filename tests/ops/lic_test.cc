@@ -34,7 +34,7 @@ TEST(LicTest, ConstantFieldIsTheBoxFilterAlongIt) {
       for (const LicIntegrator integrator :
            {LicIntegrator::kAdaptive, LicIntegrator::kRk4, LicIntegrator::kMidpoint, LicIntegrator::kEuler,
             LicIntegrator::kCell}) {
-        const LicParams p{.length = 6, .integrator = integrator, .border = LicBorder::kRepeat};
+        const LicParams p{.length = 6, .integrator = integrator, .wrap = Wrap::kRepeat};
         const Image got = Lines(texture, Constant(37, 29, u, v), p);
         for (int y = 0; y < 29; ++y) {
           for (int x = 0; x < 37; ++x) {
@@ -52,7 +52,7 @@ TEST(LicTest, ConstantFieldIsTheBoxFilterAlongIt) {
 
 TEST(LicTest, ObliqueConstantFieldTakesDiagonalTaps) {
   const Image texture = Texture(40, 40);
-  const LicParams p{.length = 5, .border = LicBorder::kRepeat, .linear = true};
+  const LicParams p{.length = 5, .wrap = Wrap::kRepeat, .linear = true};
   const Image got = Lines(texture, Constant(40, 40, 3, 3), p);
   const auto bilinear = [&](double x, double y) {
     const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
@@ -76,7 +76,7 @@ TEST(LicTest, LinesThatLeaveStopAndRenormaliseOrReadTheEdge) {
   const Image field = Constant(9, 1, 1, 0);
   OnEveryTarget([&] {
     const Image stop = Lines(texture, field, {.length = 4});
-    const Image clamp = Lines(texture, field, {.length = 4, .border = LicBorder::kClamp});
+    const Image clamp = Lines(texture, field, {.length = 4, .wrap = Wrap::kClamp});
     for (int x = 0; x < 9; ++x) {
       double used = 0, sum = 0, edge = 0;
       for (int i = -4; i <= 4; ++i) {
@@ -283,7 +283,7 @@ TEST(LicTest, AdaptiveEndPointsAreThoseOfSmallSteps) {
     return std::pair(2 + std::sin(y / 17) + 0.3 * std::sin(x / 13),
                      0.6 * std::cos(x / 21) + 0.1 * std::sin(y / 29));
   });
-  const LicParams p{.length = 100, .border = LicBorder::kClamp};
+  const LicParams p{.length = 100, .wrap = Wrap::kClamp};
   LicParams fine = p;
   fine.integrator = LicIntegrator::kRk4, fine.step = 0.25;
   const Image a = EndPoints(field, p), b = EndPoints(field, fine);

@@ -62,7 +62,7 @@ TEST_P(LookupPictureTest, ScatteredPlacesAreThoseOfFewerPixels) {
   std::memcpy(image.view().data, values.data(), sizeof(float) * values.size());
   std::memcpy(at.view().data, places.data(), sizeof(float) * places.size());
   for (const TableFilter filter : {TableFilter::kLinear, TableFilter::kCubic}) {
-    for (const TableWrap wrap : {TableWrap::kClampEdge, TableWrap::kBorder, TableWrap::kRepeat}) {
+    for (const Wrap wrap : {Wrap::kClamp, Wrap::kBlack, Wrap::kRepeat}) {
       const LookupParams p{.filter = filter, .wrap = {wrap}, .border = {0.5}};
       RenderOptions options;
       options.shuffle_tiles = true;

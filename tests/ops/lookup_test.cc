@@ -35,8 +35,7 @@ constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr TableFilter kFilters[] = {TableFilter::kNearest, TableFilter::kLinear, TableFilter::kTetrahedral,
                                     TableFilter::kCubic};
-constexpr TableWrap kWraps[] = {TableWrap::kClampEdge, TableWrap::kClamp, TableWrap::kBorder,
-                                TableWrap::kRepeat, TableWrap::kMirror};
+constexpr Wrap kWraps[] = {Wrap::kClamp, Wrap::kGlClamp, Wrap::kBlack, Wrap::kRepeat, Wrap::kMirror};
 
 class LookupTest : public ::testing::TestWithParam<std::string> {
  protected:
@@ -56,7 +55,7 @@ TEST_P(LookupTest, StaysWithinItsBoundInEveryDimension) {
       for (const TableAlign align : {TableAlign::kCentres, TableAlign::kEnds}) {
         const Table table = RandomTable(sizes, channels, align);
         for (const TableFilter filter : kFilters) {
-          for (const TableWrap wrap : kWraps) {
+          for (const Wrap wrap : kWraps) {
             LookupParams p{.filter = filter, .wrap = {wrap}, .border = {0.5, -1}};
             if (filter == TableFilter::kCubic) p.cubic = static_cast<CubicKernel>(channels % 3);
             const double worst = WorstError(Lookup(in, table, p), in);
@@ -82,9 +81,9 @@ TEST_P(LookupTest, EntriesAreExact) {
         want.push_back(table.At(i, 0));
       }
       for (const TableFilter filter : kFilters) {
-        for (const TableWrap wrap : kWraps) {
+        for (const Wrap wrap : kWraps) {
           // The last end of a period is the first one of the next.
-          if (align == TableAlign::kEnds && wrap == TableWrap::kRepeat && n > 1)
+          if (align == TableAlign::kEnds && wrap == Wrap::kRepeat && n > 1)
             at.back() = 0, want.back() = want[0];
           EXPECT_EQ(Values(Lookup(Pixels(at, 1), table, {.filter = filter, .wrap = {wrap}})), want)
               << n << " filter " << int(filter) << " wrap " << int(wrap) << " align " << int(align);
@@ -96,37 +95,37 @@ TEST_P(LookupTest, EntriesAreExact) {
 
 TEST_P(LookupTest, EdgesFollowTheWrap) {
   const Table table({4}, 1, Samples{1, 2, 4, 8}, TableAlign::kCentres);
-  const auto at = [&](float s, TableWrap wrap, TableFilter filter = TableFilter::kLinear) {
+  const auto at = [&](float s, Wrap wrap, TableFilter filter = TableFilter::kLinear) {
     return Values(Lookup(Pixels({s}, 1), table, {.filter = filter, .wrap = {wrap}, .border = {100}}))[0];
   };
-  EXPECT_EQ(at(0, TableWrap::kClamp), 50.5f);
-  EXPECT_EQ(at(1, TableWrap::kClamp), 54.0f);
-  EXPECT_EQ(at(0, TableWrap::kClampEdge), 1.0f);
-  EXPECT_EQ(at(1, TableWrap::kClampEdge), 8.0f);
-  EXPECT_EQ(at(0, TableWrap::kRepeat), 4.5f);
-  EXPECT_EQ(at(1, TableWrap::kRepeat), 4.5f);
-  EXPECT_EQ(at(0, TableWrap::kMirror), 1.0f);
-  EXPECT_EQ(at(1, TableWrap::kMirror), 8.0f);
-  EXPECT_EQ(at(1, TableWrap::kClamp, TableFilter::kNearest), 8.0f);
-  EXPECT_EQ(at(5, TableWrap::kClamp, TableFilter::kNearest), 8.0f);
-  EXPECT_EQ(at(1, TableWrap::kClampEdge, TableFilter::kNearest), 8.0f);
-  EXPECT_EQ(at(1, TableWrap::kMirror, TableFilter::kNearest), 8.0f);
-  EXPECT_EQ(at(1, TableWrap::kRepeat, TableFilter::kNearest), 1.0f);
+  EXPECT_EQ(at(0, Wrap::kGlClamp), 50.5f);
+  EXPECT_EQ(at(1, Wrap::kGlClamp), 54.0f);
+  EXPECT_EQ(at(0, Wrap::kClamp), 1.0f);
+  EXPECT_EQ(at(1, Wrap::kClamp), 8.0f);
+  EXPECT_EQ(at(0, Wrap::kRepeat), 4.5f);
+  EXPECT_EQ(at(1, Wrap::kRepeat), 4.5f);
+  EXPECT_EQ(at(0, Wrap::kMirror), 1.0f);
+  EXPECT_EQ(at(1, Wrap::kMirror), 8.0f);
+  EXPECT_EQ(at(1, Wrap::kGlClamp, TableFilter::kNearest), 8.0f);
+  EXPECT_EQ(at(5, Wrap::kGlClamp, TableFilter::kNearest), 8.0f);
+  EXPECT_EQ(at(1, Wrap::kClamp, TableFilter::kNearest), 8.0f);
+  EXPECT_EQ(at(1, Wrap::kMirror, TableFilter::kNearest), 8.0f);
+  EXPECT_EQ(at(1, Wrap::kRepeat, TableFilter::kNearest), 1.0f);
   // -1e-9 - floor(-1e-9) is 1 in float: the seam, not an entry beyond it.
-  EXPECT_EQ(at(-1e-9f, TableWrap::kRepeat), 4.5f);
-  EXPECT_EQ(at(-1e-30f, TableWrap::kRepeat), 4.5f);
-  EXPECT_EQ(at(1e8f, TableWrap::kRepeat), 4.5f);
-  EXPECT_EQ(at(1e8f, TableWrap::kMirror), 1.0f);
-  EXPECT_EQ(at(1e8f, TableWrap::kClampEdge), 8.0f);
-  EXPECT_EQ(at(-1e38f, TableWrap::kClampEdge), 1.0f);
-  EXPECT_EQ(at(1e38f, TableWrap::kBorder), 100.0f);
+  EXPECT_EQ(at(-1e-9f, Wrap::kRepeat), 4.5f);
+  EXPECT_EQ(at(-1e-30f, Wrap::kRepeat), 4.5f);
+  EXPECT_EQ(at(1e8f, Wrap::kRepeat), 4.5f);
+  EXPECT_EQ(at(1e8f, Wrap::kMirror), 1.0f);
+  EXPECT_EQ(at(1e8f, Wrap::kClamp), 8.0f);
+  EXPECT_EQ(at(-1e38f, Wrap::kClamp), 1.0f);
+  EXPECT_EQ(at(1e38f, Wrap::kBlack), 100.0f);
   for (const TableFilter filter : kFilters) {
-    EXPECT_EQ(at(kInf, TableWrap::kClampEdge, filter), 8.0f);
-    EXPECT_EQ(at(-kInf, TableWrap::kClampEdge, filter), 1.0f);
-    EXPECT_EQ(at(kInf, TableWrap::kBorder, filter), 100.0f);
-    EXPECT_EQ(at(kInf, TableWrap::kRepeat, filter), 100.0f);
-    EXPECT_EQ(at(-kInf, TableWrap::kMirror, filter), 100.0f);
-    for (const TableWrap wrap : kWraps) EXPECT_EQ(at(kNaN, wrap, filter), 100.0f);
+    EXPECT_EQ(at(kInf, Wrap::kClamp, filter), 8.0f);
+    EXPECT_EQ(at(-kInf, Wrap::kClamp, filter), 1.0f);
+    EXPECT_EQ(at(kInf, Wrap::kBlack, filter), 100.0f);
+    EXPECT_EQ(at(kInf, Wrap::kRepeat, filter), 100.0f);
+    EXPECT_EQ(at(-kInf, Wrap::kMirror, filter), 100.0f);
+    for (const Wrap wrap : kWraps) EXPECT_EQ(at(kNaN, wrap, filter), 100.0f);
   }
   EXPECT_TRUE(std::isnan(Values(Lookup(Pixels({kNaN}, 1), table, {.propagate_nan = true}))[0]));
 }
@@ -137,20 +136,18 @@ TEST_P(LookupTest, PeriodsAndMirrorsRepeat) {
   for (float& v : base) v = std::round(v * 4096) / 4096;  // adding whole numbers stays exact
   for (const TableFilter filter : kFilters) {
     const Samples repeat =
-        Values(Lookup(Pixels(base, 2), table, {.filter = filter, .wrap = {TableWrap::kRepeat}}));
+        Values(Lookup(Pixels(base, 2), table, {.filter = filter, .wrap = {Wrap::kRepeat}}));
     for (const float shift : {1.0f, -1.0f, 7.0f, -1000.0f}) {
       Samples moved = base;
       for (float& v : moved) v += shift;
-      EXPECT_EQ(Values(Lookup(Pixels(moved, 2), table, {.filter = filter, .wrap = {TableWrap::kRepeat}})),
-                repeat);
+      EXPECT_EQ(Values(Lookup(Pixels(moved, 2), table, {.filter = filter, .wrap = {Wrap::kRepeat}})), repeat);
     }
     const Samples mirror =
-        Values(Lookup(Pixels(base, 2), table, {.filter = filter, .wrap = {TableWrap::kMirror}}));
+        Values(Lookup(Pixels(base, 2), table, {.filter = filter, .wrap = {Wrap::kMirror}}));
     for (const float about : {0.0f, 2.0f}) {
       Samples moved = base;
       for (float& v : moved) v = about - v;
-      EXPECT_EQ(Values(Lookup(Pixels(moved, 2), table, {.filter = filter, .wrap = {TableWrap::kMirror}})),
-                mirror);
+      EXPECT_EQ(Values(Lookup(Pixels(moved, 2), table, {.filter = filter, .wrap = {Wrap::kMirror}})), mirror);
     }
   }
 }
@@ -194,7 +191,7 @@ TEST_P(LookupTest, EntriesWithoutWeightDoNotLeak) {
 TEST_P(LookupTest, ConstantsStayAndAffineFunctionsAreExact) {
   const Node coords = Pixels(Random(4 * 500, -2, 3, 5), 4);
   for (const TableFilter filter : kFilters) {
-    for (const TableWrap wrap : kWraps) {
+    for (const Wrap wrap : kWraps) {
       const Table flat({3, 2, 4}, 1, Samples(24, 0.7f), TableAlign::kCentres);
       for (const float v :
            Values(Lookup(coords, flat, {.filter = filter, .wrap = {wrap}, .border = {0.7f}}))) {
@@ -205,7 +202,7 @@ TEST_P(LookupTest, ConstantsStayAndAffineFunctionsAreExact) {
   const auto affine = [](const double* s, double* v) { v[0] = 0.25 + 0.5 * s[0] - 0.125 * s[1] + 2 * s[2]; };
   for (const TableFilter filter : {TableFilter::kLinear, TableFilter::kTetrahedral, TableFilter::kCubic}) {
     const FunctionTable table = TableFromFunction(
-        affine, {.sizes = {9, 5, 17}, .lookup = {.filter = filter, .wrap = {TableWrap::kClampEdge}}});
+        affine, {.sizes = {9, 5, 17}, .lookup = {.filter = filter, .wrap = {Wrap::kClamp}}});
     if (filter != TableFilter::kCubic) {
       EXPECT_LT(table.max_error, 1e-6);
     }
@@ -268,7 +265,7 @@ TEST_P(LookupTest, ImagesReadInPlaceEqualTables) {
     image.at<float>(5, 5) = kNaN;
     const Node coords = Pixels(Random(2 * 2000, -1.2f, 2.2f, 11), 2);
     for (const TableFilter filter : kFilters) {
-      for (const TableWrap wrap : kWraps) {
+      for (const Wrap wrap : kWraps) {
         const LookupParams p{.filter = filter, .wrap = {wrap}, .border = {0.5}};
         const Samples a = Values(Lookup(coords, FromImage(image), {}, p)),
                       b = Values(Lookup(coords, TableFromImage(image.view()), p));
@@ -355,7 +352,7 @@ TEST_P(LookupTest, RandomBitPatternsNeitherTrapNorLeaveTheTable) {
   std::memcpy(image.view().data, coords.data(), coords.size() * sizeof(float));
   for (const Table& table : tables) {
     for (const TableFilter filter : kFilters) {
-      for (const TableWrap wrap : kWraps) {
+      for (const Wrap wrap : kWraps) {
         for (const float v : Values(Lookup(FromImage(image), table, {.filter = filter, .wrap = {wrap}}))) {
           // Negative cubic weights reach a little beyond the entries.
           ASSERT_LE(std::fabs(v - 0.5f), filter == TableFilter::kCubic ? 8.0f : 1.5f + 1e-6f);
@@ -363,7 +360,7 @@ TEST_P(LookupTest, RandomBitPatternsNeitherTrapNorLeaveTheTable) {
       }
     }
     Values(Lookup(FromImage(image), table,
-                  {.wrap = {TableWrap::kRepeat},
+                  {.wrap = {Wrap::kRepeat},
                    .axes = std::vector<int>(static_cast<size_t>(table.dims()) + 1, 2),
                    .projective = true}));
   }
@@ -384,9 +381,9 @@ TEST_P(LookupTest, MipLevelsFollowTheDerivatives) {
     }
     return image;
   };
-  const LookupParams p{.filter = TableFilter::kMipmap, .wrap = {TableWrap::kRepeat}};
+  const LookupParams p{.filter = TableFilter::kMipmap, .wrap = {Wrap::kRepeat}};
   EXPECT_EQ(Values(Lookup(FromImage(ramp(1)), table, p)),
-            Values(Lookup(FromImage(ramp(1)), table, {.wrap = {TableWrap::kRepeat}})));
+            Values(Lookup(FromImage(ramp(1)), table, {.wrap = {Wrap::kRepeat}})));
   for (const float v : Values(Lookup(FromImage(ramp(2)), table, p))) ASSERT_NEAR(v, 0.5f, 1e-6f);
   // An object's edge: both sides stay sharp.
   Image edge = ramp(1);
@@ -394,7 +391,7 @@ TEST_P(LookupTest, MipLevelsFollowTheDerivatives) {
     for (int x = 16; x < 32; ++x) edge.at<float>(x, y, 0) += 0.25f;
   }
   EXPECT_EQ(Values(Lookup(FromImage(edge), table, p)),
-            Values(Lookup(FromImage(edge), table, {.wrap = {TableWrap::kRepeat}})));
+            Values(Lookup(FromImage(edge), table, {.wrap = {Wrap::kRepeat}})));
   const Node coords = FromImage(ramp(3.3f));
   EXPECT_LE(WorstError(Lookup(coords, RandomTable({64, 64}, 3), p), coords), 4.0);
   EXPECT_EQ(Values(Lookup(coords, FromImage(ramp(1)), {}, p)),
@@ -416,8 +413,8 @@ TEST(LostCoordinatesTest, AreCountedByTheRuleOfTheLookup) {
     return std::vector<int64_t>{lost.pixels, lost.not_a_number, lost.behind, lost.first_x, lost.first_y};
   };
   EXPECT_THAT(count({}), ElementsAre(6, 2, 0, 0, 0));
-  EXPECT_THAT(count({.wrap = {TableWrap::kRepeat}}), ElementsAre(6, 4, 0, 0, 0));
-  EXPECT_THAT(count({.wrap = {TableWrap::kClampEdge, TableWrap::kMirror}}, 3), ElementsAre(6, 3, 0, 0, 0));
+  EXPECT_THAT(count({.wrap = {Wrap::kRepeat}}), ElementsAre(6, 4, 0, 0, 0));
+  EXPECT_THAT(count({.wrap = {Wrap::kClamp, Wrap::kMirror}}, 3), ElementsAre(6, 3, 0, 0, 0));
   EXPECT_THAT(count({.projective = true}), ElementsAre(6, 1, 4, 0, 0));
   EXPECT_THAT(count({.axes = {0, 0}, .mask = 2}), ElementsAre(4, 0, 0, 0, 0));
   EXPECT_THAT(count({.axes = {1, 1}}), ElementsAre(6, 2, 0, 0, 0));

@@ -151,7 +151,7 @@ TEST(StoredNoiseTest, RefusalsNameTheParameter) {
                 ::testing::ThrowsMessage<Error>(::testing::HasSubstr(name)));
   };
   unread({.octaves = 0}, "octaves");
-  unread({.wrap = TableWrap::kClampEdge}, "wrap");
+  unread({.wrap = Wrap::kClamp}, "wrap");
   unread({.packing = NoisePacking::kOctaves}, "table");
 }
 

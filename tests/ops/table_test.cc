@@ -104,7 +104,7 @@ TEST(TableTest, MipChainsKeepTheMean) {
   for (const MipFilter filter :
        {MipFilter::kBox, MipFilter::kLinear, MipFilter::kMitchell, MipFilter::kLanczos3}) {
     const Table table = RandomTable({16, 8, 4}, 2);
-    const std::vector<Table> levels = MipChain(table, filter, {TableWrap::kRepeat});
+    const std::vector<Table> levels = MipChain(table, filter, {Wrap::kRepeat});
     ASSERT_EQ(levels.size(), 5u);
     EXPECT_THAT(levels[2].sizes(), ElementsAre(4, 2, 1));
     double mean = 0;
@@ -122,7 +122,7 @@ TEST(TableTest, MipChainsKeepTheMean) {
   Samples impulse(16, 0);
   impulse[5] = 32;
   const Table texture({16}, 1, impulse, TableAlign::kCentres);
-  EXPECT_THAT(MipChain(texture, MipFilter::kLinear, {TableWrap::kRepeat})[2].Samples(),
+  EXPECT_THAT(MipChain(texture, MipFilter::kLinear, {Wrap::kRepeat})[2].Samples(),
               ElementsAre(1.0f, 7.0f, 0.0f, 0.0f));
   // Levels of a tabulated function keep to its coordinates, its ends included.
   Samples ramp(17);

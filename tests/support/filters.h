@@ -20,9 +20,8 @@ namespace tessera::testing {
 
 inline constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 inline constexpr float kInf = std::numeric_limits<float>::infinity();
-inline constexpr BorderMode kBorders[] = {BorderMode::kBlack,     BorderMode::kClamp,
-                                          BorderMode::kRepeat,    BorderMode::kMirror,
-                                          BorderMode::kMirror101, BorderMode::kRenormalize};
+inline constexpr Wrap kBorders[] = {Wrap::kBlack,  Wrap::kClamp,     Wrap::kRepeat,
+                                    Wrap::kMirror, Wrap::kMirror101, Wrap::kRenormalize};
 
 inline Image Flat(int width, int height, int channels, float value) {
   const Image image(ImageSpec(width, height, channels));

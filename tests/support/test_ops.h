@@ -94,7 +94,7 @@ inline Node SlowAffineOf(const Node& in, const SlowAffine& p) {
 // Sum of the (2 rx + 1) x (2 ry + 1) neighbours, in a fixed order.
 struct BoxSum {
   int rx = 1, ry = 1;
-  graph::Border border = graph::Border::kClamp;
+  Wrap wrap = Wrap::kClamp;
 };
 class BoxSumOp final : public graph::OpWith<BoxSum> {
  public:
@@ -110,7 +110,7 @@ class BoxSumOp final : public graph::OpWith<BoxSum> {
      public:
       explicit Stage(const BoxSum& p) : p_(p) {}
       Roi InputRoi(int, const Roi& out) const override { return Inflate(out, p_.rx, p_.ry); }
-      graph::Border InputBorder(int) const override { return p_.border; }
+      Wrap InputBorder(int) const override { return p_.wrap; }
       void Run(const graph::TileArgs& args) const override {
         const Roi& o = args.out.roi;
         const auto at = [](const auto& view, int x, int y, int c) {

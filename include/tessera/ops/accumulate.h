@@ -135,15 +135,15 @@ AccumulationRange KernelRange(const std::vector<double>& taps, double low = 0, d
 /// that format: |error| <= taps * 2^-(bits+1) / scale for samples in [low, high]; beyond that range it
 /// saturates. Error for taps that are not finite or not width * height.
 struct ShiftAccumulateParams {
-  std::vector<double> taps;                ///< row-major, top row first
-  int width = 3;                           ///< columns of taps
-  int height = 3;                          ///< rows of taps
-  int anchor_x = -1;                       ///< column over the pixel; -1: the middle
-  int anchor_y = -1;                       ///< row over the pixel; -1: the middle
-  int bits = 0;                            ///< 0: double
-  double low = 0;                          ///< smallest sample expected
-  double high = 1;                         ///< largest sample expected
-  BorderMode border = BorderMode::kClamp;  ///< what lies beyond the image
+  std::vector<double> taps;  ///< row-major, top row first
+  int width = 3;             ///< columns of taps
+  int height = 3;            ///< rows of taps
+  int anchor_x = -1;         ///< column over the pixel; -1: the middle
+  int anchor_y = -1;         ///< row over the pixel; -1: the middle
+  int bits = 0;              ///< 0: double
+  double low = 0;            ///< smallest sample expected
+  double high = 1;           ///< largest sample expected
+  Wrap wrap = Wrap::kClamp;  ///< what lies beyond the image
 };
 /// Correlation by shifted sums, as ShiftAccumulateParams says.
 Node ShiftAccumulate(const Node& image, const ShiftAccumulateParams& params);

@@ -9,6 +9,7 @@
 
 #include "tessera/export.h"
 #include "tessera/node.h"
+#include "tessera/wrap.h"
 
 TESSERA_API_BEGIN
 namespace tessera {
@@ -16,17 +17,6 @@ namespace tessera {
 /// All act on every channel alike, alpha included, and clamp nothing. NaN and infinity spread exactly over
 /// the part of a kernel that has weight. S is the sum of |weight * sample| under the kernel, W and H its
 /// width and height, u = 2^-24. Formulas and the papers' mistakes: doc/maths/filter.md. @file
-
-/// What lies beyond the image.
-enum class BorderMode {
-  kBlack,        ///< `border_value`, 0 by default
-  kClamp,        ///< the nearest pixel; black towards a display window that goes further than the data window
-  kRepeat,       ///< the image again
-  kMirror,       ///< the image mirrored, edge pixel shown twice
-  kMirror101,    ///< the image mirrored, edge pixel shown once
-  kRenormalize,  ///< nothing: the sum is scaled by (sum of all weights) / (sum of the weights inside)
-  kValid,  ///< not needed: the result shrinks to the pixels whose whole kernel lies inside, perhaps none
-};
 
 /// How a result is computed. All give the same picture within their bounds; kAuto takes the cheapest that
 /// stays within the bound of doc/accuracy.md.
@@ -96,7 +86,7 @@ struct ConvolveParams {
   double divisor = 0;                         ///< 0 stands for 1
   double bias = 0;                            ///< added to the sum
   bool preserve_alpha = false;                ///< colours alone, without their alpha
-  BorderMode border = BorderMode::kClamp;     ///< what lies beyond the image
+  Wrap wrap = Wrap::kClamp;                   ///< what lies beyond the image
   double border_value = 0;                    ///< the sample of kBlack
   FilterMethod method = FilterMethod::kAuto;  ///< how it is computed
 
@@ -129,7 +119,7 @@ struct Convolution {
 struct GaussianParams {
   double sigma_x = 1;                         ///< pixels, 0 to 10,000
   double sigma_y = 1;                         ///< pixels, 0 to 10,000
-  BorderMode border = BorderMode::kClamp;     ///< what lies beyond the image
+  Wrap wrap = Wrap::kClamp;                   ///< what lies beyond the image
   double border_value = 0;                    ///< the sample of kBlack
   FilterMethod method = FilterMethod::kAuto;  ///< how it is computed
 
@@ -149,7 +139,7 @@ Node GaussianBlur(const Node& image, double sigma);
 struct BoxParams {
   int width = 3;                              ///< pixels, 1 to 65,535
   int height = 3;                             ///< pixels, 1 to 65,535
-  BorderMode border = BorderMode::kClamp;     ///< what lies beyond the image
+  Wrap wrap = Wrap::kClamp;                   ///< what lies beyond the image
   double border_value = 0;                    ///< the sample of kBlack
   FilterMethod method = FilterMethod::kAuto;  ///< how it is computed
 };
@@ -164,7 +154,7 @@ enum class SobelOutput { kMagnitude, kDirection, kXY };
 /// Parameters of Sobel; the outputs are described at SobelOutput.
 struct SobelParams {
   SobelOutput output = SobelOutput::kMagnitude;  ///< what is given
-  BorderMode border = BorderMode::kClamp;        ///< what lies beyond the image
+  Wrap wrap = Wrap::kClamp;                      ///< what lies beyond the image
   int bits = 0;  ///< 8 to 32: X and Y are summed in an accumulation buffer, see ShiftAccumulate; else Error
 
   /// kFft: X and Y are convolutions by block transforms, with their error; all others but kRecursive and
@@ -180,11 +170,11 @@ Node Sobel(const Node& image, const SobelParams& params = {});
 /// image + contrast * (image - blurred), the difference set to 0 where it is below threshold, as oiiotool's
 /// --unsharp; `kernel` is a name that NamedKernel knows, or "median".
 struct UnsharpParams {
-  std::string kernel = "gaussian";         ///< of the blur
-  double width = 3;                        ///< of the kernel, pixels
-  double contrast = 1;                     ///< factor of the difference
-  double threshold = 0;                    ///< smaller differences count as 0
-  BorderMode border = BorderMode::kClamp;  ///< what lies beyond the image
+  std::string kernel = "gaussian";  ///< of the blur
+  double width = 3;                 ///< of the kernel, pixels
+  double contrast = 1;              ///< factor of the difference
+  double threshold = 0;             ///< smaller differences count as 0
+  Wrap wrap = Wrap::kClamp;         ///< what lies beyond the image
   int bits = 0;  ///< 8 to 32: blurred through an accumulation buffer, see Convolve; not with "median"
   FilterMethod method = FilterMethod::kAuto;  ///< of the blur, as Convolve has them; "median" has kAuto alone
 };

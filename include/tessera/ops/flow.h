@@ -7,6 +7,7 @@
 
 #include "tessera/export.h"
 #include "tessera/node.h"
+#include "tessera/wrap.h"
 
 TESSERA_API_BEGIN
 namespace tessera {
@@ -37,12 +38,6 @@ enum class LicMethod : uint8_t {
   kAuto,    ///< kDirect; from a length of 64 kShared where it can be had
   kDirect,  ///< a line from every pixel, both ways
   kShared,  ///< lines shared by the pixels that they cross
-};
-/// What happens to a line that leaves the image.
-enum class LicBorder : uint8_t {
-  kStop,    ///< it ends; the sum is divided by the weights used
-  kClamp,   ///< it goes on, reading the edge
-  kRepeat,  ///< the field is periodic
 };
 /// What is done about the contrast that averaging takes away.
 enum class LicContrast : uint8_t {
@@ -84,7 +79,7 @@ struct LicParams {
   /// kUser: an odd number, from the farthest tap backward to the farthest forward; >= 0.
   std::vector<double> weights = {};
   LicMethod method = LicMethod::kAuto;           ///< whose lines
-  LicBorder border = LicBorder::kStop;           ///< where a line leaves the image
+  Wrap wrap = Wrap::kRenormalize;                ///< where a line leaves the image
   LicContrast contrast = LicContrast::kAuto;     ///< of the result
   double gain = 0.75;                            ///< kRescale: share of the noise's contrast that is put back
   LicMagnitude magnitude = LicMagnitude::kNone;  ///< how |f| shows

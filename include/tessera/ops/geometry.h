@@ -10,6 +10,7 @@
 #include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/roi.h"
+#include "tessera/wrap.h"
 
 TESSERA_API_BEGIN
 namespace tessera {
@@ -24,10 +25,6 @@ namespace tessera {
 /// Filters, by oiiotool's names (width in pixels of the coarser image): box 1, triangle (linear) 2, gaussian
 /// 3, sharp-gaussian 2, catmull-rom (catrom) 4, blackman-harris 3, sinc 4, lanczos3 6, radial-lanczos3 6,
 /// mitchell 4, bspline 4, disk 1, cubic 4, keys 4, simon 4, rifman 4. Error for any other name. @file
-
-/// What is seen beyond the data window: kClamp the nearest edge pixel; kRepeat the picture again; kMirror the
-/// picture reflected, the edge pixel twice; kBlack zero.
-enum class Wrap : uint8_t { kBlack, kClamp, kRepeat, kMirror };
 
 /// The display window becomes width x height, as oiiotool's --resize; beyond the data window the rest of
 /// the display window is black, beyond both the edge is repeated. The filter's distance is in result pixels

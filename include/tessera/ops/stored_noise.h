@@ -33,7 +33,7 @@ struct StoredNoiseParams {
 };
 
 /// A cube of size^3 samples that repeats without a seam along every axis; sample i lies at (i + 1/2) / size
-/// of the edge. As a table of three dimensions, its lookups wrap with TableWrap::kRepeat (kMirror hides a
+/// of the edge. As a table of three dimensions, its lookups wrap with Wrap::kRepeat (kMirror hides a
 /// seam of values, but not of slopes). Error of samples: 1e-6 times the sum of weights, and the storage's
 /// rounding. Cost: size^3 samples of noise, once. Throws Error for parameters outside the ranges. Source:
 /// Miller and Jones 2005, 4; doc/maths/noise.md.
@@ -53,7 +53,7 @@ Node StoredNoiseImage(const StoredNoiseParams& params = {});
 struct StoredTurbulenceParams {
   NoisePacking packing = NoisePacking::kSingle;  ///< of the table
   int octaves = 8;                               ///< 1 to 16; not of kPrecomputed
-  TableWrap wrap = TableWrap::kRepeat;           ///< kRepeat or kMirror
+  Wrap wrap = Wrap::kRepeat;                     ///< kRepeat or kMirror
 };
 /// Turbulence by lookups, as StoredTurbulenceParams says.
 Node StoredTurbulence(const Node& position, const Table& table, const StoredTurbulenceParams& params = {});

@@ -13,6 +13,7 @@
 #include "ops/filter/window/window.h"
 #include "ops/geometry/separable.h"
 #include "ops/modifiers.h"
+#include "ops/wrap.h"
 #include "tessera/ops/accumulate.h"
 
 namespace tessera::ops {
@@ -45,7 +46,7 @@ class ShiftAccumulateStage final : public graph::TileStage {
     return {out.x0 - params_.anchor_x, out.y0 - params_.anchor_y,
             out.x1 + params_.width - 1 - params_.anchor_x, out.y1 + params_.height - 1 - params_.anchor_y};
   }
-  graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
+  Wrap InputBorder(int) const override { return params_.wrap; }
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView in = InputChannels(args, 0);
     base::ArenaVector<const float*> rows(offsets_.size(), args.scratch);
@@ -91,10 +92,8 @@ class ShiftAccumulateOp final : public graph::OpWith<ShiftAccumulateParams> {
     if (p.bits != 0 && (p.bits < 8 || p.bits > 32)) {
       refuse("found " + std::to_string(p.bits) + " bits, expected 8 to 32, or 0 for none");
     }
-    if (p.border == BorderMode::kRenormalize || p.border == BorderMode::kValid) {
-      refuse(
-          "found a border that changes weights or sizes, expected black, clamp, repeat, mirror or mirror101");
-    }
+    RequireWrap("shiftaccum", p.wrap,
+                {Wrap::kClamp, Wrap::kBlack, Wrap::kRepeat, Wrap::kMirror, Wrap::kMirror101});
     if (!(p.low <= p.high) || !std::isfinite(p.low) || !std::isfinite(p.high)) {
       refuse("found a range from " + base::NumberText(p.low) + " to " + base::NumberText(p.high) +
              ", expected low <= high");
@@ -190,7 +189,7 @@ AccumulationRange KernelRange(const std::vector<double>& taps, double low, doubl
 }
 
 Node ShiftAccumulate(const Node& image, const ShiftAccumulateParams& params) {
-  return ops::InDisplayWindow(image, params.border, [&](const Node& framed) {
+  return ops::InDisplayWindow(image, params.wrap, [&](const Node& framed) {
     return graph::MakeNode(std::make_shared<const ops::ShiftAccumulateOp>(ops::WithAnchor(params)), {framed});
   });
 }

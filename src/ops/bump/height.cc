@@ -74,9 +74,9 @@ namespace {
 class HeightStage final : public graph::TileStage {
  public:
   HeightStage(const HeightSetup& setup, Wrap wrap, bool normals)
-      : setup_(setup), border_(BorderOf(wrap)), normals_(normals), kernels_(ChooseHeightKernels()) {}
+      : setup_(setup), border_(wrap), normals_(normals), kernels_(ChooseHeightKernels()) {}
   Roi InputRoi(int, const Roi& out) const override { return Inflate(out, setup_.reach, setup_.reach); }
-  graph::Border InputBorder(int) const override { return border_; }
+  Wrap InputBorder(int) const override { return border_; }
   void Run(const graph::TileArgs& args) const override {
     const Roi& o = args.out.roi;
     const ConstImageView& in = args.in[0];
@@ -101,7 +101,7 @@ class HeightStage final : public graph::TileStage {
 
  private:
   HeightSetup setup_;
-  graph::Border border_;
+  Wrap border_;
   bool normals_;
   HeightKernels kernels_;
 };
@@ -268,11 +268,13 @@ namespace tessera {
 
 Node HeightToNormals(const Node& height, const HeightNormalsParams& params) {
   ops::RequireScale("normalmap", params.scale);
+  ops::RequireImageWrap("normalmap", params.wrap);
   return graph::MakeNode(std::make_shared<const ops::NormalMapOp>(params), {height});
 }
 
 Node Bump(const Node& height, const BumpParams& p) {
   ops::RequireScale("bump", p.scale);
+  ops::RequireImageWrap("bump", p.wrap);
   ops::RequireVector("bump", "light", p.light, true);
   if (!(p.shift >= 1e-3 && p.shift <= 64)) {
     throw Error("bump", "found shift=" + base::NumberText(p.shift) + ", expected 0.001 to 64 pixels");

@@ -30,12 +30,12 @@ ImageSpec LineSpec(ImageSpec spec) {
 class LineOp final : public graph::Op {
  public:
   using Run = std::function<void(const graph::TileArgs&)>;
-  LineOp(std::string name, std::any parameters, ImageSpec spec, int reach, graph::Border border, Run run)
+  LineOp(std::string name, std::any parameters, ImageSpec spec, int reach, Wrap wrap, Run run)
       : name_(std::move(name)),
         parameters_(std::move(parameters)),
         spec_(std::move(spec)),
         reach_(reach),
-        border_(border),
+        wrap_(wrap),
         run_(std::move(run)) {}
   std::string Name() const override { return name_; }
   graph::OpKind Kind() const override { return graph::OpKind::kTile; }
@@ -45,21 +45,20 @@ class LineOp final : public graph::Op {
     return spec_;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
-    return std::make_unique<Stage>(reach_, border_, run_);
+    return std::make_unique<Stage>(reach_, wrap_, run_);
   }
 
  private:
   class Stage final : public graph::TileStage {
    public:
-    Stage(int reach, graph::Border border, LineOp::Run run)
-        : reach_(reach), border_(border), run_(std::move(run)) {}
+    Stage(int reach, Wrap wrap, LineOp::Run run) : reach_(reach), wrap_(wrap), run_(std::move(run)) {}
     Roi InputRoi(int, const Roi& out) const override { return Inflate(out, reach_, reach_); }
-    graph::Border InputBorder(int) const override { return border_; }
+    Wrap InputBorder(int) const override { return wrap_; }
     void Run(const graph::TileArgs& args) const override { run_(args); }
 
    private:
     int reach_;
-    graph::Border border_;
+    Wrap wrap_;
     LineOp::Run run_;
   };
 
@@ -67,7 +66,7 @@ class LineOp final : public graph::Op {
   std::any parameters_;
   ImageSpec spec_;
   int reach_;
-  graph::Border border_;
+  Wrap wrap_;
   Run run_;
 };
 
@@ -411,18 +410,16 @@ Node Edges(const EdgeInputs& inputs, const EdgeParams& params) {
   const auto run = [e, window = spec.data_window](const graph::TileArgs& args) {
     e.smooth ? ops::RunSmoothEdges(e, window, args) : ops::RunEdges(e, window, args);
   };
-  return graph::MakeNode(
-      std::make_shared<const ops::LineOp>("edges", std::pair(inputs, params), spec, params.smooth ? 3 : 1,
-                                          graph::Border::kClamp, run),
-      std::move(nodes));
+  return graph::MakeNode(std::make_shared<const ops::LineOp>("edges", std::pair(inputs, params), spec,
+                                                             params.smooth ? 3 : 1, Wrap::kClamp, run),
+                         std::move(nodes));
 }
 
 Node Outline(const Node& mask, const OutlineParams& params) {
   const auto run = [params](const graph::TileArgs& args) { ops::RunOutline(params, args); };
-  return graph::MakeNode(
-      std::make_shared<const ops::LineOp>("outline", params, ops::LineSpec(mask.spec()), 1,
-                                          params.clamp ? graph::Border::kClamp : graph::Border::kBlack, run),
-      {ops::ChannelOf(mask, 0)});
+  return graph::MakeNode(std::make_shared<const ops::LineOp>("outline", params, ops::LineSpec(mask.spec()), 1,
+                                                             params.clamp ? Wrap::kClamp : Wrap::kBlack, run),
+                         {ops::ChannelOf(mask, 0)});
 }
 
 Node Halo(const Node& lines, const Node& depth, const HaloParams& params) {
@@ -431,7 +428,7 @@ Node Halo(const Node& lines, const Node& depth, const HaloParams& params) {
   }
   const auto run = [params](const graph::TileArgs& args) { ops::RunHalo(params, args); };
   return graph::MakeNode(std::make_shared<const ops::LineOp>("halo", params, ops::LineSpec(lines.spec()),
-                                                             params.radius, graph::Border::kBlack, run),
+                                                             params.radius, Wrap::kBlack, run),
                          {ops::ChannelOf(lines, 0), ops::ChannelOf(depth, 0)});
 }
 

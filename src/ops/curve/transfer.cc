@@ -12,6 +12,7 @@
 #include "ops/filter/filter_ops.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/modifiers.h"
+#include "ops/wrap.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/color.h"
 
@@ -249,7 +250,7 @@ OpInfo TransferInfo() {
       ListParam("scale2", "factors after the matrix, stage 9"),
       ListParam("bias2", "summands after the matrix, stage 9"),
       TableParam("table2", "colour table after the matrix, stage 10"),
-      OnlyWith("kernel", BorderModifier()),
+      OnlyWith("kernel", FilterWrapModifier()),
       OnlyWith("kernel", BorderValueModifier()),
       OnlyWith("kernel", FlagModifier("correlate", "do not turn the kernel round")),
       OnlyWith("kernel",
@@ -283,7 +284,7 @@ OpInfo TransferInfo() {
       const std::vector<double>& size = a.Numbers("kernelsize");
       p.kernel =
           size.empty() ? NamedKernel(a.Text("kernel")) : NamedKernel(a.Text("kernel"), size[0], size[1]);
-      p.convolve.border = BorderNamed(a.Text("wrap")), p.convolve.border_value = a.Number("bordervalue");
+      p.convolve.wrap = WrapNamed(a.Text("wrap")), p.convolve.border_value = a.Number("bordervalue");
       p.convolve.correlate = a.Flag("correlate"), p.convolve.divisor = a.Number("divisor");
       p.convolve.method = MethodNamed(a.Text("method")), p.convolve.preserve_alpha = a.Flag("preservealpha");
     }

@@ -163,7 +163,7 @@ class EnvironmentTileStage final : public graph::TileStage {
       : lookups_(plan, context), map_channels_(context.output.channel_count()) {}
   Roi InputRoi(int, const Roi& out) const override { return Inflate(out, reach(), reach()); }
   // Normals of 0: no neighbours.
-  graph::Border InputBorder(int) const override { return graph::Border::kBlack; }
+  Wrap InputBorder(int) const override { return Wrap::kBlack; }
   graph::TileSize Preferred() const override { return {512, 8}; }
 
   void Run(const graph::TileArgs& args) const override {

@@ -22,6 +22,7 @@
 #include "ops/filter/gauss/recursive.h"
 #include "ops/filter/window/methods.h"
 #include "ops/filter/window/stage.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/channels.h"
@@ -56,14 +57,14 @@ std::shared_ptr<const Window> GaussianWindow(const GaussianParams& p) {
   const std::vector<double> row = GaussianRow(p.sigma_x), column = GaussianRow(p.sigma_y);
   return std::make_shared<const Window>(row, static_cast<int>(row.size() / 2), column,
                                         static_cast<int>(column.size() / 2),
-                                        WindowOptions{FilterMethod::kSeparable, p.border, p.border_value});
+                                        WindowOptions{FilterMethod::kSeparable, p.wrap, p.border_value});
 }
 
 std::shared_ptr<const Window> BoxWindow(const BoxParams& p) {
   const std::vector<double> row(static_cast<size_t>(p.width), 1.0 / p.width);
   const std::vector<double> column(static_cast<size_t>(p.height), 1.0 / p.height);
   return std::make_shared<const Window>(row, (p.width - 1) / 2, column, (p.height - 1) / 2,
-                                        WindowOptions{FilterMethod::kSeparable, p.border, p.border_value});
+                                        WindowOptions{FilterMethod::kSeparable, p.wrap, p.border_value});
 }
 
 bool Finite(const ConstImageView& v, int x, int y) {
@@ -90,13 +91,13 @@ class GaussianStage final : public graph::WholeStage {
  private:
   void Blur(const ConstImageView& in, const ImageView& out, const graph::Workers& workers) const {
     if (decimated_) {
-      return RunDecimated(functions_, params_.sigma_x, params_.sigma_y, in, out, params_.border,
+      return RunDecimated(functions_, params_.sigma_x, params_.sigma_y, in, out, params_.wrap,
                           params_.border_value, workers);
     }
     const bool rows = params_.sigma_x > 0, columns = params_.sigma_y > 0;
     const RecursiveGaussian x = rows ? MakeRecursiveGaussian(params_.sigma_x) : RecursiveGaussian{};
     const RecursiveGaussian y = columns ? MakeRecursiveGaussian(params_.sigma_y) : RecursiveGaussian{};
-    RunRecursive(functions_.tracks, rows ? &x : nullptr, columns ? &y : nullptr, in, out, params_.border,
+    RunRecursive(functions_.tracks, rows ? &x : nullptr, columns ? &y : nullptr, in, out, params_.wrap,
                  params_.border_value, workers);
   }
 
@@ -118,16 +119,16 @@ class BoxStage final : public graph::WholeStage {
                                             1.0 / (double{1} * p.width * p.height))};
     // Samples, rows and columns are rounded once each.
     const double error = 0x1p-22 * std::max(1.0, std::fabs(p.border_value));
-    integers_.emplace(type, kernel, WindowOptions{FilterMethod::kRecursive, p.border, p.border_value}, error);
+    integers_.emplace(type, kernel, WindowOptions{FilterMethod::kRecursive, p.wrap, p.border_value}, error);
   }
   void Run(std::span<const ConstImageView> in, const ImageView& out,
            const graph::Workers& workers) const override {
     const BoxParams& p = params_;
     const int largest = integers_ && SeesCodes(in[0], workers) ? IntegerSums::Largest(type_) : 0;
     if (std::max(p.width, p.height) <= kLargestStripBox) {
-      RunBoxStrips(strip_, p.width, p.height, in[0], out, p.border, p.border_value, largest, workers);
+      RunBoxStrips(strip_, p.width, p.height, in[0], out, p.wrap, p.border_value, largest, workers);
     } else {
-      RunBox(tracks_, p.width, p.height, in[0], out, p.border, p.border_value, workers);
+      RunBox(tracks_, p.width, p.height, in[0], out, p.wrap, p.border_value, workers);
     }
     if (!integers_ || largest != 0) return;
     std::vector<int> channels(static_cast<size_t>(out.channels));
@@ -146,7 +147,7 @@ class BoxStage final : public graph::WholeStage {
   // Whether all that boxes see are codes: what an operation before has made of them need not be.
   bool SeesCodes(const ConstImageView& in, const graph::Workers& workers) const {
     const auto value = static_cast<float>(params_.border_value);
-    std::atomic<bool> all = params_.border != BorderMode::kBlack || are_codes_(&value, 1);
+    std::atomic<bool> all = params_.wrap != Wrap::kBlack || are_codes_(&value, 1);
     workers.For(in.roi.height(), [&](int64_t i, int) {
       const auto* const row =
           reinterpret_cast<const float*>(in.At(in.roi.x0, in.roi.y0 + static_cast<int>(i)));
@@ -166,7 +167,7 @@ class BoxStage final : public graph::WholeStage {
 // kValid: the larger result is cropped to the pixels whose kernel lies inside.
 template <class P>
 P WithoutValid(P params) {
-  if (params.border == BorderMode::kValid) params.border = BorderMode::kClamp;
+  if (params.wrap == Wrap::kValid) params.wrap = Wrap::kClamp;
   return params;
 }
 
@@ -178,7 +179,7 @@ class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::Lit
                             .sigma = largest,
                             .least_sigma = least > 0 ? least : largest,
                             .both_axes = least > 0,
-                            .renormalizes = p.border == BorderMode::kRenormalize};
+                            .renormalizes = p.wrap == Wrap::kRenormalize};
     if (method_ == FilterMethod::kAuto) method_ = CheapestMethod(shape);
     if (method_ == FilterMethod::kDirect) method_ = FilterMethod::kSeparable;
     if (!MethodOf(method_).suits(shape)) {
@@ -211,13 +212,13 @@ class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::Lit
   std::unique_ptr<graph::RowsStage> MakeRowsStage(const ImageSpec& input) const override {
     if (method_ != FilterMethod::kDecimated) return nullptr;
     const GaussianParams& p = params();
-    return MakeDecimatedRows(p.sigma_x, p.sigma_y, input, p.border, p.border_value);
+    return MakeDecimatedRows(p.sigma_x, p.sigma_y, input, p.wrap, p.border_value);
   }
   // Large Gaussians take rows but for borders made of rows elsewhere; the others are summed.
   std::shared_ptr<const graph::Op> InLittleMemory() const override {
-    const BorderMode border = params().border;
-    const bool rows = method_ == FilterMethod::kDecimated && border != BorderMode::kRepeat &&
-                      border != BorderMode::kMirror && border != BorderMode::kMirror101;
+    const Wrap wrap = params().wrap;
+    const bool rows = method_ == FilterMethod::kDecimated && wrap != Wrap::kRepeat && wrap != Wrap::kMirror &&
+                      wrap != Wrap::kMirror101;
     if (params().method != FilterMethod::kAuto || window_ || rows) return nullptr;
     GaussianParams p = params();
     p.method = FilterMethod::kSeparable;
@@ -280,7 +281,7 @@ Node Buffered(const Node& image, const GaussianParams& p) {
   };
   if (p.method != FilterMethod::kAuto && p.method != FilterMethod::kDirect)
     refuse("another method than direct, expected method=auto or direct");
-  if (p.border == BorderMode::kRenormalize || (p.border == BorderMode::kBlack && p.border_value != 0)) {
+  if (p.wrap == Wrap::kRenormalize || (p.wrap == Wrap::kBlack && p.border_value != 0)) {
     refuse("wrap=renormalize or a border value, expected black, clamp, repeat, mirror or mirror101");
   }
   Node result = image;
@@ -291,16 +292,16 @@ Node Buffered(const Node& image, const GaussianParams& p) {
       refuse("a Gaussian of " + std::to_string(taps) + " weights, expected at most 255 (sigma 24.9)");
     if (taps == 1) continue;
     ShiftAccumulateParams s{.taps = row, .width = along_row ? taps : 1, .height = along_row ? 1 : taps};
-    s.bits = p.bits, s.border = p.border;
+    s.bits = p.bits, s.wrap = p.wrap;
     result = MadeOf("blur", [&] { return ShiftAccumulate(result, s); });
   }
   return result;
 }
 
 // The whole result, or with kValid the part of it that needed nothing beyond the image.
-Node Cropped(const Node& node, const Kernel& shape, BorderMode border) {
-  if (border != BorderMode::kValid) return node;
-  return Crop(node, OutputWindow(node.spec().data_window, shape, border));
+Node Cropped(const Node& node, const Kernel& shape, Wrap wrap) {
+  if (wrap != Wrap::kValid) return node;
+  return Crop(node, OutputWindow(node.spec().data_window, shape, wrap));
 }
 
 }  // namespace
@@ -343,25 +344,25 @@ OpInfo BlurInfo() {
   info.modifiers = {
       {.name = "kernel", .type = ParamType::kText, .default_value = "gaussian", .help = "the kernel's name"},
       sigma,
-      BorderModifier(),
+      FilterWrapModifier(),
       BorderValueModifier(),
       MethodModifier({"auto", "direct", "separable", "lowrank", "fft", "recursive", "decimated"}),
       BufferBitsModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    const BorderMode border = BorderNamed(a.Text("wrap"));
+    const Wrap wrap = WrapNamed(a.Text("wrap"));
     const FilterMethod method = MethodNamed(a.Text("method"));
     const double value = a.Number("bordervalue");
     if (a.Given("sigma")) {
       const std::vector<double>& s = a.Numbers("sigma");
-      return GaussianBlur(in[0], {s.front(), s.back(), border, value, method, a.Integer("bits")});
+      return GaussianBlur(in[0], {s.front(), s.back(), wrap, value, method, a.Integer("bits")});
     }
     const auto [width, height] = ParseSize("blur", a.Text("SIZE"));
     if (a.Text("kernel") == "box" && a.Integer("bits") == 0) {
       const auto odd = [](double size) { return static_cast<int>(std::ceil(size)) | 1; };
-      return BoxBlur(in[0], {odd(width), odd(height), border, value, method});
+      return BoxBlur(in[0], {odd(width), odd(height), wrap, value, method});
     }
     ConvolveParams p;
-    p.border = border, p.border_value = value, p.method = method, p.bits = a.Integer("bits");
+    p.wrap = wrap, p.border_value = value, p.method = method, p.bits = a.Integer("bits");
     return MadeOf("blur", [&] { return Convolve(in[0], NamedKernel(a.Text("kernel"), width, height), p); });
   };
   info.examples = {"9x9",
@@ -399,10 +400,11 @@ Node GaussianBlur(const Node& image, const GaussianParams& p) {
     throw Error("blur",
                 "found method=lowrank or fft with a Gaussian, expected auto, direct, separable or recursive");
   }
+  ops::RequireFilterWrap("blur", p.wrap);
   const GaussianParams whole = ops::WithoutValid(p);
   const Node node =
       p.bits != 0 ? ops::Buffered(image, whole)
-                  : ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
+                  : ops::InDisplayWindow(image, p.wrap, [&](const Node& framed) {
                       return graph::MakeNode(
                           std::make_shared<const ops::GaussianOp>(whole, ops::CodesOf(framed)), {framed});
                     });
@@ -410,7 +412,7 @@ Node GaussianBlur(const Node& image, const GaussianParams& p) {
   return ops::Cropped(
       node,
       {2 * radius(p.sigma_x) + 1, 2 * radius(p.sigma_y) + 1, radius(p.sigma_x), radius(p.sigma_y), 1, {}},
-      p.border);
+      p.wrap);
 }
 
 Node GaussianBlur(const Node& image, double sigma) {
@@ -428,11 +430,12 @@ Node BoxBlur(const Node& image, const BoxParams& p) {
         "blur",
         "found method=lowrank, fft or decimated with a box, expected auto, direct, separable or recursive");
   }
+  ops::RequireFilterWrap("blur", p.wrap);
   const BoxParams whole = ops::WithoutValid(p);
-  const Node node = ops::InDisplayWindow(image, p.border, [&](const Node& framed) {
+  const Node node = ops::InDisplayWindow(image, p.wrap, [&](const Node& framed) {
     return graph::MakeNode(std::make_shared<const ops::BoxOp>(whole, ops::CodesOf(framed)), {framed});
   });
-  return ops::Cropped(node, {p.width, p.height, (p.width - 1) / 2, (p.height - 1) / 2, 1, {}}, p.border);
+  return ops::Cropped(node, {p.width, p.height, (p.width - 1) / 2, (p.height - 1) / 2, 1, {}}, p.wrap);
 }
 
 }  // namespace tessera

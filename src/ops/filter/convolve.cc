@@ -18,6 +18,7 @@
 #include "ops/filter/frame.h"
 #include "ops/filter/window/stage.h"
 #include "ops/filter/window/window.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/accumulate.h"
@@ -64,7 +65,7 @@ class ConvolveOp final : public graph::OpWith<Convolution> {
     }
     const Kernel& k = params().kernel;
     out.data_window =
-        OutputWindow(out.data_window, params().params.correlate ? k : Mirrored(k), params().params.border);
+        OutputWindow(out.data_window, params().params.correlate ? k : Mirrored(k), params().params.wrap);
     return out;
   }
   bool NeedsWhole(int k) const override { return k == 1; }
@@ -96,7 +97,7 @@ class ConvolveOp final : public graph::OpWith<Convolution> {
   static std::shared_ptr<const Window> MakeWindow(const Kernel& kernel, const ConvolveParams& p, int alpha) {
     RequireKernel("convolve", kernel);
     return std::make_shared<const Window>("convolve", Prepared(kernel, p),
-                                          WindowOptions{p.method, p.border, p.border_value, p.bias, alpha});
+                                          WindowOptions{p.method, p.wrap, p.border_value, p.bias, alpha});
   }
   Kernel FromPixels(const ConstImageView& pixels) const {
     Kernel kernel = params().kernel;
@@ -154,17 +155,16 @@ Node Buffered(const Node& image, const Kernel& kernel, const ConvolveParams& p) 
   };
   if (kernel.planes != 1) refuse("a kernel per channel");
   if (p.bias != 0 || p.preserve_alpha) refuse("a bias or preserved alpha");
-  if (p.border == BorderMode::kRenormalize || (p.border == BorderMode::kBlack && p.border_value != 0)) {
+  if (p.wrap == Wrap::kRenormalize || (p.wrap == Wrap::kBlack && p.border_value != 0)) {
     refuse("wrap=renormalize or a border value");
   }
   if (p.method != FilterMethod::kAuto && p.method != FilterMethod::kDirect)
     refuse("another method than direct");
   const Kernel k = Prepared(kernel, p);
   ShiftAccumulateParams s{k.weights, k.width, k.height, k.anchor_x, k.anchor_y, p.bits};
-  s.border = p.border == BorderMode::kValid ? BorderMode::kClamp : p.border;
+  s.wrap = p.wrap == Wrap::kValid ? Wrap::kClamp : p.wrap;
   const Node result = MadeOf("convolve", [&] { return ShiftAccumulate(image, s); });
-  return p.border == BorderMode::kValid ? Crop(result, OutputWindow(image.spec().data_window, k, p.border))
-                                        : result;
+  return p.wrap == Wrap::kValid ? Crop(result, OutputWindow(image.spec().data_window, k, p.wrap)) : result;
 }
 
 Node Apply(const Node& image, const Node& kernel_image, Convolution convolution) {
@@ -183,13 +183,13 @@ Node Apply(const Node& image, const Node& kernel_image, Convolution convolution)
     if (kernel_image) inputs.push_back(kernel_image);
     return graph::MakeNode(std::make_shared<const ConvolveOp>(convolution, alpha, CodesOf(framed)), inputs);
   };
-  const auto filter = [&](const Node& samples) { return InDisplayWindow(samples, p.border, convolved); };
+  const auto filter = [&](const Node& samples) { return InDisplayWindow(samples, p.wrap, convolved); };
   return colors_only ? OnColorsOnly(image, filter) : filter(image);
 }
 
 // Modifiers of every operation with a fixed kernel.
 std::vector<ParamInfo> CommonModifiers() {
-  return {BorderModifier(),
+  return {FilterWrapModifier(),
           BorderValueModifier(),
           MethodModifier(),
           {.name = "preservealpha",
@@ -200,7 +200,7 @@ std::vector<ParamInfo> CommonModifiers() {
 }
 ConvolveParams CommonParams(const Arguments& a) {
   ConvolveParams p;
-  p.border = BorderNamed(a.Text("wrap"));
+  p.wrap = WrapNamed(a.Text("wrap"));
   p.border_value = a.Number("bordervalue");
   p.method = MethodNamed(a.Text("method"));
   p.preserve_alpha = a.Flag("preservealpha");
@@ -409,6 +409,7 @@ OpInfo HighPassInfo() {
 namespace tessera {
 
 Node Convolve(const Node& image, const Kernel& kernel, const ConvolveParams& params) {
+  ops::RequireFilterWrap("convolve", params.wrap);
   ops::RequireKernel("convolve", kernel);
   return ops::Apply(image, {}, {kernel, params, false, false});
 }
@@ -419,6 +420,7 @@ Node Convolve(const Node& image, const Node& kernel, const ConvolveParams& param
   Kernel shape{window.width(), window.height(), -window.x0, -window.y0, 1, {}};
   shape.weights.assign(static_cast<size_t>(std::max<int64_t>(0, std::min<int64_t>(window.pixels(), 65025))),
                        0);
+  ops::RequireFilterWrap("convolve", params.wrap);
   ops::RequireKernel("convolve", shape);
   shape.weights.clear();
   return ops::Apply(image, kernel, {shape, params, true, normalize});

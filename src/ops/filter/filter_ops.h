@@ -25,13 +25,14 @@ OpInfo DilateInfo();
 OpInfo ErodeInfo();
 
 // `:wrap=`, `:bordervalue=`, `:method=` and what they mean.
-ParamInfo BorderModifier();
+ParamInfo FilterWrapModifier();
+// Throws Error for what no filter has.
+void RequireFilterWrap(const std::string& op, Wrap wrap);
 ParamInfo BorderValueModifier();
 ParamInfo MethodModifier(std::vector<std::string> methods = {"auto", "direct", "separable", "lowrank",
                                                              "fft"});
 // `:bits=`: 0, or the binary places of an accumulation buffer.
 ParamInfo BufferBitsModifier();
-BorderMode BorderNamed(const std::string& name);
 FilterMethod MethodNamed(const std::string& name);
 // `WxH` or `W`; throws Error(subject, ...) unless both are numbers in [1, 65535].
 std::pair<double, double> ParseSize(const std::string& subject, const std::string& text);

@@ -12,9 +12,9 @@ namespace tessera::ops {
 // image meanwhile, which clamping then repeats: pixels nearer to the data are black as far as the display
 // window goes, and beyond it the nearest pixel of the whole picture is black too.
 template <class F>
-Node InDisplayWindow(const Node& image, BorderMode border, F filter) {
+Node InDisplayWindow(const Node& image, Wrap wrap, F filter) {
   const Roi &data = image.spec().data_window, &display = image.spec().display_window;
-  if (data.empty() || display.empty() || border != BorderMode::kClamp) return filter(image);
+  if (data.empty() || display.empty() || wrap != Wrap::kClamp) return filter(image);
   const Roi framed = {
       display.x0 < data.x0 ? data.x0 - 1 : data.x0, display.y0 < data.y0 ? data.y0 - 1 : data.y0,
       display.x1 > data.x1 ? data.x1 + 1 : data.x1, display.y1 > data.y1 ? data.y1 + 1 : data.y1};

@@ -13,26 +13,20 @@
 #include "tessera/error.h"
 
 namespace tessera::ops {
-namespace {
+namespace {}  // namespace
 
-constexpr std::array<std::pair<const char*, BorderMode>, 7> kBorders = {
-    {{"clamp", BorderMode::kClamp},
-     {"black", BorderMode::kBlack},
-     {"repeat", BorderMode::kRepeat},
-     {"mirror", BorderMode::kMirror},
-     {"mirror101", BorderMode::kMirror101},
-     {"renormalize", BorderMode::kRenormalize},
-     {"valid", BorderMode::kValid}}};
-}  // namespace
-
-ParamInfo BorderModifier() {
-  std::vector<std::string> choices;
-  for (const auto& row : kBorders) choices.emplace_back(row.first);
+ParamInfo FilterWrapModifier() {
   return WrapModifier(
-      std::move(choices), "clamp",
+      {"clamp", "black", "repeat", "mirror", "mirror101", "renormalize", "valid"}, "clamp",
       "what lies beyond the image: its nearest pixel (black where a display window goes further than "
       "the data window), bordervalue, the image again, its mirror image (edge pixel twice or once); or "
       "nothing (weights inside count), or a smaller result");
+}
+
+void RequireFilterWrap(const std::string& op, Wrap wrap) {
+  RequireWrap(op, wrap,
+              {Wrap::kClamp, Wrap::kBlack, Wrap::kRepeat, Wrap::kMirror, Wrap::kMirror101, Wrap::kRenormalize,
+               Wrap::kValid});
 }
 
 ParamInfo BorderValueModifier() {
@@ -55,11 +49,6 @@ ParamInfo BufferBitsModifier() {
   return IntegerModifier(
       "bits", "0", 0, 32,
       "models an accumulation buffer in fixed point with that many binary places, 8 to 32; 0 is exact");
-}
-
-BorderMode BorderNamed(const std::string& name) {
-  return std::find_if(kBorders.begin(), kBorders.end(), [&](const auto& row) { return name == row.first; })
-      ->second;
 }
 
 FilterMethod MethodNamed(const std::string& name) {

@@ -10,6 +10,7 @@
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/frame.h"
 #include "ops/filter/window/window.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
 #include "tessera/ops/filter.h"
@@ -112,7 +113,7 @@ class SobelStage final : public graph::TileStage {
  public:
   explicit SobelStage(const SobelParams& p) : params_(p) {}
   Roi InputRoi(int, const Roi& out) const override { return params_.by_parts() ? out : Inflate(out, 1, 1); }
-  graph::Border InputBorder(int) const override { return EngineBorder(params_.border); }
+  Wrap InputBorder(int) const override { return params_.wrap; }
   void Run(const graph::TileArgs& args) const override {
     const Roi& o = args.out.roi;
     const ConstImageView& in = args.in[0];
@@ -167,10 +168,8 @@ class SobelStage final : public graph::TileStage {
 class SobelOp final : public graph::OpWith<SobelParams> {
  public:
   explicit SobelOp(const SobelParams& p) : OpWith(p) {
-    if (p.border == BorderMode::kRenormalize || p.border == BorderMode::kValid) {
-      throw Error("sobel",
-                  "found wrap=renormalize or valid, expected clamp, black, repeat, mirror or mirror101");
-    }
+    RequireWrap("sobel", p.wrap,
+                {Wrap::kClamp, Wrap::kBlack, Wrap::kRepeat, Wrap::kMirror, Wrap::kMirror101});
     if (p.method == FilterMethod::kRecursive || p.method == FilterMethod::kDecimated) {
       throw Error("sobel",
                   "found method=recursive or decimated, expected auto, direct, separable, lowrank or fft");
@@ -219,14 +218,14 @@ OpInfo SobelInfo() {
       "error (--convolve) gives flat parts a direction by chance.";
   info.bound = "4 u * sum of |weight * difference| (X, Y, magnitude); direction: that over the magnitude";
   info.bound_u = 4;
-  ParamInfo border = BorderModifier();
-  border.choices = {"clamp", "black", "repeat", "mirror", "mirror101"};
+  ParamInfo wrap = FilterWrapModifier();
+  wrap.choices = {"clamp", "black", "repeat", "mirror", "mirror101"};
   info.modifiers = {{.name = "output",
                      .type = ParamType::kChoice,
                      .default_value = "magnitude",
                      .help = "what is written",
                      .choices = {"magnitude", "direction", "xy"}},
-                    border,
+                    wrap,
                     BufferBitsModifier(),
                     MethodModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
@@ -234,7 +233,7 @@ OpInfo SobelInfo() {
     return Sobel(in[0], {output == "xy"          ? SobelOutput::kXY
                          : output == "direction" ? SobelOutput::kDirection
                                                  : SobelOutput::kMagnitude,
-                         BorderNamed(a.Text("wrap")), a.Integer("bits"), MethodNamed(a.Text("method"))});
+                         WrapNamed(a.Text("wrap")), a.Integer("bits"), MethodNamed(a.Text("method"))});
   };
   info.examples = {"", "output=xy wrap=mirror101", "output=direction", "output=xy bits=12",
                    "output=xy method=fft wrap=mirror"};
@@ -248,18 +247,17 @@ namespace tessera {
 Node Sobel(const Node& image, const SobelParams& params) {
   auto op = std::make_shared<const ops::SobelOp>(params);
   if (!params.by_parts()) {
-    return ops::InDisplayWindow(image, params.border,
+    return ops::InDisplayWindow(image, params.wrap,
                                 [&](const Node& framed) { return graph::MakeNode(op, {framed}); });
   }
   if (params.bits == 0) {
     const auto part = [&](const char* kernel) {
       return Convolve(image, NamedKernel(kernel),
-                      {.correlate = true, .border = params.border, .method = params.method});
+                      {.correlate = true, .wrap = params.wrap, .method = params.method});
     };
     return graph::MakeNode(std::move(op), {part("sobel_x"), part("sobel_y")});
   }
-  ShiftAccumulateParams x{
-      .taps = {-1, 0, 1, -2, 0, 2, -1, 0, 1}, .bits = params.bits, .border = params.border};
+  ShiftAccumulateParams x{.taps = {-1, 0, 1, -2, 0, 2, -1, 0, 1}, .bits = params.bits, .wrap = params.wrap};
   ShiftAccumulateParams y = x;
   y.taps = {-1, -2, -1, 0, 0, 0, 1, 2, 1};
   return ops::MadeOf("sobel", [&] {

@@ -5,6 +5,7 @@
 
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/filter.h"
 
@@ -76,8 +77,8 @@ OpInfo UnsharpInfo() {
       "alpha included. bits= blurs through an accumulation buffer, as --convolve:bits=.";
   info.bound = "4 u * (|image| + contrast * |image - blurred|)";
   info.bound_u = 4;
-  ParamInfo border = BorderModifier();
-  border.only_with = "!kernel=median";
+  ParamInfo wrap = FilterWrapModifier();
+  wrap.only_with = "!kernel=median";
   info.modifiers = {{.name = "kernel",
                      .type = ParamType::kText,
                      .default_value = "gaussian",
@@ -97,13 +98,13 @@ OpInfo UnsharpInfo() {
                      .default_value = "0",
                      .help = "smaller differences are dropped",
                      .min = 0},
-                    border,
+                    wrap,
                     BufferBitsModifier(),
                     MethodModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return UnsharpMask(in[0],
                        {a.Text("kernel"), a.Number("width"), a.Number("contrast"), a.Number("threshold"),
-                        BorderNamed(a.Text("wrap")), a.Integer("bits"), MethodNamed(a.Text("method"))});
+                        WrapNamed(a.Text("wrap")), a.Integer("bits"), MethodNamed(a.Text("method"))});
   };
   info.examples = {"", "kernel=box width=7 contrast=0.6 wrap=mirror", "kernel=median width=3",
                    "width=5 method=fft"};
@@ -115,8 +116,7 @@ OpInfo UnsharpInfo() {
 namespace tessera {
 
 Node UnsharpMask(const Node& image, const UnsharpParams& p) {
-  if (p.border == BorderMode::kValid)
-    throw Error("unsharp", "found wrap=valid, expected one that keeps the size");
+  if (p.wrap == Wrap::kValid) throw Error("unsharp", "found wrap=valid, expected one that keeps the size");
   if (!(p.contrast >= -1e30 && p.contrast <= 1e30) || !(p.threshold >= 0)) {
     throw Error("unsharp",
                 "found a contrast or threshold out of range, expected a finite contrast and a threshold of 0 "
@@ -134,7 +134,7 @@ Node UnsharpMask(const Node& image, const UnsharpParams& p) {
     blurred = Median(image, {size, size});
   } else {
     ConvolveParams c;
-    c.border = p.border, c.bits = p.bits, c.method = p.method;
+    c.wrap = p.wrap, c.bits = p.bits, c.method = p.method;
     blurred =
         ops::MadeOf("unsharp", [&] { return Convolve(image, NamedKernel(p.kernel, p.width, p.width), c); });
   }

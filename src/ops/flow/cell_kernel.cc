@@ -278,7 +278,7 @@ void FollowCells(const Lines& lines, const LineOutput& out) {
       float* const to = out.data + (y - out.roi.y0) * out.row + ptrdiff_t{x - out.roi.x0} * out.step;
       const bool inside =
           x >= far && y >= far && x + kRun + far <= lines.width && y + 1 + far <= lines.height;
-      const bool anywhere = !codes || (!inside && (lines.border != LicBorder::kStop || lines.around_x));
+      const bool anywhere = !codes || (!inside && (lines.wrap != Wrap::kRenormalize || lines.around_x));
       const int most = anywhere ? kLanes : kRun, count = std::min(most, right - x);
       if (anywhere) {
         ConvolveAnywhere(lines, x, y, count, result);

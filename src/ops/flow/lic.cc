@@ -11,6 +11,7 @@
 #include "graph/op.h"
 #include "ops/flow/lines.h"
 #include "ops/flow/prepare.h"
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
@@ -262,6 +263,7 @@ LicMethod Check(const LicParams& p) {
   RequireRange("a smallest vector of", p.smallest, 0, 1);
   RequireRange("a width of", p.width, 0, 1 << 20);
   RequireRange("a height of", p.height, 0, 1 << 20);
+  RequireWrap(kName, p.wrap, {Wrap::kRenormalize, Wrap::kClamp, Wrap::kRepeat});
   if (!std::isfinite(p.scale_x) || !std::isfinite(p.scale_y))
     throw Error(kName, "found a scale that is not finite");
   if (p.kernel == LicKernel::kUser) {

@@ -69,7 +69,7 @@ LicParams ParamsOf(const Arguments& a, const OpInfo& row) {
   p.phase = a.Number("phase"), p.waves = a.Number("waves");
   if (a.Given("weights")) p.kernel = LicKernel::kUser, p.weights = a.Numbers("weights");
   p.method = Chosen<LicMethod>(a, row, "method");
-  p.border = Chosen<LicBorder>(a, row, "wrap");
+  p.wrap = WrapNamed(a.Text("wrap"));
   p.contrast = Chosen<LicContrast>(a, row, "contrast");
   p.gain = a.Number("gain");
   p.magnitude = Chosen<LicMagnitude>(a, row, "magnitude");

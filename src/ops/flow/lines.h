@@ -68,7 +68,7 @@ struct Lines {
   // Taps of each pixel, each way, where lines have different lengths; else null.
   const float* reach = nullptr;
 
-  LicBorder border = LicBorder::kStop;
+  Wrap wrap = Wrap::kRenormalize;
   bool around_x = false, around_y = false;  // lines that leave one side come in at the other
   LicIntegrator integrator = LicIntegrator::kAdaptive;
   bool speed = false;      // vectors as they are; else directions

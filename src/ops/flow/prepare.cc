@@ -87,7 +87,7 @@ class Field {
     return static_cast<int>(base) - 1;
   }
   int Index(int i, int size, bool x) const {
-    const bool turns = params_.border == LicBorder::kRepeat || (x && params_.units == LicUnits::kLatLong);
+    const bool turns = params_.wrap == Wrap::kRepeat || (x && params_.units == LicUnits::kLatLong);
     return turns ? (i % size + size) % size : std::clamp(i, 0, size - 1);
   }
   Vector Between(int x, int y) const {
@@ -407,8 +407,8 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
   Lines& lines = out.lines;
   lines.width = window.width(), lines.height = window.height();
   if (window.empty() || field.roi.empty()) return out;
-  lines.border = params.border, lines.integrator = params.integrator;
-  lines.around_y = params.border == LicBorder::kRepeat;
+  lines.wrap = params.wrap, lines.integrator = params.integrator;
+  lines.around_y = params.wrap == Wrap::kRepeat;
   lines.around_x = lines.around_y || params.units == LicUnits::kLatLong;
   lines.speed = params.speed, lines.linear = params.linear;
   lines.taps = TapsOf(params);

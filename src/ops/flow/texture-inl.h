@@ -67,7 +67,7 @@ HWY_INLINE V Inside(const Lines& lines, const Place& place, VI x, VI y) {
   VI in_x = x, in_y = y;
   Limit<true>(lines, place, in_x, in_y);
   V inside = hn::Set(d, 1.0f);
-  if (lines.border == LicBorder::kStop) {
+  if (lines.wrap == Wrap::kRenormalize) {
     const auto there = [&](VI in, VI at, bool around) HWY_ATTR {
       return around ? hn::Set(di, 1) : hn::IfThenElseZero(hn::Eq(in, at), hn::Set(di, 1));
     };

@@ -106,6 +106,7 @@ OpInfo DistortInfo() {
 namespace tessera {
 
 Node Distort(const Node& image, const Node& displacement, const DistortParams& params) {
+  ops::RequireImageWrap("distort", params.wrap);
   return graph::MakeNode(std::make_shared<const ops::DistortOp>(params), {image, displacement});
 }
 

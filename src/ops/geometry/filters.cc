@@ -125,7 +125,7 @@ void AxisTaps::Range(int i0, int i1, int* s0, int* s1) const {
   if (*s1 < *s0) *s0 = *s1 = 0;
 }
 
-AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Border border) {
+AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, Wrap wrap) {
   AxisTaps taps;
   taps.begin = map.out0;
   const double radius = filter.width / 2 / map.scale;
@@ -146,7 +146,7 @@ AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Bor
     }
     if (sum == 0) w.clear();
     for (double& v : w) v /= sum;
-    if ((border == graph::Border::kClamp || border == graph::Border::kBlack) && size > 0 && !w.empty()) {
+    if ((wrap == Wrap::kClamp || wrap == Wrap::kBlack) && size > 0 && !w.empty()) {
       const int64_t lo = std::clamp<int64_t>(first, map.source0, map.source1 - 1);
       const int64_t hi =
           std::clamp<int64_t>(first + static_cast<int64_t>(w.size()) - 1, map.source0, map.source1 - 1);
@@ -154,7 +154,7 @@ AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Bor
       for (size_t k = 0; k < w.size(); ++k) {
         const int64_t j = first + static_cast<int64_t>(k),
                       at = std::clamp<int64_t>(j, map.source0, map.source1 - 1);
-        if (j == at || border == graph::Border::kClamp) inside[static_cast<size_t>(at - lo)] += w[k];
+        if (j == at || wrap == Wrap::kClamp) inside[static_cast<size_t>(at - lo)] += w[k];
       }
       w = std::move(inside);
       first = static_cast<int>(lo);
@@ -172,19 +172,6 @@ AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Bor
   taps.moves = AreMeans(taps, 1);
   if (taps.halves || taps.moves) taps.shift = taps.first[0] - (taps.halves ? 2 : 1) * taps.begin;
   return taps;
-}
-
-graph::Border BorderOf(Wrap wrap) {
-  switch (wrap) {
-    case Wrap::kClamp:
-      return graph::Border::kClamp;
-    case Wrap::kRepeat:
-      return graph::Border::kRepeat;
-    case Wrap::kMirror:
-      return graph::Border::kMirror;
-    default:
-      return graph::Border::kBlack;
-  }
 }
 
 }  // namespace tessera::ops

@@ -69,10 +69,7 @@ struct AxisMap {
 
 // Weights sum to 1 before what lies beyond the source is treated: kClamp adds it to the edge pixel,
 // kBlack leaves it out, the others keep indices beyond the source. Zero weights at either end are cut off.
-AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, graph::Border border);
-
-// The engine's border for a wrap mode.
-graph::Border BorderOf(Wrap wrap);
+AxisTaps MakeAxisTaps(const AxisMap& map, const FilterKernel& filter, Wrap wrap);
 
 }  // namespace tessera::ops
 

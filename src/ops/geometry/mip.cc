@@ -26,7 +26,7 @@ SeparableMap LevelMap(const Roi& source, const Roi& at, const MipParams& p) {
   map.x = axis(at.x0, at.x1, source.x0, source.x1);
   map.y = axis(at.y0, at.y1, source.y0, source.y1);
   map.filter = &FindFilter("mip", p.filter);
-  map.border = BorderOf(p.wrap);
+  map.wrap = p.wrap;
   return map;
 }
 
@@ -38,11 +38,11 @@ class AtlasStage final : public graph::TileStage {
     for (int level = 1; level < MipLevelCount(in); ++level) {
       const Roi window = MipLevelWindow(in, level);
       const SeparableMap map = LevelMap(in.data_window, window, p);
-      levels_.push_back({window, MakeAxisTaps(map.x, *map.filter, map.border),
-                         MakeAxisTaps(map.y, *map.filter, map.border)});
+      levels_.push_back(
+          {window, MakeAxisTaps(map.x, *map.filter, map.wrap), MakeAxisTaps(map.y, *map.filter, map.wrap)});
     }
     source_ = in.data_window;
-    border_ = BorderOf(p.wrap);
+    wrap_ = p.wrap;
   }
   Roi InputRoi(int, const Roi& out) const override {
     Roi in = Intersection(out, source_);
@@ -56,7 +56,7 @@ class AtlasStage final : public graph::TileStage {
     }
     return in;
   }
-  graph::Border InputBorder(int) const override { return border_; }
+  Wrap InputBorder(int) const override { return wrap_; }
   graph::TileSize Preferred() const override { return {512, 128}; }
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView in = InputChannels(args, 0);
@@ -82,7 +82,7 @@ class AtlasStage final : public graph::TileStage {
   };
   std::vector<Level> levels_;
   Roi source_;
-  graph::Border border_ = graph::Border::kClamp;
+  Wrap wrap_ = Wrap::kClamp;
   int largest_;
   ResampleFunction run_;
 };
@@ -186,6 +186,7 @@ Roi MipLevelWindow(const ImageSpec& spec, int level) {
 }
 
 Node Mip(const Node& image, const MipParams& params) {
+  ops::RequireImageWrap("mip", params.wrap);
   return graph::MakeNode(std::make_shared<const ops::MipOp>(params), {image});
 }
 

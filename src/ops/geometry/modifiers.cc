@@ -71,11 +71,4 @@ Node ExpandRange(const Node& image) {
   return ApplyCurve(image, {{f}});
 }
 
-Wrap WrapNamed(const std::string& name) {
-  if (name == "clamp") return Wrap::kClamp;
-  if (name == "repeat") return Wrap::kRepeat;
-  if (name == "mirror") return Wrap::kMirror;
-  return Wrap::kBlack;
-}
-
 }  // namespace tessera::ops

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "ops/registry.h"
+#include "ops/wrap.h"
 #include "tessera/ops/geometry.h"
 
 namespace tessera::ops {
@@ -14,7 +15,6 @@ ParamInfo FilterModifier(const std::string& default_value, const std::string& he
 ParamInfo WarpFilterModifier(const std::string& default_value);
 // `:NAME=black|clamp|repeat|mirror`, what lies beyond the image.
 ParamInfo WrapModifier(const std::string& name, const std::string& default_value);
-Wrap WrapNamed(const std::string& name);
 
 // `:highlightcomp=`, and what it does before and after: colours above 0.18 become logarithms, so that a
 // highlight does not ring or shine through its neighbours; signs are kept, alpha is left alone.

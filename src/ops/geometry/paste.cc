@@ -51,7 +51,7 @@ class PasteStage final : public graph::TileStage {
     const Placed& placed = placed_[static_cast<size_t>(k)];
     return placed.Source(placed.Part(out));
   }
-  graph::Border InputBorder(int) const override { return graph::Border::kBlack; }
+  Wrap InputBorder(int) const override { return Wrap::kBlack; }
   graph::TileSize Preferred() const override { return {4096, 32}; }
   bool Accepts(PixelType) const override { return true; }
   void Run(const graph::TileArgs& args) const override {

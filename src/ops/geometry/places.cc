@@ -88,7 +88,7 @@ class PlacesStage final : public graph::TileStage {
  public:
   explicit PlacesStage(const Places& places) : places_(places) {}
   Roi InputRoi(int, const Roi& out) const override { return SourceOfPlaces(places_, out); }
-  graph::Border InputBorder(int) const override { return graph::Border::kRepeat; }
+  Wrap InputBorder(int) const override { return Wrap::kRepeat; }
   // Runs of some hundred bytes on both sides where it turns, whole rows elsewhere.
   graph::TileSize Preferred() const override {
     return places_.turn ? graph::TileSize{128, 128} : graph::TileSize{4096, 32};

@@ -14,9 +14,9 @@ namespace {
 class SeparableStage final : public graph::TileStage {
  public:
   SeparableStage(const SeparableMap& map, PixelType type)
-      : x_(MakeAxisTaps(map.x, *map.filter, map.border)),
-        y_(MakeAxisTaps(map.y, *map.filter, map.border)),
-        border_(map.border),
+      : x_(MakeAxisTaps(map.x, *map.filter, map.wrap)),
+        y_(MakeAxisTaps(map.y, *map.filter, map.wrap)),
+        wrap_(map.wrap),
         type_(type),
         run_(ChooseResample()) {}
 
@@ -26,7 +26,7 @@ class SeparableStage final : public graph::TileStage {
     y_.Range(out.y0, out.y1, &in.y0, &in.y1);
     return in.empty() ? Roi{} : in;
   }
-  graph::Border InputBorder(int) const override { return border_; }
+  Wrap InputBorder(int) const override { return wrap_; }
   // Wide enough that rows prefetch, small enough that the rows of a wide filter stay in L2, also where a
   // result takes many of them; halving reads every row once.
   graph::TileSize Preferred() const override {
@@ -51,7 +51,7 @@ class SeparableStage final : public graph::TileStage {
 
  private:
   AxisTaps x_, y_;
-  graph::Border border_;
+  Wrap wrap_;
   PixelType type_;
   ResampleFunction run_;
 };

@@ -14,7 +14,7 @@ namespace tessera::ops {
 struct SeparableMap {
   AxisMap x, y;
   const FilterKernel* filter = nullptr;
-  graph::Border border = graph::Border::kClamp;
+  Wrap wrap = Wrap::kClamp;
 };
 
 // A stage of one input of the type, with as many channels in as out.

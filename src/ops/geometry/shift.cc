@@ -38,7 +38,7 @@ class ShiftOp final : public graph::OpWith<ShiftParams> {
     map.x = {w.x0, w.x1, w.x0, w.x1, -params().x, 1, 1};
     map.y = {w.y0, w.y1, w.y0, w.y1, -params().y, 1, 1};
     map.filter = &FindFilter("shift", params().filter);
-    map.border = BorderOf(params().wrap);
+    map.wrap = params().wrap;
     // A whole shift is a shift, also with a filter that blurs.
     if (params().x == std::floor(params().x) && params().y == std::floor(params().y)) {
       map.filter = &FindFilter("shift", "box");
@@ -83,6 +83,7 @@ OpInfo ShiftInfo() {
 namespace tessera {
 
 Node Shift(const Node& image, const ShiftParams& params) {
+  ops::RequireImageWrap("shift", params.wrap);
   return graph::MakeNode(std::make_shared<const ops::ShiftOp>(params), {image});
 }
 

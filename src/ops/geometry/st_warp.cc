@@ -138,6 +138,8 @@ OpInfo StWarpInfo() {
 namespace tessera {
 
 Node StWarp(const Node& image, const Node& coordinates, const StWarpParams& params) {
+  ops::RequireImageWrap("st_warp", params.wrap_s);
+  ops::RequireImageWrap("st_warp", params.wrap_t);
   return graph::MakeNode(std::make_shared<const ops::StWarpOp>(params), {image, coordinates});
 }
 

@@ -145,6 +145,7 @@ OpInfo WarpInfo() {
 namespace tessera {
 
 Node Warp(const Node& image, const WarpParams& params) {
+  ops::RequireImageWrap("warp", params.wrap);
   if (params.compress_highlights) {
     WarpParams plain = params;
     plain.compress_highlights = false;

@@ -23,8 +23,8 @@ constexpr float kLargest = 0x1p126f;
 // Positions are floats: beyond this many entries they would no longer tell neighbours apart.
 constexpr int kLongestAxis = 1 << 22;
 
-std::vector<TableWrap> Wraps(const LookupParams& params, size_t dims) {
-  std::vector<TableWrap> wraps;
+std::vector<Wrap> Wraps(const LookupParams& params, size_t dims) {
+  std::vector<Wrap> wraps;
   for (size_t a = 0; a < dims; ++a) wraps.push_back(model::WrapOf(params.wrap, static_cast<int>(a)));
   return wraps;
 }
@@ -35,7 +35,7 @@ void Grid::SetAxes(const std::vector<int>& sizes, TableAlign align) {
   sizes_ = sizes;
   align_ = align;
   dims_ = static_cast<int>(sizes.size());
-  const std::vector<TableWrap> wraps = Wraps(params_, sizes.size());
+  const std::vector<Wrap> wraps = Wraps(params_, sizes.size());
   const bool ends = align == TableAlign::kEnds, cubic = params_.filter == TableFilter::kCubic;
   for (int a = 0; a < dims_; ++a) {
     const auto i = static_cast<size_t>(a);
@@ -50,22 +50,22 @@ void Grid::SetAxes(const std::vector<int>& sizes, TableAlign align) {
     axis.scale = axis.per_unit = ends ? last : last + 1;
     if (params_.filter == TableFilter::kNearest) {
       axis.offset = ends ? 0.5f : 0.0f;
-      const bool border = axis.wrap == TableWrap::kBorder;
+      const bool border = axis.wrap == Wrap::kBlack;
       axis.low = border ? -1.0f : 0.0f;
       axis.high = border ? last + 1 : last;
       // A repeating coordinate that float rounds up to the end of its period is at the first entry.
-      if (axis.wrap == TableWrap::kRepeat && !ends) axis.high = last + 1;
+      if (axis.wrap == Wrap::kRepeat && !ends) axis.high = last + 1;
       axis.last = sizes[i];
     } else {
       axis.offset = ends ? 0.0f : -0.5f;
-      const bool beyond = axis.wrap != TableWrap::kClampEdge;
+      const bool beyond = axis.wrap != Wrap::kClamp;
       const float reach = cubic ? (beyond ? 2.0f : 1.0f) : (beyond ? 1.0f : 0.0f);
       axis.low = -reach;
       axis.high = last + (cubic ? 1 : 0) + (beyond ? 1 : 0);
       axis.last = sizes[i] - 1 + (cubic ? 1 : 0);
     }
     axis.exact = (static_cast<int>(axis.scale) & (static_cast<int>(axis.scale) - 1)) == 0;
-    if (sizes[i] == 1 && axis.wrap != TableWrap::kClamp && axis.wrap != TableWrap::kBorder) {
+    if (sizes[i] == 1 && axis.wrap != Wrap::kGlClamp && axis.wrap != Wrap::kBlack) {
       // One entry everywhere: a lookup without this axis, bit for bit.
       axis.scale = axis.offset = 0;
     }
@@ -81,7 +81,7 @@ void Grid::SetSummary() {
   bytes_ = int64_t{4} * texel_;
   for (int a = 0; a < dims_; ++a) {
     const GridAxis& axis = axes_[a];
-    edges_ = edges_ && axis.wrap == TableWrap::kClampEdge && (whole_ || !axis.seams) && axis.low == 0;
+    edges_ = edges_ && axis.wrap == Wrap::kClamp && (whole_ || !axis.seams) && axis.low == 0;
     bytes_ += int64_t{4} * texel_ * axis.stride * (axis.last_stored - axis.first_stored);
   }
 }
@@ -101,7 +101,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
     }
     const model::TableAxis axis{sizes[i], align, axes_[a].wrap};
     int pad = params_.filter == TableFilter::kCubic ? 3 : 1;
-    if (pad == 1 && axis.wrap == TableWrap::kClampEdge && sizes[i] > 1) {
+    if (pad == 1 && axis.wrap == Wrap::kClamp && sizes[i] > 1) {
       // Nothing lies beyond: the last cell is chosen at its own end, so that both of its entries are there.
       pad = 0;
       if (params_.filter != TableFilter::kNearest) axes_[a].last = sizes[i] - 2;
@@ -109,7 +109,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
     for (int k = -pad; k < sizes[i] + pad; ++k) {
       // OpenGL's clamp never shows the border to the nearest filter.
       const int inside = std::clamp(k, 0, sizes[i] - 1);
-      entry_of[i].push_back(params_.filter == TableFilter::kNearest && axes_[a].wrap == TableWrap::kClamp
+      entry_of[i].push_back(params_.filter == TableFilter::kNearest && axes_[a].wrap == Wrap::kGlClamp
                                 ? inside
                                 : axis.Entry(k));
     }
@@ -212,7 +212,7 @@ Grid::Grid(const ConstImageView& image, const TableLayout& layout, const LookupP
     axes_[a].first_stored = 0;
     axes_[a].last_stored = n - 1;
     // The last cell is chosen at its own end, so that both of its entries are there.
-    const bool edge = axes_[a].wrap == TableWrap::kClampEdge;
+    const bool edge = axes_[a].wrap == Wrap::kClamp;
     if (!cubic && !nearest) axes_[a].last = edge ? n - 2 : n - 1;
     axes_[a].seams = cubic || !edge;
   }

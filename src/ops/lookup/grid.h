@@ -17,7 +17,7 @@ namespace tessera::ops {
 // to [low, high]; the first entry is floor(v), at most last; entries first..last are in memory (and the taps
 // around).
 struct GridAxis {
-  TableWrap wrap = TableWrap::kClampEdge;
+  Wrap wrap = Wrap::kClamp;
   float scale = 1, offset = 0;
   float per_unit = 1;  // entries per unit of the coordinate
   float low = 0, high = 0;

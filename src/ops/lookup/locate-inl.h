@@ -80,16 +80,16 @@ class EntriesByPlace {
   uintptr_t origin_;
 };
 
-template <TableWrap wrap>
+template <Wrap wrap>
 HWY_INLINE V Reduce(V x) {
   const s::D d;
   const V one = hn::Set(d, 1.0f);
-  if constexpr (wrap == TableWrap::kRepeat) {
+  if constexpr (wrap == Wrap::kRepeat) {
     return hn::Sub(x, hn::Floor(x));
-  } else if constexpr (wrap == TableWrap::kMirror) {
+  } else if constexpr (wrap == Wrap::kMirror) {
     const V t = hn::NegMulAdd(hn::Set(d, 2.0f), hn::Floor(hn::Mul(x, hn::Set(d, 0.5f))), x);
     return hn::IfThenElse(hn::Gt(t, one), hn::Sub(hn::Set(d, 2.0f), t), t);
-  } else if constexpr (wrap == TableWrap::kClamp) {
+  } else if constexpr (wrap == Wrap::kGlClamp) {
     return s::ClampHigh(s::ClampLow(x, hn::Zero(d)), one);
   } else {
     return s::ClampHigh(s::ClampLow(x, hn::Set(d, -4.0f)), hn::Set(d, 4.0f));
@@ -211,7 +211,7 @@ HWY_INLINE void LocateUnit(const Grid& grid, Chunk& chunk, int count) {
 
 // One axis of the first pass: adds to base, stores places; true when some pixel is to be flagged, which is
 // done only when asked: hardly any chunk has one. kSeams: taps may lie outside of what is stored.
-template <TableWrap wrap, Want want, bool kSeams>
+template <Wrap wrap, Want want, bool kSeams>
 HWY_INLINE bool LocateAxis(const GridAxis& axis, const float* coord, float* places, Chunk& chunk,
                            int first_tap, int last_tap, bool start, bool flag, int count) {
   const s::D d;
@@ -223,7 +223,7 @@ HWY_INLINE bool LocateAxis(const GridAxis& axis, const float* coord, float* plac
     const V raw = hn::Load(d, coord + i);
     const V reduced = Reduce<wrap>(raw);
     // Infinity has no place in a period, a clamped coordinate is a number whatever it was.
-    constexpr bool kPeriodic = wrap == TableWrap::kRepeat || wrap == TableWrap::kMirror;
+    constexpr bool kPeriodic = wrap == Wrap::kRepeat || wrap == Wrap::kMirror;
     const auto lost = hn::IsNaN(kPeriodic ? reduced : raw);
     const V x = kPeriodic ? hn::IfThenElse(lost, hn::Zero(d), reduced) : reduced;
     V place = x;
@@ -258,25 +258,25 @@ HWY_NOINLINE bool LocateAnywhere(const Grid& grid, Chunk& chunk, int count, int 
         flagged |= LocateAxis<decltype(wrap)::value, want, decltype(seams)::value>(
             axis, chunk.coord[a], chunk.weight[a], chunk, first_tap, last_tap, a == 0, flag, count);
       };
-      using EdgeOrBorder = std::integral_constant<TableWrap, TableWrap::kClampEdge>;
+      using EdgeOrBorder = std::integral_constant<Wrap, Wrap::kClamp>;
       switch (axis.wrap) {
-        case TableWrap::kClampEdge:
+        case Wrap::kClamp:
           if (grid.whole() || !axis.seams) {
             locate(EdgeOrBorder(), std::false_type());
             break;
           }
           [[fallthrough]];
-        case TableWrap::kBorder:
+        case Wrap::kBlack:
           locate(EdgeOrBorder(), std::true_type());
           break;
-        case TableWrap::kClamp:
-          locate(std::integral_constant<TableWrap, TableWrap::kClamp>(), std::true_type());
+        case Wrap::kGlClamp:
+          locate(std::integral_constant<Wrap, Wrap::kGlClamp>(), std::true_type());
           break;
-        case TableWrap::kRepeat:
-          locate(std::integral_constant<TableWrap, TableWrap::kRepeat>(), std::true_type());
+        case Wrap::kRepeat:
+          locate(std::integral_constant<Wrap, Wrap::kRepeat>(), std::true_type());
           break;
-        case TableWrap::kMirror:
-          locate(std::integral_constant<TableWrap, TableWrap::kMirror>(), std::true_type());
+        case Wrap::kMirror:
+          locate(std::integral_constant<Wrap, Wrap::kMirror>(), std::true_type());
           break;
       }
     }
@@ -290,7 +290,7 @@ HWY_NOINLINE bool LocateAnywhere(const Grid& grid, Chunk& chunk, int count, int 
 template <bool kExact, Want want>
 HWY_INLINE V EdgeCell(const GridAxis& axis, V x, V& place) {
   if constexpr (!kExact) {
-    return Cell<want>(axis, Reduce<TableWrap::kClampEdge>(x), place);
+    return Cell<want>(axis, Reduce<Wrap::kClamp>(x), place);
   } else {
     const s::D d;
     const V last = hn::Set(d, static_cast<float>(axis.last)),

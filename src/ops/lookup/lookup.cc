@@ -139,6 +139,9 @@ void Check(const LookupParams& params) {
     if (!(std::fabs(v) <= 3.4028234e38))
       throw Error("lookup border", "found " + std::to_string(v) + ", expected finite numbers");
   }
+  for (const Wrap wrap : params.wrap) {
+    RequireWrap("lookup", wrap, {Wrap::kClamp, Wrap::kGlClamp, Wrap::kBlack, Wrap::kRepeat, Wrap::kMirror});
+  }
 }
 
 TableFilter FilterOf(const std::string& name) {
@@ -149,9 +152,9 @@ TableFilter FilterOf(const std::string& name) {
                                  : TableFilter::kLinear;
 }
 
-std::vector<TableWrap> WrapsOf(const std::string& text) {
+std::vector<Wrap> WrapsOf(const std::string& text) {
   const std::vector<std::string> names = {"clamp", "glclamp", "black", "repeat", "mirror"};
-  std::vector<TableWrap> wraps;
+  std::vector<Wrap> wraps;
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const std::string word = text.substr(begin, end - begin);
@@ -162,7 +165,7 @@ std::vector<TableWrap> WrapsOf(const std::string& text) {
                                      "\", expected clamp, glclamp, black, repeat or mirror" +
                                      (near.empty() ? "" : "; did you mean " + near + "?"));
     }
-    wraps.push_back(static_cast<TableWrap>(found - names.begin()));
+    wraps.push_back(WrapNamed(word));
     begin = end + 1;
   }
   if (wraps.size() > 4) {

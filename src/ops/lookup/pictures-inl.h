@@ -108,7 +108,7 @@ HWY_INLINE V ExactCells(const AxisPair& axis, V at, V& distance) {
   return cell;
 }
 HWY_INLINE V RoundedCells(const AxisPair& axis, V at, V& distance) {
-  const V x = Reduce<TableWrap::kClampEdge>(at);
+  const V x = Reduce<Wrap::kClamp>(at);
   return CellFromNearest<Want::kNearer>(x, axis.scale, axis.offset, hn::Zero(s::D()), axis.last, distance);
 }
 
@@ -186,9 +186,9 @@ inline bool LocateCubic(const Grid& grid, const BlockCoordinates& block, int cou
       const GridAxis& axis = axes[a];
       sum = hn::MulAdd(at[a], hn::Zero(d), sum);
       V fraction, w[4];
-      const VI first = hn::Sub(
-          hn::ConvertTo(di, Cell<Want::kFraction>(axis, Reduce<TableWrap::kClampEdge>(at[a]), fraction)),
-          hn::Set(di, 1));
+      const VI first =
+          hn::Sub(hn::ConvertTo(di, Cell<Want::kFraction>(axis, Reduce<Wrap::kClamp>(at[a]), fraction)),
+                  hn::Set(di, 1));
       kernel.Weights(fraction, w);
       for (int k = 0; k < 4; ++k) hn::Store(w[k], d, taps.weight[4 * a + k] + i);
       const VI stored =
@@ -321,7 +321,7 @@ PictureMethod SquaresMethod(const Grid& grid) {
 inline PictureMethod PictureMethodOf(const Grid& grid) {
   if (grid.dims() != 2) return {};
   for (int a = 0; a < 2; ++a) {
-    if (grid.axis(a).wrap != TableWrap::kClampEdge) return {};
+    if (grid.axis(a).wrap != Wrap::kClamp) return {};
   }
   const bool one = grid.texel() == 1;
   if (grid.params().filter == TableFilter::kCubic)

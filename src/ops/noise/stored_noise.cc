@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
@@ -75,8 +76,7 @@ Table StoredNoise(const StoredNoiseParams& params) {
 
 Node StoredTurbulence(const Node& position, const Table& table, const StoredTurbulenceParams& params) {
   Require(params.octaves >= 1 && params.octaves <= 16, "octaves", params.octaves, "1 to 16");
-  Require(params.wrap == TableWrap::kRepeat || params.wrap == TableWrap::kMirror, "wrap",
-          static_cast<int>(params.wrap), "kRepeat or kMirror");
+  ops::RequireWrap("stored noise", params.wrap, {Wrap::kRepeat, Wrap::kMirror});
   const int channels = HasFourChannels(params.packing) ? kPackedOctaves : 1;
   Require(table.dims() == 3, "table", table.dims(), "three dimensions");
   Require(table.channels() == channels, "table", table.channels(),

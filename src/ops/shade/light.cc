@@ -165,7 +165,7 @@ Node Spotlight(const Node& position, const SpotlightParams& p, const Node& slide
       place.matrix[8 + k] = m[12 + k];
     }
     LookupParams lookup;
-    lookup.wrap = {TableWrap::kClampEdge};  // what lies beyond the frame is not lit
+    lookup.wrap = {Wrap::kClamp};  // what lies beyond the frame is not lit
     lookup.axes = {0, 1, 2};
     lookup.projective = true;
     TableLayout layout;

@@ -29,7 +29,7 @@ class FootprintStage final : public graph::TileStage {
     return {out.x0 - 1, out.y0 - 1, out.x1 + 1, out.y1 + 1};
   }
   // What is reflected has the same products.
-  graph::Border InputBorder(int) const override { return graph::Border::kMirror101; }
+  Wrap InputBorder(int) const override { return Wrap::kMirror101; }
   void Run(const graph::TileArgs& args) const override {
     const ConstImageView& in = args.in[0];
     for (int y = args.out.roi.y0; y < args.out.roi.y1; ++y) {

@@ -91,15 +91,12 @@ OpInfo SolidInfo() {
     p.width = a.Number("width");
     p.ink = VectorOf(a, "ink");
     p.level_of_detail = a.Flag("lod");
-    const std::string &filter = a.Text("filter"), &wrap = a.Text("wrap");
+    const std::string& filter = a.Text("filter");
     p.lookup.filter = filter == "nearest"       ? TableFilter::kNearest
                       : filter == "tetrahedral" ? TableFilter::kTetrahedral
                       : filter == "cubic"       ? TableFilter::kCubic
                                                 : TableFilter::kLinear;
-    p.lookup.wrap = {wrap == "repeat"   ? TableWrap::kRepeat
-                     : wrap == "mirror" ? TableWrap::kMirror
-                     : wrap == "black"  ? TableWrap::kBorder
-                                        : TableWrap::kClampEdge};
+    p.lookup.wrap = {WrapNamed(a.Text("wrap"))};
     const Node position = PositionsOf(in[1]);
     if (p.kind != SolidKind::kTable) return SolidTexture(in[0], position, p);
     TableLayout layout;

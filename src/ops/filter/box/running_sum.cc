@@ -164,18 +164,18 @@ HWY_EXPORT(BoxTracksOfTarget);
 BoxTracksFunction ChooseBoxTracks() { return HWY_DYNAMIC_DISPATCH(BoxTracksOfTarget)(); }
 
 void RunBox(BoxTracksFunction tracks, int width, int height, const ConstImageView& in, const ImageView& out,
-            BorderMode border, double border_value, const graph::Workers& workers) {
+            Wrap wrap, double border_value, const graph::Workers& workers) {
   const bool rows = width > 1, columns = height > 1 || width == 1;
   FilterLines(
       rows, columns, in, out, workers,
       [&](int axis, const TrackBlock& block, bool rgba_rows, const float* scale, float* scratch) {
         const int count = axis == 0 ? width : height;
-        tracks(count, 1.0 / count, block, rgba_rows, AxisBorder(border, border_value, block.length), scale,
+        tracks(count, 1.0 / count, block, rgba_rows, AxisBorder(wrap, border_value, block.length), scale,
                scratch);
       },
       [&](int axis, int length) {
         std::vector<float> scale;
-        if (border != BorderMode::kRenormalize) return scale;
+        if (wrap != Wrap::kRenormalize) return scale;
         const int count = axis == 0 ? width : height, before = (count - 1) / 2;
         for (int n = 0; n < length; ++n) {
           const int inside = std::min(length, n - before + count) - std::max(0, n - before);

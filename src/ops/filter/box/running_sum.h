@@ -17,7 +17,7 @@ BoxTracksFunction ChooseBoxTracks();
 // the dense float image `in` into `out` (same window). NaN, infinities and large values leave no trace once
 // out of the box.
 void RunBox(BoxTracksFunction tracks, int width, int height, const ConstImageView& in, const ImageView& out,
-            BorderMode border, double border_value, const graph::Workers& workers);
+            Wrap wrap, double border_value, const graph::Workers& workers);
 
 }  // namespace tessera::ops
 

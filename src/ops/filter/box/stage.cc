@@ -28,11 +28,11 @@ class BoxOfCodesStage final : public graph::TileStage {
       : params_(p),
         type_(codes),
         window_(in.data_window),
-        x_(p.border, 0, in.data_window.width()),
-        y_(p.border, 0, in.data_window.height()) {}
+        x_(p.wrap, 0, in.data_window.width()),
+        y_(p.wrap, 0, in.data_window.height()) {}
 
   Roi InputRoi(int, const Roi& out) const override {
-    return base::BorderSource(Footprint(out), window_, EngineBorder(params_.border));
+    return base::BorderSource(Footprint(out), window_, params_.wrap);
   }
   graph::TileSize Preferred() const override {
     // Every tile sums the rows of its first window anew.
@@ -187,8 +187,7 @@ PixelType CodesOf(const Node& image) { return HoldsCodes(image) ? image.spec().t
 
 bool SumsBoxOfCodes(const BoxParams& p, PixelType type) {
   return IntegerSums::Applies(type) && p.width <= kLargestCodesBox && p.height <= kLargestCodesBox &&
-         p.border != BorderMode::kRenormalize &&
-         (p.border != BorderMode::kBlack || IsCode(p.border_value, type));
+         p.wrap != Wrap::kRenormalize && (p.wrap != Wrap::kBlack || IsCode(p.border_value, type));
 }
 
 std::unique_ptr<graph::TileStage> MakeBoxOfCodesStage(const BoxParams& params, PixelType codes,

@@ -355,16 +355,16 @@ std::vector<double> InverseCounts(int length, int size) {
 BoxStripFunction ChooseBoxStrip() { return HWY_DYNAMIC_DISPATCH(BoxStripOfTarget)(); }
 
 void RunBoxStrips(BoxStripFunction run, int width, int height, const ConstImageView& in, const ImageView& out,
-                  BorderMode border, double border_value, int largest, const graph::Workers& workers) {
+                  Wrap wrap, double border_value, int largest, const graph::Workers& workers) {
   const int columns = in.roi.width(), rows = in.roi.height();
-  const AxisBorder x(border, border_value, columns), y(border, border_value, rows);
+  const AxisBorder x(wrap, border_value, columns), y(wrap, border_value, rows);
   BoxStrip all{.in = in, .out = out, .width = width, .height = height, .x = &x, .y = &y};
   all.factor = 1.0 / (double{1} * width * height);
   all.largest = static_cast<float>(largest);
   all.stream = out.roi.pixels() * out.pixel_stride > kStreamBytes &&
                reinterpret_cast<uintptr_t>(out.data) % 64 == 0 && out.row_stride % 64 == 0;
   std::vector<double> column_factors, row_factors;
-  if (border == BorderMode::kRenormalize) {
+  if (wrap == Wrap::kRenormalize) {
     column_factors = InverseCounts(columns, width), row_factors = InverseCounts(rows, height);
     all.column_factors = column_factors.data(), all.row_factors = row_factors.data();
   }

@@ -56,7 +56,7 @@ BoxStripFunction ChooseBoxStrip();
 // samples all are codes / largest; results then lie on the side of the code that the exact mean rounds to
 // (half to even), as IntegerSums leaves them.
 void RunBoxStrips(BoxStripFunction run, int width, int height, const ConstImageView& in, const ImageView& out,
-                  BorderMode border, double border_value, int largest, const graph::Workers& workers);
+                  Wrap wrap, double border_value, int largest, const graph::Workers& workers);
 
 }  // namespace tessera::ops
 

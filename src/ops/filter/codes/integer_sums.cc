@@ -102,13 +102,13 @@ double IntegerSums::Exact(const ConstImageView& in, std::span<const int> in_chan
     const std::span<int> columns = shown.first(static_cast<size_t>(kernel_.width));
     const std::span<int> rows = shown.last(static_cast<size_t>(kernel_.height));
     // The samples of a row and of a column that the window shows, -1 where the border's value is.
-    const AxisBorder across(options_.border, options_.border_value, window.width());
-    const AxisBorder down(options_.border, options_.border_value, window.height());
+    const AxisBorder across(options_.wrap, options_.border_value, window.width());
+    const AxisBorder down(options_.wrap, options_.border_value, window.height());
     for (int i = 0; i < kernel_.width; ++i)
       columns[static_cast<size_t>(i)] = across.Shown(footprint.x0 - window.x0 + i);
     for (int j = 0; j < kernel_.height; ++j)
       rows[static_cast<size_t>(j)] = down.Shown(footprint.y0 - window.y0 + j);
-    const double beyond = options_.border == BorderMode::kBlack ? options_.border_value * largest_ : 0;
+    const double beyond = options_.wrap == Wrap::kBlack ? options_.border_value * largest_ : 0;
     for (const int row : rows) {
       const float* const line =
           row < 0 ? nullptr
@@ -128,7 +128,7 @@ double IntegerSums::Exact(const ConstImageView& in, std::span<const int> in_chan
       }
     }
   }
-  if (options_.border == BorderMode::kRenormalize && inside != 0) sum *= totals_[plane] / inside;
+  if (options_.wrap == Wrap::kRenormalize && inside != 0) sum *= totals_[plane] / inside;
   if (options_.bias != 0) {
     const auto alpha = static_cast<size_t>(place(options_.alpha));
     const bool has_alpha = options_.alpha >= 0 && alpha < in_channels.size();
@@ -150,7 +150,7 @@ void IntegerSums::Settle(const ConstImageView& in, std::span<const int> in_chann
     near.Clear(), edge.Clear();
     find_halves_(row, samples, static_cast<float>(largest_), band_, near);
     // At edges with fewer weights the error is larger: all of them are summed.
-    if (options_.border == BorderMode::kRenormalize) {
+    if (options_.wrap == Wrap::kRenormalize) {
       const bool outside =
           y - kernel_.anchor_y < window.y0 || y - kernel_.anchor_y + kernel_.height > window.y1;
       const auto is_edge = [&](int i) {
@@ -164,7 +164,7 @@ void IntegerSums::Settle(const ConstImageView& in, std::span<const int> in_chann
         if (is_edge(i)) edge.Add(i);
       }
     }
-    for (const int i : options_.border == BorderMode::kRenormalize ? edge : near) {
+    for (const int i : options_.wrap == Wrap::kRenormalize ? edge : near) {
       if (!(row[i] > -1 && row[i] < 2)) continue;  // the sink limits it
       const double exact = Exact(in, in_channels, window, out.roi.x0 + i / out.channels, y,
                                  out_channels[static_cast<size_t>(i % out.channels)], shown);

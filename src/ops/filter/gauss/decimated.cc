@@ -162,12 +162,12 @@ namespace {
 class SmallImage {
  public:
   SmallImage(const DecimatedFunctions& functions, double sigma_x, double sigma_y, int width, int height,
-             int channels, BorderMode border, double border_value)
+             int channels, Wrap wrap, double border_value)
       : functions_(functions),
         gx_(MakeRecursiveGaussian(SmallSigma(sigma_x))),
         gy_(MakeRecursiveGaussian(SmallSigma(sigma_y))),
-        border_x_(border, border_value, width),
-        border_y_(border, border_value, height),
+        border_x_(wrap, border_value, width),
+        border_y_(wrap, border_value, height),
         x_axis_(MakeAxis(width, border_x_, gx_.warm_up)),
         y_axis_(MakeAxis(height, border_y_, gy_.warm_up)),
         width_(width),
@@ -227,7 +227,7 @@ class SmallImage {
   void Blur(const graph::Workers& workers) const {
     const ImageView view(memory_.get(), {0, 0, x_axis_.count, y_axis_.count}, channels_, PixelType::kFloat, 4,
                          4 * channels_, stride_ * 4);
-    RunRecursive(functions_.tracks, &gx_, &gy_, view, view, BorderMode::kClamp, 0, workers);
+    RunRecursive(functions_.tracks, &gx_, &gy_, view, view, Wrap::kClamp, 0, workers);
   }
 
   bool IsFinite() const {
@@ -268,11 +268,10 @@ class SmallImage {
 // The same with rows as they come. Of the large image the last thirteen are held.
 class DecimatedRows final : public graph::RowsStage {
  public:
-  DecimatedRows(const Roi& window, int channels, double sigma_x, double sigma_y, BorderMode border,
-                double value)
+  DecimatedRows(const Roi& window, int channels, double sigma_x, double sigma_y, Wrap wrap, double value)
       : window_(window),
         floats_(static_cast<size_t>(window.width() * channels)),
-        small_(ChooseDecimated(), sigma_x, sigma_y, window.width(), window.height(), channels, border, value),
+        small_(ChooseDecimated(), sigma_x, sigma_y, window.width(), window.height(), channels, wrap, value),
         line_(Floats(small_.LineFloats())),
         held_(floats_ * kHeld) {}
 
@@ -311,19 +310,18 @@ class DecimatedRows final : public graph::RowsStage {
 }  // namespace
 
 std::unique_ptr<graph::RowsStage> MakeDecimatedRows(double sigma_x, double sigma_y, const ImageSpec& image,
-                                                    BorderMode border, double border_value) {
+                                                    Wrap wrap, double border_value) {
   const Roi& window = image.data_window;
-  if (window.empty() || AxisBorder(border, border_value, 1).rule == AxisBorder::kMapped) return nullptr;
-  return std::make_unique<DecimatedRows>(window, image.channel_count(), sigma_x, sigma_y, border,
-                                         border_value);
+  if (window.empty() || AxisBorder(wrap, border_value, 1).rule == AxisBorder::kMapped) return nullptr;
+  return std::make_unique<DecimatedRows>(window, image.channel_count(), sigma_x, sigma_y, wrap, border_value);
 }
 
 void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double sigma_y,
-                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
+                  const ConstImageView& in, const ImageView& out, Wrap wrap, double border_value,
                   const graph::Workers& workers) {
   const Roi& r = out.roi;
   if (r.empty()) return;
-  const SmallImage small(functions, sigma_x, sigma_y, r.width(), r.height(), out.channels, border,
+  const SmallImage small(functions, sigma_x, sigma_y, r.width(), r.height(), out.channels, wrap,
                          border_value);
   std::vector<std::shared_ptr<std::byte>> scratch(static_cast<size_t>(workers.count()));
   const auto line_of = [&](int worker) {

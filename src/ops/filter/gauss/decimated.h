@@ -26,13 +26,13 @@ DecimatedFunctions ChooseDecimated();
 // enlarged with the same 13 taps, which sum to 1 for every position. L1 distance from the sampled Gaussian
 // below 1e-4 from sigma 16 on. `in` and `out` are dense float images of one window. Samples must be finite.
 void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double sigma_y,
-                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
+                  const ConstImageView& in, const ImageView& out, Wrap wrap, double border_value,
                   const graph::Workers& workers);
 
 // The same, bit for bit, with rows as they come, at a sixteenth of the image's memory; null for borders that
 // are made of rows elsewhere.
 std::unique_ptr<graph::RowsStage> MakeDecimatedRows(double sigma_x, double sigma_y, const ImageSpec& image,
-                                                    BorderMode border, double border_value);
+                                                    Wrap wrap, double border_value);
 
 }  // namespace tessera::ops
 

@@ -193,17 +193,17 @@ std::vector<double> WeightsInside(const RecursiveGaussian& gaussian, int length)
 GaussianTracksFunction ChooseGaussianTracks() { return HWY_DYNAMIC_DISPATCH(GaussianTracksOfTarget)(); }
 
 void RunRecursive(GaussianTracksFunction tracks, const RecursiveGaussian* x, const RecursiveGaussian* y,
-                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
+                  const ConstImageView& in, const ImageView& out, Wrap wrap, double border_value,
                   const graph::Workers& workers) {
   FilterLines(
       x != nullptr, y != nullptr, in, out, workers,
       [&](int axis, const TrackBlock& block, bool rgba_rows, const float* scale, float* scratch) {
-        tracks(axis == 0 ? *x : *y, block, rgba_rows, AxisBorder(border, border_value, block.length), scale,
+        tracks(axis == 0 ? *x : *y, block, rgba_rows, AxisBorder(wrap, border_value, block.length), scale,
                scratch);
       },
       [&](int axis, int length) {
         std::vector<float> scale;
-        if (border != BorderMode::kRenormalize) return scale;
+        if (wrap != Wrap::kRenormalize) return scale;
         for (const double w : WeightsInside(axis == 0 ? *x : *y, length))
           scale.push_back(static_cast<float>(1 / w));
         return scale;

@@ -37,7 +37,7 @@ GaussianTracksFunction ChooseGaussianTracks();
 // Filters the dense float image `in` into `out` (same window; may be the same pixels), rows by `x`, columns
 // by `y`; null leaves an axis alone, but not both. Samples must be finite.
 void RunRecursive(GaussianTracksFunction tracks, const RecursiveGaussian* x, const RecursiveGaussian* y,
-                  const ConstImageView& in, const ImageView& out, BorderMode border, double border_value,
+                  const ConstImageView& in, const ImageView& out, Wrap wrap, double border_value,
                   const graph::Workers& workers);
 
 }  // namespace tessera::ops

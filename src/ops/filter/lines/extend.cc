@@ -46,18 +46,17 @@ void Packed(Scratch& scratch, int length, ptrdiff_t in_step, ptrdiff_t out_step,
 
 }  // namespace
 
-AxisBorder::AxisBorder(BorderMode border, double border_value, int line_length)
-    : mode_(border), length_(line_length) {
-  switch (border) {
-    case BorderMode::kRepeat:
-    case BorderMode::kMirror:
-    case BorderMode::kMirror101:
+AxisBorder::AxisBorder(Wrap wrap, double border_value, int line_length) : mode_(wrap), length_(line_length) {
+  switch (wrap) {
+    case Wrap::kRepeat:
+    case Wrap::kMirror:
+    case Wrap::kMirror101:
       rule = kMapped;
       break;
-    case BorderMode::kBlack:
-    case BorderMode::kRenormalize:
+    case Wrap::kBlack:
+    case Wrap::kRenormalize:
       rule = kValue;
-      value = border == BorderMode::kBlack ? static_cast<float>(border_value) : 0;
+      value = wrap == Wrap::kBlack ? static_cast<float>(border_value) : 0;
       break;
     default:
       rule = kEdge;
@@ -68,13 +67,13 @@ int AxisBorder::Shown(int n) const {
   if (n >= 0 && n < length_) return n;
   if (rule == kValue) return -1;
   if (rule == kEdge) return std::clamp(n, 0, length_ - 1);
-  const int period = mode_ == BorderMode::kRepeat   ? length_
-                     : mode_ == BorderMode::kMirror ? 2 * length_
-                                                    : std::max(1, 2 * (length_ - 1));
+  const int period = mode_ == Wrap::kRepeat   ? length_
+                     : mode_ == Wrap::kMirror ? 2 * length_
+                                              : std::max(1, 2 * (length_ - 1));
   int k = n % period;
   if (k < 0) k += period;
   if (k < length_) return k;
-  return mode_ == BorderMode::kMirror ? period - 1 - k : period - k;
+  return mode_ == Wrap::kMirror ? period - 1 - k : period - k;
 }
 
 void FilterLines(bool rows, bool columns, const ConstImageView& in, const ImageView& out,

@@ -27,12 +27,12 @@ struct AxisBorder {
   enum Rule { kEdge, kValue, kMapped } rule = kEdge;
   float value = 0;
 
-  AxisBorder(BorderMode border, double border_value, int line_length);
+  AxisBorder(Wrap wrap, double border_value, int line_length);
   // The sample of the line that is shown at n, any integer; -1 for the value.
   int Shown(int n) const;
 
  private:
-  BorderMode mode_;
+  Wrap mode_;
   int length_;
 };
 

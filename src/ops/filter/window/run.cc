@@ -46,7 +46,7 @@ void WindowRun::RunBlocks(const graph::TileArgs& args, const Roi& window) const 
       const Roi block{x, y, x + shape.step_x(), y + shape.step_y()};
       const Roi part = Intersection(args.out.roi, block);
       extended.roi = window_->Footprint(block);
-      base::FillWithBorder(args.in[0], window, EngineBorder(window_->options().border), extended);
+      base::FillWithBorder(args.in[0], window, window_->options().wrap, extended);
       const ptrdiff_t stride = extended.row_stride / 4;
       for (int first = 0; first < results; first += kMost) {
         FftResults together{.channels = std::min(kMost, results - first),
@@ -151,7 +151,7 @@ void WindowRun::Run(const graph::TileArgs& args, const Roi& window) const {
       if (part.empty()) continue;
       const ImageView extended =
           base::NewTile(args.scratch, window_->Footprint(part), in.channels, args.out.type);
-      base::FillWithBorder(in, window, EngineBorder(window_->options().border), extended);
+      base::FillWithBorder(in, window, window_->options().wrap, extended);
       RunPart(args, extended, part);
     }
   }
@@ -183,7 +183,7 @@ void WindowRun::RunWhole(const ConstImageView& in, const ImageView& out,
     if (needed.y1 == in.roi.y1) {
       // Beyond the image's last row there is no memory that may be read.
       const ImageView copy = base::NewTile(arena, needed, in.channels);
-      base::FillWithBorder(in, in.roi, graph::Border::kBlack, copy);
+      base::FillWithBorder(in, in.roi, Wrap::kBlack, copy);
       source[0] = copy;
     }
     Run({source, out.Sub(part), false, arena, channels, in_channels}, in.roi);
@@ -200,7 +200,7 @@ void WindowRun::MendEdges(const graph::TileArgs& args, const Roi& window) const 
       for (int c = 0; c < args.out.channels; ++c) {
         const int plane = PlaneOf(args.channels[static_cast<size_t>(c)]);
         const double inside = window_->WeightInside(plane, window, x, y), total = window_->WeightOf(plane);
-        if (options.border == BorderMode::kRenormalize) {
+        if (options.wrap == Wrap::kRenormalize) {
           if (inside != 0) p[c] = static_cast<float>(p[c] * (total / inside));
         } else {
           p[c] = static_cast<float>(p[c] + (total - inside) * options.border_value);

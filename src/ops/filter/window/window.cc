@@ -36,23 +36,8 @@ void Centre(const Kernel& k, const std::vector<double>& weights, DirectWindow& w
 
 }  // namespace
 
-graph::Border EngineBorder(BorderMode border) {
-  switch (border) {
-    case BorderMode::kClamp:
-      return graph::Border::kClamp;
-    case BorderMode::kRepeat:
-      return graph::Border::kRepeat;
-    case BorderMode::kMirror:
-      return graph::Border::kMirror;
-    case BorderMode::kMirror101:
-      return graph::Border::kMirror101;
-    default:
-      return graph::Border::kBlack;
-  }
-}
-
-Roi OutputWindow(const Roi& window, const Kernel& k, BorderMode border) {
-  if (border != BorderMode::kValid) return window;
+Roi OutputWindow(const Roi& window, const Kernel& k, Wrap wrap) {
+  if (wrap != Wrap::kValid) return window;
   const Roi inside{window.x0 + k.anchor_x, window.y0 + k.anchor_y, window.x1 - (k.width - 1 - k.anchor_x),
                    window.y1 - (k.height - 1 - k.anchor_y)};
   return inside.empty() ? Roi{} : inside;
@@ -262,7 +247,7 @@ graph::TileSize Window::PreferredTile(bool alone) const {
 
 Roi Window::InputRoi(const Roi& out, const Roi& data_window) const {
   const Roi region = method_ == FilterMethod::kFft && !out.empty() ? WholeBlocks(out, data_window) : out;
-  return base::BorderSource(Footprint(region), data_window, EngineBorder(options_.border));
+  return base::BorderSource(Footprint(region), data_window, options_.wrap);
 }
 
 Roi Window::Footprint(const Roi& out) const {

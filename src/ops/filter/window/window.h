@@ -14,10 +14,8 @@
 
 namespace tessera::ops {
 
-// The engine's rule for a border; kRenormalize and constants start from black, kValid never looks outside.
-graph::Border EngineBorder(BorderMode border);
-// The data window of the result: smaller with BorderMode::kValid.
-Roi OutputWindow(const Roi& window, const Kernel& correlation, BorderMode border);
+// The data window of the result: smaller with Wrap::kValid.
+Roi OutputWindow(const Roi& window, const Kernel& correlation, Wrap wrap);
 // convolve(F, G) is correlate(F, G turned by 180 degrees).
 Kernel Turned(const Kernel& kernel);
 // Throws Error unless the kernel is 1x1 to 255x255, anchored inside and finite.
@@ -25,7 +23,7 @@ void RequireKernel(const std::string& op, const Kernel& kernel);
 
 struct WindowOptions {
   FilterMethod method = FilterMethod::kAuto;
-  BorderMode border = BorderMode::kClamp;
+  Wrap wrap = Wrap::kClamp;
   double border_value = 0, bias = 0;
   int alpha = -1;  // channel that the bias is multiplied by
 };
@@ -69,8 +67,8 @@ class Window {
 
   // Whether pixels near the edge need the weights that lie inside.
   bool TreatsEdges() const {
-    return options_.border == BorderMode::kRenormalize ||
-           (options_.border == BorderMode::kBlack && options_.border_value != 0);
+    return options_.wrap == Wrap::kRenormalize ||
+           (options_.wrap == Wrap::kBlack && options_.border_value != 0);
   }
   // The sum of a plane's weights, and of those that lie inside for one pixel.
   double WeightOf(int plane) const;
