@@ -61,6 +61,12 @@ class RowWindow {
   int y0_ = INT32_MIN, y1_ = INT32_MIN;
 };
 
+// Of what is read of a file.
+int64_t RowBytes(const PlannedSource& s) {
+  return int64_t{s.source->spec().width()} * (s.last - s.first) *
+         static_cast<int64_t>(PixelBytes(s.source->spec().type));
+}
+
 struct Band {
   std::vector<SourceView> sources;
   std::vector<std::shared_ptr<std::byte>> memory;  // keeps the views alive
@@ -84,6 +90,32 @@ std::vector<bool> OutOfOrder(const Plan& plan, const std::vector<Roi>& bands) {
   return result;
 }
 
+// Bytes of the rows of files and of the result that a band in the middle, where most is read, takes.
+int64_t BandBytes(const Plan& plan, const Roi& roi, int64_t row_bytes, int rows) {
+  const int y0 = roi.y0 + (roi.height() - rows) / 2;
+  const std::vector<Roi> regions = RequiredRegions(plan, {roi.x0, y0, roi.x1, y0 + rows});
+  int64_t bytes = row_bytes * rows;
+  for (size_t k = 0; k < plan.sources.size(); ++k) {
+    if (!plan.sources[k].source->View()) bytes += RowBytes(plan.sources[k]) * regions[k].height();
+  }
+  return bytes;
+}
+
+// Where a row is made of many, a band reads more rows than it has: fewer rows, until `most` bytes hold them
+// or most of what is read is read for the next band too, and then fewer bands at once.
+void KeepWithinMemory(const Plan& plan, const Roi& roi, int64_t row_bytes, int64_t most, BandShape& shape) {
+  int64_t bytes = BandBytes(plan, roi, row_bytes, shape.rows);
+  while (bytes > most && shape.rows > 1) {
+    const int rows = (shape.rows + 1) / 2;
+    const int64_t fewer = BandBytes(plan, roi, row_bytes, rows);
+    if (fewer > bytes / 4 * 3) break;
+    bytes = fewer, shape.rows = rows;
+  }
+  if (bytes <= most) return;
+  shape.tokens =
+      static_cast<int>(std::clamp<int64_t>(most * (shape.tokens + 1) / bytes - 1, 1, shape.tokens));
+}
+
 }  // namespace
 
 BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, int granularity,
@@ -92,8 +124,7 @@ BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, i
   int64_t bytes = row_bytes;
   for (const PlannedSource& s : plan.sources) {
     if (s.source->View()) continue;
-    bytes += int64_t{s.source->spec().width()} * (s.last - s.first) *
-             static_cast<int64_t>(PixelBytes(s.source->spec().type));
+    bytes += RowBytes(s);
     granularity = std::max(granularity, s.source->RowGranularity());
   }
   BandShape shape;
@@ -113,6 +144,7 @@ BandShape ChooseBandShape(const Plan& plan, const Roi& roi, int64_t row_bytes, i
   if (options.tile_height > 0) rows = options.tile_height;
   if (rows > granularity) rows = rows / granularity * granularity;
   shape.rows = static_cast<int>(std::clamp<int64_t>(rows, 1, std::max(1, roi.height())));
+  if (options.tile_height <= 0 && !roi.empty()) KeepWithinMemory(plan, roi, row_bytes, budget, shape);
   return shape;
 }
 
@@ -219,6 +251,7 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
   BandSources sources(plan, roi, bands, pool, options, clock);
   RenderOptions inner = options;
   inner.tile_height = 0;
+  const TileShape tile = ChooseTileShape(program, bands[bands.size() / 2], inner);
 
   std::deque<TileWorker> workers;
   for (int i = 0; i < threads; ++i) workers.emplace_back(program, progress.cancelled());
@@ -243,8 +276,8 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
   steps.work = [&](void* item, int worker) {
     const sched::InPhase computing(clock, kCompute);
     const Band& band = *static_cast<Band*>(item);
-    for (const Roi& tile : Tiles(band.out.roi, ChooseTileShape(program, band.out.roi, inner))) {
-      workers[static_cast<size_t>(worker)].Run(band.sources, band.out.Sub(tile), false);
+    for (const Roi& part : Tiles(band.out.roi, tile)) {
+      workers[static_cast<size_t>(worker)].Run(band.sources, band.out.Sub(part), false);
       progress.Check();
     }
   };

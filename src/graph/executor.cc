@@ -10,6 +10,29 @@
 #include "sched/scheduler.h"
 
 namespace tessera::graph {
+namespace {
+
+// A part of so many pixels in the middle of a region, where most is read for it.
+Roi Middle(const Roi& roi, const TileShape& shape) {
+  const int x0 = roi.x0 + (roi.width() - shape.width) / 2, y0 = roi.y0 + (roi.height() - shape.height) / 2;
+  return {x0, y0, x0 + shape.width, y0 + shape.height};
+}
+
+// Where a pixel is made of many (a picture a hundredth as large), tiles between steps are larger than the
+// result's by far: smaller ones, until a worker's share of the memory holds them, or most of what they read
+// is read for their neighbours too.
+void KeepWithinMemory(const Program& program, const Roi& roi, size_t most, TileShape& t) {
+  for (size_t bytes = TileMemory(program, Middle(roi, t)); bytes > most;) {
+    TileShape half = t;
+    int& side = t.width >= t.height ? half.width : half.height;
+    side = (side + 1) / 2;
+    const size_t fewer = TileMemory(program, Middle(roi, half));
+    if (fewer > bytes / 4 * 3) return;
+    bytes = fewer, t = half;
+  }
+}
+
+}  // namespace
 
 TileShape ChooseTileShape(const Program& program, const Roi& roi, const RenderOptions& options) {
   const Plan& plan = program.plan();
@@ -44,6 +67,11 @@ TileShape ChooseTileShape(const Program& program, const Roi& roi, const RenderOp
   }
   t.width = std::min(t.width, std::max(1, roi.width()));
   t.height = std::min(t.height, std::max(1, roi.height()));
+  if (channels > 0 && options.tile_width <= 0 && options.tile_height <= 0 && !roi.empty()) {
+    constexpr size_t kLeast = size_t{4} << 20;
+    const auto threads = static_cast<size_t>(sched::ThreadCount(options.threads));
+    KeepWithinMemory(program, roi, std::max(kLeast, options.memory_budget / 2 / threads), t);
+  }
   return t;
 }
 

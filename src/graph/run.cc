@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 
 #include "base/border.h"
 #include "base/tile.h"
@@ -21,7 +22,24 @@ bool HasMargin(const ConstImageView& view, ptrdiff_t margin, const Roi& region) 
   return view.At(region.x1 - 1, region.y1 - 1) + base::kReadMargin <= end;
 }
 
+// By place, the largest of the tiles that take turns in it.
+void FindPlaceBytes(const Program& program, const std::vector<int>& places, const std::vector<Roi>& regions,
+                    std::vector<size_t>& bytes) {
+  bytes.assign(Z(*std::max_element(places.begin(), places.end()) + 1), 0);
+  for (int i = 0; i < program.result(); ++i) {
+    if (places[Z(i)] < 0) continue;
+    size_t& most = bytes[Z(places[Z(i)])];
+    most = std::max(most, base::TileBytes(regions[Z(i)], program.layout(i).channels));
+  }
+}
+
 }  // namespace
+
+size_t TileMemory(const Program& program, const Roi& region) {
+  std::vector<size_t> bytes;
+  FindPlaceBytes(program, program.TilePlaces(), RequiredRegions(program.plan(), region), bytes);
+  return std::accumulate(bytes.begin(), bytes.end(), size_t{0});
+}
 
 TileWorker::TileWorker(const Program& program, const std::atomic<bool>& cancelled)
     : program_(program), cancelled_(cancelled), moves_(simd::CurrentMoveFunctions()) {
@@ -45,12 +63,7 @@ void TileWorker::Run(std::span<const SourceView> sources, const ImageView& out, 
   arena_.Reset();
   FindRequiredRegions(program_.plan(), out.roi, regions_);
   const BufferId result = program_.result();
-  place_bytes_.assign(memory_.size(), 0);
-  for (int i = 0; i < result; ++i) {
-    if (places_[Z(i)] < 0) continue;
-    size_t& bytes = place_bytes_[Z(places_[Z(i)])];
-    bytes = std::max(bytes, base::TileBytes(regions_[Z(i)], program_.layout(i).channels));
-  }
+  FindPlaceBytes(program_, places_, regions_, place_bytes_);
   for (size_t p = 0; p < memory_.size(); ++p)
     memory_[p] = arena_.Allocate<std::byte>(place_bytes_[p] + kApart);
   for (int i = 0; i < result; ++i) {

@@ -20,6 +20,9 @@ struct SourceView {
   ptrdiff_t margin = 0;
 };
 
+// Bytes of the tiles between steps that a region of the result takes, as a worker lays them out.
+size_t TileMemory(const Program& program, const Roi& region);
+
 // What a worker thread carries from tile to tile. After the first tiles nothing is allocated.
 class TileWorker {
  public:
