@@ -1,5 +1,5 @@
-// The attributes of an EXR file's headers, the texts of an OpenVDB file's, the screen of a GIF file, the user
-// data of a DPX file's, an RLA file's channels and images.
+// The attributes of an EXR file's headers and the pixels that they declare, the texts of an OpenVDB file's,
+// the screen of a GIF file, the user data of a DPX file's, an RLA file's channels and images.
 #include "io/header_bytes.h"
 
 #include <algorithm>
@@ -63,12 +63,54 @@ int64_t ExrBytes(const std::string& type, std::istream& stream) {
   return stream.tellg() - here;
 }
 
+// What the attributes of a part of an EXR file say of its pixels.
+struct ExrPixels {
+  int64_t width = 0, height = 0;
+  int channels = 0;
+  bool sampled = false, halves = false, packed = true, deep = false;
+
+  // Reads what it knows of an attribute's value, here in the stream.
+  void Take(const std::string& name, const std::string& type, std::istream& stream) {
+    if (name == "dataWindow" && type == "box2i") {
+      int64_t side[4];
+      for (int64_t& s : side) s = static_cast<int32_t>(TakeWord(stream));
+      width = side[2] - side[0] + 1, height = side[3] - side[1] + 1;
+    } else if (name == "compression" && type == "compression") {
+      packed = stream.get() != 0;
+    } else if (name == "type" && type == "string") {
+      deep = stream.get() == 'd';  // deepscanline, deeptile: of any number of samples
+    } else if (name == "channels" && type == "chlist") {
+      constexpr uint32_t kHalf = 1;
+      for (channels = 0; !TakeName(stream).empty(); ++channels) {
+        halves |= TakeWord(stream) == kHalf;
+        TakeWord(stream);  // whether it is perceptually linear
+        const uint32_t x = TakeWord(stream), y = TakeWord(stream);
+        sampled |= x != 1 || y != 1;
+      }
+    }
+  }
+};
+
+// The reader takes memory for rows, or tiles, and what unpacks them, before it looks at one; where the system
+// refuses some of it the rest is never given back.
+void CheckExrPixels(const std::string& file, const ExrPixels& p, int64_t file_size) {
+  if (p.deep || p.sampled || p.channels == 0 || p.width < 1 || p.height < 1 || p.width > INT32_MAX ||
+      p.height > INT32_MAX) {
+    return;  // the library's to refuse
+  }
+  OIIO::ImageSpec spec(static_cast<int>(p.width), static_cast<int>(p.height), p.channels,
+                       p.halves ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+  if (!p.packed) spec.attribute("compression", "none");
+  CheckPlausible(file, "openexr", spec, file_size);
+}
+
 void CheckExr(const std::string& file) {
   base::InputFile stream(file, "an image file");
   if (TakeWord(stream) != kExrMagic) return;
   const bool several = (TakeWord(stream) & kSeveralParts) != 0;
   for (int part = 0; part < kMostParts; ++part) {
     bool empty = true;
+    ExrPixels pixels;
     for (std::string name = TakeName(stream); !name.empty(); name = TakeName(stream), empty = false) {
       const std::string type = TakeName(stream);
       const int64_t size = TakeWord(stream), here = stream.tellg();
@@ -81,8 +123,11 @@ void CheckExr(const std::string& file) {
         throw DataError(file, "found " + what + " of " + std::to_string(size) + " bytes, expected " +
                                   std::to_string(wanted) + " for its type " + type);
       }
+      stream.seekg(here);
+      pixels.Take(name, type, stream);
       stream.seekg(here + size);
     }
+    if (stream) CheckExrPixels(file, pixels, stream.size());
     if (!stream || !several || empty) return;
   }
 }

@@ -1,6 +1,8 @@
 // Files that are no images, or lie about being one: each gets its Error, in bounded time and memory.
 #include <OpenImageIO/deepdata.h>
 
+#include <fstream>
+
 #include "files.h"
 #include "tessera/volume.h"
 
@@ -197,6 +199,37 @@ TEST_F(BadInputTest, AttributesOfAnExrAreWithinTheFile) {
   // A name without an end is the library's.
   SetContents(Path("a.exr"), whole.substr(0, 60));
   EXPECT_THAT(Reason("a.exr"), HasSubstr("cannot be read as an image"));
+}
+
+// The most addresses that this process ever had, in kB; 0 where the system does not say.
+long MostAddresses() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    if (word == "VmPeak:") return status >> word ? std::stol(word) : 0;
+  }
+  return 0;
+}
+
+// OpenEXR takes memory for several chunks of rows, and what unpacks them, as it opens a file: of rows of 4
+// million pixels gigabytes, and where the system refuses one of them it never gives back the others.
+TEST_F(BadInputTest, PixelsThatAnExrDeclaresFitTheFile) {
+  for (const char* packing : {"none", "zip", "piz", "dwaa"}) {
+    for (const int parts : {1, 2}) {
+      SCOPED_TRACE(std::string(packing) + ", parts: " + std::to_string(parts));
+      OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);
+      spec.attribute("compression", packing);
+      WritePattern(Path("a.exr"), std::vector<OIIO::ImageSpec>(static_cast<size_t>(parts), spec));
+      std::string spoilt = Contents(Path("a.exr"));
+      ASSERT_EQ(ReadAll(Path("a.exr")), "");
+      const int x1 = (1 << 22) - 1;
+      std::memcpy(spoilt.data() + spoilt.rfind("dataWindow") + 11 + 6 + 4 + 8, &x1, 4);
+      SetContents(Path("a.exr"), spoilt);
+      const long before = MostAddresses();
+      EXPECT_THAT(Reason("a.exr"),
+                  HasSubstr("found 4194304 x 21 pixels of 3 channels declared in a file of"));
+      EXPECT_LT(MostAddresses() - before, 100000);
+    }
+  }
 }
 
 // OpenEXR reads a value of its type whatever size is declared, and goes on from there.
