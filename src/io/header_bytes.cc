@@ -1,5 +1,6 @@
 // The attributes of an EXR file's headers and the pixels that they declare, the texts of an OpenVDB file's,
-// the screen of a GIF file, the user data of a DPX file's, an RLA file's channels and images.
+// the screen of a GIF file, the user data of a DPX file's, an RLA file's channels and images, the samples of
+// an SGI file.
 #include "io/header_bytes.h"
 
 #include <algorithm>
@@ -157,6 +158,17 @@ void CheckRla(const std::string& file) {
   }
 }
 
+// Of samples of no bytes the reader takes none, and reads them.
+void CheckSgi(const std::string& file) {
+  constexpr size_t kSampleBytes = 3;
+  base::InputFile stream(file, "an image file");
+  std::array<unsigned char, 4> h{};
+  if (!stream.read(reinterpret_cast<char*>(h.data()), h.size())) return;
+  const int bytes = h[kSampleBytes];
+  if (bytes != 1 && bytes != 2)
+    throw DataError(file, "found samples of " + std::to_string(bytes) + " bytes, expected 1 or 2");
+}
+
 // The reader makes a canvas of the whole screen first.
 void CheckGif(const std::string& file) {
   base::InputFile stream(file, "an image file");
@@ -236,6 +248,7 @@ void CheckHeaderBytes(const std::string& file, const std::string& format) {
   if (format == "gif") CheckGif(file);
   if (format == "dpx") CheckDpx(file);
   if (format == "rla") CheckRla(file);
+  if (format == "sgi") CheckSgi(file);
   if (format == "openvdb") CheckVdb(file);
 }
 

@@ -201,6 +201,19 @@ TEST_F(BadInputTest, AttributesOfAnExrAreWithinTheFile) {
   EXPECT_THAT(Reason("a.exr"), HasSubstr("cannot be read as an image"));
 }
 
+// OpenImageIO would read them from nowhere.
+TEST_F(BadInputTest, SamplesOfAnSgiHaveOneByteOrTwo) {
+  WritePattern(Path("a.sgi"), {OIIO::ImageSpec(33, 21, 3, TypeDesc::UINT8)});
+  std::string spoilt = Contents(Path("a.sgi"));
+  ASSERT_EQ(ReadAll(Path("a.sgi")), "");
+  for (const char bytes : {0, 3, 4, 127}) {
+    spoilt[3] = bytes;
+    SetContents(Path("a.sgi"), spoilt);
+    EXPECT_THAT(Reason("a.sgi"),
+                HasSubstr("found samples of " + std::to_string(bytes) + " bytes, expected 1 or 2"));
+  }
+}
+
 // The most addresses that this process ever had, in kB; 0 where the system does not say.
 long MostAddresses() {
   std::ifstream status("/proc/self/status");
