@@ -320,7 +320,12 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
     return;
   }
   if (encoder_) {
-    encoder_->Write(y1 - y0, data, row_stride);
+    try {
+      encoder_->Write(y1 - y0, data, row_stride);
+    } catch (const Error& e) {
+      if (e.subject() == "memory") throw;
+      Fail(e.reason());
+    }
     if (stream_->failure() != 0) Fail("");
     next_ = y1;
     return;

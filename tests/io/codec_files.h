@@ -89,6 +89,7 @@ class CodecTest : public FileTest {
     const int channels = fast.spec().channel_count(), height = fast.spec().height();
     const auto expected = PixelsOf(slow, 0, channels, height);
     EXPECT_EQ(PixelsOf(fast, 0, channels, height), expected);
+    EXPECT_TRUE(IsOurs(SourceOf(fast).Decoder())) << "given up: " << SourceOf(fast).Decoder();
     EXPECT_EQ(PixelsOf(fast, 0, channels, 7, 1), expected);
     EXPECT_EQ(PixelsOf(fast, 0, channels, 7, 2, 1), expected) << "without memory";
     for (int c = 0; c < channels; ++c)
@@ -121,7 +122,7 @@ class CodecTest : public FileTest {
           << "attempt " << i << ": " << theirs.substr(0, 200) << " / " << ours.substr(0, 200);
       refused += refuses;
     }
-    EXPECT_GT(refused, attempts / 4);
+    EXPECT_GE(refused, attempts / 4);
   }
 };
 

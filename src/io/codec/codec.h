@@ -20,6 +20,7 @@ template <typename Codec>
 struct Choice {
   std::unique_ptr<Codec> codec{};
   std::string why_not{};
+  std::string by{};  // whose code it calls, where that is worth telling
 };
 
 // Rows of a file's channels [first, last), which are given when it is made.
@@ -69,7 +70,8 @@ Choice<Encoder> MakeEncoder(const std::string& format, const OIIO::ImageSpec& sp
 // Who does it, for --explain and --runstats.
 template <typename Codec>
 std::string CodecText(const std::string& format, const Choice<Codec>& choice) {
-  return choice.codec ? "the codec " + format : "OpenImageIO (" + choice.why_not + ")";
+  if (!choice.codec) return "OpenImageIO (" + choice.why_not + ")";
+  return "the codec " + format + (choice.by.empty() ? "" : " (" + choice.by + ")");
 }
 
 // One per format.

@@ -1,5 +1,5 @@
-// EXR: OpenEXRCore finds the chunks; those of zip are unpacked by libdeflate, others by OpenEXRCore, on every
-// core.
+// EXR: OpenEXRCore finds the chunks of scan lines, libdeflate unpacks those of zip, on every core. All else
+// is OpenEXR's own to unpack, through OpenImageIO: OpenEXRCore 3.1 has no DWA, and others in code of its own.
 #include <openexr.h>
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include "io/codec/codec.h"
 #include "io/codec/deflate.h"
 #include "io/codec/exr_pixels.h"
+#include "io/codec/handles.h"
 #include "io/codec/per_worker.h"
 
 namespace tessera::io {
@@ -43,18 +44,9 @@ class Context {
   exr_context_t context_ = nullptr;
 };
 
-// One worker's: buffers, and what unpacks.
+// One worker's.
 struct Unpacker {
-  Unpacker() = default;
-  ~Unpacker() {
-    if (begun) exr_decoding_destroy(pipeline.context, &pipeline);
-  }
-  Unpacker(const Unpacker&) = delete;
-  Unpacker& operator=(const Unpacker&) = delete;
-
   Inflater inflater;
-  exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
-  bool begun = false;
   std::vector<uint8_t> packed, scrambled, unpacked;
 };
 
@@ -80,25 +72,14 @@ class ExrDecoder final : public ChunkedDecoder {
         info.unpacked_size != size || info.packed_size > size || info.start_y != Top(chunk)) {
       return nullptr;
     }
-    const bool zip = info.compression == EXR_COMPRESSION_ZIP || info.compression == EXR_COMPRESSION_ZIPS;
-    if (zip || info.packed_size == size) {
-      u.packed.resize(info.packed_size);
-      if (exr_read_chunk(context_->get(), part_, &info, u.packed.data()) != EXR_ERR_SUCCESS) return nullptr;
-      if (info.packed_size == size) return u.packed.data();
-      u.scrambled.resize(size);
-      if (!u.inflater.Zlib(u.packed, u.scrambled)) return nullptr;
-      u.unpacked.resize(size);
-      ExrUnzipOrder(u.scrambled, u.unpacked.data());
-      return u.unpacked.data();
-    }
-    if ((u.begun ? exr_decoding_update(context_->get(), part_, &info, &u.pipeline)
-                 : exr_decoding_initialize(context_->get(), part_, &info, &u.pipeline)) != EXR_ERR_SUCCESS) {
-      return nullptr;
-    }
-    u.begun = true;
-    u.pipeline.unpack_and_convert_fn = nullptr;
-    if (exr_decoding_run(context_->get(), part_, &u.pipeline) != EXR_ERR_SUCCESS) return nullptr;
-    return static_cast<const uint8_t*>(u.pipeline.unpacked_buffer);
+    u.packed.resize(info.packed_size);
+    if (exr_read_chunk(context_->get(), part_, &info, u.packed.data()) != EXR_ERR_SUCCESS) return nullptr;
+    if (info.packed_size == size) return u.packed.data();
+    u.scrambled.resize(size);
+    if (!u.inflater.Zlib(u.packed, u.scrambled)) return nullptr;
+    u.unpacked.resize(size);
+    ExrUnzipOrder(u.scrambled, u.unpacked.data());
+    return u.unpacked.data();
   }
 
   void PutRow(const uint8_t* row, std::byte* pixels, ptrdiff_t pixel_stride) const override {
@@ -116,33 +97,43 @@ class ExrDecoder final : public ChunkedDecoder {
 
 Choice<Decoder> MakeExrDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
                                int last) {
-  if (spec.tile_width > 0) return {nullptr, "tiles"};
-  for (const OIIO::TypeDesc& type : spec.channelformats) {
-    if (type != spec.format) return {nullptr, "channels of different types"};
-  }
-  if (spec.format != OIIO::TypeDesc::HALF && spec.format != OIIO::TypeDesc::FLOAT)
-    return {nullptr, std::string("samples of the type ") + spec.format.c_str()};
   auto context = std::make_unique<Context>(file);
   exr_storage_t storage;
   const exr_attr_chlist_t* channels = nullptr;
   exr_attr_box2i_t window;
+  exr_compression_t compression;
   int32_t rows = 0;
   if (context->get() == nullptr || exr_get_storage(context->get(), part, &storage) != EXR_ERR_SUCCESS ||
       exr_get_channels(context->get(), part, &channels) != EXR_ERR_SUCCESS ||
       exr_get_data_window(context->get(), part, &window) != EXR_ERR_SUCCESS ||
-      exr_get_scanlines_per_chunk(context->get(), part, &rows) != EXR_ERR_SUCCESS || rows < 1) {
+      exr_get_compression(context->get(), part, &compression) != EXR_ERR_SUCCESS) {
     return {nullptr, "OpenEXRCore does not read the header"};
   }
-  if (storage != EXR_STORAGE_SCANLINE) return {nullptr, "not scan lines"};
+  const bool tiled = storage == EXR_STORAGE_TILED;
+  if ((storage != EXR_STORAGE_SCANLINE && !tiled) || tiled != (spec.tile_height > 0))
+    return {nullptr, "neither scan lines nor tiles"};
   if (window.min.x != spec.x || window.min.y != spec.y || window.max.x != spec.x + spec.width - 1 ||
       window.max.y != spec.y + spec.height - 1 || channels->num_channels != spec.nchannels) {
     return {nullptr, "not what OpenImageIO says of it"};
   }
+  for (int i = 0; i < channels->num_channels; ++i) {
+    const exr_attr_chlist_entry_t& entry = channels->entries[i];
+    if (entry.x_sampling != 1 || entry.y_sampling != 1) return {nullptr, "channels of fewer samples"};
+  }
+  if (tiled) return MakeHandlesDecoder(file, part, spec, first, last, spec.tile_height);
+  if (exr_get_scanlines_per_chunk(context->get(), part, &rows) != EXR_ERR_SUCCESS || rows < 1)
+    return {nullptr, "OpenEXRCore does not read the header"};
+  constexpr int kRows = 16;  // of a task, where a chunk has fewer
+  const bool plain = compression == EXR_COMPRESSION_NONE || compression == EXR_COMPRESSION_ZIP ||
+                     compression == EXR_COMPRESSION_ZIPS;
+  const bool one_type = std::all_of(spec.channelformats.begin(), spec.channelformats.end(),
+                                    [&](const OIIO::TypeDesc& type) { return type == spec.format; });
+  if (!plain || !one_type || (spec.format != OIIO::TypeDesc::HALF && spec.format != OIIO::TypeDesc::FLOAT))
+    return MakeHandlesDecoder(file, part, spec, first, last, std::max(rows, kRows));
   const exr_pixel_type_t type = spec.format == OIIO::TypeDesc::HALF ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;
   ExrPlaces places;
   for (int i = 0; i < channels->num_channels; ++i) {
     const exr_attr_chlist_entry_t& entry = channels->entries[i];
-    if (entry.x_sampling != 1 || entry.y_sampling != 1) return {nullptr, "channels of fewer samples"};
     const auto at = std::find(spec.channelnames.begin(), spec.channelnames.end(), entry.name.str);
     if (at == spec.channelnames.end() || entry.pixel_type != type)
       return {nullptr, "not what OpenImageIO says of it"};
