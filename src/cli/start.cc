@@ -1,6 +1,7 @@
 // Starting over with the libraries that stand-ins are there for.
 #include "cli/start.h"
 
+#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -128,10 +129,20 @@ void StartLibraries(char** argv) {
 #endif
 }
 
+// Buffers of codecs that come and go with every chunk are used again: given back to the system each time, its
+// clearing of their pages is a fifth of what some compressions take.
+void KeepFreedMemory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 16 << 20);
+  mallopt(M_TRIM_THRESHOLD, 64 << 20);
+#endif
+}
+
 }  // namespace
 
 void Start(char** argv) {
   g_line = argv;
+  KeepFreedMemory();
   StartLibraries(argv);
   g_waived_sandbox = HasOption(argv, "no-sandbox");
   if (g_waived_sandbox || !MayNeedSandbox(argv)) return;
