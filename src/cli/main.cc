@@ -7,6 +7,7 @@
 
 #include "cli/arguments.h"
 #include "cli/batch.h"
+#include "cli/frame_run.h"
 #include "cli/frames.h"
 #include "cli/help.h"
 #include "cli/limits.h"
@@ -24,22 +25,6 @@
 
 namespace tessera::cli {
 namespace {
-
-// One line on stderr, whatever the message holds.
-void PrintError(const std::string& message) {
-  std::cout.flush();
-  std::fprintf(Messages(), "tessera: error: %s\n", Printable(message).c_str());
-}
-
-// The line as a shell would take it, for the history; the program by its name alone.
-std::string HistoryOf(const std::vector<std::string>& words) {
-  std::string line = "tessera";
-  for (const std::string& word : words) {
-    const bool quote = word.empty() || word.find_first_of(" \t\n\"'|$&;<>()`*?\\") != std::string::npos;
-    line += " " + (quote ? "\"" + word + "\"" : word);
-  }
-  return line;
-}
 
 // --help and its like; true when one of them was asked for.
 bool Inform(const Options& options, const Layout& layout) {
@@ -101,46 +86,6 @@ class ProcessSettings {
   bool budget_;
   ProcessLimits limits_;
 };
-
-// A job of --batch ends where it asks.
-void AskForSignals(Options& options) {
-  if (!SignalsEndJob::Alive()) return;
-  options.render.progress = [ask = std::move(options.render.progress)](double share) {
-    return SignalsEndJob::Asked() == 0 && (!ask || ask(share));
-  };
-}
-
-// Appends the names of the files that are written.
-int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vector<std::string>& written) {
-  int code = kDone;
-  for (const FrameLine& frame : frames) {
-    if (SignalsEndJob::Asked() != 0) throw Cancelled();
-    RequireTime();
-    if (line.options.verbose && frames.size() > 1)
-      std::fprintf(Messages(), "tessera: frame %d\n", frame.frame);
-    try {
-      // Names and numbers of the frame differ; the whole line is checked again with them.
-      Line own = ParseLine(frame.words);
-      Limit(own.options);
-      AskForSignals(own.options);
-      for (Step& step : own.steps) {
-        auto& values = step.arguments.values;
-        const auto number = values.find("frame");
-        if (number == values.end() || !values.contains("animate") || number->second.given) continue;
-        number->second.text = std::to_string(frame.frame), number->second.numbers = {double(frame.frame)};
-      }
-      Session session(own.options, HistoryOf(HistoryWords(frame.words, own.options)));
-      session.frame = frame.frame;
-      code = std::max(code, session.Run(own.steps, written));
-    } catch (const Error& e) {
-      if (!line.options.skip_bad_frames || KindOf(e) == ErrorKind::kCancelled) throw;
-      RequireTime();
-      PrintError(std::string(e.what()) + " (frame " + std::to_string(frame.frame) + " skipped)");
-      code = kFailed;
-    }
-  }
-  return code;
-}
 
 // A whole line of its own or a job of --batch.
 int RunLine(Line line, const std::vector<std::string>& words, std::vector<std::string>& written) {

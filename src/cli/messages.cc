@@ -20,21 +20,30 @@ std::FILE*& Stream() {
   return stream;
 }
 
+// Null where the thread has none of its own.
+std::FILE*& ThreadStream() {
+  thread_local std::FILE* stream = nullptr;
+  return stream;
+}
+
 std::atomic<int> descriptor = STDERR_FILENO;
 
 }  // namespace
 
-std::FILE* Messages() { return Stream(); }
+std::FILE* Messages() { return ThreadStream() != nullptr ? ThreadStream() : Stream(); }
 
 int MessagesDescriptor() { return descriptor.load(); }
 
-KeptMessages::KeptMessages() : before_(Stream()), stream_(open_memstream(&bytes_, &size_)) {
+KeptMessages::KeptMessages(Of of)
+    : kept_(of == Of::kAll ? Stream() : ThreadStream()),
+      before_(kept_),
+      stream_(open_memstream(&bytes_, &size_)) {
   if (stream_ == nullptr) throw std::bad_alloc();
-  Stream() = stream_;
+  kept_ = stream_;
 }
 
 KeptMessages::~KeptMessages() {
-  Stream() = before_;
+  kept_ = before_;
   std::fclose(stream_);
   std::free(bytes_);
 }

@@ -2,6 +2,7 @@
 #ifndef TESSERA_CLI_MESSAGES_H_
 #define TESSERA_CLI_MESSAGES_H_
 
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -13,10 +14,11 @@ std::FILE* Messages();
 // The same for who may not use a stream.
 int MessagesDescriptor();
 
-// While one lives, what goes to Messages() is kept.
+// While one lives, what goes to Messages() is kept: of all threads, or of the one that made it.
 class KeptMessages {
  public:
-  KeptMessages();
+  enum class Of : uint8_t { kAll, kThisThread };
+  explicit KeptMessages(Of of = Of::kAll);
   ~KeptMessages();
   KeptMessages(const KeptMessages&) = delete;
   KeptMessages& operator=(const KeptMessages&) = delete;
@@ -26,6 +28,7 @@ class KeptMessages {
  private:
   char* bytes_ = nullptr;
   size_t size_ = 0;
+  std::FILE*& kept_;
   std::FILE* before_;
   std::FILE* stream_;
 };

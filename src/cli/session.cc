@@ -143,7 +143,7 @@ void Session::RunSteps(const std::vector<Step>& steps) {
   CheckStack(done, options_.TellsInputs());
 }
 
-int Session::Run(const std::vector<Step>& steps, std::vector<std::string>& written) {
+void Session::Compute(const std::vector<Step>& steps) {
   try {
     RunSteps(steps);
     for (; !work_.empty(); work_.pop_front()) {
@@ -154,6 +154,9 @@ int Session::Run(const std::vector<Step>& steps, std::vector<std::string>& writt
     RequireTime();
     throw;
   }
+}
+
+int Session::Commit(std::vector<std::string>& written) {
   std::vector<PendingOutput*> outputs;
   for (PendingOutput& output : outputs_) outputs.push_back(&output);
   written.reserve(written.size() + files_.size());  // nothing may fail once they are in their places
@@ -192,7 +195,10 @@ Entry Apply(const Step& step, std::vector<Entry> operands, Session& session) {
     for (const ops::ParamInfo& p : op.arguments) values.push_back(arguments.Text(p.name));
     throw UsageError(SubjectOf(op, e), e.reason() + ModifiersBehind(op, values));
   }
-  for (const std::string& note : notes) std::cout << step.written << ": " << note << std::endl;
+  for (const std::string& note : notes) {
+    const std::string line = step.written + ": " + note + "\n";
+    session.notes != nullptr ? void(*session.notes += line) : void(std::cout << line << std::flush);
+  }
   result.name = step.written;
   if (!operands.empty()) {
     if (session.options().metadata_merge) MergeMetadata(operands);

@@ -61,9 +61,10 @@ class Session {
   // `options` must outlive the session; `history` is the line as written to the outputs' metadata.
   Session(const Options& options, std::string history);
 
-  // Runs the steps of a checked line in order, then what they left for later, and puts the outputs in their
-  // places. Returns the exit code; appends the names of the outputs.
-  int Run(const std::vector<Step>& steps, std::vector<std::string>& written);
+  // Runs the steps of a checked line in order, then what they left for later.
+  void Compute(const std::vector<Step>& steps);
+  // Puts the outputs in their places. Returns the exit code; appends the names of the outputs.
+  int Commit(std::vector<std::string>& written);
 
   const Options& options() const { return options_; }
   const std::string& history() const { return history_; }
@@ -97,6 +98,7 @@ class Session {
   ImageSpec first_spec;                // of the first file that was read
   int exit_code = 0;                   // set by --diff
   int frame = 0;                       // that the line is run for
+  std::string* notes = nullptr;        // what operations have to say on stdout is kept here, where it is set
   Flow flow;
   std::map<std::string, Entry> labels;  // --label
   std::vector<std::string> inputs;      // files that were read

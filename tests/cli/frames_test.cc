@@ -137,6 +137,66 @@ TEST_F(FramesTest, ABadFrameStopsTheRunOrIsSkipped) {
   EXPECT_TRUE(std::filesystem::exists(Path("skip.0003.tif")));
 }
 
+// Frames are under way at once; what comes of them, and in which order, is as if each waited for the last.
+TEST_F(FramesTest, FramesUnderWayAtOnceAreAsOneByOne) {
+  for (int f = 1; f <= 12; ++f)
+    Works("--pattern perlin:seed=" + std::to_string(f) + " 300x200 3 -d half -o n." + std::to_string(f) +
+          ".exr");
+  for (const std::string threads : {"1", "2", "5"}) {
+    Works("--nosoftwareattrib --threads " + threads + " n.@.exr --blur 5x5 --saturate 0.4 -o t" + threads +
+          ".@.exr");
+  }
+  for (int f = 1; f <= 12; ++f) {
+    const std::string name = "." + std::to_string(f) + ".exr";
+    const std::string one = "--fail 0 --hardfail 0 t1" + name + " ";
+    EXPECT_EQ(Tessera(one + "t2" + name + " --diff").exit_code, 0) << f;
+    EXPECT_EQ(Tessera(one + "t5" + name + " --diff").exit_code, 0) << f;
+  }
+}
+
+TEST_F(FramesTest, AFrameMayReadWhatOneBeforeItWrote) {
+  for (const std::string threads : {"--threads 1 ", "--threads 4 "}) {
+    Works("in.0001.tif -o acc.tif");
+    Works(threads + "--frames 1-3 acc.tif in.#.tif --add -o acc.tif");
+    EXPECT_NEAR(Sample("acc.tif", 0, 0, 0), 0.7f, 1e-6f) << threads;
+    Works("in.0001.tif -o chain.1.tif");
+    Works(threads + "chain.1-8@.tif --mulc 2 -o ./chain.2-9@.tif");
+    EXPECT_NEAR(Sample("chain.9.tif", 0, 0, 0), 25.6f, 1e-5f) << threads;
+    std::filesystem::remove(Path("alias.tif"));
+    std::filesystem::create_symlink("acc.tif", Path("alias.tif"));
+    Works("in.0001.tif -o acc.tif");
+    Works(threads + "--frames 1-3 alias.tif in.#.tif --add -o acc.tif");
+    EXPECT_NEAR(Sample("acc.tif", 0, 0, 0), 0.7f, 1e-6f) << threads;
+  }
+}
+
+TEST_F(FramesTest, ErrorsOfFramesUnderWayComeInOrder) {
+  for (int f = 1; f <= 9; ++f)
+    Works("--pattern constant:color=0.5 400x300 3 -o e." + std::to_string(f) + ".tif");
+  for (const int f : {4, 5, 8}) std::ofstream(Path("e." + std::to_string(f) + ".tif")) << "spoilt";
+  for (const std::string threads : {"--threads 1 ", "--threads 2 ", "--threads 5 "}) {
+    CommandResult result = Tessera(threads + "e.@.tif -o out.@.tif");
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.err.find("e.4.tif"), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("e.5.tif"), std::string::npos) << result.err;
+    std::set<std::string> names = directory_.Names();
+    for (int f = 1; f <= 9; ++f)
+      EXPECT_EQ(names.contains("out." + std::to_string(f) + ".tif"), f < 4) << threads << f;
+    EXPECT_EQ(names.size(), 3u + 9u + 3u) << "something else was left";
+    result = Tessera(threads + "--skip-bad-frames e.@.tif -o skip.@.tif");
+    EXPECT_EQ(result.exit_code, 1);
+    const size_t first = result.err.find("frame 4 skipped"), second = result.err.find("frame 5 skipped"),
+                 third = result.err.find("frame 8 skipped");
+    EXPECT_TRUE(first < second && second < third && third != std::string::npos) << result.err;
+    names = directory_.Names();
+    EXPECT_EQ(names.size(), 3u + 9u + 3u + 6u);
+    for (int f = 1; f <= 9; ++f) {
+      for (const std::string name : {"out.", "skip."})
+        std::filesystem::remove(Path(name + std::to_string(f) + ".tif"));
+    }
+  }
+}
+
 TEST_F(FramesTest, AnAnimatedOperationCountsItsOwnFrames) {
   Works("--pattern ramp 24x16 3 -o field.exr");
   Works("field.exr --lic:animate=3:length=5 -o loop.#.exr");

@@ -85,7 +85,8 @@ void Plan(const std::vector<std::string>& words) {
     cli::Session session(own.options, "");
     session.frame = frames[i].frame;
     std::vector<std::string> written;
-    session.Run(own.steps, written);
+    session.Compute(own.steps);
+    session.Commit(written);
   }
 }
 
