@@ -30,6 +30,32 @@ struct RenderOptions {
   std::function<bool(double)> progress = {};
 };
 
+/// Where the time of an evaluation went, in seconds. Of threads: prepare, decode, compute, encode and wait
+/// add up to `threads` times `seconds`.
+struct RunPhases {
+  /// The decoding of one file.
+  struct Decode {
+    std::string file;    ///< its name
+    double busy = 0;     ///< of threads that unpacked its pixels
+    double elapsed = 0;  ///< of the clock, whoever helped
+  };
+  std::vector<Decode> decode;  ///< each file once, those without pixels in memory
+  double prepare = 0;          ///< files opened, the plan made
+  double compute = 0;          ///< whole-image operations count as all threads'
+  double encode = 0;           ///< packing and writing
+  double encode_elapsed = 0;   ///< of the clock, whoever helped
+  double wait = 0;             ///< threads without work
+  int threads = 0;             ///< that the evaluation may use
+  double seconds = 0;          ///< of the clock
+
+  /// What the others wait for: "prepare", "compute", "encode" or "decode FILE". Decoding and encoding have an
+  /// order, so that they take the time of the clock that they take, whoever helps; computing is shared by all
+  /// threads.
+  std::string Limit() const;
+  /// Those of another evaluation by the same threads, after this one.
+  void Add(const RunPhases& other);
+};
+
 /// What an evaluation did, for --runstats and the benchmarks.
 struct RunStats {
   /// One pass over the pixels.
@@ -41,8 +67,8 @@ struct RunStats {
   };
   std::vector<Pass> passes;        ///< in order
   std::vector<std::string> rules;  ///< names of the rewrite rules that were applied, each once
-  std::vector<std::string>
-      files;  ///< who decoded or encoded each file, why not somebody faster; where the threads' time went
+  std::vector<std::string> files;  ///< who decoded or encoded each file, why not somebody faster
+  RunPhases phases;                ///< where the time went
 };
 
 /// Evaluates the graph into a new image of `type` (all of the node's data window).

@@ -72,6 +72,15 @@ Json RunStatsReport(const std::string& output, const RunStats& stats) {
   }
   report["rules"] = stats.rules;
   report["files"] = stats.files;
+  const RunPhases& p = stats.phases;
+  Json decode = Json::array();
+  for (const RunPhases::Decode& d : p.decode)
+    decode.push_back({{"file", d.file}, {"busy", d.busy}, {"elapsed", d.elapsed}});
+  report["phases"] = {{"threads", p.threads}, {"seconds", p.seconds},
+                      {"prepare", p.prepare}, {"decode", std::move(decode)},
+                      {"compute", p.compute}, {"encode", p.encode},
+                      {"wait", p.wait},       {"encode_elapsed", p.encode_elapsed},
+                      {"limit", p.Limit()}};
   report["seconds"] = total;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

@@ -46,6 +46,28 @@ void ProgressBar::Finish() {
   drawn_ = false;
 }
 
+namespace {
+
+void PrintPhases(const std::string& output, const RunPhases& p) {
+  using OIIO::Strutil::sprintf;
+  const double all = p.threads * p.seconds;
+  if (!(all > 0)) return;
+  std::cout << sprintf("  %d %s for %.4f s:\n", p.threads, p.threads == 1 ? "thread" : "threads", p.seconds);
+  const auto print = [&](const char* phase, double busy, const std::string& file) {
+    std::cout << sprintf("    %-8s %9.4f s %5.1f %%", phase, busy, 100 * busy / all)
+              << (file.empty() ? "" : "  " + file) << '\n';
+  };
+  print("prepare", p.prepare, "");
+  for (const RunPhases::Decode& d : p.decode) print("decode", d.busy, d.file);
+  print("compute", p.compute, "");
+  print("encode", p.encode, output);
+  print("wait", p.wait, "");
+  const std::string limit = p.Limit();
+  std::cout << "    limit: " << limit << (limit == "encode" ? " " + output : "") << '\n';
+}
+
+}  // namespace
+
 void PrintRunStats(const std::string& output, const RunStats& stats) {
   using OIIO::Strutil::sprintf;
   std::cout << "runstats " << output << ":\n";
@@ -56,6 +78,7 @@ void PrintRunStats(const std::string& output, const RunStats& stats) {
     std::cout << sprintf("  %-28s %9.4f s %10.1f Mpixel/s %8.2f GB/s\n", pass.name, pass.seconds,
                          pass.pixels / seconds * 1e-6, pass.bytes / seconds * 1e-9);
   }
+  PrintPhases(output, stats.phases);
   for (const std::string& file : stats.files) std::cout << "  " << file << '\n';
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

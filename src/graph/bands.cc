@@ -156,7 +156,8 @@ constexpr size_t kCompute = 0, kEncode = 1, kDecode = 2;
 // Tells `phases` at its end where the time went.
 class BandTimes {
  public:
-  BandTimes(Phases* phases, const Plan& plan, int threads) : phases_(phases), plan_(plan), threads_(threads) {
+  BandTimes(RunPhases* phases, const Plan& plan, int threads)
+      : phases_(phases), plan_(plan), threads_(threads) {
     if (phases_ != nullptr) clock_.emplace(kDecode + plan.sources.size());
   }
   sched::PhaseClock* clock() { return clock_ ? &*clock_ : nullptr; }
@@ -164,27 +165,26 @@ class BandTimes {
   void End() {
     if (phases_ == nullptr) return;
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start_;
-    double busy = clock_->Busy(kCompute) + clock_->Busy(kEncode);
-    phases_->compute += clock_->Busy(kCompute);
-    phases_->encode += clock_->Busy(kEncode);
-    phases_->encode_elapsed += clock_->Elapsed(kEncode);
+    RunPhases own;
+    own.compute = clock_->Busy(kCompute);
+    own.encode = clock_->Busy(kEncode);
+    own.encode_elapsed = clock_->Elapsed(kEncode);
+    double busy = own.compute + own.encode;
     for (size_t k = 0; k < plan_.sources.size(); ++k) {
-      const double own = clock_->Busy(kDecode + k);
-      if (own == 0) continue;
-      busy += own;
-      const std::string name = plan_.sources[k].source->Describe();
-      auto& files = phases_->decode;
-      auto at = std::find_if(files.begin(), files.end(), [&](const auto& d) { return d.file == name; });
-      if (at == files.end()) at = files.insert(at, {name});
-      at->busy += own;
-      at->elapsed += clock_->Elapsed(kDecode + k);
+      const double spent = clock_->Busy(kDecode + k);
+      if (spent == 0) continue;
+      busy += spent;
+      RunPhases decoding;  // a file may be several sources
+      decoding.decode = {{plan_.sources[k].source->Describe(), spent, clock_->Elapsed(kDecode + k)}};
+      own.Add(decoding);
     }
-    phases_->wait += threads_ * took.count() - busy;
-    phases_->seconds += took.count();
+    own.wait = threads_ * took.count() - busy;
+    own.seconds = took.count();
+    phases_->Add(own);
   }
 
  private:
-  Phases* const phases_;
+  RunPhases* const phases_;
   const Plan& plan_;
   const int threads_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -236,7 +236,7 @@ class BandSources {
 }  // namespace
 
 void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options, sched::Progress& progress, Phases* phases) {
+              const RenderOptions& options, sched::Progress& progress, RunPhases* phases) {
   if (roi.empty()) return;
   const Plan& plan = program.plan();
   const int threads = sched::ThreadCount(options.threads);

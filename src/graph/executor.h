@@ -4,7 +4,6 @@
 
 #include <functional>
 
-#include "graph/phases.h"
 #include "graph/program.h"
 #include "graph/source.h"
 #include "sched/progress.h"
@@ -40,7 +39,7 @@ void RunResident(const Program& program, const ImageView& out, const RenderOptio
 // Computes `roi` in bands of rows in order, reading files as it goes. Exactly one of `out` (memory) and
 // `sink` is given. Adds to `phases`, where there are some.
 void RunBands(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options, sched::Progress& progress, Phases* phases);
+              const RenderOptions& options, sched::Progress& progress, RunPhases* phases);
 
 }  // namespace tessera::graph
 

@@ -1,33 +1,33 @@
-// Phases in words.
-#include "graph/phases.h"
-
+// Phases of several evaluations, and which one is the limit.
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
-namespace tessera::graph {
+#include "tessera/render.h"
 
-std::vector<std::string> Phases::Lines(const std::string& output) const {
-  std::vector<std::string> lines;
-  const double all = threads * seconds;
-  if (!(all > 0)) return lines;
-  char text[96];
-  std::snprintf(text, sizeof text, "%d %s for %.4f s:", threads, threads == 1 ? "thread" : "threads",
-                seconds);
-  lines.emplace_back(text);
+namespace tessera {
+
+std::string RunPhases::Limit() const {
   std::pair<double, std::string> limit(prepare, "prepare");
-  const auto add = [&](const std::string& phase, double busy, double elapsed, const std::string& file) {
-    std::snprintf(text, sizeof text, "  %-8s %9.4f s %5.1f %%", phase.c_str(), busy, 100 * busy / all);
-    lines.push_back(text + (file.empty() ? "" : "  " + file));
-    limit = std::max(limit, std::pair(elapsed, file.empty() ? phase : phase + " " + file));
-  };
-  add("prepare", prepare, prepare, "");
-  for (const Decode& d : decode) add("decode", d.busy, d.elapsed, d.file);
-  add("compute", compute, compute / threads, "");
-  add("encode", encode, encode_elapsed, output);
-  add("wait", wait, 0, "");
-  lines.push_back("  limit: " + limit.second);
-  return lines;
+  for (const Decode& d : decode) limit = std::max(limit, std::pair(d.elapsed, "decode " + d.file));
+  limit = std::max(limit, std::pair(compute / std::max(1, threads), std::string("compute")));
+  return std::max(limit, std::pair(encode_elapsed, std::string("encode"))).second;
 }
 
-}  // namespace tessera::graph
+void RunPhases::Add(const RunPhases& other) {
+  for (const Decode& d : other.decode) {
+    auto at =
+        std::find_if(decode.begin(), decode.end(), [&](const Decode& own) { return own.file == d.file; });
+    if (at == decode.end()) at = decode.insert(at, {d.file});
+    at->busy += d.busy;
+    at->elapsed += d.elapsed;
+  }
+  prepare += other.prepare;
+  compute += other.compute;
+  encode += other.encode;
+  encode_elapsed += other.encode_elapsed;
+  wait += other.wait;
+  threads = std::max(threads, other.threads);
+  seconds += other.seconds;
+}
+
+}  // namespace tessera

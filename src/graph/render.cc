@@ -41,7 +41,7 @@ class PassTimer {
 // Something that computes and does not tell who has nothing to do.
 class AllThreads {
  public:
-  AllThreads(Phases* phases, int threads) : phases_(phases), threads_(threads) {
+  AllThreads(RunPhases* phases, int threads) : phases_(phases), threads_(threads) {
     if (phases_ != nullptr) start_ = std::chrono::steady_clock::now();
   }
   ~AllThreads() {
@@ -54,7 +54,7 @@ class AllThreads {
   AllThreads& operator=(const AllThreads&) = delete;
 
  private:
-  Phases* const phases_;
+  RunPhases* const phases_;
   const int threads_;
   std::chrono::steady_clock::time_point start_;
 };
@@ -80,12 +80,11 @@ int CountPasses(const Node& root) {
 class Evaluation final : public Prepass {
  public:
   // `outer`: the evaluation that this one is a part of.
-  Evaluation(const RenderOptions& options, RunStats* stats, Phases* phases, sched::Progress& progress,
+  Evaluation(const RenderOptions& options, RunStats* stats, sched::Progress& progress,
              const Evaluation* outer = nullptr)
       : options_(options),
         rules_(options.rules_off),
         stats_(stats),
-        phases_(phases),
         progress_(progress),
         workers_(options.threads, options.shuffle_tiles, progress),
         short_of_memory_(outer != nullptr && outer->short_of_memory_) {}
@@ -118,10 +117,10 @@ class Evaluation final : public Prepass {
     for (const std::string& name : program.AppliedRules()) NoteRule(name);
     PassTimer timer(stats_, sink != nullptr ? "stream" : "render");
     if (out != nullptr && AllResident(program.plan())) {
-      const AllThreads computing(phases_, options_.threads);
+      const AllThreads computing(phases(), options_.threads);
       RunResident(program, *out, options_, progress_);
     } else {
-      RunBands(program, roi, type, out, sink, options_, progress_, phases_);
+      RunBands(program, roi, type, out, sink, options_, progress_, phases());
     }
     timer.Stop(roi.pixels(), BytesMoved(program.plan(), roi, type));
     NoteFiles(program.plan());
@@ -131,8 +130,10 @@ class Evaluation final : public Prepass {
     PassTimer timer(stats_, "mean");
     MeanSink mean(request.weights);
     const Node color = ColorOf(input);
-    Evaluation(options_, nullptr, phases_, progress_, this)
-        .Run(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean);
+    InOwnPass([&](RunStats* stats) {
+      Evaluation(options_, stats, progress_, this)
+          .Run(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean);
+    });
     timer.Stop(input.spec().data_window.pixels(), input.spec().data_window.pixels() * 12);
     return mean.Mean();
   }
@@ -149,8 +150,7 @@ class Evaluation final : public Prepass {
     if (fresh) {
       const Image image = Image::Uninitialized(AsFloats(input.spec()));
       const ImageView view = image.view();
-      Evaluation(options_, stats_, phases_, progress_, this)
-          .Run(input, view.roi, PixelType::kFloat, &view, nullptr);
+      Evaluation(options_, stats_, progress_, this).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
       it->second = {input, image};
     }
     return it->second.second.view();
@@ -186,8 +186,9 @@ class Evaluation final : public Prepass {
     PassTimer timer(stats_, d.op->Name());
     RowsSink sink(*stage);
     const Roi& window = input.spec().data_window;
-    Evaluation(options_, nullptr, phases_, progress_, this)
-        .Run(input, window, PixelType::kFloat, nullptr, &sink);
+    InOwnPass([&](RunStats* stats) {
+      Evaluation(options_, stats, progress_, this).Run(input, window, PixelType::kFloat, nullptr, &sink);
+    });
     if (!stage->End(workers_)) return {};
     timer.Stop(window.pixels(), window.pixels() * 4 * input.spec().channel_count());
     return SourceOfRows(stage, node.spec());
@@ -199,7 +200,7 @@ class Evaluation final : public Prepass {
     const ContextOf context(d, *this);
     const StageContext& c = context.For({-1, -1, -1, -1});
     PassTimer timer(stats_, d.op->Name());
-    const AllThreads computing(phases_, options_.threads);
+    const AllThreads computing(phases(), options_.threads);
     progress_.Begin(1);
     d.op->MakeWholeStage(c)->Run(c.whole, out, workers_);
     progress_.End();
@@ -207,6 +208,16 @@ class Evaluation final : public Prepass {
     int64_t bytes = out.roi.pixels() * out.pixel_stride;
     for (const ConstImageView& in : c.whole) bytes += in.roi.pixels() * in.pixel_stride;
     timer.Stop(out.roi.pixels(), bytes);
+  }
+
+  RunPhases* phases() const { return stats_ != nullptr ? &stats_->phases : nullptr; }
+
+  // An evaluation that is told as one pass of this one's: of what it did, where its time went is kept.
+  template <typename Work>
+  void InOwnPass(const Work& work) {
+    RunStats own;
+    work(stats_ != nullptr ? &own : nullptr);
+    if (stats_ != nullptr) stats_->phases.Add(own.phases);
   }
 
   void NoteRule(const std::string& name) {
@@ -228,7 +239,6 @@ class Evaluation final : public Prepass {
   const RenderOptions& options_;
   const RuleSet rules_;
   RunStats* const stats_;
-  Phases* const phases_;
   sched::Progress& progress_;
   const sched::CancellableWorkers workers_;
   bool short_of_memory_;  // whole images do not fit into the budget
@@ -236,10 +246,11 @@ class Evaluation final : public Prepass {
 };
 
 void Evaluate(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink,
-              const RenderOptions& options, RunStats* stats, Phases* phases) {
+              const RenderOptions& options, RunStats* stats) {
+  if (stats != nullptr) stats->phases.threads = sched::ThreadCount(options.threads);
   sched::Progress progress(options.progress);
   if (options.progress) progress.Expect(CountPasses(node));
-  Evaluation(options, stats, phases, progress).Run(node, roi, type, out, sink);
+  Evaluation(options, stats, progress).Run(node, roi, type, out, sink);
   progress.Finish();
   progress.Check();
 }
@@ -259,12 +270,7 @@ void RequireFit(const ImageSpec& spec, const ImageView& out) {
 
 void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderOptions& options,
                   RunStats* stats) {
-  RenderToSink(node, type, sink, options, stats, nullptr);
-}
-
-void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderOptions& options,
-                  RunStats* stats, Phases* phases) {
-  Evaluate(node, node.spec().data_window, type, nullptr, &sink, options, stats, phases);
+  Evaluate(node, node.spec().data_window, type, nullptr, &sink, options, stats);
 }
 
 }  // namespace graph
@@ -279,7 +285,7 @@ Image Render(const Node& node, PixelType type, const RenderOptions& options, Run
 
 void RenderInto(const Node& node, const ImageView& out, const RenderOptions& options, RunStats* stats) {
   graph::RequireFit(node.spec(), out);
-  graph::Evaluate(node, out.roi, out.type, &out, nullptr, options, stats, nullptr);
+  graph::Evaluate(node, out.roi, out.type, &out, nullptr, options, stats);
 }
 
 struct PreparedGraph::Kept {
@@ -287,7 +293,7 @@ struct PreparedGraph::Kept {
       : options(given),
         rules(options.rules_off),
         progress(options.progress),
-        evaluation(options, stats, nullptr, progress) {
+        evaluation(options, stats, progress) {
     static_cast<void>(node.spec());  // throws for an empty node
     progress.Expect(graph::CountPasses(node));
     plan = evaluation.Prepare(node);
@@ -324,7 +330,7 @@ const ImageSpec& PreparedGraph::spec() const { return kept_->plan.spec; }
 void PreparedGraph::RenderInto(const ImageView& out, const std::function<bool(double)>& callback) const {
   graph::RequireFit(spec(), out);
   sched::Progress progress(callback);
-  graph::Evaluation(kept_->options, nullptr, nullptr, progress)
+  graph::Evaluation(kept_->options, nullptr, progress)
       .Execute(kept_->ProgramFor(graph::Layout::Of(out)), out.roi, out.type, &out, nullptr);
   progress.Finish();
   progress.Check();

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "graph/phases.h"
 #include "graph/render.h"
 #include "io/commit.h"
 #include "io/file_sink.h"
@@ -25,8 +24,9 @@ namespace {
 // closing the file. One thread does that.
 class FileTimes {
  public:
-  FileTimes(graph::Phases* phases, int threads) : phases_(phases), threads_(sched::ThreadCount(threads)) {
-    if (phases_ != nullptr) phases_->threads = threads_;
+  FileTimes(RunStats* stats, int threads)
+      : phases_(stats != nullptr ? &stats->phases : nullptr), threads_(sched::ThreadCount(threads)) {
+    if (phases_ != nullptr) phases_->threads = threads_, known_ = phases_->seconds;
     last_ = Now();
   }
   // The graph has been evaluated.
@@ -59,24 +59,17 @@ class FileTimes {
     phases_->seconds += took;
   }
 
-  graph::Phases* const phases_;
+  RunPhases* const phases_;
   const int threads_;
   Time last_;
   double known_ = 0;  // seconds that have a phase
 };
 
-void Tell(const std::string& file, const std::string& encoder, const graph::Phases& phases, RunStats& stats) {
-  const std::vector<std::string> lines = phases.Lines(file);
-  stats.files.insert(stats.files.begin(), lines.begin(), lines.end());
-  stats.files.push_back(file + " encoded by " + encoder);
-}
-
 }  // namespace
 
 PendingOutput::PendingOutput(const Node& node, const std::string& file, const WriteOptions& options)
     : file_(file), sync_(options.sync) {
-  graph::Phases phases, *const asked = options.stats != nullptr ? &phases : nullptr;
-  FileTimes times(asked, options.render.threads);
+  FileTimes times(options.stats, options.render.threads);
   const ImageSpec& spec = node.spec();
   const std::string target = io::ResolveTarget(file);
   io::FileSink sink(file, spec, options.type.value_or(spec.type), options.attributes);
@@ -84,11 +77,11 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
   try {
     sink.Open(temporary_, options.codec, sched::ThreadCount(options.render.threads));
     type_ = sink.type();
-    graph::RenderToSink(node, type_, sink, options.render, options.stats, asked);
+    graph::RenderToSink(node, type_, sink, options.render, options.stats);
     times.Evaluated();
     sink.Finish();
     times.Closed();
-    if (options.stats != nullptr) Tell(file, sink.encoder(), phases, *options.stats);
+    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + sink.encoder());
     read_back_ = [node, render = options.render, spec = sink.Layout()](int) {
       return io::ReadBack(spec, node, render);
     };
@@ -101,8 +94,7 @@ PendingOutput::PendingOutput(const Node& node, const std::string& file, const Wr
 PendingOutput::PendingOutput(const std::vector<Part>& parts, const std::string& file,
                              const WriteOptions& options)
     : file_(file), sync_(options.sync) {
-  graph::Phases phases, *const asked = options.stats != nullptr ? &phases : nullptr;
-  FileTimes times(asked, options.render.threads);
+  FileTimes times(options.stats, options.render.threads);
   const std::string target = io::ResolveTarget(file);
   std::vector<std::unique_ptr<io::FileSink>> sinks;
   std::vector<io::FileSink*> all;
@@ -124,13 +116,13 @@ PendingOutput::PendingOutput(const std::vector<Part>& parts, const std::string& 
       } else {
         all[i]->OpenBehind(*all[i - 1]);
       }
-      graph::RenderToSink(parts[i].node, all[i]->type(), *all[i], options.render, options.stats, asked);
+      graph::RenderToSink(parts[i].node, all[i]->type(), *all[i], options.render, options.stats);
       times.Evaluated();
       all[i]->Finish();
       times.Closed();
     }
     type_ = all[0]->type();
-    if (options.stats != nullptr) Tell(file, all[0]->encoder(), phases, *options.stats);
+    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + all[0]->encoder());
     std::vector<io::FileLayout> layouts;
     for (const io::FileSink* sink : all) layouts.push_back(sink->Layout());
     read_back_ = [parts, layouts, render = options.render](int part) {

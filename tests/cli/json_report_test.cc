@@ -74,6 +74,16 @@ TEST_F(JsonReportTest, HaveTheKeysThatAreDocumented) {
   EXPECT_EQ(seen.size(), documented.size());
 }
 
+TEST_F(JsonReportTest, PhasesAreNumbersThatAddUp) {
+  const json phases = Reports("--json --threads 2 a.exr --saturate 0.5 --runstats -o x.exr").at(0)["phases"];
+  double sum = phases["decode"].at(0)["busy"];
+  EXPECT_EQ(phases["decode"][0]["file"], "a.exr");
+  for (const char* phase : {"prepare", "compute", "encode", "wait"}) sum += double{phases[phase]};
+  EXPECT_EQ(phases["threads"], 2);
+  EXPECT_NEAR(sum, 2 * double{phases["seconds"]}, 1e-6);
+  EXPECT_TRUE(phases["limit"].is_string());
+}
+
 TEST_F(JsonReportTest, HoldWhatIsSo) {
   const json same = Reports("--json a.exr a.exr --diff").at(0);
   EXPECT_EQ(same["verdict"], "pass");
