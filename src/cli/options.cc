@@ -277,7 +277,9 @@ std::vector<Command> OptionCommands() {
       "one, %04d for what printf makes of it. Without --frames, a range in a name (shot.1-10#.exr) or the "
       "files present decide. {FRAME_NUMBER} anywhere in a line with such a name is the frame's number; the "
       "braces may hold a calculation with + - * / and parentheses: --frames 1-48 --pattern "
-      "clouds:time={FRAME_NUMBER/24} 1920x1080 3 -o clouds.#.exr. Frames are independent.";
+      "clouds:time={FRAME_NUMBER/24} 1920x1080 3 -o clouds.#.exr. Frames are independent, and up to three are under way at once; where one may read what another writes, "
+      "where the line tells something (-v, --runstats, --stats), and with --max-memory or --limit of memory or "
+      "seconds, it is one. Files and errors come in order.";
   rows.push_back(Option("wildcardoff",
                         "File names that follow hold no frame numbers: # @ and % are themselves.",
                         [](const Arguments&, Options& o) { o.wildcards = false; }));

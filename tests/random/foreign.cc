@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <vector>
@@ -25,8 +26,27 @@ OIIO::TypeDesc TypeOf(PixelType type) {
                                       : OIIO::TypeDesc::FLOAT;
 }
 
-// The image, tiled where `tile` is positive, behind `before` parts of the same shape and other pixels.
-bool WriteAsOthers(const Image& image, const std::string& file, int tile, int before) {
+// How the file is stored.
+struct Storage {
+  int tile = 0;             // 0: scan lines
+  int before = 0;           // parts of the same shape and other pixels before it
+  std::string compression;  // that loses nothing
+  bool mixed = false;       // one channel of halfs is of floats
+};
+
+Storage StorageOf(const Case& c, bool deep, int channels) {
+  constexpr const char* kDeep[] = {"zip", "piz", "none", "rle", "zips"};
+  constexpr const char* kFlat[] = {"zip", "lzw", "packbits", "none"};
+  Storage s;
+  s.tile = c.index % 3 == 0 ? 0 : 16 << c.index % 2;
+  s.before = deep ? static_cast<int>(c.index / 3 % 2) : 0;
+  s.compression = deep ? kDeep[c.index / 6 % std::size(kDeep)] : kFlat[c.index / 6 % std::size(kFlat)];
+  s.mixed = c.type == PixelType::kHalf && channels > 1 && c.index / 30 % 2 == 0;
+  return s;
+}
+
+bool WriteAsOthers(const Image& image, const std::string& file, const Storage& storage) {
+  const auto [tile, before, compression, mixed] = storage;
   const ConstImageView view = image.view();
   const Roi& window = view.roi;
   OIIO::ImageSpec spec(window.width(), window.height(), view.channels, TypeOf(view.type));
@@ -34,6 +54,12 @@ bool WriteAsOthers(const Image& image, const std::string& file, int tile, int be
   spec.full_width = spec.width, spec.full_height = spec.height;
   spec.channelnames = image.spec().channels;
   spec.alpha_channel = image.spec().alpha;
+  spec.attribute("compression", compression);
+  if (compression == "lzw" || compression == "packbits") spec.attribute("tiff:RowsPerStrip", 5);
+  if (mixed) {
+    spec.channelformats.assign(static_cast<size_t>(view.channels), OIIO::TypeDesc::HALF);
+    spec.channelformats[1] = OIIO::TypeDesc::FLOAT;
+  }
   if (tile > 0) spec.tile_width = tile, spec.tile_height = tile, spec.tile_depth = 1;
   std::vector<OIIO::ImageSpec> specs;
   for (int part = 0; part <= before; ++part) {
@@ -93,19 +119,22 @@ std::optional<std::string> WrongFromForeign(const Case& c, const Image& result, 
   // TIFF has no data window, and OpenImageIO makes alpha of what comes fourth.
   const bool plain = spec.data_window.x0 == 0 && spec.data_window.y0 == 0 && (channels == 1 || channels == 3);
   if (!deep && !plain) return std::nullopt;
-  const int tile = c.index % 3 == 0 ? 0 : 16 << c.index % 2,
-            before = deep ? static_cast<int>(c.index / 3 % 2) : 0;
+  const Storage storage = StorageOf(c, deep, channels);
+  const int before = storage.before;
   const std::string file = base + (deep ? ".exr" : ".tif");
-  if (!WriteAsOthers(result, file, tile, before)) return std::nullopt;  // not a file of that format
-  if (tile > 0) tally.Add(kFiles, "tiled");
+  if (!WriteAsOthers(result, file, storage)) return std::nullopt;  // not a file of that format
+  tally.Add(kFiles, storage.compression);
+  if (storage.tile > 0) tally.Add(kFiles, "tiled");
+  if (storage.mixed) tally.Add(kFiles, "of several types");
   if (before > 0) tally.Add(kFiles, "of parts");
-  const std::string words =
-      "file of others, " + std::to_string(tile) + " pixels a tile, part " + std::to_string(before) + ": ";
+  const std::string words = "file of others, " + storage.compression + ", " + std::to_string(storage.tile) +
+                            " pixels a tile, part " + std::to_string(before) +
+                            (storage.mixed ? ", of several types: " : ": ");
   for (const Codec codec : {Codec::kAuto, Codec::kOpenImageIO}) {
     const Node read = Read(file, {.subimage = before, .codec = codec});
     const std::string by = words + (codec == Codec::kAuto ? "" : "by OpenImageIO: ");
     if (read.spec().data_window != spec.data_window || read.spec().channel_count() != channels ||
-        read.spec().type != c.type) {
+        read.spec().type != (storage.mixed ? PixelType::kFloat : c.type)) {
       return by + "another window, type or number of channels was read";
     }
     if (const auto wrong = WrongChannels(c, read, result, deep)) return by + *wrong;
@@ -140,10 +169,16 @@ std::optional<std::string> WrongAtOrigin(const Case& c, const Image& result, con
   ConstImageView from = result.view();
   from.roi = spec.data_window;
   CopySamples(from, placed.view());
-  Write(FromImage(placed), file,
-        {.type = c.type,
-         .render = {.threads = c.threads},
-         .codec = c.index % 4 == 1 ? Codec::kOpenImageIO : Codec::kAuto});
+  WriteOptions options{.type = c.type,
+                       .render = {.threads = c.threads},
+                       .codec = c.index % 4 == 1 ? Codec::kOpenImageIO : Codec::kAuto};
+  if (c.format == "exr") {
+    constexpr const char* kCompressions[] = {"zip", "piz", "rle", "none"};
+    const std::string compression = kCompressions[c.index / 4 % std::size(kCompressions)];
+    options.attributes = {{"compression", "string", {}, {compression}}};
+    tally.Add(kFiles, "written as " + compression);
+  }
+  Write(FromImage(placed), file, options);
   const Node read = Read(file), other = Read(file, {.codec = Codec::kOpenImageIO});
   const Image image = Render(other, c.type, {.threads = 1});
   // Of two or four channels of some formats the last is read as alpha, and the others are multiplied by it.
