@@ -37,7 +37,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"ocio", {"base/", "model/", "simd/", "graph/", "ops/registry.h"}},
     {"vdb", {"base/", "model/"}},
     {"c", {"base/", "ops/registry.h", "ops/wrap.h"}},
-    {"cli", {"base/", "graph/", "ops/registry.h", "ops/wrap.h"}},
+    {"cli", {"base/", "graph/", "ops/registry.h", "ops/wrap.h", "sched/scheduler.h"}},
 };
 
 // Headers of simd/ that are written in Highway: at home where Highway is.
