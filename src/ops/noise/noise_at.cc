@@ -222,113 +222,146 @@ class NoiseAtStage final : public graph::TileStage {
 
   void Run(const graph::TileArgs& args) const override {
     const Roi& r = args.out.roi;
-    const int dims = params_.dims, channels = static_cast<int>(args.channels.size());
-    base::Arena& arena = args.scratch;
-    const PointField::Scratch scratch(arena);
-    const auto floats = [&] {
-      float* const p = arena.Allocate<float>(kNoiseBatch);
-      std::fill_n(p, kNoiseBatch, 0.0f);
-      return p;
-    };
-    float *cell[4], *fraction[4], *warp[4], *slopes[4];
-    for (int a = 0; a < 4; ++a)
-      cell[a] = floats(), fraction[a] = floats(), warp[a] = floats(), slopes[a] = floats();
-    uint32_t* const invalid = arena.Allocate<uint32_t>(kNoiseBatch);
-    float* const ones = floats();
-    float* const zeros = floats();
-    std::fill_n(ones, kNoiseBatch, 1.0f);
-    base::ArenaVector<float*> values(arena);
-    for (size_t c = 0; c < fields_.size(); ++c) values.push_back(floats());
-    const bool gradient = HasSlopes(params_), normal = params_.output == NoiseOutput::kNormal;
-    const bool packed = normal || params_.output == NoiseOutput::kOctaves;
-    base::ArenaVector<const float*> planes(arena);
-    for (int c : args.channels) {
-      planes.push_back(normal                   ? c < 3    ? slopes[c]
-                                                  : c == 3 ? values[0]
-                                                           : zeros
-                       : gradient               ? c == 0      ? values[0]
-                                                  : c <= dims ? slopes[c - 1]
-                                                              : zeros
-                       : c == alpha_ && !packed ? ones
-                                                : values[fields_.size() > 1 ? static_cast<size_t>(c) : 0]);
-    }
-    const ConstImageView& in = args.in[0];
-    // Straight from the positions, where the kernel serves; where positions are far away, by batches below.
-    base::ArenaVector<float*> rows(arena);
-    uint32_t* wrong = nullptr;
-    const bool straight = points_ != nullptr && in.channels >= dims && in.channels <= 4;
-    base::ArenaVector<PointRow> point_rows(arena);
-    if (straight) {
-      wrong = arena.Allocate<uint32_t>(static_cast<size_t>(r.width()) + kNoiseBatch);
-      std::fill_n(wrong, r.width() + kNoiseBatch, 0u);
-      for (size_t c = 0; c < fields_.size(); ++c) {
-        rows.push_back(arena.Allocate<float>(static_cast<size_t>(r.width()) + kNoiseBatch));
-        point_rows.push_back(fields_[c].Points(in.channels, arena));
-      }
-    }
-    const bool alone = straight && channels == 1 && planes[0] == values[0];
-    base::ArenaVector<float*> coordinates(arena);
-    for (int c = 0; c < in.channels; ++c) coordinates.push_back(floats());
-    const auto plane_of = [&](int channel) {
-      const auto present = std::find(args.in_channels[0].begin(), args.in_channels[0].end(), channel);
-      return coordinates[static_cast<size_t>(present - args.in_channels[0].begin())];
-    };
+    Work w(*this, args);
     for (int y = r.y0; y < r.y1; ++y) {
-      bool complete = straight;
-      for (size_t c = 0; c < fields_.size() && straight; ++c) {
-        if (std::find(planes.begin(), planes.end(), values[c]) == planes.end()) continue;
-        PointRow& row = point_rows[c];
-        row.in = reinterpret_cast<const float*>(in.At(r.x0, y));
-        row.count = r.width();
-        row.out = alone ? reinterpret_cast<float*>(args.out.At(r.x0, y)) : rows[c];
-        row.wrong = wrong;
-        complete = points_(row) && complete;
-      }
-      if (alone && complete) continue;
+      const bool complete = w.straight && Straight(args, y, w);
+      if (w.alone && complete) continue;
       for (int x = r.x0; x < r.x1; x += kNoiseBatch) {
         const int count = std::min(kNoiseBatch, r.x1 - x);
         if (complete) {
-          for (size_t c = 0; c < fields_.size(); ++c) std::copy_n(rows[c] + (x - r.x0), count, values[c]);
-          kernels_.interleave(planes.data(), channels, count, reinterpret_cast<float*>(args.out.At(x, y)));
-          continue;
+          for (size_t c = 0; c < fields_.size(); ++c) std::copy_n(w.rows[c] + (x - r.x0), count, w.values[c]);
+        } else {
+          Batch(args, x, y, count, w);
         }
-        std::fill_n(invalid, kNoiseBatch, 0u);
-        kernels_.separate(reinterpret_cast<const float*>(in.At(x, y)), in.channels, count,
-                          coordinates.data());
-        for (int a = 0; a < dims; ++a) {
-          PositionBatch b;
-          b.count = count;
-          b.high = plane_of(a);
-          b.low = low_ ? plane_of(dims + a) : nullptr;
-          b.scale = scale_[a];
-          b.cell = cell[a];
-          b.fraction = fraction[a];
-          b.invalid = invalid;
-          kernels_.position(b);
-        }
-        for (size_t a = 0; a < warp_.size(); ++a) {
-          warp_[a].Run(count, cell, fraction, invalid, nullptr, scratch, warp[a], nullptr);
-        }
-        for (size_t c = 0; c < fields_.size(); ++c) {
-          if (!gradient && std::find(planes.begin(), planes.end(), values[c]) == planes.end()) continue;
-          fields_[c].Run(count, cell, fraction, invalid, warp_.empty() ? nullptr : warp, scratch, values[c],
-                         gradient ? slopes : nullptr);
-        }
-        if (straight) {  // each pixel by its own position, whatever its neighbours are
-          const float* const made = reinterpret_cast<const float*>(args.out.At(x, y));
-          for (size_t c = 0; c < fields_.size(); ++c) {
-            const float* const row = alone ? made : rows[c] + (x - r.x0);
-            for (int i = 0; i < count; ++i) values[c][i] = wrong[x - r.x0 + i] != 0 ? values[c][i] : row[i];
-          }
-        }
-        if (normal) kernels_.normal(slopes, dims, count, params_.is_signed);
-        kernels_.interleave(planes.data(), channels, count, reinterpret_cast<float*>(args.out.At(x, y)));
+        kernels_.interleave(w.planes.data(), static_cast<int>(args.channels.size()), count,
+                            reinterpret_cast<float*>(args.out.At(x, y)));
       }
-      if (straight) std::fill_n(wrong, r.width(), 0u);
+      if (w.straight) std::fill_n(w.wrong, r.width(), 0u);
     }
   }
 
  private:
+  // A tile's scratch memory.
+  struct Work {
+    Work(const NoiseAtStage& stage, const graph::TileArgs& args)
+        : arena(args.scratch),
+          scratch(arena),
+          ones(Floats(1)),
+          zeros(Floats()),
+          values(arena),
+          planes(arena),
+          coordinates(arena),
+          rows(arena),
+          point_rows(arena) {
+      for (int a = 0; a < 4; ++a)
+        cell[a] = Floats(), fraction[a] = Floats(), warp[a] = Floats(), slopes[a] = Floats();
+      invalid = arena.Allocate<uint32_t>(kNoiseBatch);
+      for (size_t c = 0; c < stage.fields_.size(); ++c) values.push_back(Floats());
+      for (int c : args.channels) planes.push_back(PlaneOf(stage, c));
+      const ConstImageView& in = args.in[0];
+      for (int c = 0; c < in.channels; ++c) coordinates.push_back(Floats());
+      straight = stage.points_ != nullptr && in.channels >= stage.params_.dims && in.channels <= 4;
+      if (!straight) return;
+      const size_t width = static_cast<size_t>(args.out.roi.width()) + kNoiseBatch;
+      wrong = arena.Allocate<uint32_t>(width);
+      std::fill_n(wrong, width, 0u);
+      for (const PointField& field : stage.fields_) {
+        rows.push_back(arena.Allocate<float>(width));
+        point_rows.push_back(field.Points(in.channels, arena));
+      }
+      alone = planes.size() == 1 && planes[0] == values[0];
+    }
+    float* Floats(float value = 0) {
+      float* const p = arena.Allocate<float>(kNoiseBatch);
+      std::fill_n(p, kNoiseBatch, value);
+      return p;
+    }
+    // What channel `c` of the result shows.
+    const float* PlaneOf(const NoiseAtStage& stage, int c) const {
+      const NoiseOutput output = stage.params_.output;
+      if (output == NoiseOutput::kNormal) return c < 3 ? slopes[c] : c == 3 ? values[0] : zeros;
+      if (HasSlopes(stage.params_))
+        return c == 0 ? values[0] : c <= stage.params_.dims ? slopes[c - 1] : zeros;
+      if (c == stage.alpha_ && output != NoiseOutput::kOctaves) return ones;
+      return values[values.size() > 1 ? static_cast<size_t>(c) : 0];
+    }
+    bool Wants(const float* plane) const {
+      return std::find(planes.begin(), planes.end(), plane) != planes.end();
+    }
+
+    base::Arena& arena;
+    const PointField::Scratch scratch;
+    float *cell[4], *fraction[4], *warp[4], *slopes[4];
+    uint32_t* invalid = nullptr;
+    float *const ones, *const zeros;
+    base::ArenaVector<float*> values;        // of every field
+    base::ArenaVector<const float*> planes;  // of the result
+    base::ArenaVector<float*> coordinates;   // of the input
+    // Straight from the positions, where the kernel serves; where positions are far away, by batches.
+    // `alone`: it writes the result.
+    bool straight = false, alone = false;
+    uint32_t* wrong = nullptr;
+    base::ArenaVector<float*> rows;
+    base::ArenaVector<PointRow> point_rows;
+  };
+
+  // Whether all of a row was within the kernel's reach.
+  bool Straight(const graph::TileArgs& args, int y, Work& w) const {
+    const Roi& r = args.out.roi;
+    bool complete = true;
+    for (size_t c = 0; c < fields_.size(); ++c) {
+      if (!w.Wants(w.values[c])) continue;
+      PointRow& row = w.point_rows[c];
+      row.in = reinterpret_cast<const float*>(args.in[0].At(r.x0, y));
+      row.count = r.width();
+      row.out = w.alone ? reinterpret_cast<float*>(args.out.At(r.x0, y)) : w.rows[c];
+      row.wrong = w.wrong;
+      complete = points_(row) && complete;
+    }
+    return complete;
+  }
+
+  void Batch(const graph::TileArgs& args, int x, int y, int count, Work& w) const {
+    const bool gradient = HasSlopes(params_);
+    const auto plane_of = [&](int channel) {
+      const auto present = std::find(args.in_channels[0].begin(), args.in_channels[0].end(), channel);
+      return w.coordinates[static_cast<size_t>(present - args.in_channels[0].begin())];
+    };
+    std::fill_n(w.invalid, kNoiseBatch, 0u);
+    kernels_.separate(reinterpret_cast<const float*>(args.in[0].At(x, y)), args.in[0].channels, count,
+                      w.coordinates.data());
+    for (int a = 0; a < params_.dims; ++a) {
+      PositionBatch b;
+      b.count = count;
+      b.high = plane_of(a);
+      b.low = low_ ? plane_of(params_.dims + a) : nullptr;
+      b.scale = scale_[a];
+      b.cell = w.cell[a];
+      b.fraction = w.fraction[a];
+      b.invalid = w.invalid;
+      kernels_.position(b);
+    }
+    for (size_t a = 0; a < warp_.size(); ++a) {
+      warp_[a].Run(count, w.cell, w.fraction, w.invalid, nullptr, w.scratch, w.warp[a], nullptr);
+    }
+    for (size_t c = 0; c < fields_.size(); ++c) {
+      if (!gradient && !w.Wants(w.values[c])) continue;
+      fields_[c].Run(count, w.cell, w.fraction, w.invalid, warp_.empty() ? nullptr : w.warp, w.scratch,
+                     w.values[c], gradient ? w.slopes : nullptr);
+    }
+    if (w.straight) {  // each pixel by its own position, whatever its neighbours are
+      const int first = x - args.out.roi.x0;
+      const float* const made = reinterpret_cast<const float*>(args.out.At(x, y));
+      for (size_t c = 0; c < fields_.size(); ++c) {
+        const float* const row = w.alone ? made : w.rows[c] + first;
+        float* const value = w.values[c];
+        for (int i = 0; i < count; ++i) value[i] = w.wrong[first + i] != 0 ? value[i] : row[i];
+      }
+    }
+    if (params_.output == NoiseOutput::kNormal)
+      kernels_.normal(w.slopes, params_.dims, count, params_.is_signed);
+  }
+
   NoiseParams params_;
   NoiseKernels kernels_;
   int alpha_ = -1, width_ = 0;

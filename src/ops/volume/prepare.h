@@ -2,6 +2,7 @@
 #ifndef TESSERA_OPS_VOLUME_PREPARE_H_
 #define TESSERA_OPS_VOLUME_PREPARE_H_
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -13,11 +14,15 @@ namespace tessera::ops::volume {
 
 bool IsSurface(VolumeMode mode);
 bool IsHyper(VolumeMode mode);  // distance fields through density modulation
+// The axis that the view is nearest to, x before y before z.
+int StackAxis(const Camera& camera, const VolumeSpec& volume);
 // Checks, fills in. Throws Error.
 VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumeParams& params);
 
 // The same for a volume of a scene, seen by the scene's camera.
 VolumeDraw CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, const Camera& camera);
+
+inline double Smallest(const Vector3& v) { return std::min({v[0], v[1], v[2]}); }
 
 // What a stage holds; the arguments point into it.
 struct Prepared {
