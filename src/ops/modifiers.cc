@@ -1,56 +1,87 @@
 // Parameters of registry rows, by kind.
 #include "ops/modifiers.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace tessera::ops {
 namespace {
 
-ParamInfo Modifier(const char* name, ParamType type, const char* default_value, const char* help) {
+ParamInfo Modifier(std::string name, ParamType type, std::string default_value, std::string help) {
   ParamInfo param;
-  param.name = name;
+  param.name = std::move(name);
   param.type = type;
-  param.default_value = default_value;
-  param.help = help;
+  param.default_value = std::move(default_value);
+  param.help = std::move(help);
   return param;
 }
 
 }  // namespace
 
-ParamInfo NumberModifier(const char* name, const char* default_value, double min, double max,
-                         const char* help) {
-  ParamInfo param = Modifier(name, ParamType::kNumber, default_value, help);
+ParamInfo NumberModifier(std::string name, std::string default_value, double min, double max,
+                         std::string help) {
+  ParamInfo param = Modifier(std::move(name), ParamType::kNumber, std::move(default_value), std::move(help));
   param.min = min;
   param.max = max;
   return param;
 }
-ParamInfo IntegerModifier(const char* name, const char* default_value, double min, double max,
-                          const char* help) {
-  ParamInfo param = NumberModifier(name, default_value, min, max, help);
+ParamInfo NumberModifier(std::string name, std::string default_value, std::string help) {
+  return Modifier(std::move(name), ParamType::kNumber, std::move(default_value), std::move(help));
+}
+ParamInfo IntegerModifier(std::string name, std::string default_value, double min, double max,
+                          std::string help) {
+  ParamInfo param = NumberModifier(std::move(name), std::move(default_value), min, max, std::move(help));
   param.type = ParamType::kInteger;
   return param;
 }
-ParamInfo ChoiceModifier(const char* name, std::vector<std::string> choices, const char* help) {
-  ParamInfo param = Modifier(name, ParamType::kChoice, "", help);
-  param.default_value = choices.front();
+ParamInfo ChoiceArgument(std::string name, std::vector<std::string> choices, std::string help) {
+  ParamInfo param = Modifier(std::move(name), ParamType::kChoice, "", std::move(help));
   param.choices = std::move(choices);
   return param;
 }
-ParamInfo FlagModifier(const char* name, const char* help, const char* default_value) {
-  return Modifier(name, ParamType::kFlag, default_value, help);
+ParamInfo ChoiceModifier(std::string name, std::vector<std::string> choices, std::string help) {
+  ParamInfo param = ChoiceArgument(std::move(name), std::move(choices), std::move(help));
+  param.default_value = param.choices.front();
+  return param;
 }
-ParamInfo TextModifier(const char* name, const char* help) {
-  return Modifier(name, ParamType::kText, "", help);
+ParamInfo FlagModifier(std::string name, std::string help, std::string default_value) {
+  return Modifier(std::move(name), ParamType::kFlag, std::move(default_value), std::move(help));
 }
-ParamInfo ListModifier(const char* name, const char* default_value, int most, double min, double max,
-                       const char* help) {
-  ParamInfo param = NumberModifier(name, default_value, min, max, help);
+ParamInfo TextModifier(std::string name, std::string help, std::string default_value) {
+  return Modifier(std::move(name), ParamType::kText, std::move(default_value), std::move(help));
+}
+ParamInfo ListModifier(std::string name, std::string default_value, int most, double min, double max,
+                       std::string help) {
+  ParamInfo param = NumberModifier(std::move(name), std::move(default_value), min, max, std::move(help));
   param.type = ParamType::kNumbers;
   param.max_count = most;
   return param;
 }
-ParamInfo OnlyWith(const char* conditions, ParamInfo param) {
-  param.only_with = conditions;
+ParamInfo ListModifier(std::string name, std::string default_value, int most, std::string help) {
+  ParamInfo param = Modifier(std::move(name), ParamType::kNumbers, std::move(default_value), std::move(help));
+  param.max_count = most;
+  return param;
+}
+ParamInfo NumbersModifier(std::string name, std::string default_value, int count, double min, double max,
+                          std::string help) {
+  ParamInfo param = ListModifier(std::move(name), std::move(default_value), count, min, max, std::move(help));
+  param.min_count = count;
+  return param;
+}
+ParamInfo NumbersModifier(std::string name, std::string default_value, int count, std::string help) {
+  ParamInfo param = ListModifier(std::move(name), std::move(default_value), count, std::move(help));
+  param.min_count = count;
+  return param;
+}
+ParamInfo NumbersModifier(std::string name, std::string default_value, std::vector<int> counts,
+                          std::string help) {
+  const int most = *std::max_element(counts.begin(), counts.end());
+  ParamInfo param = ListModifier(std::move(name), std::move(default_value), most, std::move(help));
+  param.counts = std::move(counts);
+  return param;
+}
+ParamInfo OnlyWith(std::string conditions, ParamInfo param) {
+  param.only_with = std::move(conditions);
   return param;
 }
 

@@ -9,20 +9,32 @@
 
 namespace tessera::ops {
 
-// min and max are the range that is accepted.
-ParamInfo NumberModifier(const char* name, const char* default_value, double min, double max,
-                         const char* help);
-ParamInfo IntegerModifier(const char* name, const char* default_value, double min, double max,
-                          const char* help);
+// A positional argument has "" as its default value: it is required. min and max are the range that is
+// accepted, where there is one.
+ParamInfo NumberModifier(std::string name, std::string default_value, double min, double max,
+                         std::string help);
+ParamInfo NumberModifier(std::string name, std::string default_value, std::string help);
+ParamInfo IntegerModifier(std::string name, std::string default_value, double min, double max,
+                          std::string help);
 // The first choice is the default.
-ParamInfo ChoiceModifier(const char* name, std::vector<std::string> choices, const char* help);
-ParamInfo FlagModifier(const char* name, const char* help, const char* default_value = "0");
-ParamInfo TextModifier(const char* name, const char* help);
+ParamInfo ChoiceModifier(std::string name, std::vector<std::string> choices, std::string help);
+// Without a default.
+ParamInfo ChoiceArgument(std::string name, std::vector<std::string> choices, std::string help);
+ParamInfo FlagModifier(std::string name, std::string help, std::string default_value = "0");
+ParamInfo TextModifier(std::string name, std::string help, std::string default_value = "");
 // One to `most` numbers.
-ParamInfo ListModifier(const char* name, const char* default_value, int most, double min, double max,
-                       const char* help);
+ParamInfo ListModifier(std::string name, std::string default_value, int most, double min, double max,
+                       std::string help);
+ParamInfo ListModifier(std::string name, std::string default_value, int most, std::string help);
+// Exactly `count` numbers.
+ParamInfo NumbersModifier(std::string name, std::string default_value, int count, double min, double max,
+                          std::string help);
+ParamInfo NumbersModifier(std::string name, std::string default_value, int count, std::string help);
+// As many numbers as one of `counts` says.
+ParamInfo NumbersModifier(std::string name, std::string default_value, std::vector<int> counts,
+                          std::string help);
 // The parameter with its ParamInfo::only_with.
-ParamInfo OnlyWith(const char* conditions, ParamInfo param);
+ParamInfo OnlyWith(std::string conditions, ParamInfo param);
 
 }  // namespace tessera::ops
 

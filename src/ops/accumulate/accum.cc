@@ -111,12 +111,7 @@ OpInfo AccumInfo() {
   info.bound =
       "1 u * |result| + 2^-29 u * (sum of |weight * value|): 1 ULP; with bits=: exact but at ties of a step";
   info.bound_u = 1;
-  ParamInfo weights;
-  weights.name = "W1,W2,...";
-  weights.type = ParamType::kNumbers;
-  weights.help = "one weight per image";
-  weights.min_count = 1, weights.max_count = kMostImages;
-  info.arguments = {weights};
+  info.arguments = {ListModifier("W1,W2,...", "", kMostImages, "one weight per image")};
   info.modifiers = {BitsModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return WeightedSum({in.begin(), in.end()}, {a.Numbers("W1,W2,..."), a.Integer("bits")});
@@ -139,12 +134,7 @@ OpInfo AverageInfo() {
       "Takes N images and gives their mean: --accum with N weights of 1/N, in one pass, in double, rounded once.";
   info.bound = "1 u * |result| + 2^-29 u * (sum of |value| / N): 1 ULP";
   info.bound_u = 1;
-  ParamInfo count;
-  count.name = "N";
-  count.type = ParamType::kInteger;
-  count.help = "number of images";
-  count.min = 1, count.max = kMostImages;
-  info.arguments = {count};
+  info.arguments = {IntegerModifier("N", "", 1, kMostImages, "number of images")};
   info.modifiers = {BitsModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Average({in.begin(), in.end()}, a.Integer("bits"));

@@ -124,26 +124,13 @@ OpInfo ShiftAccumulateInfo() {
       "kernel of any border and method is --convolve's job.";
   info.bound = "1 u * |result| + 2^-29 u * (sum of |tap * value|); with bits=: taps * 2^-(bits+1) / scale";
   info.bound_u = 1;
-  ParamInfo taps;
-  taps.name = "TAPS";
-  taps.type = ParamType::kNumbers;
-  taps.help = "width times height numbers";
-  taps.min_count = 1, taps.max_count = kWidest * kWidest;
-  ParamInfo anchor;
-  anchor.name = "anchor";
-  anchor.type = ParamType::kNumbers;
-  anchor.help = "the tap that lies on the pixel, from 0; the middle when left out";
-  anchor.min = 0, anchor.max = kWidest - 1;
-  anchor.min_count = anchor.max_count = 2;
-  ParamInfo range;
-  range.name = "range";
-  range.type = ParamType::kNumbers;
-  range.default_value = "0,1";
-  range.help = "least and greatest sample expected";
-  range.min_count = range.max_count = 2;
-  range.only_with = "bits";
+  ParamInfo taps = ListModifier("TAPS", "", kWidest * kWidest, "width times height numbers");
+  ParamInfo range =
+      OnlyWith("bits", NumbersModifier("range", "0,1", 2, "least and greatest sample expected"));
   info.arguments = {taps};
-  info.modifiers = {IntegerModifier("width", "3", 1, kWidest, "taps per row"), anchor,
+  info.modifiers = {IntegerModifier("width", "3", 1, kWidest, "taps per row"),
+                    NumbersModifier("anchor", "", 2, 0, kWidest - 1,
+                                    "the tap that lies on the pixel, from 0; the middle when left out"),
                     IntegerModifier("bits", "0", 0, 32, "binary places of the buffer, 8 to 32; 0 is exact"),
                     range};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {

@@ -13,6 +13,7 @@
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/arithmetic/operands.h"
 #include "ops/color/affine.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/arithmetic.h"
 
 namespace tessera::ops {
@@ -143,13 +144,7 @@ OpInfo InvertInfo() {
       "--unpremult first where that is meant.";
   info.bound = "2 u * (|A| + 1)";
   info.bound_u = 2;
-  ParamInfo first;
-  first.name = "chbegin";
-  first.type = ParamType::kInteger;
-  first.default_value = "0";
-  first.help = "first channel, from 0";
-  first.min = 0;
-  first.max = kMaxConstants;
+  ParamInfo first = IntegerModifier("chbegin", "0", 0, kMaxConstants, "first channel, from 0");
   ParamInfo last = first;
   last.name = "chend";
   last.default_value = "3";
@@ -181,12 +176,7 @@ OpInfo ClampInfo() {
   ParamInfo high = low;
   high.name = "max";
   high.help = "upper limits, one or per channel; none by default";
-  ParamInfo alpha;
-  alpha.name = "clampalpha";
-  alpha.type = ParamType::kFlag;
-  alpha.default_value = "0";
-  alpha.help = "1 limits alpha to [0, 1]";
-  info.modifiers = {low, high, alpha};
+  info.modifiers = {low, high, FlagModifier("clampalpha", "1 limits alpha to [0, 1]")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Clamp(in[0],
                  {.min = a.Numbers("min"), .max = a.Numbers("max"), .clamp_alpha = a.Flag("clampalpha")});

@@ -9,6 +9,7 @@
 
 #include "graph/op.h"
 #include "ops/arithmetic/arithmetic_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/arithmetic.h"
 
@@ -125,12 +126,7 @@ OpInfo FixNanInfo() {
       "samples mended before as well, which differs where two lost ones touch.";
   info.bound = "exact; box3: 1 rounding of the mean, summed in double";
   info.bound_u = 2;
-  ParamInfo mode;
-  mode.name = "STRATEGY";
-  mode.type = ParamType::kChoice;
-  mode.help = "what is done with them";
-  mode.choices = {"none", "black", "box3", "error"};
-  info.arguments = {mode};
+  info.arguments = {ChoiceArgument("STRATEGY", {"none", "black", "box3", "error"}, "what is done with them")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::string& text = a.Text("STRATEGY");
     return FixNan(in[0], text == "none"    ? FixNanMode::kNone

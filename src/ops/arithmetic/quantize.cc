@@ -6,6 +6,7 @@
 #include "graph/op.h"
 #include "ops/arithmetic/arithmetic_ops.h"
 #include "ops/arithmetic/operands.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/arithmetic.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -157,26 +158,11 @@ OpInfo QuantizeInfo() {
       "area is kept, and so are the codes 0 and 2^BITS - 1. Give each frame of a sequence its own seed.";
   info.bound = "the code is exact; its quotient 1 rounding: u * |result|";
   info.bound_u = 1;
-  ParamInfo bits;
-  bits.name = "BITS";
-  bits.type = ParamType::kInteger;
-  bits.help = "bits of the integer";
-  bits.min = 1;
-  bits.max = kMaxBits;
+  ParamInfo bits = IntegerModifier("BITS", "", 1, kMaxBits, "bits of the integer");
   info.arguments = {bits};
-  ParamInfo dither;
-  dither.name = "dither";
-  dither.type = ParamType::kFlag;
-  dither.default_value = "0";
-  dither.help = "1 adds a position hash of up to half a code before rounding";
-  ParamInfo seed;
-  seed.name = "seed";
-  seed.type = ParamType::kInteger;
-  seed.default_value = "0";
-  seed.help = "another seed, another dither pattern";
-  seed.only_with = "dither";
-  seed.min = 0;
-  seed.max = 4294967295.0;
+  ParamInfo dither = FlagModifier("dither", "1 adds a position hash of up to half a code before rounding");
+  ParamInfo seed = OnlyWith(
+      "dither", IntegerModifier("seed", "0", 0, 4294967295.0, "another seed, another dither pattern"));
   info.modifiers = {dither, seed};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Quantize(in[0], {.bits = a.Integer("BITS"),

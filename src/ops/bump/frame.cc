@@ -8,6 +8,7 @@
 #include "graph/op.h"
 #include "ops/bump/bump_ops.h"
 #include "ops/environment/environment_ops.h"
+#include "ops/modifiers.h"
 #include "ops/shade/aov_inputs.h"
 #include "tessera/error.h"
 
@@ -125,19 +126,9 @@ OpInfo CombineNormalsInfo() {
       "equation 7.";
   info.bound = "4 u";
   info.bound_u = 4;
-  ParamInfo k;
-  k.name = "K";
-  k.type = ParamType::kNumber;
-  k.help = "weight of the surface's normal (sum), of the gradient (tilt)";
-  k.min = -1e6, k.max = 1e6;
-  info.arguments = {k};
-  ParamInfo method;
-  method.name = "method";
-  method.type = ParamType::kChoice;
-  method.default_value = "sum";
-  method.choices = {"sum", "tilt"};
-  method.help = "how they are combined";
-  info.modifiers = {method};
+  info.arguments = {
+      NumberModifier("K", "", -1e6, 1e6, "weight of the surface's normal (sum), of the gradient (tilt)")};
+  info.modifiers = {ChoiceModifier("method", {"sum", "tilt"}, "how they are combined")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return CombineNormals(
         NormalsOf(in[0]), NormalsOf(in[1]),

@@ -13,6 +13,7 @@
 #include "ops/environment/environment_ops.h"
 #include "ops/geometry/filters.h"
 #include "ops/geometry/modifiers.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -227,7 +228,7 @@ OpInfo BumpInfo() {
   info.bound = "4 u (1 + |E|/s), specular times 1 + exponent";
   info.bound_u = 4;
   info.modifiers = {
-      NumbersModifier("light", {3}, "to the light", "-1,1,1"),
+      NumbersModifier("light", "-1,1,1", {3}, "to the light"),
       NumberModifier("scale", "1", -1e30, 1e30, "of the heights"),
       ChoiceModifier("method", {"normals", "shift", "forward"}, "how n'.L is found"),
       ChoiceModifier("output", {"diffuse", "specular", "emboss"}, "what is written"),

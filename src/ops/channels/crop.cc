@@ -11,6 +11,7 @@
 
 #include "graph/op.h"
 #include "ops/channels/channels_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/geometry.h"
 
@@ -134,11 +135,7 @@ std::optional<Corners> ParseSize(std::string_view text, const Roi& base) {
 }
 
 ParamInfo GeometryArgument() {
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "a geometry like 640x480+10+20 or 10,20,649,499";
-  return geometry;
+  return TextModifier("GEOM", "a geometry like 640x480+10+20 or 10,20,649,499");
 }
 
 }  // namespace

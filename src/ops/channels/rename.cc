@@ -8,6 +8,7 @@
 #include "graph/op.h"
 #include "ops/channels/channels_ops.h"
 #include "ops/channels/names.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -48,11 +49,7 @@ OpInfo RenameChannelsInfo() {
       "reach, stays; names beyond the last channel are ignored. A channel named A or alpha becomes the alpha "
       "channel.";
   info.bound = "exact";
-  ParamInfo names;
-  names.name = "NAMES";
-  names.type = ParamType::kText;
-  names.help = "a comma-separated list of names";
-  info.arguments = {names};
+  info.arguments = {TextModifier("NAMES", "a comma-separated list of names")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return RenameChannels(in[0], SplitCommas(a.Text("NAMES")));
   };

@@ -13,6 +13,7 @@
 #include "graph/op.h"
 #include "ops/channels/channels_ops.h"
 #include "ops/channels/names.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 
@@ -117,11 +118,7 @@ OpInfo SelectChannelsInfo() {
       "named A or alpha, or else the image's own where it was selected. Samples keep their bits, and "
       "channels that nobody selects are neither read nor computed.";
   info.bound = "exact";
-  ParamInfo list;
-  list.name = "LIST";
-  list.type = ParamType::kText;
-  list.help = "a comma-separated list of channels";
-  info.arguments = {list};
+  info.arguments = {TextModifier("LIST", "a comma-separated list of channels")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return SelectChannels(in[0], a.Text("LIST"));
   };

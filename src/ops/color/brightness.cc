@@ -1,5 +1,6 @@
 // Brightness: interpolation from black.
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 
 namespace tessera {
 namespace ops {
@@ -13,7 +14,7 @@ OpInfo BrightnessInfo() {
       "channels are kept. Source: Haeberli and Voorhies 1994.";
   info.bound = "2 u |X v|";
   info.bound_u = 2;
-  info.arguments = {NumberParam("X", "factor, 1 keeps the image")};
+  info.arguments = {NumberModifier("X", "", "factor, 1 keeps the image")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Brightness(in[0], a.Number("X"));
   };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/color/color_matrix.cc"
@@ -129,24 +130,11 @@ OpInfo ColorMatrixInfo() {
   m.min_count = 9, m.max_count = 20;
   m.counts = {9, 12, 16, 20};
   info.arguments = {m};
-  ParamInfo transpose;
-  transpose.name = "transpose";
-  transpose.type = ParamType::kFlag;
-  transpose.default_value = "0";
-  transpose.help = "1: transpose the matrix (pixels as columns)";
-  transpose.only_with = "!layout=svg";
-  ParamInfo layout;
-  layout.name = "layout";
-  layout.type = ParamType::kChoice;
-  layout.default_value = "square";
-  layout.help = "square: a matrix, then the bias; svg: four rows of five";
-  layout.choices = {"square", "svg"};
-  ParamInfo unpremult;
-  unpremult.name = "unpremult";
-  unpremult.type = ParamType::kFlag;
-  unpremult.default_value = "0";
-  unpremult.help = "1: unpremultiply before, premultiply after";
-  info.modifiers = {transpose, layout, unpremult};
+  ParamInfo unpremult = FlagModifier("unpremult", "1: unpremultiply before, premultiply after");
+  info.modifiers = {
+      OnlyWith("!layout=svg", FlagModifier("transpose", "1: transpose the matrix (pixels as columns)")),
+      ChoiceModifier("layout", {"square", "svg"}, "square: a matrix, then the bias; svg: four rows of five"),
+      unpremult};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     if (a.Text("layout") == "svg") return ColorMatrix(in[0], SvgMatrix(a.Numbers("M"), a.Flag("unpremult")));
     return ColorMatrix(in[0], {a.Numbers("M"), a.Flag("transpose"), a.Flag("unpremult")});

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/number_text.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::ops {
@@ -52,14 +53,10 @@ Node MakeScaleBiasNode(const std::string& op, const Node& image, double scale, d
 }
 
 ParamInfo WeightsParam() {
-  ParamInfo p;
-  p.name = "weights";
-  p.type = ParamType::kChoice;
-  p.default_value = "rec709";
-  p.help = "luminance weights: a named set, or r,g,b (divided by their sum)";
-  p.choices = {"rec709", "haeberli", "yiq"};
-  p.numbers_too = true;
+  ParamInfo p = ChoiceModifier("weights", {"rec709", "haeberli", "yiq"},
+                               "luminance weights: a named set, or r,g,b (divided by their sum)");
   p.min_count = p.max_count = 3;
+  p.numbers_too = true;
   return p;
 }
 
@@ -68,13 +65,6 @@ LuminanceWeights WeightsOf(const Arguments& arguments) {
   if (n.size() == 3) return {n[0], n[1], n[2]};
   const std::string& name = arguments.Text("weights");
   return name == "haeberli" ? kHaeberli : name == "yiq" ? kNtsc601 : kRec709;
-}
-
-ParamInfo NumberParam(std::string name, std::string help) {
-  ParamInfo p;
-  p.name = std::move(name);
-  p.help = std::move(help);
-  return p;
 }
 
 }  // namespace tessera::ops

@@ -45,8 +45,6 @@ Node MakeScaleBiasNode(const std::string& op, const Node& image, double scale, d
 // The "weights" modifier and its value.
 ParamInfo WeightsParam();
 LuminanceWeights WeightsOf(const Arguments& arguments);
-// A required number.
-ParamInfo NumberParam(std::string name, std::string help);
 
 }  // namespace tessera::ops
 

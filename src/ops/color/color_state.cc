@@ -2,6 +2,7 @@
 #include "tessera/color_state.h"
 
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 
 namespace tessera::ops {
 
@@ -18,10 +19,7 @@ OpInfo ColorStateInfo() {
       "takes its place, with --iscolorspace \"\" nothing is known; ICC profile and tags of another space "
       "are dropped. As oiiotool --iscolorspace.";
   info.bound = "exact";
-  ParamInfo space;
-  space.name = "SPACE";
-  space.type = ParamType::kText;
-  space.help = "a name of the config in use, or \"\"";
+  ParamInfo space = TextModifier("SPACE", "a name of the config in use, or \"\"");
   space.min_count = 0;
   info.arguments = {space};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {

@@ -5,6 +5,7 @@
 
 #include "ops/arithmetic/operands.h"
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera {
@@ -60,28 +61,20 @@ OpInfo ContrastInfo() {
       "3 u (|X v| + |(1-X) pivot|); 3 u (|result| + |min| + its terms), terms of a sigmoid divided by 2^20";
   info.bound_u = 3;
   constexpr char kOurs[] = "!black !white !min !max !scontrast !sthresh !clamp";
-  ParamInfo x = NumberParam("X", "factor, 1 keeps the image");
+  ParamInfo x = NumberModifier("X", "", "factor, 1 keeps the image");
   x.default_value = "1";
   x.only_with = kOurs;
   info.arguments = {x};
-  ParamInfo pivot;
-  pivot.name = "pivot";
-  pivot.type = ParamType::kChoice;
-  pivot.default_value = "mean";
-  pivot.help = "the grey that stays: a number, or mean for the image's mean luminance";
-  pivot.choices = {"mean"};
+  ParamInfo pivot = OnlyWith(
+      kOurs, ChoiceModifier("pivot", {"mean"},
+                            "the grey that stays: a number, or mean for the image's mean luminance"));
   pivot.numbers_too = true;
-  pivot.only_with = kOurs;
   const auto list = [](const char* name, const char* value, const char* help) {
     ParamInfo param = ConstantsArgument("");
     param.name = name, param.default_value = value, param.help = help;
     return param;
   };
-  ParamInfo limit;
-  limit.name = "clamp";
-  limit.type = ParamType::kFlag;
-  limit.default_value = "0";
-  limit.help = "1 limits the result to [min, max]";
+  ParamInfo limit = FlagModifier("clamp", "1 limits the result to [min, max]");
   info.modifiers = {pivot,
                     list("black", "0", "one number, or one per channel, that becomes min"),
                     list("white", "1", "one number, or one per channel, that becomes max"),

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 
 namespace tessera {
 namespace ops {
@@ -85,7 +86,7 @@ OpInfo HueInfo() {
   info.bound =
       "8 u max(|R|,|G|,|B|); with negative weights times (sum of |weight|) / |sum|; css: 8 u (sum of |m v|)";
   info.bound_u = 8;
-  info.arguments = {NumberParam("DEG", "angle in degrees")};
+  info.arguments = {NumberModifier("DEG", "", "angle in degrees")};
   ParamInfo preserve;
   preserve.name = "preserve";
   preserve.type = ParamType::kChoice;

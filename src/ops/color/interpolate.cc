@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -87,7 +88,7 @@ OpInfo InterpolateInfo() {
       "-FLT_MAX meet at 0. Source: Haeberli and Voorhies 1994.";
   info.bound = "4 u (|(1-X) first| + |X second|)";
   info.bound_u = 4;
-  info.arguments = {NumberParam("X", "weight of the second image")};
+  info.arguments = {NumberModifier("X", "", "weight of the second image")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Interpolate(in[0], in[1], a.Number("X"));
   };

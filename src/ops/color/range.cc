@@ -4,6 +4,7 @@
 #include <string>
 
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/color/range.cc"
@@ -161,12 +162,7 @@ OpInfo Row(const char* name, const char* summary, const std::string& formula) {
       "where one of the first three channels is missing, alpha or Z. NaN and infinities stay.";
   info.bound = "3 u |result|";
   info.bound_u = 3;
-  ParamInfo luma;
-  luma.name = "luma";
-  luma.type = ParamType::kFlag;
-  luma.default_value = "0";
-  luma.help = "1 goes by luminance, the same factor for R,G,B";
-  info.modifiers = {luma};
+  info.modifiers = {FlagModifier("luma", "1 goes by luminance, the same factor for R,G,B")};
   info.examples = {"", "luma=1"};
   return info;
 }

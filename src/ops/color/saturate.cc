@@ -1,5 +1,6 @@
 // Saturation: S(s) = s I + (1 - s) 1 w^T.
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 
 namespace tessera {
 namespace ops {
@@ -15,7 +16,7 @@ OpInfo SaturateInfo() {
       "Haeberli 1993.";
   info.bound = "8 u max(|R|,|G|,|B|) max(1,|S|); with negative weights times (sum of |weight|) / |sum|";
   info.bound_u = 8;
-  info.arguments = {NumberParam("S", "saturation factor, 1 keeps the image")};
+  info.arguments = {NumberModifier("S", "", "saturation factor, 1 keeps the image")};
   info.modifiers = {WeightsParam()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Saturate(in[0], SaturateParams{a.Number("S"), WeightsOf(a)});

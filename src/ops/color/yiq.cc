@@ -1,5 +1,6 @@
 // YIQ and its inverse.
 #include "ops/color/color_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/color_state.h"
 
 namespace tessera {
@@ -35,12 +36,7 @@ OpInfo YiqInfo() {
       "half. Source: McReynolds et al. 1997, 12.2.4.";
   info.bound = "4 u sum of |m v|";
   info.bound_u = 4;
-  ParamInfo inverse;
-  inverse.name = "inverse";
-  inverse.type = ParamType::kFlag;
-  inverse.default_value = "0";
-  inverse.help = "1: from YIQ to RGB";
-  info.modifiers = {inverse};
+  info.modifiers = {FlagModifier("inverse", "1: from YIQ to RGB")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Yiq(in[0], {a.Flag("inverse")});
   };

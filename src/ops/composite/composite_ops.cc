@@ -120,13 +120,4 @@ ParamInfo DepthModifier() {
   return TextModifier("depth", "the depth channel by name or number; default the first named Z or depth");
 }
 
-ParamInfo ChoiceArgument(const char* name, const std::vector<std::string>& choices, const char* help) {
-  ParamInfo param;
-  param.name = name;
-  param.type = ParamType::kChoice;
-  param.choices = choices;
-  param.help = help;
-  return param;
-}
-
 }  // namespace tessera::ops

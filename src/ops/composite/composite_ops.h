@@ -88,8 +88,6 @@ std::array<ChannelRole, 4> RolesOf(const graph::StageContext& context, int depth
 
 // A modifier that names a depth channel.
 ParamInfo DepthModifier();
-// A positional argument with choices.
-ParamInfo ChoiceArgument(const char* name, const std::vector<std::string>& choices, const char* help);
 // The place of `word` among `words`, which has it.
 template <typename Enum>
 Enum ChoiceOf(const std::vector<std::string>& words, const std::string& word) {

@@ -116,11 +116,7 @@ OpInfo DissolveInfo() {
       "8-bit pattern has 256 steps. For a cross-fade see --interp. Source: McReynolds et "
       "al. 1997, 14.1.";
   info.bound = "exact";
-  ParamInfo t;
-  t.name = "T";
-  t.help = "how far, 0 to 1";
-  t.min = 0, t.max = 1;
-  info.arguments = {t};
+  info.arguments = {NumberModifier("T", "", 0, 1, "how far, 0 to 1")};
   info.modifiers = {ChoiceModifier("pattern", PatternNames(), "where pixels turn first"),
                     OnlyWith("pattern=noise", NumberModifier("seed", "0", 0, 4294967295.0, "of the noise"))};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {

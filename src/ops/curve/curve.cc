@@ -13,6 +13,7 @@
 #include "ops/curve/curve_kernel.h"
 #include "ops/curve/curve_ops.h"
 #include "ops/curve/curve_value.h"
+#include "ops/modifiers.h"
 #include "tessera/color_state.h"
 
 namespace tessera::ops {
@@ -122,22 +123,11 @@ OpInfo CurveInfo() {
   name.choices = TransferFunctionNames();
   name.choices.push_back("gamma");
   info.arguments = {name};
-  ParamInfo inverse;
-  inverse.name = "inverse";
-  inverse.type = ParamType::kFlag;
-  inverse.default_value = "0";
-  inverse.help = "1 decodes: signal to light";
-  ParamInfo exponent;
-  exponent.name = "exponent";
-  exponent.default_value = "2.2";
-  exponent.help = "of gamma: the signal is light to the power of 1/exponent";
-  exponent.min = 1e-3, exponent.max = 1e3;
-  ParamInfo negatives;
-  negatives.name = "negatives";
-  negatives.type = ParamType::kChoice;
-  negatives.help = "what happens to negative samples";
-  negatives.choices = {"mirror", "extend", "clamp", "keep"};
-  info.modifiers = {inverse, exponent, negatives};
+  ParamInfo exponent = NumberModifier("exponent", "2.2", 1e-3, 1e3,
+                                      "of gamma: the signal is light to the power of 1/exponent");
+  ParamInfo negatives =
+      ChoiceArgument("negatives", {"mirror", "extend", "clamp", "keep"}, "what happens to negative samples");
+  info.modifiers = {FlagModifier("inverse", "1 decodes: signal to light"), exponent, negatives};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::vector<std::string>& names = TransferFunctionNames();
     const auto at = std::find(names.begin(), names.end(), a.Text("NAME"));

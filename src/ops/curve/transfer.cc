@@ -185,13 +185,7 @@ ParamInfo ListParam(const std::string& name, const std::string& help) {
   p.help = help;
   return p;
 }
-ParamInfo TableParam(const std::string& name, const std::string& help) {
-  ParamInfo p;
-  p.name = name;
-  p.type = ParamType::kText;
-  p.help = help;
-  return p;
-}
+ParamInfo TableParam(const std::string& name, const std::string& help) { return TextModifier(name, help); }
 
 const std::vector<std::string> kFormats = {"rgba",           "rgb",   "luminance",
                                            "luminancealpha", "alpha", "intensity"};

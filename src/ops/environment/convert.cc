@@ -9,6 +9,7 @@
 #include "graph/op.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/lookup.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 #include "tessera/ops/channels.h"
 
@@ -168,14 +169,11 @@ OpInfo ConvertEnvironmentInfo() {
   info.help += " The map is held in memory whole.";
   info.bound = "8 u times the largest texel under a pixel (from lat-long: times 1 + w/8 + h/3)";
   info.bound_u = 8;
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "size of the result, WxH";
   info.arguments = {MapArgument("FROM", "projection of the map"),
-                    MapArgument("TO", "projection of the result"), geometry};
+                    MapArgument("TO", "projection of the result"),
+                    TextModifier("GEOM", "size of the result, WxH")};
   info.modifiers = {
-      NumbersModifier("matrix", {9, 16}, "from the result's directions to the map's, row-major"),
+      NumbersModifier("matrix", "", {9, 16}, "from the result's directions to the map's, row-major"),
       IntegerModifier("samples", "0", 0, kMostSamples, "lookups along a pixel's side; 0: by its footprint")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     EnvironmentConvertParams p;

@@ -175,24 +175,19 @@ OpInfo EnvironmentInfo() {
       "lobe's table 1 % of the map's contrast; filter=mip twice that of the map's largest texel";
   info.bound_u = 8;
   ParamInfo camera =
-      NumbersModifier("camera", {16, 32}, "world to clip, or world to camera and to clip; or metadata");
+      NumbersModifier("camera", "", {16, 32}, "world to clip, or world to camera and to clip; or metadata");
   camera.type = ParamType::kChoice;
   camera.choices = {"metadata"};
   camera.numbers_too = true;
   info.modifiers = {
       MapChoice("map", "latlong", "projection of the map"),
-      NumbersModifier("matrix", {9, 16}, "from the normals' space to the map's, row-major"),
+      NumbersModifier("matrix", "", {9, 16}, "from the normals' space to the map's, row-major"),
       NumberModifier("gloss", "0", 0, 10000, "exponent of the lobe; 0: a mirror"),
       FlagModifier("diffuse", "irradiance over pi: gloss=1:along=normal"),
-      {.name = "along",
-       .type = ParamType::kChoice,
-       .default_value = "reflection",
-       .help = "what is looked up",
-       .choices = {"reflection", "normal"},
-       .only_with = "!diffuse"},
+      OnlyWith("!diffuse", ChoiceModifier("along", {"reflection", "normal"}, "what is looked up")),
       FlagModifier("position", "positions are given, below the map"),
-      OnlyWith("!position !camera", NumbersModifier("view", {3}, "to a distant viewer")),
-      OnlyWith("position", NumbersModifier("eye", {3}, "the viewer's place")),
+      OnlyWith("!position !camera", NumbersModifier("view", "", {3}, "to a distant viewer")),
+      OnlyWith("position", NumbersModifier("eye", "", {3}, "the viewer's place")),
       camera,
       NumberModifier("fresnel", "1", 0, 1, "reflectance at normal incidence"),
       IntegerModifier("table", "0", -1, 4096, "texels along an edge of a lobe's table"),

@@ -11,34 +11,16 @@ namespace {
 
 const std::vector<std::string> kMaps = {"sphere", "parabolic", "dualparabolic", "latlong", "cube"};
 
-ParamInfo Modifier(const std::string& name, ParamType type, const std::string& default_value,
-                   const std::string& help) {
-  ParamInfo p;
-  p.name = name;
-  p.type = type;
-  p.default_value = default_value;
-  p.help = help;
-  return p;
-}
-
 }  // namespace
 
 ParamInfo MapChoice(const std::string& name, const std::string& default_value, const std::string& help) {
-  ParamInfo p = Modifier(name, ParamType::kChoice, default_value, help);
-  p.choices = kMaps;
+  ParamInfo p = ChoiceArgument(name, kMaps, help);
+  p.default_value = default_value;
   return p;
 }
 EnvironmentMap MapNamed(const std::string& name) {
   return static_cast<EnvironmentMap>(std::find(kMaps.begin(), kMaps.end(), name) - kMaps.begin());
 }
-ParamInfo NumbersModifier(const std::string& name, std::vector<int> counts, const std::string& help,
-                          const std::string& default_value) {
-  ParamInfo p = Modifier(name, ParamType::kNumbers, default_value, help);
-  p.max_count = *std::max_element(counts.begin(), counts.end());
-  p.counts = std::move(counts);
-  return p;
-}
-
 Vector3 VectorOf(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
 Matrix4 MatrixOf(const std::vector<double>& v) {

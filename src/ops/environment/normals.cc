@@ -5,6 +5,7 @@
 #include "graph/op.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/point_stages.h"
+#include "ops/modifiers.h"
 #include "ops/shade/aov_inputs.h"
 
 namespace tessera::ops {
@@ -70,8 +71,8 @@ OpInfo NormalsInfo() {
   info.bound = "2 u * |result| (packed: 2 u)";
   info.bound_u = 2;
   info.modifiers = {FlagModifier("unpack", "from codes in [0,1]"),
-                    NumbersModifier("matrix", {9, 16}, "of positions, row-major"),
-                    NumbersModifier("reflect", {3}, "to the viewer"),
+                    NumbersModifier("matrix", "", {9, 16}, "of positions, row-major"),
+                    NumbersModifier("reflect", "", {3}, "to the viewer"),
                     FlagModifier("normalize", "to unit length", "1"),
                     FlagModifier("flip", "turn round"),
                     FlagModifier("pack", "to codes in [0,1]")};

@@ -10,6 +10,7 @@
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/point_stages.h"
 #include "ops/environment/projection.h"
+#include "ops/modifiers.h"
 #include "ops/shade/aov_inputs.h"
 #include "tessera/error.h"
 #include "tessera/ops/shade.h"
@@ -130,26 +131,22 @@ OpInfo PhongInfo() {
   info.bound = "4 u times the sum of the terms' magnitudes";
   info.bound_u = 4;
   const auto color = [](const char* name, const char* value, const char* help) {
-    return NumbersModifier(name, {1, 3}, help, value);
+    return NumbersModifier(name, value, {1, 3}, help);
   };
   info.modifiers = {
-      NumbersModifier("light", {3}, "to the light, or its place with point=1", "0,0,1"),
+      NumbersModifier("light", "0,0,1", {3}, "to the light, or its place with point=1"),
       NumberModifier("exponent", "0", 0, 10000, "of the highlight"),
       color("ambient", "0", "coefficient"),
       color("diffuse", "1", "coefficient"),
       color("specular", "0", "coefficient; 1 where exponent= is given"),
       color("emission", "0", "added"),
-      {.name = "highlight",
-       .type = ParamType::kChoice,
-       .default_value = "halfway",
-       .help = "its cosine",
-       .choices = {"halfway", "reflection"}},
-      OnlyWith("!eye", NumbersModifier("view", {3}, "to a distant viewer", "0,0,1")),
+      ChoiceModifier("highlight", {"halfway", "reflection"}, "its cosine"),
+      OnlyWith("!eye", NumbersModifier("view", "0,0,1", {3}, "to a distant viewer")),
       FlagModifier("position", "positions are given, above the normals"),
-      OnlyWith("position", NumbersModifier("eye", {3}, "the viewer's place")),
+      OnlyWith("position", NumbersModifier("eye", "", {3}, "the viewer's place")),
       OnlyWith("position", FlagModifier("point", "light= is a place")),
-      OnlyWith("point", NumbersModifier("attenuation", {3}, "constant, linear, quadratic", "1,0,0")),
-      OnlyWith("point", NumbersModifier("spot", {3}, "where a spotlight shines", "0,0,-1")),
+      OnlyWith("point", NumbersModifier("attenuation", "1,0,0", {3}, "constant, linear, quadratic")),
+      OnlyWith("point", NumbersModifier("spot", "0,0,-1", {3}, "where a spotlight shines")),
       OnlyWith("point",
                NumberModifier("spotcutoff", "180", 0, 180, "half the cone's angle in degrees; 180: no cone")),
       OnlyWith("point", NumberModifier("spotexponent", "0", 0, 10000,

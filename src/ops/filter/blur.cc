@@ -22,6 +22,7 @@
 #include "ops/filter/gauss/recursive.h"
 #include "ops/filter/window/methods.h"
 #include "ops/filter/window/stage.h"
+#include "ops/modifiers.h"
 #include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
@@ -328,21 +329,12 @@ OpInfo BlurInfo() {
       "the named error times the largest sample nearby; boxes (3 + W + H) u * sum of |weight * sample|, running "
       "sums (2 + log2(W H)) u; other kernels as --convolve";
   info.bound_u = 1;
-  info.arguments = {{.name = "SIZE",
-                     .type = ParamType::kText,
-                     .default_value = "3x3",
-                     .help = "WxH in pixels",
-                     .only_with = "!sigma"}};
-  ParamInfo sigma{.name = "sigma",
-                  .type = ParamType::kNumbers,
-                  .default_value = "0",
-                  .help = "standard deviation in pixels, or one for x and one for y",
-                  .min = 0,
-                  .max = kLargestSigma,
-                  .max_count = 2,
-                  .only_with = "kernel=gaussian"};
+  info.arguments = {OnlyWith("!sigma", TextModifier("SIZE", "WxH in pixels", "3x3"))};
+  ParamInfo sigma =
+      OnlyWith("kernel=gaussian", ListModifier("sigma", "0", 2, 0, kLargestSigma,
+                                               "standard deviation in pixels, or one for x and one for y"));
   info.modifiers = {
-      {.name = "kernel", .type = ParamType::kText, .default_value = "gaussian", .help = "the kernel's name"},
+      TextModifier("kernel", "the kernel's name", "gaussian"),
       sigma,
       FilterWrapModifier(),
       BorderValueModifier(),

@@ -18,6 +18,7 @@
 #include "ops/filter/frame.h"
 #include "ops/filter/window/stage.h"
 #include "ops/filter/window/window.h"
+#include "ops/modifiers.h"
 #include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -189,13 +190,8 @@ Node Apply(const Node& image, const Node& kernel_image, Convolution convolution)
 
 // Modifiers of every operation with a fixed kernel.
 std::vector<ParamInfo> CommonModifiers() {
-  return {FilterWrapModifier(),
-          BorderValueModifier(),
-          MethodModifier(),
-          {.name = "preservealpha",
-           .type = ParamType::kFlag,
-           .default_value = "0",
-           .help = "filter the colours, divided by alpha, and leave alpha alone"},
+  return {FilterWrapModifier(), BorderValueModifier(), MethodModifier(),
+          FlagModifier("preservealpha", "filter the colours, divided by alpha, and leave alpha alone"),
           BufferBitsModifier()};
 }
 ConvolveParams CommonParams(const Arguments& a) {
@@ -296,38 +292,16 @@ OpInfo ConvolveInfo() {
       "as --shiftaccum says. " +
       std::string(kSource);
   std::vector<ParamInfo> own = {
-      {.name = "kernel",
-       .type = ParamType::kText,
-       .default_value = "",
-       .help = "a kernel's name, or its weights with commas between, instead of an image"},
-      {.name = "size",
-       .type = ParamType::kText,
-       .default_value = "3x3",
-       .help = "WxH of a named kernel, in pixels, or of weights that are no square",
-       .only_with = "kernel"},
-      {.name = "correlate",
-       .type = ParamType::kFlag,
-       .default_value = "0",
-       .help = "do not turn the kernel round"},
-      {.name = "divisor",
-       .type = ParamType::kNumber,
-       .default_value = "0",
-       .help = "the sum is divided by it; 0: by 1"},
-      {.name = "bias", .type = ParamType::kNumber, .default_value = "0", .help = "added, times alpha"},
-      {.name = "anchor",
-       .type = ParamType::kNumbers,
-       .default_value = "",
-       .help = "column and row of the kernel that lie over the pixel, from 0",
-       .min = 0,
-       .max = 254,
-       .min_count = 2,
-       .max_count = 2,
-       .only_with = "kernel"},
-      {.name = "normalize",
-       .type = ParamType::kFlag,
-       .default_value = "1",
-       .help = "divide a kernel image by its sum",
-       .only_with = "!kernel"}};
+      TextModifier("kernel", "a kernel's name, or its weights with commas between, instead of an image"),
+      OnlyWith(
+          "kernel",
+          TextModifier("size", "WxH of a named kernel, in pixels, or of weights that are no square", "3x3")),
+      FlagModifier("correlate", "do not turn the kernel round"),
+      NumberModifier("divisor", "0", "the sum is divided by it; 0: by 1"),
+      NumberModifier("bias", "0", "added, times alpha"),
+      OnlyWith("kernel", NumbersModifier("anchor", "", 2, 0, 254,
+                                         "column and row of the kernel that lie over the pixel, from 0")),
+      OnlyWith("!kernel", FlagModifier("normalize", "divide a kernel image by its sum", "1"))};
   info.modifiers.insert(info.modifiers.begin(), own.begin(), own.end());
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     ConvolveParams p = CommonParams(a);
@@ -359,11 +333,8 @@ OpInfo EmbossInfo() {
       "image "
       "gives exactly 0. " +
       std::string(kSource);
-  info.arguments = {{.name = "DIRECTION",
-                     .type = ParamType::kChoice,
-                     .default_value = "",
-                     .help = "a point of the compass, N up",
-                     .choices = {"N", "S", "E", "W", "NE", "NW", "SE", "SW"}}};
+  info.arguments = {ChoiceArgument("DIRECTION", {"N", "S", "E", "W", "NE", "NW", "SE", "SW"},
+                                   "a point of the compass, N up")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     std::string name = "emboss_";
     for (const char c : a.Text("DIRECTION"))
@@ -391,11 +362,7 @@ OpInfo HighPassInfo() {
   info.help =
       "Sums are 1, so flat images stay. The 5x5 is the course's with the signs of its edge midpoints mended; "
       "as printed it sums to -7 (--convolve:kernel=highpass5_course).";
-  info.arguments = {{.name = "SIZE",
-                     .type = ParamType::kChoice,
-                     .default_value = "",
-                     .help = "3 or 5",
-                     .choices = {"3", "5"}}};
+  info.arguments = {ChoiceArgument("SIZE", {"3", "5"}, "3 or 5")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return MadeOf("highpass",
                   [&] { return Convolve(in[0], NamedKernel("highpass" + a.Text("SIZE")), CommonParams(a)); });

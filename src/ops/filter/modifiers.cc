@@ -30,11 +30,7 @@ void RequireFilterWrap(const std::string& op, Wrap wrap) {
 }
 
 ParamInfo BorderValueModifier() {
-  return {.name = "bordervalue",
-          .type = ParamType::kNumber,
-          .default_value = "0",
-          .help = "every channel's value beyond the image",
-          .only_with = "wrap=black"};
+  return OnlyWith("wrap=black", NumberModifier("bordervalue", "0", "every channel's value beyond the image"));
 }
 
 ParamInfo MethodModifier(std::vector<std::string> methods) {

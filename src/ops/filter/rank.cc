@@ -9,6 +9,7 @@
 
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 #include "tessera/ops/filter.h"
 
@@ -124,7 +125,7 @@ OpInfo RankRow(const char* name, const char* summary, const char* help,
               " SIZE is WxH, up to 255x255, each channel for itself; an even window begins half "
               "its size before the pixel. Pixels beyond the image take no part, as oiiotool.";
   info.bound = "exact";
-  info.arguments = {{.name = "SIZE", .type = ParamType::kText, .default_value = "", .help = "WxH in pixels"}};
+  info.arguments = {TextModifier("SIZE", "WxH in pixels")};
   info.make = make;
   info.examples = {"3x3", "5x2", "9x7"};
   info.identity = "1x1";

@@ -10,6 +10,7 @@
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/frame.h"
 #include "ops/filter/window/window.h"
+#include "ops/modifiers.h"
 #include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/accumulate.h"
@@ -220,14 +221,8 @@ OpInfo SobelInfo() {
   info.bound_u = 4;
   ParamInfo wrap = FilterWrapModifier();
   wrap.choices = {"clamp", "black", "repeat", "mirror", "mirror101"};
-  info.modifiers = {{.name = "output",
-                     .type = ParamType::kChoice,
-                     .default_value = "magnitude",
-                     .help = "what is written",
-                     .choices = {"magnitude", "direction", "xy"}},
-                    wrap,
-                    BufferBitsModifier(),
-                    MethodModifier()};
+  info.modifiers = {ChoiceModifier("output", {"magnitude", "direction", "xy"}, "what is written"), wrap,
+                    BufferBitsModifier(), MethodModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::string& output = a.Text("output");
     return Sobel(in[0], {output == "xy"          ? SobelOutput::kXY

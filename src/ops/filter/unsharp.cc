@@ -5,6 +5,7 @@
 
 #include "graph/op.h"
 #include "ops/filter/filter_ops.h"
+#include "ops/modifiers.h"
 #include "ops/wrap.h"
 #include "tessera/error.h"
 #include "tessera/ops/filter.h"
@@ -79,25 +80,10 @@ OpInfo UnsharpInfo() {
   info.bound_u = 4;
   ParamInfo wrap = FilterWrapModifier();
   wrap.only_with = "!kernel=median";
-  info.modifiers = {{.name = "kernel",
-                     .type = ParamType::kText,
-                     .default_value = "gaussian",
-                     .help = "a kernel's name, or median"},
-                    {.name = "width",
-                     .type = ParamType::kNumber,
-                     .default_value = "3",
-                     .help = "its size in pixels",
-                     .min = 1,
-                     .max = 255},
-                    {.name = "contrast",
-                     .type = ParamType::kNumber,
-                     .default_value = "1",
-                     .help = "factor of the difference"},
-                    {.name = "threshold",
-                     .type = ParamType::kNumber,
-                     .default_value = "0",
-                     .help = "smaller differences are dropped",
-                     .min = 0},
+  info.modifiers = {TextModifier("kernel", "a kernel's name, or median", "gaussian"),
+                    NumberModifier("width", "3", 1, 255, "its size in pixels"),
+                    NumberModifier("contrast", "1", "factor of the difference"),
+                    NumberModifier("threshold", "0", 0, 1e38, "smaller differences are dropped"),
                     wrap,
                     BufferBitsModifier(),
                     MethodModifier()};

@@ -131,18 +131,13 @@ OpInfo LicInfo() {
   info.bound_u = 1;
   info.inputs = 1;
   info.operands = [](const Arguments& a) { return a.Flag("input") ? 2 : 1; };
-  ParamInfo weights;
-  weights.name = "weights", weights.type = ParamType::kNumbers, weights.default_value = "1";
-  weights.help = "a kernel of your own: an odd number of weights, farthest tap backward first";
-  weights.min = 0, weights.max = 1e30, weights.max_count = 200001;
-  ParamInfo scale;
-  scale.name = "scale", scale.type = ParamType::kNumbers, scale.default_value = "1";
-  scale.help = "factors on the vectors' components, one or X,Y: pixels per unit of the field",
-  scale.max_count = 2;
-  ParamInfo size;
-  size.name = "size", size.type = ParamType::kNumbers, size.default_value = "0";
-  size.help = "width,height of the result where it is not the field's", size.max_count = 2,
-  size.max = 1 << 20, size.min = 0;
+  ParamInfo weights =
+      ListModifier("weights", "1", 200001, 0, 1e30,
+                   "a kernel of your own: an odd number of weights, farthest tap backward first");
+  ParamInfo scale = ListModifier(
+      "scale", "1", 2, "factors on the vectors' components, one or X,Y: pixels per unit of the field");
+  ParamInfo size =
+      ListModifier("size", "0", 2, 0, 1 << 20, "width,height of the result where it is not the field's");
   info.modifiers = {
       NumberModifier("length", "20", 0, 100000, "pixels each way (taps for integrator=cell)"),
       NumberModifier("step", "1", 1.0 / 16, 16, "pixels between taps"),

@@ -8,6 +8,7 @@
 #include "graph/op.h"
 #include "ops/arithmetic/operands.h"
 #include "ops/generate/generate_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/generate.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -127,9 +128,7 @@ class AddNoiseOp final : public graph::OpWith<AddNoiseParams> {
 };
 
 ParamInfo Number(const char* name, const char* default_value, const char* only_with, const char* help) {
-  ParamInfo param;
-  param.name = name, param.default_value = default_value, param.only_with = only_with, param.help = help;
-  return param;
+  return OnlyWith(only_with, NumberModifier(name, default_value, help));
 }
 
 }  // namespace
@@ -148,23 +147,9 @@ OpInfo AddNoiseInfo() {
       "Nothing is clamped. Not here: type=blue, whose table is OpenImageIO's own.";
   info.bound = "3 u (|A| + |noise|), of uniform 3 u (|A| + |min| + |max|); salt: 1 rounding of the value";
   info.bound_u = 3;
-  ParamInfo type;
-  type.name = "type";
-  type.type = ParamType::kChoice;
-  type.default_value = "gaussian";
-  type.help = "the distribution";
-  type.choices = {"gaussian", "uniform", "white", "salt"};
-  ParamInfo seed;
-  seed.name = "seed";
-  seed.type = ParamType::kInteger;
-  seed.default_value = "0";
-  seed.help = "other numbers";
-  seed.min = -2147483647, seed.max = 2147483647;
-  ParamInfo mono;
-  mono.name = "mono";
-  mono.type = ParamType::kFlag;
-  mono.default_value = "0";
-  mono.help = "1 gives all channels the same numbers";
+  ParamInfo type = ChoiceModifier("type", {"gaussian", "uniform", "white", "salt"}, "the distribution");
+  ParamInfo seed = IntegerModifier("seed", "0", -2147483647, 2147483647, "other numbers");
+  ParamInfo mono = FlagModifier("mono", "1 gives all channels the same numbers");
   ParamInfo count = seed;
   count.name = "nchannels";
   count.default_value = "10000";

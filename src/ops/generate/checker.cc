@@ -9,6 +9,7 @@
 #include "ops/arithmetic/operands.h"
 #include "ops/generate/generate_ops.h"
 #include "ops/generate/generators.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/generate.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -96,14 +97,7 @@ class CheckerOp final : public GeneratorOp<CheckerParams> {
 constexpr int kLongestSide = 1 << 29;  // twice as many pixels are counted in an int
 
 ParamInfo SideModifier(const char* name, const char* help) {
-  ParamInfo side;
-  side.name = name;
-  side.type = ParamType::kInteger;
-  side.default_value = "16";
-  side.help = help;
-  side.min = 1;
-  side.max = kLongestSide;
-  return side;
+  return IntegerModifier(name, "16", 1, kLongestSide, help);
 }
 
 }  // namespace

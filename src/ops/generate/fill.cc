@@ -11,6 +11,7 @@
 #include "ops/arithmetic/operands.h"
 #include "ops/generate/generate_ops.h"
 #include "ops/generate/generators.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/generate.h"
 
@@ -143,11 +144,7 @@ OpInfo FillInfo() {
       "the last channel are ignored. Other pixels keep their bits.";
   info.bound = "4 u * the largest corner; one colour: 1 rounding";
   info.bound_u = 4;
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "a geometry like 640x480+10+20 or 10,20,649,499";
-  info.arguments = {geometry};
+  info.arguments = {TextModifier("GEOM", "a geometry like 640x480+10+20 or 10,20,649,499")};
   for (const auto& [name, help] : {std::pair{"color", "everywhere"},
                                    {"top", "of the first row, with bottom="},
                                    {"bottom", "of the last row"},

@@ -8,6 +8,7 @@
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::ops {
@@ -78,14 +79,8 @@ OpInfo DistortInfo() {
   info.help += " The image that is warped is held in memory whole.";
   info.bound = "6 u * (1 + taps / 128) * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
-  ParamInfo amount;
-  amount.name = "AMOUNT";
-  amount.help = "pixels per unit of displacement";
-  amount.min = -1e9, amount.max = 1e9;
-  ParamInfo centre;
-  centre.name = "centre";
-  centre.default_value = "0.5";
-  centre.help = "the displacement value that moves nothing";
+  ParamInfo amount = NumberModifier("AMOUNT", "", -1e9, 1e9, "pixels per unit of displacement");
+  ParamInfo centre = NumberModifier("centre", "0.5", "the displacement value that moves nothing");
   info.arguments = {amount};
   info.modifiers = {WarpFilterModifier("triangle"), WrapModifier("wrap", "clamp"), centre};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {

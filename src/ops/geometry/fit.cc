@@ -101,11 +101,7 @@ OpInfo FitInfo() {
       "says, and that it loses the origin of windows off (0, 0).";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "the window, such as 1920x1080";
-  info.arguments = {geometry};
+  info.arguments = {TextModifier("GEOM", "the window, such as 1920x1080")};
   info.modifiers = {FilterModifier("", "the filter"),
                     FlagModifier("pad", "1: the data window is the whole window"),
                     ChoiceModifier("fillmode", {"letterbox", "width", "height"}, "what is filled"),

@@ -6,6 +6,7 @@
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/geometry/separable.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::ops {
@@ -143,12 +144,7 @@ OpInfo MipInfo() {
   info.bound_u = 6;
   ParamInfo filter = FilterModifier("box", "the filter, in pixels of the level");
   filter.choices = {"box", "linear", "mitchell", "lanczos3"};
-  const ParamInfo level{.name = "level",
-                        .type = ParamType::kInteger,
-                        .default_value = "-1",
-                        .help = "one level from 0; -1 gives all",
-                        .min = -1,
-                        .max = 31};
+  const ParamInfo level = IntegerModifier("level", "-1", -1, 31, "one level from 0; -1 gives all");
   info.modifiers = {filter, WrapModifier("wrap", "clamp"), level};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Mip(in[0], {a.Text("filter"), WrapNamed(a.Text("wrap")), a.Integer("level")});

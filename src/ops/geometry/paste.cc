@@ -163,11 +163,7 @@ OpInfo PasteInfo() {
       "mergeroi=1 they hold both images'. A place of - or auto moves nothing. Channels that the foreground lacks "
       "stay. As oiiotool, of two images. Bits stay.";
   info.bound = "exact";
-  ParamInfo place;
-  place.name = "+X+Y";
-  place.type = ParamType::kText;
-  place.help = "how far the foreground moves; - or auto: not at all";
-  info.arguments = {place};
+  info.arguments = {TextModifier("+X+Y", "how far the foreground moves; - or auto: not at all")};
   info.modifiers = {FlagModifier("mergeroi", "1: the windows hold both images'")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::string& text = a.Text("+X+Y");
@@ -194,11 +190,7 @@ OpInfo MosaicInfo() {
       "fills is zero; the result has as many channels as the image that has most. As oiiotool, but that it takes "
       "blank images for those that are not there. Bits stay where nothing is fitted.";
   info.bound = "exact";
-  ParamInfo size;
-  size.name = "WxH";
-  size.type = ParamType::kText;
-  size.help = "fields side by side and above each other";
-  info.arguments = {size};
+  info.arguments = {TextModifier("WxH", "fields side by side and above each other")};
   info.modifiers = {IntegerModifier("pad", "0", 0, 1 << 20, "pixels between fields"),
                     TextModifier("fit", "WxH: the size of a field, into which images are fitted")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {

@@ -6,6 +6,7 @@
 #include "graph/op.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/places.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/arrangement.h"
 #include "tessera/ops/channels.h"
@@ -115,13 +116,7 @@ OpInfo RearrangementRow(Rearrangement how, const std::string& summary, const std
   return info;
 }
 
-ParamInfo OffsetArgument(const std::string& help) {
-  ParamInfo offset;
-  offset.name = "+X+Y";
-  offset.type = ParamType::kText;
-  offset.help = help;
-  return offset;
-}
+ParamInfo OffsetArgument(const std::string& help) { return TextModifier("+X+Y", help); }
 
 constexpr char kFrame[] =
     " It is done to the display window: what lies off its middle, or a data window within it, goes to the other "

@@ -183,11 +183,7 @@ OpInfo ResampleInfo() {
       "oiiotool computes them, so that the same pixel is taken where one falls onto an edge.";
   info.bound = "2 u * (largest of the four values)";
   info.bound_u = 2;
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "the new size, such as 1920x1080, 50% or 1280x0";
-  info.arguments = {geometry};
+  info.arguments = {TextModifier("GEOM", "the new size, such as 1920x1080, 50% or 1280x0")};
   info.modifiers = {FlagModifier("interp", "0: the nearest pixel", "1")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const ImageSpec& spec = in[0].spec();

@@ -6,6 +6,7 @@
 #include "ops/geometry/modifiers.h"
 #include "ops/geometry/resize_window.h"
 #include "ops/geometry/separable.h"
+#include "ops/modifiers.h"
 #include "tessera/ops/channels.h"
 #include "tessera/ops/geometry.h"
 
@@ -86,11 +87,7 @@ OpInfo ResizeInfo() {
       "which finds places in float, leaves it out of one of them where rounding falls so.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "the new size, such as 1920x1080, 50% or 1280x0";
-  info.arguments = {geometry};
+  info.arguments = {TextModifier("GEOM", "the new size, such as 1920x1080, 50% or 1280x0")};
   info.modifiers = {FilterModifier("", "the filter"), HighlightModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const ImageSpec& spec = in[0].spec();

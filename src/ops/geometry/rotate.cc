@@ -5,6 +5,7 @@
 
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 #include "tessera/ops/arrangement.h"
 #include "tessera/ops/geometry.h"
@@ -41,23 +42,13 @@ OpInfo RotateInfo() {
   info.help += " The image is held in memory whole.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
-  ParamInfo degrees;
-  degrees.name = "DEGREES";
-  degrees.help = "the angle, clockwise";
-  degrees.min = -1e6, degrees.max = 1e6;
+  ParamInfo degrees = NumberModifier("DEGREES", "", -1e6, 1e6, "the angle, clockwise");
   info.arguments = {degrees};
-  ParamInfo center;
-  center.name = "center";
-  center.type = ParamType::kNumbers;
-  center.help = "the point that stays, X,Y in pixels; the display window's centre when left out";
-  center.min = -1e7, center.max = 1e7;
-  center.min_count = center.max_count = 2;
-  ParamInfo recompute;
-  recompute.name = "recompute_roi";
-  recompute.type = ParamType::kFlag;
-  recompute.default_value = "0";
-  recompute.help = "the data window holds the whole turned image";
-  info.modifiers = {center, WarpFilterModifier("lanczos3"), recompute, HighlightModifier()};
+  ParamInfo recompute = FlagModifier("recompute_roi", "the data window holds the whole turned image");
+  info.modifiers = {
+      NumbersModifier("center", "", 2, -1e7, 1e7,
+                      "the point that stays, X,Y in pixels; the display window's centre when left out"),
+      WarpFilterModifier("lanczos3"), recompute, HighlightModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     RotateParams p;
     p.degrees = a.Number("DEGREES");

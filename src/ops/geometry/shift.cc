@@ -6,6 +6,7 @@
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/geometry/separable.h"
+#include "ops/modifiers.h"
 
 namespace tessera::ops {
 namespace {
@@ -60,13 +61,7 @@ OpInfo ShiftInfo() {
       "the filter's width.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
-  ParamInfo offset;
-  offset.name = "X,Y";
-  offset.type = ParamType::kNumbers;
-  offset.help = "pixels to the right and down";
-  offset.min = -kFarthest, offset.max = kFarthest;
-  offset.min_count = offset.max_count = 2;
-  info.arguments = {offset};
+  info.arguments = {NumbersModifier("X,Y", "", 2, -kFarthest, kFarthest, "pixels to the right and down")};
   info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("wrap", "clamp")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     const std::vector<double>& by = a.Numbers("X,Y");

@@ -6,6 +6,7 @@
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/channels.h"
 
@@ -66,17 +67,10 @@ class StWarpOp final : public graph::OpWith<StWarpParams> {
 };
 
 ParamInfo Channel(const char* name, const char* default_value, const char* help) {
-  return {.name = name,
-          .type = ParamType::kInteger,
-          .default_value = default_value,
-          .help = help,
-          .min = 0,
-          .max = 1023};
+  return IntegerModifier(name, default_value, 0, 1023, help);
 }
 
-ParamInfo Flip(const char* name, const char* help) {
-  return {.name = name, .type = ParamType::kFlag, .default_value = "0", .help = help};
-}
+ParamInfo Flip(const char* name, const char* help) { return FlagModifier(name, help); }
 
 }  // namespace
 

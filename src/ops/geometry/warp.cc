@@ -7,6 +7,7 @@
 #include "ops/geometry/gather_stage.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::ops {
@@ -111,18 +112,9 @@ OpInfo WarpInfo() {
   info.help += " The image is held in memory whole.";
   info.bound = "6 u * (1 + taps / 128) * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
-  ParamInfo matrix;
-  matrix.name = "M";
-  matrix.type = ParamType::kNumbers;
-  matrix.help = "nine numbers, row-major";
-  matrix.min_count = matrix.max_count = 9;
-  ParamInfo recompute;
-  recompute.name = "recompute_roi";
-  recompute.type = ParamType::kFlag;
-  recompute.default_value = "0";
-  recompute.help = "the data window holds the whole warped image";
-  info.arguments = {matrix};
-  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("wrap", "black"), recompute,
+  info.arguments = {NumbersModifier("M", "", 9, "nine numbers, row-major")};
+  info.modifiers = {WarpFilterModifier("lanczos3"), WrapModifier("wrap", "black"),
+                    FlagModifier("recompute_roi", "the data window holds the whole warped image"),
                     HighlightModifier()};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Warp(in[0], {a.Numbers("M"), a.Text("filter"), WrapNamed(a.Text("wrap")), a.Flag("recompute_roi"),

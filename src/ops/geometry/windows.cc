@@ -4,6 +4,7 @@
 
 #include "graph/op.h"
 #include "ops/geometry/geometry_ops.h"
+#include "ops/modifiers.h"
 #include "tessera/error.h"
 #include "tessera/ops/arrangement.h"
 #include "tessera/ops/channels.h"
@@ -41,11 +42,7 @@ OpInfo FullSizeInfo() {
       Row("fullsize", "Set the display window",
           "GEOM is WxH, WxH+X+Y, +X+Y or x0,y0,x1,y1 (x1 and y1 included); what is not named stays. "
           "Pixels and data window stay where they are. As oiiotool.");
-  ParamInfo geometry;
-  geometry.name = "GEOM";
-  geometry.type = ParamType::kText;
-  geometry.help = "the new display window, such as 1920x1080 or 1024x768+100+0";
-  info.arguments = {geometry};
+  info.arguments = {TextModifier("GEOM", "the new display window, such as 1920x1080 or 1024x768+100+0")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return WithDisplayWindow(in[0], ParseGeometry(a.Text("GEOM"), in[0].spec().display_window));
   };

@@ -8,6 +8,7 @@
 #include "base/number_text.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/separable.h"
+#include "ops/modifiers.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::ops {
@@ -121,13 +122,7 @@ OpInfo ZoomInfo() {
       "the corner, and the windows then lie left of it or above it.";
   info.bound = "exact";
   info.bound_u = 0;
-  ParamInfo factors;
-  factors.name = "X,Y";
-  factors.type = ParamType::kNumbers;
-  factors.help = "factors of width and height";
-  factors.min = -1e6, factors.max = 1e6;
-  factors.min_count = factors.max_count = 2;
-  info.arguments = {factors};
+  info.arguments = {NumbersModifier("X,Y", "", 2, -1e6, 1e6, "factors of width and height")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Zoom(in[0], {a.Numbers("X,Y")[0], a.Numbers("X,Y")[1]});
   };

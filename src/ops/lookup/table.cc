@@ -259,35 +259,13 @@ OpInfo TableInfo() {
       "McReynolds et al. 1997, 12.2.3.";
   info.bound = "2 u times the larger entry read (cubic 8 u); entries are exact";
   info.bound_u = 2;
-  ParamInfo table;
-  table.name = "TABLE";
-  table.type = ParamType::kText;
-  table.help = "numbers, or a text file of them";
-  info.arguments = {table};
-  ParamInfo channels;
-  channels.name = "channels";
-  channels.type = ParamType::kText;
-  channels.default_value = "color";
-  channels.help = "color, all, or names (R,G,B)";
-  ParamInfo filter;
-  filter.name = "filter";
-  filter.type = ParamType::kChoice;
-  filter.default_value = "linear";
-  filter.choices = {"linear", "nearest", "cubic"};
-  filter.help = "how entries are combined";
-  ParamInfo stage;
-  stage.name = "stage";
-  stage.type = ParamType::kChoice;
-  stage.default_value = "color";
-  stage.choices = {"color", "postconvolution", "postmatrix"};
-  stage.help = "the colour table of OpenGL's pipeline that it stands for";
-  ParamInfo align;
-  align.name = "align";
-  align.type = ParamType::kChoice;
-  align.default_value = "ends";
-  align.choices = {"ends", "centres"};
-  align.help = "where entries lie: from 0 to 1, or in the middle of N equal ranges";
-  info.modifiers = {channels, filter, align, stage,
+  info.arguments = {TextModifier("TABLE", "numbers, or a text file of them")};
+  info.modifiers = {TextModifier("channels", "color, all, or names (R,G,B)", "color"),
+                    ChoiceModifier("filter", {"linear", "nearest", "cubic"}, "how entries are combined"),
+                    ChoiceModifier("align", {"ends", "centres"},
+                                   "where entries lie: from 0 to 1, or in the middle of N equal ranges"),
+                    ChoiceModifier("stage", {"color", "postconvolution", "postmatrix"},
+                                   "the colour table of OpenGL's pipeline that it stands for"),
                     FlagModifier("count", "print how many pixels have a NaN that looks up a table")};
   info.make = MakeTable;
   info.examples = {

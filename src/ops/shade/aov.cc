@@ -215,8 +215,7 @@ OpInfo AovInfo() {
   for (const Convention& c : Conventions()) name.choices.push_back(c.name);
   name.default_value.clear();
   info.arguments = {name};
-  ParamInfo layer;
-  layer.name = "layer", layer.type = ParamType::kText, layer.help = "beginning of the channels' names";
+  ParamInfo layer = TextModifier("layer", "beginning of the channels' names");
   ParamInfo channels = layer;
   channels.name = "channels", channels.help = "the channels, instead of searching";
   ParamInfo mask = layer;

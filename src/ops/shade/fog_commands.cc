@@ -113,7 +113,7 @@ FogPlace FogPlaceOf(const std::string& op, std::span<const Node> in, const Argum
 }
 
 void AddPlaceModifiers(OpInfo& info) {
-  ParamInfo eye = VectorModifier("eye", "", 3, "x,y,z; default the camera's, or the origin");
+  ParamInfo eye = NumbersModifier("eye", "", 3, "x,y,z; default the camera's, or the origin");
   ParamInfo depth = ChoiceModifier("depth", {"auto", "planar", "euclidean", "window", "reversed"},
                                    "the second image is a depth of that kind");
   for (ParamInfo& m : std::vector{
@@ -215,7 +215,7 @@ OpInfo LayerFogInfo() {
       IntegerModifier("table", "0", 0, 4096, "entries per axis of the look-up; 0: exact"),
       OnlyWith("table", ChoiceModifier("form", {"1d", "2d", "3d"}, "axes of the table")),
       OnlyWith("table",
-               VectorModifier("range", "100,0,10", 3, "distance, lowest and highest height of the table")),
+               NumbersModifier("range", "100,0,10", 3, "distance, lowest and highest height of the table")),
       OnlyWith("table", IntegerModifier("bits", "0", 0, 16, "depth of the table's numbers; 0: floats"))};
   AddPlaceModifiers(info);
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {

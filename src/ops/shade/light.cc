@@ -86,8 +86,8 @@ OpInfo DiffuseLightInfo() {
       "where the position or normal is NaN. Source: Heckbert and Herf 1997, 3.";
   info.bound = "8 u * (A/pi) |n| / max(r^2, A)";
   info.bound_u = 8;
-  info.modifiers = {VectorModifier("light", "0,10,0", 3, "the sample's place in world space"),
-                    VectorModifier("direction", "0,0,0", 3, "where it faces; 0,0,0: all sides"),
+  info.modifiers = {NumbersModifier("light", "0,10,0", 3, "the sample's place in world space"),
+                    NumbersModifier("direction", "0,0,0", 3, "where it faces; 0,0,0: all sides"),
                     NumberModifier("area", "1", 1e-30, 1e30, "of this sample, square world units")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return DiffuseLight(PositionsOf(in[0]), NormalsOf(in[1]),
@@ -114,8 +114,8 @@ OpInfo SpotlightInfo() {
   info.bound_u = 16;
   info.modifiers = {
       CameraModifier("light", "world to the light's clip space; default the position image's metadata"),
-      VectorModifier("color", "1,1,1", 3, "of the light"),
-      VectorModifier("attenuation", "1,0,0", 3, "kc,kl,kq"),
+      NumbersModifier("color", "1,1,1", 3, "of the light"),
+      NumbersModifier("attenuation", "1,0,0", 3, "kc,kl,kq"),
       NumberModifier("exponent", "0", 0, 1e6, "of the cosine to the axis"),
       NumberModifier("cone", "0", 0, 89.9, "half angle in degrees; 0: the whole frame"),
       OnlyWith("cone", NumberModifier("rim", "0", 0, 89.9, "degrees of soft edge inside the cone")),

@@ -18,12 +18,6 @@ ParamInfo CameraModifier(const char* name, const char* help) {
   return param;
 }
 
-ParamInfo VectorModifier(const char* name, const char* default_value, int count, const char* help) {
-  ParamInfo param = ListModifier(name, default_value, count, -1e38, 1e38, help);
-  param.min_count = count;
-  return param;
-}
-
 std::optional<Camera> CameraOf(const Arguments& arguments, const char* name, std::span<const Node> images) {
   if (arguments.Given(name)) return Camera::FromNumbers(arguments.Numbers(name), name);
   for (const Node& image : images) {

@@ -25,8 +25,6 @@ OpInfo SolidInfo();
 
 // A `camera=` or `light=` modifier of 16 or 32 numbers.
 ParamInfo CameraModifier(const char* name, const char* help);
-// A list of exactly `count` numbers; empty default: none.
-ParamInfo VectorModifier(const char* name, const char* default_value, int count, const char* help);
 // The kinds of depths by name, DepthKind's order.
 const std::vector<std::string>& DepthKinds();
 DepthKind DepthKindNamed(const std::string& name);
