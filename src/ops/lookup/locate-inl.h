@@ -278,6 +278,8 @@ HWY_NOINLINE bool LocateAnywhere(const Grid& grid, Chunk& chunk, int count, int 
         case Wrap::kMirror:
           locate(std::integral_constant<Wrap, Wrap::kMirror>(), std::true_type());
           break;
+        default:  // refused when the table was named
+          break;
       }
     }
     return flagged;
