@@ -26,6 +26,7 @@
 #include "tessera/ops/framebuffer.h"
 #include "tessera/ops/generate.h"
 #include "tessera/ops/geometry.h"
+#include "tessera/ops/grade.h"
 #include "tessera/ops/hypertexture.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/ops/noise.h"

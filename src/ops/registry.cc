@@ -20,6 +20,7 @@
 #include "ops/flow/flow_ops.h"
 #include "ops/generate/generate_ops.h"
 #include "ops/geometry/geometry_ops.h"
+#include "ops/grade/grade_ops.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/shade/shade_ops.h"
@@ -65,6 +66,15 @@ std::vector<OpInfo> OwnRows() {
       ContrastInfo(),
       RangeCompressInfo(),
       RangeExpandInfo(),
+      ExposureInfo(),
+      WhiteBalanceInfo(),
+      GradeInfo(),
+      CdlInfo(),
+      LevelsInfo(),
+      VibranceInfo(),
+      CurvesInfo(),
+      KeyInfo(),
+      DespillInfo(),
       PowerConstantInfo(),
       CurveInfo(),
       TransferInfo(),

@@ -36,7 +36,7 @@ TEST_F(ShellTest, SearchFindsWhatOthersCallIt) {
   EXPECT_TRUE(first("worley").starts_with("--pattern cell")) << first("worley");
   EXPECT_TRUE(first("Voronoi").starts_with("--pattern cell"));
   EXPECT_TRUE(first("saturate").starts_with("--saturate"));
-  EXPECT_NE(Works("--help-search grade").find("--mulc"), std::string::npos);
+  EXPECT_NE(Works("--help-search grade").find("--cdl"), std::string::npos);
   EXPECT_NE(Works("--help-search sharpening").find("--unsharp"), std::string::npos);
   EXPECT_TRUE(first("soft shadow").starts_with("--shadow") ||
               first("soft shadow").starts_with("--softshadow"));
