@@ -17,6 +17,7 @@
 #include "cli/messages.h"
 #include "cli/outcome.h"
 #include "cli/pipes.h"
+#include "cli/report.h"
 #include "cli/session.h"
 #include "cli/signals.h"
 #include "sched/scheduler.h"
@@ -140,7 +141,7 @@ struct FrameRun {
 };
 
 // Names and numbers of the frame differ; the whole line is checked again with them.
-void Compute(FrameRun& run, const std::atomic<bool>* ended) {
+void Compute(FrameRun& run, Progress& progress, const std::atomic<bool>* ended) {
   const FrameLine& frame = run.frame;
   run.line.emplace(ParseLine(frame.words));
   Line& own = *run.line;
@@ -152,7 +153,7 @@ void Compute(FrameRun& run, const std::atomic<bool>* ended) {
     if (number == values.end() || !values.contains("animate") || number->second.given) continue;
     number->second.text = std::to_string(frame.frame), number->second.numbers = {double(frame.frame)};
   }
-  run.session.emplace(own.options, HistoryOf(HistoryWords(frame.words, own.options)));
+  run.session.emplace(own.options, HistoryOf(HistoryWords(frame.words, own.options)), progress);
   run.session->frame = frame.frame;
   if (ended != nullptr) run.session->notes = &run.notes;
   run.session->Compute(own.steps);
@@ -193,6 +194,9 @@ int FramesAtOnce(const Line& line, const std::vector<FrameLine>& frames) {
 int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vector<std::string>& written) {
   const int at_once = FramesAtOnce(line, frames);
   int code = kDone;
+  const auto outputs = std::count_if(line.steps.begin(), line.steps.end(), IsOutput);
+  Progress progress(frames.size(), static_cast<size_t>(outputs),
+                    line.options.ShowsProgress() && !line.options.dry_run && !line.options.explain);
   size_t next = 0;
   std::atomic<bool> ended = false;
   sched::PipelineSteps steps;
@@ -202,10 +206,11 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
     std::optional<KeptMessages> messages;
     if (at_once > 1) messages.emplace(KeptMessages::Of::kThisThread);
     try {
-      Compute(run, at_once > 1 ? &ended : nullptr);
+      Compute(run, progress, at_once > 1 ? &ended : nullptr);
     } catch (...) {
       run.failure = std::current_exception();
     }
+    if (!run.failure || line.options.skip_bad_frames) progress.EndFrame();
     if (messages) run.messages = messages->Text();
   };
   steps.write = [&](void* item) {

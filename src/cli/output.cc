@@ -67,6 +67,12 @@ void CheckAgainstReference(const Entry& entry, const std::string& file, const Pe
   }
 }
 
+double PixelsOf(const Entry& entry) {
+  double pixels = static_cast<double>(entry.node.spec().data_window.pixels());
+  for (const Entry& part : entry.parts) pixels += static_cast<double>(part.node.spec().data_window.pixels());
+  return pixels;
+}
+
 [[noreturn]] void RefuseMemory(const Entry& entry, const std::string& file, const std::string& reason) {
   const LargestImage& largest = entry.largest;
   throw Error(file, "memory: " + reason + "; its largest image is " +
@@ -98,7 +104,8 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
 
   RunStats stats;
   if (options.runstats) write.stats = &stats;
-  ProgressBar bar(file, options.ShowsProgress());
+  Progress& bar = session.progress();
+  bar.Begin(file, PixelsOf(entry));
   if (const auto draw = bar.Callback()) {
     write.render.progress = [draw, ask = options.render.progress](double share) {
       return draw(share) && (!ask || ask(share));
@@ -108,7 +115,7 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
   PendingOutput output =
       parts.empty() ? PendingOutput(entry.node, file, write) : PendingOutput(parts, file, write);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  bar.Finish();
+  bar.End();
   if (options.verify) {
     CheckAgainstReference(entry, file, output, took.count(), options);
     for (size_t k = 0; k < entry.parts.size(); ++k)

@@ -5,18 +5,43 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 
+#include "cli/layout.h"
 #include "cli/messages.h"
 
 namespace tessera::cli {
 
-ProgressBar::~ProgressBar() {
-  if (drawn_) std::fputs("\r\033[K", Messages());
+Progress::Progress(size_t frames, size_t outputs, bool shown)
+    : frames_(std::max<size_t>(frames, 1)),
+      outputs_(std::max<size_t>(outputs, 1)),
+      shown_(shown),
+      start_(std::chrono::steady_clock::now()) {}
+
+Progress::~Progress() {
+  Clear();
+  if (!shown_ || frame_ < frames_ || name_.empty()) return;
+  const double seconds = Seconds();
+  std::string line = frames_ > 1 ? std::to_string(frames_) + " frames" : Printable(name_);
+  line += " in " + Duration(seconds);
+  if (frames_ > 1)
+    line += OIIO::Strutil::sprintf(", %.3g frames/s", static_cast<double>(frames_) / std::max(seconds, 1e-9));
+  line += OIIO::Strutil::sprintf(", %.3g Mpixel/s", done_pixels_ / std::max(seconds, 1e-9) * 1e-6);
+  std::fprintf(Messages(), "[%s] 100%% %s\n", std::string(10, '#').c_str(), line.c_str());
 }
 
-std::function<bool(double)> ProgressBar::Callback() {
+double Progress::Seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void Progress::Begin(const std::string& name, double pixels) {
+  const std::lock_guard lock(mutex_);
+  name_ = name, pixels_ = pixels, share_ = -1;
+}
+
+std::function<bool(double)> Progress::Callback() {
   if (!shown_) return {};
   return [this](double share) {
     Draw(share);
@@ -24,26 +49,76 @@ std::function<bool(double)> ProgressBar::Callback() {
   };
 }
 
-void ProgressBar::Draw(double share) {
+double Progress::Share(double of_output) const {
+  const double outputs =
+      std::min((static_cast<double>(output_) + of_output) / static_cast<double>(outputs_), 1.0);
+  return std::min((static_cast<double>(frame_) + outputs) / static_cast<double>(frames_), 1.0);
+}
+
+std::string Progress::Line(double share) const {
+  using OIIO::Strutil::sprintf;
+  const size_t terminal = TerminalColumns(MessagesDescriptor());
+  const size_t columns = std::max<size_t>(terminal == 0 ? 80 : terminal, 20) - 1;
+  const double all = Share(share), seconds = Seconds();
+  std::string facts;
+  if (frames_ > 1) facts += sprintf(" frame %d/%d", std::min(frame_ + 1, frames_), frames_);
+  // A rate and a guess are worth something once there was time to measure.
+  if (seconds > 0.5 && all > 0.01) {
+    facts += sprintf(", %.3g Mpixel/s", (done_pixels_ + share * pixels_) / seconds * 1e-6);
+    if (frames_ > 1) facts += sprintf(", %.3g frames/s", all * static_cast<double>(frames_) / seconds);
+    facts += ", " + Duration(seconds * (1 - all) / all) + " left";
+  }
+  const std::string percent = sprintf(" %3.0f%%", 100 * all);
+  std::string name = " " + Printable(name_);
+  constexpr size_t kMostCells = 30, kFewestCells = 8;
+  // The name gives way first, then the facts, then the bar.
+  const auto room = [&] { return columns - std::min(columns, 2 + percent.size() + facts.size()); };
+  if (room() < kFewestCells) facts.clear();
+  const size_t cells =
+      std::clamp(room() > ColumnsOf(name) ? room() - ColumnsOf(name) : 0, kFewestCells, kMostCells);
+  const size_t left = room() - std::min(room(), cells);
+  if (ColumnsOf(name) > left)
+    name = left < 8 ? "" : " ..." + name.substr(name.size() - std::min(name.size(), left - 4));
+  const auto full = static_cast<size_t>(std::lround(all * static_cast<double>(cells)));
+  return "[" + std::string(full, '#') + std::string(cells - full, '.') + "]" + percent + name +
+         (facts.starts_with(",") ? facts.substr(1) : facts);
+}
+
+void Progress::Draw(double share) {
   constexpr auto kInterval = std::chrono::milliseconds(100);
-  constexpr int kCells = 30;
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
-  if (drawn_ && (share <= share_ || (share < 1 && now - last_ < kInterval))) return;
+  if (share <= share_ || (drawn_ && now - last_ < kInterval)) return;
   share_ = share;
   last_ = now;
   drawn_ = true;
-  const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * kCells);
-  std::fprintf(Messages(), "\r[%s%s] %3.0f%% %s", std::string(full, '#').c_str(),
-               std::string(kCells - full, '.').c_str(), 100 * share, label_.c_str());
+  std::fprintf(Messages(), "\r%s\033[K", Line(std::clamp(share, 0.0, 1.0)).c_str());
   std::fflush(Messages());
 }
 
-void ProgressBar::Finish() {
-  if (!shown_) return;
-  Draw(1);
-  std::fputs("\n", Messages());
+void Progress::Clear() {
+  if (drawn_) std::fputs("\r\033[K", Messages());
   drawn_ = false;
+}
+
+void Progress::End() {
+  const std::lock_guard lock(mutex_);
+  done_pixels_ += pixels_;
+  ++output_;
+  Clear();
+}
+
+void Progress::EndFrame() {
+  const std::lock_guard lock(mutex_);
+  ++frame_;
+  output_ = 0;
+}
+
+std::string Duration(double seconds) {
+  const auto all = static_cast<long>(std::lround(std::clamp(seconds, 0.0, 1e7)));
+  if (all < 60 && seconds < 10) return OIIO::Strutil::sprintf("%.1f s", std::max(seconds, 0.0));
+  if (all < 3600) return OIIO::Strutil::sprintf("%d:%02d", all / 60, all % 60);
+  return OIIO::Strutil::sprintf("%d:%02d:%02d", all / 3600, all / 60 % 60, all % 60);
 }
 
 namespace {

@@ -78,8 +78,8 @@ void RequireSize(const Step& step, const Roi& window, int channels) {
     throw UsageError(WordsOf(step), TooLarge(WidthOf(window), HeightOf(window), channels));
 }
 
-Session::Session(const Options& options, std::string history)
-    : options_(options), history_(std::move(history)) {
+Session::Session(const Options& options, std::string history, Progress& progress)
+    : options_(options), history_(std::move(history)), progress_(progress) {
   const char* const variable = std::getenv("OCIO");
   color_config = variable != nullptr && *variable != 0 ? variable : kBuiltInConfig;
 }

@@ -12,6 +12,7 @@
 
 #include "cli/arguments.h"
 #include "cli/control.h"
+#include "cli/report.h"
 #include "tessera/io.h"
 
 namespace tessera::cli {
@@ -58,8 +59,9 @@ struct DiffLimits {
 
 class Session {
  public:
-  // `options` must outlive the session; `history` is the line as written to the outputs' metadata.
-  Session(const Options& options, std::string history);
+  // `options` and `progress` must outlive the session; `history` is the line as written to the outputs'
+  // metadata.
+  Session(const Options& options, std::string history, Progress& progress);
 
   // Runs the steps of a checked line in order, then what they left for later.
   void Compute(const std::vector<Step>& steps);
@@ -68,6 +70,7 @@ class Session {
 
   const Options& options() const { return options_; }
   const std::string& history() const { return history_; }
+  Progress& progress() { return progress_; }
 
   // `words`: what made it, for messages about its size; empty for a file.
   void Push(Entry entry, const std::string& words = "");
@@ -109,6 +112,7 @@ class Session {
  private:
   const Options& options_;
   std::string history_;
+  Progress& progress_;
   std::vector<Entry> stack_;
   std::string at_hand_;  // the step
   void RunSteps(const std::vector<Step>& steps);

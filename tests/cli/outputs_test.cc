@@ -119,9 +119,34 @@ TEST_F(OutputsTest, ProgressGoesToStderrWhereAsked) {
   EXPECT_EQ(Tessera("a.exr --mulc 2 -o out.exr").err, "");
   EXPECT_EQ(Tessera("a.exr --no-progress --mulc 2 -o out.exr").err, "");
   const CommandResult result = Tessera("a.exr --progress --mulc 2 -o out.exr");
-  EXPECT_NE(result.err.find("100% out.exr\n"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("100% out.exr in "), std::string::npos) << result.err;
   EXPECT_EQ(result.out, "");
   EXPECT_NE(Tessera("-v a.exr -o out.exr").err.find("reading a.exr"), std::string::npos);
+}
+
+// One line over all frames and outputs; at its end what was done.
+TEST_F(OutputsTest, ProgressIsOfAllFramesAndFitsTheTerminal) {
+  const CommandResult result = Tessera(
+      "--progress --frames 1-4 a.exr --mulc 2 -o one.#.exr --mulc 2 -o a_name_that_is_far_too_long_for_a_line.#.exr");
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_NE(result.err.find("100% 4 frames in "), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find(" frame 3/4"), std::string::npos) << result.err;
+  double before = -1;
+  size_t shown = 0;
+  std::string line;
+  std::istringstream lines(result.err);
+  while (std::getline(lines, line, '\r')) {
+    const size_t sign = line.find('%');
+    if (sign == std::string::npos || sign < 4 || line.find("frame ") == std::string::npos) continue;
+    const double percent = std::stod(line.substr(sign - 4, 4));
+    EXPECT_GE(percent, before) << line;
+    before = percent;
+    ++shown;
+    EXPECT_LE(line.substr(0, line.find('\033')).size(), 79u) << line;
+  }
+  EXPECT_GE(shown, 4u);
+  // Nothing is shown of what does not compute.
+  EXPECT_EQ(Tessera("--progress -n a.exr --mulc 2 -o out.exr").err, "");
 }
 
 TEST_F(OutputsTest, ThreadsAndMemoryDoNotChangeABit) {
