@@ -28,6 +28,7 @@
 #include "tessera/ops/geometry.h"
 #include "tessera/ops/grade.h"
 #include "tessera/ops/hypertexture.h"
+#include "tessera/ops/lens.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/ops/noise.h"
 #include "tessera/ops/outline.h"

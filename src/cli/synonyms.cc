@@ -56,6 +56,9 @@ const std::vector<std::pair<std::string, std::string>>& Synonyms() {
       {"exif upright", "reorient autoorient orientation"},
       {"affine homography perspective cornerpin transform2d projective", "warp"},
       {"stmap uvmap remap idistort displace displacement mapim", "st_warp distort"},
+      {"barrel pincushion distortion undistort lensdistortion fisheye brown", "lens"},
+      {"chromatic lateral ca fringe", "aberration"},
+      {"falloff cos4 flatfield corners shading", "vignette"},
       {"trimborder autocrop bbox bounding", "trim autotrim"},
       {"region extract roi window extract_area", "crop cut"},
       {"embed pad border canvas extent letterbox", "fit croptofull fullsize crop"},
@@ -78,7 +81,7 @@ const std::vector<std::pair<std::string, std::string>>& Synonyms() {
       // Noise and patterns.
       {"worley voronoi cellular steven crackle facets", "cell"},
       {"gradientnoise fbm fractal octaves brownian", "perlin simplex fractalnoise"},
-      {"random grain film filmgrain", "noise white"},
+      {"random film filmgrain", "grain noise white"},
       {"procedural texture", "pattern solid marble wood clouds"},
       {"gabor lewis", "sparse"},
       {"uv st coordinates", "ramp"},

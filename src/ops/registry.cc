@@ -21,6 +21,7 @@
 #include "ops/generate/generate_ops.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/grade/grade_ops.h"
+#include "ops/lens/lens_ops.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/noise/noise_ops.h"
 #include "ops/shade/shade_ops.h"
@@ -118,6 +119,10 @@ std::vector<OpInfo> OwnRows() {
       FitInfo(),
       PasteInfo(),
       MosaicInfo(),
+      LensInfo(),
+      AberrationInfo(),
+      VignetteInfo(),
+      GrainInfo(),
       TableInfo(),
       ColorMapInfo(),
       LookupInfo(),
