@@ -25,7 +25,8 @@ enum class LensModel : uint8_t {
 };
 /// Taken away, the result at r is the image at s; applied, the result at s is the image at r. The factor of a
 /// radius is a table of 4,097 entries over its square, straight between; inverses are found in double, with
-/// p1 and p2 in three steps. Beyond the image is black. Error where r does not grow with s over the picture.
+/// p1 and p2 in three steps. Beyond the image is black, as is what no point of it comes to. Error where r
+/// does not grow with s over the picture.
 struct LensParams {
   LensModel model = LensModel::kBrown;        ///< which
   std::array<double, 3> k = {0, 0, 0};        ///< radial; the division has one

@@ -51,13 +51,15 @@ bool IsDirect(const LensParams& p) { return (p.model == LensModel::kBrown) != p.
 }
 
 // The radius whose distorted one is `target`; the first from the centre. `from`: one that is known to lie
-// below.
-double Inverse(const LensParams& p, double target, double from) {
+// below. 0 where there is none because the lens turns back at `farthest` or beyond.
+double Inverse(const LensParams& p, double target, double from, double farthest) {
   constexpr double kStep = 1.0 / 64;
   double low = from, high = from;
   while (high * Direct(p, high) < target) {
     low = high, high += kStep;
-    if (high > kFarthest || !(Slope(p, high) > 0)) RefuseFold(high);
+    if (high <= kFarthest && Slope(p, high) > 0) continue;
+    if (high < farthest) RefuseFold(high);
+    return 0;
   }
   for (int i = 0; i < 60; ++i) {
     const double middle = (low + high) / 2;
@@ -70,15 +72,19 @@ double Inverse(const LensParams& p, double target, double from) {
 Table Factors(const LensParams& p, double farthest) {
   std::vector<float> samples = {1};
   double radius = 0;
+  bool beyond = false;
   for (int i = 1; i < kEntries; ++i) {
     const double place = std::sqrt(static_cast<double>(i) / (kEntries - 1)) * farthest;
     if (IsDirect(p)) {
       if (!(Slope(p, place) > 0)) RefuseFold(place);
       samples.push_back(static_cast<float>(Direct(p, place)));
-    } else {
-      radius = Inverse(p, place, radius);
-      samples.push_back(static_cast<float>(radius / place));
+      continue;
     }
+    const double found = beyond ? 0 : Inverse(p, place, radius, farthest);
+    beyond = found == 0;
+    // What no point of the picture comes to is read from well beyond it.
+    samples.push_back(static_cast<float>((beyond ? 4 * farthest : found) / place));
+    radius = found;
   }
   return Table({kEntries}, 1, samples, TableAlign::kEnds);
 }
@@ -156,8 +162,7 @@ OpInfo LensInfo() {
   info.help =
       "K is k1, k1,k2 or k1,k2,k3 of model=brown: a point at radius r without distortion lies at r (1 + k1 r^2 + k2 r^4 + "
       "k3 r^6) with it, and p=p1,p2 says what the lens adds off centre; or the one number of model=division, r = s / (1 + "
-      "k1 s^2). A radius of 1 is half the display window's diagonal. Positive k1 of brown is a pincushion, of division a "
-      "barrel's opposite sign: -0.1 there is about 0.1 here. Distortion is taken away; apply=1 puts it on, and both after "
+      "k1 s^2). A radius of 1 is half the display window's diagonal. Positive k1 is a pincushion, negative a barrel, in both. Distortion is taken away; apply=1 puts it on, and both after "
       "each other give the picture back, softened by two filters. Windows stay, what lies beyond the picture is black. Where the "
       "lens turns back within the picture it is refused. The image is held in memory whole. Sources: Brown 1966; "
       "Fitzgibbon 2001.";
@@ -194,7 +199,7 @@ OpInfo LensInfo() {
 
 double LensFactor(const LensParams& p, double radius) {
   if (radius == 0) return 1;
-  return ops::IsDirect(p) ? ops::Direct(p, radius) : ops::Inverse(p, radius, 0) / radius;
+  return ops::IsDirect(p) ? ops::Direct(p, radius) : ops::Inverse(p, radius, 0, ops::kFarthest) / radius;
 }
 
 Node Lens(const Node& image, const LensParams& p) {
