@@ -136,7 +136,7 @@ TEST(LensTest, RedAndBlueMoveOutwards) {
   EXPECT_EQ(got.at<float>(150, 50, 1) * 256, 50);
   EXPECT_NEAR(got.at<float>(150, 50, 2), 0.5, 1e-6);
   EXPECT_TRUE(Verify(node).within_bound);
-  EXPECT_THROW(Aberration(Places(), {.red = kUnit / 4}), Error);
+  EXPECT_THROW(Aberration(Places(), {.red = kUnit}), Error);
   EXPECT_THROW(Aberration(FromImage(Image(ImageSpec(4, 4, 2))), {.red = 1}), Error);
 }
 

@@ -42,7 +42,7 @@ double LensFactor(const LensParams& params, double radius);
 
 /// Red and blue are scaled about the centre so that at a radius of 1 they move outwards by that many pixels;
 /// green, alpha and further channels keep their bits. The filter is Catmull and Rom's. Error for fewer than
-/// three channels, and for moves of a quarter of the radius and more.
+/// three channels, and for moves of nine tenths of the radius and more.
 struct AberrationParams {
   double red = 0;                             ///< pixels outwards
   double blue = 0;                            ///< pixels outwards

@@ -121,10 +121,10 @@ Node Aberration(const Node& image, const AberrationParams& p) {
                                       " channels, expected R,G,B at least");
   const ops::LensFrame frame = ops::FrameOf(image.spec(), p.centre);
   for (const double pixels : {p.red, p.blue}) {
-    if (std::fabs(pixels) < frame.unit / 4 || pixels == 0) continue;
+    if (std::fabs(pixels) < 0.9 * frame.unit || pixels == 0) continue;
     throw Error("aberration", "found " + base::NumberText(pixels) +
-                                  " pixels, expected less than a quarter of " + base::NumberText(frame.unit) +
-                                  ", half the diagonal");
+                                  " pixels, expected less than nine tenths of " +
+                                  base::NumberText(frame.unit) + ", half the diagonal");
   }
   if (p.red == 0 && p.blue == 0) return image;
   const Node red = ops::Magnified(ops::Picked(image, {0}), frame, 1 + p.red / frame.unit);
