@@ -14,7 +14,6 @@
 #include "cli/messages.h"
 #include "cli/outcome.h"
 #include "cli/pipes.h"
-#include "cli/report.h"
 #include "cli/session.h"
 #include "cli/signals.h"
 #include "cli/start.h"

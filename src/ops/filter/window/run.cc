@@ -49,7 +49,8 @@ void WindowRun::RunBlocks(const graph::TileArgs& args, const Roi& window) const 
       base::FillWithBorder(args.in[0], window, window_->options().wrap, extended);
       const ptrdiff_t stride = extended.row_stride / 4;
       for (int first = 0; first < results; first += kMost) {
-        FftResults together{.channels = std::min(kMost, results - first),
+        FftResults together{.plane = {},
+                            .channels = std::min(kMost, results - first),
                             .x0 = part.x0 - x,
                             .y0 = part.y0 - y,
                             .x1 = part.x1 - x,
