@@ -26,7 +26,7 @@
 namespace tessera::cli {
 namespace {
 
-// Each takes memory of its own: one is read, one computed, one written.
+// Each takes memory of its own; one more than two threads, as one may wait for the one before it.
 constexpr int kMostAtOnce = 3;
 
 // The line as a shell would take it, for the history; the program by its name alone.
@@ -188,7 +188,7 @@ int FramesAtOnce(const Line& line, const std::vector<FrameLine>& frames) {
     for (const Step& step : line.steps)
       outputs[i] = outputs[i] || (IsOutput(step) && words[i - 1] == step.written);
   }
-  return MayReadWritten(frames, outputs) ? 1 : std::min(threads, kMostAtOnce);
+  return MayReadWritten(frames, outputs) ? 1 : kMostAtOnce;
 }
 
 int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vector<std::string>& written) {
