@@ -50,7 +50,7 @@ TEST_F(OutputsTest, WhatCannotBeWrittenIsFoundFirst) {
                              {"-o a.tif -o plain.txt/b.tif", "plain.txt/b.tif: cannot be written"}};
   if (geteuid() != 0) cases.push_back({"-o a.tif -o closed/b.tif", "closed/b.tif: cannot be written"});
   for (const Case& c : cases) {
-    for (const std::string& how : {"", "-n ", "--explain "}) {
+    for (const std::string how : {"", "-n ", "--explain "}) {
       const auto start = std::chrono::steady_clock::now();
       const CommandResult result = Tessera(how + picture + c.outputs);
       EXPECT_EQ(result.exit_code, 1) << how << c.outputs;

@@ -17,12 +17,6 @@ namespace {
 
 constexpr double kLargest = 1e6;  // of a number of a grade
 
-ParamInfo Number(const char* name, double min, double max, const char* help) {
-  ParamInfo p;
-  p.name = name, p.help = help, p.min = min, p.max = max;
-  return p;
-}
-
 }  // namespace
 
 OpInfo GradeRow(const char* name, const char* summary, const char* help) {
@@ -83,7 +77,7 @@ OpInfo ExposureInfo() {
       "exposure", "Exposure in stops",
       "R,G,B times 2^STOPS: one stop more is twice the light. For linear light; codes of a display are decoded first "
       "(--curve:inverse=1 srgb). Alpha and further channels are kept; 0 returns the input bit for bit.");
-  info.arguments = {Number("STOPS", -60, 60, "stops, 0 keeps the image")};
+  info.arguments = {NumberModifier("STOPS", "", -60, 60, "stops, 0 keeps the image")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Exposure(in[0], a.Number("STOPS"));
   };
@@ -181,8 +175,8 @@ OpInfo VibranceInfo() {
       "R,G,B become L + (1 + AMOUNT (1 - s)) (v - L), L the luminance by Rec.709's weights and s = max - min of R,G,B, "
       "limited to [0,1]: pale colours gain, strong ones stay. A negative AMOUNT takes from the pale ones. Alpha and "
       "further channels are kept.");
-  info.arguments = {
-      Number("AMOUNT", -100, 100, "0 keeps the colours, 1 at most doubles their distance from grey")};
+  info.arguments = {NumberModifier("AMOUNT", "", -100, 100,
+                                   "0 keeps the colours, 1 at most doubles their distance from grey")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     return Vibrance(in[0], a.Number("AMOUNT"));
   };

@@ -158,9 +158,7 @@ OpInfo WhiteBalanceInfo() {
       "1960: positive ones take green away. Lamps up to 4,000 K are Planck's radiator, from 5,000 K it is the CIE's "
       "daylight, mixed between; whites are adapted by Bradford's matrix. For linear light of the named primaries. "
       "KELVIN of to= returns the input bit for bit. Sources: Judd et al. 1964; Krystek 1985; Lam 1985.");
-  ParamInfo kelvin;
-  kelvin.name = "KELVIN", kelvin.help = "temperature of the light that is to become white";
-  info.arguments = {Kelvin(kelvin)};
+  info.arguments = {Kelvin(NumberModifier("KELVIN", "", "temperature of the light that is to become white"))};
   info.modifiers = {NumberModifier("tint", "0", -kMostTint, kMostTint, "how much greener the light is"),
                     NumberModifier("to", "6504", kColdest, kHottest, "temperature that it becomes"),
                     ChoiceModifier("primaries", {"rec709", "rec2020", "ap1"}, "of the image: ap1 is ACEScg")};

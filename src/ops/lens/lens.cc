@@ -185,7 +185,7 @@ OpInfo LensInfo() {
     params.filter = a.Text("filter");
     return Lens(in[0], params);
   };
-  info.examples = {"0.08,-0.01",
+  info.examples = {"0.08,0.005",
                    "0.05 apply=1",
                    "-0.05 model=division",
                    "-0.05 model=division apply=1",
