@@ -80,8 +80,8 @@ ParamInfo Points(const char* name, const char* help) {
 }  // namespace
 
 OpInfo CurvesInfo() {
-  OpInfo info = GradeRow(
-      "curves", "Curves through control points",
+  OpInfo info = MadeRow(
+      "grade", "curves", "Curves through control points",
       "POINTS are x,y,x,y,... with x rising from 0 to 1: R,G,B go through a curve of monotone cubic pieces through them, "
       "which overshoots nowhere and is level beyond the first and the last point. red=, green= and blue= are curves of "
       "one channel in place of the common one. The curve is tabulated at 4,097 places with straight lines between; "

@@ -20,8 +20,8 @@ OpInfo CurvesInfo();
 OpInfo DespillInfo();
 OpInfo KeyInfo();
 
-// A row of the family with what all of them have.
-OpInfo GradeRow(const char* name, const char* summary, const char* help);
+// A row of an operation that is made of others.
+OpInfo MadeRow(const char* family, const char* name, const char* summary, const char* help);
 // A modifier of one number, or of three for R, G, B; and its value.
 ParamInfo RgbModifier(const char* name, const char* default_value, const char* help);
 Rgb RgbOf(const Arguments& arguments, const char* name);

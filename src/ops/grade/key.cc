@@ -48,8 +48,8 @@ Screen ScreenOf(const Arguments& a) { return a.Text("screen") == "blue" ? Screen
 }  // namespace
 
 OpInfo DespillInfo() {
-  OpInfo info = GradeRow(
-      "despill", "Take a screen's light from what is before it",
+  OpInfo info = MadeRow(
+      "grade", "despill", "Take a screen's light from what is before it",
       "The screen's channel goes down to the limit that the two others give where it is above: their average, the larger "
       "or the smaller of them. amount= mixes with the image. Needs R,G,B; alpha and further channels are kept. Source: "
       "Smith and Blinn 1996.");
@@ -71,8 +71,8 @@ OpInfo DespillInfo() {
 }
 
 OpInfo KeyInfo() {
-  OpInfo info = GradeRow(
-      "key", "A matte by colour difference, for green and blue screens",
+  OpInfo info = MadeRow(
+      "grade", "key", "A matte by colour difference, for green and blue screens",
       "The screen's excess is its channel less the larger of the two others. Where it is at most keep= the matte is 1, from "
       "drop= on 0, a line between. The colours lose the excess (despill=0: they do not) and are multiplied by the matte, "
       "which becomes the alpha, times the image's own where it has one: R,G,B,A, premultiplied, for --over. Further "

@@ -19,10 +19,10 @@ constexpr double kLargest = 1e6;  // of a number of a grade
 
 }  // namespace
 
-OpInfo GradeRow(const char* name, const char* summary, const char* help) {
+OpInfo MadeRow(const char* family, const char* name, const char* summary, const char* help) {
   OpInfo info;
   info.name = name;
-  info.family = "grade";
+  info.family = family;
   info.summary = summary;
   info.help = help;
   info.bound = "what the operations that it is made of make together";
@@ -73,8 +73,8 @@ Node WithColors(const Node& image, const Node& colors) {
 }
 
 OpInfo ExposureInfo() {
-  OpInfo info = GradeRow(
-      "exposure", "Exposure in stops",
+  OpInfo info = MadeRow(
+      "grade", "exposure", "Exposure in stops",
       "R,G,B times 2^STOPS: one stop more is twice the light. For linear light; codes of a display are decoded first "
       "(--curve:inverse=1 srgb). Alpha and further channels are kept; 0 returns the input bit for bit.");
   info.arguments = {NumberModifier("STOPS", "", -60, 60, "stops, 0 keeps the image")};
@@ -87,8 +87,8 @@ OpInfo ExposureInfo() {
 }
 
 OpInfo GradeInfo() {
-  OpInfo info = GradeRow(
-      "grade", "Lift, gamma and gain, black and white",
+  OpInfo info = MadeRow(
+      "grade", "grade", "Lift, gamma and gain, black and white",
       "R,G,B become multiply (gain - lift) / (white - black) (v - black) + multiply lift + offset, then to the power "
       "1/gamma: the controls of a compositor's Grade. Each is one number, or three for R,G,B. What lies below 0 is kept "
       "from the power, or is 0 with clampblack=1; clampwhite=1 limits the result to 1. Alpha and further channels are "
@@ -120,8 +120,8 @@ OpInfo GradeInfo() {
 }
 
 OpInfo CdlInfo() {
-  OpInfo info = GradeRow(
-      "cdl", "ASC CDL: slope, offset, power, saturation",
+  OpInfo info = MadeRow(
+      "grade", "cdl", "ASC CDL: slope, offset, power, saturation",
       "R,G,B become (slope v + offset)^power, then saturation about Rec.709's luminance: the ten numbers of a colour "
       "decision list, version 1.2. Values are limited to [0,1] before the power and at the end, as the ASC wants it; "
       "clamp=0 limits nothing and keeps what lies below 0 from the power. Files of these numbers (.cc, .ccc, .cdl) are "
@@ -144,8 +144,8 @@ OpInfo CdlInfo() {
 }
 
 OpInfo LevelsInfo() {
-  OpInfo info = GradeRow(
-      "levels", "Levels: black, white, middle",
+  OpInfo info = MadeRow(
+      "grade", "levels", "Levels: black, white, middle",
       "(v - BLACK) / (WHITE - BLACK), limited to [0,1], to the power 1/gamma, and from [0,1] to outblack and outwhite. "
       "clamp=0 limits nothing and keeps what lies below 0 from the power. BLACK and WHITE may be three numbers for "
       "R,G,B. Alpha and further channels are kept.");
@@ -170,8 +170,8 @@ OpInfo LevelsInfo() {
 }
 
 OpInfo VibranceInfo() {
-  OpInfo info = GradeRow(
-      "vibrance", "More saturation where there is little",
+  OpInfo info = MadeRow(
+      "grade", "vibrance", "More saturation where there is little",
       "R,G,B become L + (1 + AMOUNT (1 - s)) (v - L), L the luminance by Rec.709's weights and s = max - min of R,G,B, "
       "limited to [0,1]: pale colours gain, strong ones stay. A negative AMOUNT takes from the pale ones. Alpha and "
       "further channels are kept.");

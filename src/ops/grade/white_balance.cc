@@ -150,8 +150,8 @@ ParamInfo Kelvin(ParamInfo p) {
 }  // namespace
 
 OpInfo WhiteBalanceInfo() {
-  OpInfo info = GradeRow(
-      "whitebalance", "White balance by the light's temperature and tint",
+  OpInfo info = MadeRow(
+      "grade", "whitebalance", "White balance by the light's temperature and tint",
       "What is white in a light of KELVIN (2,856 a bulb, 5,500 the sun, 10,000 the shade) and tint becomes the white "
       "of to=, by default that of the primaries' D65; to=6000 is ACES'. Lower KELVIN than to= make the picture "
       "bluer, higher ones warmer. tint= says how much greener than its locus the light is, in 1/3000 of (u,v) of "

@@ -19,16 +19,6 @@ namespace tessera {
 namespace ops {
 namespace {
 
-OpInfo Row(const char* name, const char* summary, const char* help) {
-  OpInfo info;
-  info.name = name;
-  info.family = "lens";
-  info.summary = summary;
-  info.help = help;
-  info.bound = "what the operations that it is made of make together";
-  return info;
-}
-
 // One channel scaled about the frame's centre.
 Node Magnified(const Node& channel, const LensFrame& frame, double scale) {
   if (scale == 1) return channel;
@@ -54,8 +44,8 @@ double InverseDeviation(double sigma) {
 }  // namespace
 
 OpInfo AberrationInfo() {
-  OpInfo info = Row(
-      "aberration", "Lateral colour of a lens: red and blue of another size",
+  OpInfo info = MadeRow(
+      "lens", "aberration", "Lateral colour of a lens: red and blue of another size",
       "Red and blue are scaled about the centre, so that at half the display window's diagonal from it they move outwards "
       "by RED and BLUE pixels. Negative numbers take away what positive ones make. Filtered by Catmull and Rom's "
       "cubic; beyond the picture its edge goes on. Needs R,G,B; green, alpha and further channels are kept bit for bit.");
@@ -73,8 +63,8 @@ OpInfo AberrationInfo() {
 }
 
 OpInfo VignetteInfo() {
-  OpInfo info = Row(
-      "vignette", "Darker towards the corners, or no longer",
+  OpInfo info = MadeRow(
+      "lens", "vignette", "Darker towards the corners, or no longer",
       "R,G,B times (1 + STRENGTH r^2)^-2, r the distance from the centre in half diagonals of the display window: the "
       "fourth power of the cosine, with STRENGTH the squared tangent of the angle that a corner is seen at (0.5 is a "
       "wide lens). remove=1 divides by it. For linear light. Alpha and further channels are kept; 0 returns the input "
@@ -91,8 +81,8 @@ OpInfo VignetteInfo() {
 }
 
 OpInfo GrainInfo() {
-  OpInfo info = Row(
-      "grain", "Film grain",
+  OpInfo info = MadeRow(
+      "lens", "grain", "Film grain",
       "R,G,B plus STRENGTH * 4 L (1 - L) * noise, L the luminance within [0,1]: most in the middle tones, none in black and "
       "white, for codes as a display shows them. The noise is white, blurred by a Gaussian of size/2 pixels, and has "
       "standard deviation 1; color=1 has one of its own for each of R,G,B. seed={FRAME_NUMBER} makes every frame another. "

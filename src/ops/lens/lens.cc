@@ -144,10 +144,8 @@ Node PlacesOf(const ImageSpec& image, const LensFrame& frame) {
 Node SquaresOf(const Node& places) { return ChannelSum(Mul(places, places)); }
 
 ParamInfo CentreModifier() {
-  ParamInfo p = ListModifier("center", "0.5,0.5", 2, -10, 10,
-                             "the centre, in widths and heights of the display window");
-  p.min_count = 2;
-  return p;
+  return NumbersModifier("center", "0.5,0.5", 2, -10, 10,
+                         "the centre, in widths and heights of the display window");
 }
 std::array<double, 2> CentreOf(const Arguments& arguments) {
   const std::vector<double>& v = arguments.Numbers("center");
@@ -169,11 +167,10 @@ OpInfo LensInfo() {
   info.bound = "what the operations that it is made of make together";
   ParamInfo k = ListModifier("K", "", 3, -100, 100, "radial coefficients");
   info.arguments = {k};
-  ParamInfo p =
-      OnlyWith("model=brown", ListModifier("p", "0,0", 2, -100, 100, "p1,p2 of what lies off centre"));
-  p.min_count = 2;
-  info.modifiers = {ChoiceModifier("model", {"brown", "division"}, "the lens's formula"), p,
-                    FlagModifier("apply", "1: distorts"), CentreModifier(), WarpFilterModifier("lanczos3")};
+  info.modifiers = {
+      ChoiceModifier("model", {"brown", "division"}, "the lens's formula"),
+      OnlyWith("model=brown", NumbersModifier("p", "0,0", 2, -100, 100, "p1,p2 of what lies off centre")),
+      FlagModifier("apply", "1: distorts"), CentreModifier(), WarpFilterModifier("lanczos3")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     LensParams params;
     params.model = a.Text("model") == "division" ? LensModel::kDivision : LensModel::kBrown;
