@@ -14,6 +14,8 @@
 TESSERA_API_BEGIN
 namespace tessera {
 
+class Context;
+
 /// How a sample is stored. Integers are unsigned normalised: code / (2^bits - 1). kHalf is IEEE binary16.
 enum class PixelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
 
@@ -114,6 +116,8 @@ class Image {
   explicit Image(ImageSpec spec);
   /// The same with pixels of any value, for those who write every one: zeros would cost as much as a copy.
   static Image Uninitialized(ImageSpec spec);
+  /// In memory of that context, which the image may outlive.
+  static Image Uninitialized(ImageSpec spec, Context& context);
 
   /// What the image is.
   const ImageSpec& spec() const { return spec_; }

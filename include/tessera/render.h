@@ -14,6 +14,8 @@
 TESSERA_API_BEGIN
 namespace tessera {
 
+class Context;
+
 /// Options of one evaluation. Results never depend on threads or tile shape: bits are equal for any value.
 struct RenderOptions {
   int threads = 0;                         ///< 0: every core
@@ -28,6 +30,10 @@ struct RenderOptions {
   /// Called with the share done in [0,1], never a smaller one, several times a second from the beginning on,
   /// by one thread at a time but not always by the caller's; false cancels.
   std::function<bool(double)> progress = {};
+  /// Whose memory pictures and tiles are made in, and who keeps what is prepared for the next evaluation;
+  /// null: Context::Default(). Must outlive the evaluation, or the PreparedGraph. What a graph was made from,
+  /// as volumes and tables, belongs to Context::Default().
+  Context* context = nullptr;
 };
 
 /// Where the time of an evaluation went, in seconds. Of threads: prepare, decode, compute, encode and wait

@@ -9,8 +9,13 @@
 namespace tessera::base {
 
 std::shared_ptr<std::byte> AllocateAligned(size_t bytes, Access access) {
-  return Context::Default().pool().Allocate(bytes, access);
+  return AllocateAligned(Context::Default(), bytes, access);
 }
+std::shared_ptr<std::byte> AllocateAligned(Context& context, size_t bytes, Access access) {
+  return context.pool().Allocate(bytes, access);
+}
+
+Arena::Arena() : Arena(Context::Default()) {}
 
 std::byte* Arena::Bytes(size_t bytes) {
   const size_t size = (bytes + kAlignment - 1) / kAlignment * kAlignment;
@@ -19,7 +24,7 @@ std::byte* Arena::Bytes(size_t bytes) {
   if (chunks_.empty() || !fits(chunks_[at_])) {
     constexpr size_t kMinChunk = size_t{1} << 18;
     const size_t chunk = std::max(size, std::max(kMinChunk, capacity_));
-    chunks_.push_back({AllocateAligned(chunk), chunk, 0});
+    chunks_.push_back({AllocateAligned(context_, chunk), chunk, 0});
     capacity_ += chunk;
     at_ = chunks_.size() - 1;
   }
@@ -39,7 +44,7 @@ void Arena::Reset() {
   if (chunks_.size() > 1) {
     const size_t total = capacity_;
     chunks_.clear();
-    chunks_.push_back({AllocateAligned(total), total, 0});
+    chunks_.push_back({AllocateAligned(context_, total), total, 0});
   }
   at_ = 0;
   if (!chunks_.empty()) chunks_.back().used = 0;

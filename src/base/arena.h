@@ -8,6 +8,10 @@
 #include <memory>
 #include <vector>
 
+namespace tessera {
+class Context;
+}  // namespace tessera
+
 namespace tessera::base {
 
 inline constexpr size_t kAlignment = 64;  // a cache line and the widest vector
@@ -19,12 +23,15 @@ inline constexpr ptrdiff_t kReadMargin = 64;
 enum class Access : uint8_t { kStreamed, kScattered };
 
 // Aligned bytes, uninitialised, and kReadMargin more that may be read; throws tessera::Error when memory is
-// refused.
+// refused. Of Context::Default() where none is named.
 std::shared_ptr<std::byte> AllocateAligned(size_t bytes, Access access = Access::kStreamed);
+std::shared_ptr<std::byte> AllocateAligned(Context& context, size_t bytes, Access access = Access::kStreamed);
 
 class Arena {
  public:
-  Arena() = default;
+  // Takes its chunks from the context, which must outlive it; else from Context::Default().
+  Arena();
+  explicit Arena(Context& context) : context_(context) {}
   Arena(const Arena&) = delete;
   Arena& operator=(const Arena&) = delete;
 
@@ -52,6 +59,7 @@ class Arena {
     std::shared_ptr<std::byte> memory;
     size_t size = 0, used = 0;
   };
+  Context& context_;
   std::vector<Chunk> chunks_;
   size_t at_ = 0;  // the chunk that is given from; those behind it are empty
   size_t capacity_ = 0;

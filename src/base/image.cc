@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/arena.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 
@@ -52,9 +53,11 @@ size_t BytesOf(const ImageSpec& spec) {
 
 }  // namespace
 
-Image Image::Uninitialized(ImageSpec spec) {
+Image Image::Uninitialized(ImageSpec spec) { return Uninitialized(std::move(spec), Context::Default()); }
+
+Image Image::Uninitialized(ImageSpec spec, Context& context) {
   Image image;
-  image.pixels_ = base::AllocateAligned(BytesOf(spec));
+  image.pixels_ = base::AllocateAligned(context, BytesOf(spec));
 #ifdef __SANITIZE_ADDRESS__
   std::memset(image.pixels_.get(), 0xff, BytesOf(spec));  // NaN: what nobody writes shows
 #endif

@@ -40,12 +40,8 @@ std::vector<std::string> RuleNames() {
   return names;
 }
 
-}  // namespace
-
-bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(fileno(Messages())) == 1); }
-
-std::vector<Command> OptionCommands() {
-  std::vector<Command> rows;
+// Help, for people and for shells.
+void AddHelp(std::vector<Command>& rows) {
   rows.push_back(Option("help", "Prints the overview, or all about one command.",
                         [](const Arguments& a, Options& o) {
                           o.help = true;
@@ -84,6 +80,10 @@ std::vector<Command> OptionCommands() {
   rows.back().lines = {"--completion bash"};
   rows.push_back(Option("version", "Prints the version and the compiled targets that this machine runs.",
                         [](const Arguments&, Options& o) { o.version = true; }));
+}
+
+// What a line is and tells.
+void AddLine(std::vector<Command>& rows) {
   rows.push_back(Option("v", "Says on stderr what is read and written.",
                         [](const Arguments&, Options& o) { o.verbose = true; }));
   rows.back().aliases = {"verbose"};
@@ -129,6 +129,10 @@ std::vector<Command> OptionCommands() {
       "first of them without it, and say that the others are left. Of two operands the one with fewer gives its "
       "last to the rest. As oiiotool -a, which holds from where it stands.";
   rows.back().lines = {"-a in.exr --flip -o out.exr"};
+}
+
+// How a line is evaluated, and checked.
+void AddEvaluation(std::vector<Command>& rows) {
   rows.push_back(Option("threads",
                         "Number of threads; 0, the default, is every core. Results do not depend on it.",
                         [](const Arguments& a, Options& o) { o.render.threads = a.Integer("N"); },
@@ -171,6 +175,10 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",
                         [](const Arguments& a, Options& o) { o.simd = a.Text("TARGET"); },
                         {Text("TARGET", "a target's name, auto or list")}));
+}
+
+// What files may be, and ask for.
+void AddGuards(std::vector<Command>& rows) {
   rows.push_back(Option("formats",
                         "Formats that are read; `all` adds those whose readers damaged files can harm.",
                         [](const Arguments& a, Options& o) {
@@ -217,6 +225,10 @@ std::vector<Command> OptionCommands() {
       "or some rows, the seconds of --limit, else 4096 MiB. Pixels and metadata are the same. Where the system has "
       "no such thing, such files are refused; this option has them read all the same. Not for jobs of --batch: it "
       "stands on the program's own line.";
+}
+
+// For comparison, and for programs.
+void AddEngine(std::vector<Command>& rows) {
   rows.push_back(Option("codec", "Who decodes and encodes pixels; `oiio` is OpenImageIO, always.",
                         [](const Arguments& a, Options& o) {
                           o.codec = a.Text("CODEC") == "oiio" ? Codec::kOpenImageIO : Codec::kAuto;
@@ -265,6 +277,10 @@ std::vector<Command> OptionCommands() {
                         [](const Arguments&, Options& o) { o.progress = true; }));
   rows.push_back(
       Option("no-progress", "Shows no progress.", [](const Arguments&, Options& o) { o.progress = false; }));
+}
+
+// Frames, and how files are named and written.
+void AddFrames(std::vector<Command>& rows) {
   rows.push_back(
       Option("frames",
              "Runs the line once per frame; # or %04d in file names, {FRAME_NUMBER} in any word, becomes "
@@ -302,6 +318,15 @@ std::vector<Command> OptionCommands() {
   rows.push_back(Option("nosoftwareattrib",
                         "Does not write the command line into Exif:ImageHistory and Software.",
                         [](const Arguments&, Options& o) { o.software_attribute = false; }));
+}
+
+}  // namespace
+
+bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(fileno(Messages())) == 1); }
+
+std::vector<Command> OptionCommands() {
+  std::vector<Command> rows;
+  for (auto* const add : {AddHelp, AddLine, AddEvaluation, AddGuards, AddEngine, AddFrames}) add(rows);
   return rows;
 }
 

@@ -247,14 +247,14 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
   const BandShape shape = ChooseBandShape(plan, roi, sink != nullptr ? row_bytes : 0,
                                           sink != nullptr ? sink->RowGranularity() : 1, options);
   const std::vector<Roi> bands = Tiles(roi, {roi.width(), shape.rows});
-  base::Pool& pool = Context::Default().pool();
+  base::Pool& pool = ContextOf(options).pool();
   BandSources sources(plan, roi, bands, pool, options, clock);
   RenderOptions inner = options;
   inner.tile_height = 0;
   const TileShape tile = ChooseTileShape(program, bands[bands.size() / 2], inner);
 
   std::deque<TileWorker> workers;
-  for (int i = 0; i < threads; ++i) workers.emplace_back(program, progress.cancelled());
+  for (int i = 0; i < threads; ++i) workers.emplace_back(program, ContextOf(options), progress.cancelled());
   progress.Begin(static_cast<int64_t>(bands.size()));
   size_t next = 0;
   sched::PipelineSteps steps;

@@ -8,8 +8,14 @@
 
 #include "graph/run.h"
 #include "sched/scheduler.h"
+#include "tessera/context.h"
 
 namespace tessera::graph {
+
+Context& ContextOf(const RenderOptions& options) {
+  return options.context != nullptr ? *options.context : Context::Default();
+}
+
 namespace {
 
 // A part of so many pixels in the middle of a region, where most is read for it.
@@ -117,7 +123,7 @@ void RunResident(const Program& program, const ImageView& out, const RenderOptio
                           ? 1
                           : static_cast<int>(std::min<int64_t>(sched::ThreadCount(options.threads), count));
   std::deque<TileWorker> workers;
-  for (int i = 0; i < threads; ++i) workers.emplace_back(program, progress.cancelled());
+  for (int i = 0; i < threads; ++i) workers.emplace_back(program, ContextOf(options), progress.cancelled());
   progress.Begin(count);
   // A result that does not fit in the last-level cache goes around it: no reads for ownership.
   constexpr int64_t kStreamBytes = int64_t{8} << 20;

@@ -11,6 +11,9 @@
 
 namespace tessera::graph {
 
+// Who keeps memory and prepared things for that evaluation.
+Context& ContextOf(const RenderOptions& options);
+
 // Width and height of the tiles that `roi` of a result of that type is cut into.
 struct TileShape {
   int width = 0, height = 0;

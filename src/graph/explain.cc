@@ -11,6 +11,7 @@
 #include "graph/rules.h"
 #include "graph/topology.h"
 #include "graph/whole.h"
+#include "tessera/context.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
 
@@ -22,14 +23,12 @@ using namespace graph;  // NOLINT: this file is about nothing else
 // Nothing is computed for a plan that is only printed.
 class NoPrepass final : public Prepass, public Workers {
  public:
-  double Statistic(const Node&, const StatisticRequest&) override {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
   ConstImageView Whole(const Node& input) override {
     images_.emplace_back(AsFloats(input.spec()));
     return images_.back().view();
   }
   const Workers& workers() const override { return *this; }
+  Context& context() const override { return Context::Default(); }
   int count() const override { return 1; }
   void For(int64_t n, const std::function<void(int64_t, int)>& task) const override {
     for (int64_t i = 0; i < n; ++i) task(i, 0);

@@ -23,7 +23,8 @@ class RowsStage {
   virtual void Give(const ImageView& rows) const = 0;
 };
 
-// A base, beside Op, of operations that are asked where whole images do not fit into the memory budget.
+// A base, beside Op, of operations that are asked where whole images do not fit into the memory budget, or
+// that do better without at any size.
 class LittleMemory {
  public:
   virtual ~LittleMemory() = default;
@@ -32,11 +33,17 @@ class LittleMemory {
     (void)input;
     return nullptr;
   }
+  // Whether that stage is the better one at any size; the result is small and in memory all the same.
+  virtual bool PrefersRows() const { return false; }
   // The same operation within the same bound by a method that needs no whole image, where the method was left
   // to the library; null: as it is.
   virtual std::shared_ptr<const Op> InLittleMemory() const { return nullptr; }
 };
 inline const LittleMemory* AsLittleMemory(const Op& op) { return dynamic_cast<const LittleMemory*>(&op); }
+inline bool PrefersRows(const Op& op) {
+  const LittleMemory* const little = AsLittleMemory(op);
+  return little != nullptr && little->PrefersRows();
+}
 
 }  // namespace tessera::graph
 TESSERA_API_END

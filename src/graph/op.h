@@ -17,6 +17,10 @@
 #include "tessera/node.h"
 
 TESSERA_API_BEGIN
+namespace tessera {
+class Context;
+}  // namespace tessera
+
 namespace tessera::graph {
 
 // How an operation's channels depend on its inputs' channels.
@@ -44,18 +48,11 @@ struct StageContext {
   std::span<const ImageSpec> inputs;
   const ImageSpec& output;
   int channels[4];
-  std::span<const double> statistics;  // one per StatisticRequest of the op
   // One per input: the whole data window as dense float pixels where the op NeedsWhole(k) or is kWhole, else
   // no data. The pixels stay as long as the stage.
   std::span<const ConstImageView> whole;
   const Workers& workers;  // for costly preparation
-};
-
-// A number the op needs about a whole input before its stage can be made; computed in a pass of its own with
-// fixed row order, in double, so that it does not depend on threads or tiles.
-struct StatisticRequest {
-  int input = 0;
-  double weights[3] = {0, 0, 0};  // the mean over finite pixels of weights . (R,G,B); NaN when there is none
+  Context& context;        // what evaluations keep for the next ones
 };
 
 class Op {
@@ -78,7 +75,6 @@ class Op {
     (void)next;
     return nullptr;
   }
-  virtual std::vector<StatisticRequest> Statistics() const { return {}; }
   // Whether input `k` must be in memory whole before the stage is made (a table, a warp's source). A point
   // stage sees zero planes for it, a tile stage the whole image.
   virtual bool NeedsWhole(int k) const {
@@ -88,8 +84,8 @@ class Op {
   // kChannel, kColor: the point stage on four planes.
   virtual std::unique_ptr<PointStage> MakePointStage(const StageContext&) const { return nullptr; }
   // kColor: whether alpha is read / written. A stage that does not write alpha passes plane 3 on, bit for
-  // bit. One that does gives its fourth plane to the result's alpha channel or, when it has none (CMYK), to
-  // channel 3.
+  // bit. One that does gives its fourth plane to the result's alpha channel or, when it has none, to channel
+  // 3.
   virtual bool ReadsAlpha() const { return false; }
   virtual bool WritesAlpha() const { return false; }
   // kTile.

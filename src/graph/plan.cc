@@ -180,7 +180,7 @@ class Planner {
     if (Grows(i)) {
       step->stage = std::make_unique<GrowStage>();
     } else {
-      const ContextOf context(Data(i), prepass_, &plan.prepasses);
+      const StageContexts context(Data(i), prepass_, &plan.prepasses);
       step->stage = Data(i).op->MakeTileStage(context.For({-1, -1, -1, -1}));
     }
     return step;
@@ -196,28 +196,22 @@ class Planner {
 
 }  // namespace
 
-ContextOf::ContextOf(const NodeData& data, Prepass& prepass, std::vector<std::string>* prepasses)
-    : data_(data), workers_(prepass.workers()) {
-  const auto note = [&](const std::string& what, int input) {
-    if (prepasses == nullptr) return;
-    prepasses->push_back(what + " of input " + std::to_string(input) + " of " + data.op->Name());
-  };
-  for (const StatisticRequest& r : data.op->Statistics()) {
-    statistics_.push_back(prepass.Statistic(data.inputs[static_cast<size_t>(r.input)], r));
-    note("mean", r.input);
-  }
+StageContexts::StageContexts(const NodeData& data, Prepass& prepass, std::vector<std::string>* prepasses)
+    : data_(data), workers_(prepass.workers()), context_(prepass.context()) {
   for (size_t k = 0; k < data.inputs.size(); ++k) {
     const int input = static_cast<int>(k);
     specs_.push_back(data.inputs[k].spec());
     const bool whole = data.op->Kind() == OpKind::kWhole || data.op->NeedsWhole(input);
     whole_.push_back(whole ? prepass.Whole(data.inputs[k]) : ConstImageView());
-    if (whole) note("all", input);
+    if (whole && prepasses != nullptr) {
+      prepasses->push_back("all of input " + std::to_string(input) + " of " + data.op->Name());
+    }
   }
 }
 
-StageContext ContextOf::For(const std::array<int, 4>& channels) const {
-  return {specs_,      data_.spec, {channels[0], channels[1], channels[2], channels[3]},
-          statistics_, whole_,     workers_};
+StageContext StageContexts::For(const std::array<int, 4>& channels) const {
+  return {specs_, data_.spec, {channels[0], channels[1], channels[2], channels[3]},
+          whole_, workers_,   context_};
 }
 
 Plan MakePlan(const Node& root, int operations, Prepass& prepass) {

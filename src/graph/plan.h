@@ -110,23 +110,23 @@ struct Plan {
 class Prepass {
  public:
   virtual ~Prepass() = default;
-  virtual double Statistic(const Node& input, const StatisticRequest& request) = 0;
   // All of a node as dense float pixels, which stay as long as the Prepass.
   virtual ConstImageView Whole(const Node& input) = 0;
   virtual const Workers& workers() const = 0;
+  virtual Context& context() const = 0;
 };
 
-// An op's context, its statistics and whole inputs taken from `prepass`. Owns what the context refers to.
-class ContextOf {
+// An op's context, its whole inputs taken from `prepass`. Owns what the context refers to.
+class StageContexts {
  public:
-  ContextOf(const NodeData& data, Prepass& prepass, std::vector<std::string>* prepasses = nullptr);
+  StageContexts(const NodeData& data, Prepass& prepass, std::vector<std::string>* prepasses = nullptr);
   StageContext For(const std::array<int, 4>& channels) const;
 
  private:
   const NodeData& data_;
   const Workers& workers_;
+  Context& context_;
   std::vector<ImageSpec> specs_;
-  std::vector<double> statistics_;
   std::vector<ConstImageView> whole_;
 };
 

@@ -11,7 +11,6 @@
 #include "graph/optimize.h"
 #include "graph/plan.h"
 #include "graph/rules.h"
-#include "graph/statistics.h"
 #include "graph/topology.h"
 #include "graph/whole.h"
 #include "sched/cancellable_workers.h"
@@ -70,7 +69,6 @@ int CountPasses(const Node& root) {
   for (const Node& node : TopologicalOrder(root)) {
     const NodeData& d = *node.data();
     passes += d.op->Kind() == OpKind::kWhole;
-    passes += static_cast<int>(d.op->Statistics().size());
     for (size_t k = 0; k < d.inputs.size(); ++k) passes += d.op->NeedsWhole(static_cast<int>(k));
   }
   return passes;
@@ -92,8 +90,9 @@ class Evaluation final : public Prepass {
   // One of `out` and `sink`.
   void Run(const Node& node, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
     const Node root = Planned(node);
-    if (root.data()->op->Kind() == OpKind::kWhole && rules_.IsOn(kWholeInResult) && out != nullptr &&
-        IsDenseFloat(*out) && out->roi == root.spec().data_window && !short_of_memory_) {
+    if (root.data()->op->Kind() == OpKind::kWhole && !PrefersRows(*root.data()->op) &&
+        rules_.IsOn(kWholeInResult) && out != nullptr && IsDenseFloat(*out) &&
+        out->roi == root.spec().data_window && !short_of_memory_) {
       NoteRule(kWholeInResult);
       RunWhole(ResolveWhole(root, false, [this](const Node& n) { return Computed(n); }), *out);
       return;
@@ -126,18 +125,6 @@ class Evaluation final : public Prepass {
     NoteFiles(program.plan());
   }
 
-  double Statistic(const Node& input, const StatisticRequest& request) override {
-    PassTimer timer(stats_, "mean");
-    MeanSink mean(request.weights);
-    const Node color = ColorOf(input);
-    InOwnPass([&](RunStats* stats) {
-      Evaluation(options_, stats, progress_, this)
-          .Run(color, color.spec().data_window, PixelType::kFloat, nullptr, &mean);
-    });
-    timer.Stop(input.spec().data_window.pixels(), input.spec().data_window.pixels() * 12);
-    return mean.Mean();
-  }
-
   ConstImageView Whole(const Node& input) override {
     if (input.data()->op->Kind() == OpKind::kSource && rules_.IsOn(kSourceAsWhole)) {
       const auto view = static_cast<const SourceOp&>(*input.data()->op).source().View();
@@ -148,7 +135,7 @@ class Evaluation final : public Prepass {
     }
     const auto [it, fresh] = whole_.try_emplace(input.data());
     if (fresh) {
-      const Image image = Image::Uninitialized(AsFloats(input.spec()));
+      const Image image = Image::Uninitialized(AsFloats(input.spec()), context());
       const ImageView view = image.view();
       Evaluation(options_, stats_, progress_, this).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
       it->second = {input, image};
@@ -156,6 +143,7 @@ class Evaluation final : public Prepass {
     return it->second.second.view();
   }
   const Workers& workers() const override { return workers_; }
+  Context& context() const override { return ContextOf(options_); }
 
  private:
   // The node as it is computed.
@@ -166,38 +154,44 @@ class Evaluation final : public Prepass {
 
   // A source of a whole operation's result.
   Node Computed(const Node& node) {
-    if (short_of_memory_) {
-      if (const Node rows = RowsOf(node)) return rows;
+    if (PrefersRows(*node.data()->op)) {
+      const Image image = Image::Uninitialized(AsFloats(node.spec()), context());
+      TakeRows(node)->Give(image.view());
+      return FromImage(image);
     }
-    const Image image = Image::Uninitialized(AsFloats(node.spec()));
+    if (short_of_memory_) {
+      if (const auto stage = TakeRows(node)) return SourceOfRows(stage, node.spec(), context());
+    }
+    const Image image = Image::Uninitialized(AsFloats(node.spec()), context());
     RunWhole(node, image.view());
     if (short_of_memory_) whole_.clear();
     return FromImage(image);
   }
 
-  // Empty where the operation has no such stage, or it needs to see these pixels whole.
-  Node RowsOf(const Node& node) {
+  // Has seen all of the input. Null where the operation has no such stage, or these pixels have to be seen
+  // whole.
+  std::shared_ptr<const RowsStage> TakeRows(const Node& node) {
     const NodeData& d = *node.data();
     const LittleMemory* const op = AsLittleMemory(*d.op);
-    if (op == nullptr || d.inputs.size() != 1) return {};
+    if (op == nullptr || d.inputs.size() != 1) return nullptr;
     const Node& input = d.inputs[0];
     const std::shared_ptr<RowsStage> stage = op->MakeRowsStage(input.spec());
-    if (stage == nullptr) return {};
+    if (stage == nullptr) return nullptr;
     PassTimer timer(stats_, d.op->Name());
     RowsSink sink(*stage);
     const Roi& window = input.spec().data_window;
     InOwnPass([&](RunStats* stats) {
       Evaluation(options_, stats, progress_, this).Run(input, window, PixelType::kFloat, nullptr, &sink);
     });
-    if (!stage->End(workers_)) return {};
+    if (!stage->End(workers_)) return nullptr;
     timer.Stop(window.pixels(), window.pixels() * 4 * input.spec().channel_count());
-    return SourceOfRows(stage, node.spec());
+    return stage;
   }
 
   void RunWhole(const Node& node, const ImageView& out) {
     if (out.roi.empty()) return;
     const NodeData& d = *node.data();
-    const ContextOf context(d, *this);
+    const StageContexts context(d, *this);
     const StageContext& c = context.For({-1, -1, -1, -1});
     PassTimer timer(stats_, d.op->Name());
     const AllThreads computing(phases(), options_.threads);
@@ -278,7 +272,7 @@ void RenderToSink(const Node& node, PixelType type, RowSink& sink, const RenderO
 Image Render(const Node& node, PixelType type, const RenderOptions& options, RunStats* stats) {
   ImageSpec spec = node.spec();
   spec.type = type;
-  Image image = Image::Uninitialized(std::move(spec));
+  Image image = Image::Uninitialized(std::move(spec), graph::ContextOf(options));
   RenderInto(node, image.view(), options, stats);
   return image;
 }

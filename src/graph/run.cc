@@ -41,8 +41,8 @@ size_t TileMemory(const Program& program, const Roi& region) {
   return std::accumulate(bytes.begin(), bytes.end(), size_t{0});
 }
 
-TileWorker::TileWorker(const Program& program, const std::atomic<bool>& cancelled)
-    : program_(program), cancelled_(cancelled), moves_(simd::CurrentMoveFunctions()) {
+TileWorker::TileWorker(const Program& program, Context& context, const std::atomic<bool>& cancelled)
+    : program_(program), cancelled_(cancelled), moves_(simd::CurrentMoveFunctions()), arena_(context) {
   places_ = program.TilePlaces();
   memory_.resize(static_cast<size_t>(*std::max_element(places_.begin(), places_.end()) + 1));
   made_.resize(places_.size());
@@ -50,7 +50,8 @@ TileWorker::TileWorker(const Program& program, const std::atomic<bool>& cancelle
   margins_.assign(views_.size(), base::kReadMargin);
   for (const Step& step : program.steps) {
     const auto* const points = std::get_if<Points>(&step.how);
-    runners_.emplace_back(points != nullptr ? PointsRunner(program, *points, step.to) : PointsRunner());
+    runners_.emplace_back(points != nullptr ? PointsRunner(program, *points, step.to, context)
+                                            : PointsRunner());
     Inputs& inputs = inputs_.emplace_back();
     if (const auto* const window = std::get_if<Window>(&step.how)) {
       inputs.views.resize(window->in.size());

@@ -26,9 +26,9 @@ size_t TileMemory(const Program& program, const Roi& region);
 // What a worker thread carries from tile to tile. After the first tiles nothing is allocated.
 class TileWorker {
  public:
-  // Uses the SIMD target of this moment. The program must outlive it. `cancelled`: whether to leave tiles
-  // undone.
-  TileWorker(const Program& program, const std::atomic<bool>& cancelled);
+  // Uses the SIMD target of this moment. The program and the context, whose memory it takes, must outlive it.
+  // `cancelled`: whether to leave tiles undone.
+  TileWorker(const Program& program, Context& context, const std::atomic<bool>& cancelled);
 
   // Computes `out.roi` of the result into `out`. `stream`: write around the cache.
   void Run(std::span<const SourceView> sources, const ImageView& out, bool stream);

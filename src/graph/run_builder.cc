@@ -46,10 +46,10 @@ class RunBuilder {
           }
           break;
         case OpKind::kChannel:
-          ChannelOp(i, ContextOf(Data(i), prepass, &plan.prepasses), plan);
+          ChannelOp(i, StageContexts(Data(i), prepass, &plan.prepasses), plan);
           break;
         case OpKind::kColor:
-          ColorOp(i, ContextOf(Data(i), prepass, &plan.prepasses), plan);
+          ColorOp(i, StageContexts(Data(i), prepass, &plan.prepasses), plan);
           break;
       }
     }
@@ -105,7 +105,7 @@ class RunBuilder {
     return points_.constants.back().plane;
   }
 
-  void ChannelOp(int i, const ContextOf& context, Plan& plan) {
+  void ChannelOp(int i, const StageContexts& context, Plan& plan) {
     const std::vector<ImageSpec> specs = InputSpecs(i);
     for (int base = 0; base < Channels(i); base += 4) {
       ComputeOp step;
@@ -134,7 +134,7 @@ class RunBuilder {
     }
   }
 
-  void ColorOp(int i, const ContextOf& context, Plan& plan) {
+  void ColorOp(int i, const StageContexts& context, Plan& plan) {
     const Op& op = *Data(i).op;
     const ImageSpec& out = Data(i).spec;
     const std::vector<ImageSpec> specs = InputSpecs(i);

@@ -15,9 +15,9 @@ int BlockLength(int left, int block) {
 
 }  // namespace
 
-PointsRunner::PointsRunner(const Program& program, const Points& points, BufferId to)
+PointsRunner::PointsRunner(const Program& program, const Points& points, BufferId to, Context& context)
     : pixels_(simd::CurrentPixelFunctions()), whole_rows_(points.whole_rows) {
-  planes_ = base::AllocateAligned(Z(points.planes) * kBlockPixels * sizeof(float));
+  planes_ = base::AllocateAligned(context, Z(points.planes) * kBlockPixels * sizeof(float));
   float* const memory = reinterpret_cast<float*>(planes_.get());
   const auto plane = [memory](PlaneId p) { return memory + ptrdiff_t{p} * kBlockPixels; };
   std::fill_n(memory, Z(points.planes) * kBlockPixels, 0.0f);

@@ -26,7 +26,7 @@ class PointsRunner {
  public:
   PointsRunner() = default;
   // `to`: the buffer that is written.
-  PointsRunner(const Program& program, const Points& points, BufferId to);
+  PointsRunner(const Program& program, const Points& points, BufferId to, Context& context);
 
   // Computes out.roi; `views` by BufferId.
   void Run(std::span<const ConstImageView> views, const ImageView& out, bool stream);

@@ -17,7 +17,7 @@ size_t WholeBytes(const Node& root) {
   std::unordered_set<const NodeData*> held;
   for (const Node& node : TopologicalOrder(root)) {
     const NodeData& d = *node.data();
-    const bool is_whole = d.op->Kind() == OpKind::kWhole;
+    const bool is_whole = d.op->Kind() == OpKind::kWhole && !PrefersRows(*d.op);
     if (is_whole) held.insert(&d);
     for (size_t k = 0; k < d.inputs.size(); ++k) {
       if (is_whole || d.op->NeedsWhole(static_cast<int>(k))) held.insert(d.inputs[k].data());
@@ -34,8 +34,8 @@ size_t WholeBytes(const Node& root) {
 
 class RowsSource final : public PixelSource {
  public:
-  RowsSource(std::shared_ptr<const RowsStage> stage, ImageSpec spec)
-      : stage_(std::move(stage)), spec_(std::move(spec)) {}
+  RowsSource(std::shared_ptr<const RowsStage> stage, ImageSpec spec, Context& context)
+      : stage_(std::move(stage)), spec_(std::move(spec)), context_(context) {}
   const ImageSpec& spec() const override { return spec_; }
   std::string Describe() const override { return "rows"; }
   std::unique_ptr<RowReader> Open(int first, int last) const override {
@@ -50,7 +50,7 @@ class RowsSource final : public PixelSource {
       const int channels = source_.spec_.channel_count();
       if (last_ - first_ == channels) return source_.stage_->Give(out);
       const Roi& r = out.roi;
-      base::Arena arena;
+      base::Arena arena(source_.context_);
       auto* const floats =
           arena.Allocate<float>(static_cast<size_t>(r.pixels()) * static_cast<size_t>(channels));
       const ImageView all(reinterpret_cast<std::byte*>(floats), r, channels, PixelType::kFloat);
@@ -68,6 +68,7 @@ class RowsSource final : public PixelSource {
 
   std::shared_ptr<const RowsStage> stage_;
   ImageSpec spec_;
+  Context& context_;
 };
 
 }  // namespace
@@ -91,8 +92,8 @@ Node WithinBudget(const Node& root, size_t budget, bool& short_of_memory) {
   });
 }
 
-Node SourceOfRows(std::shared_ptr<const RowsStage> stage, const ImageSpec& spec) {
-  return MakeSource(std::make_shared<const RowsSource>(std::move(stage), AsFloats(spec)));
+Node SourceOfRows(std::shared_ptr<const RowsStage> stage, const ImageSpec& spec, Context& context) {
+  return MakeSource(std::make_shared<const RowsSource>(std::move(stage), AsFloats(spec), context));
 }
 
 ImageSpec AsFloats(ImageSpec spec) {

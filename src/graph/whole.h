@@ -19,7 +19,7 @@ Node ResolveWhole(const Node& root, bool with_root, const std::function<Node(con
 Node WithinBudget(const Node& root, size_t budget, bool& short_of_memory);
 
 // A source of the rows that a stage gives.
-Node SourceOfRows(std::shared_ptr<const RowsStage> stage, const ImageSpec& spec);
+Node SourceOfRows(std::shared_ptr<const RowsStage> stage, const ImageSpec& spec, Context& context);
 
 // Rows for a stage.
 class RowsSink final : public RowSink {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "base/number_text.h"
@@ -83,109 +84,146 @@ Volume DistanceField(const Solid& solid, const VolumeSpec& wanted, double range)
   return volume;
 }
 
+namespace {
+
+// A volume's surface: the piece of it that each voxel beside it knows.
+class Surface {
+ public:
+  // Where `volume` passes `iso`; inside is below it or above.
+  Surface(const Volume& volume, double iso, bool inside_below)
+      : volume_(volume),
+        spec_(volume.spec()),
+        iso_(iso),
+        sign_(inside_below ? 1 : -1),
+        set_(static_cast<size_t>(spec_.size[0]) * spec_.size[1] * spec_.size[2]),
+        inside_(set_.size()),
+        feature_of_(set_.size(), -1) {
+    ForVoxels([&](int i, int j, int k, size_t at) { inside_[at] = Level(i, j, k) <= 0; });
+    ForVoxels([&](int i, int j, int k, size_t at) {
+      const std::optional<Feature> f = Find(i, j, k);
+      if (!f) return;
+      set_[at] = 1;
+      feature_of_[at] = static_cast<int32_t>(features_.size());
+      features_.push_back(*f);
+    });
+  }
+
+  // Calls f(i, j, k, index) for every voxel.
+  template <typename F>
+  void ForVoxels(const F& f) const {
+    size_t at = 0;
+    for (int k = 0; k < spec_.size[2]; ++k) {
+      for (int j = 0; j < spec_.size[1]; ++j) {
+        for (int i = 0; i < spec_.size[0]; ++i, ++at) f(i, j, k, at);
+      }
+    }
+  }
+
+  // Voxels that know a piece of it.
+  const std::vector<uint8_t>& set() const { return set_; }
+  bool IsInside(size_t at) const { return inside_[at] != 0; }
+
+  // From the place of a voxel to the piece that voxel `known` knows, or, where `around`, to the nearest of
+  // its and its neighbours'. Pieces are discs of that radius.
+  double Distance(const Vector3& p, int32_t known, bool around, double radius) const {
+    double distance = ToPiece(static_cast<size_t>(known), p, radius);
+    if (!around) return distance;
+    const auto& n = spec_.size;
+    const int u = known % n[0], v = known / n[0] % n[1], w = known / n[0] / n[1];
+    for (int c = std::max(w - 1, 0); c <= std::min(w + 1, n[2] - 1); ++c) {
+      for (int b = std::max(v - 1, 0); b <= std::min(v + 1, n[1] - 1); ++b) {
+        for (int a = std::max(u - 1, 0); a <= std::min(u + 1, n[0] - 1); ++a) {
+          const size_t at = (static_cast<size_t>(c) * n[1] + b) * n[0] + a;
+          if (feature_of_[at] >= 0) distance = std::min(distance, ToPiece(at, p, radius));
+        }
+      }
+    }
+    return distance;
+  }
+
+ private:
+  // Negative inside, whatever side that is.
+  double Level(int i, int j, int k) const { return sign_ * (volume_.At(i, j, k) - iso_); }
+  double ToPiece(size_t at, const Vector3& p, double radius) const {
+    return DistanceToDisc(features_[static_cast<size_t>(feature_of_[at])], p, radius);
+  }
+
+  // Of a voxel with a neighbour on the other side.
+  std::optional<Feature> Find(int i, int j, int k) const {
+    const auto& n = spec_.size;
+    const double here = Level(i, j, k);
+    const int at[3] = {i, j, k};
+    double slope[3] = {0, 0, 0}, cut = std::numeric_limits<double>::infinity();
+    double cut_offset = 0;
+    size_t cut_axis = 0;
+    bool crossed = false;
+    for (size_t a = 0; a < 3; ++a) {
+      double side[2] = {here, here};
+      for (int way = 0; way < 2; ++way) {
+        int p[3] = {i, j, k};
+        p[a] += way == 0 ? -1 : 1;
+        if (p[a] < 0 || p[a] >= n[a]) continue;
+        side[way] = Level(p[0], p[1], p[2]);
+        if ((side[way] <= 0) == (here <= 0)) continue;
+        crossed = true;
+        const double t = here / (here - side[way]) * spec_.spacing[a];
+        if (t < cut) cut = t, cut_axis = a, cut_offset = way == 0 ? -t : t;
+      }
+      // The steeper one-sided difference across the surface keeps thin parts in place.
+      const bool both = at[a] > 0 && at[a] + 1 < n[a];
+      slope[a] = (side[1] - side[0]) / ((both ? 2 : 1) * spec_.spacing[a]);
+    }
+    if (!crossed) return std::nullopt;
+    Feature f;
+    const double square = slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2];
+    const Vector3 p = spec_.Position(i, j, k);
+    // To the plane of the gradient, but no further than the nearest crossing of an axis.
+    const double length = std::sqrt(square), along = square > 0 ? here / length : cut + 1;
+    if (square > 0 && std::fabs(along) <= cut) {
+      for (size_t a = 0; a < 3; ++a) {
+        f.normal[a] = static_cast<float>(slope[a] / length);
+        f.point[a] = static_cast<float>(p[a] - along * slope[a] / length);
+      }
+    } else {
+      for (size_t a = 0; a < 3; ++a) f.point[a] = static_cast<float>(p[a] + (a == cut_axis ? cut_offset : 0));
+      f.normal[cut_axis] = 1;
+    }
+    return f;
+  }
+
+  const Volume& volume_;
+  const VolumeSpec& spec_;
+  const double iso_, sign_;
+  std::vector<uint8_t> set_, inside_;
+  std::vector<Feature> features_;
+  std::vector<int32_t> feature_of_;  // by voxel, -1 for none
+};
+
+}  // namespace
+
 Volume DistanceField(const Volume& volume, const DistanceFieldParams& params) {
   VolumeSpec wanted = volume.spec();
   wanted.type = params.type;
   const VolumeSpec spec = DistanceSpec(wanted, params.range);
   const auto& n = spec.size;
-  const size_t count = static_cast<size_t>(n[0]) * n[1] * n[2];
-  const auto index = [&](int i, int j, int k) { return (static_cast<size_t>(k) * n[1] + j) * n[0] + i; };
-  // Negative inside, whatever side that is.
-  const double sign = params.inside_below ? 1 : -1;
-  const auto level = [&](int i, int j, int k) { return sign * (volume.At(i, j, k) - params.iso); };
-
-  std::vector<uint8_t> set(count), inside(count);
-  for (int k = 0; k < n[2]; ++k) {
-    for (int j = 0; j < n[1]; ++j) {
-      for (int i = 0; i < n[0]; ++i) inside[index(i, j, k)] = level(i, j, k) <= 0;
-    }
-  }
-  // Voxels with a neighbour on the other side know a piece of the surface.
-  std::vector<Feature> features;
-  std::vector<int32_t> feature_of(count, -1);
-  for (int k = 0; k < n[2]; ++k) {
-    for (int j = 0; j < n[1]; ++j) {
-      for (int i = 0; i < n[0]; ++i) {
-        const double here = level(i, j, k);
-        const int at[3] = {i, j, k};
-        double slope[3] = {0, 0, 0}, cut = std::numeric_limits<double>::infinity();
-        double cut_offset = 0;
-        size_t cut_axis = 0;
-        bool crossed = false;
-        for (size_t a = 0; a < 3; ++a) {
-          double side[2] = {here, here};
-          for (int way = 0; way < 2; ++way) {
-            int p[3] = {i, j, k};
-            p[a] += way == 0 ? -1 : 1;
-            if (p[a] < 0 || p[a] >= n[a]) continue;
-            side[way] = level(p[0], p[1], p[2]);
-            if ((side[way] <= 0) == (here <= 0)) continue;
-            crossed = true;
-            const double t = here / (here - side[way]) * spec.spacing[a];
-            if (t < cut) cut = t, cut_axis = a, cut_offset = way == 0 ? -t : t;
-          }
-          // The steeper one-sided difference across the surface keeps thin parts in place.
-          const bool both = at[a] > 0 && at[a] + 1 < n[a];
-          slope[a] = (side[1] - side[0]) / ((both ? 2 : 1) * spec.spacing[a]);
-        }
-        if (!crossed) continue;
-        Feature f;
-        const double square = slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2];
-        const Vector3 p = spec.Position(i, j, k);
-        // To the plane of the gradient, but no further than the nearest crossing of an axis.
-        const double length = std::sqrt(square), along = square > 0 ? here / length : cut + 1;
-        if (square > 0 && std::fabs(along) <= cut) {
-          for (size_t a = 0; a < 3; ++a) {
-            f.normal[a] = static_cast<float>(slope[a] / length);
-            f.point[a] = static_cast<float>(p[a] - along * slope[a] / length);
-          }
-        } else {
-          for (size_t a = 0; a < 3; ++a)
-            f.point[a] = static_cast<float>(p[a] + (a == cut_axis ? cut_offset : 0));
-          f.normal[cut_axis] = 1;
-        }
-        set[index(i, j, k)] = 1;
-        feature_of[index(i, j, k)] = static_cast<int32_t>(features.size());
-        features.push_back(f);
-      }
-    }
-  }
+  const Surface surface(volume, params.iso, params.inside_below);
 
   Volume result(spec);
   model::VolumeData& data = *result.data();
   std::vector<int32_t> nearest;
-  const std::vector<float> squared = model::SquaredDistances(n, set, spec.spacing, &nearest);
-  const double widest = std::max({spec.spacing[0], spec.spacing[1], spec.spacing[2]}), disc = kDisc * widest;
+  const std::vector<float> squared = model::SquaredDistances(n, surface.set(), spec.spacing, &nearest);
+  const double widest = std::max({spec.spacing[0], spec.spacing[1], spec.spacing[2]});
   const double none = widest * (n[0] + n[1] + n[2]);  // no surface at all
-  for (int k = 0; k < n[2]; ++k) {
-    for (int j = 0; j < n[1]; ++j) {
-      for (int i = 0; i < n[0]; ++i) {
-        const size_t at = index(i, j, k);
-        double distance = none;
-        if (nearest[at] >= 0) {
-          const Vector3 p = spec.Position(i, j, k);
-          const int32_t seed = nearest[at];
-          distance =
-              DistanceToDisc(features[static_cast<size_t>(feature_of[static_cast<size_t>(seed)])], p, disc);
-          // Near the surface a neighbour of the nearest voxel may hold the nearest piece.
-          if (squared[at] < 16 * widest * widest) {
-            const int u = seed % n[0], v = seed / n[0] % n[1], w = seed / n[0] / n[1];
-            for (int c = std::max(w - 1, 0); c <= std::min(w + 1, n[2] - 1); ++c) {
-              for (int b = std::max(v - 1, 0); b <= std::min(v + 1, n[1] - 1); ++b) {
-                for (int a = std::max(u - 1, 0); a <= std::min(u + 1, n[0] - 1); ++a) {
-                  const int32_t f = feature_of[index(a, b, c)];
-                  if (f < 0) continue;
-                  distance = std::min(distance, DistanceToDisc(features[static_cast<size_t>(f)], p, disc));
-                }
-              }
-            }
-          }
-        }
-        const double d = inside[at] != 0 ? -distance : distance;
-        data.SetCode(i, j, k, (d - data.code_bias) / data.code_scale);
-      }
+  surface.ForVoxels([&](int i, int j, int k, size_t at) {
+    double distance = none;
+    if (nearest[at] >= 0) {
+      // Near the surface a neighbour of the nearest voxel may hold the nearest piece.
+      const bool around = squared[at] < 16 * widest * widest;
+      distance = surface.Distance(spec.Position(i, j, k), nearest[at], around, kDisc * widest);
     }
-  }
+    const double d = surface.IsInside(at) ? -distance : distance;
+    data.SetCode(i, j, k, (d - data.code_bias) / data.code_scale);
+  });
   data.FillBorder();
   return result;
 }

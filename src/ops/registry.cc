@@ -175,6 +175,7 @@ std::vector<OpInfo> OwnRows() {
       ChannelSumInfo(),
       MaxChannelInfo(),
       MinChannelInfo(),
+      MeanInfo(),
       CropInfo(),
       CutInfo(),
       LicInfo(),

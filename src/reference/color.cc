@@ -188,7 +188,7 @@ void BrightnessReference(const Call& call) {
 void ContrastReference(const Call& call) {
   if (call.parameters.type() == typeid(ContrastRemapParams)) return EvaluateContrastRemap(call);
   const auto& p = Params<ContrastParams>(call);
-  const double pivot = p.pivot ? *p.pivot : call.statistics.empty() ? std::nan("") : call.statistics[0];
+  const double pivot = p.pivot ? *p.pivot : call.in[1].samples[0];
   EachPixel(call, [&](const double* in, double* out, double* scale) {
     for (int i = 0; i < 3 && std::isfinite(pivot); ++i) {
       out[i] = (1 - p.x) * pivot + p.x * in[i];
@@ -196,6 +196,9 @@ void ContrastReference(const Call& call) {
     }
   });
 }
+
+// Of the pivot's image its one pixel.
+Roi PivotRoi(const std::any&, int input, const Roi& out) { return input == 1 ? Roi{0, 0, 1, 1} : out; }
 
 void InterpolateReference(const Call& call) {
   const double x = Params<InterpolateParams>(call).x;
@@ -289,7 +292,7 @@ std::vector<Entry> ColorEntries() {
           {"cmyk", CmykReference},
           {"yiq", YiqReference},
           {"brightness", BrightnessReference},
-          {"contrast", ContrastReference},
+          {"contrast", ContrastReference, PivotRoi},
           {"interp", InterpolateReference},
           {"premult", PremultiplyReference},
           {"repremult", RepremultiplyReference},

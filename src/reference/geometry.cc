@@ -226,7 +226,7 @@ void EvaluateMip(const Call& call) {
     const double sx = static_cast<double>(w.width()) / window.width(),
                  sy = static_cast<double>(w.height()) / window.height();
     ImageD value(part, call.out.channels), scale(part, call.out.channels);
-    const Call one{call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, value, &scale};
+    const Call one{call.parameters, call.in, call.in_specs, call.out_spec, value, &scale};
     EvaluateLines(one, level == 0 ? "box" : p.filter, {w.x0 - window.x0 * sx, sx, sx},
                   {w.y0 - window.y0 * sy, sy, sy}, p.wrap);
     for (int y = part.y0; y < part.y1; ++y) {

@@ -6,6 +6,7 @@
 #include <any>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,7 +44,6 @@ struct Call {
   std::span<const ImageD> in;
   std::span<const ImageSpec> in_specs;
   const ImageSpec& out_spec;
-  std::span<const double> statistics;
   ImageD& out;
   ImageD* scale;
   // When not null, has out's shape, zeros at first: where a result hangs on a decision that float32 may take
@@ -75,6 +75,16 @@ struct Call {
   }
 };
 using Function = void (*)(const Call&);
+
+// A weighted sum over an image of any size, which comes in bands: so it need not be in memory, in double,
+// whole. What samples may be off by passes through as the same sum of that.
+class Reduction {
+ public:
+  virtual ~Reduction() = default;
+  virtual void Take(const ImageD& band) = 0;
+  // `scale` as in Call, may be null.
+  virtual void Give(ImageD& out, ImageD* scale) const = 0;
+};
 using InputRoiFunction = Roi (*)(const std::any& parameters, int input, const Roi& out);
 using SizedRoiFunction = Roi (*)(const std::any& parameters, const ImageSpec& in, const Roi& out);
 
@@ -94,6 +104,8 @@ struct Entry {
   bool by_rows = false;
   // Whether an input's largest sample anywhere is part of the bound: recursive filters run along whole lines.
   bool (*wants_largest)(const std::any& parameters, int input) = nullptr;
+  // Asked in place of `evaluate` where the one input is reduced whole.
+  std::unique_ptr<Reduction> (*reduction)(const ImageSpec& input) = nullptr;
 
   // The region of input k that a region of the result comes from.
   Roi InputRoi(const std::any& parameters, int k, const ImageSpec& in, const Roi& out) const {

@@ -35,6 +35,7 @@ std::vector<Entry> EnvironmentEntries();
 std::vector<Entry> LightingEntries();
 std::vector<Entry> BumpEntries();
 std::vector<Entry> VolumeEntries();
+std::vector<Entry> MeanEntries();
 
 namespace {
 
@@ -50,7 +51,7 @@ struct Table {
                          &NoiseEntries,      &ShapedSpotsEntries, &SvgTurbulenceEntries, &TextureEntries,
                          &GeometryEntries,   &LookupEntries,      &ShadeEntries,         &ShadeLightEntries,
                          &SolidEntries,      &EnvironmentEntries, &LightingEntries,      &BumpEntries,
-                         &VolumeEntries,     &ForeignEntries,     &PlacesEntries}) {
+                         &VolumeEntries,     &ForeignEntries,     &PlacesEntries,        &MeanEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

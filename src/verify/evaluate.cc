@@ -95,9 +95,9 @@ Evaluated Crop(const Evaluated& in, const Roi& roi, int channels) {
 
 }  // namespace
 
-// What the mean may be off by: the mean of what the samples may be off by. Of large images some bands are
-// looked at, and believed to a quarter, since few samples may have most of the error.
-double ReferenceEngine::StatisticError(const Node& input, const graph::StatisticRequest& r) const {
+// What the samples may be off by, reduced like they are. Of large images some bands are looked at, and
+// believed to a quarter, since few samples may have most of the error.
+void ReferenceEngine::ReduceErrors(const Node& input, const reference::Entry& entry, ImageD& error) const {
   constexpr int64_t kMostPixels = 1 << 14;
   constexpr int kRows = 8;
   const Roi& window = input.spec().data_window;
@@ -107,61 +107,46 @@ double ReferenceEngine::StatisticError(const Node& input, const graph::Statistic
   const int64_t step = (bands + affordable - 1) / affordable;
   ReferenceEngine errors(bound_);
   errors.SetDeadline(deadline_);
-  double sum = 0;
-  int64_t count = 0;
+  const auto reduction = entry.reduction(input.spec());
   for (int64_t band = step / 2; band < bands; band += step) {
     const int y = window.y0 + static_cast<int>(band) * kRows;
     const Evaluated e = errors.Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
     // What hangs on a decision may be off by its jump, or, where nobody knows it, by as much as there is.
     double most = 0;
     for (const double v : e.value.samples) most = std::isfinite(v) ? std::max(most, 2 * std::fabs(v)) : most;
-    for (int64_t i = 0; i < e.value.roi.pixels(); ++i, ++count) {
-      const auto at = static_cast<size_t>(i * e.value.channels);
-      for (size_t c = 0; c < 3; ++c) {
-        const double jump = e.jump.samples.empty() ? 0 : std::min(e.jump.samples[at + c], most);
-        const double off = std::fabs(r.weights[c]) * (e.tolerance.samples[at + c] + jump);
-        if (std::isfinite(off)) sum += off;
-      }
+    ImageD off = e.tolerance;
+    for (size_t i = 0; i < off.samples.size(); ++i) {
+      off.samples[i] += e.jump.samples.empty() ? 0 : std::min(e.jump.samples[i], most);
+      if (!std::isfinite(off.samples[i])) off.samples[i] = 0;
     }
+    reduction->Take(off);
   }
-  return count > 0 ? (step > 1 ? 4 : 1) * sum / static_cast<double>(count) : 0;
+  reduction->Give(error, nullptr);
+  for (double& v : error.samples) v = std::isfinite(v) ? (step > 1 ? 4 : 1) * v : 0;
 }
 
-const std::vector<ReferenceEngine::Statistic>& ReferenceEngine::Statistics(const Node& node) {
-  const auto it = statistics_.find(node.data());
-  if (it != statistics_.end()) return it->second;
-  std::vector<Statistic> found;
-  for (const graph::StatisticRequest& r : node.data()->op->Statistics()) {
-    const Node& input = node.data()->inputs[static_cast<size_t>(r.input)];
-    const Roi& window = input.spec().data_window;
-    long double sum = 0, size = 0;
-    int64_t count = 0;
-    ReferenceEngine exact(bound_);
-    exact.SetDeadline(deadline_);
-    exact.values_only_ = true;
-    constexpr int kRows = 64;  // a band at a time bounds the memory
-    for (int y = window.y0; y < window.y1; y += kRows) {
-      const Evaluated band = exact.Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)});
-      for (int64_t i = 0; i < band.value.roi.pixels(); ++i) {
-        const double* p = &band.value.samples[static_cast<size_t>(i * band.value.channels)];
-        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-        for (int c = 0; c < 3; ++c) {
-          const long double term = static_cast<long double>(r.weights[c]) * p[c];
-          sum += term, size += std::fabs(term);
-        }
-        ++count;
-      }
-    }
-    if (count == 0) {
-      found.push_back({std::numeric_limits<double>::quiet_NaN(), 0});
-      continue;
-    }
-    // The engine adds in double; a mean of both signs may cancel.
-    const double rounding = 0x1p-50 * static_cast<double>(size / count);
-    const double error = values_only_ ? 0 : StatisticError(input, r) + rounding;
-    found.push_back({static_cast<double>(sum / count), error});
+const Evaluated& ReferenceEngine::Reduced(const Node& node, const reference::Entry& entry) {
+  const auto it = reduced_.find(node.data());
+  if (it != reduced_.end()) return it->second;
+  const Node& input = node.data()->inputs[0];
+  const Roi& window = input.spec().data_window;
+  ReferenceEngine exact(bound_);
+  exact.SetDeadline(deadline_);
+  exact.values_only_ = true;
+  const auto reduction = entry.reduction(input.spec());
+  constexpr int kRows = 64;  // a band at a time bounds the memory
+  for (int y = window.y0; y < window.y1; y += kRows)
+    reduction->Take(exact.Evaluate(input, {window.x0, y, window.x1, std::min(y + kRows, window.y1)}).value);
+  Evaluated out = Empty(node.spec().data_window, node.spec().channel_count());
+  ImageD scale = out.value;
+  reduction->Give(out.value, &scale);
+  if (!values_only_) {
+    ReduceErrors(input, entry, out.tolerance);
+    const double bound = bound_(entry.op) * kU;
+    for (size_t i = 0; i < scale.samples.size(); ++i) out.tolerance.samples[i] += bound * scale.samples[i];
   }
-  return statistics_.emplace(node.data(), std::move(found)).first->second;
+  Overflow(out);
+  return reduced_.emplace(node.data(), std::move(out)).first->second;
 }
 
 // Calls the entry's function, at once or row by row, while there is time.
@@ -171,15 +156,15 @@ void ReferenceEngine::Run(const reference::Entry& entry, const reference::Call& 
   };
   check();
   if (!entry.by_rows) {
-    return entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, call.out,
-                           call.scale, call.undecided, call.tolerances, call.largest, &check});
+    return entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, call.out, call.scale,
+                           call.undecided, call.tolerances, call.largest, &check});
   }
   const Roi& roi = call.out.roi;
   const size_t samples = static_cast<size_t>(roi.width()) * static_cast<size_t>(call.out.channels);
   for (int y = roi.y0; y < roi.y1; ++y) {
     check();
     ImageD row({roi.x0, y, roi.x1, y + 1}, call.out.channels), scale = row, undecided = row;
-    entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, call.statistics, row,
+    entry.evaluate({call.parameters, call.in, call.in_specs, call.out_spec, row,
                     call.scale != nullptr ? &scale : nullptr,
                     call.undecided != nullptr ? &undecided : nullptr, call.tolerances, call.largest});
     const size_t at = static_cast<size_t>(y - roi.y0) * samples;
@@ -237,6 +222,7 @@ double ReferenceEngine::Work(const Node& node, const Roi& roi) {
     pixels += static_cast<double>(own.width()) * own.height();
     const reference::Entry* const entry = reference::Find(d.op->Name());
     for (size_t k = 0; k < d.inputs.size(); ++k) {
+      if (entry != nullptr && entry->reduction != nullptr) continue;  // once, and for all regions
       const ImageSpec& in = d.inputs[k].spec();
       const Roi from =
           entry == nullptr ? own : entry->InputRoi(d.op->Parameters(), static_cast<int>(k), in, own);
@@ -291,6 +277,10 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
     throw DataError(d.op->Name(), "has no reference function, so it cannot be verified");
   }
   if (entry != nullptr && !entry->remark.empty()) remarks_.insert(entry->remark);
+  if (entry != nullptr && entry->reduction != nullptr) {
+    Evaluated whole = Reduced(node, *entry);
+    return roi == whole.value.roi ? whole : Empty(roi, d.spec.channel_count());
+  }
   std::vector<Evaluated> in;
   std::vector<ImageSpec> specs;
   for (size_t k = 0; k < d.inputs.size(); ++k) {
@@ -306,13 +296,10 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   if (d.op->Kind() == OpKind::kShuffle) return Shuffle(d, in, roi);
 
   Evaluated out = Empty(roi, d.spec.channel_count());
-  const std::vector<Statistic>& found = Statistics(node);
-  std::vector<double> statistics;
-  for (const Statistic& one : found) statistics.push_back(one.value);
   std::vector<ImageD> values, tolerances;
   for (const Evaluated& e : in) values.push_back(e.value);
   if (values_only_) {
-    Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, nullptr});
+    Run(*entry, {d.op->Parameters(), values, specs, d.spec, out.value, nullptr});
     return out;
   }
   for (const Evaluated& e : in) tolerances.push_back(e.tolerance);
@@ -322,8 +309,7 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
   }
   ImageD scale(roi, d.spec.channel_count());
   out.jump = scale;
-  Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, out.value, &scale, &out.jump,
-               tolerances, largest});
+  Run(*entry, {d.op->Parameters(), values, specs, d.spec, out.value, &scale, &out.jump, tolerances, largest});
   DropWithoutJumps(out);
   const double bound = bound_(d.op->Name()) * kU;
   // What is infinite is that exactly, or hangs on a decision.
@@ -333,24 +319,12 @@ Evaluated ReferenceEngine::EvaluateOp(const Node& node, const Roi& roi) {
 
   Operation operation;
   operation.evaluate = [&](std::span<const ImageD> from, ImageD& result) {
-    Run(*entry, {d.op->Parameters(), from, specs, d.spec, statistics, result, nullptr});
+    Run(*entry, {d.op->Parameters(), from, specs, d.spec, result, nullptr});
   };
   operation.neighbours = entry->input_roi != nullptr || entry->sized_roi != nullptr;
   operation.separate_channels = d.op->Kind() == OpKind::kChannel;
   for (size_t k = 0; k < in.size(); ++k) {
     PassErrors(operation, in, k, (entry->weighted_sum_of >> k & 1) != 0, out);
-  }
-  // How the result answers where a statistic is off by what it may be.
-  for (size_t k = 0; k < found.size(); ++k) {
-    if (!(found[k].tolerance > 0)) continue;
-    ImageD moved(roi, d.spec.channel_count());
-    statistics[k] = found[k].value + found[k].tolerance;
-    Run(*entry, {d.op->Parameters(), values, specs, d.spec, statistics, moved, nullptr});
-    statistics[k] = found[k].value;
-    for (size_t i = 0; i < moved.samples.size(); ++i) {
-      const double change = std::fabs(moved.samples[i] - out.value.samples[i]);
-      if (std::isfinite(change)) out.tolerance.samples[i] += change;
-    }
   }
   Overflow(out);
   return out;

@@ -39,16 +39,13 @@ class ReferenceEngine {
   Evaluated Shared(const Node& node, const Roi& roi);
   Evaluated EvaluateNode(const Node& node, const Roi& roi);
   Evaluated EvaluateOp(const Node& node, const Roi& roi);
-  struct Statistic {
-    double value = 0, tolerance = 0;
-  };
-  const std::vector<Statistic>& Statistics(const Node& node);
-  double StatisticError(const Node& input, const graph::StatisticRequest& request) const;
+  const Evaluated& Reduced(const Node& node, const reference::Entry& entry);
+  void ReduceErrors(const Node& input, const reference::Entry& entry, reference::ImageD& error) const;
   double Largest(const Node& node);
   void Run(const reference::Entry& entry, const reference::Call& call) const;
 
   BoundFunction bound_;
-  std::map<const graph::NodeData*, std::vector<Statistic>> statistics_;
+  std::map<const graph::NodeData*, Evaluated> reduced_;
   std::map<const graph::NodeData*, double> largest_;
   // Regions of shared nodes, for one call of Evaluate: a graph of diamonds is not evaluated exponentially
   // often.

@@ -18,6 +18,7 @@
 #include "ops/registry.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"
+#include "tessera/context.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
 
@@ -120,7 +121,7 @@ class WatchedTile final : public graph::TileStage {
   bool Accepts(PixelType type) const override { return stage_->Accepts(type); }
   void Run(const graph::TileArgs& args) const override {
     // The worker's memory grows until it fits the largest tile, and then serves all.
-    base::Arena arena;
+    base::Arena arena(Context::Default());
     const graph::TileArgs own{args.in, args.out, args.stream, arena, args.channels, args.in_channels};
     stage_->Run(own);
     arena.Reset();
@@ -141,7 +142,6 @@ class WatchedOp final : public graph::Op {
   graph::OpKind Kind() const override { return op_->Kind(); }
   const std::any& Parameters() const override { return op_->Parameters(); }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return op_->OutputSpec(inputs); }
-  std::vector<graph::StatisticRequest> Statistics() const override { return op_->Statistics(); }
   bool NeedsWhole(int k) const override { return op_->NeedsWhole(k); }
   bool ReadsAlpha() const override { return op_->ReadsAlpha(); }
   bool WritesAlpha() const override { return op_->WritesAlpha(); }

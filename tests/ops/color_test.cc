@@ -98,20 +98,13 @@ TEST_P(ColorTest, StaysWithinItsBound) {
         std::copy(s.begin(), s.end(), in_d.back().samples.begin());
       }
       const Node node = info.make(in, ops::ParseExample(info, example), nullptr);
-      if (node.data()->inputs[0].data() != in[0].data()) continue;  // several operations: see the laws
+      if (node.data()->inputs.size() != in.size() || node.data()->inputs[0].data() != in[0].data())
+        continue;  // several operations: see the laws
       const graph::Op& op = *node.data()->op;
       const reference::Entry* const entry = reference::Find(op.Name());
       ASSERT_NE(entry, nullptr);
       reference::ImageD out(node.spec().data_window, node.spec().channel_count()), scale = out;
-      std::vector<double> statistics;
-      for (const auto& request : op.Statistics()) {
-        double sum = 0;
-        for (int x = 0; x < 20000; ++x) {
-          for (int c = 0; c < 3; ++c) sum += request.weights[c] * in_d[0].at(x, 0, c);
-        }
-        statistics.push_back(sum / 20000);
-      }
-      entry->evaluate({op.Parameters(), in_d, specs, node.spec(), statistics, out, &scale});
+      entry->evaluate({op.Parameters(), in_d, specs, node.spec(), out, &scale});
       const Samples got = Values(node);
       ASSERT_EQ(got.size(), out.samples.size());
       double worst = 0;

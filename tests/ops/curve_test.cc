@@ -176,7 +176,7 @@ CurveErrors ErrorsOf(const CurveFormula& formula, uint32_t step, float low, floa
     const ImageSpec spec(roi.width(), 1, 1);
     reference::ImageD in(roi, 1), want(roi, 1), scale(roi, 1);
     for (size_t i = 0; i < x.size(); ++i) in.samples[i] = x[i];
-    reference::Find("curve")->evaluate({params, {&in, 1}, {&spec, 1}, spec, {}, want, &scale});
+    reference::Find("curve")->evaluate({params, {&in, 1}, {&spec, 1}, spec, want, &scale});
     for (size_t i = 0; i < x.size(); ++i) {
       const double exact = want.samples[i];
       if (std::fabs(exact) > std::numeric_limits<float>::max()) continue;

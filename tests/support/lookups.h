@@ -55,7 +55,7 @@ inline double WorstError(const Node& node, const Node& input) {
   reference::ImageD want(window, node.spec().channel_count()), scale = want;
   const std::vector<ImageSpec> specs = {input.spec()};
   const graph::Op& op = *node.data()->op;
-  reference::Find(op.Name())->evaluate({op.Parameters(), inputs, specs, node.spec(), {}, want, &scale});
+  reference::Find(op.Name())->evaluate({op.Parameters(), inputs, specs, node.spec(), want, &scale});
   double worst = 0;
   const auto* const out = reinterpret_cast<const float*>(got.view().data);
   for (size_t i = 0; i < want.samples.size(); ++i) {

@@ -55,6 +55,11 @@ Node ChannelSum(const Node& image, const ChannelSumParams& params = {});
 Node MaxChannel(const Node& image);
 /// The smallest sample, likewise.
 Node MinChannel(const Node& image);
+/// The image's mean: one pixel with the image's channels, float. Pixels with a sample that is not finite, in
+/// whatever channel, do not count; NaN where none is left. Rows are added in double, from the top to the
+/// bottom and with what is lost in rounding kept, whatever the threads and tiles; one pass over the image,
+/// which is not held in memory. |error| <= u |mean| + 2^-44 of the mean magnitude.
+Node Mean(const Node& image);
 
 /// The data window becomes `window`; the display window stays. Pixels that the image does not have are zero.
 Node Crop(const Node& image, const Roi& window);

@@ -14,6 +14,7 @@ OpInfo CutInfo();
 OpInfo ChannelSumInfo();
 OpInfo MaxChannelInfo();
 OpInfo MinChannelInfo();
+OpInfo MeanInfo();
 
 }  // namespace tessera::ops
 

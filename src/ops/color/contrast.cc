@@ -12,7 +12,7 @@ namespace tessera {
 namespace ops {
 namespace {
 
-// The form whose pivot is known only when the image's mean is.
+// The form whose pivot is the second image's one sample, the mean luminance.
 class ContrastOp final : public graph::OpWith<ContrastParams> {
  public:
   explicit ContrastOp(ContrastParams params) : OpWith(std::move(params)) {}
@@ -20,12 +20,10 @@ class ContrastOp final : public graph::OpWith<ContrastParams> {
   graph::OpKind Kind() const override { return graph::OpKind::kChannel; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return inputs[0]; }
   bool IsIdentity() const override { return params().x == 1; }
-  std::vector<graph::StatisticRequest> Statistics() const override {
-    const LuminanceWeights w = NormalizedWeights(Name(), params().weights);
-    return {{0, {w.r, w.g, w.b}}};
-  }
+  bool NeedsWhole(int k) const override { return k == 1; }
   std::unique_ptr<graph::PointStage> MakePointStage(const graph::StageContext& context) const override {
-    const double mean = context.statistics[0];
+    const ConstImageView& pivot = context.whole[1];
+    const double mean = *reinterpret_cast<const float*>(pivot.At(0, 0));
     const bool known = std::isfinite(mean);
     double m[4][5] = {};
     for (int i = 0; i < 4; ++i) {
@@ -118,7 +116,13 @@ Node Contrast(const Node& image, const ContrastParams& params) {
   if (image.spec().channel_count() < 3) {
     return AsColors(image, [&params](const Node& colors) { return Contrast(colors, params); });
   }
-  if (!params.pivot) return graph::MakeNode(std::make_shared<const ops::ContrastOp>(params), {image});
+  if (!params.pivot) {
+    const LuminanceWeights w = ops::NormalizedWeights("contrast", params.weights);
+    std::vector<double> weights(image.spec().channels.size());
+    weights[0] = w.r, weights[1] = w.g, weights[2] = w.b;
+    return graph::MakeNode(std::make_shared<const ops::ContrastOp>(params),
+                           {image, Mean(ChannelSum(image, {.weights = weights}))});
+  }
   ops::RequireFinite("contrast", "pivot", *params.pivot);
   return ops::MakeScaleBiasNode("contrast", image, params.x, (1 - params.x) * *params.pivot, params);
 }

@@ -115,7 +115,7 @@ struct CurveWork {
 #endif
   bool active() const { return curve.active; }
   bool quick() const { return curve.formula.kind == Kind::kLinear; }  // quicker than to look it up
-  static CurveWork Of(const PlaneCurve& curve);
+  static CurveWork Of(const PlaneCurve& curve, Context& context);
   void operator()(const float* in, float* out, int count) const { loop(*this, in, out, count); }
 };
 
@@ -270,11 +270,11 @@ CurveWork::Loop LoopOfKind(const CurveWork&) {
 }
 #endif
 
-CurveWork CurveWork::Of(const PlaneCurve& curve) {
+CurveWork CurveWork::Of(const PlaneCurve& curve, [[maybe_unused]] Context& context) {
   CurveWork work;
   work.curve = curve;
 #if TESSERA_DOUBLE_FLOAT
-  work.pieces = PiecesOf(curve.formula);
+  work.pieces = PiecesOf(curve.formula, context);
   work.fast = FastCurveOf(curve.formula);
 #endif
   switch (curve.formula.kind) {
@@ -321,7 +321,7 @@ struct PowerWork {
   FastCurve fast;
   CurvePieces pieces;
 #endif
-  static PowerWork Of(const PlanePower& power);
+  static PowerWork Of(const PlanePower& power, Context& context);
   bool active() const { return power.active; }
   bool quick() const { return power.exponent == 2; }
 
@@ -396,7 +396,7 @@ struct PowerWork {
   }
 };
 
-PowerWork PowerWork::Of(const PlanePower& power) {
+PowerWork PowerWork::Of(const PlanePower& power, [[maybe_unused]] Context& context) {
   PowerWork work;
   work.power = power;
 #if TESSERA_DOUBLE_FLOAT
@@ -404,16 +404,18 @@ PowerWork PowerWork::Of(const PlanePower& power) {
   work.fast.exponent = s::SplitDouble(power.exponent);
   CurveFormula formula;
   formula.kind = Kind::kPower, formula.exponent = power.exponent;
-  if (work.fast.able) work.pieces = PiecesOf(formula);
+  if (work.fast.able) work.pieces = PiecesOf(formula, context);
 #endif
   return work;
 }
 
-std::unique_ptr<graph::PointStage> NewCurveStage(const PlaneCurve (&planes)[4], bool bytes) {
-  return std::make_unique<PlaneStage<CurveWork>>(planes, bytes);
+std::unique_ptr<graph::PointStage> NewCurveStage(const PlaneCurve (&planes)[4], bool bytes,
+                                                 Context& context) {
+  return std::make_unique<PlaneStage<CurveWork>>(planes, bytes, context);
 }
-std::unique_ptr<graph::PointStage> NewPowerStage(const PlanePower (&planes)[4], bool bytes) {
-  return std::make_unique<PlaneStage<PowerWork>>(planes, bytes);
+std::unique_ptr<graph::PointStage> NewPowerStage(const PlanePower (&planes)[4], bool bytes,
+                                                 Context& context) {
+  return std::make_unique<PlaneStage<PowerWork>>(planes, bytes, context);
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
@@ -425,11 +427,13 @@ namespace tessera::ops {
 HWY_EXPORT(NewCurveStage);
 HWY_EXPORT(NewPowerStage);
 
-std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4], bool bytes) {
-  return HWY_DYNAMIC_DISPATCH(NewCurveStage)(planes, bytes);
+std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4], bool bytes,
+                                                  Context& context) {
+  return HWY_DYNAMIC_DISPATCH(NewCurveStage)(planes, bytes, context);
 }
-std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4], bool bytes) {
-  return HWY_DYNAMIC_DISPATCH(NewPowerStage)(planes, bytes);
+std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4], bool bytes,
+                                                  Context& context) {
+  return HWY_DYNAMIC_DISPATCH(NewPowerStage)(planes, bytes, context);
 }
 
 }  // namespace tessera::ops

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "base/stage.h"
+#include "tessera/context.h"
 #include "tessera/ops/curve.h"
 
 namespace tessera::ops {
@@ -17,7 +18,9 @@ struct PlaneCurve {
   bool operator==(const PlaneCurve&) const = default;
 };
 // `bytes`: samples come from 8-bit pixels. Those that still are code / 255 are looked up, with the same bits.
-std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4], bool bytes);
+// `context` keeps what is fitted.
+std::unique_ptr<graph::PointStage> MakeCurveStage(const PlaneCurve (&planes)[4], bool bytes,
+                                                  Context& context);
 
 // x^exponent by C's rules.
 struct PlanePower {
@@ -25,7 +28,8 @@ struct PlanePower {
   double exponent = 1;
   bool operator==(const PlanePower&) const = default;
 };
-std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4], bool bytes);
+std::unique_ptr<graph::PointStage> MakePowerStage(const PlanePower (&planes)[4], bool bytes,
+                                                  Context& context);
 
 }  // namespace tessera::ops
 

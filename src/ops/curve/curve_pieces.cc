@@ -249,14 +249,13 @@ CurvePieces Fitted(const CurveFormula& f) {
 
 }  // namespace
 
-CurvePieces PiecesOf(const CurveFormula& f) {
+CurvePieces PiecesOf(const CurveFormula& f, Context& context) {
   const double numbers[] = {f.in_scale, f.in_offset, f.exponent, f.out_scale, f.out_offset,
                             f.floor,    f.join,      f.slope,    f.offset};
   std::string key(reinterpret_cast<const char*>(numbers), sizeof numbers);
   key += static_cast<char>(f.kind), key += static_cast<char>(f.negatives);
   constexpr size_t kBytes = size_t{1} << 15;  // about
-  return *Context::Default().Cached<CurvePieces>(key, kBytes,
-                                                 [&f] { return std::make_shared<CurvePieces>(Fitted(f)); });
+  return *context.Cached<CurvePieces>(key, kBytes, [&f] { return std::make_shared<CurvePieces>(Fitted(f)); });
 }
 
 }  // namespace tessera::ops

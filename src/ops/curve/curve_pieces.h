@@ -39,8 +39,8 @@ struct CurvePieces {
   };
   std::shared_ptr<const std::vector<Row>> rows;  // and one of NaN for what has no piece
 };
-// Fitting takes as long as some 10^5 samples: the default context keeps it.
-CurvePieces PiecesOf(const CurveFormula& formula);
+// Fitting takes as long as some 10^5 samples: the context keeps it.
+CurvePieces PiecesOf(const CurveFormula& formula, Context& context);
 
 }  // namespace tessera::ops
 

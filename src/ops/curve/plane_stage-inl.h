@@ -61,10 +61,10 @@ template <class Work>
 class PlaneStage final : public graph::PointStage {
  public:
   template <class Plane>
-  PlaneStage(const Plane (&planes)[4], bool bytes) {
+  PlaneStage(const Plane (&planes)[4], bool bytes, Context& context) {
     for (int p = 0; p < 4; ++p) {
       alike_[p] = p > 0 && planes[p] == planes[p - 1];
-      work_[p] = alike_[p] ? work_[p - 1] : Work::Of(planes[p]);
+      work_[p] = alike_[p] ? work_[p - 1] : Work::Of(planes[p], context);
       const bool looks_up = bytes && work_[p].active() && !work_[p].quick();
       if (looks_up && !alike_[p]) tables_[p] = std::make_shared<ByteTable>(work_[p]);
     }

@@ -146,48 +146,48 @@ void ForRows(int height, const graph::Workers& workers, const F& task) {
   });
 }
 
-// Vectors, their frame, and the mask where there is one. Without `keep` the vectors are only looked at, if
-// they can be read again as they stand.
-void PrepareField(const LicParams& params, const Field& field, bool keep, const graph::Workers& workers,
-                  Prepared& out) {
-  Lines& lines = out.lines;
-  const int width = lines.width, height = lines.height;
-  float* uv = nullptr;
-  if (keep) {
-    lines.uv_row = RowStride(2 * (ptrdiff_t{width} + 2 + kRowSlack));
-    out.uv = Memory(lines.uv_row * (height + 2), &uv);
-    uv += lines.uv_row + 2;
-    lines.uv = uv;
+// What lies left and right of a row of vectors.
+void Frame(const Lines& lines, float* row) {
+  const bool turns = lines.around_x;
+  const ptrdiff_t last = 2 * (ptrdiff_t{lines.width} - 1);
+  for (int i = 0; i < 2; ++i) {
+    row[i - 2] = row[turns ? last + i : i];
+    row[last + 2 + i] = row[turns ? i : last + i];
   }
-  // What lies left and right of a row.
-  const auto frame = [&](float* row) {
-    const bool turns = lines.around_x;
-    const ptrdiff_t last = 2 * (ptrdiff_t{width} - 1);
-    for (int i = 0; i < 2; ++i) {
-      row[i - 2] = row[turns ? last + i : i];
-      row[last + 2 + i] = row[turns ? i : last + i];
-    }
+}
+
+// Above the first row of vectors and below the last.
+void FrameRows(const Lines& lines, float* uv) {
+  const bool turns = lines.around_y;
+  const auto copy = [&](int from, int to) {
+    std::copy_n(uv + from * lines.uv_row - 2, lines.uv_row, uv + to * lines.uv_row - 2);
   };
+  copy(turns ? lines.height - 1 : 0, -1);
+  copy(turns ? 0 : lines.height - 1, lines.height);
+}
+
+// Vectors to framed rows at `uv`; where that is null they are only looked at.
+RowFound CopyVectors(const Field& field, const Lines& lines, const graph::Workers& workers, float* uv) {
   const RowKernels kernels = FindRowKernels();
-  std::vector<RowFound> found(static_cast<size_t>((height + kRows - 1) / kRows));
-  ForRows(height, workers, [&](int y0, int y1) {
+  std::vector<RowFound> found(static_cast<size_t>((lines.height + kRows - 1) / kRows));
+  ForRows(lines.height, workers, [&](int y0, int y1) {
     RowFound f;
     for (int y = y0; y < y1; ++y) {
-      float* to = keep ? uv + y * lines.uv_row : nullptr;
+      float* const to = uv != nullptr ? uv + y * lines.uv_row : nullptr;
       const float* const from = field.Row(y);
       if (from != nullptr) {
-        const RowFound row = kernels.copy_vectors(from, width, to);
+        const RowFound row = kernels.copy_vectors(from, lines.width, to);
         f.largest = std::max(f.largest, row.largest), f.squared = std::max(f.squared, row.squared);
         f.masked |= row.masked;
       }
-      for (int x = 0; from == nullptr && x < width; ++x) {
+      for (int x = 0; from == nullptr && x < lines.width; ++x) {
         const Vector v = field.At(x, y);
         to[2 * x] = v.u, to[2 * x + 1] = v.v;
         f.largest = std::max(f.largest, std::max(std::fabs(v.u), std::fabs(v.v)));
         f.squared = std::max(f.squared, v.u * v.u + v.v * v.v);
         f.masked |= !v.known;
       }
-      if (keep) frame(to);
+      if (to != nullptr) Frame(lines, to);
     }
     found[static_cast<size_t>(y0 / kRows)] = f;
   });
@@ -196,62 +196,82 @@ void PrepareField(const LicParams& params, const Field& field, bool keep, const 
     all.largest = std::max(all.largest, f.largest), all.squared = std::max(all.squared, f.squared);
     all.masked |= f.masked;
   }
+  return all;
+}
+
+void FillMask(const Field& field, const graph::Workers& workers, Prepared& out) {
+  const int width = out.lines.width, height = out.lines.height;
+  uint32_t* mask = nullptr;
+  out.mask = Memory(int64_t{width} * height, &mask);
+  out.lines.mask = mask;
+  ForRows(height, workers, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < width; ++x) mask[ptrdiff_t{y} * width + x] = field.At(x, y).known ? 0 : 1;
+    }
+  });
+}
+
+// Vectors times 2^-exponent. Returns the square of the longest of them.
+double Scale(const Lines& lines, int exponent, const graph::Workers& workers, float* uv) {
+  std::vector<double> longest(static_cast<size_t>((lines.height + kRows - 1) / kRows));
+  ForRows(lines.height, workers, [&](int y0, int y1) {
+    double& here = longest[static_cast<size_t>(y0 / kRows)];
+    for (int y = y0; y < y1; ++y) {
+      float* const row = uv + y * lines.uv_row;
+      for (int i = 0; i < 2 * lines.width; i += 2) {
+        if (exponent != 0)
+          row[i] = std::ldexp(row[i], -exponent), row[i + 1] = std::ldexp(row[i + 1], -exponent);
+        here = std::max(here, double{row[i]} * row[i] + double{row[i + 1]} * row[i + 1]);
+      }
+      Frame(lines, row);
+    }
+  });
+  return *std::max_element(longest.begin(), longest.end());
+}
+
+// On a map of latitude and longitude: by how much each row's u is shorter on the sphere, and the longest
+// vector there.
+void ShrinkByLatitude(const Lines& lines, const float* uv, Prepared& out) {
+  double shown = 0;
+  for (int y = 0; y < lines.height; ++y) {
+    out.shrink.push_back(static_cast<float>(std::sin(std::numbers::pi * (y + 0.5) / lines.height)));
+    for (int x = 0; x < lines.width; ++x) {
+      const double u = double{uv[y * lines.uv_row + 2 * x]} * out.shrink.back(),
+                   v = uv[y * lines.uv_row + 2 * x + 1];
+      shown = std::max(shown, u * u + v * v);
+    }
+  }
+  out.longest_shown = static_cast<float>(std::sqrt(shown));
+}
+
+// Vectors, their frame, and the mask where there is one. Without `keep` the vectors are only looked at, if
+// they can be read again as they stand.
+void PrepareField(const LicParams& params, const Field& field, bool keep, const graph::Workers& workers,
+                  Prepared& out) {
+  Lines& lines = out.lines;
+  float* uv = nullptr;
+  if (keep) {
+    lines.uv_row = RowStride(2 * (ptrdiff_t{lines.width} + 2 + kRowSlack));
+    out.uv = Memory(lines.uv_row * (lines.height + 2), &uv);
+    uv += lines.uv_row + 2;
+    lines.uv = uv;
+  }
+  const RowFound all = CopyVectors(field, lines, workers, uv);
   // Squares must neither overflow nor vanish; a power of two changes no digit.
   const int exponent = all.largest > 0 ? std::ilogb(all.largest) : 0;
-  const bool extreme = exponent < -20 || exponent > 20, scale = extreme && !params.speed;
+  const bool extreme = exponent < -20 || exponent > 20;
   if (!keep && extreme) return PrepareField(params, field, true, workers, out);
 
-  if (all.masked) {
-    uint32_t* mask = nullptr;
-    out.mask = Memory(int64_t{width} * height, &mask);
-    lines.mask = mask;
-    ForRows(height, workers, [&](int y0, int y1) {
-      for (int y = y0; y < y1; ++y) {
-        for (int x = 0; x < width; ++x) mask[ptrdiff_t{y} * width + x] = field.At(x, y).known ? 0 : 1;
-      }
-    });
-  }
+  if (all.masked) FillMask(field, workers, out);
   if (!keep) {
     out.longest = out.longest_shown = std::sqrt(all.squared);
-    lines.smallest = std::max(static_cast<float>(params.smallest * out.longest), 1e-18f);
-    return;
+  } else {
+    const double most =
+        extreme ? Scale(lines, params.speed ? 0 : exponent, workers, uv) : double{all.squared};
+    out.longest = out.longest_shown = static_cast<float>(std::sqrt(most));
+    if (params.units == LicUnits::kLatLong) ShrinkByLatitude(lines, uv, out);
+    FrameRows(lines, uv);
   }
-  double most = all.squared;
-  if (extreme) {
-    std::vector<double> longest(found.size());
-    ForRows(height, workers, [&](int y0, int y1) {
-      double& here = longest[static_cast<size_t>(y0 / kRows)];
-      for (int y = y0; y < y1; ++y) {
-        float* const row = uv + y * lines.uv_row;
-        for (int i = 0; i < 2 * width; i += 2) {
-          if (scale) row[i] = std::ldexp(row[i], -exponent), row[i + 1] = std::ldexp(row[i + 1], -exponent);
-          here = std::max(here, double{row[i]} * row[i] + double{row[i + 1]} * row[i + 1]);
-        }
-        frame(row);
-      }
-    });
-    most = *std::max_element(longest.begin(), longest.end());
-  }
-  out.longest = static_cast<float>(std::sqrt(most));
-  out.longest_shown = out.longest;
-  if (params.units == LicUnits::kLatLong) {
-    double shown = 0;
-    for (int y = 0; y < height; ++y) {
-      out.shrink.push_back(static_cast<float>(std::sin(std::numbers::pi * (y + 0.5) / height)));
-      for (int x = 0; x < width; ++x) {
-        const double u = double{uv[y * lines.uv_row + 2 * x]} * out.shrink.back(),
-                     v = uv[y * lines.uv_row + 2 * x + 1];
-        shown = std::max(shown, u * u + v * v);
-      }
-    }
-    out.longest_shown = static_cast<float>(std::sqrt(shown));
-  }
-  const bool turns = lines.around_y;
-  const auto copy = [&](int from, int to) {
-    std::copy_n(uv + from * lines.uv_row - 2, lines.uv_row, uv + to * lines.uv_row - 2);
-  };
-  copy(turns ? height - 1 : 0, -1);
-  copy(turns ? 0 : height - 1, height);
   lines.smallest = std::max(static_cast<float>(params.smallest * out.longest), 1e-18f);
 }
 
