@@ -129,12 +129,13 @@ class TileStage {
   virtual TileSize PreferredAlone() const { return Preferred(); }
 };
 
-// Calls task(i, worker) for every i in [0, count), on Workers::count() threads; results must not depend on
-// the order.
+// What an evaluation may use. For calls task(i, worker) for every i in [0, count), on count() threads;
+// results must not depend on the order. context() has the memory, and what is kept for later evaluations.
 class Workers {
  public:
   virtual ~Workers() = default;
   virtual int count() const = 0;
+  virtual Context& context() const = 0;
   virtual void For(int64_t count, const std::function<void(int64_t i, int worker)>& task) const = 0;
 };
 

@@ -29,8 +29,8 @@ class LittleMemory {
  public:
   virtual ~LittleMemory() = default;
   // With the same bits in place of the whole stage; null: none.
-  virtual std::unique_ptr<RowsStage> MakeRowsStage(const ImageSpec& input) const {
-    (void)input;
+  virtual std::unique_ptr<RowsStage> MakeRowsStage(const ImageSpec& input, Context& context) const {
+    (void)input, (void)context;
     return nullptr;
   }
   // Whether that stage is the better one at any size; the result is small and in memory all the same.

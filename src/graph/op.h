@@ -17,10 +17,6 @@
 #include "tessera/node.h"
 
 TESSERA_API_BEGIN
-namespace tessera {
-class Context;
-}  // namespace tessera
-
 namespace tessera::graph {
 
 // How an operation's channels depend on its inputs' channels.
@@ -51,8 +47,7 @@ struct StageContext {
   // One per input: the whole data window as dense float pixels where the op NeedsWhole(k) or is kWhole, else
   // no data. The pixels stay as long as the stage.
   std::span<const ConstImageView> whole;
-  const Workers& workers;  // for costly preparation
-  Context& context;        // what evaluations keep for the next ones
+  const Workers& workers;  // for costly preparation, and memory
 };
 
 class Op {

@@ -197,7 +197,7 @@ class Planner {
 }  // namespace
 
 StageContexts::StageContexts(const NodeData& data, Prepass& prepass, std::vector<std::string>* prepasses)
-    : data_(data), workers_(prepass.workers()), context_(prepass.context()) {
+    : data_(data), workers_(prepass.workers()) {
   for (size_t k = 0; k < data.inputs.size(); ++k) {
     const int input = static_cast<int>(k);
     specs_.push_back(data.inputs[k].spec());
@@ -210,8 +210,7 @@ StageContexts::StageContexts(const NodeData& data, Prepass& prepass, std::vector
 }
 
 StageContext StageContexts::For(const std::array<int, 4>& channels) const {
-  return {specs_, data_.spec, {channels[0], channels[1], channels[2], channels[3]},
-          whole_, workers_,   context_};
+  return {specs_, data_.spec, {channels[0], channels[1], channels[2], channels[3]}, whole_, workers_};
 }
 
 Plan MakePlan(const Node& root, int operations, Prepass& prepass) {

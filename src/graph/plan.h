@@ -113,7 +113,6 @@ class Prepass {
   // All of a node as dense float pixels, which stay as long as the Prepass.
   virtual ConstImageView Whole(const Node& input) = 0;
   virtual const Workers& workers() const = 0;
-  virtual Context& context() const = 0;
 };
 
 // An op's context, its whole inputs taken from `prepass`. Owns what the context refers to.
@@ -125,7 +124,6 @@ class StageContexts {
  private:
   const NodeData& data_;
   const Workers& workers_;
-  Context& context_;
   std::vector<ImageSpec> specs_;
   std::vector<ConstImageView> whole_;
 };

@@ -84,7 +84,7 @@ class Evaluation final : public Prepass {
         rules_(options.rules_off),
         stats_(stats),
         progress_(progress),
-        workers_(options.threads, options.shuffle_tiles, progress),
+        workers_(options.threads, ContextOf(options), options.shuffle_tiles, progress),
         short_of_memory_(outer != nullptr && outer->short_of_memory_) {}
 
   // One of `out` and `sink`.
@@ -135,7 +135,7 @@ class Evaluation final : public Prepass {
     }
     const auto [it, fresh] = whole_.try_emplace(input.data());
     if (fresh) {
-      const Image image = Image::Uninitialized(AsFloats(input.spec()), context());
+      const Image image = Image::Uninitialized(AsFloats(input.spec()), workers_.context());
       const ImageView view = image.view();
       Evaluation(options_, stats_, progress_, this).Run(input, view.roi, PixelType::kFloat, &view, nullptr);
       it->second = {input, image};
@@ -143,7 +143,6 @@ class Evaluation final : public Prepass {
     return it->second.second.view();
   }
   const Workers& workers() const override { return workers_; }
-  Context& context() const override { return ContextOf(options_); }
 
  private:
   // The node as it is computed.
@@ -155,14 +154,14 @@ class Evaluation final : public Prepass {
   // A source of a whole operation's result.
   Node Computed(const Node& node) {
     if (PrefersRows(*node.data()->op)) {
-      const Image image = Image::Uninitialized(AsFloats(node.spec()), context());
+      const Image image = Image::Uninitialized(AsFloats(node.spec()), workers_.context());
       TakeRows(node)->Give(image.view());
       return FromImage(image);
     }
     if (short_of_memory_) {
-      if (const auto stage = TakeRows(node)) return SourceOfRows(stage, node.spec(), context());
+      if (const auto stage = TakeRows(node)) return SourceOfRows(stage, node.spec(), workers_.context());
     }
-    const Image image = Image::Uninitialized(AsFloats(node.spec()), context());
+    const Image image = Image::Uninitialized(AsFloats(node.spec()), workers_.context());
     RunWhole(node, image.view());
     if (short_of_memory_) whole_.clear();
     return FromImage(image);
@@ -175,7 +174,7 @@ class Evaluation final : public Prepass {
     const LittleMemory* const op = AsLittleMemory(*d.op);
     if (op == nullptr || d.inputs.size() != 1) return nullptr;
     const Node& input = d.inputs[0];
-    const std::shared_ptr<RowsStage> stage = op->MakeRowsStage(input.spec());
+    const std::shared_ptr<RowsStage> stage = op->MakeRowsStage(input.spec(), workers_.context());
     if (stage == nullptr) return nullptr;
     PassTimer timer(stats_, d.op->Name());
     RowsSink sink(*stage);

@@ -12,9 +12,13 @@ namespace tessera::sched {
 class CancellableWorkers final : public graph::Workers {
  public:
   // `shuffle`: serial, in a shuffled order.
-  CancellableWorkers(int threads, bool shuffle, const Progress& progress)
-      : shuffle_(shuffle), threads_(shuffle ? 1 : ThreadCount(threads)), progress_(progress) {}
+  CancellableWorkers(int threads, Context& context, bool shuffle, const Progress& progress)
+      : shuffle_(shuffle),
+        threads_(shuffle ? 1 : ThreadCount(threads)),
+        context_(context),
+        progress_(progress) {}
   int count() const override { return threads_; }
+  Context& context() const override { return context_; }
   void For(int64_t n, const std::function<void(int64_t, int)>& task) const override {
     const auto checked = [&](int64_t i, int worker) {
       progress_.Check();
@@ -31,6 +35,7 @@ class CancellableWorkers final : public graph::Workers {
  private:
   const bool shuffle_;
   const int threads_;
+  Context& context_;
   const Progress& progress_;
 };
 

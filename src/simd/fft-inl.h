@@ -39,7 +39,7 @@ HWY_INLINE Complex<Vec> operator-(const Complex<Vec>& a, const Complex<Vec>& b) 
 }
 // a times (c + i s), or times its conjugate.
 template <bool kConjugate, class Vec>
-HWY_INLINE Complex<Vec> Turn(const Complex<Vec>& a, Vec c, Vec s) {
+HWY_INLINE Complex<Vec> Twiddle(const Complex<Vec>& a, Vec c, Vec s) {
   if (kConjugate) return {hn::MulAdd(a.im, s, hn::Mul(a.re, c)), hn::NegMulAdd(a.re, s, hn::Mul(a.im, c))};
   return {hn::NegMulAdd(a.im, s, hn::Mul(a.re, c)), hn::MulAdd(a.re, s, hn::Mul(a.im, c))};
 }
@@ -71,12 +71,12 @@ HWY_INLINE void Butterfly4(const Columns<T>& x, int base, int q, const T* w, int
   for (int j = 0; j < q; ++j) {
     const int n = base + j;
     Value a = x.Get(n), b = x.Get(n + q), c = x.Get(n + 2 * q), e = x.Get(n + 3 * q);
-    const auto turned = [&](const Value& v, int k) HWY_ATTR {
+    const auto twiddled = [&](const Value& v, int k) HWY_ATTR {
       if (j == 0) return v;
       const T* t = w + 2 * (k * j * step);
-      return Turn<kInverse>(v, hn::Set(d, t[0]), hn::Set(d, t[1]));
+      return Twiddle<kInverse>(v, hn::Set(d, t[0]), hn::Set(d, t[1]));
     };
-    if constexpr (kInverse) b = turned(b, 1), c = turned(c, 2), e = turned(e, 3);
+    if constexpr (kInverse) b = twiddled(b, 1), c = twiddled(c, 2), e = twiddled(e, 3);
     if constexpr (kInverse) {
       // Blocks hold the residues 0, 1, 2, 3 of the frequency.
       const Value t0 = a + c, t1 = a - c, t2 = b + e, t3 = b - e;
@@ -85,8 +85,8 @@ HWY_INLINE void Butterfly4(const Columns<T>& x, int base, int q, const T* w, int
     } else {
       const Value t0 = a + c, t1 = a - c, t2 = b + e, t3 = b - e;
       const Value i{t3.im, hn::Neg(t3.re)};
-      x.Put(n, t0 + t2), x.Put(n + q, turned(t1 + i, 1)), x.Put(n + 2 * q, turned(t0 - t2, 2));
-      x.Put(n + 3 * q, turned(t1 - i, 3));
+      x.Put(n, t0 + t2), x.Put(n + q, twiddled(t1 + i, 1)), x.Put(n + 2 * q, twiddled(t0 - t2, 2));
+      x.Put(n + 3 * q, twiddled(t1 - i, 3));
     }
   }
 }

@@ -102,7 +102,7 @@ void StorePlane(const float* plane, int count, bool stream, typename Samples<typ
 
 // Asks for samples [first, first + count) after p, which need not exist.
 template <class T>
-HWY_INLINE void Ask(const T* p, int first, int count) {
+HWY_INLINE void PrefetchRow(const T* p, int first, int count) {
   const auto at = reinterpret_cast<uintptr_t>(p) + static_cast<size_t>(first) * sizeof(T);
   for (size_t k = 0; k < static_cast<size_t>(count) * sizeof(T); k += 64) {
     __builtin_prefetch(reinterpret_cast<const void*>(at + k), 0, 2);
@@ -232,7 +232,7 @@ void LoadTyped(const LoadArgs& args) {
       for (int i = 0; i < n; i += kLanes) {
         // The next block's pixels: the processor's own prefetching sleeps while this one is worked on, and
         // ends at the page. With two or more images half of the time goes there.
-        Ask<T>(p, 4 * (i + kBlockPixels), 4 * kLanes);
+        PrefetchRow<T>(p, 4 * (i + kBlockPixels), 4 * kLanes);
         StorePlanes(ValuesOf<type>(LoadRgbaCodes<type>(p + 4 * i)), plane, first + i);
       }
     });
@@ -241,7 +241,7 @@ void LoadTyped(const LoadArgs& args) {
                              args.plane[layout.plane_of[2]]};
     LoadGroups(pixels, 3, args.count, [&](const T* p, int first, int n) HWY_ATTR {
       for (int i = 0; i < n; i += kLanes) {
-        Ask<T>(p, 3 * (i + kBlockPixels), 3 * kLanes);
+        PrefetchRow<T>(p, 3 * (i + kBlockPixels), 3 * kLanes);
         V x, y, z;
         LoadRgbVector<type>(p + 3 * i, x, y, z);
         hn::StoreU(x, D(), plane[0] + first + i);

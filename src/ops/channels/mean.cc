@@ -106,7 +106,7 @@ class MeanOp final : public graph::OpWith<MeanParams>, public graph::LittleMemor
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext&) const override {
     return std::make_unique<MeanWholeStage>();
   }
-  std::unique_ptr<graph::RowsStage> MakeRowsStage(const ImageSpec& input) const override {
+  std::unique_ptr<graph::RowsStage> MakeRowsStage(const ImageSpec& input, Context&) const override {
     return std::make_unique<MeanStage>(input.channel_count());
   }
   bool PrefersRows() const override { return true; }

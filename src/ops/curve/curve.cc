@@ -71,7 +71,7 @@ class CurveOp final : public graph::OpWith<CurveParams> {
       planes[p] = {true, *f, static_cast<float>(ValueOf(*f, kInfinity)), static_cast<float>(LimitBelow(*f)),
                    static_cast<float>(ValueOf(*f, 0))};
     }
-    return MakeCurveStage(planes, context.inputs[0].type == PixelType::kUint8, context.context);
+    return MakeCurveStage(planes, context.inputs[0].type == PixelType::kUint8, context.workers.context());
   }
 };
 
@@ -90,7 +90,7 @@ class PowerConstantOp final : public graph::OpWith<PowerConstants> {
       planes[p].exponent = ChannelValue(params().values, context.channels[p], 1);
       planes[p].active = planes[p].exponent != 1;
     }
-    return MakePowerStage(planes, context.inputs[0].type == PixelType::kUint8, context.context);
+    return MakePowerStage(planes, context.inputs[0].type == PixelType::kUint8, context.workers.context());
   }
 };
 

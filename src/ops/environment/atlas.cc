@@ -41,7 +41,8 @@ EnvironmentAtlas::EnvironmentAtlas(const ConstImageView& picture, int first, con
     throw DataError("environment map",
                     "found " + std::to_string(texels) + " texels, expected fewer than 2^31");
   }
-  memory_ = base::AllocateAligned(static_cast<size_t>(texels) * 16 + 64, base::Access::kScattered);
+  memory_ = base::AllocateAligned(workers.context(), static_cast<size_t>(texels) * 16 + 64,
+                                  base::Access::kScattered);
   if (texels == 0) return;
   const int channels = std::min(4, picture.channels - first);
   const int64_t lines = static_cast<int64_t>(layout_.faces.size()) * layout_.height;
@@ -95,7 +96,8 @@ void EnvironmentAtlas::HoldHalves(ToHalf convert, const graph::Workers& workers)
   if (layout_.map != EnvironmentMap::kLatLong || !finite_ || layout_.faces.empty()) return;
   const ptrdiff_t row = ptrdiff_t{4} * stride();
   const std::shared_ptr<std::byte> halves = base::AllocateAligned(
-      static_cast<size_t>(row) * static_cast<size_t>(rows()) * 2 + 64, base::Access::kScattered);
+      workers.context(), static_cast<size_t>(row) * static_cast<size_t>(rows()) * 2 + 64,
+      base::Access::kScattered);
   std::atomic<bool> exact = true;
   workers.For(layout_.height, [&](int64_t j, int) {
     auto* const to = reinterpret_cast<uint16_t*>(halves.get()) + (j + 1) * row;

@@ -64,9 +64,9 @@ class EnvironmentOp final : public graph::OpWith<ops::EnvironmentSettings> {
  private:
   EnvironmentStagePlan PlanOf(const graph::StageContext& context) const {
     const EnvironmentParams& p = params().params;
-    auto map = texture_ ? texture_->data()->Prepared(context.workers, context.context)
+    auto map = texture_ ? texture_->data()->Prepared(context.workers)
                         : std::make_shared<const PreparedEnvironment>(context.whole.back(), p, false,
-                                                                      context.workers, context.context);
+                                                                      context.workers);
     return {p, positions_, std::move(map)};
   }
 

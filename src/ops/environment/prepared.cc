@@ -17,13 +17,13 @@ namespace {
 // The table of a lobe: of the same map the one that is kept, as where frames follow each other.
 std::shared_ptr<const EnvironmentAtlas> KeptLobeTable(const ConstImageView& picture, int first,
                                                       const MapLayout& layout, const EnvironmentParams& p,
-                                                      const graph::Workers& workers, Context& context) {
+                                                      const graph::Workers& workers) {
   std::ostringstream key;
   key.precision(17);
   key << "lobe table " << base::DigestText(picture) << static_cast<int>(p.map) << ' ' << first << ' '
       << p.lobe << ' ' << p.table << ' ' << SimdTarget();
   const auto side = static_cast<size_t>(p.table > 0 ? p.table : LobeTableSize(p.lobe)) + 2;
-  return context.Cached<EnvironmentAtlas>(key.str(), 6 * side * side * 4 * sizeof(float), [&] {
+  return workers.context().Cached<EnvironmentAtlas>(key.str(), 6 * side * side * 4 * sizeof(float), [&] {
     return MakeLobeTable(picture, first, layout, p.lobe, p.table, workers);
   });
 }
@@ -31,14 +31,14 @@ std::shared_ptr<const EnvironmentAtlas> KeptLobeTable(const ConstImageView& pict
 }  // namespace
 
 PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& p, bool kept,
-                                         const graph::Workers& workers, Context& context) {
+                                         const graph::Workers& workers) {
   const MapLayout layout = LayoutOf("envmap", p.map, picture.roi.width(), picture.roi.height());
   empty = layout.faces.empty();
   for (int first = 0; first < picture.channels && !empty; first += 4) {
     if (p.lobe > 0 && p.table < 0) {
       samples.push_back(std::make_shared<const LobeSamples>(picture, first, layout, 0));
     } else if (p.lobe > 0) {
-      atlases.push_back(KeptLobeTable(picture, first, layout, p, workers, context));
+      atlases.push_back(KeptLobeTable(picture, first, layout, p, workers));
     } else {
       const auto atlas = std::make_shared<EnvironmentAtlas>(picture, first, layout, workers);
       if (p.filter == EnvironmentFilter::kMip)
@@ -52,10 +52,9 @@ PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const En
 }  // namespace ops
 
 std::shared_ptr<const ops::PreparedEnvironment> EnvironmentTexture::Data::Prepared(
-    const graph::Workers& workers, Context& context) const {
+    const graph::Workers& workers) const {
   std::call_once(once, [&] {
-    prepared =
-        std::make_shared<const ops::PreparedEnvironment>(picture.view(), params, true, workers, context);
+    prepared = std::make_shared<const ops::PreparedEnvironment>(picture.view(), params, true, workers);
   });
   return prepared;
 }

@@ -23,7 +23,7 @@ struct PreparedEnvironment {
 
   // `kept`: for many renders, so that half floats are held as such.
   PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& params, bool kept,
-                      const graph::Workers& workers, Context& context);
+                      const graph::Workers& workers);
 };
 
 }  // namespace tessera::ops
@@ -37,8 +37,7 @@ struct EnvironmentTexture::Data {
   mutable std::shared_ptr<const ops::PreparedEnvironment> prepared;
 
   // By the first render that needs it.
-  std::shared_ptr<const ops::PreparedEnvironment> Prepared(const graph::Workers& workers,
-                                                           Context& context) const;
+  std::shared_ptr<const ops::PreparedEnvironment> Prepared(const graph::Workers& workers) const;
 };
 
 }  // namespace tessera

@@ -210,10 +210,10 @@ class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::Lit
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext&) const override {
     return std::make_unique<GaussianStage>(params(), method_ == FilterMethod::kDecimated);
   }
-  std::unique_ptr<graph::RowsStage> MakeRowsStage(const ImageSpec& input) const override {
+  std::unique_ptr<graph::RowsStage> MakeRowsStage(const ImageSpec& input, Context& context) const override {
     if (method_ != FilterMethod::kDecimated) return nullptr;
     const GaussianParams& p = params();
-    return MakeDecimatedRows(p.sigma_x, p.sigma_y, input, p.wrap, p.border_value);
+    return MakeDecimatedRows(p.sigma_x, p.sigma_y, input, p.wrap, p.border_value, context);
   }
   // Large Gaussians take rows but for borders made of rows elsewhere; the others are summed.
   std::shared_ptr<const graph::Op> InLittleMemory() const override {

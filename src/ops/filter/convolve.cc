@@ -35,7 +35,7 @@ Kernel Prepared(Kernel kernel, const ConvolveParams& params) {
   if (params.divisor != 0) {
     for (double& w : kernel.weights) w /= params.divisor;
   }
-  return params.correlate ? kernel : Turned(kernel);
+  return params.correlate ? kernel : Reversed(kernel);
 }
 
 class ConvolveOp final : public graph::OpWith<Convolution> {

@@ -122,9 +122,9 @@ class Field {
 };
 
 template <typename T>
-std::shared_ptr<std::byte> Memory(int64_t count, T** first) {
-  std::shared_ptr<std::byte> memory =
-      base::AllocateAligned(static_cast<size_t>(count) * sizeof(T) + 64, base::Access::kScattered);
+std::shared_ptr<std::byte> Memory(const graph::Workers& workers, int64_t count, T** first) {
+  std::shared_ptr<std::byte> memory = base::AllocateAligned(
+      workers.context(), static_cast<size_t>(count) * sizeof(T) + 64, base::Access::kScattered);
   *first = reinterpret_cast<T*>(memory.get());
   return memory;
 }
@@ -202,7 +202,7 @@ RowFound CopyVectors(const Field& field, const Lines& lines, const graph::Worker
 void FillMask(const Field& field, const graph::Workers& workers, Prepared& out) {
   const int width = out.lines.width, height = out.lines.height;
   uint32_t* mask = nullptr;
-  out.mask = Memory(int64_t{width} * height, &mask);
+  out.mask = Memory(workers, int64_t{width} * height, &mask);
   out.lines.mask = mask;
   ForRows(height, workers, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
@@ -252,7 +252,7 @@ void PrepareField(const LicParams& params, const Field& field, bool keep, const 
   float* uv = nullptr;
   if (keep) {
     lines.uv_row = RowStride(2 * (ptrdiff_t{lines.width} + 2 + kRowSlack));
-    out.uv = Memory(lines.uv_row * (lines.height + 2), &uv);
+    out.uv = Memory(workers, lines.uv_row * (lines.height + 2), &uv);
     uv += lines.uv_row + 2;
     lines.uv = uv;
   }
@@ -330,7 +330,7 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
   uint8_t* codes = nullptr;
   if (cells) {
     lines.cell_row = RowStride(ptrdiff_t{width} + 2 + kRowSlack);
-    out.cells = Memory(lines.cell_row * (lines.height + 2), &cell);
+    out.cells = Memory(workers, lines.cell_row * (lines.height + 2), &cell);
     std::fill_n(cell, lines.cell_row, kCellEnd);
     std::fill_n(cell + lines.cell_row * (lines.height + 1), lines.cell_row, kCellEnd);
     cell += lines.cell_row + 1;
@@ -342,7 +342,7 @@ void PrepareTexture(const LicParams& params, const Field& field, const graph::Wo
     lines.texture_row = (ptrdiff_t{width} * lines.texture_step + 2 * kCodeFrame + 127) / 128 * 128 + 64;
     if (!cells) {
       // The kernels read, but do not use, a few rows and columns beyond.
-      out.texture = Memory(lines.texture_row * (lines.height + 2 * kCodeFrame), &codes);
+      out.texture = Memory(workers, lines.texture_row * (lines.height + 2 * kCodeFrame), &codes);
       codes += lines.texture_row * kCodeFrame + kCodeFrame;
     }
     lines.codes = codes;
@@ -488,7 +488,7 @@ Prepared Prepare(const LicParams& params, const ConstImageView& field, int alpha
   if (params.method == LicMethod::kShared && params.linear) lines.smooth = IsSmooth(lines);
   if (params.magnitude == LicMagnitude::kLength) {
     float* reaches = nullptr;
-    out.reach = Memory(int64_t{lines.width} * lines.height, &reaches);
+    out.reach = Memory(workers, int64_t{lines.width} * lines.height, &reaches);
     lines.reach = reaches;
     ForRows(lines.height, workers, [&](int y0, int y1) {
       for (int y = y0; y < y1; ++y) {

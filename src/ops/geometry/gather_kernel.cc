@@ -296,7 +296,7 @@ class Gatherer {
     }
     return sure;
   }
-  HWY_INLINE void AskAhead(const float* pixels, int count, ptrdiff_t ahead) const {
+  HWY_INLINE void PrefetchAhead(const float* pixels, int count, ptrdiff_t ahead) const {
     for (int i = 0; i < count; i += 4) hwy::Prefetch(At<4>(pixels, plain_.base[i]) + ahead);
   }
   bool BlendRun(size_t g, int x, int y, int count, ptrdiff_t ahead) {
@@ -309,7 +309,7 @@ class Gatherer {
     BlockResults results{copy, {6, 0}, false};
     if (direct) results.to = out, results.stream = job_.stream && s::CanStream(out);
     for (int i = count; i < whole; ++i) plain_.base[i] = plain_.base[count - 1];
-    AskAhead(pixels, count, ahead);
+    PrefetchAhead(pixels, count, ahead);
     if (BlendSquares4(pixels, group.row_stride / 4, plain_, whole, results)) return false;
     for (int i = 0; i < count && !direct; ++i) {
       Write(F4::Load(copy + 4 * i), g, out + ptrdiff_t{job_.out.channels} * i, false);
@@ -322,7 +322,7 @@ class Gatherer {
     const auto* const pixels = reinterpret_cast<const float*>(group.data);
     auto* const out = reinterpret_cast<float*>(job_.out.At(x, y));
     const bool stream = direct_ && job_.stream && reinterpret_cast<uintptr_t>(out) % 16 == 0;
-    AskAhead(pixels, count, ahead);
+    PrefetchAhead(pixels, count, ahead);
     for (int i = 0; i < count; ++i) {
       Write(
           Look<kTaps, false>(At<4>(pixels, plain_.base[i]), group.row_stride / 4, plain_.fx[i], plain_.fy[i]),

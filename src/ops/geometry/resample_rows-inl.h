@@ -64,7 +64,7 @@ HWY_INLINE RowTaps TapsOfRows(const AxisTaps& y, int y0, int height) {
 // The samples after those: rows lie far apart, and too little of each is read at once for the processor to
 // see where it goes on.
 template <int N>
-HWY_INLINE void FetchNext(const RowTaps& taps, const float* source, ptrdiff_t stride) {
+HWY_INLINE void PrefetchNext(const RowTaps& taps, const float* source, ptrdiff_t stride) {
   for (int k = 0; k < taps.rows; ++k) {
     // Where they begin amid a cache line it is there already.
     const float* const next = source + k * stride + N;
@@ -76,7 +76,7 @@ HWY_INLINE void FetchNext(const RowTaps& taps, const float* source, ptrdiff_t st
 template <int N, class Use>
 HWY_INLINE void SharedSums(const RowTaps& taps, const float* source, ptrdiff_t stride, double* strip,
                            Use use) {
-  FetchNext<N>(taps, source, stride);
+  PrefetchNext<N>(taps, source, stride);
   for (int k = 0; k < taps.rows; ++k) Doubles<N>::Load(source + k * stride).Store(strip + N * k);
   for (int r = 0; r < taps.height; ++r) {
     const double* const first = strip + N * taps.Row(r);

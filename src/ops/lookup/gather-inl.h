@@ -306,7 +306,7 @@ bool LookupNearest(const Grid& grid, Chunk& chunk, int count) {
 // Asks for the rows of a chunk's cells in a picture that no near cache holds: more misses are under way than
 // the second pass alone could have.
 template <int kDims>
-HWY_INLINE void AskForCells(const Grid& grid, const Chunk& chunk, int count) {
+HWY_INLINE void PrefetchCells(const Grid& grid, const Chunk& chunk, int count) {
   constexpr int64_t kNear = int64_t{1} << 22;
   if (kDims != 2 || grid.bytes() < kNear) return;
   const ptrdiff_t up = static_cast<ptrdiff_t>(grid.axis(1).stride) * 4;
@@ -320,7 +320,7 @@ template <int kTexel, int kDims, bool kUnit>
 bool LookupLinear(const Grid& grid, Chunk& chunk, int count) {
   const bool flagged = Locate<kDims, Want::kNearer, kUnit>(grid, chunk, count, 0, 1);
   if constexpr (kTexel == 4) {
-    if constexpr (!kUnit) AskForCells<kDims>(grid, chunk, count);
+    if constexpr (!kUnit) PrefetchCells<kDims>(grid, chunk, count);
     GatherLinear4<kDims, kUnit>(grid, chunk, count);
   } else {
     GatherLinear1<kDims>(grid, chunk, count);

@@ -142,7 +142,7 @@ class LookupStage final : public graph::TileStage {
                 blocks.aside + rounded * coords.channels, 0.0f);
       coords.from = blocks.aside;
     }
-    AskForCoordinates(args.in[0], block.x, block.y, block.count, blocks.rows);
+    PrefetchCoordinates(args.in[0], block.x, block.y, block.count, blocks.rows);
     block.pairs = pairs_ != nullptr ? pairs_->For(coords, rounded) : nullptr;
     block.lost = picture_.locate(*plan_.groups[0][0], coords, rounded, block.taps);
   }
@@ -173,8 +173,8 @@ class LookupStage final : public graph::TileStage {
       if (!direct) Write(args, 0, block.x, y, block.count, here);
     }
   }
-  // The processor does not foresee the rows of a narrow tile. Inlined in any case, as AskForEach.
-  static HWY_INLINE void AskForCoordinates(const ConstImageView& in, int x, int y, int count, int rows) {
+  // The processor does not foresee the rows of a narrow tile. Inlined in any case, as PrefetchEach.
+  static HWY_INLINE void PrefetchCoordinates(const ConstImageView& in, int x, int y, int count, int rows) {
     const int ahead = std::max(4, rows);
     for (int row = y + ahead; row < std::min(y + ahead + rows, in.roi.y1); ++row) {
       const auto* const p = reinterpret_cast<const float*>(in.At(x, row));

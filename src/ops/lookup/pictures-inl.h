@@ -59,7 +59,7 @@ static_assert(kChunk == kSquares);
 // from place to place. No lambda: g++ takes a function that only asks for memory for one without effects, and
 // drops calls that it has not inlined yet.
 template <int kRows, bool kEnds>
-HWY_INLINE void AskForEach(const Grid& grid, const Taps& taps, int unit, int count) {
+HWY_INLINE void PrefetchEach(const Grid& grid, const Taps& taps, int unit, int count) {
   const ptrdiff_t stride = ptrdiff_t{grid.axis(1).stride} * grid.texel(),
                   end = kRows * ptrdiff_t{grid.texel()} - 1;
   for (int i = 0; i < count; ++i) {
@@ -73,14 +73,14 @@ HWY_INLINE void AskForEach(const Grid& grid, const Taps& taps, int unit, int cou
 // In a picture that no cache holds. Where squares lie apart, no neighbour brings the rest of a row that is in
 // two lines.
 template <int kRows>
-HWY_INLINE void AskForRows(const Grid& grid, const Taps& taps, int unit, int count) {
+HWY_INLINE void PrefetchRows(const Grid& grid, const Taps& taps, int unit, int count) {
   if (grid.bytes() < kCacheBytes) return;
   const int64_t step = (int64_t{taps.base[1]} - taps.base[0]) * unit,
                 apart = 4 * int64_t{grid.axis(1).stride} * grid.texel();
   if (step > apart || -step > apart) {
-    AskForEach<kRows, true>(grid, taps, unit, count);
+    PrefetchEach<kRows, true>(grid, taps, unit, count);
   } else {
-    AskForEach<kRows, false>(grid, taps, unit, count);
+    PrefetchEach<kRows, false>(grid, taps, unit, count);
   }
 }
 
@@ -161,7 +161,7 @@ inline bool LocateSquares(const Grid& grid, const BlockCoordinates& block, int c
       hn::Store(places(low_cells, high_cells), di, taps.base + first + k);
     }
   }
-  AskForRows<2>(grid, taps, kTexel / kUnit<kTexel>, count);
+  PrefetchRows<2>(grid, taps, kTexel / kUnit<kTexel>, count);
   return !hn::AllTrue(d, hn::Eq(sum, hn::Zero(d)));
 }
 
@@ -207,7 +207,7 @@ inline bool LocateCubic(const Grid& grid, const BlockCoordinates& block, int cou
       }
     }
   }
-  AskForRows<4>(grid, taps, grid.texel(), count);
+  PrefetchRows<4>(grid, taps, grid.texel(), count);
   return !hn::AllTrue(d, hn::Eq(sum, hn::Zero(d)));
 }
 

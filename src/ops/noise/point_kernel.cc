@@ -119,7 +119,7 @@ struct Block {
 struct Ahead {
   const float* from = nullptr;
   int floats = 0, step = 16;
-  HWY_INLINE void Ask(int i) const {
+  HWY_INLINE void Prefetch(int i) const {
     for (int k = i * step; k < std::min(floats, (i + 1) * step); k += 16) hwy::Prefetch(from + k);
   }
 };
@@ -150,7 +150,7 @@ HWY_INLINE void BlockCorners(const PointOctave& o, int vectors, const Ahead& nex
   const s::DU du;
   const VU seed = hn::Set(du, o.seed);
   for (int i = 0; i < vectors; ++i) {
-    next.Ask(i);
+    next.Prefetch(i);
     VU side[kDims][2];
 #pragma GCC unroll 16
     for (int k = 0; k < kDims; ++k) {

@@ -188,7 +188,7 @@ inline HWY_NOINLINE NoisePlace FootOf(const MediumArgs& args, const Vec3& p, Sam
   // The strand's direction: the surface's normal, bent.
   const V tilt = hn::Mul(Set(2 * args.droop * args.per_width), height);
   const NoisePlace at = LocateNoise(args.fur, foot);
-  FetchNoise(args.fur, at);
+  PrefetchNoise(args.fur, at);
   r.normal = Unit(AddScaled(r.normal, across, tilt));
   return at;
 }
@@ -260,7 +260,7 @@ class Medium {
         NoisePlace at[K];
         for (int k = 0; k < K; ++k) {
           at[k] = LocateNoise(step.noise, p[k]);
-          FetchNoise(step.noise, at[k]);
+          PrefetchNoise(step.noise, at[k]);
         }
         for (int k = 0; k < K; ++k) {
           turbulence[k] = NoiseAt(step.noise, at[k]);

@@ -143,7 +143,7 @@ struct Places {
 };
 // Asks for what is at base + stride * index bytes: loads that miss the caches hold up all that comes behind
 // them, this does not.
-HWY_INLINE void Fetch(const void* base, const Places& places, ptrdiff_t stride) {
+HWY_INLINE void PrefetchPlaces(const void* base, const Places& places, ptrdiff_t stride) {
   for (const int32_t at : places.at) hwy::Prefetch(static_cast<const char*>(base) + stride * at);
 }
 // At base + stride * index bytes.
@@ -377,7 +377,9 @@ HWY_INLINE NoisePlace LocateNoise(const NoiseView& n, const Vec3& p, float octav
   r.index = hn::Add(hn::Add(hn::Mul(k, hn::Set(di, n.slice)), hn::Mul(j, hn::Set(di, n.row))), i);
   return r;
 }
-HWY_INLINE void FetchNoise(const NoiseView& n, const NoisePlace& at) { Fetch(n.cells, Places(at.index), 8); }
+HWY_INLINE void PrefetchNoise(const NoiseView& n, const NoisePlace& at) {
+  PrefetchPlaces(n.cells, Places(at.index), 8);
+}
 HWY_INLINE V NoiseAt(const NoiseView& n, const NoisePlace& at) {
   const DI di;
   const Words w = WordsAt(n.cells, Places(at.index), 8);

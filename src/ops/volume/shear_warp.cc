@@ -59,7 +59,8 @@ class ShearWarpStage final : public graph::WholeStage {
            const graph::Workers& workers) const override {
     const Sheared& s = sheared_;
     const size_t row_floats = static_cast<size_t>(s.stride) * 4;
-    const auto memory = base::AllocateAligned(row_floats * static_cast<size_t>(s.height) * sizeof(float));
+    const auto memory =
+        base::AllocateAligned(workers.context(), row_floats * static_cast<size_t>(s.height) * sizeof(float));
     auto* const picture = reinterpret_cast<float*>(memory.get());
     const CompositeSheared composite = FindCompositeSheared(draw_->volume.spec().type);
     const WarpSheared warp = FindWarpSheared();

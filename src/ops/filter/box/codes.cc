@@ -1,5 +1,5 @@
 // Sums of codes that run down columns and along rows: whole numbers, so that what leaves the window leaves no
-// trace. Eight rows of results go through together: their columns' sums are turned into vectors of eight
+// trace. Eight rows of results go through together: their columns' sums are transposed into vectors of eight
 // rows, so that a sum that runs along the row is one addition and one subtraction for any number of channels.
 #include "ops/filter/box/codes.h"
 
@@ -13,7 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ops/filter/box/turn-inl.h"
+#include "ops/filter/box/transpose-inl.h"
 #include "ops/filter/codes/codes-inl.h"
 #include "simd/rows-inl.h"
 
@@ -28,9 +28,9 @@ template <class T>
 struct BoxCodesStrip {
   BoxTile<T> tile;
   int first = 0, count = 0;
-  ColumnSum<T>* sums = nullptr;    // of the columns under the rows to come
-  ColumnSum<T>* turned = nullptr;  // kBoxLines of them per sample
-  uint32_t* kept = nullptr;        // sums that run along the rows, kBoxLines per channel
+  ColumnSum<T>* sums = nullptr;        // of the columns under the rows to come
+  ColumnSum<T>* transposed = nullptr;  // kBoxLines of them per sample
+  uint32_t* kept = nullptr;            // sums that run along the rows, kBoxLines per channel
 
   int seen() const { return count + (tile.width - 1) * tile.channels; }
 };
@@ -56,7 +56,7 @@ HWY_INLINE hn::Vec<DC<T>> Wide(const T* p) {
 
 // The sums of the columns of kBoxLines rows of results from row y on.
 template <class T>
-void TurnColumns(const BoxCodesStrip<T>& s, int y) {
+void TransposeColumns(const BoxCodesStrip<T>& s, int y) {
   const BoxTile<T>& t = s.tile;
   const DC<T> d;
   constexpr int kStep = static_cast<int>(hn::MaxLanes(DC<T>()));
@@ -79,7 +79,7 @@ void TurnColumns(const BoxCodesStrip<T>& s, int y) {
       sum = hn::Add(sum, hn::Sub(Wide(enter[r] + i), Wide(leave[r] + i)));
     }
     hn::Store(sum, d, s.sums + i);
-    StoreTurned(rows, s.turned + ptrdiff_t{i} * kBoxLines);
+    StoreTransposed(rows, s.transposed + ptrdiff_t{i} * kBoxLines);
     if (i % static_cast<int>(64 / sizeof(T)) == 0) {
       for (int r = 0; r < kBoxLines; ++r) base::PrefetchSecond(next[r] + i);
     }
@@ -145,8 +145,8 @@ bool MayMultiply(int area, float inverse) {
 
 // The sums of kBoxLines rows moved on to the next pixel.
 template <class T>
-HWY_INLINE Lines NextSum(const ColumnSum<T>* turned, ptrdiff_t window, const Lines& sum) {
-  const Lines enters = LoadLines(turned + window), leaves = LoadLines(turned);
+HWY_INLINE Lines NextSum(const ColumnSum<T>* transposed, ptrdiff_t window, const Lines& sum) {
+  const Lines enters = LoadLines(transposed + window), leaves = LoadLines(transposed);
   Lines next;
   for (int j = 0; j < kVectors32; ++j) next.v[j] = hn::Add(sum.v[j], hn::Sub(enters.v[j], leaves.v[j]));
   return next;
@@ -162,13 +162,13 @@ void SumAlong(const BoxCodesStrip<T>& s, const BoxArea& area, Out* const* out) {
   constexpr int kGroup = 4 * kOf;                         // results in 128 bits
   const int channels = s.tile.channels;
   const ptrdiff_t pixel = ptrdiff_t{channels} * kBoxLines, window = s.tile.width * pixel;
-  const auto* turned = s.turned;
+  const auto* transposed = s.transposed;
   constexpr int kSums = kChannels == 0 ? 1 : kChannels;
   [[maybe_unused]] Lines sums[kSums];
   for (int c = 0; c < channels; ++c) {
     Lines sum;
     for (V32& v : sum.v) v = hn::Zero(D32());
-    const auto* p = turned + c * kBoxLines;
+    const auto* p = transposed + c * kBoxLines;
     for (int x = 0; x < s.tile.width; ++x, p += pixel) {
       const Lines column = LoadLines(p);
       for (int j = 0; j < kVectors32; ++j) sum.v[j] = hn::Add(sum.v[j], column.v[j]);
@@ -191,7 +191,7 @@ void SumAlong(const BoxCodesStrip<T>& s, const BoxArea& area, Out* const* out) {
       HWY_UNROLL(4)
       for (int n = 0; n < kOf; ++n) {
         const int at = k * kOf + n;
-        const auto* const from = turned + ptrdiff_t{i + at} * kBoxLines;
+        const auto* const from = transposed + ptrdiff_t{i + at} * kBoxLines;
         Lines now;
         if constexpr (kChannels == 0) {
           uint32_t* const kept = s.kept + channel * kBoxLines;
@@ -237,7 +237,7 @@ void SumAlong(const BoxCodesStrip<T>& s, const BoxArea& area, Out* const* out) {
       std::copy_n(tail, s.count - i, out[row] + i);
     };
     for (int j = 0; j < kVectors32; ++j) {
-      TurnFour(dwords[0].v[j], dwords[1].v[j], dwords[2].v[j], dwords[3].v[j]);
+      TransposeFour(dwords[0].v[j], dwords[1].v[j], dwords[2].v[j], dwords[3].v[j]);
       for (int k = 0; k < 4; ++k) {
         put(Quarter<0>(D32(), dwords[k].v[j]), j * kLanes32 + k);
         if constexpr (kLanes32 == 8) put(Quarter<1>(D32(), dwords[k].v[j]), 4 + k);
@@ -278,7 +278,7 @@ void SumBoxes(const BoxCodesStrip<T>& s, const BoxArea& area, Out* out, ptrdiff_
     Out* rows[kBoxLines];
     for (int r = 0; r < kBoxLines; ++r)
       rows[r] = y + r < t.rows ? out + (y + r) * out_stride + s.first : spare.data();
-    TurnColumns(s, y);
+    TransposeColumns(s, y);
     if (sizeof(Out) == 1 && area.multiplied) {
       SumRows<T, Out, /*kMultiplied=*/true>(s, area, rows);
     } else {
@@ -332,7 +332,7 @@ namespace {
 HWY_EXPORT(ByteBoxesOfTarget);
 HWY_EXPORT(WordBoxesOfTarget);
 
-// f(strip) for the strips of a tile, whose turned sums stay in the nearest caches.
+// f(strip) for the strips of a tile, whose transposed sums stay in the nearest caches.
 template <class T, class F>
 void ForStrips(const BoxTile<T>& tile, base::Arena& scratch, const F& f) {
   constexpr int kLeast = 1024;
@@ -343,9 +343,9 @@ void ForStrips(const BoxTile<T>& tile, base::Arena& scratch, const F& f) {
   const auto room = static_cast<size_t>(std::min(strip, tile.samples) + halo + tile.channels + 4 * kBoxUnit);
   BoxCodesStrip<T> s{.tile = tile};
   s.sums = scratch.Allocate<ColumnSum<T>>(room);
-  s.turned = scratch.Allocate<ColumnSum<T>>(room * kBoxLines);
+  s.transposed = scratch.Allocate<ColumnSum<T>>(room * kBoxLines);
   s.kept = scratch.Allocate<uint32_t>(static_cast<size_t>(tile.channels) * kBoxLines);
-  std::fill_n(s.turned, room * kBoxLines, ColumnSum<T>{0});
+  std::fill_n(s.transposed, room * kBoxLines, ColumnSum<T>{0});
   for (; s.first < tile.samples; s.first += strip) {
     s.count = std::min(strip, tile.samples - s.first);
     f(s);

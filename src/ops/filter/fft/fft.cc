@@ -152,7 +152,7 @@ void Multiply(const FftKernel& k, const FftKernel::Spectrum<T>& spectrum, const 
       const ptrdiff_t at = y * stride + x, of = static_cast<ptrdiff_t>(y) * half + x;
       const typename s::Columns<T>::Value v{hn::LoadU(d, p.re + at), hn::LoadU(d, p.im + at)};
       const auto r =
-          s::Turn<false>(v, hn::LoadU(d, spectrum.re.data() + of), hn::LoadU(d, spectrum.im.data() + of));
+          s::Twiddle<false>(v, hn::LoadU(d, spectrum.re.data() + of), hn::LoadU(d, spectrum.im.data() + of));
       hn::StoreU(r.re, d, p.re + at);
       hn::StoreU(r.im, d, p.im + at);
     }

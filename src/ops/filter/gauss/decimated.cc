@@ -143,8 +143,8 @@ SmallAxis MakeAxis(int length, const AxisBorder& border, int warm_up) {
 
 double SmallSigma(double sigma) { return std::sqrt((sigma * sigma - 10) / 16); }
 
-std::shared_ptr<std::byte> Floats(int64_t count) {
-  return base::AllocateAligned(static_cast<size_t>(count) * 4);
+std::shared_ptr<std::byte> Floats(Context& context, int64_t count) {
+  return base::AllocateAligned(context, static_cast<size_t>(count) * 4);
 }
 float* AsFloats(const std::shared_ptr<std::byte>& p) { return reinterpret_cast<float*>(p.get()); }
 
@@ -162,7 +162,7 @@ namespace {
 class SmallImage {
  public:
   SmallImage(const DecimatedFunctions& functions, double sigma_x, double sigma_y, int width, int height,
-             int channels, Wrap wrap, double border_value)
+             int channels, Wrap wrap, double border_value, Context& context)
       : functions_(functions),
         gx_(MakeRecursiveGaussian(SmallSigma(sigma_x))),
         gy_(MakeRecursiveGaussian(SmallSigma(sigma_y))),
@@ -174,7 +174,7 @@ class SmallImage {
         height_(height),
         channels_(channels),
         stride_((static_cast<ptrdiff_t>(x_axis_.count) * channels + kMargin + 15) / 16 * 16),
-        memory_(Floats(stride_ * y_axis_.count + kMargin)),
+        memory_(Floats(context, stride_ * y_axis_.count + kMargin)),
         outside_(static_cast<size_t>(width * channels) + kMargin, static_cast<float>(border_y_.value)) {
     std::fill_n(AsFloats(memory_), stride_ * y_axis_.count + kMargin, 0.0f);
   }
@@ -268,11 +268,14 @@ class SmallImage {
 // The same with rows as they come. Of the large image the last thirteen are held.
 class DecimatedRows final : public graph::RowsStage {
  public:
-  DecimatedRows(const Roi& window, int channels, double sigma_x, double sigma_y, Wrap wrap, double value)
+  DecimatedRows(const Roi& window, int channels, double sigma_x, double sigma_y, Wrap wrap, double value,
+                Context& context)
       : window_(window),
+        context_(context),
         floats_(static_cast<size_t>(window.width() * channels)),
-        small_(ChooseDecimated(), sigma_x, sigma_y, window.width(), window.height(), channels, wrap, value),
-        line_(Floats(small_.LineFloats())),
+        small_(ChooseDecimated(), sigma_x, sigma_y, window.width(), window.height(), channels, wrap, value,
+               context),
+        line_(Floats(context, small_.LineFloats())),
         held_(floats_ * kHeld) {}
 
   void Take(const ConstImageView& rows) override {
@@ -289,7 +292,7 @@ class DecimatedRows final : public graph::RowsStage {
     return small_.IsFinite();
   }
   void Give(const ImageView& rows) const override {
-    const std::shared_ptr<std::byte> line = Floats(small_.LineFloats());
+    const std::shared_ptr<std::byte> line = Floats(context_, small_.LineFloats());
     for (int y = rows.roi.y0; y < rows.roi.y1; ++y)
       small_.Interpolate(y - window_.y0, AsFloats(line), reinterpret_cast<float*>(rows.At(rows.roi.x0, y)),
                          false);
@@ -300,6 +303,7 @@ class DecimatedRows final : public graph::RowsStage {
   float* Held(int row) { return held_.data() + floats_ * static_cast<size_t>(row % kHeld); }
 
   const Roi window_;
+  Context& context_;
   const size_t floats_;
   SmallImage small_;
   const std::shared_ptr<std::byte> line_;
@@ -310,10 +314,11 @@ class DecimatedRows final : public graph::RowsStage {
 }  // namespace
 
 std::unique_ptr<graph::RowsStage> MakeDecimatedRows(double sigma_x, double sigma_y, const ImageSpec& image,
-                                                    Wrap wrap, double border_value) {
+                                                    Wrap wrap, double border_value, Context& context) {
   const Roi& window = image.data_window;
   if (window.empty() || AxisBorder(wrap, border_value, 1).rule == AxisBorder::kMapped) return nullptr;
-  return std::make_unique<DecimatedRows>(window, image.channel_count(), sigma_x, sigma_y, wrap, border_value);
+  return std::make_unique<DecimatedRows>(window, image.channel_count(), sigma_x, sigma_y, wrap, border_value,
+                                         context);
 }
 
 void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double sigma_y,
@@ -321,12 +326,12 @@ void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double si
                   const graph::Workers& workers) {
   const Roi& r = out.roi;
   if (r.empty()) return;
-  const SmallImage small(functions, sigma_x, sigma_y, r.width(), r.height(), out.channels, wrap,
-                         border_value);
+  const SmallImage small(functions, sigma_x, sigma_y, r.width(), r.height(), out.channels, wrap, border_value,
+                         workers.context());
   std::vector<std::shared_ptr<std::byte>> scratch(static_cast<size_t>(workers.count()));
   const auto line_of = [&](int worker) {
     auto& memory = scratch[static_cast<size_t>(worker)];
-    if (!memory) memory = Floats(small.LineFloats());
+    if (!memory) memory = Floats(workers.context(), small.LineFloats());
     return AsFloats(memory);
   };
   workers.For(small.rows(), [&](int64_t m, int worker) {

@@ -32,7 +32,7 @@ void RunDecimated(const DecimatedFunctions& functions, double sigma_x, double si
 // The same, bit for bit, with rows as they come, at a sixteenth of the image's memory; null for borders that
 // are made of rows elsewhere.
 std::unique_ptr<graph::RowsStage> MakeDecimatedRows(double sigma_x, double sigma_y, const ImageSpec& image,
-                                                    Wrap wrap, double border_value);
+                                                    Wrap wrap, double border_value, Context& context);
 
 }  // namespace tessera::ops
 

@@ -20,9 +20,11 @@ float* FloatRow(const ImageView& v, int y) {
 // A worker's memory: results of the first direction, and packed tracks with their results.
 struct Scratch {
   std::shared_ptr<std::byte> forward, packed;
-  void Prepare(int length) {
+  void Prepare(int length, Context& context) {
     const size_t bytes = static_cast<size_t>(length) * kTrackCount * sizeof(float);
-    if (!forward) forward = base::AllocateAligned(bytes), packed = base::AllocateAligned(bytes);
+    if (forward) return;
+    forward = base::AllocateAligned(context, bytes);
+    packed = base::AllocateAligned(context, bytes);
   }
 };
 
@@ -93,7 +95,7 @@ void FilterLines(bool rows, bool columns, const ConstImageView& in, const ImageV
     const int64_t packed = (left + kTrackCount - 1) / kTrackCount;
     workers.For(whole + packed, [&](int64_t i, int worker) {
       Scratch& s = scratch[static_cast<size_t>(worker)];
-      s.Prepare(std::max(width, height));
+      s.Prepare(std::max(width, height), workers.context());
       if (i < whole) {
         const int y = r.y0 + static_cast<int>(i) * kRgbaRows;
         filter(0, {FloatRow(in, y), FloatRow(out, y), in.row_stride / 4, out.row_stride / 4, width}, true,
@@ -118,7 +120,7 @@ void FilterLines(bool rows, bool columns, const ConstImageView& in, const ImageV
   const int floats = width * channels, strips = (floats + kTrackCount - 1) / kTrackCount;
   workers.For(strips, [&](int64_t i, int worker) {
     Scratch& s = scratch[static_cast<size_t>(worker)];
-    s.Prepare(std::max(width, height));
+    s.Prepare(std::max(width, height), workers.context());
     const int x = static_cast<int>(i) * kTrackCount, count = std::min(kTrackCount, floats - x);
     if (count == kTrackCount) {
       filter(1,

@@ -105,7 +105,7 @@ HWY_INLINE bool HasNaN(const float* in, int count, ptrdiff_t ahead) {
   auto found = hn::IsNaN(hn::Zero(D()));
   int i = 0;
   for (; i + kLanes <= count; i += kLanes) {
-    AskFor(in + ahead, i);
+    PrefetchLine(in + ahead, i);
     found = hn::Or(found, hn::IsNaN(Load(in + i)));
   }
   bool any = !hn::AllFalse(D(), found);

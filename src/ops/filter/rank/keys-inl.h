@@ -89,12 +89,12 @@ struct StoredKeys {
   static constexpr bool kInPlace = false;
   using DS = hn::Rebind<S, DK<T>>;
   using DU = hn::RebindToUnsigned<DK<T>>;
-  static HWY_INLINE hn::Vec<DU> Turned(hn::Vec<DU> v) {
+  static HWY_INLINE hn::Vec<DU> WithSignFlipped(hn::Vec<DU> v) {
     return hn::Xor(v, hn::Set(DU(), static_cast<hn::TFromD<DU>>(1u << (kBits - 1))));
   }
   static HWY_INLINE void Store(const S* from, T* to) {
     if constexpr (sizeof(S) == sizeof(T)) {
-      hn::StoreU(hn::BitCast(DK<T>(), Turned(hn::LoadU(DU(), from))), DK<T>(), to);
+      hn::StoreU(hn::BitCast(DK<T>(), WithSignFlipped(hn::LoadU(DU(), from))), DK<T>(), to);
     } else {
       const auto code = hn::PromoteTo(DK<T>(), hn::LoadU(DS(), from));
       hn::StoreU(hn::Sub(code, hn::Set(DK<T>(), T{1} << (kBits - 1))), DK<T>(), to);
@@ -102,7 +102,7 @@ struct StoredKeys {
   }
   static HWY_INLINE hn::Vec<DS> Value(VK<T> key) {
     if constexpr (sizeof(S) == sizeof(T)) {
-      return Turned(hn::BitCast(DU(), key));
+      return WithSignFlipped(hn::BitCast(DU(), key));
     } else {
       return hn::DemoteTo(DS(), hn::Add(key, hn::Set(DK<T>(), T{1} << (kBits - 1))));
     }
@@ -117,7 +117,7 @@ bool FloatsToKeys(const float* in, int count, const float* ahead, typename K::T*
   auto all = hn::Eq(hn::Zero(D()), hn::Zero(D()));
   int i = 0;
   for (; i + kLanes <= count; i += kLanes) {
-    AskFor(ahead, i);
+    PrefetchLine(ahead, i);
     all = hn::And(all, K::Store(hn::LoadU(D(), in + i), out + i));
   }
   if (i < count) {
@@ -133,7 +133,7 @@ bool ToKeys(const typename K::Sample* in, int count, const typename K::Sample* a
   if constexpr (kOfCodes<K>) {
     // A vector beyond the last sample may be read, and keys have room for it.
     for (int i = 0; i < count; i += kKeyLanes<typename K::T>) {
-      AskFor(ahead, i);
+      PrefetchLine(ahead, i);
       K::Store(in + i, out + i);
     }
     return true;
@@ -149,7 +149,7 @@ bool AreUnsigned(const float* in, int count, const float* ahead) {
   auto most = hn::Zero(du);
   int i = 0;
   for (; i + kLanes <= count; i += kLanes) {
-    AskFor(ahead, i);
+    PrefetchLine(ahead, i);
     most = hn::Max(most, hn::LoadU(du, reinterpret_cast<const uint32_t*>(in + i)));
   }
   HWY_ALIGN uint32_t lanes[kLanes];

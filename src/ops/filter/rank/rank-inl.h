@@ -34,7 +34,7 @@ constexpr int kKeyLanes = static_cast<int>(hn::MaxLanes(DK<T>()));
 // Memory is slower than everything else here, and windows go down columns where the processor does not see
 // them coming: rows are asked for two rows before they are needed.
 template <class T>
-HWY_INLINE void AskFor(const T* p, int i) {
+HWY_INLINE void PrefetchLine(const T* p, int i) {
   if (i % static_cast<int>(64 / sizeof(T)) == 0) hwy::Prefetch(p + i);
 }
 

@@ -43,15 +43,15 @@ Roi OutputWindow(const Roi& window, const Kernel& k, Wrap wrap) {
   return inside.empty() ? Roi{} : inside;
 }
 
-Kernel Turned(const Kernel& kernel) {
-  Kernel turned = kernel;
+Kernel Reversed(const Kernel& kernel) {
+  Kernel reversed = kernel;
   const auto area = static_cast<ptrdiff_t>(kernel.width) * kernel.height;
   for (int p = 0; p < kernel.planes; ++p) {
-    std::reverse(turned.weights.begin() + p * area, turned.weights.begin() + (p + 1) * area);
+    std::reverse(reversed.weights.begin() + p * area, reversed.weights.begin() + (p + 1) * area);
   }
-  turned.anchor_x = kernel.width - 1 - kernel.anchor_x;
-  turned.anchor_y = kernel.height - 1 - kernel.anchor_y;
-  return turned;
+  reversed.anchor_x = kernel.width - 1 - kernel.anchor_x;
+  reversed.anchor_y = kernel.height - 1 - kernel.anchor_y;
+  return reversed;
 }
 
 void RequireKernel(const std::string& op, const Kernel& k) {

@@ -16,8 +16,8 @@ namespace tessera::ops {
 
 // The data window of the result: smaller with Wrap::kValid.
 Roi OutputWindow(const Roi& window, const Kernel& correlation, Wrap wrap);
-// convolve(F, G) is correlate(F, G turned by 180 degrees).
-Kernel Turned(const Kernel& kernel);
+// convolve(F, G) is correlate(F, G rotated by 180 degrees).
+Kernel Reversed(const Kernel& kernel);
 // Throws Error unless the kernel is 1x1 to 255x255, anchored inside and finite.
 void RequireKernel(const std::string& op, const Kernel& kernel);
 

@@ -1,9 +1,9 @@
-// Sums of rows turned into vectors of kBoxLines rows, and results turned back.
-#if defined(TESSERA_OPS_FILTER_BOX_TURN_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef TESSERA_OPS_FILTER_BOX_TURN_INL_H_
-#undef TESSERA_OPS_FILTER_BOX_TURN_INL_H_
+// Sums of rows transposed into vectors of kBoxLines rows, and results transposed back.
+#if defined(TESSERA_OPS_FILTER_BOX_TRANSPOSE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_OPS_FILTER_BOX_TRANSPOSE_INL_H_
+#undef TESSERA_OPS_FILTER_BOX_TRANSPOSE_INL_H_
 #else
-#define TESSERA_OPS_FILTER_BOX_TURN_INL_H_
+#define TESSERA_OPS_FILTER_BOX_TRANSPOSE_INL_H_
 #endif
 
 #include <hwy/highway.h>
@@ -43,7 +43,7 @@ HWY_INLINE hn::Vec<DQ<hn::TFromD<D>>> Quarter(D d, hn::Vec<D> v) {
 
 // Four vectors a to d of dwords: within every 128 bits the dword k of each to vector k.
 template <class V>
-HWY_INLINE void TurnFour(V& a, V& b, V& c, V& d) {
+HWY_INLINE void TransposeFour(V& a, V& b, V& c, V& d) {
   const hn::Repartition<uint64_t, D32> d64;
   const D32 d32;
   const auto wide = [&](V v) HWY_ATTR { return hn::BitCast(d64, v); };
@@ -56,7 +56,7 @@ HWY_INLINE void TurnFour(V& a, V& b, V& c, V& d) {
 }
 
 // Vectors of kBoxLines rows to `to`, kBoxLines sums of every column.
-HWY_INLINE void StoreTurned(hn::Vec<DC<uint8_t>> (&rows)[kBoxLines], uint16_t* HWY_RESTRICT to) {
+HWY_INLINE void StoreTransposed(hn::Vec<DC<uint8_t>> (&rows)[kBoxLines], uint16_t* HWY_RESTRICT to) {
   const DC<uint8_t> d;
   const hn::Repartition<uint32_t, decltype(d)> d32;
   const hn::Repartition<uint64_t, decltype(d)> d64;
@@ -82,11 +82,11 @@ HWY_INLINE void StoreTurned(hn::Vec<DC<uint8_t>> (&rows)[kBoxLines], uint16_t* H
     }
   }
 }
-HWY_INLINE void StoreTurned(hn::Vec<DC<uint16_t>> (&rows)[kBoxLines], uint32_t* HWY_RESTRICT to) {
+HWY_INLINE void StoreTransposed(hn::Vec<DC<uint16_t>> (&rows)[kBoxLines], uint32_t* HWY_RESTRICT to) {
   const DC<uint16_t> d;
   for (int h = 0; h < 2; ++h) {
     auto* const v = rows + 4 * h;
-    TurnFour(v[0], v[1], v[2], v[3]);
+    TransposeFour(v[0], v[1], v[2], v[3]);
     for (int k = 0; k < 4; ++k) {
       uint32_t* const at = to + k * kBoxLines + 4 * h;
       hn::StoreU(Quarter<0>(d, v[k]), DQ<uint32_t>(), at);
