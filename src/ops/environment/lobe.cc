@@ -137,7 +137,7 @@ std::shared_ptr<const EnvironmentAtlas> MakeLobeTable(const ConstImageView& pict
   const int cells = std::clamp(static_cast<int>(std::ceil(24 * std::sqrt(exponent))), 24, kMostCells);
   const LobeSamples samples(picture, first, layout, cells);
   const MapLayout cube = LayoutOf("environment", EnvironmentMap::kCube, 6 * n, n);
-  const Image table(ImageSpec(6 * n, n, 4));
+  const Image table = Image::Uninitialized(ImageSpec(6 * n, n, 4), workers.context());
   const LobeFunction lobe = ChooseLobe();
   workers.For(int64_t{6} * n, [&](int64_t line, int) {
     const int face = static_cast<int>(line / n), j = static_cast<int>(line % n);

@@ -75,7 +75,7 @@ EnvironmentMips::EnvironmentMips(const EnvironmentAtlas& map, const graph::Worke
   first_angle_ = std::log2(std::sqrt(4 * kPi / 6) / n);
   for (; n >= 1; n /= 2) {
     const MapLayout layout = LayoutOf("envmap", EnvironmentMap::kCube, 6 * n, n);
-    const Image picture(ImageSpec(6 * n, n, 4));
+    const Image picture = Image::Uninitialized(ImageSpec(6 * n, n, 4), workers.context());
     workers.For(int64_t{6} * n, [&](int64_t line, int) {
       const int face = static_cast<int>(line / n), j = static_cast<int>(line % n);
       for (int i = 0; i < n; ++i) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/number_text.h"
+#include "base/worker_arenas.h"
 #include "graph/op.h"
 #include "ops/filter/box/codes.h"
 #include "ops/filter/box/running_sum.h"
@@ -135,9 +136,9 @@ class BoxStage final : public graph::WholeStage {
     std::vector<int> channels(static_cast<size_t>(out.channels));
     std::iota(channels.begin(), channels.end(), 0);
     const Roi& r = out.roi;
-    std::vector<base::Arena> arenas(static_cast<size_t>(workers.count()));
+    base::WorkerArenas arenas(workers);
     workers.For(r.height(), [&](int64_t i, int worker) {
-      base::Arena& arena = arenas[static_cast<size_t>(worker)];
+      base::Arena& arena = arenas[worker];
       arena.Reset();
       const int y = r.y0 + static_cast<int>(i);
       integers_->Settle(in[0], channels, out.Sub({r.x0, y, r.x1, y + 1}), channels, in[0].roi, arena);

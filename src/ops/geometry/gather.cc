@@ -29,14 +29,15 @@ GatherSource::GatherSource(const ConstImageView& whole, const FilterKernel& kern
     for (int c = 0; c < whole.channels; c += 4) {
       ImageSpec spec(window.width(), window.height(), 4);
       spec.data_window = spec.display_window = window;
-      packed_.emplace_back(std::move(spec));
+      packed_.push_back(Image::Uninitialized(std::move(spec), workers.context()));
       const ImageView to = packed_.back().view();
       const int n = std::min(4, whole.channels - c);
       workers.For(window.height(), [&](int64_t row, int) {
         const int at_y = window.y0 + static_cast<int>(row);
         const auto* from = reinterpret_cast<const float*>(whole.At(window.x0, at_y, c));
         auto* p = reinterpret_cast<float*>(to.At(window.x0, at_y));
-        for (int i = 0; i < window.width(); ++i, from += whole.channels, p += 4) std::copy_n(from, n, p);
+        for (int i = 0; i < window.width(); ++i, from += whole.channels, p += 4)
+          std::fill(std::copy_n(from, n, p), p + 4, 0.0f);
       });
       groups.emplace_back(to);
     }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/arena.h"
+#include "base/worker_arenas.h"
 #include "ops/filter/lines/extend.h"
 #include "simd/pixels.h"
 
@@ -373,7 +374,7 @@ void RunBoxStrips(BoxStripFunction run, int width, int height, const ConstImageV
   const std::vector<int> strips = Strips(columns, width, height, in.channels);
   const int band = Even(rows, std::max(kBlocksPerBand * height, kLeastBand), height);
   const int64_t across = std::ssize(strips) - 1, down = (rows + band - 1) / band;
-  std::vector<base::Arena> arenas(static_cast<size_t>(workers.count()));
+  base::WorkerArenas arenas(workers);
   workers.For(across * down, [&](int64_t i, int worker) {
     BoxStrip s = all;
     const auto strip = static_cast<size_t>(i % across);
@@ -381,7 +382,7 @@ void RunBoxStrips(BoxStripFunction run, int width, int height, const ConstImageV
     s.count = strips[strip + 1] - s.first;
     s.row_begin = static_cast<int>(i / across) * band;
     s.row_end = std::min(rows, s.row_begin + band);
-    base::Arena& arena = arenas[static_cast<size_t>(worker)];
+    base::Arena& arena = arenas[worker];
     arena.Reset();
     double* const doubles = arena.Allocate<double>(s.scratch_doubles());
     run(s, doubles, arena.Allocate<float>(s.scratch_floats()));

@@ -9,6 +9,7 @@
 
 #include "base/border.h"
 #include "base/tile.h"
+#include "base/worker_arenas.h"
 
 namespace tessera::ops {
 namespace {
@@ -172,9 +173,9 @@ void WindowRun::RunWhole(const ConstImageView& in, const ImageView& out,
   std::iota(channels.begin(), channels.end(), 0);
   const std::vector<std::span<const int>> in_channels = {channels};
   const int64_t columns = (r.width() + kWidth - 1) / kWidth, rows = (r.height() + kHeight - 1) / kHeight;
-  std::vector<base::Arena> arenas(static_cast<size_t>(workers.count()));
+  base::WorkerArenas arenas(workers);
   workers.For(columns * rows, [&](int64_t i, int worker) {
-    base::Arena& arena = arenas[static_cast<size_t>(worker)];
+    base::Arena& arena = arenas[worker];
     arena.Reset();
     const int x = r.x0 + static_cast<int>(i % columns) * kWidth,
               y = r.y0 + static_cast<int>(i / columns) * kHeight;
