@@ -37,6 +37,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"ocio", {"base/", "model/", "simd/", "graph/", "ops/registry.h"}},
     {"vdb", {"base/", "model/"}},
     {"c", {"base/", "ops/registry.h", "ops/wrap.h"}},
+    {"python", {"graph/", "ops/apply.h", "ops/registry.h", "ops/wrap.h"}},
     {"cli", {"base/", "graph/", "ops/registry.h", "ops/wrap.h", "sched/scheduler.h"}},
 };
 
@@ -58,13 +59,16 @@ const std::vector<Library> kLibraries = {
     {"tiffio.h", {"src/io/codec/"}},
     {"seccomp.h", {"src/io/sandbox/"}},
     {"openvdb/", {"src/vdb/"}},
+    {"pybind11/", {"src/python/"}},
     {"OpenColorIO/", {"src/ocio/", "include/tessera/ocio_adapter.h"}},
 };
 
 // Public headers of one room's work, or with a foreign type in them, and the rooms that may see them.
 const std::map<std::string, std::set<std::string>> kForeignHeaders = {
-    {"tessera/io.h", {"io", "cli", "c"}}, {"tessera/oiio_adapter.h", {"io"}},
-    {"tessera/tessera.h", {"cli"}},       {"tessera/ocio.h", {"ocio", "cli"}},
+    {"tessera/io.h", {"io", "cli", "c", "python"}},
+    {"tessera/oiio_adapter.h", {"io"}},
+    {"tessera/tessera.h", {"cli"}},
+    {"tessera/ocio.h", {"ocio", "cli"}},
     {"tessera/ocio_adapter.h", {"ocio"}},
 };
 

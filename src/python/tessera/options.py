@@ -1,0 +1,80 @@
+"""How images are evaluated, for all that is computed inside a `with` block."""
+import contextlib
+import contextvars
+import os
+
+from . import _core
+from .errors import UsageError
+
+_current = contextvars.ContextVar("tessera.options", default={})
+_UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
+
+
+def _bytes_of(memory):
+    if isinstance(memory, str):
+        text = memory.strip().upper()
+        for end in ("IB", "B"):
+            if text.endswith(end):
+                text = text[:-len(end)]
+                break
+        unit = text[-1:] if text[-1:] in ("K", "M", "G") else ""
+        try:
+            memory = float(text[:len(text) - len(unit)]) * _UNITS[unit]
+        except ValueError:
+            raise UsageError("memory", f'found "{memory}", expected bytes or text like "2G"') from None
+    if memory <= 0:
+        raise UsageError("memory", f"found {memory}, expected more than 0 bytes")
+    return int(memory)
+
+
+@contextlib.contextmanager
+def options(*, threads=None, memory=None, target=None, progress=None, optimize=None, rules_off=None, tile=None):
+    """Options of all that is computed inside the block, by this thread or task. Results do not depend on them.
+
+    threads: 0, the default, is every core.
+    memory: bytes that buffers may take together, as a number or "2G"; 512 MiB.
+    target: a compiled instruction set of `tessera.targets()`. It holds for the whole process until the block
+        ends, so nothing else should compute meanwhile.
+    progress: called in the calling thread with the share done, 0 to 1, some fifty times a second; False
+        cancels, an exception cancels and is raised.
+    optimize: False computes operation by operation, for comparison.
+    rules_off: names of rewrite rules that are not applied, or ["all"].
+    tile: (width, height) of tiles; the planner's choice.
+    """
+    mine = dict(_current.get())
+    if threads is not None:
+        if not 0 <= threads <= 4096:
+            raise UsageError("threads", f"found {threads}, expected 0 to 4096")
+        mine["threads"] = int(threads)
+    if memory is not None:
+        mine["memory"] = _bytes_of(memory)
+    if progress is not None:
+        if not callable(progress):
+            raise UsageError("progress", "found no function, expected one of the share done")
+        mine["progress"] = progress
+    if optimize is not None:
+        mine["optimize"] = bool(optimize)
+    if rules_off is not None:
+        mine["rules_off"] = [rules_off] if isinstance(rules_off, str) else list(rules_off)
+    if tile is not None:
+        mine["tile_width"], mine["tile_height"] = tile
+    before = _core.target() if target is not None else None
+    if target is not None:
+        _core.set_target(target)
+    token = _current.set(mine)
+    try:
+        yield
+    finally:
+        _current.reset(token)
+        if before is not None:
+            _core.set_target(before)
+
+
+def current():
+    """The options that hold here, for the compiled half."""
+    return _current.get()
+
+
+def default_threads():
+    """How many threads compute where none are named."""
+    return current().get("threads") or os.cpu_count()
