@@ -7,6 +7,7 @@
 #include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
+#include "tessera/graph_json.h"
 #include "tessera/image.h"
 #include "tessera/io.h"
 #include "tessera/mesh.h"

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "c/handles.h"
+#include "ops/apply.h"
 #include "tessera/io.h"
 #include "tessera/render.h"
 
@@ -43,7 +44,7 @@ tessera_status tessera_apply(const tessera_parameters* parameters, const tessera
     if (images == nullptr && count > 0) throw Misuse("images", "found NULL, expected images");
     std::vector<tessera::Node> inputs;
     for (size_t k = 0; k < count; ++k) inputs.push_back(Checked(images[k], "images").node);
-    made = NewImage(p.op->make(inputs, arguments, nullptr), images, count);
+    made = NewImage(tessera::ops::Apply(*p.op, inputs, arguments, nullptr), images, count);
   });
 }
 
@@ -59,7 +60,7 @@ tessera_status tessera_generate(const tessera_parameters* parameters, const tess
     const tessera::Roi roi = RoiOf(*window, "window");
     tessera::ImageSpec spec(roi.width(), roi.height(), channels);
     spec.data_window = spec.display_window = roi;
-    made = NewImage(p.op->make({}, ArgumentsOf(p), &spec), nullptr, 0);
+    made = NewImage(tessera::ops::Apply(*p.op, {}, ArgumentsOf(p), &spec), nullptr, 0);
   });
 }
 

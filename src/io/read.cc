@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "graph/origin.h"
 #include "graph/source.h"
 #include "io/image_file.h"
 #include "io/open_input.h"
@@ -68,8 +69,16 @@ std::unique_ptr<ImageFile> OpenFile(const FileRequest& request) {
 
 Node Read(const std::string& file, const ReadOptions& options) {
   auto source = std::make_shared<io::FileSource>(file, options);
-  if (source->IsVolume()) return FromImage(source->Slices());
-  return graph::MakeSource(std::move(source));
+  const Node node = source->IsVolume() ? FromImage(source->Slices()) : graph::MakeSource(source);
+  if (options.enough_width > 0 || options.enough_height > 0) return node;  // not the file's own pixels
+  graph::Origin origin;
+  origin.kind = graph::Origin::Kind::kFile, origin.name = file;
+  if (!options.part.empty()) {
+    origin.values = {{"part", options.part}};
+  } else if (options.subimage != 0) {
+    origin.values = {{"subimage", std::to_string(options.subimage)}};
+  }
+  return graph::WithOrigin(node, std::move(origin));
 }
 
 std::vector<std::string> Subimages(const std::string& file, Formats formats) {

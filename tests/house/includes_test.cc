@@ -36,7 +36,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"io", {"base/", "model/", "simd/", "sched/", "graph/"}},
     {"ocio", {"base/", "model/", "simd/", "graph/", "ops/registry.h"}},
     {"vdb", {"base/", "model/"}},
-    {"c", {"base/", "ops/registry.h", "ops/wrap.h"}},
+    {"json", {"base/", "graph/", "ops/apply.h", "ops/registry.h"}},
+    {"c", {"base/", "ops/apply.h", "ops/registry.h", "ops/wrap.h"}},
     {"python", {"graph/", "ops/apply.h", "ops/registry.h", "ops/wrap.h"}},
     {"cli", {"base/", "graph/", "ops/registry.h", "ops/wrap.h", "sched/scheduler.h"}},
 };
@@ -65,7 +66,7 @@ const std::vector<Library> kLibraries = {
 
 // Public headers of one room's work, or with a foreign type in them, and the rooms that may see them.
 const std::map<std::string, std::set<std::string>> kForeignHeaders = {
-    {"tessera/io.h", {"io", "cli", "c", "python"}},
+    {"tessera/io.h", {"io", "json", "cli", "c", "python"}},
     {"tessera/oiio_adapter.h", {"io"}},
     {"tessera/tessera.h", {"cli"}},
     {"tessera/ocio.h", {"ocio", "cli"}},
