@@ -13,6 +13,7 @@
 #include "random/verdict.h"
 #include "tessera/color_state.h"
 #include "tessera/error.h"
+#include "tessera/graph_json.h"
 #include "tessera/io.h"
 #include "tessera/targets.h"
 
@@ -89,6 +90,8 @@ class Comparison {
         return PlainTarget();
       case Check::kVerify:
         return Verdict();
+      case Check::kJson:
+        return ThroughJson();
       case Check::kCount:
         break;
     }
@@ -297,6 +300,14 @@ class Comparison {
       SetSimdTarget("auto");
     }
     return words;
+  }
+
+  Words ThroughJson() {
+    const GraphJson graph = ToJson(node());
+    const Node back = FromJson(graph.text, {graph.inputs.begin(), graph.inputs.end()});
+    if (ToJson(back).text != graph.text) return "JSON: other text the second time";
+    if (Explain(back, c_.type) != Explain(node(), c_.type)) return "JSON: another plan";
+    return Prefixed("JSON", Differ(Limited(back, {.threads = 1}).view(), base_.view()));
   }
 
   const Clock::time_point start_ = Clock::now();

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "graph/op.h"
+#include "ops/apply.h"
 #include "support/pictures.h"
 #include "tessera/error.h"
 #include "tessera/render.h"
@@ -57,9 +58,9 @@ bool OnlyPointsBelow(const Node& node) {
 }  // namespace
 
 const char* CheckName(Check check) {
-  constexpr const char* kNames[] = {"rules",   "each-rule", "types",     "tiles", "threads",
-                                    "shuffle", "pixels",    "stream",    "file",  "in-place",
-                                    "eager",   "targets",   "reference", "plain", "verify"};
+  constexpr const char* kNames[] = {"rules",     "each-rule", "types",  "tiles",    "threads", "shuffle",
+                                    "pixels",    "stream",    "file",   "in-place", "eager",   "targets",
+                                    "reference", "plain",     "verify", "json"};
   static_assert(std::size(kNames) == static_cast<size_t>(Check::kCount));
   return kNames[static_cast<size_t>(check)];
 }
@@ -75,7 +76,7 @@ Node MakeStep(const Step& step, const std::vector<Node>& values) {
   const ops::Arguments arguments = Parsed(*step.op, step.words);
   if (step.op->Operands(arguments) != static_cast<int>(inputs.size()))
     throw Error(step.op->name, "has another number of operands");
-  return step.op->make(inputs, arguments, step.op->generator ? &spec : nullptr);
+  return ops::Apply(*step.op, inputs, arguments, step.op->generator ? &spec : nullptr);
 }
 
 Built Build(const Case& c, Backing backing) {
@@ -260,6 +261,7 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
   for (const auto& [check, share] : kShares) {
     if (draw.Chance(share)) c.checks |= Bit(check);
   }
+  if (c.index % 3 == 0) c.checks |= Bit(Check::kJson);
   const ImageSpec& spec = result.spec();
   if (!c.pictures.empty() && draw.Chance(0.5) && OnlyPointsBelow(result) &&
       spec.data_window == c.pictures[0].window && spec.channel_count() == c.pictures[0].channels) {

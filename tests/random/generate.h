@@ -42,6 +42,7 @@ enum class Check {
   kReference,  // every operation by itself within its bound of the double reference
   kPlain,      // the same on an instruction set without fused multiply-add
   kVerify,     // Verify passes what is right and condemns what is not
+  kJson,       // written as JSON and read back: the same plan
   kCount
 };
 const char* CheckName(Check check);
