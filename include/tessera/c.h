@@ -327,6 +327,25 @@ TESSERA_API tessera_status tessera_start_sandbox(tessera_error** error);
 /// Ends the copy, and whatever reads for it.
 TESSERA_API void tessera_end_sandbox(void);
 
+/// Graphs as JSON; the format stands in tessera/graph_json.h. The image as the open input of that name, where
+/// a graph that it is in is written.
+TESSERA_API tessera_status tessera_image_as_input(const tessera_image* image, const char* name,
+                                                  tessera_image** input, tessera_error** error);
+/// What the image is made of: operations and files by their names. Pixels in memory are open inputs: of their
+/// name, else "image", "image2", ... `*text` is the caller's, who gives it to tessera_text_free.
+TESSERA_API tessera_status tessera_graph_to_json(const tessera_image* image, char** text,
+                                                 tessera_error** error);
+/// Frees text that a function of this header made; NULL is fine.
+TESSERA_API void tessera_text_free(char* text);
+/// The name of an open input of a graph, in their order; NULL beyond the last. For tessera_text_free.
+TESSERA_API tessera_status tessera_graph_input(const char* json, size_t index, char** name,
+                                               tessera_error** error);
+/// The graph's result, of these images for its open inputs of these names. What is wrong with the graph is
+/// TESSERA_DATA and says which node and parameter. `names` and `images` may be NULL where count is 0.
+TESSERA_API tessera_status tessera_graph_from_json(const char* json, const char* const* names,
+                                                   const tessera_image* const* images, size_t count,
+                                                   tessera_image** image, tessera_error** error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -55,6 +55,8 @@ struct Line {
 // Checks everything that can be known from the words alone: names, modifiers, arguments, ranges, operands on
 // the stack, images without an output. Throws UsageError.
 Line ParseLine(const std::vector<std::string>& words);
+// `run FILE -i NAME=FILE ...` in the words of --load-graph; every other line as it is.
+std::vector<std::string> WithoutRun(const std::vector<std::string>& words);
 // The words that are written into files, by --sansattrib without those of metadata.
 std::vector<std::string> HistoryWords(const std::vector<std::string>& words, const Options& options);
 // One command with its arguments, or a file, whose expressions have been replaced. Throws UsageError.

@@ -62,12 +62,13 @@ std::vector<std::string> CommandNames();
 std::vector<const ops::OpInfo*> Generators();
 
 // Rows of the general commands, by topic (options.cc, sequence_commands.cc, stack_commands.cc,
-// metadata_commands.cc, output_settings.cc, tell.cc,
-// count_commands.cc, part_commands.cc, control.cc, draw_commands.cc, diff.cc, window_commands.cc).
+// graph_commands.cc, metadata_commands.cc, output_settings.cc, tell.cc, count_commands.cc, part_commands.cc,
+// control.cc, draw_commands.cc, diff.cc, window_commands.cc).
 std::vector<Command> OptionCommands();
 std::vector<Command> ImageCommands();
 std::vector<Command> SequenceCommands();
 std::vector<Command> StackCommands();
+std::vector<Command> GraphCommands();
 std::vector<Command> MetadataCommands();
 std::vector<Command> OutputSettingCommands();
 std::vector<Command> TellCommands();

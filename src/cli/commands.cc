@@ -10,8 +10,8 @@ namespace {
 std::vector<Command> AllCommands() {
   std::vector<Command> rows;
   for (auto part : {OptionCommands, ImageCommands, SequenceCommands, OutputSettingCommands, StackCommands,
-                    MetadataCommands, PartCommands, ReportCommands, TellCommands, CountCommands,
-                    ControlCommands, DrawCommands, WindowCommands}) {
+                    GraphCommands, MetadataCommands, PartCommands, ReportCommands, TellCommands,
+                    CountCommands, ControlCommands, DrawCommands, WindowCommands}) {
     std::vector<Command> more = part();
     rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
   }

@@ -12,6 +12,7 @@
 #include "cli/pipes.h"
 #include "cli/session.h"
 #include "cli/tell.h"
+#include "ops/apply.h"
 #include "tessera/color_state.h"
 #include "tessera/error_kind.h"
 #include "tessera/io.h"
@@ -87,7 +88,7 @@ int CountParts(const std::string& file, const ImageSpec& spec, const Options& op
 // --ch of the registry, with one argument.
 Node ChooseChannels(const Node& image, const std::string& channels) {
   const ops::OpInfo& op = *ops::FindOp("ch");
-  return op.make(std::array{image}, ops::ParseArguments(op, std::array{channels}, {}), nullptr);
+  return ops::Apply(op, std::array{image}, ops::ParseArguments(op, std::array{channels}, {}), nullptr);
 }
 
 // In place of a file that is not there: black or a checkerboard, of the first input's size.
@@ -107,7 +108,7 @@ Entry Substitute(const std::string& file, Session& session) {
                                                    [](const ops::OpInfo* g) { return g->name == "checker"; });
   const ops::Arguments a = ops::ParseArguments(
       *checker, {}, std::vector<std::pair<std::string, std::string>>{{"width", "64"}, {"height", "64"}});
-  return {checker->make({}, a, &spec), file, {}};
+  return {ops::Apply(*checker, {}, a, &spec), file, {}};
 }
 
 void ReadImage(const Step& step, Session& session) {
@@ -196,7 +197,7 @@ void CreateKernel(const Step& step, Session& session) {
 void CreatePattern(const Step& step, Session& session) {
   PushFromWords(step, session, step.generator->name, [&] {
     const ImageSpec spec = SpecOf(step);
-    return step.generator->make({}, step.generator_arguments, &spec);
+    return ops::Apply(*step.generator, {}, step.generator_arguments, &spec);
   });
 }
 

@@ -123,8 +123,8 @@ int Main(const std::vector<std::string>& words) {
 int main(int argc, char** argv) {
   using namespace tessera::cli;
   Start(argv);
-  Outcome outcome =
-      Attempt([&] { return Main(WithWordsOfFiles(std::vector<std::string>(argv + 1, argv + argc))); });
+  Outcome outcome = Attempt(
+      [&] { return Main(WithoutRun(WithWordsOfFiles(std::vector<std::string>(argv + 1, argv + argc)))); });
   // What was asked for on stdout must have arrived there.
   if (outcome.message.empty() && !std::cout.flush())
     outcome = {kFailed, "system", "standard output: cannot be written"};

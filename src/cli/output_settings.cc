@@ -14,6 +14,7 @@
 
 #include "cli/messages.h"
 #include "cli/metadata.h"
+#include "ops/apply.h"
 #include "tessera/error_kind.h"
 #include "tessera/metadata.h"
 #include "tessera/ops/arrangement.h"
@@ -95,7 +96,7 @@ void FitToFile(Entry& entry, const std::string& file, const Session& session) {
   if (windows && options.auto_trim && !options.dry_run) entry.node = Trim(entry.node, options.render);
   if (windows || options.auto_crop) return;
   const ops::OpInfo& op = *ops::FindOp("fullpixels");
-  entry.node = op.make(std::array{entry.node}, ops::ParseArguments(op, {}, {}), nullptr);
+  entry.node = ops::Apply(op, std::array{entry.node}, ops::ParseArguments(op, {}, {}), nullptr);
 }
 
 void Replace(std::vector<Attribute>& list, const Attribute& item) {

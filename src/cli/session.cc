@@ -13,6 +13,7 @@
 #include "cli/metadata.h"
 #include "cli/signals.h"
 #include "cli/validate.h"
+#include "ops/apply.h"
 #include "tessera/error_kind.h"
 #include "tessera/ocio.h"
 
@@ -188,7 +189,7 @@ Entry Apply(const Step& step, std::vector<Entry> operands, Session& session) {
   const auto config = arguments.values.find("config");
   if (config != arguments.values.end() && !config->second.given) config->second.text = session.color_config;
   try {
-    result.node = op.make(inputs, arguments, nullptr);
+    result.node = ops::Apply(op, inputs, arguments, nullptr);
   } catch (const Error& e) {
     if (KindOf(e) != ErrorKind::kUsage) ThrowAbout(SubjectOf(op, e), e);
     std::vector<std::string> values;

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "cli/metadata.h"
+#include "ops/apply.h"
 #include "tessera/error_kind.h"
 #include "tessera/metadata.h"
 #include "tessera/ops/arrangement.h"
@@ -47,7 +48,7 @@ void SetPixelAspect(const Step& step, Session& session) {
     const ops::OpInfo& op = *ops::FindOp("resize");
     ops::Arguments a = ops::ParseArguments(
         op, std::array{std::to_string(size.width) + "x" + std::to_string(size.height)}, FilterOf(step));
-    entry.node = op.make(std::array{entry.node}, a, nullptr);
+    entry.node = ops::Apply(op, std::array{entry.node}, a, nullptr);
     SetItem(entry, ParseAttribute(kAspect, std::to_string(wanted), "float"));
     for (const auto& [name, scale] : {std::pair{"XResolution", scale_x}, std::pair{"YResolution", scale_y}}) {
       if (const float before = number(entry, name); before != 0)

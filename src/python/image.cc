@@ -1,15 +1,20 @@
 // Images for Python: files, arrays, operations; what an image is.
 #include <pybind11/stl.h>
 
+#include <array>
 #include <cstring>
+#include <map>
 #include <memory>
+#include <optional>
 
 #include "graph/op.h"
 #include "graph/origin.h"
 #include "graph/source.h"
 #include "ops/apply.h"
 #include "python/core.h"
+#include "tessera/color_state.h"
 #include "tessera/error_kind.h"
+#include "tessera/graph_json.h"
 #include "tessera/io.h"
 #include "tessera/metadata.h"
 
@@ -42,11 +47,13 @@ ImageSpec SpecOf(const ConstImageView& view, const std::vector<std::string>& cha
 }
 
 Held FromArray(const Samples& samples, const std::vector<std::string>& channels, int x0, int y0,
-               py::object owner) {
+               const std::optional<std::array<int, 4>>& display, py::object owner) {
   const ConstImageView view = ViewOf(samples, x0, y0);
+  ImageSpec spec = SpecOf(view, channels);
+  if (display) spec.display_window = {(*display)[0], (*display)[1], (*display)[2], (*display)[3]};
   graph::Origin origin;
   origin.kind = graph::Origin::Kind::kPixels, origin.owner = Kept(std::move(owner));
-  return {graph::WithOrigin(FromView(view, SpecOf(view, channels)), std::move(origin))};
+  return {graph::WithOrigin(FromView(view, spec), std::move(origin))};
 }
 
 Held ReadFile(const std::string& file, int subimage, const std::string& part, bool all_formats) {
@@ -196,10 +203,26 @@ void AddImages(py::module_& core) {
       .def_property_readonly("alpha", [](const Held& h) { return h.node.spec().alpha; })
       .def_property_readonly("type", [](const Held& h) { return PixelTypeName(h.node.spec().type); })
       .def_property_readonly("metadata", &MetadataOf)
+      .def_property_readonly("color_space", [](const Held& h) { return ColorStateOf(h.node.spec()).space; })
       .def("_reads_memory", &ReadsMemory);
   core.def("read", &ReadFile);
   core.def("subimages", [](const std::string& file) { return Subimages(file); });
   core.def("from_array", &FromArray);
+  core.def("to_json", [](const Held& image) {
+    GraphJson graph = ToJson(image.node);
+    std::vector<std::pair<std::string, Held>> inputs;
+    for (auto& [name, node] : graph.inputs) inputs.emplace_back(name, Held{node});
+    return py::make_tuple(graph.text, inputs);
+  });
+  core.def("from_json", [](const std::string& text, const std::map<std::string, Held>& images) {
+    const py::gil_scoped_release unlocked;
+    std::map<std::string, Node> nodes;
+    for (const auto& [name, image] : images) nodes[name] = image.node;
+    return Held{FromJson(text, nodes)};
+  });
+  core.def("graph_inputs", &GraphInputs);
+  core.def("as_input",
+           [](const Held& image, const std::string& name) { return Held{AsInput(image.node, name)}; });
   core.def("apply", &ApplyNamed);
   core.def("generate", &Generate);
 }

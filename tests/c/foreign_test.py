@@ -240,8 +240,37 @@ def files_come_back():
     os.remove(file)
 
 
+def graphs_are_data():
+    first = picture(3)
+    line = applied(parameters(b"blur", b"sigma=2"), [image("tessera_image_as_input", first.value, b"plate")])
+    both = applied(parameters(b"add", b""), [line, picture(1)])
+    text = c.c_void_p()
+    call("tessera_graph_to_json", both.value, c.byref(text))
+    json = c.string_at(text)
+    tessera.tessera_text_free(text)
+    names = []
+    while True:
+        name = c.c_void_p()
+        call("tessera_graph_input", json, c.c_size_t(len(names)), c.byref(name))
+        if not name:
+            break
+        names.append(c.string_at(name))
+        tessera.tessera_text_free(name)
+    assert names == [b"plate", b"image"], names
+    images = [first, picture(1)]
+    back = image("tessera_graph_from_json", json, (c.c_char_p * 2)(*names),
+                 (c.c_void_p * 2)(*[i.value for i in images]), c.c_size_t(2))
+    assert rendered(back) == rendered(both)
+    failure = refusal(lambda: image("tessera_graph_from_json", b"{}", None, None, c.c_size_t(0)))
+    assert failure.status == DATA and "tessera_graph" in str(failure), failure
+    failure = refusal(lambda: image("tessera_graph_from_json", json, None, None, c.c_size_t(0)))
+    assert failure.status == USAGE and failure.subject == "plate", failure
+    failure = refusal(lambda: call("tessera_graph_to_json", None, c.byref(text)))
+    assert failure.status == USAGE, failure
+
+
 print("tessera", tessera.tessera_version().decode(), "C interface", tessera.tessera_c_version())
 for test in (everything_is_enumerated, every_row_is_what_cpp_computes, errors_are_values,
-             progress_is_told_and_cancels, files_come_back):
+             graphs_are_data, progress_is_told_and_cancels, files_come_back):
     test()
     print("ok", test.__name__)

@@ -25,8 +25,13 @@ def python_value(parameter, text):
     return text
 
 
-def called(row, example):
-    """The operation as a call with the example's values."""
+def count_of(row, example):
+    """How many images it takes."""
+    return _core.check(row["name"], _core.split_example(row["name"], example))
+
+
+def called(row, example, images=None):
+    """The operation as a call with the example's values, on these images."""
     known = {p["name"]: p for p in row["parameters"]}
     positional, named = [], {}
     for name, text in _core.split_example(row["name"], example):
@@ -38,8 +43,7 @@ def called(row, example):
     method = rows.python_name(row["name"])
     if row["generator"]:
         return getattr(ts, method)((WIDTH, HEIGHT), CHANNELS, *positional, **named)
-    count = _core.check(row["name"], _core.split_example(row["name"], example))
-    images = [ts.from_array(picture(k)) for k in range(count)]
+    images = [ts.from_array(picture(k)) for k in range(count_of(row, example))] if images is None else images
     if row["images"] < 0:
         return getattr(ts, method)(*images, *positional, **named)
     return getattr(images[0], method)(*images[1:], *positional, **named)

@@ -10,6 +10,7 @@ so is what takes any number of images: ts.average(a, b, c, N=3).
 """
 from ._core import subimages, target, targets, version as __version__
 from .errors import Cancelled, DataError, Error, SystemError_, UsageError
+from .graph import Graph, OpenImage, graph, load_graph
 from .image import FUNCTIONS as _FUNCTIONS
 from .image import Image, Verification, from_array, read
 from .options import options
@@ -22,5 +23,5 @@ def operations():
 
 
 globals().update(_FUNCTIONS)
-__all__ = ["Cancelled", "DataError", "Error", "Image", "SystemError_", "UsageError", "Verification", "from_array",
-           "operations", "options", "read", "subimages", "target", "targets", *sorted(_FUNCTIONS)]
+__all__ = ["Cancelled", "DataError", "Error", "Graph", "Image", "OpenImage", "SystemError_", "UsageError", "Verification", "from_array",
+           "graph", "load_graph", "operations", "options", "read", "subimages", "target", "targets", *sorted(_FUNCTIONS)]

@@ -1,5 +1,6 @@
 """Lazy images: arrays, files, and operations on them. Nothing is computed before pixels are asked for."""
 import os
+import tempfile
 
 import numpy as np
 
@@ -52,6 +53,16 @@ def _array_of(data):
         except (BufferError, RuntimeError, TypeError) as error:
             raise DataError("array", f"is not given through DLPack: {error}") from error
     return np.asarray(data)
+
+
+_SHOWN = 1024
+_LINEAR = ("scene_linear", "linear", "lin_rec709", "lin_srgb", "Linear")
+
+
+def _shown_size(width, height):
+    """The sides of a thumbnail, as the operation `resize` takes them."""
+    scale = _SHOWN / max(width, height)
+    return f"{max(1, round(width * scale))}x{max(1, round(height * scale))}"
 
 
 class Operations:
@@ -332,6 +343,27 @@ class Image(Operations, _core.Image):
         stored = "" if dtype is None else _TYPE_OF[_dtype_of(dtype)]
         self.stats = _core.write(self, os.fspath(path), stored, texts, current())
 
+    def _repr_png_(self):
+        """A PNG for notebooks, of at most 1024 pixels along a side. Linear colours are shown through sRGB's
+        transfer function, as `color_space` says; others as they are."""
+        image = self
+        if max(image.width, image.height) > _SHOWN:
+            image = image.resize(_shown_size(image.width, image.height))
+        if len(image.channels) == 2 and image.alpha < 0:
+            image = image[..., [0]]
+        elif len(image.channels) > 3:
+            image = image[..., [0, 1, 2, image.alpha] if image.alpha > 2 else [0, 1, 2]]
+        pixels = image.render()
+        if self.color_space in _LINEAR:
+            colors = pixels[..., :3] if pixels.shape[2] > 2 else pixels[..., :1]
+            low = np.clip(colors, 0, 1)
+            colors[...] = np.where(low <= 0.0031308, low * 12.92, 1.055 * low ** (1 / 2.4) - 0.055)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "shown.png")
+            from_array(pixels, channels=image.channels).write(path, dtype=np.uint8)
+            with open(path, "rb") as file:
+                return file.read()
+
     def verify(self, dtype=None, samples=16, tile=64, seconds=2.0):
         """Evaluates, and compares with the double-precision reference on `samples` tiles of tile x tile pixels,
         for about so many seconds. Returns a Verification, true where no value is out of its bound."""
@@ -373,20 +405,21 @@ def read(path, *, part=None, all_formats=False):
     return Image(_core.read(os.fspath(path), index, part if isinstance(part, str) else "", all_formats))
 
 
-def from_array(array, channels=None, origin=(0, 0)):
+def from_array(array, channels=None, origin=(0, 0), display_window=None):
     """A lazy image on the memory of a NumPy array, or of any that speaks DLPack or the buffer protocol: height
     x width x channels, or height x width. No copy is made, whatever the strides are, negative ones too; the
     array is kept alive and must not be changed while it is computed with.
 
     channels: names, ["R", "G", "B", "A"] or "R,G,B,A"; by default Y; Y,A; R,G,B; R,G,B,A, channel4, ...
-    origin: (x, y) of the first pixel.
+    origin: (x, y) of the first pixel; display_window: the frame, (x0, y0, x1, y1), where it is another.
 
     uint8 and uint16 stand for 0 to 1; float16 and float32 are themselves. Others raise UsageError.
     """
     found = _array_of(array)
     whole, samples = _samples_of(found, "array")
     names = channels.split(",") if isinstance(channels, str) else list(channels or [])
-    return Image(_core.from_array(samples, names, int(origin[0]), int(origin[1]), whole))
+    return Image(_core.from_array(samples, names, int(origin[0]), int(origin[1]),
+                                  None if display_window is None else tuple(map(int, display_window)), whole))
 
 
 def _generated(name, window, channels, values, texts):
@@ -396,7 +429,7 @@ def _generated(name, window, channels, values, texts):
 def _made(name, images, values, texts):
     for image in images:
         if not isinstance(image, Image):
-            return image._made(name, images, values)
+            return image._made(name, images, values, texts)
     return Image(_core.apply(name, images, texts))
 
 

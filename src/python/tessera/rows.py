@@ -176,13 +176,19 @@ def _bound(row, arguments, keywords):
     for parameter, value in zip(positional, arguments):
         if value is not None:
             values[parameter["name"]] = typed(row, parameter, value)
-    known = {}
+    known, others = {}, {}
     for name, parameter in parameters:
-        for word in (name, parameter["name"], *parameter["other_names"]):
-            known.setdefault(word, parameter)
+        known[name] = known[parameter["name"]] = parameter
+    for name, parameter in parameters:
         known.setdefault(name.lower(), parameter)
+        for word in parameter["other_names"]:
+            others.setdefault(word, []).append(parameter)
     for name, value in keywords.items():
         parameter = known.get(name)
+        if parameter is None and name in others:
+            # Where two share a word, numbers are for the list of numbers, and words for the other.
+            fitting = [p for p in others[name] if (p["kind"] in ("choice", "text")) == isinstance(value, str)]
+            parameter = (fitting or others[name])[0]
         if parameter is None:
             names = [n for n, _ in parameters]
             near = _core.nearest(name, names)
@@ -191,10 +197,7 @@ def _bound(row, arguments, keywords):
         if parameter["name"] in values:
             raise UsageError(row["name"], f"found {name} twice, expected it once")
         if value is not None:
-            # Where two parameters share a word, the registry tells them apart by the value.
-            own = parameter["name"] if name in (python_name(parameter["name"]), name.lower()) and (
-                name not in parameter["other_names"]) else name
-            values[own] = typed(row, parameter, value)
+            values[parameter["name"]] = typed(row, parameter, value)
     return values
 
 
