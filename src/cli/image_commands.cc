@@ -91,6 +91,12 @@ Node ChooseChannels(const Node& image, const std::string& channels) {
   return ops::Apply(op, std::array{image}, ops::ParseArguments(op, std::array{channels}, {}), nullptr);
 }
 
+// What makes itself from nothing, by its name in the registry.
+Node Made(const std::string& name, const ImageSpec& spec) {
+  const ops::OpInfo& op = *ops::FindOp(name);
+  return ops::Apply(op, {}, ops::ParseArguments(op, {}, {}), &spec);
+}
+
 // In place of a file that is not there: black or a checkerboard, of the first input's size.
 Entry Substitute(const std::string& file, Session& session) {
   ImageSpec spec(1920, 1080, 4);
@@ -102,7 +108,7 @@ Entry Substitute(const std::string& file, Session& session) {
   if (!session.options().quiet)
     std::fprintf(Messages(), "tessera: note: %s: no such file, %s is taken (--missingfile)\n",
                  Printable(file).c_str(), session.missing_file.c_str());
-  if (session.missing_file == "black") return {Create(spec), file, {}};
+  if (session.missing_file == "black") return {Made("create", spec), file, {}};
   const std::vector<const ops::OpInfo*> generators = Generators();
   const ops::OpInfo* const checker = *std::find_if(generators.begin(), generators.end(),
                                                    [](const ops::OpInfo* g) { return g->name == "checker"; });
@@ -185,7 +191,7 @@ void PushFromWords(const Step& step, Session& session, const std::string& name, 
 }
 
 void CreateImage(const Step& step, Session& session) {
-  PushFromWords(step, session, "create", [&] { return Create(SpecOf(step)); });
+  PushFromWords(step, session, "create", [&] { return Made("create", SpecOf(step)); });
 }
 
 void CreateKernel(const Step& step, Session& session) {

@@ -2,6 +2,7 @@
 // not part of the format is refused.
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -126,27 +127,16 @@ Roi WindowOf(const std::string& subject, const std::string& key, const Json& val
   return roi;
 }
 
-ImageSpec OutputOf(const std::string& subject, const Json& node) {
-  if (!node.contains("window")) Refuse(subject, "found no window, expected that of the pixels to make");
-  if (!node.contains("channels")) Refuse(subject, "found no channels, expected their number or names");
-  const Roi window = WindowOf(subject, "window", node["window"]);
+PixelType TypeOf(const std::string& subject, const Json& value) {
+  const std::string name = TextOf(subject, "type", value);
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    if (name == PixelTypeName(type)) return type;
+  }
+  Refuse(subject, "found " + Shown(value) + " for type, expected uint8, uint16, half or float");
+}
+
+void NameChannels(const std::string& subject, const Json& node, ImageSpec& spec) {
   const Json& channels = node["channels"];
-  constexpr int kMostChannels = 1024;
-  if (!channels.is_array()) {
-    ImageSpec spec(window.width(), window.height(),
-                   static_cast<int>(WholeOf(subject, "channels", channels, 1, kMostChannels)));
-    spec.data_window = spec.display_window = window;
-    if (node.contains("display")) spec.display_window = WindowOf(subject, "display", node["display"]);
-    if (node.contains("alpha")) Refuse(subject, "found alpha without names of channels, expected both");
-    return spec;
-  }
-  if (channels.empty() || channels.size() > kMostChannels) {
-    Refuse(subject, "found " + std::to_string(channels.size()) + " channels, expected 1 to " +
-                        std::to_string(kMostChannels));
-  }
-  ImageSpec spec(window.width(), window.height(), static_cast<int>(channels.size()));
-  spec.data_window = spec.display_window = window;
-  if (node.contains("display")) spec.display_window = WindowOf(subject, "display", node["display"]);
   std::set<std::string> names;
   for (size_t k = 0; k < channels.size(); ++k) {
     spec.channels[k] = TextOf(subject, "channels", channels[k]);
@@ -156,6 +146,25 @@ ImageSpec OutputOf(const std::string& subject, const Json& node) {
   spec.alpha = -1;
   if (node.contains("alpha"))
     spec.alpha = static_cast<int>(WholeOf(subject, "alpha", node["alpha"], 0, spec.channel_count() - 1));
+}
+
+ImageSpec OutputOf(const std::string& subject, const Json& node) {
+  if (!node.contains("window")) Refuse(subject, "found no window, expected that of the pixels to make");
+  if (!node.contains("channels")) Refuse(subject, "found no channels, expected their number or names");
+  const Roi window = WindowOf(subject, "window", node["window"]);
+  const Json& channels = node["channels"];
+  constexpr int64_t kMostChannels = 1024;
+  const int64_t count =
+      WholeOf(subject, "channels", channels.is_array() ? Json(channels.size()) : channels, 1, kMostChannels);
+  ImageSpec spec(window.width(), window.height(), static_cast<int>(count));
+  spec.data_window = spec.display_window = window;
+  if (node.contains("display")) spec.display_window = WindowOf(subject, "display", node["display"]);
+  if (node.contains("type")) spec.type = TypeOf(subject, node["type"]);
+  if (channels.is_array()) {
+    NameChannels(subject, node, spec);
+  } else if (node.contains("alpha")) {
+    Refuse(subject, "found alpha without names of channels, expected both");
+  }
   return spec;
 }
 
@@ -210,11 +219,12 @@ class Reader {
       const auto image = images.find(name);
       if (image == images.end() || !image->second)
         throw Error(name, "is an open input of the graph, expected an image for it");
+      opened_.emplace(name, AsInput(image->second, name));
     }
     const Json& nodes = graph_["nodes"];
     const auto last = static_cast<size_t>(
         WholeOf("graph", "result", graph_["result"], 0, static_cast<int64_t>(nodes.size()) - 1));
-    for (size_t k = 0; k < nodes.size(); ++k) built_.push_back(BuildOne(k, nodes[k], images));
+    for (size_t k = 0; k < nodes.size(); ++k) built_.push_back(BuildOne(k, nodes[k]));
     return built_[last];
   }
 
@@ -238,7 +248,7 @@ class Reader {
     return all.empty() ? "none" : all;
   }
 
-  Node BuildOne(size_t k, const Json& node, const std::map<std::string, Node>& images) const {
+  Node BuildOne(size_t k, const Json& node) const {
     const std::string subject = "node " + std::to_string(k);
     if (!node.is_object()) Refuse(subject, "found " + Shown(node) + ", expected an object");
     if (node.contains("input")) {
@@ -247,7 +257,7 @@ class Reader {
       if (std::find(inputs_.begin(), inputs_.end(), name) == inputs_.end())
         Refuse(subject,
                "found the input " + Shown(node["input"]) + ", expected one of the graph's: " + Names());
-      return AsInput(images.at(name), name);
+      return opened_.at(name);
     }
     if (node.contains("file")) return BuildFile(subject, node);
     if (!node.contains("operation"))
@@ -266,7 +276,8 @@ class Reader {
   }
 
   Node BuildOperation(const std::string& at, size_t k, const Json& node) const {
-    RequireKeys(at, node, {"operation", "parameters", "inputs", "window", "display", "channels", "alpha"});
+    RequireKeys(at, node,
+                {"operation", "parameters", "inputs", "window", "display", "channels", "alpha", "type"});
     const std::string name = TextOf(at, "operation", node["operation"]);
     const std::string subject = at + " (" + name.substr(0, kLongestName) + ")";
     try {
@@ -292,7 +303,7 @@ class Reader {
         const ImageSpec spec = OutputOf(subject, node);
         return ops::Apply(op, {}, arguments, &spec);
       }
-      for (const char* key : {"window", "display", "channels", "alpha"}) {
+      for (const char* key : {"window", "display", "channels", "alpha", "type"}) {
         if (node.contains(key))
           Refuse(subject, std::string("found ") + key + ", expected it for a generator alone");
       }
@@ -319,6 +330,7 @@ class Reader {
 
   Json graph_;
   std::vector<std::string> inputs_;
+  std::map<std::string, Node> opened_;  // once each, however many nodes are of one
   std::vector<Node> built_;
 };
 

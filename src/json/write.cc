@@ -68,6 +68,7 @@ Json WindowOf(const Roi& r) { return Json::array({r.x0, r.y0, r.x1, r.y1}); }
 void DescribeOutput(const ImageSpec& spec, Json& node) {
   node["window"] = WindowOf(spec.data_window);
   if (spec.display_window != spec.data_window) node["display"] = WindowOf(spec.display_window);
+  if (spec.type != PixelType::kFloat) node["type"] = PixelTypeName(spec.type);
   const ImageSpec plain(1, 1, spec.channel_count());
   if (spec.channels == plain.channels && spec.alpha == plain.alpha) {
     node["channels"] = spec.channel_count();

@@ -107,6 +107,8 @@ TEST_F(HelpTest, ExamplesAreLinesThatWork) {
   for (char name = 'a'; name <= 'z'; ++name) {
     std::filesystem::copy_file(Path("in.exr"), Path(std::string(1, name) + ".exr"));
   }
+  std::ofstream(Path("look.json"))
+      << R"({"tessera_graph":1,"inputs":["plate"],"nodes":[{"input":"plate"}],"result":0})";
   std::ofstream jobs(Path("jobs"));
   int lines = 0;
   std::vector<std::string> names;

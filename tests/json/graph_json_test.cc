@@ -87,6 +87,16 @@ TEST(GraphJsonTest, IsWhatTheHeaderSays) {
   EXPECT_THAT(GraphInputs(graph.text), ElementsAre("plate"));
 }
 
+TEST(GraphJsonTest, GeneratorsKeepTheirWindowsChannelsAndType) {
+  ImageSpec spec(24, 16, 3, PixelType::kHalf);
+  spec.data_window = {-3, 5, 21, 21}, spec.display_window = {0, 0, 30, 30};
+  spec.channels = {"A", "u", "v"}, spec.alpha = 0;
+  const Node made = Generate("white", spec, "color=1");
+  const Node back = FromJson(ToJson(made).text);
+  ExpectSame(made, back);
+  EXPECT_EQ(back.spec().type, PixelType::kHalf);
+}
+
 TEST(GraphJsonTest, NodesThatAreSharedStayShared) {
   Node node = Apply("blur", {FromImage(Picture(0))}, "sigma=2");
   for (int k = 0; k < 40; ++k) node = Apply("max", {node, node});  // 2^40 of a tree
@@ -136,6 +146,14 @@ TEST(GraphJsonTest, InputsHaveTheirNamesAndOthersGetOne) {
   // What is computed may be an input too: the graph is then what comes after.
   const Node after = Apply("invert", {AsInput(Apply("blur", {a}, "sigma=1"), "soft")});
   EXPECT_THAT(ToJson(after).text, Not(HasSubstr("blur")));
+}
+
+TEST(GraphJsonTest, AnInputMayStandInSeveralNodes) {
+  const std::string text = R"({"tessera_graph":1,"inputs":["a"],"nodes":[{"input":"a"},{"input":"a"},)"
+                           R"({"operation":"add","inputs":[0,1]}],"result":2})";
+  const Node sum = FromJson(text, {{"a", FromImage(Picture(0))}});
+  ExpectSame(sum, Apply("mulc", {FromImage(Picture(0))}, "2"));
+  EXPECT_THAT(GraphInputs(ToJson(sum).text), ElementsAre("a"));
 }
 
 TEST(GraphJsonTest, FilesAreWrittenByName) {
@@ -222,6 +240,8 @@ TEST(HostileGraphTest, IsRefusedWithWhatIsWrong) {
       {WithNodes(R"({"operation":"ramp","window":[0,0,4,4],"channels":0})"), "found 0 for channels"},
       {WithNodes(R"({"operation":"ramp","window":[0,0,4,4],"channels":["R","R"]})"), "names that differ"},
       {WithNodes(R"({"operation":"ramp","window":[0,0,4,4],"channels":["R"],"alpha":1})"), "alpha"},
+      {WithNodes(R"({"operation":"ramp","window":[0,0,4,4],"channels":3,"type":"double"})"), "type"},
+      {WithNodes(R"({"operation":"ramp","window":[0,0,4,4],"channels":[]})"), "channels"},
       {WithNodes(R"({"file":"/no/such.exr"})"), "/no/such.exr"},
       {WithNodes(R"({"file":3})"), "found 3 for file"},
       {WithNodes(R"({"file":"x","subimage":-1})"), "found -1 for subimage"},
