@@ -20,8 +20,9 @@
 /// number, a flag true or false, a list of numbers an array, everything else text. A file has a "subimage"
 /// (its number) or a "part" (its name) where it is not the first. A generator has the window of its pixels,
 /// [x0, y0, x1, y1], its display window as "display" where that is another, and channels: how many, or their
-/// names, then with "alpha", the number of that channel, and its "type" where that is not "float". "inputs" of the graph are the names of its open
-/// inputs in their order. There is nothing else in it, no code, and whatever else is found is refused.
+/// names, then with "alpha", the number of that channel, and its "type" where that is not "float". "inputs"
+/// of the graph are the names of its open inputs in their order. There is nothing else in it, no code, and
+/// whatever else is found is refused.
 #ifndef TESSERA_GRAPH_JSON_H_
 #define TESSERA_GRAPH_JSON_H_
 
