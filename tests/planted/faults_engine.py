@@ -5,6 +5,13 @@ REWRITES = "src/graph/rewrites.cc"
 PIXELS = "src/simd/pixels.cc"
 
 FAULTS = [
+    # Graphs as data.
+    Fault("json-number", "graphs as JSON", "src/json/write.cc",
+          "  return value;\n}\n\nJson NumbersOf", "  return static_cast<float>(value);\n}\n\nJson NumbersOf",
+          "parameters are written with the digits of a float"),
+    Fault("json-flag", "graphs as JSON", "src/json/read.cc",
+          'return value.get<bool>() ? "1" : "0";', 'return "1";',
+          "a flag that is named is taken for set"),
     # Rewrite rules.
     Fault("join-read-twice", "rule join", REWRITES,
           "next->in[0] != first->out ||\n        !AreReadOnce(first->out, readers)) {",
