@@ -1,6 +1,8 @@
 // The context: a pool, a cache that forgets what was asked for longest ago, and names of files.
 #include "tessera/context.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <cstring>
 #include <list>
@@ -41,6 +43,35 @@ void FileNames::Forget(const std::string& name) noexcept {
       return;
     }
   }
+}
+
+void FileNames::BeginStep() {
+  uint32_t now = state_.load();
+  do {
+    while ((now & kEnded) != 0) ::pause(), now = state_.load();  // until the process is no more
+  } while (!state_.compare_exchange_weak(now, now + kStep));
+}
+
+void FileNames::EndStep() {
+  uint32_t now = state_.load(), next = 0;
+  do {
+    next = now - kStep;
+    if ((next & kSteps) == 0) next &= ~kSignals;
+  } while (!state_.compare_exchange_weak(now, next));
+  const int signal = static_cast<int>((now & kSignals) / kSignal);
+  if (signal == 0 || (next & kSignals) != 0) return;
+  if (const auto handler = on_kept_.load()) handler(signal);
+}
+
+bool FileNames::MayEnd(int signal) {
+  uint32_t now = state_.load(), next = 0;
+  do {
+    if ((now & kEnded) != 0) return false;
+    const bool steps = (now & kSteps) != 0;
+    if (steps && (now & kSignals) != 0) return false;
+    next = steps ? now + static_cast<uint32_t>(signal) * kSignal : now | kEnded;
+  } while (!state_.compare_exchange_weak(now, next));
+  return (next & kEnded) != 0;
 }
 
 namespace {

@@ -18,7 +18,6 @@
 #include "cli/signals.h"
 #include "tessera/context.h"
 #include "tessera/error_kind.h"
-#include "tessera/io.h"
 
 namespace tessera::cli {
 namespace {
@@ -34,9 +33,9 @@ std::atomic<const char*> g_at_hand = "line";  // never freed: a handler may be r
 
 bool InTime() { return !g_end || Clock::now() < *g_end; }
 
-extern "C" void OnAlarm(int /*signal*/) {
-  if (SignalsAreWaiting()) return;  // the outputs are getting their names
-  RemoveUnfinishedOutputs();
+extern "C" void OnAlarm(int signal) {
+  if (!MayEnd(signal)) return;
+  EndOutputs();
   const int messages = MessagesDescriptor();
   const char* const parts[] = {"tessera: error: ", g_at_hand.load(), ": ", g_over.c_str(), "\n"};
   for (const char* const part : parts) {

@@ -13,9 +13,12 @@
 #include <memory>
 #include <system_error>
 
+#include "base/file_names.h"
 #include "base/input_file.h"
+#include "base/stale_files.h"
 #include "cli/batch_job.h"
 #include "cli/signals.h"
+#include "tessera/context.h"
 #include "tessera/error_kind.h"
 
 namespace tessera::cli {
@@ -23,37 +26,58 @@ namespace {
 
 constexpr char kInput[] = "standard input", kOutput[] = "standard output";
 
-// A file of its own in a folder of its own, both of which go with it.
+// A file of its own in a folder of its own, both of which go with it, or with the process.
 class Spool {
  public:
   explicit Spool(const std::string& extension) {
-    std::string name = (std::filesystem::temp_directory_path() / "tessera-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw SystemError(name, "cannot be made: " + std::error_code(errno, std::generic_category()).message());
-    folder_ = name;
-    file_ = name + "/pipe" + extension;
+    folder_ = (std::filesystem::temp_directory_path() /
+               (".pipe" + base::TemporaryMark() + std::to_string(::getpid()) + "-XXXXXX"))
+                  .string();
+    base::SweepBeside(folder_);
+    base::FileNames& names = Context::Default().files();
+    const base::FileNames::Step step(names);
+    if (::mkdtemp(folder_.data()) == nullptr) {
+      throw SystemError(folder_,
+                        "cannot be made: " + std::error_code(errno, std::generic_category()).message());
+    }
+    try {
+      file_ = folder_ + "/pipe" + extension;
+      names.Remember(folder_);
+      names.Remember(file_);
+    } catch (...) {
+      Remove();
+      throw;
+    }
   }
-  ~Spool() {
-    std::error_code code;
-    std::filesystem::remove_all(folder_, code);
-  }
+  ~Spool() { Remove(); }
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
   const std::string& file() const { return file_; }
 
  private:
+  void Remove() noexcept {
+    std::error_code code;
+    std::filesystem::remove_all(folder_, code);
+    Context::Default().files().Forget(file_);
+    Context::Default().files().Forget(folder_);
+  }
+
   std::string folder_, file_;
 };
 
 // All of standard input in a file that has no name any more, so that nothing is left behind.
 int KeepInput() {
   std::string name = (std::filesystem::temp_directory_path() / "tessera-XXXXXX").string();
-  const int file = ::mkostemp(name.data(), O_CLOEXEC);
   const auto fail = [](const std::string& what) {
     throw SystemError(kInput, what + std::error_code(errno, std::generic_category()).message());
   };
-  if (file < 0) fail("cannot be kept in " + name + ": ");
-  ::unlink(name.c_str());
+  int file = -1;
+  {
+    const SignalsWait wait;
+    file = ::mkostemp(name.data(), O_CLOEXEC);
+    if (file < 0) fail("cannot be kept in " + name + ": ");
+    ::unlink(name.c_str());
+  }
   std::array<char, 1 << 16> block;
   while (true) {
     const ssize_t n = ::read(STDIN_FILENO, block.data(), block.size());

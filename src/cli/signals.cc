@@ -2,6 +2,7 @@
 #include "cli/signals.h"
 
 #include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -11,29 +12,25 @@
 #include <new>
 
 #include "cli/messages.h"
+#include "tessera/context.h"
 #include "tessera/io.h"
 
 namespace tessera::cli {
 namespace {
 
-std::atomic<bool> waiting = false;
-std::atomic<int> waited = 0;
 std::atomic<bool> in_job = false;
 std::atomic<int> asked = 0;
 
 [[noreturn]] void Leave(int signal) {
-  RemoveUnfinishedOutputs();
+  EndOutputs();
   _exit(128 + signal);
 }
 
 extern "C" void OnSignal(int signal) {
-  if (waiting.load()) {
-    waited.store(signal);
-  } else if (in_job.load() && signal != SIGPIPE) {
-    if (signal != SIGXFSZ && asked.exchange(signal) != 0) Leave(signal);
-  } else {
-    Leave(signal);
+  if (in_job.load() && signal != SIGPIPE) {
+    if (signal == SIGXFSZ || asked.exchange(signal) == 0) return;
   }
+  if (MayEnd(signal)) Leave(signal);
 }
 
 // A fault of the program or of a library: the files go, the signal does what it does.
@@ -61,6 +58,7 @@ extern "C" void OnFault(int signal) {
 
 void CatchSignals() {
   std::set_terminate(OnTerminate);
+  Context::Default().files().OnKept([](int signal) { raise(signal); });
   struct sigaction action {};
   action.sa_handler = OnSignal;
   action.sa_flags = SA_RESTART;
@@ -75,17 +73,16 @@ void CatchSignals() {
 #endif
 }
 
-bool SignalsAreWaiting() { return waiting.load(); }
+bool MayEnd(int signal) { return Context::Default().files().MayEnd(signal); }
 
-SignalsWait::SignalsWait() { waiting.store(true); }
-
-SignalsWait::~SignalsWait() {
-  waiting.store(false);
-  const int signal = waited.exchange(0);
-  if (signal == 0) return;
-  if (!in_job.load()) Leave(signal);
-  asked.store(signal);
+void EndOutputs() {
+  // What another thread's library opens from here on, by the name of a file that is no more, it cannot make.
+  const rlimit none{};
+  setrlimit(RLIMIT_NOFILE, &none);
+  RemoveUnfinishedOutputs();
 }
+
+SignalsWait::SignalsWait() : step_(Context::Default().files()) {}
 
 SignalsEndJob::SignalsEndJob() { in_job.store(true); }
 
@@ -98,6 +95,9 @@ bool SignalsEndJob::Alive() { return in_job.load(); }
 
 int SignalsEndJob::Asked() { return asked.load(); }
 
-void EndBySignal(int signal) { Leave(signal); }
+void EndBySignal(int signal) {
+  while (!MayEnd(signal)) pause();
+  Leave(signal);
+}
 
 }  // namespace tessera::cli

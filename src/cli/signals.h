@@ -2,6 +2,8 @@
 #ifndef TESSERA_CLI_SIGNALS_H_
 #define TESSERA_CLI_SIGNALS_H_
 
+#include "base/file_names.h"
+
 namespace tessera::cli {
 
 // From here on. Signals that whoever started the program had ignored (nohup) stay so.
@@ -11,13 +13,17 @@ void CatchSignals();
 class SignalsWait {
  public:
   SignalsWait();
-  ~SignalsWait();
-  SignalsWait(const SignalsWait&) = delete;
-  SignalsWait& operator=(const SignalsWait&) = delete;
+
+ private:
+  base::FileNames::Step step_;
 };
 
-// Whether one lives.
-bool SignalsAreWaiting();
+// For a handler that ends the process: whether it is to, see base::FileNames::MayEnd. What is kept is raised
+// again.
+bool MayEnd(int signal);
+
+// Removes unfinished outputs for good: whatever other threads are at, no file is made after it.
+void EndOutputs();
 
 // While one lives, a signal ends the line that runs, where it asks, and the process at this one's end; a
 // second signal ends the process at once. A file that has become too large (SIGXFSZ) is the line's failure.

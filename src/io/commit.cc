@@ -1,20 +1,15 @@
-// Exchanges of names, their undoing, and what dead processes left.
+// Exchanges of names, and their undoing.
 #include "io/commit.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <mutex>
 #include <set>
-#include <string_view>
 #include <system_error>
 
 #include "base/file_names.h"
@@ -88,56 +83,6 @@ void CommitAll(const std::vector<Finished>& files) {
   }
   // They have their names; a directory that cannot be flushed is no reason to call them failed.
   for (const std::string& directory : directories) Flush(directory, O_RDONLY | O_DIRECTORY);
-}
-
-const std::string& TemporaryMark() {
-  // A process's number is its own among those of a host and of a container.
-  static const std::string mark = [] {
-    char host[256] = {};
-    struct stat space {};
-    ::gethostname(host, sizeof host - 1);
-    ::stat("/proc/self/ns/pid", &space);
-    uint32_t digest = 2166136261u;
-    const std::string text = host + std::to_string(space.st_ino);
-    for (const char c : text) digest = (digest ^ static_cast<unsigned char>(c)) * 16777619u;
-    char code[16];
-    std::snprintf(code, sizeof code, "%08x", digest);
-    return ".tessera-" + std::string(code) + "-";
-  }();
-  return mark;
-}
-
-void SweepBeside(const std::string& target) noexcept try {
-  static std::mutex mutex;
-  static std::set<std::string> swept;
-  const std::string directory = DirectoryOf(target);
-  {
-    const std::lock_guard lock(mutex);
-    if (!swept.insert(directory).second) return;
-  }
-  DIR* const entries = ::opendir(directory.c_str());
-  if (entries == nullptr) return;
-  constexpr int kMostEntries = 1 << 16;
-  for (int i = 0; i < kMostEntries; ++i) {
-    const dirent* const entry = ::readdir(entries);
-    if (entry == nullptr) break;
-    const std::string_view name = entry->d_name;
-    const size_t at = name.rfind(TemporaryMark());
-    if (name[0] != '.' || at == std::string_view::npos) continue;
-    const char* const number = name.data() + at + TemporaryMark().size();
-    int process = 0;
-    const auto [end, error] = std::from_chars(number, name.data() + name.size(), process);
-    if (error != std::errc() || *end != '-' || process <= 0) continue;
-    if (::kill(process, 0) == 0 || errno != ESRCH) continue;
-    struct stat found;
-    if (::fstatat(::dirfd(entries), entry->d_name, &found, AT_SYMLINK_NOFOLLOW) != 0 ||
-        !S_ISREG(found.st_mode) || found.st_uid != ::geteuid()) {
-      continue;
-    }
-    ::unlinkat(::dirfd(entries), entry->d_name, 0);
-  }
-  ::closedir(entries);
-} catch (...) {  // a file that stays is no reason to fail
 }
 
 }  // namespace tessera::io

@@ -18,12 +18,6 @@ struct Finished {
 // file. The temporaries are gone afterwards, or are what they were.
 void CommitAll(const std::vector<Finished>& files);
 
-// Removes temporary files in the directory of `target` that processes of this machine left behind that are no
-// more, once per directory.
-void SweepBeside(const std::string& target) noexcept;
-// What the names of this machine's temporary files have in common behind their stem.
-const std::string& TemporaryMark();
-
 }  // namespace tessera::io
 
 #endif  // TESSERA_IO_COMMIT_H_

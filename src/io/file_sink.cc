@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/file_names.h"
 #include "io/color_state.h"
 #include "io/open_input.h"
 #include "io/spec.h"
@@ -210,6 +211,7 @@ void FileSink::Open(const std::string& temporary, Codec codec, int threads) {
   OpenStream();
   bool ok = false;
   try {
+    const base::FileNames::Step step(Context::Default().files());  // libraries make files that are not there
     ok = output_->open(temporary, file_spec_);
   } catch (const std::exception& e) {
     Fail(e.what());
@@ -248,6 +250,7 @@ void FileSink::OpenFirst(const std::string& temporary, const std::vector<FileSin
   for (const FileSink* sink : all) specs.push_back(sink->file_spec_);
   bool ok = false;
   try {
+    const base::FileNames::Step step(Context::Default().files());
     // Some formats want to know all of them at once.
     ok = output_->open(temporary, static_cast<int>(specs.size()), specs.data());
   } catch (const std::exception& e) {

@@ -14,7 +14,7 @@
 #include <system_error>
 
 #include "base/file_names.h"
-#include "io/commit.h"
+#include "base/stale_files.h"
 #include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -78,11 +78,13 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
   RequireDirectory(target, shown);
   // Names are limited to 255 bytes; the stem is only there for the eye.
   const std::string stem = path.stem().string().substr(0, 100);
-  SweepBeside(target);
+  base::SweepBeside(target);
   for (;;) {
-    const std::string name = (directory / ("." + stem + TemporaryMark() + std::to_string(::getpid()) + "-" +
-                                           std::to_string(Unfinished().Next()) + path.extension().string()))
-                                 .string();
+    const std::string name =
+        (directory / ("." + stem + base::TemporaryMark() + std::to_string(::getpid()) + "-" +
+                      std::to_string(Unfinished().Next()) + path.extension().string()))
+            .string();
+    const base::FileNames::Step step(Unfinished());
     Unfinished().Remember(name);
     const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor >= 0) {
@@ -204,7 +206,12 @@ void CheckedFile::flush() const {
 }  // namespace io
 
 void RemoveUnfinishedOutputs() {
-  Context::Default().files().TakeEach([](const char* name) { ::unlink(name); });
+  std::array<const char*, 16> folders;  // that some of the files are in
+  size_t count = 0;
+  Context::Default().files().TakeEach([&](const char* name) {
+    if (::unlink(name) != 0 && errno == EISDIR && count < folders.size()) folders[count++] = name;
+  });
+  for (size_t i = 0; i < count; ++i) ::rmdir(folders[i]);
 }
 
 }  // namespace tessera

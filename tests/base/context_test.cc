@@ -3,7 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -126,6 +129,40 @@ TEST(ContextTest, NamesOfUnfinishedFilesAreTakenOnce) {
   names.TakeEach(take);
   EXPECT_THAT(taken, ::testing::UnorderedElementsAre("a", "c"));
   EXPECT_NE(names.Next(), names.Next());
+}
+
+int kept_signal = 0;
+
+TEST(ContextTest, ASignalThatComesInAStepIsKeptUntilTheLastEnds) {
+  base::FileNames names;
+  names.OnKept([](int signal) { kept_signal = signal; });
+  std::optional<base::FileNames::Step> one(std::in_place, names), other(std::in_place, names);
+  EXPECT_FALSE(names.MayEnd(15));
+  EXPECT_FALSE(names.MayEnd(2)) << "the first is kept";
+  one.reset();
+  EXPECT_EQ(kept_signal, 0);
+  other.reset();
+  EXPECT_EQ(kept_signal, 15);
+  kept_signal = 0;
+  one.emplace(names), one.reset();
+  EXPECT_EQ(kept_signal, 0) << "once";
+  EXPECT_TRUE(names.MayEnd(15));
+  EXPECT_FALSE(names.MayEnd(15)) << "one alone ends the process";
+}
+
+TEST(ContextDeathTest, NoStepBeginsOnceTheProcessEnds) {
+  const auto end = [] {
+    static base::FileNames names;
+    static std::atomic<bool> begun = false;
+    if (!names.MayEnd(15)) ::_exit(1);
+    std::thread([] {
+      const base::FileNames::Step step(names);
+      begun = true;
+    }).detach();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ::_exit(begun ? 2 : 3);
+  };
+  EXPECT_EXIT(end(), ::testing::ExitedWithCode(3), "");
 }
 
 }  // namespace

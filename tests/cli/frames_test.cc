@@ -104,7 +104,7 @@ TEST_F(FramesTest, NumbersOfMoreDigitsThanNamesHoldAreRefused) {
 // A file that is there wins over what its name could stand for.
 TEST_F(FramesTest, NamesWithTheSignsOfFramesAreFiles) {
   Works("--pattern checker 8x6 3 -d uint8 -o plain.png");
-  for (const std::string& name : {"icon@2x.png", "a#b.png", "50%d.png", "%04d#@.png"}) {
+  for (const std::string name : {"icon@2x.png", "a#b.png", "50%d.png", "%04d#@.png"}) {
     std::filesystem::copy_file(Path("plain.png"), Path(name));
     Works(name + " -o copy.png");
     EXPECT_EQ(Oiiotool("--fail 0 plain.png copy.png --diff").exit_code, 0) << name;

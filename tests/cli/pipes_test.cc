@@ -1,6 +1,10 @@
 // Standard input and output as images, words from files.
+#include <signal.h>
+
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "cli/cli_test.h"
 
@@ -64,6 +68,34 @@ TEST_F(PipesTest, WordsComeFromFiles) {
   EXPECT_EQ(Oiiotool("x.exr y.exr --fail 0 --diff").exit_code, 0);
   EXPECT_EQ(Load("x.exr").spec().get_string_attribute("Comment"), "two words");
   EXPECT_NE(Tessera("a.exr @gone -o x.exr").exit_code, 0);
+}
+
+// What stands in for a pipe goes with the process, or with the next one that writes to a pipe.
+TEST_F(PipesTest, NothingStaysOfAnInterruptedOutput) {
+  std::filesystem::create_directory(Path("scratch"));
+  const auto wait = [&] {
+    for (int i = 0; i < 6000; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      for (const auto& entry : std::filesystem::recursive_directory_iterator(Path("scratch"))) {
+        std::error_code gone;
+        if (entry.is_regular_file(gone) && entry.file_size(gone) > 100000 && !gone) return;
+      }
+    }
+    ADD_FAILURE() << "no temporary file grew";
+  };
+  const std::string scratch = "TMPDIR=" + Path("scratch");
+  for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {
+    RunningCommand running({"env", scratch, TESSERA_PROGRAM, "--pattern", "ramp", "30000x30000", "3", "-d",
+                            "float", "-o", "tif:-"},
+                           directory_.path());
+    wait();
+    kill(running.pid(), signal);
+    EXPECT_EQ(running.Wait().exit_code, 128 + signal);
+    EXPECT_EQ(std::filesystem::is_empty(Path("scratch")), signal != SIGKILL) << signal;
+  }
+  EXPECT_EQ(
+      RunCommand({"env", scratch, TESSERA_PROGRAM, "a.png", "-o", "png:-"}, directory_.path()).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::is_empty(Path("scratch")));
 }
 
 }  // namespace

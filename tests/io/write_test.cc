@@ -392,7 +392,9 @@ TEST_F(WriteTest, OutputsAppearTogetherOrNotAtAll) {
   const auto old = [&](bool there) {
     for (const char* name : {"a.exr", "c.exr"}) {
       EXPECT_EQ(std::filesystem::exists(Path(name)), there) << name;
-      if (there) EXPECT_EQ(Contents(Path(name)), "old") << name;
+      if (there) {
+        EXPECT_EQ(Contents(Path(name)), "old") << name;
+      }
     }
   };
   for (const bool there : {false, true}) {

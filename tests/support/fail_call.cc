@@ -1,6 +1,7 @@
 // Loaded before the C library (LD_PRELOAD): the call of the kind and number in FAIL_CALL, as write:7:28
 // (kind, number, errno), fails, or with an errno of 0 never returns; or the file in COUNT_CALLS is told how
-// many there were of each kind when the program ends.
+// many there were of each kind when the program ends. DELAY_EXIT: milliseconds between _exit and the end, for
+// other threads to go on in.
 //
 // The kernel hands the calls over (seccomp's SIGSYS), so that those that the C library makes for its own
 // streams are among them. Standard streams are left alone.
@@ -13,6 +14,7 @@
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <ucontext.h>
 #include <unistd.h>
 
@@ -52,6 +54,7 @@ std::array<std::atomic<long>, kKinds> counts;
 Kind fail_kind = kKinds;
 long fail_at = -1;
 int fail_code = EIO;
+long delay = 0;
 
 // Whether it is the turn of this one.
 bool Fails(Kind kind) { return ++counts[kind] == fail_at && kind == fail_kind; }
@@ -116,6 +119,7 @@ __attribute__((constructor)) void Begin() {
       if (std::strcmp(name, kNames[static_cast<size_t>(kind)]) == 0) fail_kind = static_cast<Kind>(kind);
     }
   }
+  if (const char* const text = std::getenv("DELAY_EXIT")) delay = std::atol(text);
   HandOver();
 }
 
@@ -135,6 +139,8 @@ void End() {
 extern "C" {
 [[noreturn]] void _exit(int code) {
   End();
+  const timespec wait = {delay / 1000, delay % 1000 * 1000000};
+  nanosleep(&wait, nullptr);
   for (;;) syscall(SYS_exit_group, code);
 }
 int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*), void* argument) {

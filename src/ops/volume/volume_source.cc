@@ -180,7 +180,7 @@ NoiseBlock BlockOfFile(const std::string& file) {
   Volume volume = ReadVolume(file);
   std::array<int, 3> n = volume.spec().size;
   if (n[2] == 1 && n[0] > 0 && n[1] / n[0] == n[0] && n[1] % n[0] == 0) {  // slices one above the other
-    volume = ReadVolume(file, {.slices = n[0]});
+    volume = ReadVolume(file, {.raw = {}, .slices = n[0]});
     n = volume.spec().size;
   }
   if (n[0] != n[1] || n[0] != n[2] || n[0] < 4 || n[0] > 256) {
