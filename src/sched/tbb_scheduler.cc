@@ -7,8 +7,11 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <memory>
+#include <mutex>
+#include <new>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -18,9 +21,29 @@
 #include "sched/scheduler.h"
 
 namespace tessera::sched {
-int ThreadCount(int requested) {
-  return requested > 0 ? requested : std::max(1, tbb::info::default_concurrency());
+namespace {
+
+// oneTBB counts them when it is first asked for anything; where memory for that is refused (2021.8), whatever
+// asks it afterwards waits for that count without end, the destructor of a global_control, too. So this comes
+// first, and nothing after it where it has failed.
+int Processors() {
+  constexpr int kUnknown = 0, kRefused = -1;
+  static std::atomic<int> known = kUnknown;
+  static std::mutex mutex;
+  if (known.load() == kUnknown) {
+    const std::lock_guard lock(mutex);
+    if (known.load() == kUnknown) {
+      known.store(kRefused);
+      known.store(std::max(1, tbb::info::default_concurrency()));
+    }
+  }
+  if (known.load() == kRefused) throw std::bad_alloc();
+  return known.load();
 }
+
+}  // namespace
+
+int ThreadCount(int requested) { return requested > 0 ? requested : Processors(); }
 
 namespace {
 
@@ -48,6 +71,7 @@ void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, i
     OneByOne(count, task);
     return;
   }
+  Processors();
   // More threads than cores are legal (the tests use them), so the process-wide limit is raised while we run.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::task_arena arena(threads);
@@ -57,6 +81,7 @@ void ParallelFor(int64_t count, int threads, const std::function<void(int64_t, i
 namespace {
 
 void ForInner(int64_t count, int threads, const std::function<void(int64_t, int)>& task) {
+  Processors();
   if (tbb::this_task_arena::max_concurrency() != threads) {  // outside of a pipeline
     ParallelFor(count, threads, task);
   } else {
@@ -94,6 +119,7 @@ void Pipeline(int threads, int tokens, const PipelineSteps& steps) {
     }
     return;
   }
+  Processors();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::task_arena arena(threads);
   struct Carried {
