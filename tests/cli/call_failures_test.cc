@@ -64,6 +64,17 @@ constexpr const char* kLines[] = {
     "in/a.exr --convolve:kernel=laplacian:method=fft -o $/o.exr",
     "in/a.exr --printstats --runstats -o $/o.exr",
     "in/a.exr in/a.exr --diff --swap -o $/o.png",
+    "* in/a.exr --exposure .5 --whitebalance 3200 --grade:gain=1.3 --cdl:saturation=.5 -d half -o $/o.exr",
+    "* in/b.png --lens .08,.005 --aberration 1.5 -1 --vignette .5 --grain .06 -o $/o.png",
+    "in/b.png --levels .1 .9 --vibrance .5 --curves 0,0,.5,.6,1,1 --despill:screen=green -o $/o.jpg",
+    "in/rgba.exr --key:screen=blue -o $/o.tif",
+    "* in/a.exr in/rgba.exr --siappend -d half -o $/o.exr",
+    "-a in/parts.exr --mulc .5 -o $/o.tif",
+    "in/b.png --text:x=2:y=20:size=12 Harbour --fft --ifft --ch 0 -o $/o.exr",
+    "in/b.png in/b.tif in/b.jpg --mosaic 3x1 -o $/o.tif",
+    "in/b.png --normalmap in/b.png --paste +9+7 -o $/o.png",
+    "--set k 2 --for i 0,{k} in/b.png --addc {i/8} -o $/o{i}.tif --pop --endfor",
+    "in/a.exr --aov:channels=0 depth -o $/o.exr",
 };
 
 struct Fault {
@@ -208,6 +219,7 @@ TEST_F(CallFailuresTest, EndARunCleanly) {
   for (const char* const format :
        {"tif", "jpg", "tga", "hdr", "dpx", "ppm", "webp", "bmp", "gif", "sgi", "rla", "jp2", "heic"})
     Works(std::string("in/b.png -o in/b.") + format);
+  Works("in/a.exr in/rgba.exr --siappend -d half -o in/parts.exr");
   Works("--frames 1-2 in/a.exr --mulc {FRAME_NUMBER/2} -o in/f.#.exr");
   std::ofstream(Path("in/l.cube")) << "\xEF\xBB\xBFLUT_1D_SIZE 2\n0 0 0\n1 .5 1\n";
   std::ofstream(Path("in/l.csp"))
