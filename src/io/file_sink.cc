@@ -6,7 +6,6 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <string_view>
 #include <system_error>
@@ -45,21 +44,6 @@ constexpr struct {
   std::array<size_t, 3> counts;
 } kChannelCounts[] = {{"dpx", "1, 3 or 4", {1, 3, 4}}, {"webp", "3 or 4", {3, 4, 4}}};
 
-// OpenImageIO leaves what was on its stack, addresses say, behind the name in an SGI's header.
-bool ClearBehindName(const std::string& file, size_t name) {
-  constexpr std::streamoff kName = 24;
-  const std::array<char, 80> zeros{};
-  name = std::min(name, zeros.size() - 1);
-  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
-  stream.seekp(kName + static_cast<std::streamoff>(name));
-  stream.write(zeros.data(), static_cast<std::streamsize>(zeros.size() - name));
-  stream.close();
-  return stream.good();
-}
-
-// Writers that overlook a failed write and go on, so that all that was written is compared.
-bool KeepsItsSamples(std::string_view format) { return format == "sgi"; }
-
 int TileHint(const ImageSpec& spec, const std::vector<Attribute>& attributes, const std::string& name) {
   int value = 0;
   const auto take = [&](const std::vector<Attribute>& list) {
@@ -97,10 +81,12 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
                                ", expected one of those that are stood behind");
   }
   if (data_.empty()) throw DataError(shown, "found an image without pixels, expected at least 1 x 1");
-  file_spec_ = SpecTo(spec, type);
-  if (type != spec.type) file_spec_.erase_attribute("oiio:BitsPerSample");
-  for (const char* name : kStale) file_spec_.erase_attribute(name);
   const std::string format = output_->format_name();
+  if (type_ == PixelType::kHalf && (format == "fits" || format == "rla"))
+    type_ = PixelType::kFloat;  // these writers would take halves' bits for those of integers
+  file_spec_ = SpecTo(spec, type_);
+  if (type_ != spec.type) file_spec_.erase_attribute("oiio:BitsPerSample");
+  for (const char* name : kStale) file_spec_.erase_attribute(name);
   if (format == "openexr") SetExrColorState(file_spec_, ColorStateOf(spec));
   // PNG has either a profile or the chunks sRGB and gAMA.
   if (format == "png" && file_spec_.find_attribute("ICCProfile") != nullptr) {
@@ -111,6 +97,7 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
   for (const Attribute& a : attributes) {
     if (a.name != "tile_width" && a.name != "tile_height") SetAttribute(file_spec_, a);
   }
+  if (format == "rla") file_spec_.erase_attribute("oiio:BitsPerSample");  // fewer cannot be mended
   ChooseChannels(spec);
   ChooseWindow(spec);
   ChooseTiles(spec, attributes);
@@ -355,14 +342,6 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
   next_ = y1;
 }
 
-// Of formats that open files themselves and keep what they are given.
-void FileSink::Note(int rows, const std::byte* data, ptrdiff_t row_stride) {
-  if (stream_ || !KeepsItsSamples(output_->format_name())) return;
-  for (int y = 0; y < rows; ++y, data += row_stride)
-    base::AddToDigest(digest_,
-                      {data, static_cast<size_t>(window_.width()) * kept_.size() * PixelBytes(type_)});
-}
-
 void FileSink::PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) {
   const int dx = file_spec_.x - window_.x0, dy = file_spec_.y - window_.y0, tile = file_spec_.tile_height;
   const auto write = [&](int top, int bottom, const std::byte* pixels, ptrdiff_t stride) {
@@ -412,48 +391,14 @@ void FileSink::Finish() {
   }
   if (stream_) stream_->close();
   if (!ok || (stream_ && stream_->failure() != 0)) Fail(output_->geterror());
-  if (!stream_) CheckReadable();
-  if (std::string_view(output_->format_name()) == "sgi" &&
-      !ClearBehindName(temporary_, file_spec_.get_string_attribute("ImageDescription").size()))
-    Fail("its header cannot be mended");
+  if (!stream_) {
+    Mend();
+    CheckReadable();
+  }
 }
 
 FileLayout FileSink::Layout() const {
   return {temporary_, shown_, output_->format_name(), file_spec_, window_, data_, kept_, type_, part_};
-}
-
-// Formats that open files themselves may lose bytes without a word.
-void FileSink::CheckReadable() {
-  if (const int code = GrowthFailure(temporary_); code != 0) {
-    throw SystemError(shown_,
-                      "cannot be written: " + std::error_code(code, std::generic_category()).message());
-  }
-  // By the name of the format: by that of a file it is none where the file is damaged.
-  const auto input = OIIO::ImageInput::create(output_->format_name());
-  OIIO::ImageSpec found;
-  if (!input) {
-    OIIO::geterror();  // a format that can only be written
-    return;
-  }
-  const bool compares = KeepsItsSamples(output_->format_name());
-  const OIIO::TypeDesc type = compares ? TypeDescOf(type_) : OIIO::TypeFloat;
-  std::vector<std::byte> row;
-  base::Digest digest{};
-  bool ok = input->open(temporary_, found) && found.width == file_spec_.width &&
-            found.height == file_spec_.height && found.nchannels >= 1;
-  if (ok) {
-    row.resize(static_cast<size_t>(found.width) * found.nchannels * type.size());
-    // libtiff says what it could not write; the others have to show all rows.
-    const int last = found.y + found.height;
-    const int first = std::string_view(output_->format_name()) == "tiff" ? last - 1 : found.y;
-    for (int y = first; ok && y < last && found.tile_width == 0; ++y) {
-      ok = input->read_scanline(y, 0, type, row.data());
-      if (compares) base::AddToDigest(digest, row);
-    }
-  }
-  if (ok && compares && digest != digest_)
-    Fail("the file that was written holds other pixels when it is read back");
-  if (!ok) Fail("the file that was written cannot be read back: " + input->geterror());
 }
 
 void FileSink::Fail(const std::string& message) {

@@ -58,8 +58,10 @@ class FileSink final : public graph::RowSink {
   void Opened(bool ok);
   void Pad(int until);
   void Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
+  bool Compares() const;
   void Note(int rows, const std::byte* data, ptrdiff_t row_stride);
   void PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
+  void Mend();
   void CheckReadable();
   [[noreturn]] void Fail(const std::string& message);
 
@@ -69,7 +71,8 @@ class FileSink final : public graph::RowSink {
   int part_ = 0;                      // of the file's images
   bool closes_ = true;                // as no other image follows
   std::unique_ptr<Encoder> encoder_;  // in place of output_, which is not opened then
-  base::Digest digest_{};             // of what was written
+  base::Digest digest_{};             // of what was written, where that is compared
+  std::vector<std::byte> last_column_;
   std::string encoder_text_;
   OIIO::ImageSpec file_spec_;
   Roi data_;               // window of the rows that Write is given

@@ -33,7 +33,7 @@ std::string WhyLossy(const FileLayout& layout) {
   }
   if (layout.format == "tiff" && begins("jpeg")) return "with the compression jpeg";
   if (layout.format == "webp" && !begins("lossless")) return "as webp";
-  // FITS and RLA take halves and hold another type.
+  // Formats that take halves may hold another type.
   if (layout.type == PixelType::kHalf && !exr && layout.format != "tiff") return "as " + layout.format;
   if (!PixelTypeOf(layout.spec.format)) return std::string("as ") + layout.spec.format.c_str();
   return "";

@@ -265,6 +265,29 @@ TEST_F(CallFailuresTest, LostHeadersAreNoticed) {
   }
 }
 
+// Nor are rows that OpenImageIO's writers go on without.
+TEST_F(CallFailuresTest, LostRowsAreNoticed) {
+  if (With("", "COUNT_CALLS", Path("counts"), "--version").exit_code == 77) GTEST_SKIP() << "no seccomp here";
+  Works("--pattern perlin 61x43 3 -d uint8 -o a.png");
+  for (const std::string format : {"rla", "ico", "fits", "sgi"}) {
+    const std::string line = "a.png -o o." + format;
+    EXPECT_EQ(With("", "COUNT_CALLS", Path("counts"), line).exit_code, 0) << format;
+    const std::string right = testing::FileText(Path("o." + format));
+    std::map<std::string, int> count;
+    std::ifstream stream(Path("counts"));
+    for (std::string kind; stream >> kind;) stream >> count[kind];
+    int refused = 0;
+    for (int k = count["write"]; k >= 1; k -= std::max(count["write"] / 8, 1)) {
+      const testing::CommandResult result = With("", "FAIL_CALL", "write:" + std::to_string(k) + ":5", line);
+      refused += result.exit_code == 1;
+      // A write that is tried again, or whose bytes were there, is none that was lost.
+      EXPECT_TRUE(result.exit_code == 1 || testing::FileText(Path("o." + format)) == right)
+          << format << " " << k << ": " << result.exit_code << " " << result.err;
+    }
+    EXPECT_GE(refused, 2) << format;
+  }
+}
+
 // A library that waits for a disk asks nobody for the time.
 TEST_F(CallFailuresTest, SecondsEndWhatWaits) {
   if (With("", "COUNT_CALLS", Path("counts"), "--version").exit_code == 77) GTEST_SKIP() << "no seccomp here";
