@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
   if (!outcome.message.empty()) PrintError(outcome.message);
   const int code = outcome.code;
   tessera::EndSandbox();
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(TESSERA_COVERAGE)
   // All that was asked for is done: what libraries do at their own end, a refused allocation there say, is
   // not to change the exit code.
   std::cout.flush();
