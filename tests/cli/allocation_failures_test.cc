@@ -43,8 +43,9 @@ TEST_F(AllocationFailuresTest, EndARunCleanly) {
         std::string("--volume:solid=body:size=16x16"), std::string("a.exr --verify --hue 30")}) {
     for (const std::string& output : {std::string("out.exr"), std::string("out.png")}) {
       SCOPED_TRACE(line + " -o " + output);
-      const std::string whole = "--threads 1 --nosoftwareattrib " + line + " -d " +
-                                (output == "out.png" ? "uint8" : "half") + " -o " + output;
+      const bool png = output == "out.png";
+      const std::string whole = std::string("--threads ") + (png ? "2" : "1") + " --nosoftwareattrib " +
+                                line + " -d " + (png ? "uint8" : "half") + " -o " + output;
       Works(whole);
       const std::vector<float> right = Pixels(output);
       const long count = Count(whole);
