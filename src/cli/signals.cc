@@ -33,9 +33,24 @@ extern "C" void OnSignal(int signal) {
   if (MayEnd(signal)) Leave(signal);
 }
 
+std::atomic<bool> refused = false;  // memory, to whoever asked with new
+
+// What a library cannot tell is thrown away, and ends the process.
+void OnRefused() {
+  refused.store(true);
+  throw std::bad_alloc();
+}
+
+[[noreturn]] void EndForMemory() {
+  constexpr char kMessage[] = "tessera: error: memory: refused by the system\n";
+  if (write(MessagesDescriptor(), kMessage, sizeof kMessage - 1) >= 0) _exit(1);
+  _exit(1);
+}
+
 // A fault of the program or of a library: the files go, the signal does what it does.
 extern "C" void OnFault(int signal) {
   RemoveUnfinishedOutputs();
+  if (signal == SIGABRT && refused.load()) EndForMemory();
   ::signal(signal, SIG_DFL);
   raise(signal);
 }
@@ -46,9 +61,7 @@ extern "C" void OnFault(int signal) {
   try {
     if (std::current_exception()) std::rethrow_exception(std::current_exception());
   } catch (const std::bad_alloc&) {
-    constexpr char kMessage[] = "tessera: error: memory: refused by the system\n";
-    if (write(MessagesDescriptor(), kMessage, sizeof kMessage - 1) >= 0) _exit(1);
-    _exit(1);
+    EndForMemory();
   } catch (...) {
   }
   std::abort();
@@ -58,6 +71,7 @@ extern "C" void OnFault(int signal) {
 
 void CatchSignals() {
   std::set_terminate(OnTerminate);
+  std::set_new_handler(OnRefused);
   Context::Default().files().OnKept([](int signal) { raise(signal); });
   struct sigaction action {};
   action.sa_handler = OnSignal;

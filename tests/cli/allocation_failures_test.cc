@@ -73,5 +73,19 @@ TEST_F(AllocationFailuresTest, EndARunCleanly) {
   EXPECT_GT(refused, 12);
 }
 
+// OpenImageIO's file_size may not throw; what is thrown in it ends the process (asked for by its reader of
+// WebP).
+TEST_F(AllocationFailuresTest, WhatALibraryMayNotThrowIsAReason) {
+  Works("--pattern ramp 48x40 3 -d uint8 -o a.webp");
+  const std::string line = "--threads 1 --nosoftwareattrib a.webp --sobel -o out.webp";
+  const long count = Count(line);
+  for (long number = count - 190; number < count - 120; ++number) {
+    const testing::CommandResult result = With("FAIL_ALLOCATION", std::to_string(number), line);
+    EXPECT_TRUE(result.exit_code == 0 || result.exit_code == 1)
+        << count - number << " before the end: " << result.exit_code << " " << result.err;
+    EXPECT_EQ(result.exit_code == 1, result.err.starts_with("tessera: error: ")) << result.err;
+  }
+}
+
 }  // namespace
 }  // namespace tessera
