@@ -14,6 +14,7 @@
 
 #include "base/arena.h"
 #include "graph/op.h"
+#include "graph/topology.h"
 #include "ops/filter/fft/fft.h"
 #include "ops/registry.h"
 #include "support/pictures.h"
@@ -167,13 +168,14 @@ class WatchedOp final : public graph::Op {
   Tally& tally_;
 };
 
-// The same graph with its point and tile stages watched; sources are what they are.
-Node Watched(const Node& node, Tally& tally) {
-  const graph::NodeData& data = *node.data();
-  if (data.op->Kind() == graph::OpKind::kSource) return node;
-  std::vector<Node> inputs;
-  for (const Node& in : data.inputs) inputs.push_back(Watched(in, tally));
-  return graph::MakeNode(std::make_shared<const WatchedOp>(data.op, tally), std::move(inputs));
+// The same graph with its point and tile stages watched; sources are what they are. A node with several
+// readers stays one: as a tree, what is made of itself a few times over would be planned for hours.
+Node Watched(const Node& root, Tally& tally) {
+  return graph::Rewrite(root, [&tally](const Node& node, const Node&) {
+    const graph::NodeData& data = *node.data();
+    if (data.op->Kind() == graph::OpKind::kSource) return node;
+    return graph::MakeNode(std::make_shared<const WatchedOp>(data.op, tally), data.inputs);
+  });
 }
 
 constexpr Roi kWindow{-5, 3, 91, 67};  // 96 x 64

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/every_target.h"
@@ -20,6 +21,7 @@
 #include "tessera/ops/generate.h"
 #include "tessera/ops/lookup.h"
 #include "tessera/render.h"
+#include "tessera/verify.h"
 
 namespace tessera {
 namespace {
@@ -261,6 +263,24 @@ TEST(PixelVerbsTest, HolesAreFilled) {
   ImageSpec empty(5, 3, 4);
   empty.alpha = 3;
   for (const float v : Samples(FillHoles(Create(empty)))) EXPECT_EQ(v, 0);
+}
+
+// Of 19 rows made 9 the neighbours of the middle one see it at the very foot of their triangle: with a weight
+// of a rounding there, divided by itself, it would be all that they are.
+TEST(PixelVerbsTest, WhatLiesAtTheFootOfATriangleFillsNoHole) {
+  for (const auto& [width, height] : {std::pair{12, 19}, {19, 12}, {19, 19}}) {
+    ImageSpec spec(width, height, 4);
+    spec.alpha = 3;
+    Image image(spec);
+    for (int i = 0; i < (width == 19 ? height : width); ++i) {
+      const int x = width == 19 ? 9 : i, y = width == 19 ? i : 9;
+      for (int c = 0; c < 4; ++c)
+        image.at<float>(x, y, c) = c == 3 ? 1 : static_cast<float>((i * 7 + c) % 5) / 4;
+    }
+    const VerifyReport report = Verify(FillHoles(FromImage(image)));
+    EXPECT_TRUE(report.within_bound && report.undecided == 0)
+        << width << "x" << height << ": " << report.Summary();
+  }
 }
 
 }  // namespace

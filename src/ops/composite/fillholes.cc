@@ -1,6 +1,8 @@
 // Fills what is transparent from its surroundings: push and pull through a pyramid, in double.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -37,16 +39,19 @@ struct Taps {
 };
 std::vector<Taps> TapsOf(int from, int to) {
   std::vector<Taps> all;
-  const double ratio = static_cast<double>(to) / from, narrow = std::min(ratio, 1.0);
+  // In halves of a pixel of either axis times the other's length, so that what lies at the triangle's foot
+  // weighs 0 and not a rounding, which the division by alpha would make all there is.
+  const int64_t foot = 2 * int64_t{std::max(from, to)};
   for (int i = 0; i < to; ++i) {
-    const double center = (i + 0.5) / ratio - 0.5;  // in pixels of `from`, whose centres are whole here
-    const int low = static_cast<int>(std::ceil(center - 1 / narrow)),
-              high = static_cast<int>(std::floor(center + 1 / narrow));
+    const int64_t center = (2 * int64_t{i} + 1) * from;  // of pixel k: (2 k + 1) to
+    const auto low = static_cast<int>((center - foot) / (2 * int64_t{to})) - 1,
+               high = static_cast<int>((center + foot) / (2 * int64_t{to})) + 1;
     const int first = std::clamp(low, 0, from - 1), last = std::clamp(high, 0, from - 1);
     Taps taps{first, std::vector<double>(static_cast<size_t>(last - first) + 1)};
     double sum = 0;
     for (int k = low; k <= high; ++k) {
-      const double w = std::max(0.0, 1 - std::fabs(k - center) * narrow);
+      const auto w =
+          static_cast<double>(std::max(int64_t{0}, foot - std::abs((2 * int64_t{k} + 1) * to - center)));
       taps.weights[static_cast<size_t>(std::clamp(k, first, last) - first)] += w;
       sum += w;
     }

@@ -187,7 +187,7 @@ OpInfo LensInfo() {
                    "-0.05 model=division",
                    "-0.05 model=division apply=1",
                    "0.05,0.01 p=0.01,-0.005 filter=triangle",
-                   "0.05 apply=1 center=0.45,0.55"};
+                   "0.05 p=0.01,-0.005 apply=1 center=0.45,0.55"};
   info.identity = "0";
   return info;
 }
