@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "graph/little_memory.h"
 #include "graph/op.h"
 #include "task.h"
 #include "verify/evaluate.h"
@@ -20,7 +21,7 @@ ImageD Reference(const Node& node, const Roi& roi) {
 }
 
 bool NeedsStatistics(const Node& node) {
-  if (!node.data()->op->Statistics().empty()) return true;
+  if (graph::PrefersRows(*node.data()->op)) return true;
   return std::any_of(node.data()->inputs.begin(), node.data()->inputs.end(), NeedsStatistics);
 }
 
