@@ -214,7 +214,8 @@ Node AsInput(const Node& image, const std::string& name) {
                              std::to_string(json::kLongestName));
   graph::Origin origin;
   const graph::Origin* const before = graph::OriginOf(image);
-  if (before != nullptr) origin.owner = before->owner;
+  // What is computed stays alive by what it was computed from.
+  if (before != nullptr) origin.owner = before->owner, origin.inputs = before->inputs;
   origin.kind = graph::Origin::Kind::kPixels, origin.name = name;
   return graph::WithOrigin(image, std::move(origin));
 }

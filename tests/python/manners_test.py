@@ -175,6 +175,24 @@ class Files(unittest.TestCase):
                     self.assertIn("seconds", image.stats)
             self.assertIn("a.exr", ts.read(os.path.join(folder, "a.exr")).blur(sigma=2).explain())
 
+    def test_are_written_as_asked(self):
+        image = ts.from_array(picture(0, 200, 150, 3))
+        with tempfile.TemporaryDirectory() as folder:
+            def size(name, **how):
+                path = os.path.join(folder, name)
+                image.write(path, **how)
+                return os.path.getsize(path), ts.read(path).metadata
+            self.assertLess(size("a.jpg", quality=20)[0], size("b.jpg", quality=95)[0])
+            self.assertEqual(size("a.exr", compression="piz")[1]["compression"], "piz")
+            image = ts.read(os.path.join(folder, "a.exr"))
+            image.write(os.path.join(folder, "c.exr"), attributes={"Artist": "nobody", "level": 0.5})
+            image = ts.read(os.path.join(folder, "c.exr"))
+            self.assertEqual(image.metadata["level"], 0.5)
+            self.assertNotIn("Artist", size("d.exr", attributes={"Artist": None})[1])
+            self.assertEqual(ts.subimages(os.path.join(folder, "a.exr")), [""])
+        with refused(ts.DataError, "folder.exr"):
+            ts.read("/no/folder.exr", part=2)
+
     def test_verify(self):
         image = ts.from_array(picture(0, 100, 80)).blur(sigma=2)
         found = image.verify()

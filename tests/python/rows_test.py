@@ -90,6 +90,17 @@ class EveryRow(unittest.TestCase):
         hidden = own & {rows.python_name(row["name"]) for row in ts.operations() if not row["generator"]}
         self.assertEqual(hidden, set())
 
+    def test_takes_values_as_numpy_has_them(self):
+        image = ts.from_array(picture(0))
+        want = np.asarray(image.mulc([2, 1, 0.5, 1]))
+        for values in (np.array([2, 1, 0.5, 1]), np.float32([2, 1, 0.5, 1]), (2, 1, 0.5, 1), [np.float64(2), 1, 0.5, True + 0]):
+            self.assertTrue(np.array_equal(np.asarray(image.mulc(values)), want))
+        self.assertTrue(np.array_equal(np.asarray(image.saturate(np.float32(0.5))), np.asarray(image.saturate(0.5))))
+        flagged = image.lens(0.05, apply=np.bool_(True))
+        self.assertTrue(np.array_equal(np.asarray(flagged), np.asarray(image.lens(0.05, apply=1))))
+        self.assertEqual(image.resize((12, 8), filter="box").shape, (8, 12, 4))
+        self.assertEqual(image.originoffset((3, -2)).data_window, (3, -2, 27, 14))
+
     def test_takes_names_as_the_line_does(self):
         image = ts.from_array(picture(0))
         want = np.asarray(image.blur(sigma=2, wrap="repeat"))

@@ -8,11 +8,11 @@ Every operation of `tessera --help` is a method of Image under its name; help(ts
 one. Generators (checker, ramp, noise, ...) are functions: ts.checker((640, 480), width=32, height=32);
 so is what takes any number of images: ts.average(a, b, c, N=3).
 """
-from ._core import subimages, target, targets, version as __version__
+from ._core import target, targets, version as __version__
 from .errors import Cancelled, DataError, Error, SystemError_, UsageError
 from .graph import Graph, OpenImage, graph, load_graph
 from .image import FUNCTIONS as _FUNCTIONS
-from .image import Image, Verification, from_array, read
+from .image import Image, Verification, from_array, read, subimages
 from .options import options
 from .rows import ROWS as _ROWS
 

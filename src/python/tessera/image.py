@@ -335,7 +335,7 @@ class Image(Operations, _core.Image):
         if compression is not None:
             items["compression"] = compression
         if quality is not None:
-            items["Compression"] = f"{items.pop('compression', compression) or 'jpeg'}:{quality}"
+            items["compression"] = f"{compression or 'jpeg'}:{quality}"
         texts = []
         for name, value in items.items():
             kind = {bool: "int", int: "int", float: "float"}.get(type(value), "string")
@@ -403,6 +403,11 @@ def read(path, *, part=None, all_formats=False):
     """
     index = part if isinstance(part, int) else 0
     return Image(_core.read(os.fspath(path), index, part if isinstance(part, str) else "", all_formats))
+
+
+def subimages(path):
+    """The names of a file's images in their order; [] for one that has no names."""
+    return _core.subimages(os.fspath(path))
 
 
 def from_array(array, channels=None, origin=(0, 0), display_window=None):

@@ -49,6 +49,8 @@ def typed(row, parameter, value):
     kind = parameter["kind"]
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
+    elif getattr(value, "shape", None) == () and hasattr(value, "item"):
+        value = value.item()  # NumPy's scalars
     if kind in ("number", "integer"):
         found = _number(value)
         if found is not None and kind == "integer" and isinstance(found, float) and found.is_integer():
@@ -80,7 +82,11 @@ def typed(row, parameter, value):
         parts = [v if isinstance(v, str) else text_of(v) if _number(v) is not None else None for v in
                  (value.ravel() if hasattr(value, "ravel") else value)]
         if None not in parts:
-            return ",".join(parts)
+            name = parameter["name"]
+            if len(parts) == 2 and name == "+X+Y":
+                return "".join(part if part[0] == "-" else "+" + part for part in parts)
+            pair = len(parts) == 2 and (name == "GEOM" or "WxH" in name + parameter["help"])
+            return ("x" if pair else ",").join(parts)
     _refuse(row, parameter, value)
     return None
 
