@@ -63,7 +63,8 @@ std::vector<std::string> GraphInputs(const std::string& json);
 /// The graph's result, with the bits of the one that was written, of these images for its open inputs. Throws
 /// DataError that names the node and the parameter for what is no graph of version 1 (text of more than 64
 /// MiB, more than 65,536 nodes), for an open input without an image, an image for none, and what Read and
-/// Apply throw. Files are opened as Context::Default()'s policy lets them.
+/// Apply throw. Files are opened as Context::Default()'s policy lets them, and every image of the graph, not
+/// the result alone, is held against its limits.
 Node FromJson(const std::string& json, const std::map<std::string, Node>& images = {});
 
 }  // namespace tessera

@@ -43,7 +43,7 @@ struct DeleteWithOrigin {
 Node WithOrigin(const Node& node, Origin origin) {
   if (!node) return node;
   const NodeData& data = *node.data();
-  return Node(std::shared_ptr<const NodeData>(new NodeData{data.op, data.inputs, data.spec},
+  return Node(std::shared_ptr<const NodeData>(new NodeData(data),
                                               DeleteWithOrigin{std::move(origin)}));
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/number_text.h"
+#include "base/policy.h"
 #include "json/format.h"
 #include "ops/apply.h"
 #include "tessera/error_kind.h"
@@ -224,7 +225,13 @@ class Reader {
     const Json& nodes = graph_["nodes"];
     const auto last = static_cast<size_t>(
         WholeOf("graph", "result", graph_["result"], 0, static_cast<int64_t>(nodes.size()) - 1));
-    for (size_t k = 0; k < nodes.size(); ++k) built_.push_back(BuildOne(k, nodes[k]));
+    for (size_t k = 0; k < nodes.size(); ++k) {
+      built_.push_back(BuildOne(k, nodes[k]));
+      const ImageSpec& spec = built_[k].spec();
+      const Roi& w = spec.data_window;
+      base::RequireAllowed("node " + std::to_string(k), {int64_t{w.x1} - w.x0, int64_t{w.y1} - w.y0, 1},
+                           spec.channel_count());
+    }
     return built_[last];
   }
 

@@ -14,6 +14,7 @@
 #include "graph/op.h"
 #include "graph/origin.h"
 #include "ops/registry.h"
+#include "tessera/context.h"
 #include "tessera/error_kind.h"
 #include "tessera/io.h"
 #include "tessera/ops/filter.h"
@@ -260,6 +261,21 @@ TEST(HostileGraphTest, IsRefusedWithWhatIsWrong) {
       EXPECT_THAT(e.what(), HasSubstr(word));
     }
   }
+}
+
+TEST(HostileGraphTest, EveryImageIsHeldAgainstThePolicy) {
+  const std::string graph =
+      R"({"tessera_graph":1,"nodes":[{"operation":"ramp","window":[0,0,5000,5000],"channels":3},)"
+      R"({"operation":"crop","parameters":{"GEOM":"4x4"},"inputs":[0]}],"result":1})";
+  EXPECT_EQ(FromJson(graph).spec().width(), 4);
+  Context& context = Context::Default();
+  const Policy before = context.policy();
+  Policy strict = before;
+  strict.pixels = 1000000;
+  context.SetPolicy(strict);
+  EXPECT_THROW(FromJson(graph), DataError);
+  context.SetPolicy(before);
+  EXPECT_EQ(FromJson(graph).spec().width(), 4);
 }
 
 TEST(HostileGraphTest, OpenInputsAreAskedFor) {
