@@ -1,21 +1,26 @@
 // Memory that is refused, one allocation after the other: a reason and exit code 1, or the right picture; the
-// old output stays and nothing else does.
+// old output stays and nothing else does. TESSERA_EVERY_ALLOCATION=TEXT goes through the last of them in the
+// lines of failure_lines.h that hold the text, which takes long, and prints how they ended.
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 
-#include "cli/cli_test.h"
+#include "cli/failure_lines.h"
 
 namespace tessera {
 namespace {
 
-class AllocationFailuresTest : public testing::CliTest {
+class AllocationFailuresTest : public FailureLinesTest {
  protected:
   testing::CommandResult With(const std::string& variable, const std::string& value,
                               const std::string& line) {
     std::vector<std::string> words = {"env", "LD_PRELOAD=" TESSERA_FAIL_ALLOCATION, variable + "=" + value,
                                       TESSERA_PROGRAM};
-    for (const std::string& word : testing::Words(line)) words.push_back(word);
+    for (const std::string& word : testing::Words(line)) words.push_back(word == "\"\"" ? "" : word);
     return testing::RunCommand(words, directory_.path());
   }
   std::vector<float> Pixels(const std::string& name) const {
@@ -23,6 +28,12 @@ class AllocationFailuresTest : public testing::CliTest {
     std::vector<float> pixels(image.spec().image_pixels() * static_cast<size_t>(image.nchannels()));
     EXPECT_TRUE(image.get_pixels(image.roi(), OIIO::TypeFloat, pixels.data()));
     return pixels;
+  }
+  static std::set<std::string> NamesIn(const std::filesystem::path& directory) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(directory))
+      names.insert(entry.path().filename());
+    return names;
   }
   long Count(const std::string& line) {
     EXPECT_EQ(With("COUNT_ALLOCATIONS", Path("count"), line).exit_code, 0) << line;
@@ -71,6 +82,43 @@ TEST_F(AllocationFailuresTest, EndARunCleanly) {
   }
   // A line may do without any of its eight (the fast codec falls back on the other, say), but not every line.
   EXPECT_GT(refused, 12);
+}
+
+TEST_F(AllocationFailuresTest, EndEveryLineCleanly) {
+  const char* const text = std::getenv("TESSERA_EVERY_ALLOCATION");
+  if (text == nullptr || *text == 0) GTEST_SKIP() << "only where TESSERA_EVERY_ALLOCATION asks for it";
+  MakeInputs();
+  std::filesystem::create_directory(Path("out"));
+  constexpr long kLast = 4000, kStep = 13;
+  int lines = 0, reasons = 0, right = 0, bad = 0;
+  for (std::string line : LinesWith(text)) {
+    for (size_t at = line.find('$'); at != std::string::npos; at = line.find('$')) line.replace(at, 1, "out");
+    for (const std::string threads : {"1", "2"}) {
+      const std::string whole = "--threads " + threads + " --nosoftwareattrib " + line;
+      const long count = Count(whole);
+      ++lines;
+      const auto outputs = NamesIn(Path("out"));
+      for (long number = count; number > std::max(count - kLast, 0L); number -= kStep) {
+        for (const std::string& name : outputs) std::ofstream(Path("out/" + name)) << "old";
+        const testing::CommandResult result = With("FAIL_ALLOCATION", std::to_string(number), whole);
+        std::string why;
+        if (result.exit_code != 0 && result.exit_code != 1) why = "exit code";
+        if (result.exit_code == 1 && !result.err.starts_with("tessera: error: ")) why = "no reason";
+        if (NamesIn(Path("out")) != outputs) why = "other files";
+        for (const std::string& name : outputs) {
+          const bool old = testing::FileText(Path("out/" + name)) == "old";
+          // Of frames, those before it are whole.
+          if (old != (result.exit_code != 0) && line.find("--frames") == std::string::npos)
+            why = "wrong files";
+        }
+        ++(!why.empty() ? bad : result.exit_code == 1 ? reasons : right);
+        EXPECT_EQ(why, "") << whole << "\n"
+                           << count - number << " before the end: " << result.exit_code << " " << result.err;
+      }
+      for (const std::string& name : NamesIn(Path("out"))) std::filesystem::remove(Path("out/" + name));
+    }
+  }
+  std::printf("%d lines: %d with a reason, %d with files, %d bad\n", lines, reasons, right, bad);
 }
 
 // OpenImageIO's file_size may not throw; what is thrown in it ends the process (asked for by its reader of
