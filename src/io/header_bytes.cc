@@ -188,8 +188,12 @@ class VdbChecker {
     constexpr int kUuid = 36;
     if (TakeWord(stream_) != kMagic || TakeWord(stream_) != 0) return;
     const uint32_t version = TakeWord(stream_);
-    if (version < kOldest || version > kNewest) return;  // of another layout
-    Skip(8);                                             // the library's version
+    // Of another layout, which the library would try to read.
+    if (stream_ && (version < kOldest || version > kNewest)) {
+      throw DataError(file_, "found version " + std::to_string(version) + " of OpenVDB's files, expected " +
+                                 std::to_string(kOldest) + " to " + std::to_string(kNewest));
+    }
+    Skip(8);  // the library's version
     const bool offsets = stream_.get() != 0;
     Skip(kUuid);
     Metadata();

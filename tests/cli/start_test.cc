@@ -103,8 +103,8 @@ TEST_F(StartTest, FilesOfMoviesAndVolumesLoadTheirs) {
 // An OpenVDB file is known by its first bytes: the line starts over in its middle, says what is wrong, and
 // leaves what a line leaves that failed.
 TEST_F(StartTest, AFileOfAnotherNameStartsTheLineOver) {
-  std::string bytes(" BDV\0\0\0\0", 8);
-  bytes.resize(100, 'a');
+  std::string bytes(" BDV\0\0\0\0\xe0\0\0\0\x0a\0\0\0\0\0\0\0\1", 21);
+  bytes += std::string(36, 'a') + std::string(8, '\0');  // no metadata, no grids
   std::ofstream(Path("volume.dat")) << bytes;
   const std::vector<std::string> libraries = Loaded("--pattern ramp 8x8 3 -o first.tif volume.dat -o x.png");
   EXPECT_THAT(libraries, Contains(HasSubstr("libopenvdb")));

@@ -340,6 +340,18 @@ TEST_F(BadInputTest, TextsOfAnOpenVdbAreWithinTheFile) {
   }
 }
 
+// Gigabytes for a hundred bytes, which the fuzz target of volumes came to.
+TEST_F(BadInputTest, OldOpenVdbFilesAreNotTried) {
+  for (const uint32_t version : {0u, 221u, 225u, 0xffffffffu}) {
+    std::string bytes(" BDV\0\0\0\0", 8);
+    bytes += std::string(reinterpret_cast<const char*>(&version), 4) + std::string(8, '\0');
+    SetContents(Path("a.vdb"),
+                bytes + std::string("\x12\0\1\0\x78\x5e\x7d\xc8\x21", 9) + std::string(80, 'a'));
+    EXPECT_THAT(Reason("a.vdb"),
+                HasSubstr("found version " + std::to_string(version) + " of OpenVDB's files, expected"));
+  }
+}
+
 // OpenImageIO would make a canvas of 17 GB before it looks for a picture.
 TEST_F(BadInputTest, HugeScreenOfAShortGif) {
   WritePattern(Path("a.gif"), {OIIO::ImageSpec(9, 7, 3, TypeDesc::UINT8)});
