@@ -1,6 +1,6 @@
 #!/bin/sh
 # Sets the machine up, builds everything and runs every test.
-#   tests/run.sh [--preset release|debug|asan|tsan] [CTEST_OPTION...]
+#   tests/run.sh [--preset release|debug|asan|asan-avx512|tsan] [CTEST_OPTION...]
 set -eu
 
 preset=release
@@ -16,10 +16,10 @@ cmake --preset "$preset"
 cmake --build --preset "$preset"
 # Suppressed leaks are recognised by their stack, through libraries without frame pointers: slow, so no more of it than
 # they need.
-if [ "$preset" = asan ]; then
+case "$preset" in asan*)
   export LSAN_OPTIONS="suppressions=$PWD/tests/support/lsan.supp print_suppressions=0 ${LSAN_OPTIONS:-}"
   export ASAN_OPTIONS="fast_unwind_on_malloc=0 malloc_context_size=16 ${ASAN_OPTIONS:-}"
   export UBSAN_OPTIONS="halt_on_error=1 print_stacktrace=1 ${UBSAN_OPTIONS:-}"  # else findings pass unseen
-fi
+esac
 export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp ${TSAN_OPTIONS:-}"
 exec ctest --test-dir "build/$preset" --output-on-failure -j "$(nproc)" "$@"
