@@ -24,6 +24,7 @@
 #include "ops/lens/lens_ops.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/noise/noise_ops.h"
+#include "ops/restore/restore_ops.h"
 #include "ops/shade/shade_ops.h"
 #include "ops/volume/volume_ops.h"
 
@@ -72,6 +73,7 @@ std::vector<OpInfo> OwnRows() {
       GradeInfo(),
       CdlInfo(),
       LevelsInfo(),
+      AutoLevelsInfo(),
       VibranceInfo(),
       CurvesInfo(),
       KeyInfo(),
@@ -87,6 +89,9 @@ std::vector<OpInfo> OwnRows() {
       BlurInfo(),
       SobelInfo(),
       UnsharpInfo(),
+      BilateralInfo(),
+      NonLocalMeansInfo(),
+      DebandInfo(),
       MedianInfo(),
       DilateInfo(),
       ErodeInfo(),
@@ -108,6 +113,7 @@ std::vector<OpInfo> OwnRows() {
       Rotate270Info(),
       TransposeInfo(),
       CircularShiftInfo(),
+      TileableInfo(),
       ReorientInfo(),
       OriginInfo(),
       OriginOffsetInfo(),
@@ -197,6 +203,8 @@ std::vector<OpInfo> OwnRows() {
       NormalsInfo(),
       HeightNormalsInfo(),
       BumpInfo(),
+      HeightOcclusionInfo(),
+      HeightCurvatureInfo(),
       TangentNormalsInfo(),
       SurfaceBumpInfo(),
       CombineNormalsInfo(),

@@ -36,6 +36,8 @@ std::vector<Entry> LightingEntries();
 std::vector<Entry> BumpEntries();
 std::vector<Entry> VolumeEntries();
 std::vector<Entry> MeanEntries();
+std::vector<Entry> ReliefEntries();
+std::vector<Entry> RestoreEntries();
 
 namespace {
 
@@ -51,7 +53,8 @@ struct Table {
                          &NoiseEntries,      &ShapedSpotsEntries, &SvgTurbulenceEntries, &TextureEntries,
                          &GeometryEntries,   &LookupEntries,      &ShadeEntries,         &ShadeLightEntries,
                          &SolidEntries,      &EnvironmentEntries, &LightingEntries,      &BumpEntries,
-                         &VolumeEntries,     &ForeignEntries,     &PlacesEntries,        &MeanEntries}) {
+                         &VolumeEntries,     &ForeignEntries,     &PlacesEntries,        &RestoreEntries,
+                         &ReliefEntries,     &MeanEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

@@ -135,6 +135,17 @@ struct MosaicParams {
 /// Images side by side, as MosaicParams says. Error without an image.
 Node Mosaic(const std::vector<Node>& images, const MosaicParams& params);
 
+/// Offset and blend: along an axis x + share (shifted - x), `shifted` the image shifted by half in a circle,
+/// share 1 in the first and last pixel and 0 from `blend` of the size on. Edges meet without a seam, the
+/// middle keeps its bits. Made of other operations. Error unless blend is in [0.01, 0.5].
+struct TileableParams {
+  double blend = 0.25;  ///< of the data window's width and height
+  bool x = true;        ///< left and right meet
+  bool y = true;        ///< top and bottom meet
+};
+/// A texture that repeats, as TileableParams says.
+Node Tileable(const Node& image, const TileableParams& params = {});
+
 /// The smallest window that holds every pixel with a sample other than zero (a NaN is none), found by
 /// computing the whole image; its first pixel where there is no such one, or where the image is empty
 /// nothing.

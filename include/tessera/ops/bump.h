@@ -66,6 +66,35 @@ struct BumpParams {
 /// One channel, Y. |error| <= 4 u (1 + |E|/s) (kSpecular: times the exponent).
 Node Bump(const Node& height, const BumpParams& params = {});
 
+/// Height to ambient occlusion: the share of an even sky's light, cosines counted, that reaches each point; 1
+/// on open ground. The mean over `directions` of cos^2 of the horizon's elevation, the steepest rise to a
+/// pixel within `radius` along that ray. NaN hides nothing. Error unless |scale| <= 1e6, radius in [1, 255],
+/// directions in [4, 64]. |error| <= 4 u (2 + directions / 8). Cost grows with radius directions. Source: Max
+/// 1988.
+struct HeightOcclusionParams {
+  double scale = 1;          ///< of the heights
+  int radius = 16;           ///< pixels
+  int directions = 16;       ///< rays, the first to the right
+  Wrap wrap = Wrap::kClamp;  ///< beyond the data window
+};
+/// One channel, Y, as HeightOcclusionParams says.
+Node HeightToOcclusion(const Node& height, const HeightOcclusionParams& params = {});
+
+/// Which curvature: half of the sum of the principal ones, or their product.
+enum class CurvatureOutput : uint8_t { kMean, kGaussian };
+/// Height to curvature, by differences of neighbours: the mean one is positive on hills, negative in hollows.
+/// `pack` gives 1/2 + gain curvature / 2. Error unless |scale| and |gain| are at most 1e6. |error| <= 2 u
+/// (|result| + 2^-26 of the differences that cancel).
+struct HeightCurvatureParams {
+  double scale = 1;                                 ///< of the heights
+  CurvatureOutput output = CurvatureOutput::kMean;  ///< which
+  double gain = 1;                                  ///< of the result
+  bool pack = false;                                ///< to 1/2 + half
+  Wrap wrap = Wrap::kClamp;                         ///< beyond the data window
+};
+/// One channel, Y, as HeightCurvatureParams says.
+Node HeightToCurvature(const Node& height, const HeightCurvatureParams& params = {});
+
 /// A tangent-space normal map (first three channels: along T, B, N) put on a surface: a T + b B + c N, unit
 /// length, with N the normal image, T the tangent image made perpendicular to N, B = N x T (`left_handed`: T
 /// x N). Where N is zero or not finite the result is 0, where T leaves no direction or the map is 0, N.

@@ -8,6 +8,8 @@ namespace tessera::ops {
 
 OpInfo HeightNormalsInfo();
 OpInfo BumpInfo();
+OpInfo HeightOcclusionInfo();
+OpInfo HeightCurvatureInfo();
 OpInfo TangentNormalsInfo();
 OpInfo SurfaceBumpInfo();
 OpInfo CombineNormalsInfo();

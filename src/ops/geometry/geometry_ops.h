@@ -24,6 +24,7 @@ OpInfo Rotate180Info();
 OpInfo Rotate270Info();
 OpInfo TransposeInfo();
 OpInfo CircularShiftInfo();
+OpInfo TileableInfo();
 OpInfo ReorientInfo();
 OpInfo OriginInfo();
 OpInfo OriginOffsetInfo();
