@@ -53,7 +53,7 @@ struct AffineParams {
 // result is called "affine".
 std::shared_ptr<const graph::Op> MakeAffine(std::string name, AffineParams affine, std::any parameters);
 
-// The stage alone, for operations that learn their coefficients from statistics.
+// The stage alone, for operations that learn their coefficients from another image.
 std::unique_ptr<graph::PointStage> MakeAffineStage(AffineClass structure, const double (&matrix)[4][5],
                                                    const Limits (&limits)[4]);
 
