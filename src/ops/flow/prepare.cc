@@ -166,6 +166,11 @@ void FrameRows(const Lines& lines, float* uv) {
   copy(turns ? 0 : lines.height - 1, lines.height);
 }
 
+void Join(const RowFound& one, RowFound& all) {
+  all.largest = std::max(all.largest, one.largest), all.squared = std::max(all.squared, one.squared);
+  all.masked |= one.masked;
+}
+
 // Vectors to framed rows at `uv`; where that is null they are only looked at.
 RowFound CopyVectors(const Field& field, const Lines& lines, const graph::Workers& workers, float* uv) {
   const RowKernels kernels = FindRowKernels();
@@ -175,27 +180,18 @@ RowFound CopyVectors(const Field& field, const Lines& lines, const graph::Worker
     for (int y = y0; y < y1; ++y) {
       float* const to = uv != nullptr ? uv + y * lines.uv_row : nullptr;
       const float* const from = field.Row(y);
-      if (from != nullptr) {
-        const RowFound row = kernels.copy_vectors(from, lines.width, to);
-        f.largest = std::max(f.largest, row.largest), f.squared = std::max(f.squared, row.squared);
-        f.masked |= row.masked;
-      }
+      if (from != nullptr) Join(kernels.copy_vectors(from, lines.width, to), f);
       for (int x = 0; from == nullptr && x < lines.width; ++x) {
         const Vector v = field.At(x, y);
         to[2 * x] = v.u, to[2 * x + 1] = v.v;
-        f.largest = std::max(f.largest, std::max(std::fabs(v.u), std::fabs(v.v)));
-        f.squared = std::max(f.squared, v.u * v.u + v.v * v.v);
-        f.masked |= !v.known;
+        Join({std::max(std::fabs(v.u), std::fabs(v.v)), v.u * v.u + v.v * v.v, !v.known}, f);
       }
       if (to != nullptr) Frame(lines, to);
     }
     found[static_cast<size_t>(y0 / kRows)] = f;
   });
   RowFound all;
-  for (const RowFound& f : found) {
-    all.largest = std::max(all.largest, f.largest), all.squared = std::max(all.squared, f.squared);
-    all.masked |= f.masked;
-  }
+  for (const RowFound& f : found) Join(f, all);
   return all;
 }
 
