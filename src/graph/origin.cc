@@ -43,8 +43,7 @@ struct DeleteWithOrigin {
 Node WithOrigin(const Node& node, Origin origin) {
   if (!node) return node;
   const NodeData& data = *node.data();
-  return Node(std::shared_ptr<const NodeData>(new NodeData(data),
-                                              DeleteWithOrigin{std::move(origin)}));
+  return Node(std::shared_ptr<const NodeData>(new NodeData(data), DeleteWithOrigin{std::move(origin)}));
 }
 
 const Origin* OriginOf(const Node& node) {

@@ -15,7 +15,7 @@ from pictures import picture, refused
 LONG = """
 import signal, sys, time
 import tessera as ts
-image = ts.white((3000, 3000), 3).median("31x31").median("33x33").median("35x35")
+image = ts.clouds((20000, 20000), 3, octaves=20)
 print("ready", flush=True)
 try:
     image.render()
@@ -151,14 +151,17 @@ class Threads(unittest.TestCase):
 
 class Interrupts(unittest.TestCase):
     def test_cancel_soon(self):
-        with subprocess.Popen([sys.executable, "-c", LONG], stdout=subprocess.PIPE, text=True) as process:
-            self.assertEqual(process.stdout.readline(), "ready\n")
-            time.sleep(0.5)
-            sent = time.time()
-            process.send_signal(signal.SIGINT)
-            word, *when = process.stdout.read().split()
-        self.assertEqual(word, "interrupted")
-        self.assertLess(float(when[0]) - sent, 0.5)
+        late = []
+        for _ in range(3):  # a machine that is busy may hold one up
+            with subprocess.Popen([sys.executable, "-c", LONG], stdout=subprocess.PIPE, text=True) as process:
+                self.assertEqual(process.stdout.readline(), "ready\n")
+                time.sleep(0.5)
+                sent = time.time()
+                process.send_signal(signal.SIGINT)
+                word, *when = process.stdout.read().split()
+            self.assertEqual(word, "interrupted")
+            late.append(float(when[0]) - sent)
+        self.assertLess(min(late), 0.3, late)
 
 
 class Files(unittest.TestCase):

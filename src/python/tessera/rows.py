@@ -42,10 +42,10 @@ def _default_of(parameter):
 def _range_of(parameter):
     low, high = parameter["min"], parameter["max"]
     if low is not None and high is not None:
-        return f"{low:g} to {high:g}"
+        return f"{low:.10g} to {high:.10g}"
     if low is not None:
-        return f"at least {low:g}"
-    return f"at most {high:g}" if high is not None else ""
+        return f"at least {low:.10g}"
+    return f"at most {high:.10g}" if high is not None else ""
 
 
 def _counts_of(parameter):
