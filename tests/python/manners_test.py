@@ -15,7 +15,7 @@ from pictures import picture, refused
 LONG = """
 import signal, sys, time
 import tessera as ts
-image = ts.clouds((20000, 20000), 3, octaves=20)
+image = ts.clouds((9000, 9000), 3, octaves=24)
 print("ready", flush=True)
 try:
     image.render()
