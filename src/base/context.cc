@@ -21,6 +21,7 @@ namespace base {
 
 FileNames::~FileNames() {
   for (auto& slot : slots_) std::free(slot.load());
+  for (auto& name : taken_) std::free(name.load());
 }
 
 void FileNames::Remember(const std::string& name) {

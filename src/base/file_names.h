@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -13,7 +14,7 @@ TESSERA_API_BEGIN
 namespace tessera::base {
 
 // Whoever exchanges a pointer out owns it, so that a signal handler and a thread never both act on one; a
-// name taken by a handler is not freed, because free is not safe there.
+// name taken by a handler is put aside, because free is not safe there.
 class FileNames {
  public:
   ~FileNames();
@@ -23,8 +24,11 @@ class FileNames {
   // Calls action(name) for every one, each once; async-signal-safe as far as the action is.
   template <typename Action>
   void TakeEach(const Action& action) {
-    for (auto& slot : slots_) {
-      if (const char* const name = slot.exchange(nullptr)) action(name);
+    for (size_t i = 0; i < slots_.size(); ++i) {
+      char* const name = slots_[i].exchange(nullptr);
+      if (name == nullptr) continue;
+      action(static_cast<const char*>(name));
+      taken_[i].store(name);
     }
   }
   // Another number for every name.
@@ -61,7 +65,7 @@ class FileNames {
   static_assert(std::atomic<uint32_t>::is_always_lock_free);
   std::atomic<void (*)(int)> on_kept_ = nullptr;
 
-  std::array<std::atomic<char*>, 1024> slots_ = {};
+  std::array<std::atomic<char*>, 1024> slots_ = {}, taken_ = {};
   static_assert(std::atomic<char*>::is_always_lock_free);
   std::atomic<int64_t> count_ = 0;
 };

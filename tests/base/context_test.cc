@@ -151,6 +151,7 @@ TEST(ContextTest, ASignalThatComesInAStepIsKeptUntilTheLastEnds) {
 }
 
 TEST(ContextDeathTest, NoStepBeginsOnceTheProcessEnds) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // libraries have threads
   const auto end = [] {
     static base::FileNames names;
     static std::atomic<bool> begun = false;
