@@ -28,7 +28,7 @@ enum class Codec : uint8_t {
 /// Which formats are read.
 enum class Formats : uint8_t {
   kTrusted,  ///< those that are stood behind: OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP,
-             ///< WebP, JPEG2000, HEIF, SGI, PNM, Targa, RLA, OpenVDB; told by what a file begins with
+             ///< WebP, JPEG2000, HEIF, SGI, PNM, Targa, RLA, NumPy, OpenVDB; told by what a file begins with
   kAll,      ///< all of OpenImageIO's, for files that come from no stranger
 };
 

@@ -319,7 +319,13 @@ std::vector<Command> ImageCommands() {
             .default_value = "0",
             .help = "bits of a sample, where the format has more kinds than types (DPX: 10)",
             .min = 0,
-            .max = 32}}));
+            .max = 32},
+           {.name = "dither",
+            .type = ParamType::kInteger,
+            .default_value = "0",
+            .help = "above 0: eight bits are dithered as --quantize:dither=1 8 does; the number is the seed",
+            .min = 0,
+            .max = 2147483647}}));
   for (const size_t i : {0, 1}) {
     rows.back().info.modifiers[i].type = ParamType::kChoice;
     rows.back().info.modifiers[i].choices = kTypes;

@@ -24,7 +24,6 @@ constexpr LeftOut kLeftOut[] = {
     {"deepen", kDeep},
     {"deepholdout", kDeep},
     {"deepmerge", kDeep},
-    {"dither", "--quantize 8:dither= before -o dithers"},
     {"flatten", kDeep},
     {"iconfig", "readers get no hints: what a format's reader can be told is oiiotool's"},
     {"no-error-exit",

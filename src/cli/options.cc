@@ -191,7 +191,7 @@ void AddGuards(std::vector<Command>& rows) {
                           .choices = {"trusted", "all"}}}));
   rows.back().info.help =
       "Trusted are OpenEXR, PNG, JPEG, TIFF, DPX, Cineon, Radiance, GIF, BMP, WebP, JPEG2000, HEIF, SGI, PNM, "
-      "Targa, RLA and OpenVDB, told by what a file begins with. Others (IFF, PSD, FITS, raw photographs, films) "
+      "Targa, RLA, NumPy's arrays and OpenVDB, told by what a file begins with. Others (IFF, PSD, FITS, raw photographs, films) "
       "are OpenImageIO's all the same; `all` has them read too, each by a process that may do nothing else "
       "(--no-sandbox).";
   rows.push_back(Option("limit", "Refuses what is larger, more, or takes longer: pixels=1e8,seconds=60.",

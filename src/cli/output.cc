@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <new>
 
@@ -14,6 +15,8 @@
 #include "cli/pipes.h"
 #include "cli/report.h"
 #include "cli/session.h"
+#include "io/npy.h"
+#include "tessera/ops/arithmetic.h"
 #include "tessera/verify.h"
 #include "tessera/version.h"
 
@@ -130,6 +133,7 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
 void SayPadding(const Entry& entry, const std::string& file, const Options& options) {
   const Roi &data = entry.node.spec().data_window, &display = entry.node.spec().display_window;
   if (options.quiet || display.empty() || Union(data, display) != display || data == display) return;
+  io::DeclareNumPy();
   const auto format = OIIO::ImageOutput::create(file);
   if (format == nullptr || format->supports("displaywindow")) return;
   std::fprintf(
@@ -176,6 +180,19 @@ void RequireType(const Entry& entry, const std::string& file, WriteOptions& writ
   }
 }
 
+// What --dither and -o:dither= ask for, for eight bits alone. OpenImageIO's own dither, which the attribute
+// would ask for, is left out.
+Node Dithered(const Entry& entry, const std::string& file, WriteOptions& write) {
+  const auto asked = std::find_if(write.attributes.begin(), write.attributes.end(),
+                                  [](const Attribute& a) { return a.name == "oiio:dither"; });
+  if (asked == write.attributes.end()) return entry.node;
+  int seed = 0;
+  if (asked->bytes.size() == sizeof seed) std::memcpy(&seed, asked->bytes.data(), sizeof seed);
+  write.attributes.erase(asked);
+  if (seed <= 0 || StoredType(entry.node, file, write) != PixelType::kUint8) return entry.node;
+  return Quantize(entry.node, {.bits = 8, .dither = true, .seed = static_cast<uint32_t>(seed)});
+}
+
 // All images of the entry, where there are several and the format holds them.
 std::vector<PendingOutput::Part> PartsFor(const Step& step, Entry& entry, const std::string& file,
                                           const Session& session) {
@@ -195,8 +212,9 @@ std::vector<PendingOutput::Part> PartsFor(const Step& step, Entry& entry, const 
   std::vector<PendingOutput::Part> parts;
   const auto add = [&](const Entry& part) {
     bool asked = false;
-    const WriteOptions own = OptionsFor(step, part, session, asked);
-    parts.push_back({part.node, own.type, own.attributes});
+    WriteOptions own = OptionsFor(step, part, session, asked);
+    const Node node = Dithered(part, file, own);
+    parts.push_back({node, own.type, own.attributes});
   };
   add(entry);
   for (const Entry& part : entry.parts) {
@@ -220,6 +238,7 @@ void WriteOutput(const Step& step, Session& session) {
   bool asked = false;
   WriteOptions write = OptionsFor(step, entry, session, asked);
   RequireType(entry, file, write, asked);
+  entry.node = Dithered(entry, file, write);
   SayPadding(entry, file, session.options());
   session.Later([entry, file, write, parts, &session] {
     try {

@@ -14,6 +14,7 @@
 
 #include "cli/messages.h"
 #include "cli/metadata.h"
+#include "io/npy.h"
 #include "ops/apply.h"
 #include "tessera/error_kind.h"
 #include "tessera/metadata.h"
@@ -87,6 +88,7 @@ bool IsNewer(const std::string& file, const std::vector<std::string>& inputs) {
 void FitToFile(Entry& entry, const std::string& file, const Session& session) {
   const Options& options = session.options();
   if (!options.auto_trim && options.auto_crop) return;
+  io::DeclareNumPy();
   const auto format = OIIO::ImageOutput::create(file);
   if (format == nullptr) {
     OIIO::geterror();
@@ -119,6 +121,7 @@ std::vector<Attribute> OutputHints(const Step& step) {
   if (a.Flag("separate")) Replace(hints, {"planarconfig", "string", {}, {"separate"}});
   if (a.Flag("contig")) Replace(hints, {"planarconfig", "string", {}, {"contig"}});
   if (a.Given("compression")) Replace(hints, {"compression", "string", {}, {a.Text("compression")}});
+  if (a.Given("dither")) Replace(hints, IntItem("oiio:dither", a.Integer("dither")));
   if (a.Given("bits")) Replace(hints, IntItem("oiio:BitsPerSample", a.Integer("bits")));
   return hints;
 }
@@ -185,6 +188,14 @@ std::vector<Command> OutputSettingCommands() {
                      [](const Step&, Session& session) { SetTiles(session.output_hints, 0, 0); },
                      {"in.exr --scanline -o out.exr"}));
   rows.back().info.help = "What was read from tiles is written in tiles otherwise.";
+  rows.push_back(
+      Row("dither", "Dither of eight bits in the outputs that follow.", {},
+          [](const Step&, Session& session) { Replace(session.output_hints, IntItem("oiio:dither", 1)); },
+          {"in.exr --dither -d uint8 -o out.png"}));
+  rows.back().info.help =
+      "Up to half a code is added before eight bits are rounded, so that slow gradients show no bands; by a hash of the "
+      "place, as --quantize:dither=1 8 does, and not oiiotool's random numbers. Other types are not dithered. -o:dither=1 "
+      "is for one output, and -o:dither=0 not.";
   rows.push_back(
       Row("planarconfig", "How channels lie in the outputs that follow, where the format has both.",
           {{.name = "CONFIG",

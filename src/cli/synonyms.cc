@@ -41,7 +41,7 @@ const std::vector<std::pair<std::string, std::string>>& Synonyms() {
       {"look cube 3dl clf csp vectorfield lut3d", "lut ociolook ociofiletransform"},
       {"icc profile", "iccread iccwrite"},
       {"matrix recomb colormatrix 3x3 4x4", "ccmatrix"},
-      {"posterize posterise bitdepth dither", "quantize"},
+      {"posterize posterise bitdepth", "quantize dither"},
       {"falsecolor falsecolour falsecolours heatmap viridis inferno turbo jet", "colormap"},
       {"histogram", "equalize printstats"},
       {"clip saturated limit", "clamp"},

@@ -12,6 +12,7 @@
 
 #include "base/file_names.h"
 #include "io/color_state.h"
+#include "io/npy.h"
 #include "io/open_input.h"
 #include "io/spec.h"
 #include "tessera/context.h"
@@ -67,6 +68,7 @@ std::string Joined(const std::vector<std::string>& names) {
 FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType type,
                    const std::vector<Attribute>& attributes)
     : shown_(shown), data_(spec.data_window), type_(type) {
+  DeclareNumPy();
   output_ = OIIO::ImageOutput::create(shown);
   if (!output_) {
     OIIO::geterror();

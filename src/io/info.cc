@@ -10,6 +10,7 @@
 #include <regex>
 
 #include "io/image_file.h"
+#include "io/npy.h"
 #include "io/spec.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -225,6 +226,7 @@ void DumpPixels(const std::string& file, int subimage, const DumpOptions& option
 }
 
 std::string FormatList() {
+  io::DeclareNumPy();
   std::string text = "All OIIO supported formats and their extensions:\n";
   for (const auto& [format, extensions] : OIIO::get_extension_map())
     text += "    " + format + " : " + OIIO::Strutil::join(extensions, ", ") + "\n";

@@ -12,6 +12,7 @@
 #include "base/input_file.h"
 #include "base/policy.h"
 #include "io/header_bytes.h"
+#include "io/npy.h"
 #include "io/spec.h"
 #include "tessera/context.h"
 #include "tessera/error.h"
@@ -47,6 +48,7 @@ constexpr Start kStarts[] = {{"\x76\x2f\x31\x01"sv, 0, "openexr"},
                              {"\xff\x4f\xff\x51"sv, 0, "jpeg2000"},
                              {"ftyp"sv, 4, "heif"},
                              {"\x01\xda"sv, 0, "sgi"},
+                             {"\x93NUMPY"sv, 0, "npy"},
                              {" BDV"sv, 0, "openvdb"}};
 // These begin with numbers or nothing that tells them.
 constexpr std::array kByName = {"pnm", "targa", "rla"};
@@ -63,6 +65,7 @@ namespace {
 
 // The format whose reader OpenImageIO has for the name; empty for none.
 std::string FormatOfName(const std::string& file) {
+  DeclareNumPy();
   std::string extension = std::filesystem::path(file).extension().string();
   if (extension.size() < 2) return "";
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -137,9 +140,9 @@ void CheckPlausible(const std::string& file, const std::string& format, const OI
   constexpr struct {
     std::string_view format, packing;
     double most;
-  } kPackings[] = {{"tiff", "none", 4},   {"tiff", "packbits", 100}, {"tiff", "lzw", 4096},
-                   {"tiff", "zip", 1100}, {"png", "", 1100},         {"openexr", "none", 2},
-                   {"bmp", "", 256}};
+  } kPackings[] = {
+      {"tiff", "none", 4}, {"tiff", "packbits", 100}, {"tiff", "lzw", 4096}, {"tiff", "zip", 1100},
+      {"png", "", 1100},   {"openexr", "none", 2},    {"bmp", "", 256},      {"npy", "", 1}};
   constexpr double kMostOfOthers = 20000, kUnsuspicious = 1 << 24, kHeader = 64;
   const std::string packing(spec.get_string_attribute("compression"));
   double most = kMostOfOthers, free = kUnsuspicious;

@@ -17,8 +17,8 @@ namespace {
 
 // Formats that keep every bit and the channels of what they are given in their own types. JPEG 2000, GIF,
 // HEIC and HDR do not, and a format that nobody has tried might not.
-constexpr std::string_view kExact[] = {"bmp", "dpx", "fits",  "iff",  "openexr", "png",  "pnm",
-                                       "rla", "sgi", "targa", "tiff", "webp",    "zfile"};
+constexpr std::string_view kExact[] = {"bmp", "dpx", "fits", "iff",   "npy",  "openexr", "png",
+                                       "pnm", "rla", "sgi",  "targa", "tiff", "webp",    "zfile"};
 
 // Why a file's pixels need not be those that were written, or nothing.
 std::string WhyLossy(const FileLayout& layout) {

@@ -21,6 +21,33 @@ TEST_F(OutputsTest, AnOutputMayBeAnInput) {
   EXPECT_EQ(Oiiotool("--fail 0 a.exr expected.exr --diff").exit_code, 0);
 }
 
+// Half of the codes are one higher where the value lies in the middle between two; one output alone, all that
+// follow, and none of other types.
+TEST_F(OutputsTest, EightBitsAreDitheredWhereAsked) {
+  const std::string grey = "--pattern constant:color=0.5 64x64 1 ";  // 127.5
+  const auto mean = [&](const std::string& file) {
+    const OIIO::ImageBuf image = Load(file);
+    double sum = 0;
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 64; ++x) sum += image.getchannel(x, y, 0, 0) * 255 / 4096;
+    }
+    return sum;
+  };
+  Works(
+      grey +
+      "-d uint8 -o plain.png -o:dither=1 own.png -o:dither=2 other.png --dither -o all.png -o:dither=0 none.png");
+  EXPECT_NEAR(mean("plain.png"), 128, 1e-3);
+  EXPECT_NEAR(mean("own.png"), 127.5, 0.05);
+  EXPECT_NEAR(mean("none.png"), 128, 1e-3);
+  EXPECT_EQ(Oiiotool("--fail 0 own.png all.png --diff").exit_code, 0);
+  EXPECT_NE(Oiiotool("--fail 0 own.png other.png --diff").exit_code, 0);
+  Works(grey + "-d uint8 --quantize:dither=1:seed=1 8 -o same.png");
+  EXPECT_EQ(Oiiotool("--fail 0 own.png same.png --diff").exit_code, 0);
+  Works(grey + "-d half -o plain.exr --dither -o dithered.exr");
+  EXPECT_EQ(Oiiotool("--fail 0 plain.exr dithered.exr --diff").exit_code, 0);
+  Works(grey + "-d uint8 --dither --verify -o sure.png");
+}
+
 TEST_F(OutputsTest, DryRunAndExplainWriteNothing) {
   const auto before = directory_.Names();
   EXPECT_EQ(Works("a.exr --mulc 2 -n -o out.exr"), "");

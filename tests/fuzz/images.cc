@@ -7,9 +7,9 @@ using namespace tessera;
 
 namespace {
 
-const std::vector<std::string> kExtensions = {".exr", ".png", ".tif",  ".jpg",  ".dpx", ".hdr",
-                                              ".gif", ".bmp", ".webp", ".jp2",  ".sgi", ".ppm",
-                                              ".tga", ".rla", ".cin",  ".heic", ".vdb", ""};
+const std::vector<std::string> kExtensions = {".exr", ".png",  ".tif", ".jpg", ".dpx", ".hdr", ".gif",
+                                              ".bmp", ".webp", ".jp2", ".sgi", ".ppm", ".tga", ".rla",
+                                              ".cin", ".heic", ".npy", ".vdb", ""};
 
 }  // namespace
 
@@ -45,6 +45,9 @@ std::vector<std::string> Words() {
           "\x80\x2a\x5f\xd7",
           "\x01\xda",
           "\xff\x4f\xff\x51",
+          "\x93NUMPY",
+          "'fortran_order': True",
+          "'shape': (2, 3, 4), ",
           "compression",
           "tiles",
           "IHDR"};
