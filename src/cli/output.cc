@@ -15,7 +15,6 @@
 #include "cli/pipes.h"
 #include "cli/report.h"
 #include "cli/session.h"
-#include "io/npy.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/verify.h"
 #include "tessera/version.h"
@@ -133,7 +132,6 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
 void SayPadding(const Entry& entry, const std::string& file, const Options& options) {
   const Roi &data = entry.node.spec().data_window, &display = entry.node.spec().display_window;
   if (options.quiet || display.empty() || Union(data, display) != display || data == display) return;
-  io::DeclareNumPy();
   const auto format = OIIO::ImageOutput::create(file);
   if (format == nullptr || format->supports("displaywindow")) return;
   std::fprintf(

@@ -14,7 +14,6 @@
 
 #include "cli/messages.h"
 #include "cli/metadata.h"
-#include "io/npy.h"
 #include "ops/apply.h"
 #include "tessera/error_kind.h"
 #include "tessera/metadata.h"
@@ -88,7 +87,6 @@ bool IsNewer(const std::string& file, const std::vector<std::string>& inputs) {
 void FitToFile(Entry& entry, const std::string& file, const Session& session) {
   const Options& options = session.options();
   if (!options.auto_trim && options.auto_crop) return;
-  io::DeclareNumPy();
   const auto format = OIIO::ImageOutput::create(file);
   if (format == nullptr) {
     OIIO::geterror();

@@ -274,4 +274,7 @@ void DeclareNumPy() {
   });
 }
 
+// The command line asks OpenImageIO about names of files before it opens one.
+[[maybe_unused]] static const bool kDeclared = (DeclareNumPy(), true);
+
 }  // namespace tessera::io
