@@ -267,14 +267,13 @@ class NumPyOutput final : public OIIO::ImageOutput {
 void DeclareNumPy() {
   static std::once_flag once;
   std::call_once(once, [] {
+    // OpenImageIO lists its own formats when it is first asked for any, unless there are some by then.
+    OIIO::get_string_attribute("extension_list");
     static const char* extensions[] = {"npy", nullptr};
     OIIO::declare_imageio_format(
         "npy", []() -> OIIO::ImageInput* { return new NumPyInput; }, extensions,
         []() -> OIIO::ImageOutput* { return new NumPyOutput; }, extensions, "tessera");
   });
 }
-
-// The command line asks OpenImageIO about names of files before it opens one.
-[[maybe_unused]] static const bool kDeclared = (DeclareNumPy(), true);
 
 }  // namespace tessera::io
