@@ -1,4 +1,5 @@
 // Building nodes: validation, sources in memory.
+#include <new>
 #include <string>
 
 #include "base/arena.h"
@@ -44,8 +45,11 @@ NodeData::~NodeData() {
     if (node && node.shared().use_count() == 1) {
       // The last owner: nobody else can see the node, so its inputs may be taken.
       auto& theirs = const_cast<NodeData*>(node.data())->inputs;
-      orphans.insert(orphans.end(), theirs.begin(), theirs.end());
-      theirs.clear();
+      try {
+        orphans.insert(orphans.end(), theirs.begin(), theirs.end());
+        theirs.clear();
+      } catch (const std::bad_alloc&) {  // released by recursion, then
+      }
     }
   }
 }

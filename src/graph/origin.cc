@@ -2,6 +2,7 @@
 // computed, nothing else.
 #include "graph/origin.h"
 
+#include <new>
 #include <utility>
 
 #include "graph/op.h"
@@ -9,11 +10,15 @@
 namespace tessera::graph {
 namespace {
 
-// Takes what a node holds that nobody else can see any more.
-void TakeInputs(const NodeData& data, std::vector<Node>& taken) {
-  auto& inputs = const_cast<NodeData&>(data).inputs;
+// Takes what a node holds that nobody else can see any more; what there is no memory for, it keeps and
+// releases by recursion.
+void TakeAll(std::vector<Node>& inputs, std::vector<Node>& taken) noexcept try {
   taken.insert(taken.end(), inputs.begin(), inputs.end());
   inputs.clear();
+} catch (const std::bad_alloc&) {
+}
+void TakeInputs(const NodeData& data, std::vector<Node>& taken) noexcept {
+  TakeAll(const_cast<NodeData&>(data).inputs, taken);
 }
 
 struct DeleteWithOrigin {
@@ -29,11 +34,8 @@ struct DeleteWithOrigin {
       orphans.pop_back();
       if (!node || node.shared().use_count() != 1) continue;
       TakeInputs(*node.data(), orphans);
-      if (auto* const deleter = std::get_deleter<DeleteWithOrigin>(node.shared())) {
-        auto& inputs = deleter->origin.inputs;
-        orphans.insert(orphans.end(), inputs.begin(), inputs.end());
-        inputs.clear();
-      }
+      if (auto* const deleter = std::get_deleter<DeleteWithOrigin>(node.shared()))
+        TakeAll(deleter->origin.inputs, orphans);
     }
   }
 };
