@@ -10,11 +10,13 @@ FAMILIES = {"Operations: arithmetic": "Arithmetic", "Operations: color": "Colour
             "Operations: geometry": "Geometry", "Operations: lookup": "Look-up tables", "Operations: composite": "Compositing",
             "Operations: noise": "Noise on positions", "Operations: channels": "Channels", "Operations: flow": "Vector fields",
             "Operations: shade": "Fog, shadow, solid textures", "Operations: environment": "Environment and light",
-            "Operations: bump": "Bump maps", "Operations: volume": "Volumes"}
+            "Operations: bump": "Bump maps", "Operations: volume": "Volumes", "Operations: grade": "Grading",
+            "Operations: lens": "Lenses and film", "Operations: restore": "Noise and bands taken away",
+            "Operations: generate": "Fills and noise"}
 
 
 def family(row):
-    return FAMILIES.get(row["group"], row["group"].removeprefix("Operations: "))
+    return FAMILIES.get(row["group"], row["group"].removeprefix("Operations: ").capitalize())
 
 
 def address(row):
