@@ -10,6 +10,7 @@
 #include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/bump/bump_ops.h"
+#include "ops/bump/height_op.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/geometry/filters.h"
 #include "ops/geometry/modifiers.h"
@@ -107,27 +108,6 @@ class HeightStage final : public graph::TileStage {
   HeightKernels kernels_;
 };
 
-// What both operations on heights have in common.
-template <class P>
-class HeightOp : public graph::OpWith<P> {
- public:
-  using graph::OpWith<P>::OpWith;
-  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
-  std::vector<bool> NeededChannels(int, const std::vector<bool>&, const ImageSpec& in) const override {
-    std::vector<bool> needed(in.channels.size(), false);
-    needed[0] = true;
-    return needed;
-  }
-
- protected:
-  static ImageSpec SpecWith(std::span<const ImageSpec> inputs, std::vector<std::string> channels) {
-    ImageSpec spec = inputs[0];
-    spec.channels = std::move(channels);
-    spec.alpha = -1;
-    return spec;
-  }
-};
-
 class NormalMapOp final : public HeightOp<HeightNormalsParams> {
  public:
   using HeightOp::HeightOp;
@@ -200,13 +180,10 @@ OpInfo HeightNormalsInfo() {
   info.modifiers = {NumberModifier("scale", "", -1e30, 1e30, "of the heights"), SlopeChoice(),
                     WrapModifier("wrap", "clamp"), FlagModifier("pack", "to codes in [0,1]", "")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    // Codes hold a picture: heights from 0 to 1, and no negative components.
     const ImageSpec& spec = in[0].spec();
-    const bool codes = spec.type == PixelType::kUint8 || spec.type == PixelType::kUint16;
-    const Roi& frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
-    const double scale = a.Given("scale") ? a.Number("scale") : codes ? 0.1 * frame.width() : 1;
-    return HeightToNormals(in[0], {scale, SlopeNamed(a.Text("slope")), WrapNamed(a.Text("wrap")),
-                                   a.Given("pack") ? a.Flag("pack") : codes});
+    return HeightToNormals(in[0],
+                           {HeightScale(a, spec), SlopeNamed(a.Text("slope")), WrapNamed(a.Text("wrap")),
+                            a.Given("pack") ? a.Flag("pack") : HoldsCodes(spec)});
   };
   info.examples = {"", "scale=4 slope=sobel wrap=periodic", "slope=forward wrap=mirror pack=1",
                    "slope=gaussian scale=-0.5 wrap=black"};

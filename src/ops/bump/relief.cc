@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "base/arena.h"
-#include "base/number_text.h"
-#include "graph/op.h"
 #include "model/horizon.h"
 #include "ops/bump/bump_ops.h"
+#include "ops/bump/height_op.h"
 #include "ops/geometry/filters.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/modifiers.h"
-#include "tessera/error.h"
+#include "ops/range.h"
 #include "tessera/ops/bump.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -141,29 +140,11 @@ class ReliefStage final : public graph::TileStage {
   Wrap border_;
 };
 
-// One channel, Y, from the first one.
-template <class P>
-class ReliefOp : public graph::OpWith<P> {
+class OcclusionOp final : public HeightOp<HeightOcclusionParams> {
  public:
-  using graph::OpWith<P>::OpWith;
-  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
-  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
-    ImageSpec spec = inputs[0];
-    spec.channels = {"Y"};
-    spec.alpha = -1;
-    return spec;
-  }
-  std::vector<bool> NeededChannels(int, const std::vector<bool>&, const ImageSpec& in) const override {
-    std::vector<bool> needed(in.channels.size(), false);
-    needed[0] = true;
-    return needed;
-  }
-};
-
-class OcclusionOp final : public ReliefOp<HeightOcclusionParams> {
- public:
-  using ReliefOp::ReliefOp;
+  using HeightOp::HeightOp;
   std::string Name() const override { return "heighttoao"; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return SpecWith(inputs, {"Y"}); }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
     ReliefSetup setup;
     for (int k = 0; k < params().directions; ++k) {
@@ -176,10 +157,11 @@ class OcclusionOp final : public ReliefOp<HeightOcclusionParams> {
   }
 };
 
-class CurvatureOp final : public ReliefOp<HeightCurvatureParams> {
+class CurvatureOp final : public HeightOp<HeightCurvatureParams> {
  public:
-  using ReliefOp::ReliefOp;
+  using HeightOp::HeightOp;
   std::string Name() const override { return "curvature"; }
+  ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override { return SpecWith(inputs, {"Y"}); }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext&) const override {
     ReliefSetup setup;
     setup.scale = params().scale;
@@ -190,21 +172,6 @@ class CurvatureOp final : public ReliefOp<HeightCurvatureParams> {
   }
 };
 
-void RequireRange(const char* op, const char* what, double found, double least, double most) {
-  if (found >= least && found <= most) return;
-  throw Error(op, std::string("found ") + what + "=" + base::NumberText(found) + ", expected " +
-                      base::NumberText(least) + " to " + base::NumberText(most));
-}
-
-// Codes hold a picture: heights from 0 to 1 are as high as a tenth of its width.
-bool HoldsCodes(const ImageSpec& spec) {
-  return spec.type == PixelType::kUint8 || spec.type == PixelType::kUint16;
-}
-double ScaleOf(const Arguments& a, const ImageSpec& spec) {
-  if (a.Given("scale")) return a.Number("scale");
-  const Roi& frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
-  return HoldsCodes(spec) ? 0.1 * frame.width() : 1;
-}
 constexpr double kSteepest = 1e6;
 
 }  // namespace
@@ -227,8 +194,8 @@ OpInfo HeightOcclusionInfo() {
                     IntegerModifier("directions", "16", 4, 64, "to how many sides"),
                     WrapModifier("wrap", "clamp")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return HeightToOcclusion(in[0], {ScaleOf(a, in[0].spec()), a.Integer("radius"), a.Integer("directions"),
-                                     WrapNamed(a.Text("wrap"))});
+    return HeightToOcclusion(in[0], {HeightScale(a, in[0].spec()), a.Integer("radius"),
+                                     a.Integer("directions"), WrapNamed(a.Text("wrap"))});
   };
   info.examples = {"radius=8 scale=4", "radius=3 directions=7 scale=20 wrap=periodic",
                    "radius=5 directions=8 scale=-2 wrap=black"};
@@ -256,7 +223,7 @@ OpInfo HeightCurvatureInfo() {
     const ImageSpec& spec = in[0].spec();
     return HeightToCurvature(
         in[0],
-        {ScaleOf(a, spec),
+        {HeightScale(a, spec),
          a.Text("output") == "gaussian" ? CurvatureOutput::kGaussian : CurvatureOutput::kMean,
          a.Number("gain"), a.Given("pack") ? a.Flag("pack") : HoldsCodes(spec), WrapNamed(a.Text("wrap"))});
   };
@@ -267,16 +234,16 @@ OpInfo HeightCurvatureInfo() {
 }  // namespace ops
 
 Node HeightToOcclusion(const Node& height, const HeightOcclusionParams& p) {
-  ops::RequireRange("heighttoao", "scale", p.scale, -ops::kSteepest, ops::kSteepest);
-  ops::RequireRange("heighttoao", "radius", p.radius, 1, 255);
-  ops::RequireRange("heighttoao", "directions", p.directions, 4, 64);
+  ops::RequireRange("heighttoao", "scale=", p.scale, -ops::kSteepest, ops::kSteepest);
+  ops::RequireRange("heighttoao", "radius=", p.radius, 1, 255);
+  ops::RequireRange("heighttoao", "directions=", p.directions, 4, 64);
   ops::RequireImageWrap("heighttoao", p.wrap);
   return graph::MakeNode(std::make_shared<const ops::OcclusionOp>(p), {height});
 }
 
 Node HeightToCurvature(const Node& height, const HeightCurvatureParams& p) {
-  ops::RequireRange("curvature", "scale", p.scale, -ops::kSteepest, ops::kSteepest);
-  ops::RequireRange("curvature", "gain", p.gain, -1e6, 1e6);
+  ops::RequireRange("curvature", "scale=", p.scale, -ops::kSteepest, ops::kSteepest);
+  ops::RequireRange("curvature", "gain=", p.gain, -1e6, 1e6);
   ops::RequireImageWrap("curvature", p.wrap);
   return graph::MakeNode(std::make_shared<const ops::CurvatureOp>(p), {height});
 }

@@ -6,10 +6,10 @@
 #include <string>
 
 #include "base/arena.h"
-#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/filter/frame.h"
 #include "ops/modifiers.h"
+#include "ops/range.h"
 #include "ops/restore/restore_ops.h"
 #include "ops/wrap.h"
 #include "tessera/error.h"
@@ -174,11 +174,6 @@ class WeighedOp final : public graph::OpWith<P> {
   const char* name_;
 };
 
-void RequireWithin(const char* op, const char* what, double found, double least, double most) {
-  if (found >= least && found <= most) return;
-  throw Error(op, std::string("found ") + what + "=" + base::NumberText(found) + ", expected " +
-                      base::NumberText(least) + " to " + base::NumberText(most));
-}
 void RequireOdd(const char* op, const char* what, int found) {
   if (found % 2 != 0) return;
   throw Error(op, std::string("found ") + what + "=" + std::to_string(found) + ", expected an odd number");
@@ -270,8 +265,8 @@ OpInfo DebandInfo() {
 namespace tessera {
 
 Node Bilateral(const Node& image, const BilateralParams& p) {
-  ops::RequireWithin("bilateral", "sigma", p.sigma, 0.1, 20);
-  ops::RequireWithin("bilateral", "range", p.range, 1e-6, 1e6);
+  ops::RequireRange("bilateral", "sigma=", p.sigma, 0.1, 20);
+  ops::RequireRange("bilateral", "range=", p.range, 1e-6, 1e6);
   ops::RequireKnownBorder("bilateral", p.wrap);
   using Op = ops::WeighedOp<BilateralParams, ops::BilateralStage>;
   return ops::InDisplayWindow(image, p.wrap, [&](const Node& framed) {
@@ -280,10 +275,10 @@ Node Bilateral(const Node& image, const BilateralParams& p) {
 }
 
 Node NonLocalMeans(const Node& image, const NonLocalMeansParams& p) {
-  ops::RequireWithin("nlmeans", "sigma", p.sigma, 1e-6, 1e6);
-  ops::RequireWithin("nlmeans", "strength", p.strength, 0.1, 10);
-  ops::RequireWithin("nlmeans", "patch", p.patch, 1, 15);
-  ops::RequireWithin("nlmeans", "search", p.search, 3, 63);
+  ops::RequireRange("nlmeans", "sigma=", p.sigma, 1e-6, 1e6);
+  ops::RequireRange("nlmeans", "strength=", p.strength, 0.1, 10);
+  ops::RequireRange("nlmeans", "patch=", p.patch, 1, 15);
+  ops::RequireRange("nlmeans", "search=", p.search, 3, 63);
   ops::RequireOdd("nlmeans", "patch", p.patch);
   ops::RequireOdd("nlmeans", "search", p.search);
   ops::RequireKnownBorder("nlmeans", p.wrap);
@@ -294,8 +289,8 @@ Node NonLocalMeans(const Node& image, const NonLocalMeansParams& p) {
 }
 
 Node Deband(const Node& image, const DebandParams& p) {
-  ops::RequireWithin("deband", "radius", p.radius, 1, 127);
-  ops::RequireWithin("deband", "threshold", p.threshold, 1e-6, 1e6);
+  ops::RequireRange("deband", "radius=", p.radius, 1, 127);
+  ops::RequireRange("deband", "threshold=", p.threshold, 1e-6, 1e6);
   const int side = 2 * p.radius + 1;
   const Node spread = Sub(Dilate(image, {side, side}), Erode(image, {side, side}));
   // 1 up to half of the threshold, 0 from it on.

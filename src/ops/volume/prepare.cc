@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "base/number_text.h"
 #include "model/volume_settings.h"
+#include "ops/range.h"
 #include "ops/volume/transfer.h"
 #include "tessera/error.h"
 
@@ -14,12 +14,6 @@ namespace tessera::ops::volume {
 namespace {
 
 constexpr char kName[] = "volume";
-
-void RequireRange(const char* what, double v, double low, double high) {
-  if (v >= low && v <= high) return;
-  throw Error(kName, std::string("found ") + what + " " + base::NumberText(v) + ", expected " +
-                         base::NumberText(low) + " to " + base::NumberText(high));
-}
 
 }  // namespace
 
@@ -45,19 +39,19 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   const VolumeSpec& v = volume.spec();
   VolumeParams& p = draw.params;
   for (double n : {p.iso, p.soft, p.time, p.frequency, p.amount, p.step})
-    RequireRange("a parameter of", n, -1e6, 1e6);
+    RequireRange(kName, "a parameter of ", n, -1e6, 1e6);
   if (p.soft == -1) p.soft = p.mode == VolumeMode::kFur ? 0.08 : p.mode == VolumeMode::kFire ? 0.1 : 0.12;
-  RequireRange("a soft region of", p.soft, 0, 1e6);
-  RequireRange("a step of", p.step, 0, 1e6);
-  RequireRange("a termination of", p.termination, 0, 1);
-  RequireRange("a frequency of", p.frequency, 0, 1e6);
+  RequireRange(kName, "a soft region of ", p.soft, 0, 1e6);
+  RequireRange(kName, "a step of ", p.step, 0, 1e6);
+  RequireRange(kName, "a termination of ", p.termination, 0, 1);
+  RequireRange(kName, "a frequency of ", p.frequency, 0, 1e6);
   if (p.planes.size() > 16) throw Error(kName, "found more than 16 cutting planes");
-  for (double c : p.material.color) RequireRange("a colour of", c, 0, 1e6);
-  RequireRange("an exponent of", p.material.exponent, 0, 1e4);
+  for (double c : p.material.color) RequireRange(kName, "a colour of ", c, 0, 1e6);
+  RequireRange(kName, "an exponent of ", p.material.exponent, 0, 1e4);
   for (double c : {p.material.ambient, p.material.diffuse, p.material.specular})
-    RequireRange("a light of", c, 0, 1e6);
+    RequireRange(kName, "a light of ", c, 0, 1e6);
   if (!p.material.point) p.material.light = Normalized(p.material.light);
-  for (double c : p.material.light) RequireRange("a light at", c, -1e6, 1e6);
+  for (double c : p.material.light) RequireRange(kName, "a light at ", c, -1e6, 1e6);
   const double voxel = Smallest(v.spacing);
   if (p.step == 0)
     p.step = p.mode == VolumeMode::kFire ? 2.5 * voxel : p.mode == VolumeMode::kFur ? 1.25 * voxel : voxel;
