@@ -10,6 +10,7 @@
 #include "contest.h"
 #include "lookup_peers.h"
 #include "lookup_pictures.h"
+#include "peers/ocio_peer.h"
 #include "tessera/ops/lookup.h"
 
 namespace tessera::bench {
@@ -39,12 +40,19 @@ Errors CompareWithFunction(const TableFunction& exact, const Image& input, const
   return errors;
 }
 
-// Lookups run on one thread.
 void Register(const std::string& suite, const std::string& task, PixelType type, int width, int height,
               const Options& options, const std::vector<std::string>& ways,
-              const std::vector<std::string>& peers, std::function<Contest()> make) {
-  RegisterContest({suite, task, PixelTypeName(type), width, height, 1, ways, peers}, options,
-                  std::move(make));
+              const std::vector<std::string>& peers, const std::function<Contest(int threads)>& make) {
+  for (const int threads : options.threads) {
+    RegisterContest({suite, task, PixelTypeName(type), width, height, threads, ways, peers}, options,
+                    [make, threads] { return make(threads); });
+  }
+}
+
+std::vector<std::string> OcioNames() {
+  std::vector<std::string> names;
+  for (const OcioVersion& version : OcioVersions()) names.push_back(version.name);
+  return names;
 }
 
 void RegisterCubes(const Options& options, int width, int height) {
@@ -54,14 +62,17 @@ void RegisterCubes(const Options& options, int width, int height) {
         const std::string task = std::string("33^3 ") +
                                  (filter == TableFilter::kLinear ? "trilinear " : "tetrahedral ") +
                                  (photo ? "photo" : "random");
-        Register("lookup", task, type, width, height, options, {""}, {"OpenColorIO"}, [=] {
+        Register("lookup", task, type, width, height, options, {""}, OcioNames(), [=](int threads) {
           const Image input = photo ? Photo(width, height, type) : MakeInput(width, height, type, 3);
           Contest c;
           c.output = Image(ImageSpec(width, height, 4, type));
           const Table table =
               TableFromFunction(FilmColor, {.sizes = {33, 33, 33}, .channels = 3, .probes = 1}).table;
           c.ways = {{"", ApplyTable3D(FromImage(input), table, {.filter = filter})}};
-          c.peers = {{"OpenColorIO", OcioCube(table, filter == TableFilter::kTetrahedral, input, c.output)}};
+          for (const OcioVersion& v : OcioVersions()) {
+            c.peers.push_back(
+                {v.name, v.cube(table, filter == TableFilter::kTetrahedral, input, c.output, threads)});
+          }
           return c;
         });
       }
@@ -77,20 +88,21 @@ void RegisterCurves(const Options& options, int width, int height) {
   };
   for (const bool photo : {false, true}) {
     const std::string task = std::string("4096 linear ") + (photo ? "photo" : "random");
-    Register("lookup", task, PixelType::kFloat, width, height, options, {""}, {"OpenColorIO"}, [=] {
+    Register("lookup", task, PixelType::kFloat, width, height, options, {""}, OcioNames(), [=](int threads) {
       const PixelType type = PixelType::kFloat;
       const Image input = photo ? Photo(width, height, type) : MakeInput(width, height, type, 3);
       Contest c;
       c.output = Image(ImageSpec(width, height, 4, type));
       const Table table = gamma(4096);
       c.ways = {{"", ApplyTables1D(FromImage(input), {.tables = {table, table, table}})}};
-      c.peers = {{"OpenColorIO", OcioCurve(table, input, c.output)}};
+      for (const OcioVersion& v : OcioVersions())
+        c.peers.push_back({v.name, v.curve(table, input, c.output, threads)});
       return c;
     });
   }
   for (const bool one : {true, false}) {
     const std::string task = std::string("256 codes ") + (one ? "one table" : "per channel");
-    Register("lookup", task, PixelType::kUint8, width, height, options, {""}, {"OpenCV"}, [=] {
+    Register("lookup", task, PixelType::kUint8, width, height, options, {""}, {"OpenCV"}, [=](int threads) {
       const Image input = MakeInput(width, height, PixelType::kUint8, 3);
       Contest c;
       c.output = Image(ImageSpec(width, height, 4, PixelType::kUint8));
@@ -99,7 +111,7 @@ void RegisterCurves(const Options& options, int width, int height) {
         tables[1] = Table({2}, 1, std::vector<float>{1, 0}, TableAlign::kEnds),
         tables[3] = Table({2}, 1, std::vector<float>{0, 1}, TableAlign::kEnds);
       c.ways = {{"", ApplyTables1D(FromImage(input), {.tables = tables})}};
-      c.peers = {{"OpenCV", OpenCvCodes(tables, one, input, c.output)}};
+      c.peers = {{"OpenCV", OpenCvCodes(tables, one, input, c.output, threads)}};
       return c;
     });
   }
@@ -112,16 +124,17 @@ void RegisterTextures(const Options& options, int width, int height) {
         for (const bool cubic : {false, true}) {
           const std::string task = std::to_string(size) + "^2 " + (smooth ? "swirl" : "random") + " " +
                                    std::to_string(channels) + "ch " + (cubic ? "cubic" : "linear");
-          Register("lookup", task, PixelType::kFloat, width, height, options, {""}, {"OpenCV"}, [=] {
-            const Image input = Coordinates(width, height, smooth);
-            Contest c;
-            c.output = Image(ImageSpec(width, height, channels));
-            const Image texture = Noise(size, size, channels);
-            c.ways = {{"", Lookup(FromImage(input), FromImage(texture), {},
-                                  {.filter = cubic ? TableFilter::kCubic : TableFilter::kLinear})}};
-            c.peers = {{"OpenCV", OpenCvRemap(texture, cubic, input, c.output)}};
-            return c;
-          });
+          Register("lookup", task, PixelType::kFloat, width, height, options, {""}, {"OpenCV"},
+                   [=](int threads) {
+                     const Image input = Coordinates(width, height, smooth);
+                     Contest c;
+                     c.output = Image(ImageSpec(width, height, channels));
+                     const Image texture = Noise(size, size, channels);
+                     c.ways = {{"", Lookup(FromImage(input), FromImage(texture), {},
+                                           {.filter = cubic ? TableFilter::kCubic : TableFilter::kLinear})}};
+                     c.peers = {{"OpenCV", OpenCvRemap(texture, cubic, input, c.output, threads)}};
+                     return c;
+                   });
         }
       }
     }
@@ -132,7 +145,7 @@ void RegisterInks(const Options& options, int width, int height) {
   for (const bool photo : {false, true}) {
     const std::string task = std::string("CMYK 17^4 ") + (photo ? "photo" : "random");
     Register("lookup", task, PixelType::kFloat, width, height, options, {"linear", "simplex"}, {"Little CMS"},
-             [=] {
+             [=](int threads) {
                const PixelType type = PixelType::kFloat;
                const Image input = photo ? Photo(width, height, type) : MakeInput(width, height, type, 3);
                Contest c;
@@ -145,7 +158,7 @@ void RegisterInks(const Options& options, int width, int height) {
                    TableFromFunction(Inks, {.sizes = {17, 17, 17, 17}, .channels = 3, .probes = 1}).table;
                c.ways = {{"linear", Lookup(FromImage(input), table)},
                          {"simplex", Lookup(FromImage(input), table, {.filter = TableFilter::kTetrahedral})}};
-               c.peers = {{"Little CMS", LcmsInks(table, input, c.output)}};
+               c.peers = {{"Little CMS", LcmsInks(table, input, c.output, threads)}};
                return c;
              });
   }
@@ -160,6 +173,7 @@ void RegisterErrors(const Options& options, int width, int height) {
       {"display transform", DisplayTransform}, {"tone map with a knee", Knee}, {"fog table", Fog}};
   Options best = options;
   best.targets.resize(1);
+  best.threads = {1};
   for (const auto& [name, f] : functions) {
     std::vector<std::string> ways;
     for (const auto& [filter_name, filter] : filters) {
@@ -170,7 +184,7 @@ void RegisterErrors(const Options& options, int width, int height) {
         }
       }
     }
-    Register("tables", name, PixelType::kFloat, width, height, best, ways, {}, [=, f = f, name = name] {
+    Register("tables", name, PixelType::kFloat, width, height, best, ways, {}, [=, f = f](int) {
       const Image input = MakeInput(width, height, PixelType::kFloat, 3);
       Contest c;
       c.output = Image(ImageSpec(width, height, 4));

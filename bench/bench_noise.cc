@@ -23,9 +23,12 @@ namespace {
 constexpr int kSize = 1024, kBlock = 64, kPeriod = 4, kOctaves = 8;
 
 void Register(const std::string& task, int width, int height, const Options& options,
-              std::vector<std::string> ways, std::vector<std::string> peers, std::function<Contest()> make) {
-  ContestNames names{"noise", task, "float", width, height, 1, std::move(ways), std::move(peers)};
-  RegisterContest(names, options, std::move(make));
+              const std::vector<std::string>& ways, const std::vector<std::string>& peers,
+              const std::function<Contest(int threads)>& make) {
+  for (const int threads : options.threads) {
+    const ContestNames names{"noise", task, "float", width, height, threads, ways, peers};
+    RegisterContest(names, options, [make, threads] { return make(threads); });
+  }
 }
 
 void RegisterGrid(const std::string& task, const Options& options, NoiseParams p, int width, int height) {
@@ -34,7 +37,7 @@ void RegisterGrid(const std::string& task, const Options& options, NoiseParams p
   const bool whole = p.octaves == 1 && p.slices == 1 && std::fmod(width, p.frequency) == 0;
   std::vector<std::string> ways = {""};
   if (whole) ways.emplace_back("by accumulation");
-  Register(task, width, height, options, ways, GridNoisePeerNames(p.dims), [=] {
+  Register(task, width, height, options, ways, GridNoisePeerNames(p.dims), [=](int threads) {
     Contest c;
     c.output = Image(ImageSpec(width, height, 1));
     c.ways.push_back({"", Noise(c.output.spec(), p)});
@@ -43,7 +46,7 @@ void RegisterGrid(const std::string& task, const Options& options, NoiseParams p
       accumulated.method = NoiseMethod::kAccumulate;
       c.ways.push_back({"by accumulation", Noise(c.output.spec(), accumulated)});
     }
-    c.peers = GridNoisePeers(p, c.output);
+    c.peers = GridNoisePeers(p, c.output, threads);
     return c;
   });
 }
@@ -86,7 +89,7 @@ Image Positions(int size, bool random) {
   return image;
 }
 
-Contest AtPositions() {
+Contest AtPositions(int threads) {
   NoiseParams p;
   p.dims = 3;
   p.frequency = 1;
@@ -94,7 +97,7 @@ Contest AtPositions() {
   Contest c;
   c.output = Image(ImageSpec(kSize, kSize, 1));
   c.ways.push_back({"", NoiseAt(FromImage(positions), p)});
-  c.peers = PositionNoisePeers(positions, c.output);
+  c.peers = PositionNoisePeers(positions, c.output, threads);
   return c;
 }
 
@@ -117,7 +120,7 @@ Contest OnSurface(int cells) {
   return c;
 }
 
-Contest FourWays() {
+Contest FourWays(int) {
   const Node position = FromImage(Positions(kSize, false));
   Node formula;
   for (int k = 0; k < kOctaves; ++k) {
@@ -154,7 +157,7 @@ int main(int argc, char** argv) {
     Register("3-D random positions", kSize, kSize, options, {""}, PositionNoisePeerNames(), AtPositions);
     for (const int cells : {16, 64, 256}) {
       Register("shapedspots " + std::to_string(cells) + " cells", kSize, kSize, options, {""}, {},
-               [cells] { return OnSurface(cells); });
+               [cells](int) { return OnSurface(cells); });
     }
     Register("turbulence 8 octaves", kSize, kSize, options,
              {"formula", "8 lookups", "4 channels, 2 lookups", "precomputed, 1 lookup"}, {}, FourWays);

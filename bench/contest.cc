@@ -69,6 +69,7 @@ Outcome Run(const ContestNames& names, const Options& options, const Contest& c)
     for (const auto& contestant : contestants) {
       contestant->Prepare();
       contestant->Run();
+      contestant->Finish();
       judged[contestant->Name()] = c.judge();
     }
   }
@@ -88,8 +89,10 @@ Outcome Run(const ContestNames& names, const Options& options, const Contest& c)
   double peer_seconds = 0;  // of the fastest peer; 0: there is none
   for (Measured& m : outcome.results) {
     if (c.judge && !options.alone) m.errors = judged[m.name];
-    const bool is_peer =
-        std::any_of(c.peers.begin(), c.peers.end(), [&](const auto& p) { return p.name == m.name; });
+    const auto peer =
+        std::find_if(c.peers.begin(), c.peers.end(), [&](const auto& p) { return p.name == m.name; });
+    const bool is_peer = peer != c.peers.end();
+    if (is_peer && !peer->judged) m.errors = {};
     if (is_peer && (peer_seconds == 0 || Median(m.seconds) < peer_seconds)) peer_seconds = Median(m.seconds);
   }
   for (const Measured& m : outcome.results) {

@@ -21,6 +21,7 @@ struct Contest {
   struct Peer {
     std::string name;
     std::function<void()> run;  // writes `output`
+    bool judged = true;         // false: it makes another picture, so that it has no error
   };
 
   Image output;  // its size and type are the frame's

@@ -17,8 +17,11 @@ class Contestant {
   virtual std::string Name() const = 0;
   // Untimed, before every turn: settings that belong to the process, such as thread counts.
   virtual void Prepare() {}
-  // Timed: reads the frame's inputs, writes the frame's output.
+  // Timed: reads the frame's inputs, writes the frame's output, or a layout that its author would rather
+  // write.
   virtual void Run() = 0;
+  // Untimed, where that layout becomes the frame's output.
+  virtual void Finish() {}
   // A yardstick has no error of its own to report.
   virtual bool IsCopy() const { return false; }
 };
@@ -32,12 +35,16 @@ struct Setting {
 
 // Each returns null when it has no public call for the task and pixel type.
 std::unique_ptr<Contestant> MakeOiio(const Setting& setting);
+std::unique_ptr<Contestant> MakeNewestOcio(
+    const Setting& setting);  // null when only the shipped one is there
 std::unique_ptr<Contestant> MakeOcio(const Setting& setting);
 std::unique_ptr<Contestant> MakeLibm(const Setting& setting);
 std::unique_ptr<Contestant> MakeOpenCv(const Setting& setting);  // null when built without OpenCV
 std::unique_ptr<Contestant> MakeOiioResample(const Setting& setting);
 std::unique_ptr<Contestant> MakeOpenCvResample(const Setting& setting);
-std::unique_ptr<Contestant> MakeVips(const Setting& setting);  // null when built without libvips
+std::unique_ptr<Contestant> MakeVips(const Setting& setting);  // these three: null when built without them
+std::unique_ptr<Contestant> MakeZimg(const Setting& setting);
+std::unique_ptr<Contestant> MakeStb(const Setting& setting);
 
 // The filters' peers, and other ways of this library to the same blur: recursive, decimated, cut off at two,
 // three, four sigma, three boxes.

@@ -51,6 +51,10 @@ void Report(benchmark::State& state, Group& group, const std::string& contestant
   state.counters["repetitions"] = static_cast<double>(m.seconds.size());
   if (m.is_copy) return;
   state.counters["copy_share"] = outcome.bytes_moved / outcome.copy_bytes * group.copy_seconds / seconds;
+  if (const auto own = outcome.counters.find(contestant); own != outcome.counters.end()) {
+    for (const auto& [name, value] : own->second) state.counters[name] = value;
+  }
+  if (m.errors.values == 0) return;  // nobody judged it
   state.counters["max_error"] = m.errors.max;
   state.counters["rms_error"] = m.errors.rms;
   state.counters["values_checked"] = static_cast<double>(m.errors.values);
@@ -58,9 +62,6 @@ void Report(benchmark::State& state, Group& group, const std::string& contestant
   if (outcome.type == PixelType::kUint8 || outcome.type == PixelType::kUint16) {
     state.counters["wrong_codes"] = static_cast<double>(m.errors.wrong_codes);
     state.counters["max_code_error"] = m.errors.max_code_error;
-  }
-  if (const auto own = outcome.counters.find(contestant); own != outcome.counters.end()) {
-    for (const auto& [name, value] : own->second) state.counters[name] = value;
   }
 }
 

@@ -48,6 +48,7 @@ std::vector<Measured> Measure(std::vector<std::unique_ptr<Contestant>> contestan
       contestants[i]->Prepare();
       contestants[i]->Run();
     }
+    contestants[i]->Finish();
     if (!results[i].is_copy && oracle != nullptr) results[i].errors = oracle->Compare(out);
   }
   std::vector<size_t> order(contestants.size());

@@ -1,5 +1,5 @@
-// Peers of the lookups: each returns a call that reads `input` and writes `output`, or nothing where it is
-// not built in.
+// Peers of the lookups: each returns a call that reads `input` and writes `output`; one that is not built in
+// throws when it is called. OpenColorIO is in peers/ocio_peer.h.
 #ifndef TESSERA_BENCH_LOOKUP_PEERS_H_
 #define TESSERA_BENCH_LOOKUP_PEERS_H_
 
@@ -13,15 +13,13 @@ namespace tessera::bench {
 
 using PeerCall = std::function<void()>;
 
-// OpenColorIO's optimised CPU processor with one 3-D or 1-D transform, alpha passed on.
-PeerCall OcioCube(const Table& table, bool tetrahedral, const Image& input, const Image& output);
-PeerCall OcioCurve(const Table& table, const Image& input, const Image& output);
 // cv::LUT with one table for all channels or one for each, from the same float tables.
-PeerCall OpenCvCodes(const std::vector<Table>& tables, bool one, const Image& input, const Image& output);
+PeerCall OpenCvCodes(const std::vector<Table>& tables, bool one, const Image& input, const Image& output,
+                     int threads);
 // cv::remap, its maps made beforehand from the coordinates.
-PeerCall OpenCvRemap(const Image& texture, bool cubic, const Image& coords, const Image& output);
+PeerCall OpenCvRemap(const Image& texture, bool cubic, const Image& coords, const Image& output, int threads);
 // Little CMS: a device link that holds the 4-D table, float CMYK to float RGB.
-PeerCall LcmsInks(const Table& table, const Image& input, const Image& output);
+PeerCall LcmsInks(const Table& table, const Image& input, const Image& output, int threads);
 
 }  // namespace tessera::bench
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "photograph.h"
 #include "tessera/image.h"
 
 namespace tessera::bench {
@@ -19,19 +20,14 @@ inline void Put(const ImageView& view, int x, int y, int c, double v) {
   }
 }
 
-// Colours as in a photograph: broad shading, edges and fine grain.
+// The photograph's colours, alpha one.
 inline Image Photo(int width, int height, PixelType type) {
   const Image image(ImageSpec(width, height, 4, type));
-  std::mt19937 random(11);
-  std::normal_distribution<double> grain(0, 0.01);
+  std::minstd_rand random(11);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const double u = x / 700.0, v = y / 500.0,
-                   patch = std::fmod(std::floor(u * 3) * 0.37 + std::floor(v * 3) * 0.61, 1.0);
-      for (int c = 0; c < 3; ++c) {
-        Put(image.view(), x, y, c,
-            std::clamp(0.1 + 0.6 * patch + 0.25 * std::sin(u * (c + 1) + v) + grain(random), 0.0, 1.0));
-      }
+      for (int c = 0; c < 3; ++c)
+        Put(image.view(), x, y, c, Photograph(x, y, c, static_cast<float>(random() & 0xffff) / 0x10000));
       Put(image.view(), x, y, 3, 1);
     }
   }

@@ -13,9 +13,9 @@
 namespace tessera::bench {
 
 // Gradient noise of two or three dimensions on the pixels of `output`, slices stacked along y.
-std::vector<Contest::Peer> GridNoisePeers(const NoiseParams& params, const Image& output);
+std::vector<Contest::Peer> GridNoisePeers(const NoiseParams& params, const Image& output, int threads);
 // One octave at the positions of a three-channel image, in cells.
-std::vector<Contest::Peer> PositionNoisePeers(const Image& positions, const Image& output);
+std::vector<Contest::Peer> PositionNoisePeers(const Image& positions, const Image& output, int threads);
 // The names that these give.
 std::vector<std::string> GridNoisePeerNames(int dims);
 std::vector<std::string> PositionNoisePeerNames();

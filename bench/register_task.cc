@@ -54,8 +54,9 @@ struct FrameCache {
 using Make = std::unique_ptr<Contestant> (*)(const Setting&);
 constexpr Make kWays[] = {MakeInPlace,   MakeReads,      MakeRecursiveBlur, MakeDecimatedBlur,
                           MakeShortBlur, MakeMiddleBlur, MakeLongBlur,      MakeBoxesBlur};
-constexpr Make kPeers[] = {MakeOcio,           MakeOiio, MakeOpenCv,       MakeLibm,       MakeOiioResample,
-                           MakeOpenCvResample, MakeVips, MakeOpenCvFilter, MakeOiioFilter, MakePixman};
+constexpr Make kPeers[] = {MakeNewestOcio,   MakeOcio,           MakeOiio,  MakeOpenCv, MakeLibm,
+                           MakeOiioResample, MakeOpenCvResample, MakeVips,  MakeZimg,   MakeStb,
+                           MakeOpenCvFilter, MakeOiioFilter,     MakePixman};
 
 struct TaskRun {
   Task task;
@@ -105,6 +106,7 @@ struct TaskRun {
         if (result == results.end()) continue;
         contestant->Prepare();
         contestant->Run();
+        contestant->Finish();
         result->errors.Add(oracle.Compare(frame.output.view()));
       }
     }

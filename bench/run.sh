@@ -2,7 +2,8 @@
 # Installs the peers, builds the release preset, measures everything against them and writes the report.
 #   bench/run.sh            all sizes, targets, pixel types, one and two threads (about half an hour)
 #   bench/run.sh --quick    the pipelines at 3840x2160 and the operations at 1920x1080, best target, one thread
-#   bench/run.sh --readme   also refreshes the table in README.md
+#   bench/run.sh --readme   also refreshes bench/measured.json and the table in README.md
+#   bench/run.sh --peers FOLDER   sources of the newest peers (see bench/newest); without, ../peers where there is one
 # Output: build/bench/index.html, report.md, plots/, *.json, start.log (the program's start), thumbnails.log (--batch),
 #   displays.log (PNG files for a display against OpenColorIO and a browser)
 set -eu
@@ -10,16 +11,27 @@ cd "$(dirname "$0")/.."
 
 quick=
 readme=
-for argument; do
-  case $argument in
+sources=../peers
+while [ $# -gt 0 ]; do
+  case $1 in
     --quick) quick=1 ;;
-    --readme) readme="--readme README.md" ;;
-    *) echo "bench/run.sh: error: $argument: found an unknown argument, expected --quick or --readme" >&2; exit 2 ;;
+    --readme) readme=1 ;;
+    --peers)
+      [ -d "${2-}" ] || { echo "bench/run.sh: error: --peers: found '${2-}', expected a folder of sources" >&2; exit 2; }
+      sources=$2
+      shift ;;
+    *) echo "bench/run.sh: error: $1: found an unknown argument, expected --quick, --readme or --peers FOLDER" >&2; exit 2 ;;
   esac
+  shift
 done
 
-samples/setup.sh python3-pyopencolorio libnoise-dev libopencv-dev libvips-dev libvips-tools liblcms2-dev libpixman-1-dev librsvg2-bin python3 \
+samples/setup.sh python3-pyopencolorio libnoise-dev libopencv-dev libvips-dev libvips-tools meson autoconf automake libtool liblcms2-dev libpixman-1-dev librsvg2-bin python3 \
   python3-vtk9 xvfb xauth
+if [ -d "$sources" ]; then
+  bench/newest "$sources"
+else
+  echo "no sources of newer peers: those that the system ships are measured alone (bench/newest says which are wanted)"
+fi
 build=build/release
 cmake --preset release >/dev/null
 cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_layouts \
@@ -40,8 +52,8 @@ measure() {
 if [ -n "$quick" ]; then
   measure pipelines bench_pipelines --sizes=3840x2160 --targets=best --threads=1,2 --seconds=1
   measure curves bench_curves --sizes=3840x2160 --types=float --targets=best --threads=1 --seconds=1
-  measure lookup bench_lookup --sizes=3840x2160 --targets=best --seconds=1
-  measure noise bench_noise --targets=best --seconds=1
+  measure lookup bench_lookup --sizes=3840x2160 --targets=best --threads=1 --seconds=1
+  measure noise bench_noise --targets=best --threads=1 --seconds=1
   measure filter bench_filter --sizes=3840x2160 --targets=best --threads=1,2 --seconds=1
   measure layouts bench_layouts --sizes=1920x1080 --types=float,uint8 --targets=best --threads=1 --seconds=0.2
   measure shade bench_shade --sizes=3840x2160 --targets=best --threads=2 --seconds=1
@@ -76,4 +88,5 @@ echo "comparing displays"
 bench/displays "$build/bin/tessera" >"$out/displays.log"
 echo "measuring thumbnails"
 bench/thumbnails "$build/bin/tessera" ${quick:+--jobs 500} >"$out/thumbnails.log"
-bench/report "$out"/*.json --out "$out" $readme
+bench/report "$out"/*.json --out "$out"
+[ -z "$readme" ] || bench/readme "$out"/*.json

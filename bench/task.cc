@@ -10,6 +10,7 @@
 #include "graph/op.h"
 #include "graph/topology.h"
 #include "oracle.h"
+#include "photograph.h"
 #include "tessera/error.h"
 #include "verify/pixels.h"
 
@@ -76,12 +77,8 @@ float Shown(Content content, int x, int y, int c, uint64_t seed, float noise) {
     }
     case Content::kChecker:
       return (x / 60 + y / 60) % 2 == 0 ? 0.0f : 1.0f;
-    case Content::kPhoto: {
-      const double u = x / 700.0, v = y / 500.0;
-      const double patch = std::fmod(std::floor(u * 3) * 0.37 + std::floor(v * 3) * 0.61, 1.0);
-      const double shade = 0.1 + 0.6 * patch + 0.25 * std::sin(u * (c + 1) + v) + 0.03 * (noise - 0.5);
-      return static_cast<float>(std::clamp(shade, 0.0, 1.0));
-    }
+    case Content::kPhoto:
+      return c < 3 ? Photograph(x, y, c, noise) : noise;
     default:
       return noise;
   }

@@ -63,7 +63,7 @@ struct Frame {
 };
 
 // What a picture shows: white noise; oblique stripes of black and white with lines a pixel wide; a checker of
-// 60 pixels; broad shading, patches and fine grain as in a photograph.
+// 60 pixels; a photograph (photograph.h).
 enum class Content { kNoise, kEdges, kChecker, kPhoto };
 inline constexpr Content kContents[] = {Content::kNoise, Content::kEdges, Content::kChecker, Content::kPhoto};
 

@@ -21,6 +21,8 @@
 #if defined(TESSERA_BENCH_OPENCV_IMGPROC)
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "peers/opencv_rows.h"
 #endif
 
 namespace tessera::bench {
@@ -96,19 +98,22 @@ std::unique_ptr<Contestant> MakeOpenCvFilter([[maybe_unused]] const Setting& set
     return cv::Mat(v.roi.height(), v.roi.width(), CV_32FC4, v.data, static_cast<size_t>(v.row_stride));
   };
   const cv::Mat in = wrap(setting.frame.inputs[0]), out = wrap(setting.frame.output);
-  const auto make = [&](const char* name, std::function<void()> run) {
+  const auto make = [&](const char* name, std::function<void(const cv::Mat&, cv::Mat&)> call) {
+    const OpenCvRows rows(setting.threads, [call](const auto& bands, cv::Mat& to) { call(bands[0], to); });
     return std::make_unique<Filter>(
-        name, [threads = setting.threads] { cv::setNumThreads(threads); }, std::move(run));
+        name, [] { cv::setNumThreads(1); }, [rows, in, out]() mutable { rows({in}, out); });
   };
   constexpr int kBorder = cv::BORDER_REPLICATE;
   if (m->sigma > 0) {
-    return make("OpenCV GaussianBlur",
-                [in, out, s = m->sigma]() mutable { cv::GaussianBlur(in, out, cv::Size(), s, s, kBorder); });
+    return make("OpenCV GaussianBlur", [s = m->sigma](const cv::Mat& from, cv::Mat& to) {
+      cv::GaussianBlur(from, to, cv::Size(), s, s, kBorder);
+    });
   }
   if (m->box_width > 0) {
-    return make("OpenCV blur", [in, out, size = cv::Size(m->box_width, m->box_height)]() mutable {
-      cv::blur(in, out, size, cv::Point(-1, -1), kBorder);
-    });
+    return make("OpenCV blur",
+                [size = cv::Size(m->box_width, m->box_height)](const cv::Mat& from, cv::Mat& to) {
+                  cv::blur(from, to, size, cv::Point(-1, -1), kBorder);
+                });
   }
   const Kernel& k = *m->kernel;
   if (m->separable) {
@@ -122,8 +127,8 @@ std::unique_ptr<Contestant> MakeOpenCvFilter([[maybe_unused]] const Setting& set
       for (int x = 0; x < k.width; ++x) sum += k.at(x, y);
       column.at<float>(y, 0) = static_cast<float>(sum);
     }
-    return make("OpenCV sepFilter2D", [in, out, row, column]() mutable {
-      cv::sepFilter2D(in, out, -1, row, column, cv::Point(-1, -1), 0, kBorder);
+    return make("OpenCV sepFilter2D", [row, column](const cv::Mat& from, cv::Mat& to) {
+      cv::sepFilter2D(from, to, -1, row, column, cv::Point(-1, -1), 0, kBorder);
     });
   }
   cv::Mat kernel(k.height, k.width, CV_32F);
@@ -132,8 +137,8 @@ std::unique_ptr<Contestant> MakeOpenCvFilter([[maybe_unused]] const Setting& set
     for (int x = 0; x < k.width; ++x)
       kernel.at<float>(y, x) = static_cast<float>(k.at(k.width - 1 - x, k.height - 1 - y));
   }
-  return make("OpenCV filter2D", [in, out, kernel]() mutable {
-    cv::filter2D(in, out, -1, kernel, cv::Point(-1, -1), 0, kBorder);
+  return make("OpenCV filter2D", [kernel](const cv::Mat& from, cv::Mat& to) {
+    cv::filter2D(from, to, -1, kernel, cv::Point(-1, -1), 0, kBorder);
   });
 #else
   return nullptr;

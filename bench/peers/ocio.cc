@@ -1,14 +1,19 @@
 // OpenColorIO's optimised CPU processor as a peer: the whole task as one group transform, applied to packed
-// images, rows split over threads by the caller, as its applications do.
+// images, rows split over threads by the caller, as its applications do. Compiled once for every version of
+// it, TESSERA_BENCH_OCIO names the namespace.
 #include <OpenColorIO/OpenColorIO.h>
 
 #include <cstddef>
+#include <functional>
+#include <memory>
 
 #include "contestant.h"
+#include "peers/ocio_peer.h"
 #include "peers/peers.h"
+#include "tessera/table.h"
 #include "workers.h"
 
-namespace tessera::bench {
+namespace tessera::bench::TESSERA_BENCH_OCIO {
 namespace {
 
 namespace ocio = OCIO_NAMESPACE;
@@ -104,10 +109,11 @@ ocio::TransformRcPtr TransformOf(const Step& step) {
   return nullptr;
 }
 
-class Ocio final : public Contestant {
+// A transform on packed pixels from one picture to another of the same type.
+class Rows {
  public:
-  Ocio(const Setting& setting, const ocio::TransformRcPtr& transform)
-      : from_(setting.frame.inputs[0].view()), to_(setting.frame.output.view()), workers_(setting.threads) {
+  Rows(const ocio::TransformRcPtr& transform, const ImageView& from, const ImageView& to, int threads)
+      : from_(from), to_(to), workers_(threads) {
     depth_ = from_.type == PixelType::kUint8    ? ocio::BIT_DEPTH_UINT8
              : from_.type == PixelType::kUint16 ? ocio::BIT_DEPTH_UINT16
              : from_.type == PixelType::kHalf   ? ocio::BIT_DEPTH_F16
@@ -115,23 +121,22 @@ class Ocio final : public Contestant {
     const ocio::ConstProcessorRcPtr processor = ocio::Config::CreateRaw()->getProcessor(transform);
     processor_ = processor->getOptimizedCPUProcessor(depth_, depth_, ocio::OPTIMIZATION_DEFAULT);
   }
-  std::string Name() const override { return "OpenColorIO"; }
-  void Run() override {
+  void Run() {
     workers_.Run([this](int i) {
       const int height = from_.roi.height();
       const int y0 = height * i / workers_.count(), y1 = height * (i + 1) / workers_.count();
-      const ocio::PackedImageDesc from = Rows(from_, y0, y1);
-      ocio::PackedImageDesc to = Rows(to_, y0, y1);
+      const ocio::PackedImageDesc from = Describe(from_, y0, y1);
+      ocio::PackedImageDesc to = Describe(to_, y0, y1);
       processor_->apply(from, to);
     });
   }
 
  private:
-  ocio::PackedImageDesc Rows(const ImageView& view, int y0, int y1) const {
+  ocio::PackedImageDesc Describe(const ImageView& view, int y0, int y1) const {
     return {view.data + y0 * view.row_stride,
             view.roi.width(),
             y1 - y0,
-            ocio::CHANNEL_ORDERING_RGBA,
+            view.channels,
             depth_,
             view.channel_stride,
             view.pixel_stride,
@@ -144,9 +149,29 @@ class Ocio final : public Contestant {
   Workers workers_;
 };
 
+class Ocio final : public Contestant {
+ public:
+  Ocio(const std::string& name, const Setting& setting, const ocio::TransformRcPtr& transform)
+      : name_(name),
+        rows_(transform, setting.frame.inputs[0].view(), setting.frame.output.view(), setting.threads) {}
+  std::string Name() const override { return name_; }
+  void Run() override { rows_.Run(); }
+
+ private:
+  std::string name_;
+  Rows rows_;
+};
+
+PeerCall Apply(const ocio::TransformRcPtr& transform, const Image& input, const Image& output, int threads) {
+  const auto rows = std::make_shared<Rows>(transform, input.view(), output.view(), threads);
+  return [rows, input, output] { rows->Run(); };
+}
+
 }  // namespace
 
-std::unique_ptr<Contestant> MakeOcio(const Setting& setting) {
+std::string Version() { return ocio::GetVersion(); }
+
+std::unique_ptr<Contestant> MakeChain(const Setting& setting, const std::string& name) {
   if (!setting.frame.plain() || setting.frame.inputs.size() != 1) return nullptr;
   ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
   for (const Step& step : setting.task.steps) {
@@ -154,7 +179,34 @@ std::unique_ptr<Contestant> MakeOcio(const Setting& setting) {
     if (!transform) return nullptr;
     group->appendTransform(transform);
   }
-  return std::make_unique<Ocio>(setting, group);
+  return std::make_unique<Ocio>(name, setting, group);
 }
 
-}  // namespace tessera::bench
+PeerCall Cube(const Table& table, bool tetrahedral, const Image& input, const Image& output, int threads) {
+  const int n = table.size(0);
+  const ocio::Lut3DTransformRcPtr lut = ocio::Lut3DTransform::Create(static_cast<unsigned long>(n));
+  for (int b = 0; b < n; ++b) {
+    for (int g = 0; g < n; ++g) {
+      for (int r = 0; r < n; ++r) {
+        const int64_t i = (int64_t{b} * n + g) * n + r;
+        lut->setValue(static_cast<unsigned long>(r), static_cast<unsigned long>(g),
+                      static_cast<unsigned long>(b), table.At(i, 0), table.At(i, 1), table.At(i, 2));
+      }
+    }
+  }
+  lut->setInterpolation(tetrahedral ? ocio::INTERP_TETRAHEDRAL : ocio::INTERP_LINEAR);
+  return Apply(lut, input, output, threads);
+}
+
+PeerCall Curve(const Table& table, const Image& input, const Image& output, int threads) {
+  const auto n = static_cast<unsigned long>(table.size(0));
+  const ocio::Lut1DTransformRcPtr lut = ocio::Lut1DTransform::Create(n, false);
+  for (unsigned long i = 0; i < n; ++i) {
+    const float v = table.At(static_cast<int64_t>(i), 0);
+    lut->setValue(i, v, v, v);
+  }
+  lut->setInterpolation(ocio::INTERP_LINEAR);
+  return Apply(lut, input, output, threads);
+}
+
+}  // namespace tessera::bench::TESSERA_BENCH_OCIO

@@ -1,13 +1,18 @@
-// OpenCV as a peer: its array functions and cv::transform, one call per operation into an allocated
-// destination.
+// OpenCV as a peer: its array functions and cv::transform. A chain runs in blocks of rows that stay in cache,
+// from one buffer to another (in place cv::transform copies its source first), a gain with an offset is one
+// transform, and the threads share the blocks, for these functions are serial.
 #include "contestant.h"
 
 #if defined(TESSERA_BENCH_OPENCV)
 
+#include <algorithm>
+#include <array>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "peers/peers.h"
+#include "workers.h"
 
 namespace tessera::bench {
 namespace {
@@ -77,28 +82,72 @@ cv::Mat Wrap(const Image& image) {
                  static_cast<size_t>(view.row_stride));
 }
 
+// Bytes of a block's rows: two buffers of it, and what an operation reads beside, stay in a second-level
+// cache.
+constexpr size_t kBlock = size_t{128} << 10;
+
 class OpenCv final : public Contestant {
  public:
   OpenCv(const Setting& setting, std::vector<Call> calls)
-      : threads_(setting.threads), calls_(std::move(calls)), output_(Wrap(setting.frame.output)) {
+      : calls_(std::move(calls)), output_(Wrap(setting.frame.output)), workers_(setting.threads) {
     for (const Image& image : setting.frame.inputs) inputs_.push_back(Wrap(image));
+    rows_ = static_cast<int>(std::max<size_t>(1, kBlock / output_.step[0]));
+    // One call gains nothing by blocks.
+    if (calls_.size() == 1) rows_ = (output_.rows + setting.threads - 1) / setting.threads;
+    scratch_.resize(static_cast<size_t>(setting.threads));
+    for (auto& buffers : scratch_) {
+      for (cv::Mat& buffer : buffers) buffer.create(rows_, output_.cols, output_.type());
+    }
   }
   std::string Name() const override { return "OpenCV"; }
-  void Prepare() override { cv::setNumThreads(threads_); }
+  void Prepare() override { cv::setNumThreads(1); }
   void Run() override {
-    std::vector<cv::Mat> in = inputs_;
-    for (const Call& call : calls_) {
-      call(in, output_);
-      in = {output_};
-    }
+    workers_.Run([this](int thread) {
+      const int blocks = (output_.rows + rows_ - 1) / rows_, count = workers_.count();
+      for (int block = blocks * thread / count; block < blocks * (thread + 1) / count; ++block) {
+        Block(cv::Range(block * rows_, std::min(output_.rows, (block + 1) * rows_)),
+              scratch_[static_cast<size_t>(thread)]);
+      }
+    });
   }
 
  private:
-  int threads_;
+  void Block(const cv::Range& rows, const std::array<cv::Mat, 2>& buffers) const {
+    std::vector<cv::Mat> in;
+    for (const cv::Mat& input : inputs_) in.push_back(input.rowRange(rows));
+    for (size_t k = 0; k < calls_.size(); ++k) {
+      cv::Mat to = k + 1 == calls_.size() ? output_.rowRange(rows) : buffers[k % 2].rowRange(0, rows.size());
+      calls_[k](in, to);
+      in = {to};
+    }
+  }
+
   std::vector<Call> calls_;
   std::vector<cv::Mat> inputs_;
   cv::Mat output_;
+  int rows_ = 0;
+  std::vector<std::array<cv::Mat, 2>> scratch_;
+  Workers workers_;
 };
+
+// Neighbouring steps that scale or shift channels, as one.
+std::vector<Step> Joined(const std::vector<Step>& steps) {
+  std::vector<Step> joined;
+  for (const Step& step : steps) {
+    Step* const last = joined.empty() ? nullptr : &joined.back();
+    if (last != nullptr && last->affine && step.affine && last->affine->diagonal() &&
+        step.affine->diagonal()) {
+      for (int c = 0; c < 4; ++c) {
+        const double gain = step.affine->m[c][c];
+        last->affine->m[c][c] *= gain;
+        last->affine->m[c][4] = last->affine->m[c][4] * gain + step.affine->m[c][4];
+      }
+    } else {
+      joined.push_back(step);
+    }
+  }
+  return joined;
+}
 
 }  // namespace
 
@@ -107,7 +156,7 @@ std::unique_ptr<Contestant> MakeOpenCv(const Setting& setting) {
   if (!setting.frame.plain() || setting.frame.type == PixelType::kHalf || setting.frame.inputs.empty())
     return nullptr;
   std::vector<Call> calls;
-  for (const Step& step : setting.task.steps) {
+  for (const Step& step : Joined(setting.task.steps)) {
     const std::vector<Call> more = CallsOf(step, setting.frame.type);
     if (more.empty()) return nullptr;
     calls.insert(calls.end(), more.begin(), more.end());

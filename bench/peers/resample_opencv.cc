@@ -7,6 +7,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "peers/opencv_rows.h"
+
 namespace tessera::bench {
 namespace {
 
@@ -76,10 +78,11 @@ std::unique_ptr<Contestant> MakeOpenCvResample(const Setting& setting) {
   std::vector<cv::Mat> in;
   for (const Image& image : setting.frame.inputs) in.push_back(Wrap(image));
   if (step.op() == "accum" && step.Numbers("bits") == std::vector<double>{0}) {
-    return make("OpenCV scaleAdd", [in, out, weights = step.Positional(0)]() mutable {
-      in[0].convertTo(out, -1, weights[0]);
-      for (size_t k = 1; k < in.size(); ++k) cv::scaleAdd(in[k], weights[k], out, out);
+    const OpenCvRows rows(setting.threads, [weights = step.Positional(0)](const auto& from, cv::Mat& to) {
+      from[0].convertTo(to, -1, weights[0]);
+      for (size_t k = 1; k < from.size(); ++k) cv::scaleAdd(from[k], weights[k], to, to);
     });
+    return make("OpenCV scaleAdd", [rows, in, out]() mutable { rows(in, out); });
   }
   if (step.op() == "resize" && step.arguments.Text("filter") == "box") {
     return make("OpenCV INTER_AREA",
