@@ -3,6 +3,7 @@
 #define TESSERA_GRAPH_LITTLE_MEMORY_H_
 
 #include <memory>
+#include <string>
 
 #include "graph/op.h"
 #include "tessera/export.h"
@@ -38,6 +39,9 @@ class LittleMemory {
   // The same operation within the same bound by a method that needs no whole image, where the method was left
   // to the library; null: as it is.
   virtual std::shared_ptr<const Op> InLittleMemory() const { return nullptr; }
+  // The parameter that asks for a method whose result's parts need parts of the image alone, as on a line
+  // ("method=direct"); empty for none.
+  virtual std::string InParts() const { return ""; }
 };
 inline const LittleMemory* AsLittleMemory(const Op& op) { return dynamic_cast<const LittleMemory*>(&op); }
 inline bool PrefersRows(const Op& op) {

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
 #include "graph/executor.h"
 #include "graph/optimize.h"
+#include "graph/parts.h"
 #include "graph/plan.h"
 #include "graph/rules.h"
 #include "graph/topology.h"
@@ -113,6 +115,7 @@ class Evaluation final : public Prepass {
   }
 
   void Execute(const Program& program, const Roi& roi, PixelType type, const ImageView* out, RowSink* sink) {
+    RequireParts(program.plan(), roi);
     for (const std::string& name : program.AppliedRules()) NoteRule(name);
     PassTimer timer(stats_, sink != nullptr ? "stream" : "render");
     if (out != nullptr && AllResident(program.plan())) {
@@ -147,8 +150,10 @@ class Evaluation final : public Prepass {
  private:
   // The node as it is computed.
   Node Planned(const Node& node) {
-    const Node root = options_.optimize ? Optimize(node) : node;
-    return short_of_memory_ ? root : WithinBudget(root, options_.memory_budget, short_of_memory_);
+    Node root = options_.optimize ? Optimize(node) : node;
+    if (!short_of_memory_) root = WithinBudget(root, options_.memory_budget, short_of_memory_);
+    RequireNoWholeOfPart(root);
+    return root;
   }
 
   // A source of a whole operation's result.
@@ -282,13 +287,17 @@ void RenderInto(const Node& node, const ImageView& out, const RenderOptions& opt
 }
 
 struct PreparedGraph::Kept {
-  Kept(const Node& node, const RenderOptions& given, RunStats* stats)
-      : options(given),
+  Kept(const Node& node, const RenderOptions& wanted, RunStats* stats)
+      : given(node),
+        options(wanted),
         rules(options.rules_off),
         progress(options.progress),
         evaluation(options, stats, progress) {
     static_cast<void>(node.spec());  // throws for an empty node
     progress.Expect(graph::CountPasses(node));
+    for (const Node& n : graph::TopologicalOrder(node)) {
+      if (n.data()->op->Kind() == graph::OpKind::kSource) sources.insert(n.data()->op.get());
+    }
     plan = evaluation.Prepare(node);
     progress.Finish();
     progress.Check();
@@ -305,11 +314,13 @@ struct PreparedGraph::Kept {
     return *programs.back().second;
   }
 
+  Node given;  // the graph
   RenderOptions options;
   const graph::RuleSet rules;
   sched::Progress progress;      // of the preparation
   graph::Evaluation evaluation;  // has the whole images
   graph::Plan plan;
+  std::set<const graph::Op*> sources;  // of that graph, those that the plan has no use for, too
   std::mutex mutex;
   std::vector<std::pair<graph::Layout, std::unique_ptr<const graph::Program>>> programs;
 };
@@ -319,6 +330,23 @@ PreparedGraph::PreparedGraph(const Node& node, const RenderOptions& options, Run
 PreparedGraph::~PreparedGraph() = default;
 
 const ImageSpec& PreparedGraph::spec() const { return kept_->plan.spec; }
+
+Roi PreparedGraph::RequiredRegion(const Node& source, const Roi& out) const {
+  if (!spec().data_window.Contains(out))
+    throw Error("region", "reaches outside the image's data window, expected a part of it");
+  const graph::Plan& plan = kept_->plan;
+  const std::vector<Roi> regions = graph::RequiredRegions(plan, out);
+  // Names that were given to a source make other nodes of the same operation.
+  const graph::Op* const op = source ? source.data()->op.get() : nullptr;
+  if (kept_->sources.count(op) == 0)
+    throw Error("source", "is none of the graph's, expected one that it reads");
+  Roi region;
+  for (size_t k = 0; k < plan.sources.size(); ++k) {
+    if (plan.sources[k].node.data()->op.get() != op) continue;
+    region = Union(region, regions[k]);
+  }
+  return region;
+}
 
 void PreparedGraph::RenderInto(const ImageView& out, const std::function<bool(double)>& callback) const {
   graph::RequireFit(spec(), out);

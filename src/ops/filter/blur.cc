@@ -226,6 +226,7 @@ class GaussianOp final : public graph::OpWith<GaussianParams>, public graph::Lit
     p.method = FilterMethod::kSeparable;
     return std::make_shared<const GaussianOp>(p, codes_);
   }
+  std::string InParts() const override { return "method=direct"; }
 
  private:
   const PixelType codes_;
@@ -269,6 +270,7 @@ class BoxOp final : public graph::OpWith<BoxParams>, public graph::LittleMemory 
     p.method = FilterMethod::kSeparable;
     return std::make_shared<const BoxOp>(p, codes_);
   }
+  std::string InParts() const override { return "method=direct"; }
 
  private:
   std::shared_ptr<const Window> window_;
