@@ -6,6 +6,7 @@
 #include <pybind11/pybind11.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +37,14 @@ struct Samples {
 };
 ImageView ViewOf(const Samples& samples, int x0, int y0);
 
+py::tuple TupleOf(const Roi& r);
+
+// Throws Error for another number of names than channels.
+void NameChannels(const std::vector<std::string>& channels, ImageSpec& spec);
+
+// Keeps a Python object; whoever lets go last may be any thread.
+std::shared_ptr<const void> Kept(py::object object);
+
 // Runs `work` without the interpreter's lock. Python's signals and its progress function are looked after all
 // the while, by whoever called: an exception of theirs cancels the work and is thrown. `options` holds
 // members of RenderOptions by name.
@@ -44,6 +53,8 @@ void Evaluate(const py::dict& options, const std::function<void(const RenderOpti
 void AddErrors(py::module_& core);
 void AddRows(py::module_& core);
 void AddImages(py::module_& core);
+void AddParts(py::module_& core);
+void AddRowSources(py::module_& core);
 void AddEvaluation(py::module_& core);
 
 }  // namespace tessera::python

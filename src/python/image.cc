@@ -23,26 +23,10 @@ namespace {
 
 constexpr int64_t kFarthest = 1 << 30;
 
-py::tuple TupleOf(const Roi& r) { return py::make_tuple(r.x0, r.y0, r.x1, r.y1); }
-
-// Keeps a Python object; whoever lets go last may be any thread.
-std::shared_ptr<const void> Kept(py::object object) {
-  return {object.release().ptr(), [](const void* kept) {
-            if (Py_IsInitialized() == 0) return;
-            const py::gil_scoped_acquire lock;
-            Py_DECREF(static_cast<PyObject*>(const_cast<void*>(kept)));
-          }};
-}
-
 ImageSpec SpecOf(const ConstImageView& view, const std::vector<std::string>& channels) {
   ImageSpec spec(view.roi.width(), view.roi.height(), view.channels, view.type);
   spec.data_window = spec.display_window = view.roi;
-  if (channels.empty()) return spec;
-  if (channels.size() != spec.channels.size()) {
-    throw Error("channels", "found " + std::to_string(channels.size()) + " names, expected " +
-                                std::to_string(spec.channels.size()));
-  }
-  spec.channels = channels, spec.alpha = spec.ChannelIndex("A");
+  if (!channels.empty()) NameChannels(channels, spec);
   return spec;
 }
 
@@ -158,6 +142,24 @@ PixelType TypeNamed(const std::string& name) {
     if (name == PixelTypeName(type)) return type;
   }
   throw Error("type", "found \"" + name + "\", expected uint8, uint16, half or float");
+}
+
+py::tuple TupleOf(const Roi& r) { return py::make_tuple(r.x0, r.y0, r.x1, r.y1); }
+
+std::shared_ptr<const void> Kept(py::object object) {
+  return {object.release().ptr(), [](const void* kept) {
+            if (Py_IsInitialized() == 0) return;
+            const py::gil_scoped_acquire lock;
+            Py_DECREF(static_cast<PyObject*>(const_cast<void*>(kept)));
+          }};
+}
+
+void NameChannels(const std::vector<std::string>& channels, ImageSpec& spec) {
+  if (channels.size() != spec.channels.size()) {
+    throw Error("channels", "found " + std::to_string(channels.size()) + " names, expected " +
+                                std::to_string(spec.channels.size()));
+  }
+  spec.channels = channels, spec.alpha = spec.ChannelIndex("A");
 }
 
 ImageView ViewOf(const Samples& samples, int x0, int y0) {

@@ -49,5 +49,7 @@ PYBIND11_MODULE(_core, core) {
   AddErrors(core);
   AddRows(core);
   AddImages(core);
+  AddParts(core);
+  AddRowSources(core);
   AddEvaluation(core);
 }

@@ -25,6 +25,15 @@ array = np.asarray(over[10:20, 5:]["R,G"])
 with ts.options(threads=2, memory="1G", progress=lambda share: share < 1):
     over.write("b.exr", dtype="half", attributes={"Artist": "nobody"})
 look: ts.Graph = ts.graph(lambda plate: plate.blur(sigma=2))
+found: ts.Comparison = ts.compare(image, array, split=0.3)
+psnr: float = found.psnr
+rows: ts.Image = ts.from_rows(lambda y0, y1: array[y0:y1], array.shape, array.dtype)
+table: ts.Image = ts.table_of(lambda s, t: s * t, (9, 9)).lookup(ts.volume_of(array), dims=3, slices=10)
+chunks = ts.dask.apply(look, array, chunks=(64, 64), dtype="half", threads=2)
+whole: ts.Image = ts.dask.image(chunks)
+texture = ts.fields.lic_of(array[..., 0], array[..., 1], length=12)
+with ts.options(progress=True):
+    ts.lic_plot(array[..., 0], array[..., 1], geographic=False, label="m/s", length=20)
 try:
     look(array).verify()
 except ts.Error as error:

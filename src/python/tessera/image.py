@@ -56,6 +56,7 @@ def _array_of(data):
 
 
 _SHOWN = 1024
+_NAMES_SHOWN = {1: "Y", 2: "Y,A", 3: "R,G,B", 4: "R,G,B,A"}
 _LINEAR = ("scene_linear", "linear", "lin_rec709", "lin_srgb", "Linear")
 
 
@@ -343,9 +344,9 @@ class Image(Operations, _core.Image):
         stored = "" if dtype is None else _TYPE_OF[_dtype_of(dtype)]
         self.stats = _core.write(self, os.fspath(path), stored, texts, current())
 
-    def _repr_png_(self):
-        """A PNG for notebooks, of at most 1024 pixels along a side. Linear colours are shown through sRGB's
-        transfer function, as `color_space` says; others as they are."""
+    def _screen_pixels(self, like=None):
+        """At most 1024 x 1024 pixels as a screen shows them: one to four channels; linear colours through sRGB's
+        transfer function, as `color_space` says (that of `like`, where it is another image's picture)."""
         image = self
         if max(image.width, image.height) > _SHOWN:
             image = image.resize(_shown_size(image.width, image.height))
@@ -354,13 +355,19 @@ class Image(Operations, _core.Image):
         elif len(image.channels) > 3:
             image = image[..., [0, 1, 2, image.alpha] if image.alpha > 2 else [0, 1, 2]]
         pixels = image.render()
-        if self.color_space in _LINEAR:
+        if (like or self).color_space in _LINEAR:
             colors = pixels[..., :3] if pixels.shape[2] > 2 else pixels[..., :1]
             low = np.clip(colors, 0, 1)
             colors[...] = np.where(low <= 0.0031308, low * 12.92, 1.055 * low ** (1 / 2.4) - 0.055)
+        return pixels
+
+    def _repr_png_(self):
+        """A PNG for notebooks, of at most 1024 pixels along a side. Linear colours are shown through sRGB's
+        transfer function, as `color_space` says; others as they are."""
+        pixels = self._screen_pixels()
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "shown.png")
-            from_array(pixels, channels=image.channels).write(path, dtype=np.uint8)
+            from_array(pixels, channels=_NAMES_SHOWN[pixels.shape[2]]).write(path, dtype=np.uint8)
             with open(path, "rb") as file:
                 return file.read()
 
@@ -425,6 +432,37 @@ def from_array(array, channels=None, origin=(0, 0), display_window=None):
     names = channels.split(",") if isinstance(channels, str) else list(channels or [])
     return Image(_core.from_array(samples, names, int(origin[0]), int(origin[1]),
                                   None if display_window is None else tuple(map(int, display_window)), whole))
+
+
+def from_rows(function, shape, dtype=np.float32, channels=None):
+    """A lazy image of shape (height, width, channels) whose rows a function gives when they are needed: of a file of
+    another library, of a mapped array, of whatever makes them.
+
+    function: `function(y0, y1)` returns an array of y1 - y0 x width x channels of that dtype (or y1 - y0 x width).
+        It is asked for rows downwards, by one thread at a time, not the caller's; an exception of its ends the
+        evaluation and is raised there.
+    channels: names, as in `from_array`.
+
+    >>> big = numpy.load("big.npy", mmap_mode="r")
+    >>> ts.from_rows(lambda y0, y1: big[y0:y1], big.shape, big.dtype).blur(sigma=3).write("soft.tif")
+    """
+    if not callable(function):
+        raise UsageError("rows", "found no function, expected one of the first row and the one behind the last")
+    sizes = [int(v) for v in shape]
+    sizes = [*sizes, 1] if len(sizes) == 2 else sizes
+    if len(sizes) != 3:
+        raise UsageError("shape", f"found {tuple(shape)}, expected (height, width, channels)")
+    wanted = _dtype_of(dtype)
+
+    def rows(y0, y1):
+        found = _array_of(function(y0, y1))
+        if found.dtype != wanted:
+            raise UsageError("rows", f"found {found.dtype}, expected {wanted}")
+        whole, samples = _samples_of(found, "rows")
+        return samples, whole
+
+    names = channels.split(",") if isinstance(channels, str) else list(channels or [])
+    return Image(_core.from_rows(rows, sizes, _TYPE_OF[wanted], names))
 
 
 def _generated(name, window, channels, values, texts):

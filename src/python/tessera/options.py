@@ -27,6 +27,41 @@ def _bytes_of(memory):
     return int(memory)
 
 
+class _Bar:
+    """A progress function that moves a bar of tqdm's; one bar for all evaluations, from the start each."""
+
+    def __init__(self, bar=None):
+        self.bar, self.own = bar, bar is None
+
+    def __call__(self, share):
+        if self.bar is None:
+            from tqdm.auto import tqdm
+            self.bar = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}")
+        at = share * (self.bar.total or 1)
+        if at < self.bar.n:
+            self.bar.reset()
+        self.bar.update(at - self.bar.n)
+
+    def close(self):
+        """A bar that somebody gave stays theirs."""
+        if self.own and self.bar is not None:
+            self.bar.close()
+
+
+def _progress_of(progress):
+    if progress is True:
+        try:
+            import tqdm.auto  # noqa: what there is no bar without
+        except ImportError:
+            raise UsageError("progress", "found True without the package tqdm, expected a function") from None
+        return _Bar()
+    if hasattr(progress, "update") and hasattr(progress, "total") and hasattr(progress, "n"):
+        return _Bar(progress)
+    if not callable(progress):
+        raise UsageError("progress", f"found {progress!r}, expected a function of the share done, a tqdm bar or True")
+    return progress
+
+
 @contextlib.contextmanager
 def options(*, threads=None, memory=None, target=None, progress=None, optimize=None, rules_off=None, tile=None):
     """Options of all that is computed inside the block, by this thread or task. Results do not depend on them.
@@ -36,7 +71,8 @@ def options(*, threads=None, memory=None, target=None, progress=None, optimize=N
     target: a compiled instruction set of `tessera.targets()`. It holds for the whole process until the block
         ends, so nothing else should compute meanwhile.
     progress: called in the calling thread with the share done, 0 to 1, some fifty times a second; False
-        cancels, an exception cancels and is raised.
+        cancels, an exception cancels and is raised. Or a bar of tqdm's, or True for one of its own, in a terminal
+        as in a notebook.
     optimize: False computes operation by operation, for comparison.
     rules_off: names of rewrite rules that are not applied, or ["all"].
     tile: (width, height) of tiles; the planner's choice.
@@ -49,9 +85,7 @@ def options(*, threads=None, memory=None, target=None, progress=None, optimize=N
     if memory is not None:
         mine["memory"] = _bytes_of(memory)
     if progress is not None:
-        if not callable(progress):
-            raise UsageError("progress", "found no function, expected one of the share done")
-        mine["progress"] = progress
+        mine["progress"] = _progress_of(progress)
     if optimize is not None:
         mine["optimize"] = bool(optimize)
     if rules_off is not None:
@@ -66,6 +100,8 @@ def options(*, threads=None, memory=None, target=None, progress=None, optimize=N
         yield
     finally:
         _current.reset(token)
+        if progress is not None and isinstance(mine["progress"], _Bar):
+            mine["progress"].close()
         if before is not None:
             _core.set_target(before)
 
