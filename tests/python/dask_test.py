@@ -106,6 +106,23 @@ class Chunks(unittest.TestCase):
             thin = min(slices[0].stop - slices[0].start, slices[1].stop - slices[1].start)
             self.assertLess(thin, 9)
 
+    def test_are_not_copied_but_for_a_frame(self):
+        """The middle of a chunk is computed from the chunk where it lies."""
+        values, chunked = arrays(0, chunks=(40, 40, 4))
+        graph = ts.graph(lambda image: image.median("3x3"))
+        found = ts.dask.apply(graph, chunked)
+        tasks = {key: task for key, task in found.__dask_graph__().items() if isinstance(key, tuple) and key[0] == found.name}
+        parts = tasks[(found.name, 0, 1, 0)][-1]
+        self.assertEqual(len(parts), 5)
+        self.assertEqual(parts[0][0], (41, 1, 79, 39))
+        self.assertEqual(sum((x1 - x0) * (y1 - y0) for (x0, y0, x1, y1), _ in parts), 1600)
+        self.assertEqual(len(tasks[(found.name, 1, 2, 0)][-1]), 1)  # too small for it
+        self.assertTrue(bits(found.compute(), graph(values)))
+        two = ts.graph(lambda a, b: a.median("3x3") - b)
+        other, others = arrays(1, chunks=(40, 40, 4))
+        self.assertTrue(bits(ts.dask.apply(two, chunked, others).compute(), two(values, other)))
+        self.assertTrue(bits(ts.dask.apply(two, chunked, others.rechunk((17, 30, 4))).compute(), two(values, other)))
+
     def test_are_of_every_type(self):
         for dtype in (np.uint8, np.uint16, np.float16, np.float32):
             with self.subTest(dtype=dtype):

@@ -8,6 +8,7 @@ which the engine's own planner tells, on whatever machine Dask chooses. Bits are
 >>> soft.to_zarr("soft.zarr")
 """
 import pickle
+import threading
 
 import dask.array as da
 import numpy as np
@@ -39,28 +40,33 @@ class _Input:
         height, width, count = self.shape
         return Image(_core.from_part(samples, x, y, (0, 0, width, height), count, self.channels, self.type, pixels))
 
+    def holds(self, region):
+        """Whether one chunk has all pixels of a region."""
+        return sum(1 for _ in self.pieces(region)) <= 1 if region[2] > region[0] else True
+
     def pieces(self, region):
-        """(chunk, slices of it, where they begin in the region) of all chunks that have some of it."""
+        """(chunk, slices of it, or None for all; where they begin, as (x, y, channel)) of all that have some of it."""
         x0, y0, x1, y1 = region
         axes = []
         for bounds, first, last in zip(self.bounds, (y0, x0, 0), (y1, x1, self.shape[2])):
             low = int(np.searchsorted(bounds, first, "right")) - 1
             axes.append([(k, slice(max(first - int(bounds[k]), 0), min(last, int(bounds[k + 1])) - int(bounds[k])),
-                          max(int(bounds[k]) - first, 0))
+                          max(int(bounds[k]), first))
                          for k in range(low, int(np.searchsorted(bounds, last, "left")))])
         for i, rows, y in axes[0]:
             for j, columns, x in axes[1]:
                 for k, samples, c in axes[2]:
                     whole = all(s == slice(0, int(b[n + 1] - b[n])) for s, b, n in zip(
                         (rows, columns, samples), self.bounds, (i, j, k)))
-                    yield (i, j, k), None if whole else (rows, columns, samples), (y, x, c)
+                    yield (i, j, k), None if whole else (rows, columns, samples), (x, y, c)
 
 
 class _Job:
     """What all tasks of an array share: the graph, its inputs and how it is evaluated."""
 
-    def __init__(self, look, inputs, dtype, options):
-        self.look, self.inputs, self.dtype, self.options = look, inputs, dtype, options
+    def __init__(self, look, inputs, channels, dtype, options):
+        self.look, self.inputs, self.options = look, inputs, options
+        self.channels, self.dtype = channels, dtype
 
 
 def _cut(chunk, slices):
@@ -68,31 +74,80 @@ def _cut(chunk, slices):
     return np.ascontiguousarray(chunk[slices])
 
 
-def _assembled(region, pieces, count):
-    """The pixels of a region from those of chunks."""
+class _Scratch(threading.local):
+    """A thread's memory for halos, which the next chunk needs again."""
+
+    memory = np.empty(0, np.uint8)
+
+    def array(self, shape, dtype):
+        """Pixels of any values, until the next call."""
+        wanted = int(np.prod(shape)) * dtype.itemsize
+        if self.memory.nbytes < wanted:
+            self.memory = np.empty(wanted, np.uint8)
+        return self.memory[:wanted].view(dtype).reshape(shape)
+
+
+_SCRATCH = _Scratch()
+
+
+def _assembled(region, pieces, count, fresh):
+    """The pixels of a region from those of chunks: where one has all of them, as they lie there."""
     x0, y0, x1, y1 = region
-    shape = (y1 - y0, x1 - x0, count)
-    if len(pieces) == 1 and pieces[0][1].shape == shape:
-        return pieces[0][1]
-    pixels = np.empty(shape, pieces[0][1].dtype)
-    for (y, x, c), piece in pieces:
+    pixels = None
+    for (x, y, c), piece in pieces:
         h, w, n = piece.shape
-        pixels[y:y + h, x:x + w, c:c + n] = piece
+        if x <= x0 and y <= y0 and x + w >= x1 and y + h >= y1 and n == count:
+            return piece[y0 - y:y1 - y, x0 - x:x1 - x]
+    for (x, y, c), piece in pieces:
+        h, w, n = piece.shape
+        left, top, right, bottom = max(x, x0), max(y, y0), min(x + w, x1), min(y + h, y1)
+        if left >= right or top >= bottom:
+            continue
+        if pixels is None:
+            shape = (y1 - y0, x1 - x0, count)
+            pixels = np.empty(shape, piece.dtype) if fresh else _SCRATCH.array(shape, piece.dtype)
+        pixels[top - y0:bottom - y0, left - x0:right - x0, c:c + n] = piece[top - y:bottom - y, left - x:right - x]
     return pixels
 
 
-def _computed(job, region, parts):
-    """A chunk of the result. `parts`: of each input, by its name, the region and the pieces that cover it."""
-    images = {}
-    for name, needed, pieces in parts:
-        given = job.inputs[name]
-        if pieces:
-            pixels = _assembled(needed, pieces, given.shape[2])
-            images[name] = given.part(pixels, needed[0], needed[1])
-        else:
-            images[name] = given.part()
+def _computed(job, region, pieces, parts):
+    """A chunk of the result: its parts, each with the regions that it needs of the inputs."""
+    left, top, right, bottom = region
+    out = np.empty((bottom - top, right - left, job.channels), _dtype_of(job.dtype))
     with evaluated(**job.options):
-        return job.look(**images).render(region=region, dtype=job.dtype)
+        for (x0, y0, x1, y1), needs in parts:
+            images = {}
+            for name, needed, given in zip(job.inputs, needs, pieces):
+                description = job.inputs[name]
+                pixels = None
+                if needed[2] > needed[0]:
+                    pixels = _assembled(needed, given, description.shape[2], len(job.inputs) > 1)
+                images[name] = description.part(pixels, needed[0], needed[1])
+            job.look(**images).render(out=out[y0 - top:y1 - top, x0 - left:x1 - left], region=(x0, y0, x1, y1))
+    return out
+
+
+def _parts(region, required, inputs):
+    """The chunk as it is, or, where most of it needs one chunk of every input, that and a frame around it: what lies
+    in one chunk is not copied. `required(region)`: the regions that one needs of the inputs."""
+    needs = required(region)
+    x0, y0, x1, y1 = region
+    whole = [(region, needs)]
+    if all(description.holds(needed) for description, needed in zip(inputs, needs)):
+        return whole
+    halo = [max((sign * (needed[k] - region[k]) for needed in needs if needed[2] > needed[0]), default=0)
+            for k, sign in enumerate((-1, -1, 1, 1))]
+    # Borders have no halo there, and the chunk's own may be wider than the other side's.
+    wide, high = max(halo[0], halo[2], 0), max(halo[1], halo[3], 0)
+    inner = (x0 + wide, y0 + high, x1 - wide, y1 - high)
+    if 2 * wide * 8 > x1 - x0 or 2 * high * 8 > y1 - y0:
+        return whole
+    inner_needs = required(inner)
+    if not all(description.holds(needed) for description, needed in zip(inputs, inner_needs)):
+        return whole
+    frame = [(x0, y0, x1, inner[1]), (x0, inner[3], x1, y1), (x0, inner[1], inner[0], inner[3]),
+             (inner[2], inner[1], x1, inner[3])]
+    return [(inner, inner_needs), *((r, required(r)) for r in frame if r[2] > r[0] and r[3] > r[1])]
 
 
 def _array_of(array, subject):
@@ -186,29 +241,31 @@ def apply(graph, *arrays, chunks=None, dtype=None, channels=None, threads=1, **n
                                                           "rows") from None
     dtype = np.dtype(np.float32) if dtype is None else _dtype_of(dtype)
     sizes = _chunks_of(chunks, result.shape, open_arrays, dtype)
-    job = _Job(look, inputs, _TYPE_OF[dtype], given)
+    job = _Job(look, inputs, result.shape[2], _TYPE_OF[dtype], given)
     token = tokenize(pickle.dumps(job), *(array.name for array in open_arrays.values()), sizes)
     name, job_name, part_name = f"tessera-{token}", f"tessera-graph-{token}", f"tessera-part-{token}"
     tasks = {job_name: job}
+    def required(region):
+        return [prepared.required(source, region) for source in empty.values()]
+
     left, top, _, _ = result.data_window
     y0 = top
     for i, rows in enumerate(sizes[0]):
         x0 = left
         for j, columns in enumerate(sizes[1]):
             region = (x0, y0, x0 + columns, y0 + rows)
-            parts = []
-            for number, (key, description) in enumerate(inputs.items()):
-                needed = prepared.required(empty[key], region)
-                pieces = []
+            pieces = []
+            for number, (description, needed) in enumerate(zip(inputs.values(), required(region))):
+                pieces.append([])
                 for chunk, slices, corner in description.pieces(needed) if needed[2] > needed[0] else ():
                     source = (description.key, *chunk)
                     if slices is not None:
                         cut = (part_name, number, i, j, *chunk)
                         tasks[cut] = (_cut, source, slices)
                         source = cut
-                    pieces.append([corner, source])
-                parts.append([key, needed, pieces])
-            tasks[(name, i, j, 0)] = (_computed, job_name, region, parts)
+                    pieces[-1].append([corner, source])
+            parts = _parts(region, required, inputs.values())
+            tasks[(name, i, j, 0)] = (_computed, job_name, region, pieces, parts)
             x0 += columns
         y0 += rows
     layers = HighLevelGraph.from_collections(name, tasks, dependencies=list(open_arrays.values()))
