@@ -162,7 +162,11 @@ class Chunks(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "a.exr")
             image.write(path)
-            self.assertTrue(bits(ts.dask.apply(ts.read(path).mulc(2), chunks=64).compute(), ts.read(path).mulc(2)))
+            found = ts.dask.apply(ts.read(path).mulc(2), chunks=64)
+            self.assertTrue(bits(found.compute(), ts.read(path).mulc(2)))
+            self.assertEqual(ts.dask.apply(ts.read(path).mulc(2), chunks=64).name, found.name)
+            image.mulc(3).write(path)
+            self.assertNotEqual(ts.dask.apply(ts.read(path).mulc(2), chunks=64).name, found.name)
 
     def test_are_refused_where_all_is_needed(self):
         _, chunked = arrays(0)
@@ -275,6 +279,12 @@ class Cluster(unittest.TestCase):
         self.assertNotIn(os.getpid(), self.pids().values())
         found = self.client.compute(ts.dask.apply(graph, chunked, chunks=(20, 20))).result(timeout=300)
         self.assertTrue(bits(found, graph(values)))
+
+    def test_gives_rows_to_this_process(self):
+        values, chunked = arrays(2, chunks=(13, 17, 4))
+        with dask.config.set(scheduler=self.client):
+            image = ts.dask.image(ts.dask.apply(lambda image: image.blur(sigma=2), chunked))
+            self.assertTrue(bits(image.mean(), ts.from_array(values).blur(sigma=2).mean()))
 
     def test_goes_on_without_a_worker(self):
         """One is killed while it computes; what it held and did is done again, with the same bits."""

@@ -7,6 +7,8 @@ which the engine's own planner tells, on whatever machine Dask chooses. Bits are
 >>> soft = ts.dask.apply(look, da.from_zarr("plate.zarr"))
 >>> soft.to_zarr("soft.zarr")
 """
+import json
+import os
 import pickle
 import threading
 
@@ -242,7 +244,7 @@ def apply(graph, *arrays, chunks=None, dtype=None, channels=None, threads=1, **n
     dtype = np.dtype(np.float32) if dtype is None else _dtype_of(dtype)
     sizes = _chunks_of(chunks, result.shape, open_arrays, dtype)
     job = _Job(look, inputs, result.shape[2], _TYPE_OF[dtype], given)
-    token = tokenize(pickle.dumps(job), *(array.name for array in open_arrays.values()), sizes)
+    token = tokenize(pickle.dumps(job), _files_of(look), *(array.name for array in open_arrays.values()), sizes)
     name, job_name, part_name = f"tessera-{token}", f"tessera-graph-{token}", f"tessera-part-{token}"
     tasks = {job_name: job}
     def required(region):
@@ -270,6 +272,16 @@ def apply(graph, *arrays, chunks=None, dtype=None, channels=None, threads=1, **n
         y0 += rows
     layers = HighLevelGraph.from_collections(name, tasks, dependencies=list(open_arrays.values()))
     return da.Array(layers, name, chunks=sizes, dtype=dtype, shape=result.shape)
+
+
+def _files_of(look):
+    """The files of a graph as they are now: another state of one is another result."""
+    states = []
+    for node in json.loads(look.text)["nodes"]:
+        if "file" in node and os.path.exists(node["file"]):
+            found = os.stat(node["file"])
+            states.append((node["file"], found.st_mtime_ns, found.st_size))
+    return states
 
 
 def _chunks_of(chunks, shape, arrays, dtype):
