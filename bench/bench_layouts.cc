@@ -226,7 +226,7 @@ Contest Conversion(int width, int height, PixelType from, PixelType to, [[maybe_
   const double white_from = WhiteOf(from), white_to = WhiteOf(to);
   const OpenCvRows rows(threads, [=](const auto& in, Mat& out) {
     if (from == PixelType::kHalf || to == PixelType::kHalf) return cv::convertFp16(in[0], out);
-    in[0].convertTo(out, -1, white_to / white_from);
+    in[0].convertTo(out, out.depth(), white_to / white_from);
   });
   c.peers = {{"OpenCV", [=, d = Wrap(c.output)]() mutable {
                 cv::setNumThreads(1);

@@ -101,7 +101,7 @@ std::unique_ptr<Contestant> MakeOpenCvFilter([[maybe_unused]] const Setting& set
   const auto make = [&](const char* name, std::function<void(const cv::Mat&, cv::Mat&)> call) {
     const OpenCvRows rows(setting.threads, [call](const auto& bands, cv::Mat& to) { call(bands[0], to); });
     return std::make_unique<Filter>(
-        name, [] { cv::setNumThreads(1); }, [rows, in, out]() mutable { rows({in}, out); });
+        name, [] { cv::setNumThreads(1); }, [rows, in, out] { rows({in}, out); });
   };
   constexpr int kBorder = cv::BORDER_REPLICATE;
   if (m->sigma > 0) {

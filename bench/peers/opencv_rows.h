@@ -22,7 +22,7 @@ class OpenCvRows {
   OpenCvRows(int threads, Call call, int margin = 0)
       : call_(std::move(call)), margin_(margin), workers_(std::make_shared<Workers>(threads)) {}
 
-  void operator()(const std::vector<cv::Mat>& in, cv::Mat& out) const {
+  void operator()(const std::vector<cv::Mat>& in, cv::Mat out) const {
     workers_->Run([&](int thread) {
       const int count = workers_->count();
       const cv::Range rows(out.rows * thread / count, out.rows * (thread + 1) / count);

@@ -82,7 +82,7 @@ std::unique_ptr<Contestant> MakeOpenCvResample(const Setting& setting) {
       from[0].convertTo(to, -1, weights[0]);
       for (size_t k = 1; k < from.size(); ++k) cv::scaleAdd(from[k], weights[k], to, to);
     });
-    return make("OpenCV scaleAdd", [rows, in, out]() mutable { rows(in, out); });
+    return make("OpenCV scaleAdd", [rows, in, out] { rows(in, out); });
   }
   if (step.op() == "resize" && step.arguments.Text("filter") == "box") {
     return make("OpenCV INTER_AREA",
