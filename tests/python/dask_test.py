@@ -123,6 +123,21 @@ class Chunks(unittest.TestCase):
         self.assertTrue(bits(ts.dask.apply(two, chunked, others).compute(), two(values, other)))
         self.assertTrue(bits(ts.dask.apply(two, chunked, others.rechunk((17, 30, 4))).compute(), two(values, other)))
 
+    def test_may_begin_at_any_byte(self):
+        """As those that another process sent."""
+        values, chunked = arrays(0, chunks=(40, 40, 4))
+
+        def moved(block):
+            raw = np.empty(block.nbytes + 1, np.uint8)
+            block = np.frombuffer(block.tobytes(), np.uint8)
+            raw[1:] = block
+            return raw[1:]
+        odd = chunked.map_blocks(lambda block: moved(block).view(np.float32).reshape(block.shape), dtype=np.float32,
+                                 meta=np.empty((0, 0, 0), np.float32))
+        self.assertFalse(odd.blocks[0, 0].compute().flags.aligned)
+        for look in (lambda image: image.mulc(2), lambda image: image.median("3x3")):
+            self.assertTrue(bits(ts.dask.apply(look, odd).compute(), look(ts.from_array(values))))
+
     def test_are_of_every_type(self):
         for dtype in (np.uint8, np.uint16, np.float16, np.float32):
             with self.subTest(dtype=dtype):

@@ -128,6 +128,10 @@ class Rows(unittest.TestCase):
     def test_of_strides_and_flat_ones(self):
         values = picture(0, 90, 70, 3)[::-1, ::2, ::-1]
         self.assertTrue(bits(ts.from_rows(lambda y0, y1: values[y0:y1], values.shape), values))
+        raw = np.zeros(values.size * 4 + 1, np.uint8)
+        odd = raw[1:].view(np.float32).reshape(values.shape)
+        odd[...] = values
+        self.assertTrue(bits(ts.from_rows(lambda y0, y1: odd[y0:y1], odd.shape), values))
         flat = values[..., 0]
         self.assertTrue(bits(ts.from_rows(lambda y0, y1: flat[y0:y1], flat.shape), flat[..., None]))
 

@@ -99,7 +99,8 @@ def _assembled(region, pieces, count, fresh):
     for (x, y, c), piece in pieces:
         h, w, n = piece.shape
         if x <= x0 and y <= y0 and x + w >= x1 and y + h >= y1 and n == count:
-            return piece[y0 - y:y1 - y, x0 - x:x1 - x]
+            part = piece[y0 - y:y1 - y, x0 - x:x1 - x]
+            return part if part.flags.aligned else part.copy()  # what came over a network may begin at any byte
     for (x, y, c), piece in pieces:
         h, w, n = piece.shape
         left, top, right, bottom = max(x, x0), max(y, y0), min(x + w, x1), min(y + h, y1)

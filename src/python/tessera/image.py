@@ -458,7 +458,8 @@ def from_rows(function, shape, dtype=np.float32, channels=None):
         found = _array_of(function(y0, y1))
         if found.dtype != wanted:
             raise UsageError("rows", f"found {found.dtype}, expected {wanted}")
-        whole, samples = _samples_of(found, "rows")
+        # They are copied, so that they may begin at any byte.
+        whole, samples = _samples_of(found if found.flags.aligned else found.copy(), "rows")
         return samples, whole
 
     names = channels.split(",") if isinstance(channels, str) else list(channels or [])
