@@ -113,6 +113,8 @@ const std::vector<std::pair<std::string, std::string>>& Synonyms() {
       {"relight lighting light lambert", "diffuselight spotlight phong"},
       {"shadowmap penumbra soft", "shadow softshadow"},
       {"ibl reflection hdri panorama equirectangular latlong skybox spherical", "envmap envconvert"},
+      {"fisheye projection lightprobe dome octahedral cylindrical stereographic littleplanet nona v360",
+       "envconvert"},
       {"heightmap height normal", "normalmap bump"},
       {"raymarch volumetric voxel vdb ct mri sdf isosurface mesh hypertexture", "volume"},
       {"layers passes cryptomatte renderpass beauty", "aov"},

@@ -134,16 +134,30 @@ ImageD Doubles(const Image& image) {
 }
 bool Usable(double square) { return square > 0 && square < std::numeric_limits<double>::infinity(); }
 
+// As many as the whole sphere would have; of a lens, of the size of the one in its middle.
+double TexelsOf(const Map& map) {
+  const double face = double{1} * map.w() * map.h();
+  switch (map.kind()) {
+    case EnvironmentMap::kCube:
+      return 6 * face;
+    case EnvironmentMap::kSphere:
+      return kPi / 4 * face;
+    case EnvironmentMap::kParabolic:
+    case EnvironmentMap::kDualParabolic:
+      return kPi / 2 * face;
+    case EnvironmentMap::kLatLong:
+    case EnvironmentMap::kOctahedral:
+      return face;
+    default:
+      return 4 * kPi * map.focal() * map.focal();
+  }
+}
+
 // Coarser and coarser cubes of a map, and the lookup between two of them by an angle.
 class Mips {
  public:
   explicit Mips(const Map& map) : map_(map) {
-    double texels = double{1} * map.w() * map.h();
-    if (map.kind() == EnvironmentMap::kCube) {
-      texels *= 6;
-    } else if (map.kind() != EnvironmentMap::kLatLong) {
-      texels *= kPi / 4 * (map.kind() == EnvironmentMap::kSphere ? 1 : 2);
-    }
+    const double texels = TexelsOf(map);
     angle_ = std::sqrt(4 * kPi / texels);
     int n = 1;
     while (2 * n * std::sqrt(2.0) <= std::sqrt(texels / 6)) n *= 2;
@@ -311,7 +325,7 @@ void EvaluateEnvironment(const Call& call) {
   const bool positions = call.in.size() == (settings.FromInput() ? 3 : 2);
   const ImageD kept = settings.FromInput() ? ImageD() : Doubles(settings.picture);
   const ImageD& picture = settings.FromInput() ? call.in.back() : kept;
-  const Map map(picture, p.map);
+  const Map map(picture, p.map, p.field_of_view);
   std::optional<Mips> mips;
   if (p.filter == EnvironmentFilter::kMip && !map.empty()) mips.emplace(map);
   std::optional<Lobe> lobe;
@@ -321,7 +335,8 @@ void EvaluateEnvironment(const Call& call) {
   for (int y = r.y0; y < r.y1; ++y) {
     for (int x = r.x0; x < r.x1; ++x) {
       const Mirror::Pixel pixel = mirror.At(x, y);
-      if (mirror.MayBeNothing(x, y)) call.Undecided(x, y);
+      if (mirror.MayBeNothing(x, y) || (pixel.valid && map.MayBeMissed(pixel.direction)))
+        call.Undecided(x, y);
       Sample sample(call.out.channels);
       if (!map.empty() && pixel.valid) {
         if (mips) {
@@ -342,30 +357,58 @@ void EvaluateEnvironment(const Call& call) {
   }
 }
 
-// How many lookups an edge of a pixel takes: texels of `from` along the chord between its ends, by the
-// derivative at the chord's middle.
-int SamplesAlong(const Map& from, const Vec& a, const Vec& b) {
-  Vec low, high;
-  for (size_t k = 0; k < 3; ++k) {
-    const double middle = (a[k] / Norm(a) + b[k] / Norm(b)) / 2, across = b[k] / Norm(b) - a[k] / Norm(a);
-    low[k] = middle - 0.005 * across, high[k] = middle + 0.005 * across;
+// Along an edge of a pixel: the texels of `from` along the chord between its ends, by the mapping's
+// derivative in its middle; where a seam runs through that, on one side of it.
+struct Footprint {
+  double texels = 0;
+  bool edge = false, nowhere = false;  // no derivative; nor any place
+  int Lookups() const { return edge ? 8 : static_cast<int>(std::clamp(std::ceil(texels - 0.01), 1.0, 64.0)); }
+};
+Footprint FootprintAlong(const Map& from, const Vec& a, const Vec& b) {
+  if (Norm(a) == 0 || Norm(b) == 0) return {0, true, false};
+  const auto at = [&](double part) {
+    Vec d;
+    for (size_t k = 0; k < 3; ++k) d[k] = (0.5 - part) * a[k] / Norm(a) + (0.5 + part) * b[k] / Norm(b);
+    return d;
+  };
+  if (Norm(at(0)) == 0) return {64, false, false};
+  double most = -1;
+  for (const auto& [low, high] : {std::pair{-0.005, 0.005}, std::pair{-0.005, 0.0}, std::pair{0.0, 0.005}}) {
+    const double texels = from.TexelsBetween(at(low), at(high));
+    if (texels < 0) continue;
+    most = std::max(most, texels / (high - low));
+    if (low + high == 0) break;
   }
-  if (Norm(low) == 0 || Norm(high) == 0) return 64;
-  int f, g;
-  double s0, t0, s1, t1;
-  if (!from.Project(low, &f, &s0, &t0) || !from.Project(high, &g, &s1, &t1) || f != g) return 1;
-  double u = std::fabs(s1 - s0) / 2 * from.w();
-  const double v = std::fabs(t1 - t0) / 2 * from.h();
-  if (from.kind() == EnvironmentMap::kLatLong) u = std::min(u, from.w() - u);
-  return static_cast<int>(std::clamp(std::ceil(std::max(u, v) * 100 - 1e-6), 1.0, 64.0));
+  if (most >= 0) return {most, false, false};
+  return {0, true, !from.Has(a) && !from.Has(at(0)) && !from.Has(b)};
+}
+
+// The view's axes in the space that it is turned in: right, up and forward of a view along +z with -x to the
+// right, by the three turns' definition.
+Vec InSpace(const YawPitchRoll& degrees, const Vec& d) {
+  const double yaw = degrees[0] * kPi / 180, pitch = degrees[1] * kPi / 180, roll = degrees[2] * kPi / 180;
+  const Vec forward = {-std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch)};
+  const Vec level = {-std::cos(yaw), 0, -std::sin(yaw)};  // to the right before the roll
+  const Vec above = Cross(level, forward);
+  Vec v;
+  for (size_t k = 0; k < 3; ++k) {
+    const double right = std::cos(roll) * level[k] - std::sin(roll) * above[k];
+    const double up = std::sin(roll) * level[k] + std::cos(roll) * above[k];
+    v[k] = -d[0] * right + d[1] * up + d[2] * forward[k];
+  }
+  return v;
+}
+Vec OfView(const YawPitchRoll& degrees, const Vec& v) {
+  return {Dot(v, InSpace(degrees, {1, 0, 0})), Dot(v, InSpace(degrees, {0, 1, 0})),
+          Dot(v, InSpace(degrees, {0, 0, 1}))};
 }
 
 void EvaluateConvert(const Call& call) {
   const auto& p = std::any_cast<const EnvironmentConvertParams&>(call.parameters);
-  const Map from(call.in[0], p.from);
+  const Map from(call.in[0], p.from, p.from_field_of_view);
   const Roi& window = call.out_spec.data_window;
   const ImageD none;
-  const Map to(none, p.to, window.width(), window.height());
+  const Map to(none, p.to, window.width(), window.height(), p.to_field_of_view);
   const Roi& r = call.out.roi;
   for (int y = r.y0; y < r.y1; ++y) {
     for (int x = r.x0; x < r.x1; ++x) {
@@ -375,17 +418,23 @@ void EvaluateConvert(const Call& call) {
         const auto [i, j] = to.TexelAt(face, x - window.x0, y - window.y0);
         if (i < 0 || j < 0 || i >= to.w() || j >= to.h()) continue;
         const auto direction = [&](double du, double dv) {
-          const Vec d = to.Direction(face, 2 * (i + 0.5 + du) / to.w() - 1, 1 - 2 * (j + 0.5 + dv) / to.h());
+          const Vec d = InSpace(p.rotation, to.Direction(face, 2 * (i + 0.5 + du) / to.w() - 1,
+                                                         1 - 2 * (j + 0.5 + dv) / to.h()));
           Vec turned;
           for (size_t k = 0; k < 3; ++k)
             turned[k] = p.matrix[4 * k] * d[0] + p.matrix[4 * k + 1] * d[1] + p.matrix[4 * k + 2] * d[2];
-          return turned;
+          return OfView(p.from_rotation, turned);
         };
-        const int nx = p.samples > 0 ? p.samples : SamplesAlong(from, direction(-0.5, 0), direction(0.5, 0));
-        const int ny = p.samples > 0 ? p.samples : SamplesAlong(from, direction(0, -0.5), direction(0, 0.5));
+        const Footprint across = FootprintAlong(from, direction(-0.5, 0), direction(0.5, 0));
+        const Footprint down = FootprintAlong(from, direction(0, -0.5), direction(0, 0.5));
+        if (p.samples == 0 && across.nowhere && down.nowhere) break;
+        const int nx = p.samples > 0 ? p.samples : across.Lookups();
+        const int ny = p.samples > 0 ? p.samples : down.Lookups();
         for (int b = 0; b < ny; ++b) {
           for (int a = 0; a < nx; ++a) {
-            sum.Add(from.LookUp(direction((a + 0.5) / nx - 0.5, (b + 0.5) / ny - 0.5)), 1.0 / nx / ny);
+            const Vec d = direction((a + 0.5) / nx - 0.5, (b + 0.5) / ny - 0.5);
+            if (Norm(d) > 0) sum.Add(from.LookUp(d), 1.0 / nx / ny);
+            if (from.MayBeMissed(d)) call.Undecided(x, y);
           }
         }
         break;

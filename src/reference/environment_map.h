@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "reference/lens_picture.h"
 #include "reference/reference.h"
 #include "tessera/ops/environment.h"
 
@@ -33,11 +34,12 @@ struct Sample {
 // A map as faces of n x m texels in a picture.
 class Map {
  public:
-  Map(const ImageD& picture, EnvironmentMap kind)
-      : Map(picture, kind, picture.roi.width(), picture.roi.height()) {}
-  Map(const ImageD& picture, EnvironmentMap kind, int width, int height)
+  Map(const ImageD& picture, EnvironmentMap kind, double field_of_view = 0)
+      : Map(picture, kind, picture.roi.width(), picture.roi.height(), field_of_view) {}
+  Map(const ImageD& picture, EnvironmentMap kind, int width, int height, double field_of_view = 0)
       : picture_(picture), kind_(kind), w_(width), h_(height) {
     corners_ = {{0, 0}};
+    if (LensPicture::Is(kind)) lens_ = LensPicture(kind, field_of_view);
     if (kind == EnvironmentMap::kDualParabolic) {
       w_ = std::max(1, width / 2);
       corners_.push_back({width - w_, 0});
@@ -66,6 +68,7 @@ class Map {
   int w() const { return w_; }
   int h() const { return h_; }
   EnvironmentMap kind() const { return kind_; }
+  double focal() const { return w_ / 2.0 / lens_.edge(); }  // of a lens, in texels
 
   // The texel of a face that a pixel of the picture would be; outside of its sides if the pixel is not the
   // face's.
@@ -104,8 +107,21 @@ class Map {
         *face = z < 0 ? 1 : 0;
         *s = x / (1 + std::fabs(z)), *t = y / (1 + std::fabs(z));
         return z >= 0 || kind_ == EnvironmentMap::kDualParabolic;
+      case EnvironmentMap::kOctahedral: {
+        const double sum = std::fabs(x) + std::fabs(y) + std::fabs(z);
+        *s = x / sum, *t = y / sum;
+        if (z < 0)
+          *s = std::copysign(1 - std::fabs(y) / sum, x), *t = std::copysign(1 - std::fabs(x) / sum, y);
+        return true;
+      }
       case EnvironmentMap::kCube:
         break;
+      default: {
+        double right, up;
+        if (!lens_.Project({x, y, z}, &right, &up)) return false;
+        *s = right / lens_.edge(), *t = up * 2 * focal() / h_;
+        return std::isfinite(*s) && std::isfinite(*t);
+      }
     }
     const double ax = std::fabs(x), ay = std::fabs(y), az = std::fabs(z);
     if (ax >= ay && ax >= az) {
@@ -129,21 +145,67 @@ class Map {
       case EnvironmentMap::kParabolic:
       case EnvironmentMap::kDualParabolic:
         return {2 * s, 2 * t, face == 0 ? 1 - q : q - 1};
+      case EnvironmentMap::kOctahedral: {
+        // The outer triangles are folded back along the square |s| + |t| = 1.
+        const double z = 1 - std::fabs(s) - std::fabs(t);
+        if (z >= 0) return {s, t, z};
+        return {std::copysign(1 - std::fabs(t), s), std::copysign(1 - std::fabs(s), t), z};
+      }
       case EnvironmentMap::kCube:
         break;
+      default:
+        return lens_.Direction(s * lens_.edge(), t * h_ / 2 / focal());
     }
     const Vec directions[6] = {{1, t, -s}, {-1, t, s}, {s, 1, -t}, {s, -1, t}, {s, t, 1}, {-s, t, -1}};
     return directions[face];
+  }
+  // Of a lens: steradian per area of the square that its picture is.
+  double LensDensity(double s, double t) const {
+    const double across = lens_.edge(), down = h_ / 2.0 / focal();
+    return lens_.Density(s * across, t * down) * across * down;
   }
   double Disc(int i, int j) const {
     const double s = (2 * i + 1.0) / w_ - 1, t = (2 * j + 1.0) / h_ - 1;
     return s * s + t * t;
   }
 
+  bool Has(const Vec& d) const {
+    int face;
+    double s, t;
+    return Project(d, &face, &s, &t);
+  }
+  // Whether a lens's picture ends there, within roundings.
+  bool MayBeMissed(const Vec& d) const {
+    int face;
+    double s, t;
+    if (!LensPicture::Is(kind_) || !(Norm(d) > 0)) return false;
+    if (kind_ == EnvironmentMap::kOrthographic && std::fabs(d[2]) < 1e-9 * Norm(d)) return true;
+    if (!Project(d, &face, &s, &t)) return false;
+    const auto at_edge = [](double v) { return std::fabs(std::fabs(v) - (1 + 2 * kHair)) < kHair; };
+    return at_edge(s) || at_edge(t);
+  }
+  // Texels from one place to another that is near; below 0 where they are not on one sheet of the map.
+  double TexelsBetween(const Vec& a, const Vec& b) const {
+    int f, g;
+    double s0, t0, s1, t1;
+    if (!Project(a, &f, &s0, &t0) || !Project(b, &g, &s1, &t1) || f != g) return -1;
+    if (kind_ == EnvironmentMap::kOctahedral && std::min(a[2], b[2]) < 0) {
+      for (size_t k = 0; k < 2; ++k) {
+        if ((a[k] < 0) != (b[k] < 0)) return -1;
+      }
+    }
+    double u = std::fabs(s1 - s0) / 2 * w_;
+    if (kind_ == EnvironmentMap::kLatLong || WholeTurn()) u = std::min(u, w_ - u);
+    return std::max(u, std::fabs(t1 - t0) / 2 * h_);
+  }
+
   Sample LookUp(const Vec& d) const {
     int face;
     double s, t;
     if (!Project(d, &face, &s, &t)) return Sample(channels());
+    if (LensPicture::Is(kind_) && (std::fabs(s) > 1 + 2 * kHair || std::fabs(t) > 1 + 2 * kHair)) {
+      return Sample(channels());
+    }
     const double radius = 0.5 * std::min(w_, h_);
     Sample sum(channels());
     if (kind_ == EnvironmentMap::kSphere) {
@@ -165,6 +227,9 @@ class Map {
   }
 
  private:
+  static constexpr double kHair = 1e-9;  // of the picture: as far from its edge is still on it
+  bool WholeTurn() const { return LensPicture::Is(kind_) && lens_.whole_turn(); }
+
   struct Corner {
     int x, y;
   };
@@ -204,8 +269,15 @@ class Map {
         return Texel(0, ci, cj);
       case EnvironmentMap::kDualParabolic:
         return inside && Disc(i, j) <= 1 ? Texel(face, i, j) : OtherSide(face, i, j, ci, cj);
+      case EnvironmentMap::kOctahedral:
+        // Beyond an edge lies its other half.
+        if (i < 0 || i >= w_) return Bordered(face, ci, h_ - 1 - j);
+        if (j < 0 || j >= h_) return Texel(face, w_ - 1 - i, cj);
+        return Texel(face, i, j);
       case EnvironmentMap::kCube:
         break;
+      default:
+        return Texel(0, WholeTurn() ? (i + w_) % w_ : ci, cj);
     }
     if (inside) return Texel(face, i, j);
     if (ci != i && cj != j) {
@@ -264,6 +336,7 @@ class Map {
   const ImageD& picture_;
   EnvironmentMap kind_;
   int w_ = 0, h_ = 0;
+  LensPicture lens_;
   bool half_turn_ = false;
   mutable Sample rim_{0}, pole_[2] = {Sample(0), Sample(0)};
   std::vector<Corner> corners_;
@@ -284,6 +357,10 @@ inline double SolidAngle(const Map& m, int i, int j) {
       return q <= 1 ? 4 * area / ((1 + q) * (1 + q)) : 0;
     case EnvironmentMap::kCube:
       break;
+    case EnvironmentMap::kOctahedral:
+      return area / std::pow(Norm(m.Direction(0, (s0 + s1) / 2, -(t0 + t1) / 2)), 3);
+    default:
+      return m.LensDensity((s0 + s1) / 2, (t0 + t1) / 2) * area;
   }
   const auto corner = [](double x, double y) { return std::atan(x * y / std::sqrt(x * x + y * y + 1)); };
   return corner(s1, t1) - corner(s0, t1) - corner(s1, t0) + corner(s0, t0);

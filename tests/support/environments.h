@@ -13,8 +13,8 @@
 namespace tessera::test {
 
 using Map = EnvironmentMap;
-inline constexpr Map kMaps[] = {Map::kSphere, Map::kParabolic, Map::kDualParabolic, Map::kLatLong,
-                                Map::kCube};
+inline constexpr Map kMaps[] = {Map::kSphere,  Map::kParabolic, Map::kDualParabolic,
+                                Map::kLatLong, Map::kCube,      Map::kOctahedral};
 
 inline Image Vectors(const std::vector<Vector3>& v) {
   const Image image(ImageSpec(static_cast<int>(v.size()), 1, 3));

@@ -34,13 +34,41 @@ namespace tessera {
 ///                   +z, 4:3
 ///                   (-x +z +x -z in the middle row) or 3:4 (+y, +z, -y, -z downwards in the middle column,
 ///                   -z turned by half). Error for other shapes.
+///   kOctahedral     The octahedron |x| + |y| + |z| = 1 seen from +z, its rear half folded out over the
+///                   square's corners: (s, t) = ((p, q) + 1)/2, p = x/(|x| + |y| + |z|), q alike, for z < 0
+///                   (1 - |q|, 1 - |p|) with the signs of x and y.
+/// Pictures through a lens that looks along +z, y up and, as in kLatLong, +x to the left. `field_of_view`
+/// is the angle across the picture's width; texels are square, the height is what there is. A direction at
+/// the angle a from the axis lies at r(a) from the picture's middle, in focal lengths:
+///   kPerspective    tan a, for a < 90 degrees: what a pinhole sees
+///   kEquidistant    a: of 360 degrees a light probe's angular map
+///   kEquisolid      2 sin(a/2): equal areas; of 360 degrees kSphere with left and right exchanged
+///   kStereographic  2 tan(a/2): angles are kept
+///   kOrthographic   sin a, for a <= 90 degrees
+///   kCylinder       longitudes across, the tangents of latitudes up; of 360 degrees its ends meet
+/// Nothing (0) is seen beyond the picture's edges and beyond a projection's reach; the half texel next to an
+/// edge is that texel's. As results, pixels that no direction belongs to are 0. Sources: Miyamoto 1964;
+/// Haeberli and Segal 1993, 4.7; octahedral: Cigolle et al. 2014.
 /// Lookups are bilinear and continuous over seams, edges and poles: texels are taken across the seam; the
 /// half texel next to a latitude-longitude map's pole, and the last texel inside a sphere map's rim, run
 /// towards the mean of the texels around it. Places are right within 1/1024 texel on maps 16,384 texels wide,
 /// at seams and poles too. The result lies within the range of the texels read. NaN texels reach only results
 /// in which they have weight. Sources: McReynolds et al. 1997, 9.3.2; Heidrich and Seidel
 /// 1998; doc/maths/environment.md.
-enum class EnvironmentMap : uint8_t { kSphere, kParabolic, kDualParabolic, kLatLong, kCube };
+enum class EnvironmentMap : uint8_t {
+  kSphere,
+  kParabolic,
+  kDualParabolic,
+  kLatLong,
+  kCube,
+  kOctahedral,
+  kPerspective,
+  kEquidistant,
+  kEquisolid,
+  kStereographic,
+  kOrthographic,
+  kCylinder,
+};
 
 /// The lookup's direction.
 enum class EnvironmentDirection : uint8_t {
@@ -82,6 +110,8 @@ struct EnvironmentParams {
   /// contrast off, typically 0.1 %); -1 sums the whole map for every pixel: exact and slow.
   int table = 0;
   EnvironmentFilter filter = EnvironmentFilter::kBilinear;  ///< for maps finer than the picture
+  /// Of a map that is a lens's picture, degrees across; 0: 90 perspective, 360 cylinder, 180 the others.
+  double field_of_view = 0;
 
   /// Reflectance at normal incidence: the colour (not alpha) is multiplied by F = F0 + (1 - F0) (1 -
   /// |n.v|)^5.
@@ -102,13 +132,13 @@ Node Environment(const Node& normals, const Node& positions, const Node& map,
                  const EnvironmentParams& params);
 
 /// A map that is prepared once, by the first render that needs it, for any number of lookups: the frames of a
-/// sequence. Immutable; keeps a float copy of the pixels. `lobe`, `table` and `filter` as in
+/// sequence. Immutable; keeps a float copy of the pixels. `lobe`, `table`, `filter` and `field_of_view` as in
 /// EnvironmentParams, whose own, and whose map, are not used with it.
 class EnvironmentTexture {
  public:
   /// Parameters as in EnvironmentParams; Error as there.
   EnvironmentTexture(const Image& map, EnvironmentMap projection, double lobe = 0, int table = 0,
-                     EnvironmentFilter filter = EnvironmentFilter::kBilinear);
+                     EnvironmentFilter filter = EnvironmentFilter::kBilinear, double field_of_view = 0);
   struct Data;
   /// The library's own.
   const std::shared_ptr<const Data>& data() const { return data_; }
@@ -123,11 +153,19 @@ Node Environment(const Node& normals, const EnvironmentTexture& texture,
 Node Environment(const Node& normals, const Node& positions, const EnvironmentTexture& texture,
                  const EnvironmentParams& params);
 
+/// Yaw, pitch and roll in degrees: a view along +z, y up, turned to the right (towards -x), then upwards,
+/// then clockwise about its own axis, so that what it sees turns counter-clockwise.
+using YawPitchRoll = std::array<double, 3>;
+/// From directions as such a view has them to those of the space that it is turned in: Ry(-yaw) Rx(-pitch)
+/// Rz(roll).
+Matrix4 ViewRotation(const YawPitchRoll& degrees);
+
 /// A map in another projection, of `width` x `height` pixels. Every pixel is the mean of a grid of bilinear
-/// lookups, as many along each side as texels lie under it (by the mapping's derivatives; at most 64), or
-/// `samples` along each side. Pixels outside of a sphere map's disc have the colour of its rim, those of a
-/// parabolic map their own directions; the empty squares of a cross are 0. A single parabolic map becomes one
-/// with zeros behind.
+/// lookups, as many along each side as texels lie under it (by the mapping's derivatives, less a hundredth; at
+/// most 64; 8 where a side reaches beyond a lens's picture), or `samples` along each side. Pixels outside of a
+/// sphere map's disc have the colour of its rim, those of a parabolic map their own directions; the empty
+/// squares of a cross are 0. A single parabolic map becomes one with zeros behind. A direction d of the result
+/// is looked up at F^-1 M R d, F and R the views' rotations, M the matrix.
 struct EnvironmentConvertParams {
   EnvironmentMap from = EnvironmentMap::kLatLong;  ///< projection of the map
   EnvironmentMap to = EnvironmentMap::kCube;       ///< projection of the result
@@ -135,16 +173,22 @@ struct EnvironmentConvertParams {
   int height = 0;                                  ///< of the result, pixels
   Matrix4 matrix = kIdentity4;                     ///< from the result's directions to the source's
   int samples = 0;                                 ///< along each side of a pixel; 0: by the mapping
+  double from_field_of_view = 0;                   ///< of a lens's picture, as EnvironmentParams has it
+  double to_field_of_view = 0;                     ///< of the result, alike
+  YawPitchRoll from_rotation = {0, 0, 0};          ///< where the map's own +z looks
+  YawPitchRoll rotation = {0, 0, 0};               ///< where the result's +z looks
 };
 /// A map in another projection, as EnvironmentConvertParams says.
 Node ConvertEnvironment(const Node& map, const EnvironmentConvertParams& params);
 
 /// Directions and places on a map of width x height texels, for programs that make or read maps themselves.
 /// Places are in texels from the upper left corner; false where the map has none. DirectionOf gives unit
-/// length; false where the place belongs to no direction.
-bool PlaceOf(EnvironmentMap map, int width, int height, const Vector3& direction, double* x, double* y);
+/// length; false where the place belongs to no direction. `field_of_view` as in EnvironmentParams.
+bool PlaceOf(EnvironmentMap map, int width, int height, const Vector3& direction, double* x, double* y,
+             double field_of_view = 0);
 /// The direction of a place in texels, unit length; false where there is none.
-bool DirectionOf(EnvironmentMap map, int width, int height, double x, double y, Vector3* direction);
+bool DirectionOf(EnvironmentMap map, int width, int height, double x, double y, Vector3* direction,
+                 double field_of_view = 0);
 
 /// What is done to a normal image's first three channels, in this order: unpack, transform, reflect,
 /// normalise, flip, pack.

@@ -89,6 +89,12 @@ EnvironmentAtlas::EnvironmentAtlas(const ConstImageView& picture, int first, con
     case EnvironmentMap::kCube:
       FillCube();
       break;
+    case EnvironmentMap::kOctahedral:
+      FillOctahedral();
+      break;
+    default:
+      FillLens();
+      break;
   }
 }
 
@@ -123,12 +129,38 @@ void EnvironmentAtlas::ExtendEdges(int face) {
   std::copy_n(Texel(face, -1, h - 1), 4 * stride(), Texel(face, -1, h));
 }
 
-void EnvironmentAtlas::FillLatLong() {
-  const int w = layout_.width, h = layout_.height;
-  for (int j = 0; j < h; ++j) {
+void EnvironmentAtlas::JoinEnds() {
+  const int w = layout_.width;
+  for (int j = 0; j < layout_.height; ++j) {
     std::copy_n(Texel(0, w - 1, j), 4, Texel(0, -1, j));
     std::copy_n(Texel(0, 0, j), 4, Texel(0, w, j));
   }
+}
+
+void EnvironmentAtlas::FillLens() {
+  ExtendEdges(0);
+  if (!layout_.whole_turn) return;
+  JoinEnds();
+  std::copy_n(Texel(0, -1, 0), 4 * stride(), Texel(0, -1, -1));
+  std::copy_n(Texel(0, -1, layout_.height - 1), 4 * stride(), Texel(0, -1, layout_.height));
+}
+
+// An edge of the square is folded in its middle: what lies beyond is its other half.
+void EnvironmentAtlas::FillOctahedral() {
+  const int w = layout_.width, h = layout_.height;
+  for (int j = 0; j < h; ++j) {
+    std::copy_n(Texel(0, 0, h - 1 - j), 4, Texel(0, -1, j));
+    std::copy_n(Texel(0, w - 1, h - 1 - j), 4, Texel(0, w, j));
+  }
+  for (int i = -1; i <= w; ++i) {
+    std::copy_n(Texel(0, w - 1 - i, 0), 4, Texel(0, i, -1));
+    std::copy_n(Texel(0, w - 1 - i, h - 1), 4, Texel(0, i, h));
+  }
+}
+
+void EnvironmentAtlas::FillLatLong() {
+  const int w = layout_.width, h = layout_.height;
+  JoinEnds();
   for (const auto& [from, to] : {std::pair{0, -1}, std::pair{h - 1, h}}) {
     Mean mean;
     for (int i = 0; i < w; ++i) mean.Add(Texel(0, i, from));

@@ -48,7 +48,10 @@ class EnvironmentAtlas {
   void FillSphere();
   void FillParabolic();
   void FillCube();
+  void FillOctahedral();
+  void FillLens();
   void ExtendEdges(int face);
+  void JoinEnds();  // left and right, of a whole turn
 
   MapLayout layout_;
   std::shared_ptr<std::byte> memory_, halves_;

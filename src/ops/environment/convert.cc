@@ -17,14 +17,25 @@ namespace tessera::ops {
 namespace {
 
 constexpr int kMostSamples = 64;
+constexpr int kEdgeSamples = 8;  // where a pixel's side leaves what a lens sees
+constexpr double kSlack =
+    0.01;  // texels more than a whole number: a map of the same size is read once a pixel
+constexpr double kEdge = -1, kNowhere = -2;  // in place of a number of texels
+
+Matrix4 Linear(const Matrix4& m) {
+  return {m[0], m[1], m[2], 0, m[4], m[5], m[6], 0, m[8], m[9], m[10], 0, 0, 0, 0, 1};
+}
 
 class ConvertStage final : public graph::TileStage {
  public:
   ConvertStage(const EnvironmentConvertParams& p, const graph::StageContext& context)
       : params_(p),
         window_(context.output.data_window),
-        to_(LayoutOf("envconvert", p.to, window_.width(), window_.height())),
-        from_(LayoutOf("envconvert", p.from, context.whole[0].roi.width(), context.whole[0].roi.height())),
+        to_(LayoutOf("envconvert", p.to, window_.width(), window_.height(), p.to_field_of_view)),
+        from_(LayoutOf("envconvert", p.from, context.whole[0].roi.width(), context.whole[0].roi.height(),
+                       p.from_field_of_view)),
+        turn_(Product(Transposed(ViewRotation(p.from_rotation)),
+                      Product(Linear(p.matrix), ViewRotation(p.rotation)))),
         lookup_(ChooseEnvironmentKernels().lookup) {
     for (int first = 0; first < context.whole[0].channels; first += 4) {
       atlases_.push_back(
@@ -54,37 +65,69 @@ class ConvertStage final : public graph::TileStage {
 
  private:
   Vector3 Turned(const Vector3& d) const {
-    const Matrix4& m = params_.matrix;
+    const Matrix4& m = turn_;
     return {m[0] * d[0] + m[1] * d[1] + m[2] * d[2], m[4] * d[0] + m[5] * d[1] + m[6] * d[2],
             m[8] * d[0] + m[9] * d[1] + m[10] * d[2]};
   }
-  // Texels of the source that a step of the result passes, by the angle between its ends: no seam is in the
-  // way.
-  int Samples(const Place& from, const Place& to) const {
-    if (params_.samples > 0) return params_.samples;
+  // Texels between two directions' places; below 0 across a seam, or where there is no place.
+  double TexelsBetween(const Vector3& low, const Vector3& high) const {
+    Place p, q;
+    if (!PlaceOnFace(from_, low, &p) || !PlaceOnFace(from_, high, &q) || p.face != q.face) return -1;
+    // Behind an octahedron its faces are apart.
+    const bool behind = from_.map == EnvironmentMap::kOctahedral && (low[2] < 0 || high[2] < 0);
+    if (behind && ((low[0] < 0) != (high[0] < 0) || (low[1] < 0) != (high[1] < 0))) return -1;
+    double u = std::fabs(q.u - p.u);
+    if (from_.map == EnvironmentMap::kLatLong || from_.whole_turn) u = std::min(u, from_.width - u);
+    return std::max(u, std::fabs(q.v - p.v));
+  }
+  // Texels of the source that a step of the result passes, by the mapping's derivative along the chord
+  // between its ends: differences over a hundredth of it, so that no seam is in the way, and where one is, on
+  // one side of it. kEdge where an end has no direction, or no place on the map; kNowhere where nothing of it
+  // has.
+  double TexelsAlong(const Place& from, const Place& to) const {
     const Vector3 a = Normalized(Turned(DirectionAt(to_, from))),
                   b = Normalized(Turned(DirectionAt(to_, to)));
-    const Vector3 middle = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-    const Vector3 across = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    // The mapping's derivative along the step, in texels: differences over a hundredth of it, so that both
-    // places lie on one face.
+    if (Dot(a, a) == 0 || Dot(b, b) == 0) return kEdge;
+    const auto along = [&](double part) {
+      Vector3 d;
+      for (size_t k = 0; k < 3; ++k) d[k] = (a[k] + b[k]) / 2 + part * (b[k] - a[k]);
+      return d;
+    };
     constexpr double kPart = 0.005;
-    Place p, q;
-    const Vector3 low = {middle[0] / 2 - kPart * across[0], middle[1] / 2 - kPart * across[1],
-                         middle[2] / 2 - kPart * across[2]};
-    const Vector3 high = {middle[0] / 2 + kPart * across[0], middle[1] / 2 + kPart * across[1],
-                          middle[2] / 2 + kPart * across[2]};
-    if (!(Dot(low, low) > 0) || !(Dot(high, high) > 0)) return kMostSamples;
-    if (!PlaceOnFace(from_, low, &p) || !PlaceOnFace(from_, high, &q) || p.face != q.face) return 1;
-    double u = std::fabs(q.u - p.u), v = std::fabs(q.v - p.v);
-    if (from_.map == EnvironmentMap::kLatLong) u = std::min(u, from_.width - u);
-    return std::clamp(static_cast<int>(std::ceil(std::max(u, v) / (2 * kPart) - 1e-6)), 1, kMostSamples);
+    const Vector3 low = along(-kPart), middle = along(0), high = along(kPart);
+    if (!(Dot(low, low) > 0) || !(Dot(middle, middle) > 0) || !(Dot(high, high) > 0)) return kMostSamples;
+    if (const double both = TexelsBetween(low, high); both >= 0) return both / (2 * kPart);
+    const double one = std::max(TexelsBetween(low, middle), TexelsBetween(middle, high)) / kPart;
+    Place p;
+    if (one >= 0) return one;
+    return PlaceOnFace(from_, a, &p) || PlaceOnFace(from_, middle, &p) || PlaceOnFace(from_, b, &p)
+               ? kEdge
+               : kNowhere;
+  }
+  static int SamplesOf(double texels) {
+    if (texels < 0) return kEdgeSamples;
+    return static_cast<int>(std::clamp(std::ceil(texels - kSlack), 1.0, double{kMostSamples}));
+  }
+  // Whether nothing of a pixel that reaches so many texels is on a lens's picture: most of a sphere, of most
+  // lenses.
+  bool SeesNothing(const Place& centre, double texels) const {
+    if (!IsLens(from_.map)) return false;
+    const Vector3 d = Turned(DirectionAt(to_, centre));
+    Place p;
+    if (!(Dot(d, d) > 0) || !PlaceOnFace(from_, d, &p)) return false;
+    return p.u < -texels || p.v < -texels || p.u > from_.width + texels || p.v > from_.height + texels;
   }
   void Pixel(int x, int y, const EnvironmentAtlas& atlas, double* rgba) const {
     Place centre;
     if (from_.faces.empty() || !FaceOf(x, y, &centre)) return;
     const auto at = [&](double dx, double dy) { return Place{centre.face, centre.u + dx, centre.v + dy}; };
-    const int nx = Samples(at(-0.5, 0), at(0.5, 0)), ny = Samples(at(0, -0.5), at(0, 0.5));
+    int nx = params_.samples, ny = params_.samples;
+    if (nx == 0) {
+      const double across = TexelsAlong(at(-0.5, 0), at(0.5, 0)), down = TexelsAlong(at(0, -0.5), at(0, 0.5));
+      if (across == kNowhere && down == kNowhere) return;
+      if (across >= 0 && down >= 0 && SeesNothing(centre, across + down + 1)) return;
+      nx = SamplesOf(across), ny = SamplesOf(down);
+    }
     Directions run;
     alignas(64) float texels[4 * kDirectionRun];
     int held = 0;
@@ -99,6 +142,7 @@ class ConvertStage final : public graph::TileStage {
     for (int j = 0; j < ny; ++j) {
       for (int i = 0; i < nx; ++i) {
         const Vector3 d = Turned(DirectionAt(to_, at((i + 0.5) / nx - 0.5, (j + 0.5) / ny - 0.5)));
+        if (Dot(d, d) == 0) continue;
         run.x[held] = d[0], run.y[held] = d[1], run.z[held] = d[2];
         if (++held == kDirectionRun) flush();
       }
@@ -122,6 +166,7 @@ class ConvertStage final : public graph::TileStage {
   EnvironmentConvertParams params_;
   Roi window_;
   MapLayout to_, from_;
+  Matrix4 turn_;                                                  // from the result's directions to the map's
   std::vector<std::unique_ptr<const EnvironmentAtlas>> atlases_;  // of four channels each
   void (*lookup_)(const EnvironmentAtlas&, const Directions&, int, float*);
 };
@@ -134,8 +179,8 @@ class ConvertOp final : public graph::OpWith<EnvironmentConvertParams> {
   bool NeedsWhole(int) const override { return true; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const EnvironmentConvertParams& p = params();
-    LayoutOf("envconvert", p.from, inputs[0].width(), inputs[0].height());
-    LayoutOf("envconvert", p.to, p.width, p.height);
+    LayoutOf("envconvert", p.from, inputs[0].width(), inputs[0].height(), p.from_field_of_view);
+    LayoutOf("envconvert", p.to, p.width, p.height, p.to_field_of_view);
     ImageSpec spec = inputs[0];
     spec.data_window = spec.display_window = {0, 0, p.width, p.height};
     if (inputs[0].data_window.empty()) spec.data_window = {};  // of nothing comes nothing
@@ -159,13 +204,20 @@ OpInfo ConvertEnvironmentInfo() {
   info.family = "environment";
   info.summary = "Convert an environment map to another projection";
   info.help =
-      "MAP --envconvert FROM TO GEOM makes a map of that size in the projection TO: sphere, parabolic, "
-      "dualparabolic, latlong or cube (see --help envmap; GEOM's shape names a cube's layout: 6x1, 1x6, 4x3 "
-      "or 3x4 faces). Every pixel is the mean of a grid of linear lookups, as many along each side as the "
-      "mapping's derivatives put texels under it (at most 64), or samples=N. matrix= turns the result's "
-      "directions into the source's. Pixels beyond a sphere map's rim have its colour, those beyond a "
-      "parabolic map's circle their own directions. Source: McReynolds et al. 1997, 9.3.2; Heidrich and "
-      "Seidel 1998.";
+      "MAP --envconvert FROM TO GEOM makes a map of that size in the projection TO. Maps of all directions: "
+      "sphere, parabolic, dualparabolic, latlong, cube, octahedral (see --help envmap; GEOM's shape names a "
+      "cube's layout: 6x1, 1x6, 4x3 or 3x4 faces). Pictures through a lens, to and from: perspective, the "
+      "fisheyes equidistant, equisolid, stereographic and orthographic, cylinder; fov= is the result's angle "
+      "across its width, fromfov= the map's, in degrees; texels are square.\n"
+      "rotate=YAW,PITCH,ROLL turns the view that the result has, in degrees: to the right, up, and clockwise "
+      "about its own axis, so that the picture turns counter-clockwise; fromrotate= says where the given "
+      "picture looked, which need not be the middle. matrix= turns directions between the two.\n"
+      "Every pixel is the mean of a grid of linear lookups, as many along each side as the mapping's "
+      "derivatives put texels under it (at most 64), or samples=N; 8 along a side that leaves what a lens "
+      "sees. Where the result has no direction, or the given picture shows nothing, is 0, alpha too; the "
+      "edge between is as sharp as the grid. Pixels beyond a sphere map's rim have its colour, those beyond "
+      "a parabolic map's circle their own directions. Source: Haeberli and Segal 1993, 4.7; McReynolds et "
+      "al. 1997, 9.3.2; Heidrich and Seidel 1998; Miyamoto 1964; Cigolle et al. 2014.";
   info.help += " The map is held in memory whole.";
   info.bound = "8 u times the largest texel under a pixel (from lat-long: times 1 + w/8 + h/3)";
   info.bound_u = 8;
@@ -173,6 +225,11 @@ OpInfo ConvertEnvironmentInfo() {
                     MapArgument("TO", "projection of the result"),
                     TextModifier("GEOM", "size of the result, WxH")};
   info.modifiers = {
+      FieldOfViewModifier("fov", "the result's"),
+      FieldOfViewModifier("fromfov", "the map's"),
+      NumbersModifier("rotate", "0,0,0", 3,
+                      "yaw right, pitch up, roll clockwise of the result's view, degrees"),
+      NumbersModifier("fromrotate", "0,0,0", 3, "the same of the view that the map has"),
       NumbersModifier("matrix", "", {9, 16}, "from the result's directions to the map's, row-major"),
       IntegerModifier("samples", "0", 0, kMostSamples, "lookups along a pixel's side; 0: by its footprint")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
@@ -182,11 +239,21 @@ OpInfo ConvertEnvironmentInfo() {
     p.width = size.width(), p.height = size.height();
     if (a.Given("matrix")) p.matrix = MatrixOf(a.Numbers("matrix"));
     p.samples = a.Integer("samples");
+    p.to_field_of_view = a.Number("fov"), p.from_field_of_view = a.Number("fromfov");
+    p.rotation = VectorOf(a.Numbers("rotate")), p.from_rotation = VectorOf(a.Numbers("fromrotate"));
     return ConvertEnvironment(in[0], p);
   };
-  info.examples = {"latlong cube 36x6", "sphere latlong 31x17", "dualparabolic sphere 20x20",
+  info.examples = {"latlong cube 36x6",
+                   "sphere latlong 31x17",
+                   "dualparabolic sphere 20x20",
                    "latlong parabolic 9x9",
-                   "latlong dualparabolic 24x12 samples=3 matrix=0,0,1,0,1,0,-1,0,0"};
+                   "latlong dualparabolic 24x12 samples=3 matrix=0,0,1,0,1,0,-1,0,0",
+                   "latlong equidistant 17x13 fov=220 rotate=130,-20,35",
+                   "perspective latlong 24x12 fromfov=100 fromrotate=-40,10,15",
+                   "equisolid cylinder 24x10 fromfov=250 rotate=10,0,0",
+                   "octahedral orthographic 13x13 rotate=0,70,0",
+                   "cylinder octahedral 16x16",
+                   "stereographic perspective 15x9 fromfov=300 fov=120"};
   return info;
 }
 
@@ -202,8 +269,13 @@ Node ConvertEnvironment(const Node& map, const EnvironmentConvertParams& params)
   if (params.samples < 0 || params.samples > ops::kMostSamples) {
     throw Error("envconvert", "found samples=" + std::to_string(params.samples) + ", expected 0 to 64");
   }
-  const Matrix4& m = params.matrix;
-  Inverse({m[0], m[1], m[2], 0, m[4], m[5], m[6], 0, m[8], m[9], m[10], 0, 0, 0, 0, 1}, "envconvert matrix");
+  ops::RequireFieldOfView("envconvert", "fromfov", params.from, params.from_field_of_view);
+  ops::RequireFieldOfView("envconvert", "fov", params.to, params.to_field_of_view);
+  for (const YawPitchRoll* const view : {&params.from_rotation, &params.rotation}) {
+    const char* const name = view == &params.rotation ? "rotate" : "fromrotate";
+    ops::RequireVector("envconvert", name, *view, false);
+  }
+  Inverse(ops::Linear(params.matrix), "envconvert matrix");
   return graph::MakeNode(std::make_shared<const ops::ConvertOp>(params), {map});
 }
 

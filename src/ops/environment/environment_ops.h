@@ -19,6 +19,7 @@ OpInfo NormalsInfo();
 // Parameters that the rows share.
 ParamInfo MapChoice(const std::string& name, const std::string& default_value, const std::string& help);
 EnvironmentMap MapNamed(const std::string& name);
+ParamInfo FieldOfViewModifier(const std::string& name, const std::string& whose);
 Vector3 VectorOf(const std::vector<double>& numbers);
 // 9 numbers (3x3) or 16 (4x4), row-major.
 Matrix4 MatrixOf(const std::vector<double>& numbers);

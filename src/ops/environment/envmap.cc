@@ -41,7 +41,7 @@ class EnvironmentOp final : public graph::OpWith<ops::EnvironmentSettings> {
     const size_t pixels = positions_ ? 2 : 1;
     for (size_t k = 0; k < pixels; ++k) graph::RequireColor("envmap", inputs[k]);
     graph::RequireSameWindow("envmap", inputs.first(pixels));
-    LayoutOf("envmap", params().params.map, map.width(), map.height());
+    LayoutOf("envmap", params().params.map, map.width(), map.height(), params().params.field_of_view);
     ImageSpec spec = inputs[0];
     spec.channels = map.channels;
     spec.alpha = map.alpha;
@@ -80,6 +80,7 @@ void Check(const EnvironmentParams& p, bool positions) {
   if (positions && !p.eye && !p.camera) {
     throw Error("envmap", "found positions without an eye, expected eye=x,y,z or a camera");
   }
+  RequireFieldOfView("envmap", "fov", p.map, p.field_of_view);
   const Matrix4& m = p.matrix;
   Inverse({m[0], m[1], m[2], 0, m[4], m[5], m[6], 0, m[8], m[9], m[10], 0, 0, 0, 0, 1}, "envmap matrix");
   if (!(p.lobe >= 0 && p.lobe <= 10000)) {
@@ -106,7 +107,7 @@ void Check(const EnvironmentParams& p, bool positions) {
 ops::EnvironmentSettings SettingsOf(const EnvironmentTexture& texture, EnvironmentParams p, bool positions) {
   const EnvironmentTexture::Data& data = *texture.data();
   p.map = data.params.map, p.lobe = data.params.lobe, p.table = data.params.table,
-  p.filter = data.params.filter;
+  p.filter = data.params.filter, p.field_of_view = data.params.field_of_view;
   Check(p, positions);
   return {p, data.picture};
 }
@@ -114,6 +115,7 @@ ops::EnvironmentSettings SettingsOf(const EnvironmentTexture& texture, Environme
 Node MakeEnvironment(std::span<const Node> in, const Arguments& a, const ImageSpec*) {
   EnvironmentParams p;
   p.map = MapNamed(a.Text("map"));
+  p.field_of_view = a.Number("fov");
   if (a.Given("matrix")) p.matrix = MatrixOf(a.Numbers("matrix"));
   if (a.Given("view")) p.view = VectorOf(a.Numbers("view"));
   if (a.Given("eye")) p.eye = VectorOf(a.Numbers("eye"));
@@ -157,8 +159,10 @@ OpInfo EnvironmentInfo() {
       "itself.\n"
       "map=latlong: +z in the middle, +x a quarter to its left, y up; sphere: a mirrored ball seen from +z; "
       "parabolic: (x,y)/(1+z), nothing behind; dualparabolic: front and back side by side; cube: OpenGL's "
-      "faces as a 6:1 or 1:6 strip (+x -x +y -y +z -z) or a 4:3 or 3:4 cross. Lookups are linear and "
-      "continuous over seams and poles.\n"
+      "faces as a 6:1 or 1:6 strip (+x -x +y -y +z -z) or a 4:3 or 3:4 cross; octahedral: |x|+|y|+|z|=1 "
+      "unfolded, +z in the middle. Lookups are linear and continuous over seams and poles. A lens's picture "
+      "(perspective, equidistant as light probes are, equisolid, stereographic, orthographic, cylinder; fov= "
+      "degrees across) looks along +z as latlong does and shows 0 beyond its edges.\n"
       "gloss=E averages the map with the weights max(d.w,0)^E of a Phong lobe (white stays white); "
       "diffuse=1 is the lobe 1 about the normal: irradiance over pi. Lobes are tabulated as a cube map of "
       "table=N texels an edge (0: by the exponent; -1: summed exactly for every pixel, slow). fresnel=F0 "
@@ -181,6 +185,7 @@ OpInfo EnvironmentInfo() {
   camera.numbers_too = true;
   info.modifiers = {
       MapChoice("map", "latlong", "projection of the map"),
+      FieldOfViewModifier("fov", "the map's"),
       NumbersModifier("matrix", "", {9, 16}, "from the normals' space to the map's, row-major"),
       NumberModifier("gloss", "0", 0, 10000, "exponent of the lobe; 0: a mirror"),
       FlagModifier("diffuse", "irradiance over pi: gloss=1:along=normal"),
@@ -202,6 +207,8 @@ OpInfo EnvironmentInfo() {
                    "position=1 eye=0.5,3,-2",
                    "gloss=20 table=-1",
                    "diffuse=1 table=-1 map=sphere",
+                   "map=octahedral",
+                   "map=equidistant fov=360 along=normal",
                    "filter=mip map=sphere fresnel=0.1",
                    "camera=1,0,0,0,0,1,0,0,0,0,-1,0,0,0,-1,0"};
   return info;

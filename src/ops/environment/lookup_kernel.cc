@@ -104,6 +104,17 @@ HWY_INLINE VD Locate(const EnvironmentAtlas& atlas, VD x, VD y, VD z, Places& p,
     store(face, hn::MulAdd(hn::Mul(s_value, over), half_n, centre),
           hn::MulAdd(hn::Mul(t_value, over), half_n, centre));
     return zero;
+  } else if constexpr (map == EnvironmentMap::kOctahedral) {
+    const auto with_sign = [&](VD v, VD sign)
+                               HWY_ATTR { return hn::IfThenElse(hn::Lt(sign, zero), hn::Neg(v), v); };
+    const VD over = hn::Div(one, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)));
+    const VD p_front = hn::Mul(x, over), q_front = hn::Mul(y, over);
+    const auto behind = hn::Lt(z, zero);
+    const VD px = hn::IfThenElse(behind, with_sign(hn::Sub(one, hn::Abs(q_front)), x), p_front);
+    const VD qy = hn::IfThenElse(behind, with_sign(hn::Sub(one, hn::Abs(p_front)), y), q_front);
+    store(zero, hn::MulAdd(px, Set(0.5 * l.width), Set(0.5 * l.width + 0.5)),
+          hn::NegMulAdd(qy, Set(0.5 * l.height), Set(0.5 * l.height + 0.5)));
+    return zero;
   } else {
     const VD planar = hn::MulAdd(x, x, hn::Mul(y, y));
     const VD length = hn::Sqrt(hn::MulAdd(z, z, planar));
@@ -297,14 +308,37 @@ HWY_INLINE void PrefetchTexels(const EnvironmentAtlas& atlas, const Places& p, i
   }
 }
 
+// Pictures of lenses, in the plainest way: what they are asked for is a conversion, or few pixels.
+void LocateOnLens(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {
+  const MapLayout& l = atlas.layout();
+  p.mixed = false;
+  for (int i = 0; i < count; ++i) {
+    Place place;
+    const bool seen = PlaceOnFace(l, {at.x[i], at.y[i], at.z[i]}, &place) && IsInside(l, place);
+    const double u = seen ? std::clamp<double>(place.u, 0, l.width) + 0.5 : 0,
+                 v = seen ? std::clamp<double>(place.v, 0, l.height) + 0.5 : 0;
+    const double column = std::min(std::floor(u), double{1} * l.width),
+                 row = std::min(std::floor(v), double{1} * l.height);
+    p.first[i] = static_cast<int32_t>(row) * atlas.stride() + static_cast<int32_t>(column);
+    p.fx[i] = static_cast<float>(u - column), p.fy[i] = static_cast<float>(v - row);
+    p.mix[i] = seen ? 0.0f : 1.0f;
+    p.mixed = p.mixed || !seen;
+  }
+}
+
 template <EnvironmentMap map>
 HWY_INLINE void LocateOn(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {
   const DD d;
   p.polar = false;
+  if constexpr (IsLens(map)) {
+    LocateOnLens(atlas, at, count, p);
+    PrefetchTexels(atlas, p, count);
+    return;
+  }
   VD mixed = hn::Zero(d);
   if constexpr (map == EnvironmentMap::kLatLong) {
     LocateLatLong(atlas, at, count, p);
-  } else {
+  } else if constexpr (!IsLens(map)) {
     for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
       mixed = hn::Max(mixed, Locate<map>(atlas, hn::Load(d, at.x + i), hn::Load(d, at.y + i),
                                          hn::Load(d, at.z + i), p, i));
@@ -360,6 +394,10 @@ HWY_INLINE void WithMap(EnvironmentMap map, const F& f) {
       return f.template operator()<EnvironmentMap::kLatLong>();
     case EnvironmentMap::kCube:
       return f.template operator()<EnvironmentMap::kCube>();
+    case EnvironmentMap::kOctahedral:
+      return f.template operator()<EnvironmentMap::kOctahedral>();
+    default:  // any lens: its layout knows which
+      return f.template operator()<EnvironmentMap::kPerspective>();
   }
 }
 void LocateRun(const EnvironmentAtlas& atlas, const Directions& at, int count, Places& p) {

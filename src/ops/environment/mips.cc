@@ -25,9 +25,12 @@ double TexelsOf(const MapLayout& l) {
     case EnvironmentMap::kDualParabolic:
       return 2 * face * kPi / 4;
     case EnvironmentMap::kLatLong:
+    case EnvironmentMap::kOctahedral:
+      return face;
+    default:
       break;
   }
-  return face;
+  return 4 * kPi * l.focal * l.focal;  // of a lens: of the size of the texel in its middle
 }
 
 // One texel of a cube: the mean of samples x samples lookups in the map.

@@ -9,7 +9,9 @@
 namespace tessera::ops {
 namespace {
 
-const std::vector<std::string> kMaps = {"sphere", "parabolic", "dualparabolic", "latlong", "cube"};
+const std::vector<std::string> kMaps = {"sphere",    "parabolic",     "dualparabolic", "latlong",
+                                        "cube",      "octahedral",    "perspective",   "equidistant",
+                                        "equisolid", "stereographic", "orthographic",  "cylinder"};
 
 }  // namespace
 
@@ -20,6 +22,11 @@ ParamInfo MapChoice(const std::string& name, const std::string& default_value, c
 }
 EnvironmentMap MapNamed(const std::string& name) {
   return static_cast<EnvironmentMap>(std::find(kMaps.begin(), kMaps.end(), name) - kMaps.begin());
+}
+ParamInfo FieldOfViewModifier(const std::string& name, const std::string& whose) {
+  return NumberModifier(
+      name, "0", 0, 360,
+      whose + " angle across, degrees, of a lens; 0: 90 perspective, 360 cylinder, 180 others");
 }
 Vector3 VectorOf(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 

@@ -21,7 +21,7 @@ std::shared_ptr<const EnvironmentAtlas> KeptLobeTable(const ConstImageView& pict
   std::ostringstream key;
   key.precision(17);
   key << "lobe table " << base::DigestText(picture) << static_cast<int>(p.map) << ' ' << first << ' '
-      << p.lobe << ' ' << p.table << ' ' << SimdTarget();
+      << p.field_of_view << ' ' << p.lobe << ' ' << p.table << ' ' << SimdTarget();
   const auto side = static_cast<size_t>(p.table > 0 ? p.table : LobeTableSize(p.lobe)) + 2;
   return workers.context().Cached<EnvironmentAtlas>(key.str(), 6 * side * side * 4 * sizeof(float), [&] {
     return MakeLobeTable(picture, first, layout, p.lobe, p.table, workers);
@@ -32,7 +32,8 @@ std::shared_ptr<const EnvironmentAtlas> KeptLobeTable(const ConstImageView& pict
 
 PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const EnvironmentParams& p, bool kept,
                                          const graph::Workers& workers) {
-  const MapLayout layout = LayoutOf("envmap", p.map, picture.roi.width(), picture.roi.height());
+  const MapLayout layout =
+      LayoutOf("envmap", p.map, picture.roi.width(), picture.roi.height(), p.field_of_view);
   empty = layout.faces.empty();
   for (int first = 0; first < picture.channels && !empty; first += 4) {
     if (p.lobe > 0 && p.table < 0) {
@@ -60,14 +61,16 @@ std::shared_ptr<const ops::PreparedEnvironment> EnvironmentTexture::Data::Prepar
 }
 
 EnvironmentTexture::EnvironmentTexture(const Image& map, EnvironmentMap projection, double lobe, int table,
-                                       EnvironmentFilter filter) {
+                                       EnvironmentFilter filter, double field_of_view) {
   const auto data = std::make_shared<Data>();
   data->picture = Render(FromImage(map));
   data->params.map = projection;
   data->params.lobe = lobe;
   data->params.table = table;
   data->params.filter = filter;
-  ops::LayoutOf("environment texture", projection, map.spec().width(), map.spec().height());
+  data->params.field_of_view = field_of_view;
+  ops::RequireFieldOfView("environment texture", "field_of_view", projection, field_of_view);
+  ops::LayoutOf("environment texture", projection, map.spec().width(), map.spec().height(), field_of_view);
   data_ = data;
 }
 
