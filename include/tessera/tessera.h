@@ -33,6 +33,7 @@
 #include "tessera/ops/lookup.h"
 #include "tessera/ops/noise.h"
 #include "tessera/ops/outline.h"
+#include "tessera/ops/reproject.h"
 #include "tessera/ops/restore.h"
 #include "tessera/ops/shade.h"
 #include "tessera/ops/shaped_spots.h"

@@ -190,6 +190,7 @@ std::vector<OpInfo> OwnRows() {
       DepthInfo(),
       PositionInfo(),
       TransformPointsInfo(),
+      ReprojectInfo(),
       FogInfo(),
       LayerFogInfo(),
       ShadowInfo(),

@@ -37,6 +37,7 @@ std::vector<Entry> BumpEntries();
 std::vector<Entry> VolumeEntries();
 std::vector<Entry> MeanEntries();
 std::vector<Entry> ReliefEntries();
+std::vector<Entry> ReprojectEntries();
 std::vector<Entry> RestoreEntries();
 
 namespace {
@@ -54,7 +55,7 @@ struct Table {
                          &GeometryEntries,   &LookupEntries,      &ShadeEntries,         &ShadeLightEntries,
                          &SolidEntries,      &EnvironmentEntries, &LightingEntries,      &BumpEntries,
                          &VolumeEntries,     &ForeignEntries,     &PlacesEntries,        &RestoreEntries,
-                         &ReliefEntries,     &MeanEntries}) {
+                         &ReprojectEntries,  &ReliefEntries,      &MeanEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

@@ -15,6 +15,7 @@ OpInfo AovInfo();
 OpInfo DepthInfo();
 OpInfo PositionInfo();
 OpInfo TransformPointsInfo();
+OpInfo ReprojectInfo();
 OpInfo FogInfo();
 OpInfo LayerFogInfo();
 OpInfo ShadowInfo();
