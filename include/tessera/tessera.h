@@ -39,6 +39,7 @@
 #include "tessera/ops/shaped_spots.h"
 #include "tessera/ops/stored_noise.h"
 #include "tessera/ops/texture.h"
+#include "tessera/ops/texture_environment.h"
 #include "tessera/ops/transfer.h"
 #include "tessera/ops/volume.h"
 #include "tessera/policy.h"

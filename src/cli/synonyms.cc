@@ -113,6 +113,7 @@ const std::vector<std::pair<std::string, std::string>>& Synonyms() {
       {"relight lighting light lambert", "diffuselight spotlight phong"},
       {"shadowmap penumbra soft", "shadow softshadow"},
       {"ibl reflection hdri panorama equirectangular latlong skybox spherical", "envmap envconvert"},
+      {"glTexEnv texture environment decal combine", "texenv"},
       {"stereo parallax viewpoint novelview depthwarp dibr stereoscopic", "reproject"},
       {"fisheye projection lightprobe dome octahedral cylindrical stereographic littleplanet nona v360",
        "envconvert"},

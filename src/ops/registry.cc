@@ -136,6 +136,7 @@ std::vector<OpInfo> OwnRows() {
       ZOverInfo(),
       FillHolesInfo(),
       BlendInfo(),
+      TextureEnvironmentInfo(),
       AlphaTestInfo(),
       DepthTestInfo(),
       StencilInfo(),

@@ -25,6 +25,7 @@ std::vector<Entry> NoiseEntries();
 std::vector<Entry> ShapedSpotsEntries();
 std::vector<Entry> SvgTurbulenceEntries();
 std::vector<Entry> TextureEntries();
+std::vector<Entry> TextureEnvironmentEntries();
 std::vector<Entry> GeometryEntries();
 std::vector<Entry> PlacesEntries();
 std::vector<Entry> LookupEntries();
@@ -48,14 +49,17 @@ struct Table {
   std::map<std::string, Entry> entries;
 
   Table() {
-    for (auto* family : {&AccumulateEntries, &ColorEntries,       &ColorRemapEntries,    &BlendEntries,
-                         &CompositeEntries,  &CurveEntries,       &ArithmeticEntries,    &FlowEntries,
-                         &GenerateEntries,   &FilterEntries,      &FillHolesEntries,     &OutlineEntries,
-                         &NoiseEntries,      &ShapedSpotsEntries, &SvgTurbulenceEntries, &TextureEntries,
-                         &GeometryEntries,   &LookupEntries,      &ShadeEntries,         &ShadeLightEntries,
-                         &SolidEntries,      &EnvironmentEntries, &LightingEntries,      &BumpEntries,
-                         &VolumeEntries,     &ForeignEntries,     &PlacesEntries,        &RestoreEntries,
-                         &ReprojectEntries,  &ReliefEntries,      &MeanEntries}) {
+    for (auto* family : {&AccumulateEntries,  &ColorEntries,       &ColorRemapEntries,
+                         &BlendEntries,       &CompositeEntries,   &CurveEntries,
+                         &ArithmeticEntries,  &FlowEntries,        &GenerateEntries,
+                         &FilterEntries,      &FillHolesEntries,   &OutlineEntries,
+                         &NoiseEntries,       &ShapedSpotsEntries, &SvgTurbulenceEntries,
+                         &TextureEntries,     &GeometryEntries,    &LookupEntries,
+                         &ShadeEntries,       &ShadeLightEntries,  &SolidEntries,
+                         &EnvironmentEntries, &LightingEntries,    &BumpEntries,
+                         &VolumeEntries,      &ForeignEntries,     &PlacesEntries,
+                         &RestoreEntries,     &ReprojectEntries,   &TextureEnvironmentEntries,
+                         &ReliefEntries,      &MeanEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

@@ -22,6 +22,7 @@ OpInfo OverInfo();
 OpInfo ZOverInfo();
 OpInfo FillHolesInfo();
 OpInfo BlendInfo();
+OpInfo TextureEnvironmentInfo();
 OpInfo AlphaTestInfo();
 OpInfo DepthTestInfo();
 OpInfo StencilInfo();
