@@ -37,5 +37,8 @@ if(TARGET tessera_cli AND TARGET scene AND Python3_FOUND)
     add_test(NAME doc.Book COMMAND Python3::Interpreter -B ${PROJECT_SOURCE_DIR}/tests/doc/book_test.py
       $<TARGET_FILE:tessera_cli> $<TARGET_FILE:scene> ${PROJECT_BINARY_DIR}/doc/book_test)
     set_tests_properties(doc.Book PROPERTIES TIMEOUT 900 PROCESSORS 2 SKIP_RETURN_CODE 77)
+    add_test(NAME doc.Techniques COMMAND Python3::Interpreter -B ${PROJECT_SOURCE_DIR}/tests/doc/techniques_test.py
+      $<TARGET_FILE:tessera_cli> $<TARGET_FILE:scene> ${PROJECT_BINARY_DIR}/doc/techniques_test)
+    set_tests_properties(doc.Techniques PROPERTIES TIMEOUT 900 SKIP_RETURN_CODE 77)
   endif()
 endif()
