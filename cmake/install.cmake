@@ -23,6 +23,7 @@ foreach(kind static shared)
 endforeach()
 if(TARGET tessera_cli)
   install(TARGETS tessera_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+  install(PROGRAMS ${PROJECT_SOURCE_DIR}/src/farm/tessera-farm DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
   # The manual page and what shells complete by, made from the registry by the program itself.
   set(made "")
   foreach(file tessera.1 tessera.bash _tessera tessera.fish)

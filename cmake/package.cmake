@@ -26,7 +26,7 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "image operations, fused and run tile by
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME tessera)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "tessera-doc, bash-completion")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "tessera-doc, bash-completion, python3, slurm-client")
 
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "image operations, fused and run tile by tile: shared libraries")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libtessera1)

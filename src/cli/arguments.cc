@@ -28,6 +28,11 @@ bool MayHoldFrame(const Command& command, const ops::ParamInfo& param) {
          (param.name == "FILE" || command.info.make != nullptr);
 }
 
+bool HasModifier(const Token& token, const std::string& name) {
+  return std::any_of(token.modifiers.begin(), token.modifiers.end(),
+                     [&](const auto& modifier) { return modifier.first == name; });
+}
+
 class LineReader {
  public:
   LineReader(const std::vector<std::string>& words, bool evaluate) : words_(words) {
@@ -69,9 +74,16 @@ class LineReader {
                                      (param.help.empty() ? "" : " (" + param.help + ")"));
         }
         RefuseCommand(word, *command, param);
-        if (line_.options.wildcards && MayHoldFrame(*command, param)) line_.file_words.push_back(next_);
+        // The numbers of -o:all=N are those of images.
+        const bool numbered = command->info.name == "o" && HasModifier(token, "all");
+        if (line_.options.wildcards && !numbered && MayHoldFrame(*command, param))
+          line_.file_words.push_back(next_);
         values.push_back(words_[next_++]);
       }
+    }
+    for (size_t i = at; i < next_; ++i) {
+      if (command->bearing == Bearing::kRun) line_.run_words.push_back(i);
+      if (command->bearing == Bearing::kFrames) line_.frame_words.push_back(i);
     }
     if (!Defer(*command, at)) Add(*command, word, token.modifiers, values);
   }
@@ -241,10 +253,17 @@ Line ParseLine(const std::vector<std::string>& words) {
   return line;
 }
 
-std::vector<std::string> HistoryWords(const std::vector<std::string>& words, const Options& options) {
-  if (!options.sans_attributes) return words;
+std::vector<std::string> HistoryWords(const std::vector<std::string>& words, const Line& line) {
   std::vector<std::string> kept;
+  const auto tells = [&](size_t i) {
+    return std::find(line.run_words.begin(), line.run_words.end(), i) == line.run_words.end();
+  };
   for (size_t i = 0; i < words.size(); ++i) {
+    if (!tells(i)) continue;
+    if (!line.options.sans_attributes) {
+      kept.push_back(words[i]);
+      continue;
+    }
     const std::string name = IsCommand(words[i]) ? WithoutDashes(words[i]) : "";
     const std::string plain = name.substr(0, name.find(':'));
     if (plain == "attrib" || plain == "sattrib") {

@@ -48,8 +48,9 @@ std::string ModifiersBehind(const ops::OpInfo& row, const std::vector<std::strin
 // A whole line.
 struct Line {
   Options options;
-  std::vector<Step> steps;         // without the options
-  std::vector<size_t> file_words;  // positions of words that may hold a frame pattern
+  std::vector<Step> steps;                     // without the options
+  std::vector<size_t> file_words;              // positions of words that may hold a frame pattern
+  std::vector<size_t> run_words, frame_words;  // of options that bear on the run, on which frames
 };
 
 // Checks everything that can be known from the words alone: names, modifiers, arguments, ranges, operands on
@@ -57,8 +58,8 @@ struct Line {
 Line ParseLine(const std::vector<std::string>& words);
 // `run FILE -i NAME=FILE ...` in the words of --load-graph; every other line as it is.
 std::vector<std::string> WithoutRun(const std::vector<std::string>& words);
-// The words that are written into files, by --sansattrib without those of metadata.
-std::vector<std::string> HistoryWords(const std::vector<std::string>& words, const Options& options);
+// The words that are written into files: without options of the run, by --sansattrib without metadata.
+std::vector<std::string> HistoryWords(const std::vector<std::string>& words, const Line& line);
 // One command with its arguments, or a file, whose expressions have been replaced. Throws UsageError.
 Step ParseStep(const std::vector<std::string>& words);
 

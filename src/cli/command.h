@@ -31,6 +31,10 @@ enum class Effect {
   kControl,  // says which command is next
 };
 
+// What an option bears on: the files that are made; which frames are made; the run alone, so that files do
+// not tell of it.
+enum class Bearing { kFiles, kFrames, kRun };
+
 struct Command {
   ops::OpInfo info;   // name without dashes; `make` is set for the operations of the registry only
   std::string group;  // heading of the help and of the reference page
@@ -40,6 +44,7 @@ struct Command {
   std::string applies_to;
   bool optional_argument = false;  // its argument may be left out (--help)
   bool any_text = false;           // an argument may be the name of a command (--attrib NAME --add)
+  Bearing bearing = Bearing::kFiles;
   std::vector<std::string> aliases = {};
   std::vector<std::string> lines = {};  // examples, without the program; of the registry's: OpInfo::examples
   void (*set)(const ops::Arguments&, Options&) = nullptr;  // kOption
@@ -63,7 +68,7 @@ std::vector<const ops::OpInfo*> Generators();
 
 // Rows of the general commands, by topic (options.cc, sequence_commands.cc, stack_commands.cc,
 // graph_commands.cc, metadata_commands.cc, output_settings.cc, tell.cc, count_commands.cc, part_commands.cc,
-// control.cc, draw_commands.cc, diff.cc, window_commands.cc).
+// control.cc, draw_commands.cc, diff.cc, window_commands.cc, pieces.cc, contact_sheet.cc).
 std::vector<Command> OptionCommands();
 std::vector<Command> ImageCommands();
 std::vector<Command> SequenceCommands();
@@ -78,6 +83,8 @@ std::vector<Command> CountCommands();
 std::vector<Command> PartCommands();
 std::vector<Command> ReportCommands();
 std::vector<Command> WindowCommands();
+std::vector<Command> PieceCommands();
+std::vector<Command> SheetCommands();
 
 }  // namespace tessera::cli
 

@@ -9,9 +9,10 @@ namespace {
 
 std::vector<Command> AllCommands() {
   std::vector<Command> rows;
-  for (auto part : {OptionCommands, ImageCommands, SequenceCommands, OutputSettingCommands, StackCommands,
-                    GraphCommands, MetadataCommands, PartCommands, ReportCommands, TellCommands,
-                    CountCommands, ControlCommands, DrawCommands, WindowCommands}) {
+  for (auto part :
+       {OptionCommands, ImageCommands, SequenceCommands, OutputSettingCommands, StackCommands, GraphCommands,
+        MetadataCommands, PartCommands, ReportCommands, TellCommands, CountCommands, ControlCommands,
+        DrawCommands, WindowCommands, PieceCommands, SheetCommands}) {
     std::vector<Command> more = part();
     rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
   }

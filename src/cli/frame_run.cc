@@ -6,14 +6,17 @@
 #include <atomic>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <optional>
-#include <system_error>
 
+#include "base/commit_witness.h"
+#include "cli/file_state.h"
+#include "cli/frame_files.h"
+#include "cli/frame_record.h"
+#include "cli/json_report.h"
 #include "cli/limits.h"
+#include "cli/memory_gate.h"
 #include "cli/messages.h"
 #include "cli/outcome.h"
 #include "cli/pipes.h"
@@ -28,6 +31,8 @@ namespace {
 
 // Each takes memory of its own; one more than two threads, as one may wait for the one before it.
 constexpr int kMostAtOnce = 3;
+// Of --parallel-frames auto.
+constexpr int kMostUnasked = 16;
 
 // The line as a shell would take it, for the history; the program by its name alone.
 std::string HistoryOf(const std::vector<std::string>& words) {
@@ -39,16 +44,16 @@ std::string HistoryOf(const std::vector<std::string>& words) {
   return line;
 }
 
-bool IsOutput(const Step& step) { return step.command->run == WriteOutput; }
-
 // Whether all that the line does is to make images of images and files of those.
 bool IsQuiet(const Line& line) {
   const Options& o = line.options;
-  if (o.verbose || o.dry_run || o.runstats || o.explain || o.verify || o.json || o.update || o.no_clobber ||
-      o.adjust_time || o.safe || o.TellsInputs() || o.ShowsProgress() || o.limits.memory ||
-      o.limits.seconds || o.render.memory_budget != RenderOptions().memory_budget) {
+  if (o.verbose || o.dry_run || o.runstats || o.explain || o.verify || o.update || o.no_clobber ||
+      o.adjust_time || o.safe || o.TellsInputs() || o.limits.memory || o.limits.seconds) {
     return false;
   }
+  // Without --parallel-frames nobody asked for shares of the memory; and --autotrim takes its own.
+  const bool stated = o.render.memory_budget != RenderOptions().memory_budget;
+  if (stated && (!o.parallel_frames || o.auto_trim)) return false;
   return std::all_of(line.steps.begin(), line.steps.end(), [](const Step& step) {
     if (step.arguments.values.contains("SEQUENCE")) return false;  // frames of any number
     switch (step.command->effect) {
@@ -60,66 +65,12 @@ bool IsQuiet(const Line& line) {
       case Effect::kPop:
         return step.deferred.empty();
       case Effect::kUse:
-        return step.deferred.empty() && IsOutput(step) && !IsStandardOutput(step.arguments.Text("FILE"));
+        return step.deferred.empty() && IsOutput(step) && !step.arguments.Given("all") &&
+               !IsStandardOutput(step.arguments.Text("FILE"));
       default:
         return false;
     }
   });
-}
-
-// Files by one name each, whatever words name them.
-class Names {
- public:
-  std::string Of(const std::string& word) {
-    namespace fs = std::filesystem;
-    std::error_code code;
-    fs::path path(word);
-    if (fs::is_symlink(fs::symlink_status(path, code))) path = fs::weakly_canonical(path, code);
-    const std::string directory = path.parent_path().string();
-    auto at = directories_.find(directory);
-    if (at == directories_.end()) {
-      const fs::path whole = fs::weakly_canonical(directory.empty() ? "." : directory, code);
-      at = directories_.emplace(directory, whole.string()).first;
-    }
-    return at->second + "/" + path.filename().string();
-  }
-
- private:
-  std::map<std::string, std::string> directories_;
-};
-
-// What of a word may be a file's name: all of it, and what stands in a modifier (:file=a.tif).
-std::vector<std::string> PartsOf(const std::string& word) {
-  std::vector<std::string> parts = {word};
-  for (size_t begin = 0; word.find_first_of(":=,") != std::string::npos && begin <= word.size();) {
-    const size_t end = std::min(word.find_first_of(":=,", begin), word.size());
-    if (end > begin) parts.push_back(word.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
-
-// Whether a frame may read what one before it writes.
-bool MayReadWritten(const std::vector<FrameLine>& frames, const std::vector<bool>& outputs) {
-  Names names;
-  std::map<std::string, size_t> writers;  // the first of each file
-  for (size_t frame = 0; frame < frames.size(); ++frame) {
-    for (size_t i = 0; i < outputs.size(); ++i) {
-      if (outputs[i]) writers.emplace(names.Of(frames[frame].words[i]), frame);
-    }
-  }
-  for (size_t frame = 0; frame < frames.size(); ++frame) {
-    const std::vector<std::string>& words = frames[frame].words;
-    for (size_t i = 0; i < outputs.size(); ++i) {
-      // Of frames with the same word the last has the most before it.
-      if (outputs[i] || (frame + 1 < frames.size() && frames[frame + 1].words[i] == words[i])) continue;
-      for (const std::string& part : PartsOf(words[i])) {
-        const auto writer = writers.find(names.Of(part));
-        if (writer != writers.end() && writer->second < frame) return true;
-      }
-    }
-  }
-  return false;
 }
 
 // A job of --batch ends where it asks; what is under way when another frame has failed ends, too.
@@ -132,39 +83,107 @@ void AskForSignals(Options& options, const std::atomic<bool>* ended) {
 
 // A frame under way.
 struct FrameRun {
-  explicit FrameRun(const FrameLine& f) : frame(f) {}
+  FrameRun(const FrameLine& f, Progress& all) : frame(f), progress(all) {}
   const FrameLine& frame;
+  Progress::Frame progress;
   std::optional<Line> line;
   std::optional<Session> session;  // of the line's options
   std::string messages, notes;     // for stderr and stdout
   std::exception_ptr failure;
+  FrameRecord record;
+  bool is_done = false;  // before it was begun
+};
+
+// What the frames of a run have in common.
+struct Common {
+  const std::atomic<bool>* ended = nullptr;  // where several are under way
+  MemoryGate* memory = nullptr;
+  const FrameRecords* records = nullptr;
+  std::vector<bool> outputs;  // of the words
 };
 
 // Names and numbers of the frame differ; the whole line is checked again with them.
-void Compute(FrameRun& run, Progress& progress, const std::atomic<bool>* ended) {
+void Compute(FrameRun& run, const Common& common) {
   const FrameLine& frame = run.frame;
   run.line.emplace(ParseLine(frame.words));
   Line& own = *run.line;
+  if (common.records != nullptr) {
+    run.record = {frame.frame, MadeBy(frame.words, own), InputsNamed(frame.words, common.outputs), {}};
+    run.is_done = common.records->IsDone(run.record.made_by, run.record.inputs);
+    if (run.is_done) return;
+  }
   Limit(own.options);
-  AskForSignals(own.options, ended);
+  AskForSignals(own.options, common.ended);
   for (Step& step : own.steps) {
     auto& values = step.arguments.values;
     const auto number = values.find("frame");
     if (number == values.end() || !values.contains("animate") || number->second.given) continue;
     number->second.text = std::to_string(frame.frame), number->second.numbers = {double(frame.frame)};
   }
-  run.session.emplace(own.options, HistoryOf(HistoryWords(frame.words, own.options)), progress);
+  run.session.emplace(own.options, HistoryOf(HistoryWords(frame.words, own)), run.progress);
   run.session->frame = frame.frame;
-  if (ended != nullptr) run.session->notes = &run.notes;
+  run.session->memory = common.memory;
+  if (common.ended != nullptr) run.session->notes = &run.notes;
   run.session->Compute(own.steps);
 }
 
+// Gives the frame's files their names, and then says so in the records, by what they held before others could
+// change it.
+int Commit(FrameRun& run, FrameRecords* records, std::vector<std::string>& written) {
+  if (records == nullptr) return run.session->Commit(written);
+  int code = kDone;
+  {
+    const base::CommitWitness witness([&](const std::string& temporary, const std::string& file) {
+      const auto content = ContentOf(temporary);
+      if (!content) throw SystemError(file, "cannot be read back for --resume");
+      run.record.outputs.emplace_back(file, *content);
+    });
+    code = run.session->Commit(written);
+  }
+  if (code != kDone || run.line->options.dry_run || run.record.outputs.empty()) return code;
+  for (const FileState& source : run.session->sources) {
+    auto& inputs = run.record.inputs;
+    const bool known = std::any_of(inputs.begin(), inputs.end(),
+                                   [&](const FileState& input) { return input.name == source.name; });
+    if (!known) inputs.push_back(source);
+  }
+  records->Add(run.record);
+  return code;
+}
+
+// What became of the frames.
+struct Tally {
+  int64_t left = 0, made = 0;
+  std::vector<int> failed;
+};
+
+void TellFrames(const Line& line, const FrameJob& job, const FrameRecords* records, const Tally& tally) {
+  const Options& o = line.options;
+  if (o.json) {
+    Json report = Report("frames");
+    report["frames"] = job.frames.size();
+    report["frames_in_line"] = job.all;
+    report["part"] = job.part.index;
+    report["parts"] = job.part.count;
+    report["left"] = tally.left;
+    report["made"] = o.dry_run ? 0 : tally.made;
+    report["failed"] = tally.failed;
+    report["records"] = records == nullptr ? Json() : Json(records->file());
+    PrintJson(report);
+  } else if (!o.quiet && tally.left > 0) {
+    std::fprintf(Messages(),
+                 "tessera: note: %lld of %zu frames are finished and stay as they are (--resume)\n",
+                 static_cast<long long>(tally.left), job.frames.size());
+  }
+}
+
 // The next of the frames, or none. Between frames a line may be asked to end.
-std::shared_ptr<FrameRun> Next(const Line& line, const std::vector<FrameLine>& frames, size_t& next) {
+std::shared_ptr<FrameRun> Next(const Line& line, const std::vector<FrameLine>& frames, size_t& next,
+                               Progress& progress) {
   if (next == frames.size()) return nullptr;
   if (SignalsEndJob::Asked() != 0) throw Cancelled();
   RequireTime();
-  auto run = std::make_shared<FrameRun>(frames[next++]);
+  auto run = std::make_shared<FrameRun>(frames[next++], progress);
   if (line.options.verbose && frames.size() > 1)
     std::fprintf(Messages(), "tessera: frame %d\n", run->frame.frame);
   return run;
@@ -179,47 +198,63 @@ void PrintError(const std::string& message) {
 
 int FramesAtOnce(const Line& line, const std::vector<FrameLine>& frames) {
   const int threads = sched::ThreadCount(line.options.render.threads);
+  if (frames.size() < 2 || threads < 2 || SignalsEndJob::Alive() || !IsQuiet(line)) return 1;
   const std::vector<std::string>& words = frames[0].words;
-  const bool reads_standard_input = std::find(words.begin(), words.end(), "-") != words.end();
-  if (frames.size() < 2 || threads < 2 || SignalsEndJob::Alive() || !IsQuiet(line) || reads_standard_input)
-    return 1;
-  std::vector<bool> outputs(words.size());
-  for (size_t i = 1; i < words.size(); ++i) {
-    for (const Step& step : line.steps)
-      outputs[i] = outputs[i] || (IsOutput(step) && words[i - 1] == step.written);
-  }
-  return MayReadWritten(frames, outputs) ? 1 : kMostAtOnce;
+  if (std::find(words.begin(), words.end(), "-") != words.end()) return 1;  // standard input
+  const int asked = line.options.parallel_frames.value_or(kMostAtOnce);
+  const int most = asked > 0 ? asked : std::clamp(threads + 1, kMostAtOnce, kMostUnasked);
+  if (most > 1 && MayReadWritten(frames, OutputWords(line, words))) return 1;
+  return static_cast<int>(std::min(static_cast<size_t>(most), frames.size()));
 }
 
-int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vector<std::string>& written) {
+int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& written) {
+  const std::vector<FrameLine>& frames = job.frames;
   const int at_once = FramesAtOnce(line, frames);
+  Common common;
+  common.outputs = OutputWords(line, job.words);
+  std::optional<FrameRecords> records;
+  if (line.options.resume) {
+    const auto first = std::find(common.outputs.begin(), common.outputs.end(), true);
+    const auto& output = job.words[static_cast<size_t>(first - common.outputs.begin())];
+    records.emplace(output, line.options.frame_padding, job.part);
+    common.records = &*records;
+  }
   int code = kDone;
   const auto outputs = std::count_if(line.steps.begin(), line.steps.end(), IsOutput);
   Progress progress(frames.size(), static_cast<size_t>(outputs),
                     line.options.ShowsProgress() && !line.options.dry_run && !line.options.explain);
   size_t next = 0;
   std::atomic<bool> ended = false;
+  MemoryGate memory(at_once);
+  if (at_once > 1) common.ended = &ended, common.memory = &memory;
+  Tally tally;
   sched::PipelineSteps steps;
-  steps.read = [&]() -> std::shared_ptr<void> { return Next(line, frames, next); };
+  steps.read = [&]() -> std::shared_ptr<void> { return Next(line, frames, next, progress); };
   steps.work = [&](void* item, int /*worker*/) {
     FrameRun& run = *static_cast<FrameRun*>(item);
     std::optional<KeptMessages> messages;
     if (at_once > 1) messages.emplace(KeptMessages::Of::kThisThread);
     try {
-      Compute(run, progress, at_once > 1 ? &ended : nullptr);
+      Compute(run, common);
     } catch (...) {
       run.failure = std::current_exception();
     }
-    if (!run.failure || line.options.skip_bad_frames) progress.EndFrame();
+    if (!run.failure || line.options.skip_bad_frames) run.progress.Done();
     if (messages) run.messages = messages->Text();
   };
   steps.write = [&](void* item) {
     FrameRun& run = *static_cast<FrameRun*>(item);
+    progress.MakeWay();
     std::cout << run.notes << std::flush;
     if (!run.messages.empty()) std::fputs(run.messages.c_str(), Messages());
     try {
       if (run.failure) std::rethrow_exception(run.failure);
-      code = std::max(code, run.session->Commit(written));
+      if (run.is_done) {
+        ++tally.left;
+        return;
+      }
+      code = std::max(code, Commit(run, records ? &*records : nullptr, written));
+      ++tally.made;
     } catch (const Error& e) {
       if (!line.options.skip_bad_frames || KindOf(e) == ErrorKind::kCancelled) {
         ended = true;
@@ -227,6 +262,7 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
       }
       RequireTime();
       PrintError(std::string(e.what()) + " (frame " + std::to_string(run.frame.frame) + " skipped)");
+      tally.failed.push_back(run.frame.frame);
       code = kFailed;
     } catch (...) {
       ended = true;
@@ -235,6 +271,8 @@ int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vecto
     run.session.reset();
   };
   sched::Pipeline(at_once > 1 ? sched::ThreadCount(line.options.render.threads) : 1, at_once, steps);
+  if (line.options.resume || !line.options.part.empty())
+    TellFrames(line, job, records ? &*records : nullptr, tally);
   return code;
 }
 

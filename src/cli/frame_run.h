@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "cli/arguments.h"
-#include "cli/frames.h"
+#include "cli/frame_part.h"
 
 namespace tessera::cli {
+
+inline constexpr int kMostParallelFrames = 256;
 
 // Frames of the line that may be computed at the same time: 1 where it tells something while it runs, or asks
 // for something between frames, where a frame may read what one before it writes, and with a limit of
@@ -16,8 +18,10 @@ namespace tessera::cli {
 int FramesAtOnce(const Line& line, const std::vector<FrameLine>& frames);
 
 // Appends the names of the files that are written; returns the exit code. Whatever is under way at once, each
-// frame's files get their names after those of the frame before it, and after an error no more do.
-int RunFrames(const Line& line, const std::vector<FrameLine>& frames, std::vector<std::string>& written);
+// frame's files get their names after those of the frame before it, and after an error no more do. Frames
+// that
+// --resume finds finished stay as they are.
+int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& written);
 
 // One line on stderr, whatever the message holds.
 void PrintError(const std::string& message);

@@ -7,6 +7,7 @@
 
 #include "cli/arguments.h"
 #include "cli/batch.h"
+#include "cli/frame_part.h"
 #include "cli/frame_run.h"
 #include "cli/frames.h"
 #include "cli/help.h"
@@ -95,10 +96,12 @@ int RunLine(Line line, const std::vector<std::string>& words, std::vector<std::s
     throw UsageError("--no-sandbox", "found in a job, expected on the program's own line");
   Limit(line.options);
   const ProcessSettings settings(line.options);
-  const std::vector<FrameLine> frames = ExpandFrames(words, line);
-  const auto named = std::mismatch(words.begin(), words.end(), frames[0].words.begin()).first;
-  RequireFrames(line.options, named == words.end() ? "--frames" : *named, frames.size());
-  return RunFrames(line, frames, written);
+  const FrameJob job = MakeFrameJob(words, line);
+  if (!job.frames.empty()) {
+    const auto named = std::mismatch(words.begin(), words.end(), job.frames[0].words.begin()).first;
+    RequireFrames(line.options, named == words.end() ? "--frames" : *named, job.frames.size());
+  }
+  return RunFrames(line, job, written);
 }
 
 int RunJob(const std::vector<std::string>& words, std::vector<std::string>& written) {

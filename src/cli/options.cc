@@ -3,7 +3,12 @@
 
 #include <unistd.h>
 
+#include <charconv>
+
+#include "cli/arguments.h"
 #include "cli/command.h"
+#include "cli/frame_part.h"
+#include "cli/frame_run.h"
 #include "cli/messages.h"
 
 namespace tessera::cli {
@@ -279,6 +284,62 @@ void AddEngine(std::vector<Command>& rows) {
       Option("no-progress", "Shows no progress.", [](const Arguments&, Options& o) { o.progress = false; }));
 }
 
+// Frames for many processes, and many for one.
+void AddSharing(std::vector<Command>& rows) {
+  rows.push_back(Option("part", "Runs the line for a part of its frames: one of many processes.",
+                        [](const Arguments& a, Options& o) {
+                          o.part = a.Text("K/N");
+                          if (!o.part.starts_with("auto")) ParseFramePart(o.part);
+                        },
+                        {Text("K/N", "part K of N, or auto: what a scheduler says, or auto/N")}));
+  rows.back().info.help =
+      "Part K has the frames K, K+N, K+2N ... of the list, so that parts are equally long where frames become slower. "
+      "The files are those of one process, byte for byte. auto takes K and N from the environment of a scheduler's task; the first of these "
+      "that is set counts: " +
+      SchedulerHelp() +
+      ". auto/N says N itself: tasks are numbered from 1 to N then (from 0 where the list says so), and one of them can be "
+      "run again alone. Every process must see the same list: where inputs are still arriving, --frames or a range in "
+      "a name gives it. Refused are lines where parts would wait for each other: an output that several frames write, a frame "
+      "that reads another's output. Not under --safe. tessera-farm makes a job of Slurm of such a line.";
+  rows.back().lines = {"--frames 1-8 --part 2/4 in.exr --mulc {FRAME_NUMBER/8} -o out.#.exr"};
+  rows.push_back(Option("resume",
+                        "Leaves the frames that are finished already, by records beside the outputs.",
+                        [](const Arguments&, Options& o) { o.resume = true; }));
+  rows.back().info.help =
+      "To be given from the first run on. Each process keeps a record of every frame that it has finished, in "
+      "NAMEframes.K-of-N.jsonl, NAME being the first output's up to the frame's number (out.frames.1-of-1.jsonl for "
+      "out.#.exr), and reads those of all parts. A frame is finished where a record has this line (but for options of the run "
+      "alone: --frames, --part, --threads, -v and the like) and this version, inputs of the sizes and times of now, and "
+      "outputs of the size and the hash (XXH64) that was written; a file that is there, torn, altered or made by another line is made again. Inputs are "
+      "the files that words name and those that images come from; what an OpenColorIO config names itself is not looked "
+      "at. Records are written by one call each, when the outputs have their names, and have a hash of their own: processes may end "
+      "at any moment, and several may run. What a line prints about a frame is not printed again. Refused are outputs that their "
+      "own frame reads, --no-clobber, -u and --safe. With --json a last report, frames, says what was left, made and failed.";
+  rows.back().lines = {"--frames 1-4 --resume in.exr --mulc {FRAME_NUMBER/4} -o out.#.exr"};
+  rows.push_back(
+      Option("parallel-frames", "Frames that may be under way at once: decoded, computed, encoded.",
+             [](const Arguments& a, Options& o) {
+               const std::string& text = a.Text("N");
+               int count = 0;
+               const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+               const bool number = error == std::errc() && end == text.data() + text.size();
+               if (text != "auto" && (!number || count < 1 || count > kMostParallelFrames)) {
+                 throw UsageError("--parallel-frames", "found \"" + text +
+                                                           "\", expected auto, or a number from 1 to " +
+                                                           std::to_string(kMostParallelFrames));
+               }
+               o.parallel_frames = count;
+             },
+             {Text("N", "a number, or auto: one more than threads, at most 16")}));
+  rows.back().info.help =
+      "All of them share --threads, and with --max-memory each takes its Nth of it; one that would be computed by "
+      "another method within that has all of it, while no other is computed. Without --parallel-frames up to three are under way, and with "
+      "--max-memory one. It is always one with a single thread, where one may read what another writes, where the line tells something while it "
+      "runs (-v, --runstats, --verify, --stats), with --limit of memory or seconds, and in a job of --batch. The files are the same, byte for byte, and they get their names in order; "
+      "after an error no later frame's does, but with --skip-bad-frames.";
+  rows.back().lines = {"--frames 1-4 --parallel-frames auto in.exr --mulc {FRAME_NUMBER/4} -o out.#.exr"};
+}
+
 // Frames, and how files are named and written.
 void AddFrames(std::vector<Command>& rows) {
   rows.push_back(
@@ -293,9 +354,9 @@ void AddFrames(std::vector<Command>& rows) {
       "one, %04d for what printf makes of it. Without --frames, a range in a name (shot.1-10#.exr) or the "
       "files present decide. {FRAME_NUMBER} anywhere in a line with such a name is the frame's number; the "
       "braces may hold a calculation with + - * / and parentheses: --frames 1-48 --pattern "
-      "clouds:time={FRAME_NUMBER/24} 1920x1080 3 -o clouds.#.exr. Frames are independent, and up to three are under way at once; where one may read what another writes, "
-      "where the line tells something (-v, --runstats, --stats), and with --max-memory or --limit of memory or "
-      "seconds, it is one. Files and errors come in order.";
+      "clouds:time={FRAME_NUMBER/24} 1920x1080 3 -o clouds.#.exr. Frames are independent, and up to three are "
+      "under way at once, see --parallel-frames; --part shares them out among processes, --resume leaves what is finished. Files and errors "
+      "come in order.";
   rows.push_back(Option("wildcardoff",
                         "File names that follow hold no frame numbers: # @ and % are themselves.",
                         [](const Arguments&, Options& o) { o.wildcards = false; }));
@@ -307,6 +368,7 @@ void AddFrames(std::vector<Command>& rows) {
   rows.push_back(Option("skip-bad-frames",
                         "A frame that fails does not stop the frames after it; the exit code is 1.",
                         [](const Arguments&, Options& o) { o.skip_bad_frames = true; }));
+  AddSharing(rows);
   rows.push_back(Option("framepadding", "Digits of frame numbers, whatever the pattern says.",
                         [](const Arguments& a, Options& o) { o.frame_padding = a.Integer("N"); },
                         {Whole("N", 1, 16, "digits")}));
@@ -318,6 +380,20 @@ void AddFrames(std::vector<Command>& rows) {
   rows.push_back(Option("nosoftwareattrib",
                         "Does not write the command line into Exif:ImageHistory and Software.",
                         [](const Arguments&, Options& o) { o.software_attribute = false; }));
+  rows.back().info.help =
+      "Options that files do not depend on (-v, --threads, --progress, --verify, --part, --resume and the like) are "
+      "not written in any case.";
+}
+
+// So that a file is the same, and to --resume too, whatever threads made it and whatever was told meanwhile.
+void MarkBearings(std::vector<Command>& rows) {
+  for (Command& row : rows) {
+    for (const char* const name : {"v", "q", "n", "threads", "runstats", "progress", "no-progress", "verify",
+                                   "skip-bad-frames", "no-fsync", "part", "resume", "parallel-frames"}) {
+      if (row.info.name == name) row.bearing = Bearing::kRun;
+    }
+    if (row.info.name == "frames") row.bearing = Bearing::kFrames;
+  }
 }
 
 }  // namespace
@@ -327,6 +403,7 @@ bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(
 std::vector<Command> OptionCommands() {
   std::vector<Command> rows;
   for (auto* const add : {AddHelp, AddLine, AddEvaluation, AddGuards, AddEngine, AddFrames}) add(rows);
+  MarkBearings(rows);
   return rows;
 }
 

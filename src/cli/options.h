@@ -8,6 +8,7 @@
 #include "cli/limits.h"
 #include "tessera/io.h"
 #include "tessera/render.h"
+#include "tessera/roi.h"
 
 namespace tessera::cli {
 
@@ -32,7 +33,11 @@ struct Options {
   bool wildcards = true;         // of the names that follow
   bool evaluate = true;          // expressions in the words that follow
   bool skip_bad_frames = false;
-  int frame_padding = 0;  // 0: as the pattern says
+  std::string part;                    // of the frames: K/N, auto, auto/N; empty: all
+  std::optional<int> parallel_frames;  // at once; 0: as many as help
+  bool resume = false;
+  std::optional<Roi> region;  // of every output
+  int frame_padding = 0;      // 0: as the pattern says
   bool sync = true;
   bool autoorient = false;  // every file that is read
   bool all_parts = false;   // -a

@@ -8,10 +8,12 @@
 #include <iostream>
 #include <new>
 
+#include "cli/frame_names.h"
 #include "cli/json_report.h"
 #include "cli/limits.h"
 #include "cli/messages.h"
 #include "cli/output_settings.h"
+#include "cli/pieces.h"
 #include "cli/pipes.h"
 #include "cli/report.h"
 #include "cli/session.h"
@@ -106,17 +108,22 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
 
   RunStats stats;
   if (options.runstats) write.stats = &stats;
-  Progress& bar = session.progress();
+  Progress::Frame& bar = session.progress();
   bar.Begin(file, PixelsOf(entry));
   if (const auto draw = bar.Callback()) {
     write.render.progress = [draw, ask = options.render.progress](double share) {
       return draw(share) && (!ask || ask(share));
     };
   }
+  std::vector<Node> images = {entry.node};
+  for (const PendingOutput::Part& part : parts) images.push_back(part.node);
+  std::optional<MemoryGate::Share> memory;
+  if (session.memory != nullptr) memory.emplace(*session.memory, images, write.render);
   const auto start = std::chrono::steady_clock::now();
   PendingOutput output =
       parts.empty() ? PendingOutput(entry.node, file, write) : PendingOutput(parts, file, write);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  memory.reset();
   bar.End();
   if (options.verify) {
     CheckAgainstReference(entry, file, output, took.count(), options);
@@ -224,13 +231,16 @@ std::vector<PendingOutput::Part> PartsFor(const Step& step, Entry& entry, const 
 
 }  // namespace
 
-void WriteOutput(const Step& step, Session& session) {
-  Entry entry = session.Top();
-  const std::string& name = step.arguments.Text("FILE");
+namespace {
+
+void WriteEntry(const Step& step, Entry entry, const std::string& name, Session& session) {
   const std::string file = IsStandardOutput(name) ? InPlaceOfStandardOutput(name, session) : name;
   if (SkipsOutput(file, session)) return;
   FitToFile(entry, file, session);
   for (Entry& part : entry.parts) FitToFile(part, file, session);
+  if (session.options().region) OpenParts(entry, session.options());
+  KeepRegion(entry, file, session.options());
+  for (Entry& part : entry.parts) KeepRegion(part, file, session.options());
   RequireSize(entry);
   const std::vector<PendingOutput::Part> parts = PartsFor(step, entry, file, session);
   bool asked = false;
@@ -238,6 +248,8 @@ void WriteOutput(const Step& step, Session& session) {
   RequireType(entry, file, write, asked);
   entry.node = Dithered(entry, file, write);
   SayPadding(entry, file, session.options());
+  session.NoteSources(entry.node);
+  for (const PendingOutput::Part& part : parts) session.NoteSources(part.node);
   session.Later([entry, file, write, parts, &session] {
     try {
       Compute(entry, file, write, session, parts);
@@ -249,6 +261,25 @@ void WriteOutput(const Step& step, Session& session) {
     }
   });
   if (session.options().adjust_time) AdjustTime(entry, file, session);
+}
+
+}  // namespace
+
+void WriteOutput(const Step& step, Session& session) {
+  const std::string& name = step.arguments.Text("FILE");
+  if (!step.arguments.Given("all")) {
+    WriteEntry(step, session.Top(), name, session);
+    return;
+  }
+  const auto pattern = FindFrame(name, session.options().frame_padding);
+  if (!pattern) {
+    throw UsageError(WordsOf(step), "found the name " + name +
+                                        ", expected one with # or %04d for the number of "
+                                        "each image");
+  }
+  const int first = step.arguments.Integer("all");
+  for (int k = 0; k < session.Depth(); ++k)
+    WriteEntry(step, session.Top(session.Depth() - 1 - k), pattern->At(first + k), session);
 }
 
 }  // namespace tessera::cli

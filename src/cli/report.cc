@@ -18,54 +18,54 @@ Progress::Progress(size_t frames, size_t outputs, bool shown)
     : frames_(std::max<size_t>(frames, 1)),
       outputs_(std::max<size_t>(outputs, 1)),
       shown_(shown),
+      stream_(Messages()),
       start_(std::chrono::steady_clock::now()) {}
 
 Progress::~Progress() {
   Clear();
-  if (!shown_ || frame_ < frames_ || name_.empty()) return;
+  if (!shown_ || done_ < frames_ || name_.empty()) return;
   const double seconds = Seconds();
   std::string line = frames_ > 1 ? std::to_string(frames_) + " frames" : Printable(name_);
   line += " in " + Duration(seconds);
   if (frames_ > 1)
     line += OIIO::Strutil::sprintf(", %.3g frames/s", static_cast<double>(frames_) / std::max(seconds, 1e-9));
-  line += OIIO::Strutil::sprintf(", %.3g Mpixel/s", done_pixels_ / std::max(seconds, 1e-9) * 1e-6);
-  std::fprintf(Messages(), "[%s] 100%% %s\n", std::string(10, '#').c_str(), line.c_str());
+  line += OIIO::Strutil::sprintf(", %.3g Mpixel/s", pixels_ / std::max(seconds, 1e-9) * 1e-6);
+  std::fprintf(stream_, "[%s] 100%% %s\n", std::string(10, '#').c_str(), line.c_str());
 }
 
 double Progress::Seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
-void Progress::Begin(const std::string& name, double pixels) {
-  const std::lock_guard lock(mutex_);
-  name_ = name, pixels_ = pixels, share_ = -1;
+void Progress::Frame::Begin(const std::string& name, double pixels) {
+  const std::lock_guard lock(all_.mutex_);
+  all_.name_ = name_ = name, pixels_ = pixels, share_ = 0;
 }
 
-std::function<bool(double)> Progress::Callback() {
-  if (!shown_) return {};
+std::function<bool(double)> Progress::Frame::Callback() {
+  if (!all_.shown_) return {};
   return [this](double share) {
-    Draw(share);
+    all_.Draw(*this, share);
     return true;
   };
 }
 
-double Progress::Share(double of_output) const {
-  const double outputs =
-      std::min((static_cast<double>(output_) + of_output) / static_cast<double>(outputs_), 1.0);
-  return std::min((static_cast<double>(frame_) + outputs) / static_cast<double>(frames_), 1.0);
+double Progress::FrameShare(const Frame& frame, double of_output) const {
+  return std::min((static_cast<double>(frame.output_) + of_output) / static_cast<double>(outputs_), 1.0);
 }
 
-std::string Progress::Line(double share) const {
+std::string Progress::Line() const {
   using OIIO::Strutil::sprintf;
   const size_t terminal = TerminalColumns(MessagesDescriptor());
   const size_t columns = std::max<size_t>(terminal == 0 ? 80 : terminal, 20) - 1;
-  const double all = Share(share), seconds = Seconds();
+  const double frames = static_cast<double>(done_) + under_way_, seconds = Seconds();
+  const double all = std::clamp(frames / static_cast<double>(frames_), 0.0, 1.0);
   std::string facts;
-  if (frames_ > 1) facts += sprintf(" frame %d/%d", std::min(frame_ + 1, frames_), frames_);
+  if (frames_ > 1) facts += sprintf(" frame %d/%d", std::min(done_ + 1, frames_), frames_);
   // A rate and a guess are worth something once there was time to measure.
   if (seconds > 0.5 && all > 0.01) {
-    facts += sprintf(", %.3g Mpixel/s", (done_pixels_ + share * pixels_) / seconds * 1e-6);
-    if (frames_ > 1) facts += sprintf(", %.3g frames/s", all * static_cast<double>(frames_) / seconds);
+    facts += sprintf(", %.3g Mpixel/s", pixels_ / seconds * 1e-6);
+    if (frames_ > 1) facts += sprintf(", %.3g frames/s", frames / seconds);
     facts += ", " + Duration(seconds * (1 - all) / all) + " left";
   }
   const std::string percent = sprintf(" %3.0f%%", 100 * all);
@@ -84,34 +84,46 @@ std::string Progress::Line(double share) const {
          (facts.starts_with(",") ? facts.substr(1) : facts);
 }
 
-void Progress::Draw(double share) {
+void Progress::Draw(Frame& frame, double share) {
   constexpr auto kInterval = std::chrono::milliseconds(100);
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
-  if (share <= share_ || (drawn_ && now - last_ < kInterval)) return;
-  share_ = share;
+  share = std::min(share, 1.0);
+  if (share < frame.share_ || (drawn_ && (share == frame.share_ || now - last_ < kInterval))) return;
+  under_way_ += FrameShare(frame, share) - FrameShare(frame, frame.share_);
+  pixels_ += (share - frame.share_) * frame.pixels_;
+  frame.share_ = share;
   last_ = now;
   drawn_ = true;
-  std::fprintf(Messages(), "\r%s\033[K", Line(std::clamp(share, 0.0, 1.0)).c_str());
-  std::fflush(Messages());
+  name_ = frame.name_;
+  std::fprintf(stream_, "\r%s\033[K", Line().c_str());
+  std::fflush(stream_);
 }
 
 void Progress::Clear() {
-  if (drawn_) std::fputs("\r\033[K", Messages());
+  if (drawn_) std::fputs("\r\033[K", stream_);
   drawn_ = false;
 }
 
-void Progress::End() {
+void Progress::MakeWay() {
   const std::lock_guard lock(mutex_);
-  done_pixels_ += pixels_;
-  ++output_;
   Clear();
 }
 
-void Progress::EndFrame() {
-  const std::lock_guard lock(mutex_);
-  ++frame_;
-  output_ = 0;
+void Progress::Frame::End() {
+  const std::lock_guard lock(all_.mutex_);
+  all_.under_way_ += all_.FrameShare(*this, 1) - all_.FrameShare(*this, share_);
+  all_.pixels_ += (1 - share_) * pixels_;
+  ++output_;
+  share_ = pixels_ = 0;
+  all_.Clear();
+}
+
+void Progress::Frame::Done() {
+  const std::lock_guard lock(all_.mutex_);
+  all_.under_way_ -= all_.FrameShare(*this, share_);
+  ++all_.done_;
+  output_ = 0, share_ = 0;
 }
 
 std::string Duration(double seconds) {

@@ -9,10 +9,12 @@
 
 #include "base/policy.h"
 #include "cli/expression.h"
+#include "cli/frame_files.h"
 #include "cli/limits.h"
 #include "cli/metadata.h"
 #include "cli/signals.h"
 #include "cli/validate.h"
+#include "graph/topology.h"
 #include "ops/apply.h"
 #include "tessera/error_kind.h"
 #include "tessera/ocio.h"
@@ -79,7 +81,7 @@ void RequireSize(const Step& step, const Roi& window, int channels) {
     throw UsageError(WordsOf(step), TooLarge(WidthOf(window), HeightOf(window), channels));
 }
 
-Session::Session(const Options& options, std::string history, Progress& progress)
+Session::Session(const Options& options, std::string history, Progress::Frame& progress)
     : options_(options), history_(std::move(history)), progress_(progress) {
   const char* const variable = std::getenv("OCIO");
   color_config = variable != nullptr && *variable != 0 ? variable : kBuiltInConfig;
@@ -105,9 +107,28 @@ Entry Session::Pop() {
   return entry;
 }
 
+void Session::NoteSources(const std::string& word) {
+  if (!options_.resume) return;
+  for (const std::string& name : NamesIn(word)) {
+    if (const auto state = StateOf(name)) sources.push_back(*state);
+  }
+}
+
+void Session::NoteSources(const Node& image) {
+  if (!options_.resume) return;
+  for (const Node& node : graph::TopologicalOrder(image)) {
+    const graph::Op& op = *node.data()->op;
+    if (op.Kind() != graph::OpKind::kSource) continue;
+    if (const auto state = StateOf(op.Describe())) sources.push_back(*state);
+  }
+}
+
 Step Session::Resolved(const Step& step) {
   std::vector<std::string> words = step.deferred;
-  for (std::string& word : words) word = Evaluate(word, *this);
+  for (std::string& word : words) {
+    word = Evaluate(word, *this);
+    if (!IsOutput(step)) NoteSources(word);
+  }
   return ParseStep(words);
 }
 

@@ -12,6 +12,8 @@
 
 #include "cli/arguments.h"
 #include "cli/control.h"
+#include "cli/file_state.h"
+#include "cli/memory_gate.h"
 #include "cli/report.h"
 #include "tessera/io.h"
 
@@ -61,7 +63,7 @@ class Session {
  public:
   // `options` and `progress` must outlive the session; `history` is the line as written to the outputs'
   // metadata.
-  Session(const Options& options, std::string history, Progress& progress);
+  Session(const Options& options, std::string history, Progress::Frame& progress);
 
   // Runs the steps of a checked line in order, then what they left for later.
   void Compute(const std::vector<Step>& steps);
@@ -70,7 +72,7 @@ class Session {
 
   const Options& options() const { return options_; }
   const std::string& history() const { return history_; }
-  Progress& progress() { return progress_; }
+  Progress::Frame& progress() { return progress_; }
 
   // `words`: what made it, for messages about its size; empty for a file.
   void Push(Entry entry, const std::string& words = "");
@@ -87,6 +89,10 @@ class Session {
 
   // What is to be done once all outputs have their names.
   void WhenInPlace(std::function<void()> work) { in_place_.push_back(std::move(work)); }
+
+  // Adds to `sources` the files that a word names, or that an image is made from.
+  void NoteSources(const std::string& word);
+  void NoteSources(const Node& image);
 
   // A file that appears when the run succeeds.
   void AddOutput(const std::string& file, PendingOutput output) {
@@ -105,6 +111,9 @@ class Session {
   Flow flow;
   std::map<std::string, Entry> labels;  // --label
   std::vector<std::string> inputs;      // files that were read
+  // --resume: of those that the words of the line may not name, as they were before their pixels were read.
+  std::vector<FileState> sources;
+  MemoryGate* memory = nullptr;  // that frames under way at once share
   // Of the step that runs.
   size_t at() const { return step_; }
   const Blocks& blocks() const { return *blocks_; }
@@ -112,7 +121,7 @@ class Session {
  private:
   const Options& options_;
   std::string history_;
-  Progress& progress_;
+  Progress::Frame& progress_;
   std::vector<Entry> stack_;
   std::string at_hand_;  // the step
   void RunSteps(const std::vector<Step>& steps);

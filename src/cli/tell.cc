@@ -135,8 +135,9 @@ std::vector<Command> TellCommands() {
       Option("json", "Prints reports as JSON, one object a line.",
              [](const Arguments&, Options& o) { o.json = true, o.list_format = "json"; }, {},
              {"--json --info in.exr", "--json a.exr b.exr --diff", "--json in.exr --verify -o out.exr"}));
+  rows.back().bearing = Bearing::kRun;
   rows.back().info.help =
-      "--info, --hash, --printinfo, --printstats, --diff, --pdiff, --colorcount, --rangecheck, --explain, --verify, --runstats and "
+      "--info, --hash, --printinfo, --printstats, --diff, --pdiff, --colorcount, --rangecheck, --explain, --verify, --runstats, --part, --resume and "
       "--list-commands. Each object says in \"report\" which of them it is; doc/reports.md has the keys. Numbers that "
       "are not finite are null, exit codes as without it, and errors go to standard error as always.";
   rows.push_back(

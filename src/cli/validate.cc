@@ -25,6 +25,12 @@ int Growth(const Step& step, int depth) {
   }
 }
 
+// -o:all=N.
+bool WritesAll(const Step& step) {
+  const auto all = step.arguments.values.find("all");
+  return step.command->effect == Effect::kUse && all != step.arguments.values.end() && all->second.given;
+}
+
 std::string Images(int n) { return std::to_string(n) + (n == 1 ? " image" : " images"); }
 
 // The file a step reads or writes, empty for the others.
@@ -126,6 +132,9 @@ void CheckStack(const std::vector<Step>& steps, bool tells_inputs) {
         break;
       case Effect::kUse:
         for (int k = 1; k <= needs; ++k) stack[stack.size() - static_cast<size_t>(k)].used = true;
+        if (WritesAll(step)) {
+          for (Slot& slot : stack) slot.used = true;
+        }
         any_result = true;
         break;
       case Effect::kDup:

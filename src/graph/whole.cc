@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/arena.h"
+#include "graph/optimize.h"
 #include "graph/topology.h"
-#include "tessera/render.h"
 
 namespace tessera::graph {
 namespace {
@@ -90,6 +90,14 @@ Node WithinBudget(const Node& root, size_t budget, bool& short_of_memory) {
     std::shared_ptr<const Op> other = op != nullptr ? op->InLittleMemory() : nullptr;
     return other != nullptr ? MakeNode(std::move(other), node.data()->inputs) : node;
   });
+}
+
+bool HasSameMethods(const Node& node, const RenderOptions& options, size_t other_budget) {
+  const Node root = options.optimize ? Optimize(node) : node;
+  bool is_short = false, is_short_with_other = false;
+  WithinBudget(root, options.memory_budget, is_short);
+  WithinBudget(root, other_budget, is_short_with_other);
+  return is_short == is_short_with_other;
 }
 
 Node SourceOfRows(std::shared_ptr<const RowsStage> stage, const ImageSpec& spec, Context& context) {

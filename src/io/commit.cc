@@ -12,6 +12,7 @@
 #include <set>
 #include <system_error>
 
+#include "base/commit_witness.h"
 #include "base/file_names.h"
 #include "io/output_file.h"
 #include "tessera/context.h"
@@ -61,6 +62,7 @@ void CommitAll(const std::vector<Finished>& files) {
   std::set<std::string> directories;
   for (const Finished& f : files) {
     targets.push_back(ResolveTarget(f.file));
+    base::CommitWitness::Show(f.temporary, f.file);
     if (!f.sync) continue;
     if (const int code = Flush(f.temporary, O_RDONLY); code != 0) Fail(f, "cannot be written", code);
     directories.insert(DirectoryOf(targets.back()));

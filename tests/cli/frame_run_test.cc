@@ -23,8 +23,8 @@ TEST(FrameRunTest, PlainLinesHaveThreeWhereThereAreThreads) {
 }
 
 TEST(FrameRunTest, LinesThatTellOrAskForSomethingHaveOne) {
-  for (const char* option : {"-v", "-n", "--runstats", "--explain", "--verify", "--progress", "--json",
-                             "--max-memory 100", "--limit seconds=60", "--limit memory=2000", "-u"}) {
+  for (const char* option : {"-v", "-n", "--runstats", "--explain", "--verify", "--max-memory 100",
+                             "--limit seconds=60", "--limit memory=2000", "-u"}) {
     EXPECT_EQ(AtOnce(std::string("--no-progress ") + option + " --threads 8 --frames 1-9 a.#.exr -o c.#.exr"),
               1)
         << option;
@@ -43,6 +43,22 @@ TEST(FrameRunTest, FramesThatMayReadWhatWasWrittenWait) {
   EXPECT_EQ(AtOnce(start + "a.1-3#.exr -o ./a.2-4#.exr"), 1);
   EXPECT_EQ(AtOnce(start + "a.2-4#.exr -o a.1-3#.exr"), 3) << "what is written was read before";
   EXPECT_EQ(AtOnce(start + "--frames 1-3 a.#.exr --lut a.0001.exr -o a.#.exr"), 1);
+}
+
+TEST(FrameRunTest, ParallelFramesAreAsManyAsAskedForAtMost) {
+  const std::string line = " --no-progress --frames 1-40 a.#.exr --blur 5x5 -o c.#.exr";
+  EXPECT_EQ(AtOnce("--threads 2 --parallel-frames 7" + line), 7);
+  EXPECT_EQ(AtOnce("--threads 2 --parallel-frames 200" + line), 40) << "no more than there are";
+  EXPECT_EQ(AtOnce("--threads 2 --parallel-frames 1" + line), 1);
+  EXPECT_EQ(AtOnce("--threads 1 --parallel-frames 7" + line), 1);
+  EXPECT_EQ(AtOnce("--threads 2 --parallel-frames auto" + line), 3);
+  EXPECT_EQ(AtOnce("--threads 6 --parallel-frames auto" + line), 7);
+  EXPECT_EQ(AtOnce("--threads 64 --parallel-frames auto" + line), 16);
+  EXPECT_EQ(AtOnce("--threads 2 --max-memory 100 --parallel-frames 7" + line), 7) << "each has its share";
+  EXPECT_EQ(AtOnce("--threads 2 --max-memory 100 --autotrim --parallel-frames 7" + line), 1);
+  EXPECT_EQ(AtOnce("--threads 2 --parallel-frames 7 --verify" + line), 1);
+  EXPECT_EQ(AtOnce("--threads 2 --parallel-frames 7 --progress" + line), 7);
+  EXPECT_EQ(AtOnce("--threads 2 --parallel-frames 7 --json" + line), 7);
 }
 
 }  // namespace

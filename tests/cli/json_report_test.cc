@@ -44,7 +44,7 @@ std::map<std::string, std::set<std::string>> Documented() {
 
 TEST_F(JsonReportTest, HaveTheKeysThatAreDocumented) {
   const auto documented = Documented();
-  EXPECT_EQ(documented.size(), 11U);
+  EXPECT_EQ(documented.size(), 12U);
   Works("a.exr --attrib oiio:subimagename x b.exr --attrib oiio:subimagename y --siappend -o parts.exr");
   std::set<std::string> seen;
   for (const auto& [line, code] : std::vector<std::pair<std::string, int>>{
@@ -57,7 +57,8 @@ TEST_F(JsonReportTest, HaveTheKeysThatAreDocumented) {
            {"--json a.exr --colorcount 0,0,0:1,1,1", 0},
            {"--json a.exr --rangecheck 0 1", 0},
            {"--json a.exr --saturate 0.5 --explain -o x.exr", 0},
-           {"--json a.exr --saturate 0.5 --verify --runstats -o x.exr", 0}}) {
+           {"--json a.exr --saturate 0.5 --verify --runstats -o x.exr", 0},
+           {"--json --frames 1-2 --part 1/1 --resume a.exr --saturate 0.5 -o x.#.exr", 0}}) {
     SCOPED_TRACE(line);
     for (const json& report : Reports(line, code)) {
       if (report["report"] == "diff" && report["verdict"] == "pass") continue;  // without `worst`
