@@ -11,7 +11,8 @@ case "${1:-}" in
 esac
 
 cd "$(dirname "$0")/.."
-./samples/setup.sh
+# What only tests want: a scheduler, Dask, what pictures of science are drawn with.
+./samples/setup.sh slurm-wlm munge python3-dask python3-distributed python3-zarr python3-xarray python3-matplotlib python3-tqdm
 cmake --preset "$preset"
 cmake --build --preset "$preset"
 # Suppressed leaks are recognised by their stack, through libraries without frame pointers: slow, so no more of it than
