@@ -395,9 +395,8 @@ TEST_P(ProjectionsTest, TheGridsErrorOnASharpTestPattern) {
       }
     }
     RecordProperty("rms_" + std::to_string(width), std::to_string(std::sqrt(square / width / width)));
-    std::printf("width %d: rms %.5f max %.5f\n", width, std::sqrt(square / width / width), worst);
-    EXPECT_LT(std::sqrt(square / width / width), 0.02);
-    EXPECT_LT(worst, 0.08);
+    EXPECT_LT(std::sqrt(square / width / width), 0.008);
+    EXPECT_LT(worst, 0.045);
   }
 }
 

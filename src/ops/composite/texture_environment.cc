@@ -155,14 +155,14 @@ std::vector<std::string> ArgumentNames() {
 }
 
 // R, G, B and A of any image that OpenGL has a base format for: one grey channel serves all three, without
-// alpha it is 1, without colours they are 0.
+// alpha it is 1, without colours they are 0. Channels beyond the third colour are left out.
 Node AsRgba(const std::string& what, const Node& image) {
   const ImageSpec& spec = image.spec();
   std::vector<int> colors;
   for (int c = 0; c < spec.channel_count(); ++c) {
     if (c != spec.alpha) colors.push_back(c);
   }
-  if (colors.size() > 3 || colors.size() == 2) {
+  if (colors.size() == 2) {
     throw DataError("texenv", "found " + what + " of " + std::to_string(spec.channel_count()) +
                                   " channels, expected R,G,B or one grey channel, A beside them or alone");
   }
@@ -201,7 +201,7 @@ OpInfo TextureEnvironmentInfo() {
       "add-signed a0 + a1 - 1/2; interpolate a0 a2 + a1 (1 - a2); subtract a0 - a1; dot 4 sum (a0 - 1/2)(a1 - 1/2) "
       "in all three, alpha Af. scale= 1, 2 or 4 times that.\n"
       "Nothing is limited to [0,1], as OpenGL does: --clamp does it. The result has the fragment's windows and "
-      "R,G,B, and A where either has it. Source: McReynolds et al. 1997, 5.1.2; OpenGL 2.1 2006, 3.8.13.";
+      "R,G,B, and A where either has it; further channels are left out. Source: McReynolds et al. 1997, 5.1.2; OpenGL 2.1 2006, 3.8.13.";
   info.bound = "8 u * scale * the sum of the magnitudes of the terms";
   info.bound_u = 8;
   info.arguments = {ChoiceArgument("MODE", kModes, "what the texture does")};
