@@ -30,7 +30,7 @@ class Readme(unittest.TestCase):
                 os.chdir(before)
 
     def test_and_so_does_its_page(self):
-        with open(os.path.join(ROOT, "doc", "python.md"), encoding="utf-8") as file:
+        with open(os.path.join(ROOT, "doc/python.md"), encoding="utf-8") as file:
             blocks = re.findall(r"```python\n(.*?)```", file.read(), re.DOTALL)
         self.assertGreater(len(blocks), 3)
         before = os.getcwd()
