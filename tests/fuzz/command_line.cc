@@ -82,7 +82,8 @@ void Plan(const std::vector<std::string>& words) {
       if (!random::IsCheap(step.command->info, step.arguments)) return;
       if (step.generator != nullptr && !random::IsCheap(*step.generator, step.generator_arguments)) return;
     }
-    cli::Progress progress(1, 1, false);
+    cli::Progress all(1, 1, false);
+    cli::Progress::Frame progress(all);
     cli::Session session(own.options, "", progress);
     session.frame = frames[i].frame;
     std::vector<std::string> written;
