@@ -273,7 +273,8 @@ class Cluster(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        dask.config.set({"distributed.comm.timeouts.connect": "60s"})
+        # Whoever fetches from a worker that is dead is to give up soon.
+        dask.config.set({"distributed.comm.timeouts.connect": "5s", "distributed.comm.timeouts.tcp": "15s"})
         cls.cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True,
                                                dashboard_address=None, silence_logs=50)
         cls.client = distributed.Client(cls.cluster)
@@ -318,7 +319,7 @@ class Cluster(unittest.TestCase):
         self.assertNotEqual(result.status, "finished", "was done before one could be killed")
         before = self.pids()
         os.kill(next(iter(before.values())), signal.SIGKILL)
-        found = result.result(timeout=500)
+        found = result.result(timeout=200)
         self.assertNotEqual(before, self.pids())
         self.assertTrue(bits(found, graph(plate)))
 
