@@ -13,7 +13,7 @@ fail() {
 # headers include Boost's, which its package does not bring.
 packages="g++ cmake ninja-build ccache doxygen clang-format clang-tidy
   libopenimageio-dev openimageio-tools libopencolorio-dev libhwy-dev libtbb-dev
-  nlohmann-json3-dev libdeflate-dev libopenexr-dev libtiff-dev libjpeg-dev libseccomp-dev libopenvdb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev python3 python3-dev python3-numpy pybind11-dev mypy abigail-tools
+  nlohmann-json3-dev libdeflate-dev libxxhash-dev libopenexr-dev libtiff-dev libjpeg-dev libseccomp-dev libopenvdb-dev libboost-dev libgtest-dev libgmock-dev libbenchmark-dev python3 python3-dev python3-numpy pybind11-dev mypy abigail-tools
   pkg-config pngcheck libtiff-tools openexr mate-backgrounds $*"
 
 [ "${TESSERA_SETUP:-}" = skip ] && exit 0

@@ -2,30 +2,29 @@
 #ifndef TESSERA_CLI_FILE_STATE_H_
 #define TESSERA_CLI_FILE_STATE_H_
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace tessera::cli {
 
-// XXH64 with seed 0 (Collet 2012), which `xxhsum -H1` prints, over bytes that come in any pieces. It finds
-// what was torn or altered; it is no defence against who wants two files to have the same.
+// XXH64 with seed 0, which `xxhsum -H1` prints, over bytes that come in any pieces. It finds what was torn or
+// altered; it is no defence against who wants two files to have the same.
 class Hash64 {
  public:
+  Hash64();
+  ~Hash64();
   void Add(const void* bytes, size_t size);
   uint64_t Value() const;
   // 16 hexadecimal digits.
   std::string Text() const;
 
  private:
-  void TakeStripe(const unsigned char* bytes);
-
-  std::array<uint64_t, 4> lanes_ = {0x60EA27EEADC0B5D6, 0xC2B2AE3D27D4EB4F, 0, 0x61C8864E7A143579};
-  std::array<unsigned char, 32> rest_{};
-  uint64_t size_ = 0;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 std::string HashOf(std::string_view text);
 
