@@ -159,8 +159,13 @@ TEST(TextureEnvironment, RefusesWhatOpenGlHasNoTableFor) {
     return Refusal([&] { TextureEnvironment(FromImage(texture), FromImage(fragment), p); });
   };
   TextureEnvironmentParams p;
-  EXPECT_THAT(refusal(Colors(6, 1), Colors(3, 1), p),
-              HasSubstr("found a texture of 6 channels, expected R,G,B"));
+  ImageSpec vectors(kWidth, 2, 2);
+  vectors.channels = {"U", "V"}, vectors.alpha = -1;
+  EXPECT_THAT(refusal(Image(vectors), Colors(3, 1), p),
+              HasSubstr("found a texture of 2 channels, expected R,G,B"));
+  // Beyond the third colour nothing is read.
+  EXPECT_EQ(Refusal([&] { TextureEnvironment(FromImage(Colors(6, 1)), FromImage(Colors(6, 2))); }),
+            "accepted");
   p.mode = TextureMode::kDecal;
   EXPECT_THAT(refusal(AlphaAlone(), Colors(3, 1), p), HasSubstr("alpha alone, expected colours for decal"));
   p.scale = 3;

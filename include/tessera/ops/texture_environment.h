@@ -58,7 +58,8 @@ struct TextureEnvironmentParams {
 /// The texture on the fragment, as OpenGL's texture environments (OpenGL 2.1 2006, 3.8.13). Both have R, G
 /// and B, or one grey channel for all three, with A or without; a texture of A alone leaves the colours
 /// (Error with kDecal). Without A the texture leaves alpha alone; in kCombine it counts as 1. The result has
-/// R, G, B, and A where either has one (with kDecal: where the fragment has). Error where windows differ.
+/// R, G, B, and A where either has one (with kDecal: where the fragment has). Further channels are left out.
+/// Error where windows differ.
 Node TextureEnvironment(const Node& texture, const Node& fragment,
                         const TextureEnvironmentParams& params = {});
 
