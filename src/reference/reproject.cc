@@ -1,4 +1,6 @@
 // Reference of reproject: rays of the new camera against every triangle, in space and in double.
+#include "tessera/ops/reproject.h"
+
 #include <algorithm>
 #include <any>
 #include <array>
@@ -10,7 +12,6 @@
 
 #include "reference/reference.h"
 #include "tessera/camera.h"
-#include "tessera/ops/reproject.h"
 
 namespace tessera::reference {
 namespace {

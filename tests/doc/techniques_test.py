@@ -35,7 +35,7 @@ def rows(text):
 class TechniquesTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.rows = rows((ROOT / "doc" / "techniques.md").read_text())
+        cls.rows = rows((ROOT / "doc/techniques.md").read_text())
         shutil.rmtree(FOLDER, ignore_errors=True)
         cls.kitchen = blocks.Kitchen(FOLDER, {"tessera": TOOL, "scene": SCENE}, (320, 200), ROOT,
                                      "/usr/share/backgrounds/mate")
@@ -57,7 +57,7 @@ class TechniquesTest(unittest.TestCase):
             with self.subTest(cells[1]):
                 line = cells[2].strip("`")
                 try:
-                    result = self.kitchen.run(line, self.kitchen.place(str(number)), "techniques.md")
+                    result = self.kitchen.run(line, self.kitchen.place(str(number)), "doc/techniques.md")
                 except blocks.Trouble as trouble:
                     self.fail(str(trouble))
                 self.assertIsNotNone(result.picture, line)

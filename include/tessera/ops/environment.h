@@ -159,11 +159,11 @@ using YawPitchRoll = std::array<double, 3>;
 Matrix4 ViewRotation(const YawPitchRoll& degrees);
 
 /// A map in another projection, of `width` x `height` pixels. Every pixel is the mean of a grid of bilinear
-/// lookups, as many along each side as texels lie under it (by the mapping's derivatives, less a hundredth; at
-/// most 64; 8 where a side reaches beyond a lens's picture), or `samples` along each side. Pixels outside of a
-/// sphere map's disc have the colour of its rim, those of a parabolic map their own directions; the empty
-/// squares of a cross are 0. A single parabolic map becomes one with zeros behind. A direction d of the result
-/// is looked up at F^-1 M R d, F and R the views' rotations, M the matrix.
+/// lookups, as many along each side as texels lie under it (by the mapping's derivatives, less a hundredth;
+/// at most 64; 8 where a side reaches beyond a lens's picture), or `samples` along each side. Pixels outside
+/// of a sphere map's disc have the colour of its rim, those of a parabolic map their own directions; the
+/// empty squares of a cross are 0. A single parabolic map becomes one with zeros behind. A direction d of the
+/// result is looked up at F^-1 M R d, F and R the views' rotations, M the matrix.
 struct EnvironmentConvertParams {
   EnvironmentMap from = EnvironmentMap::kLatLong;  ///< projection of the map
   EnvironmentMap to = EnvironmentMap::kCube;       ///< projection of the result
