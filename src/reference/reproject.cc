@@ -1,4 +1,5 @@
-// Reference of reproject: rays of the new camera against every triangle, in space and in double.
+// Reference of reproject: rays of the new camera against every triangle that may be there, in space and in
+// double.
 #include "tessera/ops/reproject.h"
 
 #include <algorithm>
@@ -34,7 +35,8 @@ class Scene {
   struct Piece {  // of a pixel, the upper right or the lower left
     int x, y;
     Vector3 a, b, c;
-    bool upper;  // the other one lies across from b, else across from c
+    bool upper;                         // the other one lies across from b, else across from c
+    std::array<double, 4> bounds = {};  // of the result's places that may show it, generously
   };
 
   Scene(const Call& call, const ReprojectParams& p)
@@ -46,6 +48,11 @@ class Scene {
     const Roi& r = depth_.roi;
     for (int y = r.y0; y < r.y1; ++y) {
       for (int x = r.x0; x < r.x1; ++x) AddPixel(x, y);
+    }
+    rows_.resize(static_cast<size_t>(to_.height()));
+    for (size_t k = 0; k < pieces_.size(); ++k) {
+      for (size_t row = RowOf(pieces_[k].bounds[1]); row <= RowOf(pieces_[k].bounds[3]); ++row)
+        rows_[row].push_back(k);
     }
   }
   const std::vector<Piece>& pieces() const { return pieces_; }
@@ -82,7 +89,10 @@ class Scene {
   Seen Look(double x, double y, double hair, bool last) const {
     const Camera::Ray ray = p_.to.PixelRay(to_, x - 0.5, y - 0.5);
     Seen seen;
-    for (const Piece& piece : pieces_) {
+    for (const size_t k : rows_[RowOf(y)]) {
+      const Piece& piece = pieces_[k];
+      const auto& [left, upper, right, lower] = piece.bounds;
+      if (!(x >= left && x <= right && y >= upper && y <= lower)) continue;
       const double t = Meet(ray, piece, hair);
       if (!(t < kNothing)) continue;
       const double same = 1e-9 * std::fabs(t);
@@ -125,6 +135,10 @@ class Scene {
   }
 
  private:
+  // The row of the result that has y, or the nearest.
+  size_t RowOf(double y) const {
+    return static_cast<size_t>(std::clamp(std::floor(y) - to_.y0, 0.0, to_.height() - 1.0));
+  }
   // The pixels around the corner (cx, cy) that can be reached from (x, y) by sides.
   double CornerDepth(int x, int y, int cx, int cy) const {
     std::vector<std::array<int, 2>> group = {{x, y}};
@@ -167,8 +181,10 @@ class Scene {
       doubts_.push_back({bounds[0] - all, bounds[1] - all, bounds[2] + all, bounds[3] + all});
     }
     if (behind) return;
-    pieces_.push_back({x, y, corner[0][0], corner[0][1], corner[1][1], true});
-    pieces_.push_back({x, y, corner[0][0], corner[1][1], corner[1][0], false});
+    const double margin = 0.01 + 1e-4 * (bounds[2] - bounds[0] + bounds[3] - bounds[1]);
+    bounds = {bounds[0] - margin, bounds[1] - margin, bounds[2] + margin, bounds[3] + margin};
+    pieces_.push_back({x, y, corner[0][0], corner[0][1], corner[1][1], true, bounds});
+    pieces_.push_back({x, y, corner[0][0], corner[1][1], corner[1][0], false, bounds});
   }
   // Depth at which a ray meets a piece that shows both cameras the same side; nothing else.
   double Meet(const Camera::Ray& ray, const Piece& piece, double hair) const {
@@ -201,6 +217,7 @@ class Scene {
   mutable bool doubtful_ = false;
   std::vector<std::array<double, 4>> doubts_;
   std::vector<Piece> pieces_;
+  std::vector<std::vector<size_t>> rows_;  // of the result: the pieces that may be there
 };
 
 void EvaluateReproject(const Call& call) {
