@@ -111,6 +111,7 @@ struct EnvironmentParams {
   int table = 0;
   EnvironmentFilter filter = EnvironmentFilter::kBilinear;  ///< for maps finer than the picture
   double field_of_view = 0;  ///< of a lens's map, degrees across; 0: 90 perspective, 360 cylinder, 180 others
+
   /// Reflectance at normal incidence: the colour (not alpha) is multiplied by F = F0 + (1 - F0) (1 -
   /// |n.v|)^5.
   std::optional<double> fresnel;

@@ -92,8 +92,10 @@ class ReprojectOp final : public graph::OpWith<ReprojectParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     graph::RequireSameWindow("reproject", inputs);
     ImageSpec spec = inputs[0];
-    spec.data_window = spec.display_window =
-        params().width > 0 ? Roi{0, 0, params().width, params().height} : FrameOf(spec);
+    if (!spec.data_window.empty()) {
+      spec.data_window = spec.display_window =
+          params().width > 0 ? Roi{0, 0, params().width, params().height} : FrameOf(spec);
+    }
     if (spec.alpha < 0) {
       spec.alpha = spec.channel_count();
       spec.channels.push_back(spec.ChannelIndex("A") < 0 ? "A" : "coverage");
