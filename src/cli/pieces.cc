@@ -10,17 +10,13 @@
 #include <cstdint>
 #include <set>
 
+#include "base/geometry_text.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/arrangement.h"
 #include "tessera/ops/channels.h"
 
 namespace tessera::cli {
 namespace {
-
-std::string Shown(const Roi& r) {
-  return std::to_string(r.width()) + "x" + std::to_string(r.height()) + (r.x0 < 0 ? "" : "+") +
-         std::to_string(r.x0) + (r.y0 < 0 ? "" : "+") + std::to_string(r.y0);
-}
 
 void RequireAlike(const Entry& first, const Entry& piece) {
   const ImageSpec &a = first.node.spec(), &b = piece.node.spec();
@@ -65,8 +61,9 @@ void Join(const Step& step, Session& session) {
   }
   Roi gap;
   if (!step.arguments.Flag("gaps") && !Covers(windows, all, gap)) {
-    throw DataError(step.written, "found no piece that holds " + Shown(gap) + ", expected pieces that fill " +
-                                      Shown(all) + "; gaps=1 leaves black there");
+    throw DataError(step.written, "found no piece that holds " + base::GeometryText(gap) +
+                                      ", expected pieces that fill " + base::GeometryText(all) +
+                                      "; gaps=1 leaves black there");
   }
   Entry result = std::move(pieces[0]);
   result.node = Laid(std::move(nodes));
@@ -102,8 +99,8 @@ void KeepRegion(Entry& entry, const std::string& file, const Options& options) {
   const Roi& window = entry.node.spec().data_window;
   const Roi part = Intersection(window, *options.region);
   if (part.empty()) {
-    throw DataError(file, "found no pixel in --region " + Shown(*options.region) +
-                              ", expected one that meets " + Shown(window));
+    throw DataError(file, "found no pixel in --region " + base::GeometryText(*options.region) +
+                              ", expected one that meets " + base::GeometryText(window));
   }
   const auto format = OIIO::ImageOutput::create(file);
   if (format == nullptr) {

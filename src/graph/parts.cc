@@ -5,6 +5,7 @@
 #include <string>
 #include <unordered_set>
 
+#include "base/geometry_text.h"
 #include "graph/little_memory.h"
 #include "graph/source.h"
 #include "graph/topology.h"
@@ -30,11 +31,6 @@ class PartSource final : public PixelSource {
 bool IsPart(const PixelSource& source) {
   const auto view = source.View();
   return view && view->roi != source.spec().data_window;
-}
-
-std::string TextOf(const Roi& r) {
-  return std::to_string(r.width()) + "x" + std::to_string(r.height()) + (r.x0 < 0 ? "" : "+") +
-         std::to_string(r.x0) + (r.y0 < 0 ? "" : "+") + std::to_string(r.y0);
 }
 
 }  // namespace
@@ -69,8 +65,8 @@ void RequireParts(const Plan& plan, const Roi& out) {
   for (size_t k = 0; k < plan.sources.size(); ++k) {
     const auto view = plan.sources[k].source->View();
     if (!view || view->roi.Contains(regions[k])) continue;
-    throw DataError("part",
-                    "found pixels " + TextOf(view->roi) + " of an image, expected " + TextOf(regions[k]));
+    throw DataError("part", "found pixels " + base::GeometryText(view->roi) + " of an image, expected " +
+                                base::GeometryText(regions[k]));
   }
 }
 
@@ -78,8 +74,9 @@ void RequireParts(const Plan& plan, const Roi& out) {
 
 Node FromPart(const ConstImageView& part, const ImageSpec& spec) {
   if (part.channels != spec.channel_count() || !spec.data_window.Contains(part.roi)) {
-    throw Error("part", "found pixels " + graph::TextOf(part.roi) + " of " + std::to_string(part.channels) +
-                            " channels, expected a part of " + graph::TextOf(spec.data_window) + " of " +
+    throw Error("part", "found pixels " + base::GeometryText(part.roi) + " of " +
+                            std::to_string(part.channels) + " channels, expected a part of " +
+                            base::GeometryText(spec.data_window) + " of " +
                             std::to_string(spec.channel_count()));
   }
   if (part.data == nullptr && !part.roi.empty()) throw Error("part", "found no pixels, expected an address");

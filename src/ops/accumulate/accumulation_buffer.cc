@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/geometry_text.h"
 #include "ops/accumulate/sum_kernel.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -16,8 +17,7 @@ namespace {
 void RequireShape(const ConstImageView& image, const Roi& window, int channels) {
   if (image.roi == window && image.channels == channels) return;
   const auto shape = [](const Roi& r, int n) {
-    return std::to_string(r.width()) + "x" + std::to_string(r.height()) + "+" + std::to_string(r.x0) + "+" +
-           std::to_string(r.y0) + " of " + std::to_string(n) + " channels";
+    return base::GeometryText(r) + " of " + std::to_string(n) + " channels";
   };
   throw DataError("accumulation", "found an image of " + shape(image.roi, image.channels) + ", expected " +
                                       shape(window, channels));

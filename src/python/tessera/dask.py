@@ -183,16 +183,10 @@ def _graph_of(look):
 
 def _bound(look, arrays, named):
     """Values by the names of the open inputs: Dask's arrays, and what every task has whole."""
-    if len(arrays) > len(look.inputs):
-        raise UsageError("graph", f"found {len(arrays)} arrays, expected {len(look.inputs)} "
-                                  f"({', '.join(look.inputs) or 'none'})")
-    bound = dict(zip(look.inputs, arrays))
-    for name, value in named.items():
-        if name in bound:
-            raise UsageError(name, "found twice, expected it once")
+    bound = look._bound(arrays, named, "arrays")
+    for name in named:
         if name not in look.inputs:
             raise UsageError(name, "is no open input of the graph, expected " + (", ".join(look.inputs) or "none"))
-        bound[name] = value
     missing = [name for name in look.inputs if name not in bound]
     if missing:
         raise UsageError(missing[0], "is an open input of the graph, expected an array for it")

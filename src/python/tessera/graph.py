@@ -139,15 +139,20 @@ class Graph:
         self.text = text
         self.inputs = [name for name in names if name not in self._captured]
 
-    def __call__(self, *images, **named):
-        if len(images) > len(self.inputs):
-            raise UsageError("graph", f"found {len(images)} images, expected {len(self.inputs)} "
+    def _bound(self, values, named, what):
+        """Values by the names of the open inputs."""
+        if len(values) > len(self.inputs):
+            raise UsageError("graph", f"found {len(values)} {what}, expected {len(self.inputs)} "
                                       f"({', '.join(self.inputs) or 'none'})")
-        bound = dict(zip(self.inputs, images))
-        for name, image in named.items():
+        bound = dict(zip(self.inputs, values))
+        for name, value in named.items():
             if name in bound:
                 raise UsageError(name, "found twice, expected it once")
-            bound[name] = image
+            bound[name] = value
+        return bound
+
+    def __call__(self, *images, **named):
+        bound = self._bound(images, named, "images")
         given = {name: _image_of(image) for name, image in bound.items()}
         return Image(_core.from_json(self.text, {**self._captured, **given}))
 
