@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 
-#include "base/commit_witness.h"
 #include "cli/file_state.h"
 #include "cli/frame_files.h"
 #include "cli/frame_record.h"
@@ -131,15 +130,11 @@ void Compute(FrameRun& run, const Common& common) {
 // change it.
 int Commit(FrameRun& run, FrameRecords* records, std::vector<std::string>& written) {
   if (records == nullptr) return run.session->Commit(written);
-  int code = kDone;
-  {
-    const base::CommitWitness witness([&](const std::string& temporary, const std::string& file) {
-      const auto content = ContentOf(temporary);
-      if (!content) throw SystemError(file, "cannot be read back for --resume");
-      run.record.outputs.emplace_back(file, *content);
-    });
-    code = run.session->Commit(written);
-  }
+  const int code = run.session->Commit(written, [&](const std::string& temporary, const std::string& file) {
+    const auto content = ContentOf(temporary);
+    if (!content) throw SystemError(file, "cannot be read back for --resume");
+    run.record.outputs.emplace_back(file, *content);
+  });
   if (code != kDone || run.line->options.dry_run || run.record.outputs.empty()) return code;
   for (const FileState& source : run.session->sources) {
     auto& inputs = run.record.inputs;

@@ -178,12 +178,12 @@ void Session::Compute(const std::vector<Step>& steps) {
   }
 }
 
-int Session::Commit(std::vector<std::string>& written) {
+int Session::Commit(std::vector<std::string>& written, const PendingOutput::Look& look) {
   std::vector<PendingOutput*> outputs;
   for (PendingOutput& output : outputs_) outputs.push_back(&output);
   written.reserve(written.size() + files_.size());  // nothing may fail once they are in their places
   const SignalsWait wait;                           // no interrupt between the first and the last
-  PendingOutput::CommitTogether(outputs);
+  PendingOutput::CommitTogether(outputs, look);
   for (const auto& work : in_place_) work();
   std::move(files_.begin(), files_.end(), std::back_inserter(written));
   return exit_code;

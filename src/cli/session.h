@@ -67,8 +67,9 @@ class Session {
 
   // Runs the steps of a checked line in order, then what they left for later.
   void Compute(const std::vector<Step>& steps);
-  // Puts the outputs in their places. Returns the exit code; appends the names of the outputs.
-  int Commit(std::vector<std::string>& written);
+  // Puts the outputs in their places. Returns the exit code; appends the names of the outputs. `look` as
+  // PendingOutput::CommitTogether has it.
+  int Commit(std::vector<std::string>& written, const PendingOutput::Look& look = {});
 
   const Options& options() const { return options_; }
   const std::string& history() const { return history_; }

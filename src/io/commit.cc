@@ -12,7 +12,6 @@
 #include <set>
 #include <system_error>
 
-#include "base/commit_witness.h"
 #include "base/file_names.h"
 #include "io/output_file.h"
 #include "tessera/context.h"
@@ -57,12 +56,12 @@ Done Rename(const Finished& f, const std::string& target, bool keep) {
 
 }  // namespace
 
-void CommitAll(const std::vector<Finished>& files) {
+void CommitAll(const std::vector<Finished>& files, const CommitLook& look) {
   std::vector<std::string> targets;
   std::set<std::string> directories;
   for (const Finished& f : files) {
     targets.push_back(ResolveTarget(f.file));
-    base::CommitWitness::Show(f.temporary, f.file);
+    if (look) look(f.temporary, f.file);
     if (!f.sync) continue;
     if (const int code = Flush(f.temporary, O_RDONLY); code != 0) Fail(f, "cannot be written", code);
     directories.insert(DirectoryOf(targets.back()));

@@ -2,6 +2,7 @@
 #ifndef TESSERA_IO_COMMIT_H_
 #define TESSERA_IO_COMMIT_H_
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,10 @@ struct Finished {
 
 // Gives every file its name and the permissions of the one it replaces, in order. When one of them cannot be
 // given its, those before it are taken back and what was there before is there again. Throws Error naming the
-// file. The temporaries are gone afterwards, or are what they were.
-void CommitAll(const std::vector<Finished>& files);
+// file. The temporaries are gone afterwards, or are what they were. `look` as PendingOutput::CommitTogether
+// has it.
+using CommitLook = std::function<void(const std::string& temporary, const std::string& file)>;
+void CommitAll(const std::vector<Finished>& files, const CommitLook& look);
 
 }  // namespace tessera::io
 

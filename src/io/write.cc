@@ -160,12 +160,12 @@ PendingOutput::~PendingOutput() { io::RemoveTemporary(temporary_); }
 
 void PendingOutput::Commit() { CommitTogether({this}); }
 
-void PendingOutput::CommitTogether(const std::vector<PendingOutput*>& outputs) {
+void PendingOutput::CommitTogether(const std::vector<PendingOutput*>& outputs, const Look& look) {
   std::vector<io::Finished> files;
   for (const PendingOutput* output : outputs) {
     if (!output->temporary_.empty()) files.push_back({output->temporary_, output->file_, output->sync_});
   }
-  io::CommitAll(files);
+  io::CommitAll(files, look);
   for (PendingOutput* output : outputs) output->temporary_.clear();
 }
 
