@@ -9,6 +9,7 @@
 
 #include "tessera/export.h"
 #include "tessera/node.h"
+#include "tessera/ops/filter.h"
 #include "tessera/roi.h"
 #include "tessera/wrap.h"
 
@@ -55,6 +56,8 @@ struct MipParams {
   std::string filter = "box";  ///< box, linear, mitchell or lanczos3
   Wrap wrap = Wrap::kClamp;    ///< as the texture is wrapped
   int level = -1;              ///< -1: all
+  /// kAuto: all levels of a box in one pass, which takes the whole picture; kDirect: each by itself, in tiles.
+  FilterMethod method = FilterMethod::kAuto;
 };
 /// A level, or all in one picture, as MipParams says.
 Node Mip(const Node& image, const MipParams& params = {});

@@ -3,7 +3,10 @@
 #include <string>
 
 #include "base/tile.h"
+#include "graph/little_memory.h"
+#include "ops/filter/filter_ops.h"
 #include "ops/geometry/geometry_ops.h"
+#include "ops/geometry/mip_boxes.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/geometry/separable.h"
 #include "ops/modifiers.h"
@@ -31,23 +34,26 @@ SeparableMap LevelMap(const Roi& source, const Roi& at, const MipParams& p) {
   return map;
 }
 
-// The taps of one level; indices beyond the source are folded onto it, so that the whole image serves.
+// The levels from 1 on; indices beyond the source are folded onto it, so that the whole image serves.
+std::vector<MipLevel> LevelsOf(const ImageSpec& in, const MipParams& p) {
+  std::vector<MipLevel> levels;
+  for (int level = 1; level < MipLevelCount(in); ++level) {
+    const Roi window = MipLevelWindow(in, level);
+    const SeparableMap map = LevelMap(in.data_window, window, p);
+    levels.push_back(
+        {window, MakeAxisTaps(map.x, *map.filter, map.wrap), MakeAxisTaps(map.y, *map.filter, map.wrap)});
+  }
+  return levels;
+}
+
+// Every level from level 0, a tile at a time.
 class AtlasStage final : public graph::TileStage {
  public:
-  AtlasStage(const ImageSpec& in, const MipParams& p)
-      : largest_(LargestCode(in.type)), run_(ChooseResample()) {
-    for (int level = 1; level < MipLevelCount(in); ++level) {
-      const Roi window = MipLevelWindow(in, level);
-      const SeparableMap map = LevelMap(in.data_window, window, p);
-      levels_.push_back(
-          {window, MakeAxisTaps(map.x, *map.filter, map.wrap), MakeAxisTaps(map.y, *map.filter, map.wrap)});
-    }
-    source_ = in.data_window;
-    wrap_ = p.wrap;
-  }
+  AtlasStage(const ImageSpec& in, const MipParams& p, int largest)
+      : levels_(LevelsOf(in, p)), source_(in.data_window), wrap_(p.wrap), largest_(largest) {}
   Roi InputRoi(int, const Roi& out) const override {
     Roi in = Intersection(out, source_);
-    for (const Level& level : levels_) {
+    for (const MipLevel& level : levels_) {
       const Roi part = Intersection(out, level.window);
       if (part.empty()) continue;
       Roi r;
@@ -70,29 +76,30 @@ class AtlasStage final : public graph::TileStage {
       if (n > 0) std::copy_n(in.At(copied.x0, y), n, row);
       std::fill_n(row + n, pixel * static_cast<size_t>(roi.width()) - n, std::byte{0});
     }
-    for (const Level& level : levels_) {
+    for (const MipLevel& level : levels_) {
       const Roi part = Intersection(roi, level.window);
       if (!part.empty()) run_({in, args.out.Sub(part), level.x, level.y, false, args.scratch, largest_});
     }
   }
 
  private:
-  struct Level {
-    Roi window;
-    AxisTaps x, y;
-  };
-  std::vector<Level> levels_;
+  std::vector<MipLevel> levels_;
   Roi source_;
-  Wrap wrap_ = Wrap::kClamp;
+  Wrap wrap_;
   int largest_;
-  ResampleFunction run_;
+  ResampleFunction run_ = ChooseResample();
 };
 
-class MipOp final : public graph::OpWith<MipParams> {
+class MipOp final : public graph::OpWith<MipParams>, public graph::LittleMemory {
  public:
-  using OpWith::OpWith;
+  MipOp(const MipParams& p, PixelType type) : OpWith(p), type_(type) {}
   std::string Name() const override { return "mip"; }
-  graph::OpKind Kind() const override { return graph::OpKind::kTile; }
+  // All levels of boxes are made in one pass.
+  graph::OpKind Kind() const override {
+    const MipParams& p = params();
+    const bool together = p.level < 0 && p.filter == "box" && p.method == FilterMethod::kAuto;
+    return together ? graph::OpKind::kWhole : graph::OpKind::kTile;
+  }
   bool IsIdentity() const override { return params().level == 0; }
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     const std::string& filter = params().filter;
@@ -118,12 +125,28 @@ class MipOp final : public graph::OpWith<MipParams> {
     return result;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    if (params().level < 0) return std::make_unique<AtlasStage>(context.inputs[0], params());
+    if (params().level < 0) {
+      return std::make_unique<AtlasStage>(context.inputs[0], params(), LargestCode(type_));
+    }
     MipParams p = params();
     if (p.level == 0) p.filter = "box";  // the image itself; some filters would blur it
     return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, p),
                               context.inputs[0].type);
   }
+  std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
+    const ImageSpec& in = context.inputs[0];
+    return MakeMipBoxes(LevelsOf(in, params()), in.data_window, LargestCode(type_));
+  }
+  std::shared_ptr<const graph::Op> InLittleMemory() const override {
+    if (Kind() != graph::OpKind::kWhole) return nullptr;
+    MipParams p = params();
+    p.method = FilterMethod::kDirect;
+    return std::make_shared<const MipOp>(p, type_);
+  }
+  std::string InParts() const override { return "method=direct"; }
+
+ private:
+  PixelType type_;  // of the image: stages may be given the same samples as floats
 };
 
 }  // namespace
@@ -139,19 +162,28 @@ OpInfo MipInfo() {
       "wrap= says, which is the texture's own mode. Without level= the result holds level 0 on the left and "
       "levels 1, 2, ... below each other on its right; what is left over is zero. With level= it is that "
       "level alone. Where both sides are halved by a box, a pixel of an 8- or 16-bit image is the exact mean of "
-      "four codes, rounded half to even.";
+      "four codes, rounded half to even. All levels of a box take the picture and the result in memory whole; where "
+      "--max-memory does not allow that, auto is direct.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo filter = FilterModifier("box", "the filter, in pixels of the level");
   filter.choices = {"box", "linear", "mitchell", "lanczos3"};
   const ParamInfo level = IntegerModifier("level", "-1", -1, 31, "one level from 0; -1 gives all");
-  info.modifiers = {filter, WrapModifier("wrap", "clamp"), level};
+  ParamInfo method = MethodModifier({"auto", "direct"});
+  method.help =
+      "direct: every level by itself, in tiles; auto makes all levels of a box in one pass over the picture";
+  info.modifiers = {filter, WrapModifier("wrap", "clamp"), level, method};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return Mip(in[0], {a.Text("filter"), WrapNamed(a.Text("wrap")), a.Integer("level")});
+    return Mip(in[0], {a.Text("filter"), WrapNamed(a.Text("wrap")), a.Integer("level"),
+                       MethodNamed(a.Text("method"))});
   };
   info.identity = "level=0";
-  info.examples = {"filter=mitchell", "", "filter=lanczos3 wrap=repeat", "filter=linear wrap=mirror level=0",
-                   "filter=box wrap=black"};
+  info.examples = {"filter=mitchell",
+                   "",
+                   "filter=lanczos3 wrap=repeat",
+                   "filter=linear wrap=mirror level=0",
+                   "filter=box wrap=black",
+                   "method=direct"};
   return info;
 }
 
@@ -183,13 +215,16 @@ Roi MipLevelWindow(const ImageSpec& spec, int level) {
 
 Node Mip(const Node& image, const MipParams& params) {
   ops::RequireImageWrap("mip", params.wrap);
-  return graph::MakeNode(std::make_shared<const ops::MipOp>(params), {image});
+  if (params.method != FilterMethod::kAuto && params.method != FilterMethod::kDirect) {
+    throw Error("mip", "found another method than auto or direct, expected one of these");
+  }
+  return graph::MakeNode(std::make_shared<const ops::MipOp>(params, image.spec().type), {image});
 }
 
 std::vector<Node> MipChain(const Node& image, const MipParams& params) {
   std::vector<Node> levels;
   for (int level = 0; level < MipLevelCount(image.spec()); ++level) {
-    levels.push_back(Mip(image, {params.filter, params.wrap, level}));
+    levels.push_back(Mip(image, {params.filter, params.wrap, level, params.method}));
   }
   return levels;
 }
