@@ -2,10 +2,12 @@
 #include "cli/start.h"
 
 #include <malloc.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -129,20 +131,33 @@ void StartLibraries(char** argv) {
 #endif
 }
 
-// Buffers of codecs that come and go with every chunk are used again: given back to the system each time, its
-// clearing of their pages is a fifth of what some compressions take.
-void KeepFreedMemory() {
-#ifdef __GLIBC__
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+extern "C" void* __libc_malloc(size_t);
+extern "C" void __libc_free(void*);
+
+// Before the libraries' own constructors, of which OpenImageIO's alone touches 24 MB of heap one page at a time:
+// large pages, where they are to be had, save some six thousand faults, on virtual machines half of the start.
+// Not by malloc(), which somebody may have put his own in place of, with a constructor yet to run.
+void PrepareHeap(int, char**, char**) {
+  constexpr int kStart = 32 << 20, kLarge = 2 << 20;
+  // Buffers of codecs that come and go with every chunk are used again: given back to the system each time, its
+  // clearing of their pages is a fifth of what some compressions take.
   mallopt(M_MMAP_THRESHOLD, 16 << 20);
   mallopt(M_TRIM_THRESHOLD, 64 << 20);
-#endif
+  mallopt(M_TOP_PAD, kStart);
+  __libc_free(__libc_malloc(1));  // may be refused
+  mallopt(M_TOP_PAD, 128 << 10);
+  const auto end = reinterpret_cast<uintptr_t>(sbrk(0)) / kLarge * kLarge;
+  if (end <= kStart) return;
+  madvise(reinterpret_cast<void*>(end - kStart + kLarge), kStart - kLarge, MADV_HUGEPAGE);  // may be refused
 }
+[[gnu::section(".preinit_array"), gnu::used]] void (*const g_prepare_heap)(int, char**, char**) = &PrepareHeap;
+#endif
 
 }  // namespace
 
 void Start(char** argv) {
   g_line = argv;
-  KeepFreedMemory();
   StartLibraries(argv);
   g_waived_sandbox = HasOption(argv, "no-sandbox");
   if (g_waived_sandbox || !MayNeedSandbox(argv)) return;

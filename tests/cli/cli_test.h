@@ -30,9 +30,14 @@ class CliTest : public ::testing::Test {
     words.insert(words.begin(), TESSERA_PROGRAM);
     return RunCommand(std::move(words), directory_.path());
   }
-  CommandResult Oiiotool(const std::string& line) {
-    std::vector<std::string> words = Words(line);
+  CommandResult Oiiotool(const std::string& line) { return Oiiotool(Words(line)); }
+  CommandResult Oiiotool(std::vector<std::string> words) {
     words.insert(words.begin(), "oiiotool");
+#ifdef TESSERA_STAND_INS
+    // Its start would be most of what these tests take.
+    words.insert(words.begin(), {"env", "GLIBC_TUNABLES=glibc.malloc.hugetlb=1:glibc.malloc.top_pad=33554432",
+                                 "LD_LIBRARY_PATH=" TESSERA_STAND_INS, "LD_PRELOAD=" TESSERA_START_OVER});
+#endif
     return RunCommand(std::move(words), directory_.path());
   }
   // Runs and expects success; returns stdout.

@@ -27,14 +27,9 @@ class OiiotoolFilesTest : public CliTest {
   // Both programs do the line; the names are of ours and of theirs.
   void Both(const std::string& line, const std::string& ending) {
     const CommandResult ours = Tessera(Quoted(line + " -o ours" + ending)),
-                        theirs = RunTheirs(Quoted(line + " -o theirs" + ending));
+                        theirs = Oiiotool(Quoted(line + " -o theirs" + ending));
     ASSERT_EQ(ours.exit_code, 0) << line << "\n" << ours.err;
     ASSERT_EQ(theirs.exit_code, 0) << line << "\n" << theirs.err;
-  }
-
-  CommandResult RunTheirs(std::vector<std::string> words) {
-    words.insert(words.begin(), "oiiotool");
-    return RunCommand(std::move(words), directory_.path());
   }
 
   // Words, of which those in quotes may hold blanks.
@@ -281,7 +276,7 @@ TEST_F(OiiotoolFilesTest, TheSameIsPrinted) {
         "a.exr --evaloff --echo {TOP.width} --evalon --echo {TOP.width}",
         "a.exr --label x p.exr --echo {IMG[x].nchannels}"}) {
     SCOPED_TRACE(line);
-    const CommandResult ours = Tessera(Quoted(line)), theirs = RunTheirs(Quoted(line));
+    const CommandResult ours = Tessera(Quoted(line)), theirs = Oiiotool(Quoted(line));
     ASSERT_EQ(theirs.exit_code, 0) << theirs.err;
     EXPECT_EQ(ours.exit_code, 0) << ours.err;
     std::string expected = theirs.out;
@@ -294,7 +289,7 @@ TEST_F(OiiotoolFilesTest, TheSameIsPrinted) {
     Works("--pattern checker:width=1:height=1 3x2 3 -d uint8 -o s.tif");
     Works("--pattern checker:width=1:height=1 3x2 3 -d half -o s.exr");
     SCOPED_TRACE(line);
-    std::string theirs = RunTheirs(Quoted(line)).out;
+    std::string theirs = Oiiotool(Quoted(line)).out;
     if (theirs.starts_with("// ")) theirs.erase(0, 3);
     EXPECT_EQ(Works(line), theirs);
   }
@@ -331,7 +326,7 @@ TEST_F(OiiotoolFilesTest, DrawingAndTransformsAreOpenImageIOs) {
   Both("b.tif --box:color=1,0,0:fill=1 5,6,30,20", ".tif");
   SamePixels("ours.tif", "theirs.tif", 0, 0);
   EXPECT_EQ(Items("ours.tif"), Items("theirs.tif"));
-  EXPECT_EQ(Works("a.exr a.exr --pdiff"), RunTheirs(Words("a.exr a.exr --pdiff")).out);
+  EXPECT_EQ(Works("a.exr a.exr --pdiff"), Oiiotool(Words("a.exr a.exr --pdiff")).out);
   EXPECT_EQ(Tessera("a.exr a.exr --mulc 3 --pdiff").exit_code, 1);
 }
 

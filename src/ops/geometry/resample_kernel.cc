@@ -33,41 +33,75 @@ HWY_INLINE void StoreColumns(const D8& x, int r, double* columns) {
 
 // Along the columns, up to four result rows at a time; what rows are not there leave is not looked at.
 struct Rows {
-  const float* first[4];  // of the first tap, at the first column
-  const double* weights[4];
+  const float* source;  // the first source row that any of them reads, at the first column
+  int sources;          // as many from there on
+  int first[4];         // of those rows, the first that a result reads
   int count[4];
+  const double* weights[4];
 };
+
+HWY_INLINE Rows RowsOf(const ResampleJob& job, int y, int height, int c0) {
+  Rows rows;
+  int begin, end;
+  job.y.Range(y, y + height, &begin, &end);
+  rows.sources = end - begin;
+  rows.source = rows.sources == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, begin));
+  for (int r = 0; r < height; ++r) {
+    rows.count[r] = job.y.Count(y + r);
+    rows.weights[r] = job.y.Weights(y + r);
+    rows.first[r] = rows.count[r] == 0 ? 0 : job.y.First(y + r) - begin;
+  }
+  return rows;
+}
+
+// kTogether rows from r0 on, of 2 kPairs pixels from sample x on. Sources that several of them read become
+// doubles once.
+template <int kTogether, int kPairs>
+HWY_INLINE void SumsOfRows(const Rows& rows, int r0, ptrdiff_t stride, ptrdiff_t x, double* columns) {
+  D8 sum[kTogether][kPairs];
+  for (auto& row : sum) {
+    for (D8& v : row) v = D8::Zero();
+  }
+  const int begin = kTogether == 1 ? rows.first[r0] : 0;
+  const int end = kTogether == 1 ? begin + rows.count[r0] : rows.sources;
+  const float* p = rows.source + begin * stride + x;
+  for (int k = begin; k < end; ++k, p += stride) {
+    D8 value[kPairs];
+    for (int i = 0; i < kPairs; ++i) value[i] = D8::Load(p + 8 * i);
+    for (int r = 0; r < kTogether; ++r) {
+      const int tap = k - rows.first[r0 + r];
+      if (tap < 0 || tap >= rows.count[r0 + r]) continue;
+      const double w = rows.weights[r0 + r][tap];
+      if (tap == 0) {
+        for (int i = 0; i < kPairs; ++i) sum[r][i] = value[i] * w;
+      } else {
+        for (int i = 0; i < kPairs; ++i) sum[r][i].AddScaled(value[i], w);
+      }
+    }
+  }
+  for (int r = 0; r < kTogether; ++r) {
+    for (int i = 0; i < kPairs; ++i) StoreColumns(sum[r][i], r0 + r, columns + 4 * x + ptrdiff_t{32} * i);
+  }
+}
 
 HWY_INLINE void ColumnsOfRgba(const Rows& rows, int height, ptrdiff_t stride, int pixels, double* columns) {
   // Two cache lines of a source row at a time: rows often lie whole pages apart and compete for the same sets
-  // of L1, so that what is not used at once has to come again.
-  constexpr int kPairs = 4;
+  // of L1, so that what is not used at once has to come again. As many result rows as there are registers
+  // for.
+  constexpr int kPairs = 4, kTogether = D8::kLanesOf == 8 ? 4 : 1;
   int done = 0;
   for (; done + 2 * kPairs <= pixels; done += 2 * kPairs) {
-    for (int r = 0; r < height; ++r) {
-      if (rows.count[r] == 0) {
-        for (int i = 0; i < kPairs; ++i)
-          StoreColumns(D8::Zero(), r, columns + ptrdiff_t{16} * (done + 2 * i));
-        continue;
-      }
-      const float* p = rows.first[r] + ptrdiff_t{4} * done;
-      D8 sum[kPairs];
-      for (int i = 0; i < kPairs; ++i) sum[i] = D8::Load(p + 8 * i) * rows.weights[r][0];
-      for (int k = 1; k < rows.count[r]; ++k) {
-        p += stride;
-        for (int i = 0; i < kPairs; ++i) sum[i].AddScaled(D8::Load(p + 8 * i), rows.weights[r][k]);
-      }
-      for (int i = 0; i < kPairs; ++i) StoreColumns(sum[i], r, columns + ptrdiff_t{16} * (done + 2 * i));
+    const ptrdiff_t x = ptrdiff_t{4} * done;
+    int r = 0;
+    for (; r + kTogether <= height; r += kTogether) {
+      SumsOfRows<kTogether, kPairs>(rows, r, stride, x, columns);
     }
+    for (; r < height; ++r) SumsOfRows<1, kPairs>(rows, r, stride, x, columns);
   }
   for (int begin = done; begin < pixels; begin += 2) {
-    const int x =
-        pixels < 2 ? 0 : std::min(begin, pixels - 2);  // the last pair overlaps: nothing is read beyond
-    for (int r = 0; r < height; ++r) {
-      const D8 sum =
-          WeightedSum<D8>(rows.first[r] + ptrdiff_t{4} * x, stride, rows.weights[r], rows.count[r]);
-      StoreColumns(sum, r, columns + ptrdiff_t{16} * x);
-    }
+    // The last pair overlaps: nothing is read beyond.
+    const ptrdiff_t x = pixels < 2 ? 0 : ptrdiff_t{4} * std::min(begin, pixels - 2);
+    for (int r = 0; r < height; ++r) SumsOfRows<1, 1>(rows, r, stride, x, columns);
   }
 }
 
@@ -94,14 +128,7 @@ void ResampleRgba(const ResampleJob& job) {
   const ptrdiff_t stride = job.in.row_stride / 4;
   for (int y = roi.y0; y < roi.y1; y += 4) {
     const int height = std::min(4, roi.y1 - y);
-    Rows rows;
-    for (int r = 0; r < height; ++r) {
-      const int at = y + r;
-      rows.count[r] = job.y.Count(at);
-      rows.weights[r] = job.y.Weights(at);
-      rows.first[r] =
-          rows.count[r] == 0 ? nullptr : reinterpret_cast<const float*>(job.in.At(c0, job.y.First(at)));
-    }
+    const Rows rows = RowsOf(job, y, height, c0);
     ColumnsOfRgba(rows, height, stride, c1 - c0, columns);
     for (int x = roi.x0; x < roi.x1; x += 4) {
       const int width = std::min(4, roi.x1 - x);
