@@ -112,11 +112,11 @@ class PendingOutput {
   ~PendingOutput();
   /// Throws Error naming the file when it cannot be renamed.
   void Commit();
-  /// Commits all of them, or, where one of them cannot be, none: what was there stays. Those that are
-  /// committed already are left out. Throws Error naming the file that cannot be renamed. `look` is called
-  /// for each finished file while no other process can have replaced it, with the name that it has for now
-  /// and the one that it gets; what it throws ends the commit before any name is given.
+  /// Called for each finished file while no other process can have replaced it, with the name that it has for
+  /// now and the one that it gets; what it throws ends the commit before any name is given.
   using Look = std::function<void(const std::string& temporary, const std::string& file)>;
+  /// Commits all of them, or, where one of them cannot be, none: what was there stays. Those that are
+  /// committed already are left out. Throws Error naming the file that cannot be renamed.
   static void CommitTogether(const std::vector<PendingOutput*>& outputs, const Look& look = {});
   /// The type that was written: the one asked for, or the nearest that the format has.
   PixelType type() const { return type_; }

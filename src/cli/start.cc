@@ -135,13 +135,13 @@ void StartLibraries(char** argv) {
 extern "C" void* __libc_malloc(size_t);
 extern "C" void __libc_free(void*);
 
-// Before the libraries' own constructors, of which OpenImageIO's alone touches 24 MB of heap one page at a time:
-// large pages, where they are to be had, save some six thousand faults, on virtual machines half of the start.
-// Not by malloc(), which somebody may have put his own in place of, with a constructor yet to run.
+// Before the libraries' own constructors, of which OpenImageIO's alone touches 24 MB of heap one page at a
+// time: large pages, where they are to be had, save some six thousand faults, on virtual machines half of the
+// start. Not by malloc(), which somebody may have put his own in place of, with a constructor yet to run.
 void PrepareHeap(int, char**, char**) {
   constexpr int kStart = 32 << 20, kLarge = 2 << 20;
-  // Buffers of codecs that come and go with every chunk are used again: given back to the system each time, its
-  // clearing of their pages is a fifth of what some compressions take.
+  // Buffers of codecs that come and go with every chunk are used again: given back to the system each time,
+  // its clearing of their pages is a fifth of what some compressions take.
   mallopt(M_MMAP_THRESHOLD, 16 << 20);
   mallopt(M_TRIM_THRESHOLD, 64 << 20);
   mallopt(M_TOP_PAD, kStart);
@@ -151,7 +151,8 @@ void PrepareHeap(int, char**, char**) {
   if (end <= kStart) return;
   madvise(reinterpret_cast<void*>(end - kStart + kLarge), kStart - kLarge, MADV_HUGEPAGE);  // may be refused
 }
-[[gnu::section(".preinit_array"), gnu::used]] void (*const g_prepare_heap)(int, char**, char**) = &PrepareHeap;
+[[gnu::section(".preinit_array"), gnu::used]] void (*const g_prepare_heap)(int, char**,
+                                                                           char**) = &PrepareHeap;
 #endif
 
 }  // namespace

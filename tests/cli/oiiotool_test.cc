@@ -129,10 +129,10 @@ class OiiotoolTest : public CliTest, public ::testing::WithParamInterface<Shared
 };
 
 TEST_P(OiiotoolTest, AgreesOnAGeneratedPicture) {
-  for (const char* name : {"a", "b", "c", "p", "q"}) {
+  for (const std::string& name : Words(GetParam().images)) {
     const int channels = name[0] >= 'p' ? 4 : 3;
-    MakePicture(std::string(name) + ".tif", 301, 173, channels, OIIO::TypeUInt8, name[0]);
-    MakePicture(std::string(name) + ".exr", 301, 173, channels, OIIO::TypeFloat, name[0]);
+    MakePicture(name + ".tif", 301, 173, channels, OIIO::TypeUInt8, name[0]);
+    MakePicture(name + ".exr", 301, 173, channels, OIIO::TypeFloat, name[0]);
   }
   Compare("tif", "uint8", "0.00393");
   Compare("exr", "float", GetParam().limit);
@@ -145,11 +145,18 @@ TEST_P(OiiotoolTest, AgreesOnAPhotograph) {
   // Different parts; the pictures with alpha have their own green as alpha.
   const std::map<std::string, std::string> corners = {
       {"a", "+100+100"}, {"b", "+400+300"}, {"c", "+20+500"}, {"p", "+100+100"}, {"q", "+400+300"}};
+  static const TemporaryDirectory parts;  // made once
   for (const std::string& name : Words(GetParam().images)) {
-    const std::string alpha = name < "p" ? "" : "--dup --ch G --chappend --chnames R,G,B,A ";
-    const CommandResult cut = Oiiotool(photograph.string() + " --cut 512x384" + corners.at(name) + " " +
-                                       alpha + "-d uint8 -o " + name + ".tif -d float -o " + name + ".exr");
-    ASSERT_EQ(cut.exit_code, 0) << cut.err;
+    const std::string part = (parts.path() / name).string();
+    if (!std::filesystem::exists(part + ".exr")) {
+      const std::string alpha = name < "p" ? "" : "--dup --ch G --chappend --chnames R,G,B,A ";
+      const CommandResult cut = Oiiotool(photograph.string() + " --cut 512x384" + corners.at(name) + " " +
+                                         alpha + "-d uint8 -o " + part + ".tif -d float -o " + part + ".exr");
+      ASSERT_EQ(cut.exit_code, 0) << cut.err;
+    }
+    for (const char* extension : {".tif", ".exr"}) {
+      std::filesystem::copy_file(part + extension, Path(name + extension));
+    }
   }
   Compare("tif", "uint8", "0.00393");
   Compare("exr", "float", GetParam().limit);

@@ -1,6 +1,6 @@
-// Preloaded into oiiotool beside the stand-ins of the libraries that OpenImageIO seldom needs (cmake/stand_in.cmake),
-// so that comparisons of hundreds of lines do not load hundreds of libraries each: what calls one of them starts
-// over with the real ones.
+// Preloaded into oiiotool beside the stand-ins of the libraries that OpenImageIO seldom needs
+// (cmake/stand_in.cmake), so that comparisons of hundreds of lines do not load hundreds of libraries each:
+// what calls one of them starts over with the real ones.
 #include <unistd.h>
 
 #include <cstdio>

@@ -56,7 +56,9 @@ struct MipParams {
   std::string filter = "box";  ///< box, linear, mitchell or lanczos3
   Wrap wrap = Wrap::kClamp;    ///< as the texture is wrapped
   int level = -1;              ///< -1: all
-  /// kAuto: all levels of a box in one pass, which takes the whole picture; kDirect: each by itself, in tiles.
+
+  /// kAuto: all levels of a box in one pass, which takes the whole picture; kDirect: each by itself, in
+  /// tiles.
   FilterMethod method = FilterMethod::kAuto;
 };
 /// A level, or all in one picture, as MipParams says.
