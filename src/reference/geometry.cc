@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "reference/border.h"
+#include "reference/footprint.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 #include "reference/resample_filters.h"
@@ -266,6 +267,7 @@ void EvaluateZoom(const Call& call) {
 // Where one result pixel of a warp looks, how wide, and what doubles in another order may be off by.
 struct Place {
   double x = 0, y = 0, wide_x = 1, wide_y = 1, off_x = 0, off_y = 0;
+  double by_x[2] = {1, 0}, by_y[2] = {0, 1};  // derivatives of (x, y) by the result's two coordinates
 };
 
 // Values and scales of every channel at a place.
@@ -344,6 +346,9 @@ struct Projector {
       return std::max(1.0, static_cast<double>(std::max(std::fabs(s * q / det), std::fabs(t * q / det))));
     };
     to->wide_x = steepest(d, b), to->wide_y = steepest(c, a);
+    const auto derivative = [&](long double part) { return static_cast<double>(part * q / det); };
+    to->by_x[0] = derivative(d), to->by_x[1] = derivative(-c);
+    to->by_y[0] = derivative(-b), to->by_y[1] = derivative(a);
     // What cancels leaves the rounding of its parts.
     const long double parts_x = std::fabs(e * d) + std::fabs(b * f),
                       parts_y = std::fabs(a * f) + std::fabs(e * c);
@@ -357,6 +362,17 @@ struct Projector {
 void EvaluateWarp(const Call& call) {
   const auto& p = std::any_cast<const WarpParams&>(call.parameters);
   const Projector projector(p.matrix, call.in_specs[0].display_window);
+  if (p.filter == "trilinear" || p.filter == "ewa") {
+    Footprints footprints(call, call.in_specs[0].data_window, p.wrap, p.filter == "ewa", p.anisotropy);
+    for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
+      for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
+        Place at;
+        if (!projector.Source(x + 0.5L, y + 0.5L, &at)) at.x = INFINITY;
+        footprints.Put(x, y, {at.x, at.y, at.by_x[0], at.by_x[1], at.by_y[0], at.by_y[1], at.off_x, at.off_y});
+      }
+    }
+    return;
+  }
   const Lookup look{call.in[0], p.filter.empty() ? "lanczos3" : p.filter, p.wrap, p.wrap, Outside::kCounts,
                     true};
   for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {

@@ -97,12 +97,20 @@ Node Shift(const Node& image, const ShiftParams& params);
 /// `recompute_window` hold the warped data window. What lies behind the projector (q <= 0 where the centre of
 /// the image has q > 0) is black, as is NaN. Error unless M is finite and invertible. An empty filter is
 /// lanczos3. `compress_highlights` as in Resize.
+///
+/// Two filters follow the footprint of a result pixel, a parallelogram of any direction, instead of the box
+/// around it, at a cost that the map does not change (doc/maths/footprint.md). "trilinear": the mean of up to
+/// `anisotropy` look-ups in mip levels along the footprint's longer axis, as graphics hardware does it; "ewa":
+/// an elliptical Gaussian (Heckbert 1989), up to 70 * `anisotropy` pixels of two mip levels. Footprints longer
+/// than `anisotropy` times their width are widened to that. Both need a third more memory than the image. Error
+/// unless 1 <= anisotropy <= 64.
 struct WarpParams {
   std::vector<double> matrix;        ///< 9 numbers, row-major, for row vectors
-  std::string filter;                ///< empty: lanczos3
+  std::string filter;                ///< empty: lanczos3; also trilinear, ewa
   Wrap wrap = Wrap::kBlack;          ///< what is seen beyond the data window
   bool recompute_window = false;     ///< to hold the warped data window
   bool compress_highlights = false;  ///< logarithms of what is bright
+  int anisotropy = 16;               ///< of trilinear and ewa: a footprint's longest length, in widths of it
 };
 /// Carried over by a matrix, as WarpParams says.
 Node Warp(const Node& image, const WarpParams& params);

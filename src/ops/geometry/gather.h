@@ -2,6 +2,7 @@
 #ifndef TESSERA_OPS_GEOMETRY_GATHER_H_
 #define TESSERA_OPS_GEOMETRY_GATHER_H_
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -64,6 +65,23 @@ using GatherFunction = void (*)(const GatherJob&);
 
 // For the SIMD target of this moment.
 GatherFunction ChooseGather();
+
+// An index beyond the image by its wrap mode; -1 for black.
+inline int WrappedIndex(int64_t i, int size, Wrap wrap) {
+  if (i >= 0 && i < size) return static_cast<int>(i);
+  switch (wrap) {
+    case Wrap::kClamp:
+      return i < 0 ? 0 : size - 1;
+    case Wrap::kRepeat:
+      return static_cast<int>((i % size + size) % size);
+    case Wrap::kMirror: {
+      const int64_t m = (i % (2 * int64_t{size}) + 2 * int64_t{size}) % (2 * int64_t{size});
+      return static_cast<int>(m < size ? m : 2 * int64_t{size} - 1 - m);
+    }
+    default:
+      return -1;
+  }
+}
 
 }  // namespace tessera::ops
 

@@ -26,23 +26,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using F4 = s::Floats<4>;
 using F8 = s::Floats<8>;
 
-// An index beyond the image by its wrap mode; -1 for black.
-int Wrapped(int64_t i, int size, Wrap wrap) {
-  if (i >= 0 && i < size) return static_cast<int>(i);
-  switch (wrap) {
-    case Wrap::kClamp:
-      return i < 0 ? 0 : size - 1;
-    case Wrap::kRepeat:
-      return static_cast<int>((i % size + size) % size);
-    case Wrap::kMirror: {
-      const int64_t m = (i % (2 * int64_t{size}) + 2 * int64_t{size}) % (2 * int64_t{size});
-      return static_cast<int>(m < size ? m : 2 * int64_t{size} - 1 - m);
-    }
-    default:
-      return -1;
-  }
-}
-
 // The pixels with weight along one axis, for what the short paths leave: edges, whole positions, reductions
 // by much.
 struct AxisWeights {
@@ -63,7 +46,7 @@ struct AxisWeights {
     // Nearest, where a position half-way between two pixels takes the right one; or nothing but the edge's
     // pixel.
     if ((source.taps == 1 && wide == 1) || (beyond && wrap == Wrap::kClamp)) {
-      const int at = Wrapped(static_cast<int64_t>(std::floor(position + 0.5)), size, wrap);
+      const int at = WrappedIndex(static_cast<int64_t>(std::floor(position + 0.5)), size, wrap);
       if (at >= 0) index.push_back(at), weight.push_back(1);
       return;
     }
@@ -76,7 +59,7 @@ struct AxisWeights {
     for (double j = from; j <= to; ++j) {
       const double w = reduced ? hn::GetLane(filter.Value(d, hn::Set(d, j - position), all))
                                : source.filter->value(j - position);
-      const int at = Wrapped(static_cast<int64_t>(j), size, wrap);
+      const int at = WrappedIndex(static_cast<int64_t>(j), size, wrap);
       if (at >= 0 || !source.renormalize) sum += w;
       if (w == 0 || at < 0) continue;
       if (fold) {
