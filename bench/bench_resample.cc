@@ -18,6 +18,8 @@ constexpr char kAffine[] = "1.05,0.11,0,-0.11,1.05,0,100,-150,1";
 constexpr char kProjective[] = "1.2,0.1,0.00001,-0.1,1.2,0.00002,-200,-150,1";
 // One that makes the picture smaller: OpenCV leaves pixels out, which its error shows.
 constexpr char kReducing[] = "0.8,0.09,0,-0.09,0.8,0,300,300,1";
+// A floor towards the horizon.
+constexpr char kFloor[] = "1,0,0,1.92,0.2,0.001,-1344,648,0.3";
 
 // Input 0 as ever; input 1 holds smooth coordinates: a swirl about the middle, in [0, 1].
 Image SwirlInput(int width, int height, PixelType type, size_t index) {
@@ -67,6 +69,10 @@ int main(int argc, char** argv) {
     add("warp projective lanczos3", "warp", std::string(kProjective) + " filter=lanczos3");
     add("warp reducing linear", "warp", std::string(kReducing) + " filter=triangle");
     add("warp reducing lanczos3", "warp", std::string(kReducing) + " filter=lanczos3");
+    for (const char* const filter :
+         {"triangle", "trilinear aniso=1", "trilinear aniso=8", "trilinear aniso=16", "ewa"}) {
+      add(std::string("warp floor ") + filter, "warp", std::string(kFloor) + " wrap=repeat filter=" + filter);
+    }
     add("st_warp linear", "st_warp", "filter=triangle");
     add("st_warp cubic", "st_warp", "filter=simon");
     add("shift lanczos3", "shift", "0.25,-0.4");

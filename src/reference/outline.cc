@@ -1,13 +1,16 @@
-// Reference of outlines, halos, brush masks and sprites.
+// Reference of outlines, halos, brush masks, sprites and brushes of any picture.
 #include "tessera/ops/outline.h"
 
 #include <algorithm>
 #include <any>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <utility>
 #include <vector>
 
+#include "reference/border.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 
@@ -200,14 +203,91 @@ void EvaluateSprites(const Call& call) {
   });
 }
 
+// A brush's means of 2^l x 2^l pixels, each summed from the pixels themselves.
+class Means {
+ public:
+  Means(const ImageD& brush, const ImageSpec& spec) : brush_(brush), roi_(spec.data_window) {}
+  // Channel c, or the share of the block that lies on the brush for c = -1, at a place in brush pixels.
+  double At(int level, double u, double v, int c) {
+    const double side = std::ldexp(1.0, level), s = u / side - 0.5, t = v / side - 0.5;
+    double sum = 0;
+    for (const double j : {std::floor(t), std::floor(t) + 1}) {
+      for (const double i : {std::floor(s), std::floor(s) + 1}) {
+        const double weight = (1 - std::fabs(s - i)) * (1 - std::fabs(t - j));
+        if (i < 0 || j < 0 || i * side >= roi_.width() || j * side >= roi_.height() || weight == 0) continue;
+        sum += weight * Block(level, static_cast<int>(i), static_cast<int>(j), c);
+      }
+    }
+    return sum;
+  }
+
+ private:
+  double Block(int level, int i, int j, int c) {
+    const auto [found, fresh] = known_.try_emplace({level, i, j, c}, 0.0);
+    if (!fresh) return found->second;
+    const int side = 1 << level;
+    double sum = 0;
+    for (int y = j * side; y < std::min((j + 1) * side, roi_.height()); ++y)
+      for (int x = i * side; x < std::min((i + 1) * side, roi_.width()); ++x)
+        sum += c < 0 ? 1.0 : brush_.at(roi_.x0 + x, roi_.y0 + y, c);
+    return found->second = sum / side / side;
+  }
+  const ImageD& brush_;
+  Roi roi_;
+  std::map<std::array<int, 4>, double> known_;
+};
+
+Roi PaintInput(const std::any&, int input, const Roi& out) { return input == 1 ? kEverywhere : out; }
+
+// Front to back, the base last.
+void EvaluatePaint(const Call& call) {
+  using Parameters = std::pair<std::vector<Stamp>, std::vector<double>>;
+  const auto& [stamps, color] = std::any_cast<const Parameters&>(call.parameters);
+  const ImageSpec &base = call.in_specs[0], &brush = call.in_specs[1];
+  const double wide = brush.data_window.width(), high = brush.data_window.height();
+  const int base_colors = base.channel_count() - (base.alpha >= 0 ? 1 : 0);
+  const bool mask = brush.channel_count() == 1 && (brush.alpha < 0 || base_colors > 0);
+  const int cover = mask ? 0 : brush.alpha;
+  int top = 0;
+  while (std::ldexp(1.0, top) < std::max(wide, high)) ++top;
+  Means means(call.in[1], brush);
+  ForEachSample(call, [&](int x, int y, int c) {
+    // The channel's place among those beside alpha, and the brush's channel of that place.
+    const int place = c - (base.alpha >= 0 && c > base.alpha ? 1 : 0);
+    int from = place + (brush.alpha >= 0 && place >= brush.alpha ? 1 : 0);
+    double factor = 1;
+    if (c == base.alpha || mask) from = cover;
+    if (c != base.alpha && mask) factor = color.size() == 1 ? color[0] : color[static_cast<size_t>(place)];
+    double sum = 0, size = 0, through = 1;
+    for (size_t k = stamps.size(); k-- > 0;) {
+      const Stamp& s = stamps[k];
+      const double shown = std::max(s.size, 1.0), zoom = std::max(wide, high) / shown;
+      const double turn = s.angle / 180 * std::numbers::pi, dx = x + 0.5 - s.x, dy = y + 0.5 - s.y;
+      if (std::hypot(dx, dy) > 2 * shown + 4) continue;
+      const double u = wide / 2 + zoom * (dx * std::cos(turn) - dy * std::sin(turn));
+      const double v = high / 2 + zoom * (dx * std::sin(turn) + dy * std::cos(turn));
+      const double level = std::clamp(std::log2(zoom), 0.0, double(top)), part = level - std::floor(level);
+      const double opacity = s.size < 1 ? s.opacity * s.size * s.size : s.opacity;
+      const auto at = [&](int channel) {
+        const int l = static_cast<int>(level);
+        const double low = means.At(l, u, v, channel);
+        return opacity * (part > 0 ? (1 - part) * low + part * means.At(l + 1, u, v, channel) : low);
+      };
+      const double paint = factor * at(from), alpha = at(cover);
+      sum += through * paint, size += std::fabs(through * paint);
+      through *= 1 - alpha;
+    }
+    const double behind = through * call.in[0].at(x, y, c);
+    return std::pair(sum + behind, size + std::fabs(behind));
+  });
+}
+
 }  // namespace
 
 std::vector<Entry> OutlineEntries() {
-  return {{"edges", EvaluateEdges, EdgesRoi},
-          {"outline", EvaluateOutline, OneAround},
-          {"halo", EvaluateHalo, HaloRoi},
-          {"airbrush", EvaluateAirbrush},
-          {"puffs", EvaluateSprites}};
+  return {{"edges", EvaluateEdges, EdgesRoi}, {"outline", EvaluateOutline, OneAround},
+          {"halo", EvaluateHalo, HaloRoi},    {"airbrush", EvaluateAirbrush},
+          {"puffs", EvaluateSprites},         {"paint", EvaluatePaint, PaintInput}};
 }
 
 }  // namespace tessera::reference

@@ -99,11 +99,11 @@ Node Shift(const Node& image, const ShiftParams& params);
 /// lanczos3. `compress_highlights` as in Resize.
 ///
 /// Two filters follow the footprint of a result pixel, a parallelogram of any direction, instead of the box
-/// around it, at a cost that the map does not change (doc/maths/footprint.md). "trilinear": the mean of up to
-/// `anisotropy` look-ups in mip levels along the footprint's longer axis, as graphics hardware does it; "ewa":
-/// an elliptical Gaussian (Heckbert 1989), up to 70 * `anisotropy` pixels of two mip levels. Footprints longer
-/// than `anisotropy` times their width are widened to that. Both need a third more memory than the image. Error
-/// unless 1 <= anisotropy <= 64.
+/// around it, at a cost that the map does not change (doc/maths/geometry.md). "trilinear": the mean of up to
+/// `anisotropy` look-ups in mip levels along the footprint's longer axis, as graphics hardware does it;
+/// "ewa": an elliptical Gaussian (Heckbert 1989), up to 70 * `anisotropy` pixels of two mip levels.
+/// Footprints longer than `anisotropy` times their width are widened to that. Both need a third more memory
+/// than the image. Error unless 1 <= anisotropy <= 64.
 struct WarpParams {
   std::vector<double> matrix;        ///< 9 numbers, row-major, for row vectors
   std::string filter;                ///< empty: lanczos3; also trilinear, ewa
