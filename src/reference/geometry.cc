@@ -368,7 +368,8 @@ void EvaluateWarp(const Call& call) {
       for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
         Place at;
         if (!projector.Source(x + 0.5L, y + 0.5L, &at)) at.x = INFINITY;
-        footprints.Put(x, y, {at.x, at.y, at.by_x[0], at.by_x[1], at.by_y[0], at.by_y[1], at.off_x, at.off_y});
+        footprints.Put(x, y,
+                       {at.x, at.y, at.by_x[0], at.by_x[1], at.by_y[0], at.by_y[1], at.off_x, at.off_y});
       }
     }
     return;

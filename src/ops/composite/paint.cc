@@ -265,7 +265,7 @@ OpInfo PaintInfo() {
       "of opacity (shares). Trails: by time= a share of the path has been travelled (beyond 1, the source has "
       "stopped), a stamp lives life= of it, and drift= is how far wind takes it meanwhile; size= and opacity= "
       "then are at death and at birth. Small stamps read means of 2^l x 2^l brush pixels, linear between two "
-      "l. Source: McReynolds et al. 1997, 6.3 and 11.2; Haeberli and Segal 1993, 4.2.";
+      "l. The brush and those means are held in memory whole. Source: McReynolds et al. 1997, 6.3 and 11.2; Haeberli and Segal 1993, 4.2.";
   info.bound = "2 u of the sum of magnitudes";
   info.bound_u = 2;
   info.modifiers = {
@@ -276,7 +276,7 @@ OpInfo PaintInfo() {
       ListModifier("opacity", "1", 2, 0, 1, "oldest, newest"),
       NumberModifier("rotation", "0", -1e6, 1e6, "degrees, counter-clockwise as seen"),
       FlagModifier("follow", "turned as the path is, besides"),
-      ListModifier("jitter", "0", 4, 0, 1e6, "place, rotation, size, opacity"),
+      ListModifier("jitter", "0", 4, 0, 1e6, "place, rotation, size, opacity; the last two at most 1"),
       IntegerModifier("seed", "0", 0, 4294967295.0, "of jitter"),
       NumberModifier("time", "1", 0, 1e6, "share of the path that was travelled"),
       NumberModifier("life", "1", 1e-6, 1e6, "of a stamp, in shares of the path"),
