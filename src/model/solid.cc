@@ -4,10 +4,10 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <string_view>
 
 #include "base/number_text.h"
+#include "base/turn.h"
 #include "tessera/error.h"
 #include "tessera/volume.h"
 
@@ -103,7 +103,7 @@ Solid Solid::Translated(const Vector3& by) const {
 }
 Solid Solid::Rotated(const Vector3& axis, double degrees) const {
   const Vector3 n = Normalized(axis);
-  const double angle = -degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
+  const double c = base::TurnOf(degrees).cosine, s = -base::TurnOf(degrees).sine;
   return Solid([f = distance_, n, c, s](const Vector3& p) {
     const Vector3 side = Cross(n, p);
     const double along = Dot(n, p) * (1 - c);

@@ -371,7 +371,7 @@ Footprint FootprintAlong(const Map& from, const Vec& a, const Vec& b) {
     for (size_t k = 0; k < 3; ++k) d[k] = (0.5 - part) * a[k] / Norm(a) + (0.5 + part) * b[k] / Norm(b);
     return d;
   };
-  if (Norm(at(0)) == 0) return {64, false, false};
+  if (Norm(at(0)) < 1e-10 || Norm(at(-0.005)) < 1e-10 || Norm(at(0.005)) < 1e-10) return {64, false, false};
   double most = -1;
   for (const auto& [low, high] : {std::pair{-0.005, 0.005}, std::pair{-0.005, 0.0}, std::pair{0.0, 0.005}}) {
     const double texels = from.TexelsBetween(at(low), at(high));
@@ -386,7 +386,8 @@ Footprint FootprintAlong(const Map& from, const Vec& a, const Vec& b) {
 // The view's axes in the space that it is turned in: right, up and forward of a view along +z with -x to the
 // right, by the three turns' definition.
 Vec InSpace(const YawPitchRoll& degrees, const Vec& d) {
-  const double yaw = degrees[0] * kPi / 180, pitch = degrees[1] * kPi / 180, roll = degrees[2] * kPi / 180;
+  const auto angle = [&](size_t k) { return std::fmod(degrees[k], 360.0) * kPi / 180; };
+  const double yaw = angle(0), pitch = angle(1), roll = angle(2);
   const Vec forward = {-std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch)};
   const Vec level = {-std::cos(yaw), 0, -std::sin(yaw)};  // to the right before the roll
   const Vec above = Cross(level, forward);

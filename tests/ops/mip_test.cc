@@ -14,6 +14,7 @@
 #include "support/pictures.h"
 #include "support/test_ops.h"
 #include "tessera/node.h"
+#include "tessera/ops/arithmetic.h"
 #include "tessera/ops/geometry.h"
 #include "tessera/render.h"
 #include "verify/pixels.h"
@@ -112,6 +113,38 @@ TEST(MipTest, LevelsAreMeansOfTheirWindows) {
                         static_cast<double>(largest) * 0x1p-24 * 1.01)
                 << level << ": " << x << ", " << y;
           }
+        }
+      }
+    }
+  });
+}
+
+// Means half way between two codes are put aside for the sink only where they are means of codes: an image
+// that was computed from codes has any values.
+TEST(MipTest, ComputedValuesAreNotTakenForCodes) {
+  OnEveryTarget([] {
+    const Image codes(ImageSpec(256, 256, 1, PixelType::kUint16));
+    std::mt19937 random(20261127);
+    for (int y = 0; y < 256; ++y) {
+      for (int x = 0; x < 256; ++x) codes.at<uint16_t>(x, y) = static_cast<uint16_t>(random());
+    }
+    const Node inverted = Invert(FromImage(codes));
+    const Image in = Render(inverted, PixelType::kFloat);
+    const Node halves[] = {Mip(inverted, {}), Mip(inverted, {.method = FilterMethod::kDirect}),
+                           Mip(inverted, {.level = 1}),
+                           Resize(inverted, {.width = 128, .height = 128, .filter = "box"})};
+    for (const Node& half : halves) {
+      const Image got = Render(half, PixelType::kFloat);
+      const Roi at =
+          got.spec().data_window.width() > 128 ? MipLevelWindow(inverted.spec(), 1) : got.spec().data_window;
+      for (int y = 0; y < 128; ++y) {
+        for (int x = 0; x < 128; ++x) {
+          double mean = 0, largest = 0;
+          for (const auto& [i, j] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
+            const double v = in.at<float>(2 * x + i, 2 * y + j);
+            mean += v / 4, largest = std::max(largest, v);
+          }
+          ASSERT_NEAR(got.at<float>(at.x0 + x, at.y0 + y), mean, 2 * 0x1p-24 * largest) << x << " " << y;
         }
       }
     }

@@ -104,7 +104,9 @@ TEST(LensPlaces, AreThoseOfTheFormulas) {
       for (size_t c = 0; c < 3; ++c) ASSERT_NEAR(back[c], d[c] / length, 1e-7);
     }
     EXPECT_GT(seen, 100);
-    if (lens.field_of_view < 360) EXPECT_GT(missed, 100);
+    if (lens.field_of_view < 360) {
+      EXPECT_GT(missed, 100);
+    }
   }
 }
 
@@ -415,6 +417,27 @@ TEST_P(ProjectionsTest, ConversionsAreWithinTheirBound) {
           << static_cast<int>(from) << " " << static_cast<int>(to) << ": " << report.Summary();
     }
   }
+}
+
+// Few and large pixels, whose edges look opposite ways, and a lens that sees little of what lies between.
+TEST_P(ProjectionsTest, APixelOfHalfASphereSeesASmallPicture) {
+  EnvironmentConvertParams p;
+  p.from = Map::kEquidistant, p.to = Map::kDualParabolic, p.width = 3, p.height = 29;
+  p.from_field_of_view = 13.2;
+  p.matrix = {0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 0, 1};
+  const Node seen = ConvertEnvironment(FromImage(NoiseMap(13, 1, 3)), p);
+  const VerifyReport report = Verify(seen);
+  EXPECT_TRUE(report.within_bound) << report.Summary();
+  EXPECT_GT(Render(seen).at<float>(0, 14, 0), 0.f);
+}
+
+// 1e30 degrees are an angle like others.
+TEST_P(ProjectionsTest, LargeAnglesAreTurnsToo) {
+  EnvironmentConvertParams p;
+  p.from = Map::kLatLong, p.to = Map::kOctahedral, p.width = p.height = 16;
+  p.rotation = {-0.8419, 1e30, 1e9}, p.from_rotation = {1e30, 7, -1e15};
+  const VerifyReport report = Verify(ConvertEnvironment(FromImage(NoiseMap(20, 10, 3)), p));
+  EXPECT_TRUE(report.within_bound) << report.Summary();
 }
 
 TEST_P(ProjectionsTest, GlossAndFilteredMirrorsReadThemToo) {

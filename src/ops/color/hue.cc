@@ -1,10 +1,10 @@
 // Hue rotation about the grey axis, keeping luminance (sheared) or not.
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "base/turn.h"
 #include "ops/color/color_ops.h"
 #include "ops/modifiers.h"
 
@@ -12,32 +12,9 @@ namespace tessera {
 namespace ops {
 namespace {
 
-// sin and cos of an angle in degrees: reduced modulo 360 exactly, exact at multiples of 90.
-void SinCosDegrees(double degrees, double* sin, double* cos) {
-  const double reduced = std::remainder(degrees, 360.0);  // exact, in [-180, 180]
-  const double quarter = std::nearbyint(reduced / 90);
-  const double rest = (reduced - 90 * quarter) * std::numbers::pi / 180;
-  const double s = std::sin(rest), c = std::cos(rest);
-  switch (static_cast<int>(quarter) & 3) {
-    case 0:
-      *sin = s, *cos = c;
-      break;
-    case 1:
-      *sin = c, *cos = -s;
-      break;
-    case 2:
-      *sin = -s, *cos = -c;
-      break;
-    default:
-      *sin = -c, *cos = s;
-      break;
-  }
-}
-
 // H = 1 w^T + cos t P + sin t P [g]x with P = I - 1 w^T; with w = 1/3 this is the plain rotation.
 Matrix3 HueMatrix(double degrees, const double (&w)[3]) {
-  double sin, cos;
-  SinCosDegrees(degrees, &sin, &cos);
+  const auto [cos, sin] = base::TurnOf(degrees);
   const double k = 1 / std::numbers::sqrt3;
   const double cross[3][3] = {{0, -k, k}, {k, 0, -k}, {-k, k, 0}};
   Matrix3 h;
@@ -55,8 +32,7 @@ Matrix3 HueMatrix(double degrees, const double (&w)[3]) {
 Matrix3 CssHueMatrix(double degrees) {
   constexpr double kGrey[3] = {0.213, 0.715, 0.072};
   constexpr double kSine[3][3] = {{-0.213, -0.715, 0.928}, {0.143, 0.140, -0.283}, {-0.787, 0.715, 0.072}};
-  double sin, cos;
-  SinCosDegrees(degrees, &sin, &cos);
+  const auto [cos, sin] = base::TurnOf(degrees);
   Matrix3 h;
   for (size_t i = 0; i < 3; ++i) {
     for (size_t j = 0; j < 3; ++j) h[i][j] = (1 - cos) * kGrey[j] + (i == j ? cos : 0) + sin * kSine[i][j];

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/number_text.h"
+#include "base/turn.h"
 #include "ops/composite/composite_ops.h"
 #include "ops/modifiers.h"
 #include "tessera/error_kind.h"
@@ -135,8 +136,9 @@ class BrushStage final : public graph::TileStage {
 
   Print PrintOf(const Stamp& s) const {
     const double longer = std::max(levels_[0].width, levels_[0].height), size = std::max(s.size, 1.0);
-    const double angle = s.angle * std::numbers::pi / 180, fade = std::min(s.size, 1.0);
-    Print p{s.x, s.y, std::cos(angle), std::sin(angle), longer / size, s.opacity * fade * fade, 0, 0, 0};
+    const base::Turn turn = base::TurnOf(s.angle);
+    const double fade = std::min(s.size, 1.0);
+    Print p{s.x, s.y, turn.cosine, turn.sine, longer / size, s.opacity * fade * fade, 0, 0, 0};
     const double level = std::min(std::max(std::log2(p.ratio), 0.0), static_cast<double>(levels_.size() - 1));
     p.level = static_cast<size_t>(level);
     p.part = level - std::floor(level);

@@ -2,6 +2,7 @@
 // beneath it.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ constexpr int kMostSamples = 64;
 constexpr int kEdgeSamples = 8;  // where a pixel's side leaves what a lens sees
 constexpr double kSlack =
     0.01;  // texels more than a whole number: a map of the same size is read once a pixel
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kOpposite = 1e-20;  // of the sum of two directions, squared: they are, but for roundings
 constexpr double kEdge = -1, kNowhere = -2;  // in place of a number of texels
 
 Matrix4 Linear(const Matrix4& m) {
@@ -82,8 +85,8 @@ class ConvertStage final : public graph::TileStage {
   }
   // Texels of the source that a step of the result passes, by the mapping's derivative along the chord
   // between its ends: differences over a hundredth of it, so that no seam is in the way, and where one is, on
-  // one side of it. kEdge where an end has no direction, or no place on the map; kNowhere where nothing of it
-  // has.
+  // one side of it. Infinite between opposite directions; kEdge where an end has no direction, or no place on
+  // the map; kNowhere where nothing of it has.
   double TexelsAlong(const Place& from, const Place& to) const {
     const Vector3 a = Normalized(Turned(DirectionAt(to_, from))),
                   b = Normalized(Turned(DirectionAt(to_, to)));
@@ -95,7 +98,9 @@ class ConvertStage final : public graph::TileStage {
     };
     constexpr double kPart = 0.005;
     const Vector3 low = along(-kPart), middle = along(0), high = along(kPart);
-    if (!(Dot(low, low) > 0) || !(Dot(middle, middle) > 0) || !(Dot(high, high) > 0)) return kMostSamples;
+    for (const Vector3& d : {low, middle, high}) {
+      if (!(Dot(d, d) > kOpposite)) return kInfinity;
+    }
     if (const double both = TexelsBetween(low, high); both >= 0) return both / (2 * kPart);
     const double one = std::max(TexelsBetween(low, middle), TexelsBetween(middle, high)) / kPart;
     Place p;

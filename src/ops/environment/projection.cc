@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/number_text.h"
+#include "base/turn.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 
@@ -385,8 +386,8 @@ bool DirectionOf(EnvironmentMap map, int width, int height, double x, double y, 
 }
 
 Matrix4 ViewRotation(const YawPitchRoll& degrees) {
-  const auto cosine = [&](size_t k) { return std::cos(degrees[k] / 180 * std::numbers::pi); };
-  const auto sine = [&](size_t k) { return std::sin(degrees[k] / 180 * std::numbers::pi); };
+  const auto cosine = [&](size_t k) { return base::TurnOf(degrees[k]).cosine; };
+  const auto sine = [&](size_t k) { return base::TurnOf(degrees[k]).sine; };
   const Matrix4 yaw = {cosine(0), 0, -sine(0), 0, 0, 1, 0, 0, sine(0), 0, cosine(0), 0, 0, 0, 0, 1};
   const Matrix4 pitch = {1, 0, 0, 0, 0, cosine(1), sine(1), 0, 0, -sine(1), cosine(1), 0, 0, 0, 0, 1};
   const Matrix4 roll = {cosine(2), -sine(2), 0, 0, sine(2), cosine(2), 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};

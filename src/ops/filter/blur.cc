@@ -12,6 +12,7 @@
 #include "base/number_text.h"
 #include "base/worker_arenas.h"
 #include "graph/op.h"
+#include "ops/codes.h"
 #include "ops/filter/box/codes.h"
 #include "ops/filter/box/running_sum.h"
 #include "ops/filter/box/strips.h"

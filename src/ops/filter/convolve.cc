@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "graph/op.h"
+#include "ops/codes.h"
 #include "ops/filter/box/codes.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/filter/frame.h"

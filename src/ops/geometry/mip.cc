@@ -4,6 +4,7 @@
 
 #include "base/tile.h"
 #include "graph/little_memory.h"
+#include "ops/codes.h"
 #include "ops/filter/filter_ops.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/mip_boxes.h"
@@ -92,7 +93,7 @@ class AtlasStage final : public graph::TileStage {
 
 class MipOp final : public graph::OpWith<MipParams>, public graph::LittleMemory {
  public:
-  MipOp(const MipParams& p, PixelType type) : OpWith(p), type_(type) {}
+  MipOp(const MipParams& p, PixelType codes) : OpWith(p), codes_(codes) {}
   std::string Name() const override { return "mip"; }
   // All levels of boxes are made in one pass.
   graph::OpKind Kind() const override {
@@ -126,27 +127,27 @@ class MipOp final : public graph::OpWith<MipParams>, public graph::LittleMemory 
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
     if (params().level < 0) {
-      return std::make_unique<AtlasStage>(context.inputs[0], params(), LargestCode(type_));
+      return std::make_unique<AtlasStage>(context.inputs[0], params(), LargestCode(codes_));
     }
     MipParams p = params();
     if (p.level == 0) p.filter = "box";  // the image itself; some filters would blur it
     return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, p),
-                              context.inputs[0].type);
+                              codes_);
   }
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
     const ImageSpec& in = context.inputs[0];
-    return MakeMipBoxes(LevelsOf(in, params()), in.data_window, LargestCode(type_));
+    return MakeMipBoxes(LevelsOf(in, params()), in.data_window, LargestCode(codes_));
   }
   std::shared_ptr<const graph::Op> InLittleMemory() const override {
     if (Kind() != graph::OpKind::kWhole) return nullptr;
     MipParams p = params();
     p.method = FilterMethod::kDirect;
-    return std::make_shared<const MipOp>(p, type_);
+    return std::make_shared<const MipOp>(p, codes_);
   }
   std::string InParts() const override { return "method=direct"; }
 
  private:
-  PixelType type_;  // of the image: stages may be given the same samples as floats
+  PixelType codes_;  // of the image, whose stages may be given them as floats
 };
 
 }  // namespace
@@ -161,9 +162,9 @@ OpInfo MipInfo() {
       "widened to 2^k pixels (applying a filter level by level gives another, wrong one), beyond the edge as "
       "wrap= says, which is the texture's own mode. Without level= the result holds level 0 on the left and "
       "levels 1, 2, ... below each other on its right; what is left over is zero. With level= it is that "
-      "level alone. Where both sides are halved by a box, a pixel of an 8- or 16-bit image is the exact mean of "
-      "four codes, rounded half to even. All levels of a box take the picture and the result in memory whole; where "
-      "--max-memory does not allow that, auto is direct.";
+      "level alone. Where both sides are halved by a box, a pixel of 8- or 16-bit codes is the exact mean of "
+      "four of them, rounded half to even. All levels of a box take the picture and the result in memory whole; "
+      "where --max-memory does not allow that, auto is direct.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
   info.bound_u = 6;
   ParamInfo filter = FilterModifier("box", "the filter, in pixels of the level");
@@ -218,7 +219,7 @@ Node Mip(const Node& image, const MipParams& params) {
   if (params.method != FilterMethod::kAuto && params.method != FilterMethod::kDirect) {
     throw Error("mip", "found another method than auto or direct, expected one of these");
   }
-  return graph::MakeNode(std::make_shared<const ops::MipOp>(params, image.spec().type), {image});
+  return graph::MakeNode(std::make_shared<const ops::MipOp>(params, ops::CodesOf(image)), {image});
 }
 
 std::vector<Node> MipChain(const Node& image, const MipParams& params) {

@@ -21,10 +21,6 @@ struct ResampleJob {
   base::Arena& scratch;
   int largest = 0;
 };
-// Of images of bytes and words; else 0.
-inline int LargestCode(PixelType type) {
-  return type == PixelType::kUint8 ? 255 : type == PixelType::kUint16 ? 65535 : 0;
-}
 using ResampleFunction = void (*)(const ResampleJob&);
 
 // For the SIMD target of this moment.

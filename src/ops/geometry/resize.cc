@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string>
 
+#include "ops/codes.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/geometry/resize_window.h"
@@ -21,7 +22,8 @@ std::string FilterOf(const ResizeParams& p, const Roi& from) {
 class ResizeOp final : public graph::OpWith<ResizeParams> {
  public:
   // `data`: what is resized of the input's data window.
-  ResizeOp(const ResizeParams& params, const Roi& data) : OpWith(params), data_(data) {}
+  ResizeOp(const ResizeParams& params, const Roi& data, PixelType codes)
+      : OpWith(params), data_(data), codes_(codes) {}
   std::string Name() const override { return "resize"; }
   std::string Describe() const override {
     return "resize " + std::to_string(params().width) + "x" + std::to_string(params().height);
@@ -61,11 +63,12 @@ class ResizeOp final : public graph::OpWith<ResizeParams> {
     // As oiiotool, an axis that keeps its size is not filtered.
     map.filter = &FindFilter("resize", FilterOf(params(), from));
     if (from.width() == to.width() && from.height() == to.height()) map.filter = &FindFilter("resize", "box");
-    return MakeSeparableStage(map, in.type);
+    return MakeSeparableStage(map, codes_);
   }
 
  private:
   Roi data_;
+  PixelType codes_;  // of the image, whose stage may be given them as floats
 };
 
 }  // namespace
@@ -82,7 +85,7 @@ OpInfo ResizeInfo() {
       "computed in double at exact positions; the filter spans pixels of the coarser of the two images on "
       "each axis. Without a filter it is lanczos3, or blackman-harris where a side grows, and an image that "
       "keeps its size keeps its bits: as oiiotool. NaN spreads to pixels whose filter gives it weight. "
-      "Where a box halves both sides, a pixel of an 8- or 16-bit image is the exact mean of four codes, "
+      "Where a box halves both sides, a pixel of 8- or 16-bit codes is the exact mean of four of them, "
       "rounded half to even. A pixel that lies on a box's very edge counts for both its neighbours; oiiotool, "
       "which finds places in float, leaves it out of one of them where rounding falls so.";
   info.bound = "6 u * (largest |value| under the filter) * (sum of |weight|)";
@@ -121,7 +124,7 @@ Node Resize(const Node& image, const ResizeParams& params) {
   }
   const Roi& data = image.spec().data_window;
   const Roi framed = data.empty() ? data : Union(data, image.spec().display_window);
-  return graph::MakeNode(std::make_shared<const ops::ResizeOp>(params, data),
+  return graph::MakeNode(std::make_shared<const ops::ResizeOp>(params, data, ops::CodesOf(image)),
                          {framed == data ? image : Crop(image, framed)});
 }
 

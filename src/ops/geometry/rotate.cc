@@ -1,8 +1,8 @@
 // A turn by any angle: a warp.
 #include <cmath>
-#include <numbers>
 #include <string>
 
+#include "base/turn.h"
 #include "ops/geometry/geometry_ops.h"
 #include "ops/geometry/modifiers.h"
 #include "ops/modifiers.h"
@@ -11,24 +11,6 @@
 #include "tessera/ops/geometry.h"
 
 namespace tessera::ops {
-namespace {
-
-struct Turn {
-  double sine, cosine;
-};
-
-// Quarter turns are whole numbers.
-Turn TurnBy(double degrees) {
-  const double rest = std::remainder(degrees, 360);
-  if (rest == 0) return {0, 1};
-  if (rest == 90) return {1, 0};
-  if (rest == -90) return {-1, 0};
-  if (std::fabs(rest) == 180) return {0, -1};
-  const double radians = rest * std::numbers::pi / 180;
-  return {std::sin(radians), std::cos(radians)};
-}
-
-}  // namespace
 
 OpInfo RotateInfo() {
   OpInfo info;
@@ -78,7 +60,7 @@ Node Rotate(const Node& image, const RotateParams& params) {
   const Roi& frame = image.spec().display_window;
   const double cx = params.about_center ? 0.5 * (double{1} * frame.x0 + frame.x1) : params.center_x;
   const double cy = params.about_center ? 0.5 * (double{1} * frame.y0 + frame.y1) : params.center_y;
-  const auto [s, c] = ops::TurnBy(params.degrees);
+  const auto [c, s] = base::TurnOf(params.degrees);
   return Warp(image, {.matrix = {c, s, 0, -s, c, 0, cx - c * cx + s * cy, cy - s * cx - c * cy, 1},
                       .filter = params.filter,
                       .wrap = Wrap::kBlack,

@@ -7,6 +7,7 @@
 
 #include "base/arena_vector.h"
 #include "base/tile.h"
+#include "ops/codes.h"
 
 namespace tessera::ops {
 namespace {
@@ -115,9 +116,9 @@ class RadialStage final : public graph::TileStage {
 
 }  // namespace
 
-std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map, PixelType type) {
+std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map, PixelType codes) {
   if (!map.filter->separable) return std::make_unique<RadialStage>(map);
-  return std::make_unique<SeparableStage>(map, type);
+  return std::make_unique<SeparableStage>(map, codes);
 }
 
 ConstImageView InputChannels(const graph::TileArgs& args, size_t k) {

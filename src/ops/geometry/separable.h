@@ -17,9 +17,9 @@ struct SeparableMap {
   Wrap wrap = Wrap::kClamp;
 };
 
-// A stage of one input of the type, with as many channels in as out.
+// A stage of one input whose samples are codes of the type (CodesOf) or floats, with as many channels in as out.
 std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map,
-                                                     PixelType type = PixelType::kFloat);
+                                                     PixelType codes = PixelType::kFloat);
 
 // The input's pixels with exactly the channels that the tile's result holds, copied only where they differ.
 ConstImageView InputChannels(const graph::TileArgs& args, size_t k);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/number_text.h"
+#include "base/turn.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -59,8 +60,8 @@ NoiseShape ShapeOf(const NoiseParams& p) {
       sum += probability;
     }
     shape.poisson[kMaxImpulses - 1] = 0xffffffffu;
-    const double angle = p.angle * std::numbers::pi / 180, c = std::cos(angle),
-                 s = -std::sin(angle);  // y is down
+    const base::Turn turn = base::TurnOf(p.angle);
+    const double c = turn.cosine, s = -turn.sine;  // y is down
     shape.spot[0] = static_cast<float>(c * c + p.stretch * s * s);
     shape.spot[1] = static_cast<float>((1 - p.stretch) * c * s);
     shape.spot[2] = static_cast<float>(s * s + p.stretch * c * c);

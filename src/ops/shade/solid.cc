@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <utility>
 
 #include "base/number_text.h"
+#include "base/turn.h"
 #include "graph/op.h"
 #include "model/shade_settings.h"
 #include "ops/noise/noise_ops.h"
@@ -159,18 +159,7 @@ namespace tessera {
 std::array<double, 9> RotationAbout(const Vector3& axis, double degrees) {
   const Vector3 u = Normalized(axis);
   if (Dot(u, u) == 0) throw Error("rotation", "found the axis 0,0,0, expected a direction");
-  const double turns = std::remainder(degrees, 360.0), a = turns * std::numbers::pi / 180;
-  // Quarter turns exactly.
-  const double quarter = turns / 90;
-  const bool whole = quarter == std::floor(quarter);
-  const double c = whole ? (std::fmod(quarter + 8, 4) == 0   ? 1
-                            : std::fmod(quarter + 8, 4) == 2 ? -1
-                                                             : 0)
-                         : std::cos(a);
-  const double s = whole ? (std::fmod(quarter + 8, 4) == 1   ? 1
-                            : std::fmod(quarter + 8, 4) == 3 ? -1
-                                                             : 0)
-                         : std::sin(a);
+  const auto [c, s] = base::TurnOf(degrees);
   std::array<double, 9> r;
   for (size_t i = 0; i < 3; ++i) {
     for (size_t j = 0; j < 3; ++j) r[3 * i + j] = u[i] * u[j] * (1 - c) + (i == j ? c : 0);

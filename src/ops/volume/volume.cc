@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/number_text.h"
+#include "base/turn.h"
 #include "graph/op.h"
 #include "ops/volume/prepare.h"
 #include "ops/volume/shear_warp.h"
@@ -328,8 +329,8 @@ Camera OrbitCamera(const Volume& volume, double azimuth, double elevation, doubl
   Vector3 centre, half;
   for (size_t a = 0; a < 3; ++a) centre[a] = 0.5 * (low[a] + high[a]), half[a] = 0.5 * (high[a] - low[a]);
   const double radius = std::sqrt(Dot(half, half));
-  const double az = azimuth * std::numbers::pi / 180, el = elevation * std::numbers::pi / 180;
-  const Vector3 to_eye = {std::sin(az) * std::cos(el), std::sin(el), std::cos(az) * std::cos(el)};
+  const base::Turn az = base::TurnOf(azimuth), el = base::TurnOf(elevation);
+  const Vector3 to_eye = {az.sine * el.cosine, el.sine, az.cosine * el.cosine};
   const Vector3 up = std::fabs(to_eye[1]) > 0.999 ? Vector3{0, 0, -1} : Vector3{0, 1, 0};
   const double narrow = std::min(aspect, 1.0);
   if (field_of_view <= 0) {

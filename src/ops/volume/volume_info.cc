@@ -1,11 +1,10 @@
 // The words of --volume: where the volume comes from, how it is seen, what is drawn.
 #include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
+#include "base/turn.h"
 #include "ops/modifiers.h"
 #include "ops/volume/volume_ops.h"
 #include "ops/volume/words.h"
@@ -110,7 +109,7 @@ void RequireUsed(const Arguments& a) {
 }
 // From a volume's coordinates to the world's: upright, then turned around y, then moved.
 Matrix4 PlaceOf(const Arguments& a, bool upright) {
-  const double angle = a.Number("turn") * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
+  const auto [c, s] = base::TurnOf(a.Number("turn"));
   const std::vector<double>& at = a.Numbers("at");
   const Matrix4 place = {c, 0, s, at[0], 0, 1, 0, at[1], -s, 0, c, at[2], 0, 0, 0, 1};
   return upright ? place : Product(place, kUpright);

@@ -58,12 +58,6 @@ template <class T>
 void BoxMeans(const BoxFunctions<T>& functions, const BoxTile<T>& tile, float* out, ptrdiff_t out_stride,
               base::Arena& scratch);
 
-// Whether all samples of an image are codes of its type: its pixels come from a source and nothing was done
-// to them but to choose channels and windows.
-bool HoldsCodes(const Node& image);
-// The type that all samples are codes of, or kFloat: an image that was computed has its source's type and any
-// values.
-PixelType CodesOf(const Node& image);
 // Whether the stage of codes can do a box: of an image that HoldsCodes.
 bool SumsBoxOfCodes(const BoxParams& params, PixelType type);
 // Of samples that are codes of that type, whether they come as such or as floats.

@@ -9,6 +9,7 @@
 #include "base/border.h"
 #include "base/tile.h"
 #include "graph/op.h"
+#include "ops/codes.h"
 #include "ops/filter/box/codes.h"
 #include "ops/filter/codes/integer_sums.h"
 #include "ops/filter/lines/extend.h"
@@ -16,11 +17,6 @@
 
 namespace tessera::ops {
 namespace {
-
-bool IsCode(double value, PixelType type) {
-  const double code = value * IntegerSums::Largest(type);
-  return value >= 0 && value <= 1 && code == std::round(code);
-}
 
 class BoxOfCodesStage final : public graph::TileStage {
  public:
@@ -158,32 +154,6 @@ class BoxOfCodesStage final : public graph::TileStage {
 };
 
 }  // namespace
-
-bool HoldsCodes(const Node& image) {
-  const graph::NodeData& d = *image.data();
-  if (!IntegerSums::Applies(d.spec.type)) return false;
-  switch (d.op->Kind()) {
-    case graph::OpKind::kSource:
-      return true;
-    case graph::OpKind::kCrop:
-      return HoldsCodes(d.inputs[0]) && d.inputs[0].spec().type == d.spec.type;
-    case graph::OpKind::kShuffle: {
-      std::vector<ImageSpec> specs;
-      for (const Node& in : d.inputs) {
-        if (!HoldsCodes(in) || in.spec().type != d.spec.type) return false;
-        specs.push_back(in.spec());
-      }
-      const std::vector<graph::ChannelRef> map = d.op->ChannelMap(specs);
-      return std::all_of(map.begin(), map.end(), [&](const graph::ChannelRef& ref) {
-        return ref.input >= 0 || IsCode(double{ref.value}, d.spec.type);
-      });
-    }
-    default:
-      return false;
-  }
-}
-
-PixelType CodesOf(const Node& image) { return HoldsCodes(image) ? image.spec().type : PixelType::kFloat; }
 
 bool SumsBoxOfCodes(const BoxParams& p, PixelType type) {
   return IntegerSums::Applies(type) && p.width <= kLargestCodesBox && p.height <= kLargestCodesBox &&
