@@ -5,6 +5,7 @@
 #include "tessera/camera.h"
 #include "tessera/color_state.h"
 #include "tessera/context.h"
+#include "tessera/cost.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 #include "tessera/graph_json.h"

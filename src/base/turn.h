@@ -1,6 +1,6 @@
+// Cosine and sine of an angle in degrees, whatever its size.
 #ifndef TESSERA_BASE_TURN_H_
 #define TESSERA_BASE_TURN_H_
-// Cosine and sine of an angle in degrees, whatever its size.
 
 #include <cmath>
 #include <numbers>

@@ -163,9 +163,15 @@ void AddEvaluation(std::vector<Command>& rows) {
       "output that is not within its bound is not written: exit code 1. Formats that do not keep what they are "
       "given are looked at as it was handed over. What OpenColorIO computes itself is compared with its own "
       "unoptimised float evaluation, by how far that moves when its input does, and the line says so.";
-  rows.push_back(Option("explain",
-                        "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
-                        [](const Arguments&, Options& o) { o.explain = true; }));
+  rows.push_back(
+      Option("explain", "Prints the plan: passes, fused stages, tile shape, bytes moved; runs nothing.",
+             [](const Arguments& a, Options& o) { o.explain = true, o.cost = a.Integer("cost") != 0; }, {},
+             {Whole("cost", 0, 1, "what it takes in place of what it is", "0")}));
+  rows.back().info.help =
+      "cost=1 tries every output in place of telling the plan: the first rows of its files are read, some rows of "
+      "it are computed, and operations on whole images on the middle of theirs, rows are written to a temporary file "
+      "of that kind, and the rest is taken to cost as much. It prints the seconds that decoding, computing and "
+      "encoding take of the clock and of threads, which is the limit, and the memory. A second or so per output.";
   rows.push_back(Option("max-memory", "Memory that a line may take, in MB, but for what commands hold whole.",
                         [](const Arguments& a, Options& o) {
                           o.render.memory_budget = static_cast<size_t>(a.Number("MB")) << 20;

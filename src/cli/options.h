@@ -25,6 +25,7 @@ struct Options {
   std::string completion;  // for which shell; empty: not asked for
   std::string list_format = "tsv";
   bool verbose = false, quiet = false, dry_run = false, runstats = false, explain = false;
+  bool cost = false;  // with explain: what it takes in place of what it is
   bool verify = false;
   int verify_samples = 16;
   std::optional<bool> progress;  // unset: when stderr is a terminal

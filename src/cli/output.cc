@@ -8,6 +8,7 @@
 #include <iostream>
 #include <new>
 
+#include "cli/cost.h"
 #include "cli/frame_names.h"
 #include "cli/json_report.h"
 #include "cli/limits.h"
@@ -90,6 +91,7 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
   const Options& options = session.options();
   RequireTime(file);
   if (options.verbose) std::fprintf(Messages(), "tessera: writing %s\n", Printable(file).c_str());
+  if (options.explain && options.cost) return PrintCost(entry, file, write, options);
   if (options.explain && options.json) {
     Json report = Report("explain");
     report["output"] = file;

@@ -1,3 +1,4 @@
+// Which images hold codes.
 #include "ops/codes.h"
 
 #include <algorithm>

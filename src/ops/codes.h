@@ -1,6 +1,6 @@
+// Codes: the whole numbers of 8- and 16-bit images, and the images whose samples are sure to be some.
 #ifndef TESSERA_OPS_CODES_H_
 #define TESSERA_OPS_CODES_H_
-// Codes: the whole numbers of 8- and 16-bit images, and the images whose samples are sure to be some.
 
 #include "tessera/image.h"
 #include "tessera/node.h"

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "python/core.h"
+#include "tessera/cost.h"
 #include "tessera/error.h"
 #include "tessera/io.h"
 #include "tessera/metadata.h"
@@ -186,6 +187,24 @@ void AddEvaluation(py::module_& core) {
     const PixelType stored = TypeNamed(type);
     const py::gil_scoped_release unlocked;
     return Explain(image.node, stored, o);
+  });
+  core.def("cost", [](const Held& image, const std::string& type, const py::dict& options) {
+    using namespace py::literals;  // NOLINT: names of a dict's keys
+    const RenderOptions o = OptionsOf(options);
+    const PixelType stored = TypeNamed(type);
+    CostEstimate cost;
+    {
+      const py::gil_scoped_release unlocked;
+      cost = EstimateCost(image.node, stored, o);
+    }
+    py::list parts;
+    for (const CostEstimate::Part& p : cost.parts) {
+      parts.append(
+          py::dict("name"_a = p.name, "elapsed"_a = p.elapsed, "busy"_a = p.busy, "pass"_a = p.pass));
+    }
+    return py::dict("seconds"_a = cost.Seconds(), "limit"_a = cost.Limit(), "threads"_a = cost.threads,
+                    "memory"_a = cost.memory, "pixels"_a = cost.pixels, "bytes"_a = cost.bytes,
+                    "parts"_a = parts);
   });
   core.def("targets", &SimdTargets);
   core.def("target", &SimdTarget);

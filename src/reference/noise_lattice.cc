@@ -291,7 +291,8 @@ NoiseValue Impulses(const NoiseParams& p, uint32_t seed, const Cells& period, co
   const bool spot = p.kind == NoiseKind::kSpot;
   const int power = spot ? 2 : 3;
   // M turns the ellipse into the unit circle: 1 along the direction, stretch across it (y is down).
-  const double angle = std::fmod(p.angle, 360.0) * std::numbers::pi / 180, c = std::cos(angle), s = -std::sin(angle);
+  const double angle = std::fmod(p.angle, 360.0) * std::numbers::pi / 180, c = std::cos(angle),
+               s = -std::sin(angle);
   const double stretch = spot && p.dims > 1 ? p.stretch : 1;
   const double m[2][2] = {{c * c + stretch * s * s, (1 - stretch) * c * s},
                           {(1 - stretch) * c * s, s * s + stretch * c * c}};

@@ -1,4 +1,6 @@
 // Reports of --json have the keys that doc/reports.md says, and the numbers of the reports for people.
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -44,7 +46,7 @@ std::map<std::string, std::set<std::string>> Documented() {
 
 TEST_F(JsonReportTest, HaveTheKeysThatAreDocumented) {
   const auto documented = Documented();
-  EXPECT_EQ(documented.size(), 12U);
+  EXPECT_EQ(documented.size(), 13U);
   Works("a.exr --attrib oiio:subimagename x b.exr --attrib oiio:subimagename y --siappend -o parts.exr");
   std::set<std::string> seen;
   for (const auto& [line, code] : std::vector<std::pair<std::string, int>>{
@@ -57,6 +59,7 @@ TEST_F(JsonReportTest, HaveTheKeysThatAreDocumented) {
            {"--json a.exr --colorcount 0,0,0:1,1,1", 0},
            {"--json a.exr --rangecheck 0 1", 0},
            {"--json a.exr --saturate 0.5 --explain -o x.exr", 0},
+           {"--json a.exr --saturate 0.5 --explain:cost=1 -o x.exr", 0},
            {"--json a.exr --saturate 0.5 --verify --runstats -o x.exr", 0},
            {"--json --frames 1-2 --part 1/1 --resume a.exr --saturate 0.5 -o x.#.exr", 0}}) {
     SCOPED_TRACE(line);
@@ -83,6 +86,35 @@ TEST_F(JsonReportTest, PhasesAreNumbersThatAddUp) {
   EXPECT_EQ(phases["threads"], 2);
   EXPECT_NEAR(sum, 2 * double{phases["seconds"]}, 1e-6);
   EXPECT_TRUE(phases["limit"].is_string());
+}
+
+TEST_F(JsonReportTest, CostsAreOfPassesAndLeaveNothing) {
+  const auto temporary = [] {
+    int found = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::temp_directory_path()))
+      found += entry.path().filename().string().rfind("tessera-cost-", 0) == 0;
+    return found;
+  };
+  const int before = temporary();
+  const json cost = Reports("--json --threads 2 a.exr --saturate 0.5 --explain:cost=1 -o cost.png").at(0);
+  EXPECT_EQ(cost["threads"], 2);
+  EXPECT_EQ(cost["pixels"], 61 * 43);
+  std::vector<std::string> names;
+  double longest = 0, all = 0;
+  int pass = 0;
+  for (const json& part : cost["parts"]) {
+    names.push_back(part["name"]);
+    longest = std::max(longest, double{part["elapsed"]}), all += double{part["elapsed"]};
+    EXPECT_GE(part["pass"], pass);
+    pass = part["pass"];
+  }
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"start", "prepare", "decode a.exr", "compute", "encode cost.png"}));
+  EXPECT_GE(cost["seconds"], longest);
+  EXPECT_LE(cost["seconds"], all * (1 + 1e-9));
+  EXPECT_GT(cost["memory"], 1 << 20);
+  EXPECT_EQ(temporary(), before);
+  EXPECT_FALSE(std::filesystem::exists(Path("cost.png")));
 }
 
 TEST_F(JsonReportTest, HoldWhatIsSo) {

@@ -177,6 +177,10 @@ class Files(unittest.TestCase):
                     self.assertEqual(back.metadata["Artist"], "nobody")
                     self.assertIn("seconds", image.stats)
             self.assertIn("a.exr", ts.read(os.path.join(folder, "a.exr")).blur(sigma=2).explain())
+            cost = ts.read(os.path.join(folder, "a.exr")).blur(sigma=2).cost("half")
+            self.assertIn("compute", [part["name"] for part in cost["parts"]])
+            self.assertGreater(cost["seconds"], 0)
+            self.assertLessEqual(max(part["elapsed"] for part in cost["parts"]), cost["seconds"] * (1 + 1e-9))
 
     def test_are_written_as_asked(self):
         image = ts.from_array(picture(0, 200, 150, 3))

@@ -131,8 +131,7 @@ class MipOp final : public graph::OpWith<MipParams>, public graph::LittleMemory 
     }
     MipParams p = params();
     if (p.level == 0) p.filter = "box";  // the image itself; some filters would blur it
-    return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, p),
-                              codes_);
+    return MakeSeparableStage(LevelMap(context.inputs[0].data_window, context.output.data_window, p), codes_);
   }
   std::unique_ptr<graph::WholeStage> MakeWholeStage(const graph::StageContext& context) const override {
     const ImageSpec& in = context.inputs[0];

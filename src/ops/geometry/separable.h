@@ -17,7 +17,8 @@ struct SeparableMap {
   Wrap wrap = Wrap::kClamp;
 };
 
-// A stage of one input whose samples are codes of the type (CodesOf) or floats, with as many channels in as out.
+// A stage of one input whose samples are codes of the type (CodesOf) or floats, with as many channels in as
+// out.
 std::unique_ptr<graph::TileStage> MakeSeparableStage(const SeparableMap& map,
                                                      PixelType codes = PixelType::kFloat);
 

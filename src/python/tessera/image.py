@@ -381,6 +381,13 @@ class Image(Operations, _core.Image):
         """The plan in words: passes, fused stages, tiles, bytes moved. Nothing is evaluated."""
         return _core.explain(self, "float" if dtype is None else _TYPE_OF[_dtype_of(dtype)], current())
 
+    def cost(self, dtype=None):
+        """What `render` is expected to take, a dict: `seconds` of the clock, `limit` (the longest part), `threads`,
+        `memory` and `bytes` (of the last pass), `pixels`, and `parts`, each with `name`, `elapsed` and `busy`
+        (seconds of the clock and of all threads) and `pass` (those of one pass overlap). Found by trying small
+        parts of the graph, a second or so: the first rows of its files, some of the result's."""
+        return _core.cost(self, "float" if dtype is None else _TYPE_OF[_dtype_of(dtype)], current())
+
 
 class Verification:
     """What `Image.verify` found. Members: within_bound, max_error, rms_error, bound, largest_bound, closest,
