@@ -262,7 +262,8 @@ void EvaluatePaint(const Call& call) {
     for (size_t k = stamps.size(); k-- > 0;) {
       const Stamp& s = stamps[k];
       const double shown = std::max(s.size, 1.0), zoom = std::max(wide, high) / shown;
-      const double turn = std::fmod(s.angle, 360.0) / 180 * std::numbers::pi, dx = x + 0.5 - s.x, dy = y + 0.5 - s.y;
+      const double turn = std::fmod(s.angle, 360.0) / 180 * std::numbers::pi, dx = x + 0.5 - s.x,
+                   dy = y + 0.5 - s.y;
       if (std::hypot(dx, dy) > 2 * shown + 4) continue;
       const double u = wide / 2 + zoom * (dx * std::cos(turn) - dy * std::sin(turn));
       const double v = high / 2 + zoom * (dx * std::sin(turn) + dy * std::cos(turn));
