@@ -13,6 +13,7 @@
 #include "cli/file_state.h"
 #include "cli/frame_files.h"
 #include "cli/frame_record.h"
+#include "cli/frame_stream.h"
 #include "cli/json_report.h"
 #include "cli/limits.h"
 #include "cli/memory_gate.h"
@@ -53,7 +54,8 @@ bool IsQuiet(const Line& line) {
   // Without --parallel-frames nobody asked for shares of the memory; and --autotrim takes its own.
   const bool stated = o.render.memory_budget != RenderOptions().memory_budget;
   if (stated && (!o.parallel_frames || o.auto_trim)) return false;
-  return std::all_of(line.steps.begin(), line.steps.end(), [](const Step& step) {
+  const bool streams = o.stream.on;
+  return std::all_of(line.steps.begin(), line.steps.end(), [streams](const Step& step) {
     if (step.arguments.values.contains("SEQUENCE")) return false;  // frames of any number
     switch (step.command->effect) {
       case Effect::kSetting:
@@ -65,7 +67,7 @@ bool IsQuiet(const Line& line) {
         return step.deferred.empty();
       case Effect::kUse:
         return step.deferred.empty() && IsOutput(step) && !step.arguments.Given("all") &&
-               !IsStandardOutput(step.arguments.Text("FILE"));
+               (streams || !IsStandardOutput(step.arguments.Text("FILE")));
       default:
         return false;
     }
@@ -82,12 +84,13 @@ void AskForSignals(Options& options, const std::atomic<bool>* ended) {
 
 // A frame under way.
 struct FrameRun {
-  FrameRun(const FrameLine& f, Progress& all) : frame(f), progress(all) {}
-  const FrameLine& frame;
+  FrameRun(FrameLine f, Progress& all) : frame(std::move(f)), progress(all) {}
+  FrameLine frame;
   Progress::Frame progress;
   std::optional<Line> line;
-  std::optional<Session> session;  // of the line's options
-  std::string messages, notes;     // for stderr and stdout
+  std::optional<StreamFrame> input;  // of --stream
+  std::optional<Session> session;    // of the line's options
+  std::string messages, notes;       // for stderr and stdout
   std::exception_ptr failure;
   FrameRecord record;
   bool is_done = false;  // before it was begun
@@ -99,6 +102,7 @@ struct Common {
   MemoryGate* memory = nullptr;
   const FrameRecords* records = nullptr;
   std::vector<bool> outputs;  // of the words
+  FrameStream* stream = nullptr;
 };
 
 // Names and numbers of the frame differ; the whole line is checked again with them.
@@ -123,6 +127,8 @@ void Compute(FrameRun& run, const Common& common) {
   run.session->frame = frame.frame;
   run.session->memory = common.memory;
   if (common.ended != nullptr) run.session->notes = &run.notes;
+  run.session->stream = common.stream;
+  run.session->frame_in = std::move(run.input);
   run.session->Compute(own.steps);
 }
 
@@ -184,6 +190,35 @@ std::shared_ptr<FrameRun> Next(const Line& line, const std::vector<FrameLine>& f
   return run;
 }
 
+// The same for frames that come from standard input, numbered from 1. What is wrong with the stream is the
+// last frame's failure, told after those before it are written.
+std::shared_ptr<FrameRun> NextOfStream(const Line& line, const FrameJob& job, FrameStream& stream,
+                                       size_t& next, Progress& progress) {
+  constexpr auto kNoMore = static_cast<size_t>(-1);
+  if (next == kNoMore || (next > 0 && (line.options.explain || line.options.dry_run))) return nullptr;
+  if (SignalsEndJob::Asked() != 0) throw Cancelled();
+  RequireTime();
+  const int number = static_cast<int>(++next);
+  auto run = std::make_shared<FrameRun>(FrameLine{number, {}}, progress);
+  try {
+    run->input = stream.Next();
+    if (!run->input) return nullptr;
+    RequireFrames(line.options, "-", next);
+    run->frame = ExpandFrame(job.words, line, number);
+    if (line.options.verbose) std::fprintf(Messages(), "tessera: frame %d\n", number);
+  } catch (...) {
+    run->failure = std::current_exception();
+    next = kNoMore;
+  }
+  return run;
+}
+
+// Whether frames that come one by one go nowhere but to standard output.
+bool OnlyStreams(const Line& line) {
+  return std::all_of(line.steps.begin(), line.steps.end(),
+                     [](const Step& step) { return !IsOutput(step) || step.arguments.Text("FILE") == "-"; });
+}
+
 }  // namespace
 
 void PrintError(const std::string& message) {
@@ -193,19 +228,24 @@ void PrintError(const std::string& message) {
 
 int FramesAtOnce(const Line& line, const std::vector<FrameLine>& frames) {
   const int threads = sched::ThreadCount(line.options.render.threads);
-  if (frames.size() < 2 || threads < 2 || SignalsEndJob::Alive() || !IsQuiet(line)) return 1;
-  const std::vector<std::string>& words = frames[0].words;
-  if (std::find(words.begin(), words.end(), "-") != words.end()) return 1;  // standard input
+  const bool unknown = frames.empty() && line.options.stream.on;  // how many will come
+  if ((frames.size() < 2 && !unknown) || threads < 2 || SignalsEndJob::Alive() || !IsQuiet(line)) return 1;
   const int asked = line.options.parallel_frames.value_or(kMostAtOnce);
   const int most = asked > 0 ? asked : std::clamp(threads + 1, kMostAtOnce, kMostUnasked);
+  if (unknown) return OnlyStreams(line) ? most : 1;
+  const std::vector<std::string>& words = frames[0].words;
+  const bool input = std::find(words.begin(), words.end(), "-") != words.end();
+  if (input && !line.options.stream.on) return 1;  // standard input
   if (most > 1 && MayReadWritten(frames, OutputWords(line, words))) return 1;
   return static_cast<int>(std::min(static_cast<size_t>(most), frames.size()));
 }
 
-int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& written) {
+int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& written, FrameStream* stream) {
   const std::vector<FrameLine>& frames = job.frames;
   const int at_once = FramesAtOnce(line, frames);
+  const bool reads_stream = stream != nullptr && stream->Reads();
   Common common;
+  common.stream = stream;
   common.outputs = OutputWords(line, job.words);
   std::optional<FrameRecords> records;
   if (line.options.resume) {
@@ -219,18 +259,22 @@ int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& w
   Progress progress(frames.size(), static_cast<size_t>(outputs),
                     line.options.ShowsProgress() && !line.options.dry_run && !line.options.explain);
   size_t next = 0;
+  bool pipe_failed = false;  // standard output
   std::atomic<bool> ended = false;
   MemoryGate memory(at_once);
   if (at_once > 1) common.ended = &ended, common.memory = &memory;
   Tally tally;
   sched::PipelineSteps steps;
-  steps.read = [&]() -> std::shared_ptr<void> { return Next(line, frames, next, progress); };
+  steps.read = [&]() -> std::shared_ptr<void> {
+    return reads_stream ? NextOfStream(line, job, *stream, next, progress)
+                        : Next(line, frames, next, progress);
+  };
   steps.work = [&](void* item, int /*worker*/) {
     FrameRun& run = *static_cast<FrameRun*>(item);
     std::optional<KeptMessages> messages;
     if (at_once > 1) messages.emplace(KeptMessages::Of::kThisThread);
     try {
-      Compute(run, common);
+      if (!run.failure) Compute(run, common);
     } catch (...) {
       run.failure = std::current_exception();
     }
@@ -249,9 +293,14 @@ int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& w
         return;
       }
       code = std::max(code, Commit(run, records ? &*records : nullptr, written));
+      if (run.session->frame_out) {
+        pipe_failed = true;
+        stream->Write(*run.session->frame_out);
+        pipe_failed = false;
+      }
       ++tally.made;
     } catch (const Error& e) {
-      if (!line.options.skip_bad_frames || KindOf(e) == ErrorKind::kCancelled) {
+      if (!line.options.skip_bad_frames || pipe_failed || KindOf(e) == ErrorKind::kCancelled) {
         ended = true;
         throw;
       }

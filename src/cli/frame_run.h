@@ -7,6 +7,7 @@
 
 #include "cli/arguments.h"
 #include "cli/frame_part.h"
+#include "cli/stream_frame.h"
 
 namespace tessera::cli {
 
@@ -19,9 +20,10 @@ int FramesAtOnce(const Line& line, const std::vector<FrameLine>& frames);
 
 // Appends the names of the files that are written; returns the exit code. Whatever is under way at once, each
 // frame's files get their names after those of the frame before it, and after an error no more do. Frames
-// that
-// --resume finds finished stay as they are.
-int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& written);
+// that --resume finds finished stay as they are.
+// `stream`: of --stream; where it reads, its frames are those of the run, whatever the job's.
+int RunFrames(const Line& line, const FrameJob& job, std::vector<std::string>& written,
+              FrameStream* stream = nullptr);
 
 // One line on stderr, whatever the message holds.
 void PrintError(const std::string& message);

@@ -269,4 +269,15 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
   return lines;
 }
 
+FrameLine ExpandFrame(const std::vector<std::string>& words, const Line& line, int frame) {
+  FrameLine own{frame, words};
+  for (const Pattern& p : FindPatterns(words, line)) {
+    if (!p.name.range.empty())
+      throw UsageError(words[p.word], "found a range, expected # or %04d alone: frames are counted from 1");
+    own.words[p.word] = p.name.At(frame);
+  }
+  own.words = WithFrame(std::move(own.words), frame);
+  return own;
+}
+
 }  // namespace tessera::cli

@@ -31,6 +31,9 @@ struct FrameLine {
   std::vector<std::string> words;
 };
 std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const Line& line);
+// The words for one frame of a number that is known only when it comes. Throws UsageError for a range in a
+// name.
+FrameLine ExpandFrame(const std::vector<std::string>& words, const Line& line, int frame);
 
 }  // namespace tessera::cli
 

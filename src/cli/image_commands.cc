@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "cli/frame_stream.h"
 #include "cli/messages.h"
 #include "cli/pipes.h"
 #include "cli/session.h"
@@ -119,6 +120,10 @@ Entry Substitute(const std::string& file, Session& session) {
 
 void ReadImage(const Step& step, Session& session) {
   const std::string& name = step.arguments.Text("FILE");
+  if (name == "-" && session.frame_in) {
+    session.Push(session.stream->ImageOf(*session.frame_in));
+    return;
+  }
   const std::string file = name == "-" ? StandardInput() : name;
   if (const auto label = session.labels.find(file); label != session.labels.end()) {
     session.Push(Entry(label->second));

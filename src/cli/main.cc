@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <optional>
 
 #include "cli/arguments.h"
 #include "cli/batch.h"
 #include "cli/frame_part.h"
 #include "cli/frame_run.h"
+#include "cli/frame_stream.h"
 #include "cli/frames.h"
 #include "cli/help.h"
 #include "cli/limits.h"
@@ -94,14 +96,18 @@ int RunLine(Line line, const std::vector<std::string>& words, std::vector<std::s
     throw UsageError("--safe", "found in a job, expected on the program's own line");
   if (!line.options.sandbox && !HasWaivedSandbox())
     throw UsageError("--no-sandbox", "found in a job, expected on the program's own line");
+  if (line.options.stream.on && SignalsEndJob::Alive())
+    throw UsageError("--stream", "found in a job, expected on the program's own line");
   Limit(line.options);
   const ProcessSettings settings(line.options);
-  const FrameJob job = MakeFrameJob(words, line);
+  std::optional<FrameStream> stream;
+  if (line.options.stream.on) stream.emplace(line);
+  const FrameJob job = stream && stream->Reads() ? FrameJob{words, {}, 0, {}} : MakeFrameJob(words, line);
   if (!job.frames.empty()) {
     const auto named = std::mismatch(words.begin(), words.end(), job.frames[0].words.begin()).first;
     RequireFrames(line.options, named == words.end() ? "--frames" : *named, job.frames.size());
   }
-  return RunFrames(line, job, written);
+  return RunFrames(line, job, written, stream ? &*stream : nullptr);
 }
 
 int RunJob(const std::vector<std::string>& words, std::vector<std::string>& written) {

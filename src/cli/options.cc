@@ -391,6 +391,60 @@ void AddFrames(std::vector<Command>& rows) {
       "not written in any case.";
 }
 
+ParamInfo Word(const std::string& name, const std::string& default_value, const std::string& help,
+               std::vector<std::string> choices) {
+  return {.name = name,
+          .type = ParamType::kChoice,
+          .default_value = default_value,
+          .help = help,
+          .choices = std::move(choices)};
+}
+
+// Frames of pipes.
+void AddStream(std::vector<Command>& rows) {
+  ParamInfo input = Text("input", "y4m, or the format of raw frames, such as rgb24 or yuv420p10le");
+  ParamInfo output = Text(
+      "output", "same, y4m, C and a colour space of Y4M (C420mpeg2, C444p10), or a format of raw frames");
+  ParamInfo size = Text("size", "WxH: of raw frames that are read"),
+            rate = Text("rate",
+                        "frames a second, such as 24 or 30000/1001, in place of those that are read or 25");
+  input.default_value = "y4m", output.default_value = "same";
+  rows.push_back(Option(
+      "stream",
+      "Runs the line for every frame of standard input (-), which goes on to standard output (-o -).",
+      [](const Arguments& a, Options& o) {
+        StreamOptions& s = o.stream;
+        s.on = true;
+        s.input = a.Text("input"), s.output = a.Text("output"), s.size = a.Text("size");
+        s.matrix = a.Text("matrix"), s.range = a.Text("range"), s.siting = a.Text("siting");
+        s.alpha = a.Text("alpha"), s.rate = a.Text("rate");
+      },
+      {},
+      {input, output, size,
+       Word("matrix", "auto", "of Y'CbCr; auto: bt709 from 1280 columns or 720 rows on, else bt601",
+            {"auto", "bt601", "bt709", "bt2020"}),
+       Word("range", "auto", "of the codes; auto: as XCOLORRANGE says, else limited, of grey alone full",
+            {"auto", "limited", "full"}),
+       Word("siting", "auto", "of the chroma; auto: as the colour space says, else left",
+            {"auto", "centre", "left", "topleft"}),
+       Word("alpha", "straight", "of raw frames: straight is multiplied in and divided out",
+            {"straight", "premultiplied"}),
+       rate}));
+  rows.back().info.help =
+      "Between two FFmpegs: ffmpeg -i in.mkv -f yuv4mpegpipe - | tessera --stream - --saturate 1.2 -o - | ffmpeg -i - out.mkv "
+      "(more than 8 bits: -strict -1 -f yuv4mpegpipe). Frames come, are computed and go one by one, up to three at once (--parallel-frames), in constant memory. "
+      "Either end may be files: in.#.exr with -o -, or - with -o out.#.png, numbered from 1. "
+      "Y4M is 4:2:0, 4:2:2, 4:4:4 and mono of 8 to 16 bits without alpha; FFmpeg's names for raw frames are rgb24, rgba, bgra, rgb48le, rgba64le, "
+      "rgbf32le, rgbaf32le, gbrp10le, gray, gray16le, yuv420p, yuv422p10le and their like.\n"
+      "A frame is R'G'B' as it stands, and no colour space is taken for granted; values beyond [0, 1], as limited range has them, are kept. The matrix is that of the frames that are read, by "
+      "their size where nobody says, and of those that are written alone where none are read. Where chroma has half the width or height: if a sample lies amid two (centre; left and topleft "
+      "say so of rows, and of neither) its value goes along the line whose slope is its neighbours', and back their mean; if it lies on the first of two, up goes the mean of it and the next, back (-1 2 6 2 -1)/8. "
+      "Back undoes up: chroma that nobody changed keeps its codes.\n"
+      "What commands print goes to stderr, as -o - has standard output. A stream that ends within a frame, a header in the midst, a result of another size and a reader that has gone are errors, and "
+      "the frames before them are written. Not for --batch, --safe, --part, --resume; with -n and --explain the first frame alone.";
+  rows.back().lines = {"--stream - --saturate 1.2 -o -", "--stream:output=C444p10:rate=24 in.exr -o -"};
+}
+
 // So that a file is the same, and to --resume too, whatever threads made it and whatever was told meanwhile.
 void MarkBearings(std::vector<Command>& rows) {
   for (Command& row : rows) {
@@ -408,7 +462,8 @@ bool Options::ShowsProgress() const { return progress.value_or(!quiet && isatty(
 
 std::vector<Command> OptionCommands() {
   std::vector<Command> rows;
-  for (auto* const add : {AddHelp, AddLine, AddEvaluation, AddGuards, AddEngine, AddFrames}) add(rows);
+  for (auto* const add : {AddHelp, AddLine, AddEvaluation, AddGuards, AddEngine, AddFrames, AddStream})
+    add(rows);
   MarkBearings(rows);
   return rows;
 }

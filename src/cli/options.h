@@ -12,10 +12,18 @@
 
 namespace tessera::cli {
 
+// What --stream says of its frames.
+struct StreamOptions {
+  bool on = false;
+  std::string input = "y4m", output = "same", size, matrix = "auto", range = "auto", siting = "auto";
+  std::string alpha = "straight", rate;
+};
+
 struct Options {
   RenderOptions render;
   Codec codec = Codec::kAuto;
   Formats formats = Formats::kTrusted;
+  StreamOptions stream;
   bool batch = false;
   int batch_jobs = 1;  // at once; 0: one a core
   bool help = false, version = false, list_commands = false;

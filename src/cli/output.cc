@@ -10,6 +10,7 @@
 
 #include "cli/cost.h"
 #include "cli/frame_names.h"
+#include "cli/frame_stream.h"
 #include "cli/json_report.h"
 #include "cli/limits.h"
 #include "cli/messages.h"
@@ -18,7 +19,9 @@
 #include "cli/pipes.h"
 #include "cli/report.h"
 #include "cli/session.h"
+#include "tessera/error_kind.h"
 #include "tessera/ops/arithmetic.h"
+#include "tessera/ops/channels.h"
 #include "tessera/verify.h"
 #include "tessera/version.h"
 
@@ -85,6 +88,16 @@ double PixelsOf(const Entry& entry) {
                         std::to_string(largest.width) + " x " + std::to_string(largest.height) + " pixels");
 }
 
+void TellRunStats(const std::string& file, const RunStats& stats, const Options& options) {
+  if (options.runstats && options.json) PrintJson(RunStatsReport(file, stats));
+  if (options.runstats && !options.json) PrintRunStats(file, stats);
+}
+
+// Whether what is written is a frame of --stream.
+bool IsStreamed(const std::string& name, const Session& session) {
+  return name == "-" && session.stream != nullptr;
+}
+
 // Writes beside the file's name, or tells what would be done.
 void Compute(const Entry& entry, const std::string& file, WriteOptions write, Session& session,
              const std::vector<PendingOutput::Part>& parts) {
@@ -121,6 +134,12 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
   for (const PendingOutput::Part& part : parts) images.push_back(part.node);
   std::optional<MemoryGate::Share> memory;
   if (session.memory != nullptr) memory.emplace(*session.memory, images, write.render);
+  if (IsStreamed(file, session)) {
+    session.frame_out = session.stream->FrameOf(entry.node, write.render, write.stats);
+    bar.End();
+    TellRunStats(file, stats, options);
+    return;
+  }
   const auto start = std::chrono::steady_clock::now();
   PendingOutput output =
       parts.empty() ? PendingOutput(entry.node, file, write) : PendingOutput(parts, file, write);
@@ -133,8 +152,7 @@ void Compute(const Entry& entry, const std::string& file, WriteOptions write, Se
       CheckAgainstReference(entry.parts[k], file, output, took.count(), options, static_cast<int>(k) + 1);
   }
   session.AddOutput(file, std::move(output));
-  if (options.runstats && options.json) PrintJson(RunStatsReport(file, stats));
-  if (options.runstats && !options.json) PrintRunStats(file, stats);
+  TellRunStats(file, stats, options);
 }
 
 // What was cropped for a smaller picture becomes a large one with black around it in formats without windows.
@@ -235,7 +253,47 @@ std::vector<PendingOutput::Part> PartsFor(const Step& step, Entry& entry, const 
 
 namespace {
 
+void ComputeLater(const Entry& entry, const std::string& file, const WriteOptions& write,
+                  const std::vector<PendingOutput::Part>& parts, Session& session) {
+  session.NoteSources(entry.node);
+  for (const PendingOutput::Part& part : parts) session.NoteSources(part.node);
+  session.Later([entry, file, write, parts, &session] {
+    try {
+      Compute(entry, file, write, session, parts);
+    } catch (const Error& e) {
+      if (e.subject() != "memory") throw;
+      RefuseMemory(entry, file, MemoryReason(e.reason()));
+    } catch (const std::bad_alloc&) {
+      RefuseMemory(entry, file, MemoryReason());
+    }
+  });
+}
+
+// A frame of --stream: the display window, as formats without windows have it, in the stream's own samples.
+void WriteFrame(const Step& step, Entry entry, const std::string& name, Session& session) {
+  bool asked = false;
+  WriteOptions write = OptionsFor(step, entry, session, asked);
+  if (asked) {
+    throw DataError("-o " + name, std::string("found the type ") + PixelTypeName(*write.type) +
+                                      " for a frame of --stream, expected it in the stream's format, as "
+                                      "--stream:output=rgb48le or C420p10");
+  }
+  LeaveParts(entry, WordsOf(step), session.options());
+  KeepRegion(entry, name, session.options());
+  const Roi &data = entry.node.spec().data_window, &display = entry.node.spec().display_window;
+  if (session.options().auto_crop && data != display && !display.empty())
+    entry.node = Crop(entry.node, display);
+  RequireSize(entry);
+  entry.node = session.stream->SamplesOf(entry.node);
+  write.type = entry.node.spec().type;
+  ComputeLater(entry, name, write, {}, session);
+}
+
 void WriteEntry(const Step& step, Entry entry, const std::string& name, Session& session) {
+  if (IsStreamed(name, session)) {
+    WriteFrame(step, std::move(entry), name, session);
+    return;
+  }
   const std::string file = IsStandardOutput(name) ? InPlaceOfStandardOutput(name, session) : name;
   if (SkipsOutput(file, session)) return;
   FitToFile(entry, file, session);
@@ -250,18 +308,7 @@ void WriteEntry(const Step& step, Entry entry, const std::string& name, Session&
   RequireType(entry, file, write, asked);
   entry.node = Dithered(entry, file, write);
   SayPadding(entry, file, session.options());
-  session.NoteSources(entry.node);
-  for (const PendingOutput::Part& part : parts) session.NoteSources(part.node);
-  session.Later([entry, file, write, parts, &session] {
-    try {
-      Compute(entry, file, write, session, parts);
-    } catch (const Error& e) {
-      if (e.subject() != "memory") throw;
-      RefuseMemory(entry, file, MemoryReason(e.reason()));
-    } catch (const std::bad_alloc&) {
-      RefuseMemory(entry, file, MemoryReason());
-    }
-  });
+  ComputeLater(entry, file, write, parts, session);
   if (session.options().adjust_time) AdjustTime(entry, file, session);
 }
 

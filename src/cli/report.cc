@@ -15,7 +15,7 @@
 namespace tessera::cli {
 
 Progress::Progress(size_t frames, size_t outputs, bool shown)
-    : frames_(std::max<size_t>(frames, 1)),
+    : frames_(frames),
       outputs_(std::max<size_t>(outputs, 1)),
       shown_(shown),
       stream_(Messages()),
@@ -25,10 +25,11 @@ Progress::~Progress() {
   Clear();
   if (!shown_ || done_ < frames_ || name_.empty()) return;
   const double seconds = Seconds();
-  std::string line = frames_ > 1 ? std::to_string(frames_) + " frames" : Printable(name_);
+  const bool several = frames_ != 1;
+  std::string line = several ? std::to_string(done_) + " frames" : Printable(name_);
   line += " in " + Duration(seconds);
-  if (frames_ > 1)
-    line += OIIO::Strutil::sprintf(", %.3g frames/s", static_cast<double>(frames_) / std::max(seconds, 1e-9));
+  if (several)
+    line += OIIO::Strutil::sprintf(", %.3g frames/s", static_cast<double>(done_) / std::max(seconds, 1e-9));
   line += OIIO::Strutil::sprintf(", %.3g Mpixel/s", pixels_ / std::max(seconds, 1e-9) * 1e-6);
   std::fprintf(stream_, "[%s] 100%% %s\n", std::string(10, '#').c_str(), line.c_str());
 }
@@ -59,6 +60,12 @@ std::string Progress::Line() const {
   const size_t terminal = TerminalColumns(MessagesDescriptor());
   const size_t columns = std::max<size_t>(terminal == 0 ? 80 : terminal, 20) - 1;
   const double frames = static_cast<double>(done_) + under_way_, seconds = Seconds();
+  if (frames_ == 0) {
+    std::string line = sprintf("frame %d", done_ + 1);
+    if (seconds > 0.5)
+      line += sprintf(", %.3g frames/s, %.3g Mpixel/s", frames / seconds, pixels_ / seconds * 1e-6);
+    return line.substr(0, columns);
+  }
   const double all = std::clamp(frames / static_cast<double>(frames_), 0.0, 1.0);
   std::string facts;
   if (frames_ > 1) facts += sprintf(" frame %d/%d", std::min(done_ + 1, frames_), frames_);

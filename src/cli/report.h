@@ -16,6 +16,7 @@ namespace tessera::cli {
 // stderr, redrawn at most ten times a second, no wider than the terminal (80 columns where there is none).
 class Progress {
  public:
+  // No frames: nobody knows how many will come.
   Progress(size_t frames, size_t outputs, bool shown);
   // Leaves a line that says what was done, or a clean one when the work ended early.
   ~Progress();

@@ -15,6 +15,7 @@
 #include "cli/file_state.h"
 #include "cli/memory_gate.h"
 #include "cli/report.h"
+#include "cli/stream_frame.h"
 #include "tessera/io.h"
 
 namespace tessera::cli {
@@ -115,6 +116,9 @@ class Session {
   // --resume: of those that the words of the line may not name, as they were before their pixels were read.
   std::vector<FileState> sources;
   MemoryGate* memory = nullptr;  // that frames under way at once share
+  const FrameStream* stream =
+      nullptr;  // --stream, with the frame that was read and the one that is to be written
+  std::optional<StreamFrame> frame_in, frame_out;
   // Of the step that runs.
   size_t at() const { return step_; }
   const Blocks& blocks() const { return *blocks_; }
