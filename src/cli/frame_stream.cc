@@ -113,6 +113,11 @@ ImageSpec SpecOf(const PixelFormat& f, int width, int height) {
   return spec;
 }
 
+FrameMemory PlanesFor(int width, int height) {
+  return FrameMemory(3 * sizeof(float) * static_cast<size_t>(width) * static_cast<size_t>(height));
+}
+float* Floats(const FrameMemory& memory) { return reinterpret_cast<float*>(memory.data()); }
+
 ImageView PlanesView(int width, int height, float* planes) {
   constexpr ptrdiff_t kSample = sizeof(float);
   return {reinterpret_cast<std::byte*>(planes),
@@ -261,7 +266,7 @@ std::optional<StreamFrame> FrameStream::Next() {
   if (frames_read_ == 0) ReadHeader();
   bool ended = false;
   std::string marker = y4m_in_ ? ReadLine("a frame's header", ended) : "";
-  StreamFrame frame{in_.width, in_.height, std::make_shared<std::vector<std::byte>>()};
+  StreamFrame frame{in_.width, in_.height, {}};
   if (!marker.empty() || (y4m_in_ && !ended)) {
     const std::string word = marker.substr(0, marker.find(' '));
     if (word == io::kY4mMagic)
@@ -273,11 +278,11 @@ std::optional<StreamFrame> FrameStream::Next() {
                                   " is to begin, expected it there: a header that does not suit its frames?");
   }
   if (!ended) {
-    frame.bytes->resize(io::FrameBytes(*in_.pixels, in_.width, in_.height));
-    ended = !Read(frame.bytes->data(), frame.bytes->size());
+    frame.bytes = FrameMemory(io::FrameBytes(*in_.pixels, in_.width, in_.height));
+    ended = !Read(frame.bytes.data(), frame.bytes.size());
     if (ended && y4m_in_)
       throw DataError(kInput, "found the end behind the header of frame " + std::to_string(frames_read_ + 1) +
-                                  ", expected " + std::to_string(frame.bytes->size()) + " bytes");
+                                  ", expected " + std::to_string(frame.bytes.size()) + " bytes");
   }
   if (!ended) {
     ++frames_read_;
@@ -304,12 +309,12 @@ io::YccCoding FrameStream::Coding(const io::Y4mHeader& header, int width, int he
 Entry FrameStream::ImageOf(StreamFrame& frame) const {
   const PixelFormat& f = *in_.pixels;
   const ImageSpec spec = SpecOf(f, frame.width, frame.height);
-  if (f.IsSubsampled() && frame.planes.empty()) {
-    frame.planes.resize(3 * static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height));
-    io::PlanesOfFrame(f, in_.siting, frame.width, frame.height, frame.bytes->data(), frame.planes.data());
+  if (f.IsSubsampled() && frame.planes.size() == 0) {
+    frame.planes = PlanesFor(frame.width, frame.height);
+    io::PlanesOfFrame(f, in_.siting, frame.width, frame.height, frame.bytes.data(), Floats(frame.planes));
   }
-  Node node = FromView(f.IsSubsampled() ? PlanesView(frame.width, frame.height, frame.planes.data())
-                                        : io::FrameView(f, frame.width, frame.height, frame.bytes->data()),
+  Node node = FromView(f.IsSubsampled() ? PlanesView(frame.width, frame.height, Floats(frame.planes))
+                                        : io::FrameView(f, frame.width, frame.height, frame.bytes.data()),
                        spec);
   const io::YccCoding coding = Coding(in_, frame.width, frame.height);
   if (f.samples == Samples::kYcc) {
@@ -387,19 +392,19 @@ StreamFrame FrameStream::FrameOf(const Node& samples, const RenderOptions& rende
   const io::Y4mHeader& header = output();
   const PixelFormat& f = *header.pixels;
   const Roi window = samples.spec().data_window;
-  StreamFrame frame{window.width(), window.height(), std::make_shared<std::vector<std::byte>>()};
-  frame.bytes->resize(io::FrameBytes(f, frame.width, frame.height));
+  StreamFrame frame{window.width(), window.height(), {}};
+  frame.bytes = FrameMemory(io::FrameBytes(f, frame.width, frame.height));
   const auto evaluate = [&](ImageView view) {
     view.roi = window;
     RenderInto(samples, view, render, stats);
   };
   if (!f.IsSubsampled()) {
-    evaluate(io::FrameView(f, frame.width, frame.height, frame.bytes->data()));
+    evaluate(io::FrameView(f, frame.width, frame.height, frame.bytes.data()));
     return frame;
   }
-  std::vector<float> planes(3 * static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height));
-  evaluate(PlanesView(frame.width, frame.height, planes.data()));
-  io::FrameOfPlanes(f, header.siting, frame.width, frame.height, planes.data(), frame.bytes->data());
+  const FrameMemory planes = PlanesFor(frame.width, frame.height);
+  evaluate(PlanesView(frame.width, frame.height, Floats(planes)));
+  io::FrameOfPlanes(f, header.siting, frame.width, frame.height, Floats(planes), frame.bytes.data());
   return frame;
 }
 
@@ -436,7 +441,7 @@ void FrameStream::Write(const StreamFrame& frame) {
   }
   const std::string marker = std::string(io::kY4mFrame) + "\n";
   if (y4m_out_) write(marker.data(), marker.size());
-  write(frame.bytes->data(), frame.bytes->size());
+  write(frame.bytes.data(), frame.bytes.size());
   ++frames_written_;
 }
 

@@ -122,6 +122,26 @@ struct Layout {
   size_t bytes, chroma_width, chroma_height, width, height;
 };
 
+// The latest rows of a plane that somebody made, each once.
+class RecentRows {
+ public:
+  explicit RecentRows(size_t width) : width_(width), rows_(kKept * width) { index_.fill(-1); }
+  template <typename Make>
+  const float* At(int y, const Make& make) {
+    const size_t slot = static_cast<size_t>(y) % kKept;
+    float* const row = rows_.data() + slot * width_;
+    if (index_[slot] != y) make(row);
+    index_[slot] = y;
+    return row;
+  }
+
+ private:
+  static constexpr size_t kKept = 8;  // more than one result is made of
+  size_t width_;
+  std::vector<float> rows_;
+  std::array<int, kKept> index_;
+};
+
 bool AmidColumns(Siting siting) { return siting == Siting::kCentre; }
 bool AmidRows(Siting siting) { return siting != Siting::kTopLeft; }
 
@@ -133,10 +153,14 @@ void PlanesOfFrame(const PixelFormat& format, Siting siting, int width, int heig
   ToFloats(format, frame, l.width * l.height, planes);
   const auto columns = Up(format.half_width, AmidColumns(siting), width);
   const auto rows = Up(format.half_height, AmidRows(siting), height);
-  std::vector<float> codes(l.chroma_width * l.chroma_height), row(l.chroma_width);
+  std::vector<float> row(l.chroma_width);
   for (size_t plane = 0; plane < 2; ++plane) {
-    ToFloats(format, frame + l.Chroma(plane, 0), codes.size(), codes.data());
-    const auto code_row = [&](int y) { return codes.data() + static_cast<size_t>(y) * l.chroma_width; };
+    RecentRows codes(l.chroma_width);
+    const auto code_row = [&](int y) {
+      return codes.At(y, [&](float* to) {
+        ToFloats(format, frame + l.Chroma(plane, static_cast<size_t>(y)), l.chroma_width, to);
+      });
+    };
     for (size_t y = 0; y < l.height; ++y) {
       AcrossRows(rows[y], code_row, l.chroma_width, row.data());
       AlongRow(columns, row.data(), planes + ((plane + 1) * l.height + y) * l.width);
@@ -150,11 +174,14 @@ void FrameOfPlanes(const PixelFormat& format, Siting siting, int width, int heig
   ToCodes(format, planes, l.width * l.height, frame);
   const auto columns = Down(format.half_width, AmidColumns(siting), width);
   const auto rows = Down(format.half_height, AmidRows(siting), height);
-  std::vector<float> narrow(l.chroma_width * l.height), row(l.chroma_width);
+  std::vector<float> row(l.chroma_width);
   for (size_t plane = 0; plane < 2; ++plane) {
-    for (size_t y = 0; y < l.height; ++y)
-      AlongRow(columns, planes + ((plane + 1) * l.height + y) * l.width, narrow.data() + y * l.chroma_width);
-    const auto narrow_row = [&](int y) { return narrow.data() + static_cast<size_t>(y) * l.chroma_width; };
+    RecentRows narrow(l.chroma_width);
+    const auto narrow_row = [&](int y) {
+      return narrow.At(y, [&](float* to) {
+        AlongRow(columns, planes + ((plane + 1) * l.height + static_cast<size_t>(y)) * l.width, to);
+      });
+    };
     for (size_t y = 0; y < l.chroma_height; ++y) {
       AcrossRows(rows[y], narrow_row, l.chroma_width, row.data());
       ToCodes(format, row.data(), l.chroma_width, frame + l.Chroma(plane, y));
