@@ -137,18 +137,15 @@ bool ReadsStandardInput(const Step& step) {
 
 FrameStream::FrameStream(const Line& line) : options_(line.options.stream) {
   const Options& o = line.options;
-  int outputs = 0;
   for (const Step& step : line.steps) {
     reads_ = reads_ || ReadsStandardInput(step);
-    outputs += IsOutput(step) && step.deferred.empty() && step.arguments.Text("FILE") == "-" ? 1 : 0;
+    writes_ = writes_ || (IsOutput(step) && step.deferred.empty() && step.arguments.Text("FILE") == "-");
   }
-  writes_ = outputs > 0;
   const auto refuse = [](const std::string& found, const std::string& expected) {
     throw UsageError("--stream", "found " + found + ", expected " + expected);
   };
   if (!reads_ && !writes_)
     refuse("neither - nor -o -", "a line that reads frames (-) or writes them (-o -), or both");
-  if (outputs > 1) refuse("-o - more than once", "one stream of frames to standard output");
   if (reads_ && !o.frames.empty()) refuse("--frames beside -", "the frames of standard input alone");
   if (o.TellsInputs() && reads_) refuse("--info or its like beside -", "it of files alone");
   if (o.verify && writes_) refuse("--verify beside -o -", "it of files, which can be read back");

@@ -20,7 +20,7 @@ constexpr char kConvert[] =
 
 constexpr LeftOut kLeftOut[] = {
     {"autocc", kConvert},
-    {"capture", "no camera is read: another program, ffmpeg say, writes its picture to a file"},
+    {"capture", "no camera is read: another program, ffmpeg say, brings its frames by --stream"},
     {"deepen", kDeep},
     {"deepholdout", kDeep},
     {"deepmerge", kDeep},

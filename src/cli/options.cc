@@ -442,7 +442,6 @@ void AddStream(std::vector<Command>& rows) {
       "Back undoes up: chroma that nobody changed keeps its codes.\n"
       "What commands print goes to stderr, as -o - has standard output. A stream that ends within a frame, a header in the midst, a result of another size and a reader that has gone are errors, and "
       "the frames before them are written. Not for --batch, --safe, --part, --resume; with -n and --explain the first frame alone.";
-  rows.back().lines = {"--stream - --saturate 1.2 -o -", "--stream:output=C444p10:rate=24 in.exr -o -"};
 }
 
 // So that a file is the same, and to --resume too, whatever threads made it and whatever was told meanwhile.

@@ -44,16 +44,18 @@ std::vector<UpTaps> Up(bool half, bool amid, int size) {
 }
 
 std::vector<DownTaps> Down(bool half, bool amid, int size) {
+  // Of what comes in twice: weights of 0 would make NaN of what is infinite.
+  constexpr std::array kHalves = {0.5F, 0.125F, 0.125F, 0.125F, 0.125F};
   std::vector<DownTaps> taps;
   for (int i = 0; i < (half ? (size + 1) / 2 : size); ++i) {
     const auto at = [&](int offset) { return Mirrored(2 * i + offset, size); };
     if (!half) {
-      taps.push_back({{i, i, i, i, i}, {1, 0, 0, 0, 0}});
+      taps.push_back({{i, i, i, i, i}, kHalves});
     } else if (!amid) {
       taps.push_back({{at(-2), at(-1), 2 * i, at(1), at(2)}, {-0.125F, 0.25F, 0.75F, 0.25F, -0.125F}});
     } else {
       const int other = std::min(2 * i + 1, size - 1);
-      taps.push_back({{2 * i, other, other, other, other}, {0.5F, 0.5F, 0, 0, 0}});
+      taps.push_back({{2 * i, other, other, other, other}, kHalves});
     }
   }
   return taps;

@@ -33,7 +33,7 @@ void FrameOfPlanes(const PixelFormat& format, Siting siting, int width, int heig
                    std::byte* frame);
 
 // The weights of R' and B' in Y', those of G' are what is left; whether codes use the whole range.
-// Source: BT.601 2011, BT.709 2015, BT.2020 2015 (non-constant luminance), SMPTE 240M.
+// Source: BT.601 2011, BT.709 2015, BT.2020 2015 (non-constant luminance).
 struct YccCoding {
   double red = 0.299, blue = 0.114;
   bool full = false;
