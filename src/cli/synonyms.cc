@@ -43,7 +43,7 @@ const std::vector<std::pair<std::string, std::string>>& Synonyms() {
       {"matrix recomb colormatrix 3x3 4x4", "ccmatrix"},
       {"posterize posterise bitdepth", "quantize dither"},
       {"falsecolor falsecolour falsecolours heatmap viridis inferno turbo jet", "colormap"},
-      {"video movie film mp4 mov mkv y4m yuv ffmpeg pipe rawvideo ycbcr", "stream"},
+      {"video movie mp4 mov mkv y4m yuv ffmpeg pipe rawvideo ycbcr", "stream"},
       {"histogram", "equalize printstats"},
       {"clip saturated limit", "clamp"},
       {"nan inf infinite", "fixnan"},

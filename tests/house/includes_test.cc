@@ -39,7 +39,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"json", {"base/", "graph/", "ops/apply.h", "ops/registry.h"}},
     {"c", {"base/", "ops/apply.h", "ops/registry.h", "ops/wrap.h"}},
     {"python", {"graph/", "ops/apply.h", "ops/registry.h", "ops/wrap.h"}},
-    {"cli", {"base/", "graph/", "ops/apply.h", "ops/registry.h", "ops/wrap.h", "sched/scheduler.h"}},
+    {"cli",
+     {"base/", "graph/", "io/video/", "ops/apply.h", "ops/registry.h", "ops/wrap.h", "sched/scheduler.h"}},
 };
 
 // Headers of simd/ that are written in Highway: at home where Highway is.
