@@ -135,7 +135,9 @@ class LineReader {
       if (command.optional_argument) {
         if (!values.empty()) step.arguments.values[command.info.arguments[0].name].text = values[0];
       } else {
-        step.arguments = WithEmptyTexts(command, values, modifiers);
+        step.arguments = command.by_channel && !values.empty() && !ByChannel(values[0]).empty()
+                             ? WithChannels(command, values[0], modifiers)
+                             : WithEmptyTexts(command, values, modifiers);
       }
     } catch (const Error& e) {
       throw UsageError((command.info.name.size() == 1 ? "-" : "--") + e.subject(),
@@ -146,6 +148,19 @@ class LineReader {
     } else {
       line_.steps.push_back(std::move(step));
     }
+  }
+
+  // Each choice is checked by itself.
+  static ops::Arguments WithChannels(const Command& command, const std::string& text,
+                                     const Modifiers& modifiers) {
+    ops::Arguments arguments;
+    for (const auto& [channel, choice] : ByChannel(text)) {
+      if (channel.empty())
+        throw Error(command.info.name, "found \"" + text + "\", expected a channel before each =");
+      arguments = ops::ParseArguments(command.info, std::vector{choice}, modifiers);
+    }
+    arguments.values[command.info.arguments[0].name].text = text;
+    return arguments;
   }
 
   // A text may be empty where any text is taken (--attrib NAME "" erases), but for a file's name.
@@ -207,6 +222,19 @@ std::string ModifiersBehind(const ops::OpInfo& row, const std::vector<std::strin
     }
   }
   return "";
+}
+
+std::vector<std::pair<std::string, std::string>> ByChannel(const std::string& text) {
+  std::vector<std::pair<std::string, std::string>> items;
+  if (text.find('=') == std::string::npos) return items;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const std::string item = text.substr(begin, end - begin);
+    const size_t equals = std::min(item.find('='), item.size());
+    items.emplace_back(item.substr(0, equals), item.substr(std::min(equals + 1, item.size())));
+    begin = end + 1;
+  }
+  return items;
 }
 
 Token SplitToken(const std::string& word) {

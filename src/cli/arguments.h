@@ -38,6 +38,8 @@ struct Token {
   std::string name;
   Modifiers modifiers;
 };
+// What CHANNEL=CHOICE,CHANNEL=CHOICE names, in order; empty for a text without =.
+std::vector<std::pair<std::string, std::string>> ByChannel(const std::string& text);
 // `word` without its dashes.
 Token SplitToken(const std::string& word);
 

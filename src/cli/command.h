@@ -44,6 +44,7 @@ struct Command {
   std::string applies_to;
   bool optional_argument = false;  // its argument may be left out (--help)
   bool any_text = false;           // an argument may be the name of a command (--attrib NAME --add)
+  bool by_channel = false;         // its choice may be several, CHANNEL=CHOICE,CHANNEL=CHOICE
   Bearing bearing = Bearing::kFiles;
   std::vector<std::string> aliases = {};
   std::vector<std::string> lines = {};  // examples, without the program; of the registry's: OpInfo::examples

@@ -352,14 +352,27 @@ std::vector<Command> ImageCommands() {
       "may be larger.";
   rows.push_back(Row("d", Effect::kSetting, 0, "Pixel type of the outputs that follow.",
                      [](const Step& step, Session& session) {
-                       session.output_type = PixelTypeNamed(step.arguments.Text("TYPE"));
+                       const std::string& text = step.arguments.Text("TYPE");
+                       const auto channels = ByChannel(text);
+                       for (const auto& [channel, type] : channels)
+                         session.channel_types[channel] = PixelTypeNamed(type);
+                       if (!channels.empty()) return;
+                       session.output_type = PixelTypeNamed(text);
+                       session.channel_types.clear();
                      },
                      {{.name = "TYPE",
                        .type = ParamType::kChoice,
                        .default_value = "",
-                       .help = "pixel type",
+                       .help = "pixel type, or one for each of some channels: CHANNEL=TYPE,CHANNEL=TYPE",
                        .choices = kTypes}},
                      {}));
+  rows.back().by_channel = true;
+  rows.back().info.help =
+      "-d half -d Z=float: what a channel is given counts beside the type of the others, which is the last that -d said, or the "
+      "image's own; -d with a type alone is for all channels again. As oiiotool. Formats that have one type for all (all but "
+      "OpenEXR) refuse several. A file with channels of several types is read as floats, and written as floats where nobody "
+      "says otherwise.";
+  rows.back().lines = {"in.exr -d half -o out.exr", "in.exr -d half -d A=float -o out.exr"};
   rows.back().applies_to = "o";
   rows.push_back(
       Row("colorconfig", Effect::kSetting, 0, "OpenColorIO config of the commands that follow.",

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <iostream>
 #include <new>
+#include <set>
 
 #include "cli/cost.h"
 #include "cli/frame_names.h"
@@ -27,6 +28,9 @@
 
 namespace tessera::cli {
 namespace {
+
+// Of WriteOptions: a type for each channel.
+constexpr char kChannelTypes[] = "tessera:ChannelTypes";
 
 Attribute TextAttribute(const std::string& name, const std::string& text) {
   return {name, "string", {}, {text}};
@@ -205,6 +209,34 @@ void RequireType(const Entry& entry, const std::string& file, WriteOptions& writ
   }
 }
 
+// -d CHANNEL=TYPE: all of one type are of that, several are an attribute that the writer takes.
+void ChooseChannelTypes(const Step& step, const Entry& entry, const std::string& file, bool asked,
+                        const Session& session, WriteOptions& write) {
+  const auto& chosen = session.channel_types;
+  if (chosen.empty() || step.arguments.Given("type") || step.arguments.Given("datatype")) return;
+  const PixelType rest = asked ? *write.type : StoredType(entry.node, file, write);
+  std::vector<std::string> names;
+  std::set<PixelType> types;
+  for (const std::string& channel : entry.node.spec().channels) {
+    const auto own = chosen.find(channel);
+    const PixelType type = own == chosen.end() ? rest : own->second;
+    types.insert(type), names.emplace_back(PixelTypeName(type));
+  }
+  if (types.size() == 1) {
+    if (*types.begin() == rest) return;
+    write.type = *types.begin();
+    RequireType(entry, file, write, true);
+    return;
+  }
+  if (session.options().verify) {
+    throw DataError(file,
+                    "found channels of several types beside --verify, expected one type, whose codes it "
+                    "compares");
+  }
+  write.attributes.push_back(
+      {kChannelTypes, "string[" + std::to_string(names.size()) + "]", {}, std::move(names)});
+}
+
 // What --dither and -o:dither= ask for, for eight bits alone. OpenImageIO's own dither, which the attribute
 // would ask for, is left out.
 Node Dithered(const Entry& entry, const std::string& file, WriteOptions& write) {
@@ -239,6 +271,7 @@ std::vector<PendingOutput::Part> PartsFor(const Step& step, Entry& entry, const 
     bool asked = false;
     WriteOptions own = OptionsFor(step, part, session, asked);
     const Node node = Dithered(part, file, own);
+    ChooseChannelTypes(step, part, file, asked, session, own);
     parts.push_back({node, own.type, own.attributes});
   };
   add(entry);
@@ -273,10 +306,10 @@ void ComputeLater(const Entry& entry, const std::string& file, const WriteOption
 void WriteFrame(const Step& step, Entry entry, const std::string& name, Session& session) {
   bool asked = false;
   WriteOptions write = OptionsFor(step, entry, session, asked);
-  if (asked) {
-    throw DataError("-o " + name, std::string("found the type ") + PixelTypeName(*write.type) +
-                                      " for a frame of --stream, expected it in the stream's format, as "
-                                      "--stream:output=rgb48le or C420p10");
+  if (asked || !session.channel_types.empty()) {
+    throw DataError("-o " + name,
+                    "found -d or type= for a frame of --stream, expected it in the stream's format, as "
+                    "--stream:output=rgb48le or C420p10");
   }
   LeaveParts(entry, WordsOf(step), session.options());
   KeepRegion(entry, name, session.options());
@@ -307,6 +340,7 @@ void WriteEntry(const Step& step, Entry entry, const std::string& name, Session&
   WriteOptions write = OptionsFor(step, entry, session, asked);
   RequireType(entry, file, write, asked);
   entry.node = Dithered(entry, file, write);
+  ChooseChannelTypes(step, entry, file, asked, session, write);
   SayPadding(entry, file, session.options());
   ComputeLater(entry, file, write, parts, session);
   if (session.options().adjust_time) AdjustTime(entry, file, session);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <list>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -101,9 +102,10 @@ class Session {
     outputs_.push_back(std::move(output)), files_.push_back(file);
   }
 
-  std::optional<PixelType> output_type;  // -d
-  std::vector<Attribute> output_hints;   // --compression, --tile and the like, for the outputs that follow
-  std::string color_config;              // --colorconfig, else OCIO's variable, else the built-in one
+  std::optional<PixelType> output_type;            // -d
+  std::map<std::string, PixelType> channel_types;  // -d CHANNEL=TYPE
+  std::vector<Attribute> output_hints;  // --compression, --tile and the like, for the outputs that follow
+  std::string color_config;             // --colorconfig, else OCIO's variable, else the built-in one
   DiffLimits diff;
   std::string missing_file = "error";  // --missingfile
   ImageSpec first_spec;                // of the first file that was read

@@ -22,6 +22,9 @@
 namespace tessera::io {
 namespace {
 
+// WriteOptions::attributes: the type of each channel, by its name, in place of one for all.
+constexpr char kChannelTypes[] = "tessera:ChannelTypes";
+
 constexpr int kPadRows = 16;  // rows of zeros written at once beyond the data window
 
 // What was true of the pixels that were read and is not of those written: their digests, their thumbnail,
@@ -97,12 +100,16 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
     SetCodePoints(file_spec_, ColorStateOf(spec));
   }
   for (const Attribute& a : attributes) {
-    if (a.name != "tile_width" && a.name != "tile_height") SetAttribute(file_spec_, a);
+    if (a.name != "tile_width" && a.name != "tile_height" && a.name != kChannelTypes)
+      SetAttribute(file_spec_, a);
   }
   if (format == "rla") file_spec_.erase_attribute("oiio:BitsPerSample");  // fewer cannot be mended
   ChooseChannels(spec);
   ChooseWindow(spec);
   ChooseTiles(spec, attributes);
+  for (const Attribute& a : attributes) {
+    if (a.name == kChannelTypes) ChooseTypes(a.strings);
+  }
   direct_ = window_ == data_ && kept_.size() == spec.channels.size();
   next_ = tile_top_ = window_.y0;
 }
@@ -141,6 +148,29 @@ void FileSink::ChooseChannels(const ImageSpec& spec) {
   file_spec_.nchannels = static_cast<int>(count);
   file_spec_.channelnames.erase(file_spec_.channelnames.begin() + spec.alpha);
   file_spec_.alpha_channel = -1;
+}
+
+// Rows are floats then, which hold all of them; OpenImageIO rounds to each channel's type.
+void FileSink::ChooseTypes(const std::vector<std::string>& types) {
+  if (!output_->supports("channelformats")) {
+    throw DataError(shown_, "found channels of several types, expected one type for " +
+                                std::string(output_->format_name()) + ", or OpenEXR");
+  }
+  if (types.size() != kept_.size()) {
+    throw DataError(shown_, "found " + std::to_string(types.size()) + " types for " +
+                                std::to_string(kept_.size()) + " channels, expected one for each");
+  }
+  std::vector<OIIO::TypeDesc> formats;
+  for (size_t c = 0; c < types.size(); ++c) {
+    formats.emplace_back(types[c]);
+    // What else is asked for, OpenImageIO writes as halves.
+    if (formats[c] == OIIO::TypeHalf || formats[c] == OIIO::TypeFloat) continue;
+    throw DataError(shown_, "found the type " + types[c] + " for the channel " + file_spec_.channelnames[c] +
+                                ", expected half or float");
+  }
+  type_ = PixelType::kFloat;
+  file_spec_.set_format(TypeDescOf(type_));
+  file_spec_.channelformats = std::move(formats);
 }
 
 void FileSink::ChooseWindow(const ImageSpec& spec) {

@@ -52,6 +52,7 @@ class FileSink final : public graph::RowSink {
  private:
   void ChooseChannels(const ImageSpec& spec);
   void ChooseWindow(const ImageSpec& spec);
+  void ChooseTypes(const std::vector<std::string>& types);
   void ChooseTiles(const ImageSpec& spec, const std::vector<Attribute>& attributes);
   bool OpenEncoder(int threads);
   void OpenStream();
