@@ -99,8 +99,7 @@ std::vector<double> Scale(const PixelFormat& f, bool up) {
 
 bool HasSpareBits(const PixelFormat& f) { return f.type == PixelType::kUint16 && f.bits < 16; }
 
-// Of the samples of an image of the format: the largest value, where codes are asked for as they are
-// subsampled 1.
+// What codes are divided by to be samples of the image: nothing where they are planes of floats.
 double TopOf(const PixelFormat& f) {
   return f.IsSubsampled() ? 1 : f.type == PixelType::kUint8 ? 255 : 65535;
 }
@@ -129,6 +128,46 @@ ImageView PlanesView(int width, int height, float* planes) {
           kSample * width};
 }
 
+[[noreturn]] void Refuse(const std::string& found, const std::string& expected) {
+  throw UsageError("--stream", "found " + found + ", expected " + expected);
+}
+
+void RequireStreamable(const Options& o, bool reads, bool writes) {
+  if (!reads && !writes)
+    Refuse("neither - nor -o -", "a line that reads frames (-) or writes them (-o -), or both");
+  if (reads && !o.frames.empty()) Refuse("--frames beside -", "the frames of standard input alone");
+  if (reads && o.TellsInputs()) Refuse("--info or its like beside -", "it of files alone");
+  if (writes && o.verify) Refuse("--verify beside -o -", "it of files, which can be read back");
+  for (const auto& [given, name] :
+       {std::pair{o.safe, "--safe"}, {o.resume, "--resume"}, {!o.part.empty(), "--part"}}) {
+    if (given) Refuse(name, "a line without it");
+  }
+}
+
+// Waits where the descriptor does not; false for what is no reason to go on.
+bool Again(int descriptor, short events) {
+  if (errno == EINTR) return true;
+  if (errno != EAGAIN && errno != EWOULDBLOCK) return false;
+  pollfd wait{descriptor, events, 0};
+  ::poll(&wait, 1, -1);
+  return true;
+}
+
+// What is read at once; 0 at the end.
+size_t ReadSome(std::byte* to, size_t count) {
+  while (true) {
+    const ssize_t n = ::read(STDIN_FILENO, to, count);
+    if (n >= 0) return static_cast<size_t>(n);
+    if (!Again(STDIN_FILENO, POLLIN)) Fail(kInput, "cannot be read");
+  }
+}
+
+// Of a pipe: fewer turns between the programs at its ends.
+void Widen(int descriptor) {
+  constexpr int kBytes = 1 << 20;  // what anybody may ask for
+  ::fcntl(descriptor, F_SETPIPE_SZ, kBytes);
+}
+
 }  // namespace
 
 bool ReadsStandardInput(const Step& step) {
@@ -136,29 +175,30 @@ bool ReadsStandardInput(const Step& step) {
 }
 
 FrameStream::FrameStream(const Line& line) : options_(line.options.stream) {
-  const Options& o = line.options;
   for (const Step& step : line.steps) {
     reads_ = reads_ || ReadsStandardInput(step);
     writes_ = writes_ || (IsOutput(step) && step.deferred.empty() && step.arguments.Text("FILE") == "-");
   }
-  const auto refuse = [](const std::string& found, const std::string& expected) {
-    throw UsageError("--stream", "found " + found + ", expected " + expected);
-  };
-  if (!reads_ && !writes_)
-    refuse("neither - nor -o -", "a line that reads frames (-) or writes them (-o -), or both");
-  if (reads_ && !o.frames.empty()) refuse("--frames beside -", "the frames of standard input alone");
-  if (o.TellsInputs() && reads_) refuse("--info or its like beside -", "it of files alone");
-  if (o.verify && writes_) refuse("--verify beside -o -", "it of files, which can be read back");
-  if (o.safe || o.resume || !o.part.empty())
-    refuse(o.safe ? "--safe" : o.resume ? "--resume" : "--part", "a line without it");
+  RequireStreamable(line.options, reads_, writes_);
+  ChooseFormats();
+  if (reads_) Widen(STDIN_FILENO);
+  if (!writes_) return;
+  output_file_ = Take(STDOUT_FILENO, kOutput, O_WRONLY);
+  Widen(output_file_);
+  static ToMessages messages;
+  std::cout.rdbuf(&messages);
+  ::signal(SIGPIPE, SIG_IGN);  // who reads may go at any time, which is told
+}
+
+void FrameStream::ChooseFormats() {
   const StreamOptions& s = options_;
   y4m_in_ = s.input == "y4m";
   if (!y4m_in_) {
-    if (SetFormat("input", s.input, in_)) refuse("input=" + s.input, "y4m, whose header says which");
+    if (SetFormat("input", s.input, in_)) Refuse("input=" + s.input, "y4m, whose header says which");
     SetSize(s.size, in_);
     SetSiting(s.siting, in_);
   } else if (!s.size.empty()) {
-    refuse("size=" + s.size, "it beside input=FORMAT, for raw frames");
+    Refuse("size=" + s.size, "it beside input=FORMAT, for raw frames");
   }
   y4m_out_ = y4m_in_;
   if (s.output != "same") {
@@ -167,6 +207,9 @@ FrameStream::FrameStream(const Line& line) : options_(line.options.stream) {
     y4m_out_ = s.output == "y4m" || SetFormat("output", s.output, *given_);
     SetSiting(s.siting, *given_);
     if (s.output == "y4m" && reads_ && y4m_in_) given_.reset();
+    const bool raw = s.output == "y4m" && reads_ && !y4m_in_;
+    if (raw && in_.pixels->samples != Samples::kRgb && !in_.pixels->HasAlpha() && !in_.pixels->IsFloat())
+      given_->pixels = in_.pixels, given_->siting = in_.siting;
   } else if (!reads_) {
     y4m_out_ = true;
     io::SetY4mColors("444", given_.emplace());
@@ -175,12 +218,6 @@ FrameStream::FrameStream(const Line& line) : options_(line.options.stream) {
     const std::string rate = RateOf(s.rate);
     if (given_) given_->rate = rate;
     in_.rate = rate;
-  }
-  if (writes_) {
-    output_file_ = Take(STDOUT_FILENO, kOutput, O_WRONLY);
-    static ToMessages messages;
-    std::cout.rdbuf(&messages);
-    ::signal(SIGPIPE, SIG_IGN);  // who reads may go at any time, which is told
   }
 }
 
@@ -196,11 +233,9 @@ bool FrameStream::Read(std::byte* to, size_t count) {
       used_ += n, done += n;
       continue;
     }
-    const ssize_t n = ::read(STDIN_FILENO, to + done, count - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) Fail(kInput, "cannot be read");
+    const size_t n = ReadSome(to + done, count - done);
     if (n > 0) {
-      done += static_cast<size_t>(n);
+      done += n;
       continue;
     }
     if (done == 0) return false;
@@ -217,12 +252,8 @@ std::string FrameStream::ReadLine(const char* what, bool& ended) {
   while (true) {
     if (used_ == held_.size()) {
       held_.resize(kLongestHeader), used_ = 0;
-      ssize_t n = 0;
-      do n = ::read(STDIN_FILENO, held_.data(), held_.size());
-      while (n < 0 && errno == EINTR);
-      if (n < 0) Fail(kInput, "cannot be read");
-      held_.resize(static_cast<size_t>(n));
-      if (n == 0) {
+      held_.resize(ReadSome(held_.data(), held_.size()));
+      if (held_.empty()) {
         ended = true;
         return line;
       }
@@ -409,14 +440,12 @@ void FrameStream::Write(const StreamFrame& frame) {
   const auto write = [&](const void* bytes, size_t count) {
     for (size_t done = 0; done < count;) {
       const ssize_t n = ::write(output_file_, static_cast<const std::byte*>(bytes) + done, count - done);
-      if (n > 0) done += static_cast<size_t>(n);
-      if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
-        pollfd wait{output_file_, POLLOUT, 0};
-        ::poll(&wait, 1, -1);
-      } else if (n < 0 && errno == EPIPE) {
+      if (n >= 0) {
+        done += static_cast<size_t>(n);
+      } else if (errno == EPIPE) {
         throw SystemError(kOutput, "nobody reads it any more (frame " + std::to_string(frames_written_ + 1) +
                                        "): what is behind the pipe has ended");
-      } else if (n < 0 && errno != EINTR) {
+      } else if (!Again(output_file_, POLLOUT)) {
         Fail(kOutput, "cannot be written");
       }
     }

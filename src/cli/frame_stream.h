@@ -44,6 +44,7 @@ class FrameStream {
  private:
   bool Read(std::byte* to, size_t count);
   std::string ReadLine(const char* what, bool& ended);
+  void ChooseFormats();
   void ReadHeader();
   const io::Y4mHeader& output() const { return given_ ? *given_ : in_; }
   io::YccCoding Coding(const io::Y4mHeader& header, int width, int height) const;

@@ -406,8 +406,9 @@ void AddStream(std::vector<Command>& rows) {
   ParamInfo output = Text(
       "output", "same, y4m, C and a colour space of Y4M (C420mpeg2, C444p10), or a format of raw frames");
   ParamInfo size = Text("size", "WxH: of raw frames that are read"),
-            rate = Text("rate",
-                        "frames a second, such as 24 or 30000/1001, in place of those that are read or 25");
+            rate =
+                Text("rate",
+                     "frames a second, such as 24 or 30000/1001, in place of those that are read, or of 25");
   input.default_value = "y4m", output.default_value = "same";
   rows.push_back(Option(
       "stream",

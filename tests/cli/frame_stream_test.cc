@@ -102,6 +102,16 @@ TEST_F(FrameStreamTest, HeaderIsTheInputs) {
             "YUV4MPEG2 W6 H4 F30000:1001 Ip A16:15 Cmono XCOLORRANGE=FULL");
 }
 
+TEST_F(FrameStreamTest, RawFramesBecomeY4m) {
+  const io::PixelFormat& f = *io::FindPixelFormat("yuv422p10le");
+  const std::string frame = RawFrames(f, 6, 4, 1);
+  Keep("in.raw", frame);
+  ShellWorks("tool --stream:input=yuv422p10le:size=6x4:output=y4m:rate=24000/1001 - -o - < in.raw > out.y4m");
+  EXPECT_TRUE(Bytes("out.y4m") ==
+              "YUV4MPEG2 W6 H4 F24000:1001 Ip A0:0 C422p10 XYSCSS=422P10 XCOLORRANGE=LIMITED\nFRAME\n" +
+                  frame);
+}
+
 double Clamped(double v) { return std::clamp(v, 0.0, 1.0); }
 
 // BT.601 and BT.709 as they are written down, by their own numbers.
