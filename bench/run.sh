@@ -5,6 +5,7 @@
 #   bench/run.sh --readme   also refreshes bench/measured.json and the table in README.md
 #   bench/run.sh --peers FOLDER   sources of the newest peers (see bench/newest); without, ../peers where there is one
 # Output: build/bench/index.html, report.md, plots/, *.json, start.log (the program's start), thumbnails.log (--batch),
+#   streams.log (--stream beside FFmpeg),
 #   displays.log (PNG files for a display against OpenColorIO and a browser), dask.log (chunks on Dask, two workers)
 set -eu
 cd "$(dirname "$0")/.."
@@ -25,7 +26,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 
-samples/setup.sh python3-pyopencolorio libnoise-dev libopencv-dev libvips-dev libvips-tools meson autoconf automake libtool liblcms2-dev libpixman-1-dev librsvg2-bin python3 python3-dask python3-distributed \
+samples/setup.sh python3-pyopencolorio libnoise-dev libopencv-dev libvips-dev libvips-tools ffmpeg meson autoconf automake libtool liblcms2-dev libpixman-1-dev librsvg2-bin python3 python3-dask python3-distributed \
   python3-vtk9 xvfb xauth
 if [ -d "$sources" ]; then
   bench/newest "$sources"
@@ -88,6 +89,8 @@ echo "comparing displays"
 bench/displays "$build/bin/tessera" >"$out/displays.log"
 echo "measuring thumbnails"
 bench/thumbnails "$build/bin/tessera" ${quick:+--jobs 500} >"$out/thumbnails.log"
+echo "measuring streams"
+bench/streams "$build/bin/tessera" ${quick:+--frames 20} >"$out/streams.log"
 echo "measuring Dask"
 PYTHONPATH="$build/python" bench/dask ${quick:+--side 4096 --repeat 3} >"$out/dask.log"
 bench/report "$out"/*.json --out "$out"

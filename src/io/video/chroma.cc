@@ -74,12 +74,33 @@ void AcrossRows(const Taps<N>& taps, const RowAt& row, size_t count, float* to) 
 }
 
 template <size_t N>
+float Sum(const Taps<N>& taps, const float* row) {
+  float sum = taps.weight[0] * row[taps.at[0]];
+  for (size_t t = 1; t < N; ++t) sum += taps.weight[t] * row[taps.at[t]];
+  return sum;
+}
+
+// Between the ends the taps come again every kResults results, kSamples samples further.
+template <size_t kResults, size_t kSamples, size_t N>
 void AlongRow(const std::vector<Taps<N>>& taps, const float* row, float* to) {
-  for (size_t x = 0; x < taps.size(); ++x) {
-    float sum = taps[x].weight[0] * row[taps[x].at[0]];
-    for (size_t t = 1; t < N; ++t) sum += taps[x].weight[t] * row[taps[x].at[t]];
-    to[x] = sum;
+  constexpr size_t kEnd = 4;
+  const size_t all = taps.size(), count = all < 2 * kEnd ? 0 : (all - 2 * kEnd) / kResults;
+  std::array<Taps<N>, kResults> first{};
+  for (size_t p = 0; p < kResults && count > 0; ++p) first[p] = taps[kEnd + p];
+  for (size_t x = 0; x < std::min(kEnd, all); ++x) to[x] = Sum(taps[x], row);
+  float* const inner = to + kEnd;
+  for (size_t k = 0; k < count; ++k) {
+    for (size_t p = 0; p < kResults; ++p) inner[k * kResults + p] = Sum(first[p], row + k * kSamples);
   }
+  for (size_t x = kEnd + count * kResults; x < all; ++x) to[x] = Sum(taps[x], row);
+}
+
+void UpRow(const PixelFormat& format, const std::vector<UpTaps>& taps, const float* row, float* to) {
+  format.half_width ? AlongRow<2, 1>(taps, row, to) : AlongRow<1, 1>(taps, row, to);
+}
+
+void DownRow(const PixelFormat& format, const std::vector<DownTaps>& taps, const float* row, float* to) {
+  format.half_width ? AlongRow<1, 2>(taps, row, to) : AlongRow<1, 1>(taps, row, to);
 }
 
 template <typename Code>
@@ -165,7 +186,7 @@ void PlanesOfFrame(const PixelFormat& format, Siting siting, int width, int heig
     };
     for (size_t y = 0; y < l.height; ++y) {
       AcrossRows(rows[y], code_row, l.chroma_width, row.data());
-      AlongRow(columns, row.data(), planes + ((plane + 1) * l.height + y) * l.width);
+      UpRow(format, columns, row.data(), planes + ((plane + 1) * l.height + y) * l.width);
     }
   }
 }
@@ -181,7 +202,7 @@ void FrameOfPlanes(const PixelFormat& format, Siting siting, int width, int heig
     RecentRows narrow(l.chroma_width);
     const auto narrow_row = [&](int y) {
       return narrow.At(y, [&](float* to) {
-        AlongRow(columns, planes + ((plane + 1) * l.height + static_cast<size_t>(y)) * l.width, to);
+        DownRow(format, columns, planes + ((plane + 1) * l.height + static_cast<size_t>(y)) * l.width, to);
       });
     };
     for (size_t y = 0; y < l.chroma_height; ++y) {
