@@ -3,6 +3,7 @@
 #ifndef TESSERA_MODEL_VOLUME_SETTINGS_H_
 #define TESSERA_MODEL_VOLUME_SETTINGS_H_
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -47,6 +48,8 @@ struct VolumeDraw {
   // Tables of four floats an entry (colour and extinction per world unit), the last entry twice.
   std::vector<float> colors, transfer;
   double colors_low = 0, colors_high = 1;      // the domain of `colors`
+  std::array<int, 3> nodes = {2, 2, 2};        // of the opacity volume
+  std::vector<float> emission;                 // as `transfer`, over its domain; colour alone; or empty
   std::vector<float> pairs;                    // [back][front], kPairSize + 1 a side
   double transfer_low = 0, transfer_high = 1;  // the domain of `transfer`
 };

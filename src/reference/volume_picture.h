@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/volume_settings.h"
+#include "reference/volume_opacity.h"
 #include "reference/volume_sheared.h"
 #include "reference/volume_substance.h"
 
@@ -40,8 +41,15 @@ struct Ray {
 
 class Picture {
  public:
-  explicit Picture(const VolumeDraw& draw)
-      : draw_(draw), p_(draw.params), v_(draw.volume.spec()), substance_(draw), sheared_(draw, substance_) {}
+  // `direct`: shadows are marched to the light from every sample, not from an opacity volume's nodes.
+  explicit Picture(const VolumeDraw& draw, bool direct = false)
+      : draw_(draw),
+        p_(draw.params),
+        v_(draw.volume.spec()),
+        substance_(draw),
+        sheared_(draw, substance_),
+        opacity_(draw, substance_),
+        direct_(direct) {}
   Picture(const Picture&) = delete;
 
   // The ray of a pixel, moved; clipped to the volume, the planes and the scene.
@@ -83,11 +91,14 @@ class Picture {
     for (size_t i = 0; i < draw_.transfer.size(); ++i) {
       if (i % 4 != 3) most = std::max(most, static_cast<double>(draw_.transfer[i]));
     }
+    double own = 0;
+    for (const float c : draw_.emission) own = std::max(own, static_cast<double>(c));
     const VolumeMaterial& m = p_.material;
     const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
-    if ((!p_.shade && p_.mode != VolumeMode::kFur) || m.flat) return most;
+    if ((!p_.shade && !p_.scatter.lit && p_.mode != VolumeMode::kFur) || m.flat) return most + own;
     const double color = hyper ? std::max({m.color[0], m.color[1], m.color[2]}) : 1;
-    return most * color * (1.3 * m.ambient + m.diffuse) + m.specular;
+    const double g = std::fabs(p_.scatter.phase), phase = (1 + g) / ((1 - g) * (1 - g));
+    return most * color * (1.3 * m.ambient + m.diffuse * phase) + m.specular * phase + own;
   }
   Result Draw(double x, double y, double scene, const Vector3& moved) const {
     if (p_.method == VolumeMethod::kShearWarp) {
@@ -110,7 +121,12 @@ class Picture {
                                                            Add(ray.origin, ray.direction, t + half));
     std::array<double, 5> c = {m.material.color[0], m.material.color[1], m.material.color[2],
                                m.material.extinction, 0};
-    Paint(m, ToLight(p), ToEye(ray), hyper, c);
+    Paint(m, p, ToEye(ray), hyper, c);
+    if (!draw_.emission.empty()) {
+      const bool alone = !p_.shade && (!p_.scatter.lit || p_.material.flat);
+      const std::array<double, 3> own = substance_.Glow(m.value);
+      for (size_t k = 0; k < 3; ++k) c[k] = own[k] + (alone ? 0 : c[k]);
+    }
     return c;
   }
   // Normal, position and distance of what is at t, in the world.
@@ -392,9 +408,32 @@ class Picture {
     return sum;
   }
 
-  void Paint(const Substance::Matter& m, const Vector3& to_light, const Vector3& to_eye, bool hyper,
+  // Henyey and Greenstein 1941, times 4 pi: the light goes along -l, and on to the eye.
+  double Phase(const Vector3& to_light, const Vector3& to_eye) const {
+    const double g = p_.scatter.phase, cosine = -Dot(to_light, to_eye);
+    return (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
+  }
+  // What its float is off by, relative: unit vectors are off by some 3e-7.
+  double PhaseError() const {
+    const double g = std::fabs(p_.scatter.phase);
+    return g == 0 ? 0 : 1e-6 * std::sqrt(g) / (1 - g);
+  }
+  void Paint(const Substance::Matter& m, const Vector3& p, const Vector3& to_eye, bool hyper,
              std::array<double, 5>& c) const {
+    const Vector3 to_light = ToLight(p);
     const VolumeMaterial& light = p_.material;
+    double there = 1, off = 0;  // light that reaches p and the eye, and what it may be off by
+    if (p_.scatter.lit && !light.flat) {
+      const double strength = p_.scatter.shadow, phase = Phase(to_light, to_eye);
+      if (strength > 0) {
+        const OpacityVolume::Share s =
+            direct_ ? OpacityVolume::Share{opacity_.Through(p), 0} : opacity_.At(p);
+        there = 1 - strength * (1 - s.through);
+        off = strength * s.off;
+      }
+      off = off * phase + there * phase * PhaseError();
+      there *= phase;
+    }
     if (p_.mode == VolumeMode::kFur && light.flat) {
       for (size_t k = 0; k < 3; ++k) c[k] *= light.color[k];
     } else if (p_.mode == VolumeMode::kFur) {
@@ -411,8 +450,20 @@ class Picture {
       c[4] = light.specular * PowerError(gleam, light.exponent) * facing * facing * occlusion;
     } else if (p_.shade) {
       const Shine s = Lit(m.normal, to_light, to_eye);
-      c[4] = s.off;
-      for (size_t k = 0; k < 3; ++k) c[k] = c[k] * (hyper ? light.color[k] : 1) * s.lit + s.gloss;
+      const double ambient = light.flat ? s.lit : light.ambient * (1 + 0.3 * m.normal[1]);
+      const double lit = ambient + (s.lit - ambient) * there;
+      c[4] = s.off * there + off * s.gloss;
+      for (size_t k = 0; k < 3; ++k) {
+        const double own = c[k] * (hyper ? light.color[k] : 1);
+        c[4] = std::max(c[4], s.off * there + off * (s.gloss + own * (s.lit - ambient)));
+        c[k] = own * lit + s.gloss * there;
+      }
+    } else if (p_.scatter.lit && !light.flat) {
+      for (size_t k = 0; k < 3; ++k) {
+        const double own = c[k] * (hyper ? light.color[k] : 1);
+        c[4] = std::max(c[4], own * light.diffuse * off);
+        c[k] = own * (light.ambient + light.diffuse * there);
+      }
     }
   }
 
@@ -421,6 +472,8 @@ class Picture {
   const VolumeSpec& v_;
   const Substance substance_;
   const ShearedPicture sheared_;
+  const OpacityVolume opacity_;
+  const bool direct_;
 };
 
 }  // namespace tessera::reference::volume

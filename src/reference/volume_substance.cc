@@ -43,14 +43,19 @@ std::array<double, 3> Substance::Entry(const std::vector<float>& table, double u
   return c;
 }
 
+double Substance::Place(double value) const {
+  return std::clamp((value - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
+         (ops::volume::kTransferSize - 1);
+}
+
 Substance::Class Substance::Classify(double value) const {
-  const double u =
-      std::clamp((value - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low), 0.0, 1.0) *
-      (ops::volume::kTransferSize - 1);
+  const double u = Place(value);
   const auto i = static_cast<size_t>(u);
   const double f = u - static_cast<double>(i);
   return {Entry(draw_.transfer, u), (1 - f) * draw_.transfer[4 * i + 3] + f * draw_.transfer[4 * i + 7]};
 }
+
+std::array<double, 3> Substance::Glow(double value) const { return Entry(draw_.emission, Place(value)); }
 
 Substance::Class Substance::ClassifyVoxels(const Vector3& p) const {
   const auto& n = v_.size;
@@ -198,6 +203,7 @@ Substance::Matter Substance::Hyper(const Vector3& p) const {
     if (t < 1) t *= n < 0.5 ? 4 * n * n * n : 1 - 4 * (1 - n) * (1 - n) * (1 - n);
   }
   for (const Dmf& step : p_.dmf) t = Modulate(step, p, d, solid, t);
+  m.value = t;
   m.material = Classify(t);
   return m;
 }
@@ -207,7 +213,8 @@ Substance::Matter Substance::Density(const Vector3& p, const Vector3& front, con
   m.normal = Add({}, Normalized(FieldGradient(p)), -1);
   switch (p_.classification) {
     case Classification::kPost:
-      m.material = Classify(Field(p));
+      m.value = Field(p);
+      m.material = Classify(m.value);
       break;
     case Classification::kPre:
       m.material = ClassifyVoxels(p);

@@ -40,6 +40,7 @@ class Substance {
   // Density, normal (or strand) and colour at a point.
   struct Matter {
     Class material;
+    double value = 0;  // that was looked up, by Classification::kPost
     Vector3 normal = {0, 0, 0};
     double height = 0;  // above the roots
   };
@@ -47,8 +48,12 @@ class Substance {
   // Of a density volume; the segment's ends count where it is pre-integrated.
   Matter Density(const Vector3& p, const Vector3& front, const Vector3& back) const;
   Class Classify(double value) const;
+  // The medium's own light.
+  std::array<double, 3> Glow(double value) const;
 
  private:
+  // The place of a value among the entries of the transfer function.
+  double Place(double value) const;
   Class ClassifyVoxels(const Vector3& p) const;
   Class ClassifyPair(double front, double back) const;
   double Turbulence(const Dmf& step, const Vector3& at) const;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/number_text.h"
+#include "model/black_body.h"
 #include "ops/grade/grade_ops.h"
 #include "ops/modifiers.h"
 #include "tessera/error.h"
@@ -23,12 +24,9 @@ using Column = std::array<double, 3>;
 
 Uv UvOf(double x, double y) { return {4 * x / (-2 * x + 12 * y + 3), 6 * y / (-2 * x + 12 * y + 3)}; }
 
-// Planck's locus after Krystek 1985.
 Uv Planck(double t) {
-  return {(0.860117757 + 1.54118254e-4 * t + 1.28641212e-7 * t * t) /
-              (1 + 8.42420235e-4 * t + 7.08145163e-7 * t * t),
-          (0.317398726 + 4.22806245e-5 * t + 4.20481691e-8 * t * t) /
-              (1 - 2.89741816e-5 * t + 1.61456053e-7 * t * t)};
+  const auto [u, v] = model::BlackBodyUv(t);
+  return {u, v};
 }
 
 // The CIE's daylight after Judd et al. 1964.

@@ -348,7 +348,12 @@ void Preparation::Medium(const graph::Workers& workers) {
   m.method = p_.method;
   m.classification = p_.classification;
   m.light = LightOf(p_.material);
-  m.look = p_.mode == VolumeMode::kFur ? Look::kFur : p_.shade ? Look::kLit : Look::kPlain;
+  const bool scattered = p_.scatter.lit && !p_.material.flat;
+  m.look = p_.mode == VolumeMode::kFur ? Look::kFur
+           : p_.shade                  ? Look::kLit
+           : scattered                 ? Look::kScattered
+                                       : Look::kPlain;
+  m.phase = scattered ? static_cast<float>(p_.scatter.phase) : 0;
   m.step = static_cast<float>(p_.step);
   m.opaque = static_cast<float>(1 - p_.termination);
   m.reference = static_cast<float>(p_.transfer.length);
@@ -356,6 +361,10 @@ void Preparation::Medium(const graph::Workers& workers) {
   const double domain = draw_.transfer_high - draw_.transfer_low;
   m.transfer = {draw_.transfer.data(), kTransferSize, static_cast<float>((entries - 1) / domain),
                 static_cast<float>(-draw_.transfer_low * (entries - 1) / domain)};
+  if (!draw_.emission.empty()) {
+    m.emission = m.transfer;
+    m.emission.entries = draw_.emission.data();
+  }
   m.pairs = draw_.pairs.empty() ? nullptr : draw_.pairs.data();
   m.mip_times = static_cast<float>(1 / domain);
   m.mip_plus = static_cast<float>(-draw_.transfer_low / domain);
@@ -371,6 +380,7 @@ void Preparation::Medium(const graph::Workers& workers) {
     m.far = static_cast<float>(far_ + 4e-6 * (std::fabs(far_) + std::fabs(data_.code_bias)));
     m.pace = static_cast<float>(field_.least_pace / std::fabs(data_.code_scale));
   }
+  if (p_.scatter.shadow > 0 && !p_.material.flat) PrepareOpacity(draw_, workers, out_);
 }
 
 }  // namespace

@@ -83,7 +83,17 @@ struct ColorTable {
   float times = 1, plus = 0;  // from the value to entries
 };
 
-enum class Look : uint8_t { kPlain, kLit, kFur };
+enum class Look : uint8_t { kPlain, kLit, kFur, kScattered };
+
+// Transmittances towards the light at the nodes of a grid from corner to corner of the box: an opacity
+// volume.
+struct OpacityView {
+  const float* nodes = nullptr;  // null: nothing is shadowed
+  int32_t row = 0, slice = 0;
+  int32_t size[3] = {0, 0, 0};
+  float last[3] = {0, 0, 0};                        // largest coordinate of a node
+  float times[3] = {0, 0, 0}, plus[3] = {0, 0, 0};  // from voxels to nodes
+};
 
 struct DmfStep {
   Dmf::Kind kind;
@@ -128,7 +138,10 @@ struct MediumArgs {
   Classification classification = Classification::kPost;
   Look look = Look::kPlain;
   Light light;
+  OpacityView opacity;
+  float shadow = 0, phase = 0;   // its strength; g
   ColorTable transfer;           // entries of colour and extinction per world unit
+  ColorTable emission;           // over the same domain; none: the medium has no light of its own
   const float* pairs = nullptr;  // pre-integrated: kPairSize^2 entries
   float step = 0.01f;            // world units (kStacks: unused)
   int axis = 2;                  // kStacks
@@ -153,9 +166,12 @@ using DrawSurface = void (*)(const SurfaceArgs&, const Target&);
 using DrawMedium = void (*)(const MediumArgs&, const Target&);
 // Media whose rays count depth from the same place, at most kMostVolumes.
 using DrawMixture = void (*)(std::span<const MediumArgs* const>, const Target&);
+// Fills a row of nodes, number y + size[1] * z, of an opacity volume.
+using FillOpacity = void (*)(const MediumArgs&, const OpacityView&, int64_t row, float* nodes);
 DrawSurface FindSurface(PixelType type);
 DrawMedium FindMedium(PixelType type);
 DrawMixture FindMixture();
+FillOpacity FindOpacity(PixelType type);
 
 }  // namespace tessera::ops::volume
 

@@ -55,14 +55,54 @@ struct Sample {
   Vec3 normal;  // world, outward; unit or zero
 };
 
+// What of the light reaches position p (voxels) through the medium, 1 where nothing is shadowed.
+inline HWY_NOINLINE V Reaching(const MediumArgs& args, const Vec3& p) {
+  const OpacityView& o = args.opacity;
+  if (o.nodes == nullptr) return Set(1);
+  Cell c;
+  const auto axis = [&](V v, int a, VI& whole) HWY_ATTR {
+    const V at = hn::MulAdd(v, Set(o.times[a]), Set(o.plus[a]));
+    const V inside = hn::Min(hn::Max(at, hn::Zero(D())), Set(o.last[a]));
+    const V floor = hn::Floor(inside);
+    whole = WholeOf(floor);
+    return hn::Sub(inside, floor);
+  };
+  c.f.x = axis(p.x, 0, c.i);
+  c.f.y = axis(p.y, 1, c.j);
+  c.f.z = axis(p.z, 2, c.k);
+  const V through = Trilinear(o.nodes, o.row, o.slice, Places(IndexOf(c, o.row, o.slice)), c.f);
+  return hn::MulAdd(Set(args.shadow), through, Set(1 - args.shadow));
+}
+// Of light from l, the share that goes to the eye against that of all directions' mean. The denominator is
+// (1 - |g|)^2 + |g| |l +- e|^2, which loses no digits where it is small.
+HWY_INLINE V Phase(float g, const Vec3& l, const Vec3& to_eye) {
+  if (g == 0) return Set(1);
+  const V sign = Set(g > 0 ? 1.0f : -1.0f);
+  const float size = std::fabs(g);
+  const Vec3 sum = AddScaled(l, to_eye, sign);
+  const V below = hn::MulAdd(Dot(sum, sum), Set(size), Set((1 - size) * (1 - size)));
+  return hn::Div(Set((1 - size) * (1 + size)), hn::Mul(below, hn::Sqrt(below)));
+}
+
 // Colour of a sample as it is lit.
-inline HWY_NOINLINE void Shade(const MediumArgs& args, const Vec3& p, const Sample& sample,
-                               const Vec3& to_eye, s::Pixels& c) {
+inline HWY_NOINLINE void Illuminate(const MediumArgs& args, const Vec3& p, const Sample& sample,
+                                    const Vec3& to_eye, s::Pixels& c) {
   const V zero = hn::Zero(D()), one = Set(1);
-  if (args.look == Look::kPlain) return;
   const Vec3 l = ToLight(args.rays, args.light, p);
-  if (args.look == Look::kLit) {
-    const Shine shine = Lit(args.light, l, sample.normal, to_eye);
+  if (args.look == Look::kScattered) {
+    const V there = hn::Mul(Reaching(args, p), Phase(args.phase, l, to_eye));
+    const V lit = hn::MulAdd(there, Set(args.light.diffuse), Set(args.light.ambient));
+    c.r = hn::Mul(c.r, hn::Mul(lit, Set(args.hyper ? args.light.color[0] : 1)));
+    c.g = hn::Mul(c.g, hn::Mul(lit, Set(args.hyper ? args.light.color[1] : 1)));
+    c.b = hn::Mul(c.b, hn::Mul(lit, Set(args.hyper ? args.light.color[2] : 1)));
+  } else if (args.look == Look::kLit) {
+    Shine shine = Lit(args.light, l, sample.normal, to_eye);
+    if (args.opacity.nodes != nullptr || args.phase != 0) {
+      const V there = hn::Mul(Reaching(args, p), Phase(args.phase, l, to_eye));
+      const V ambient = hn::Mul(Set(args.light.ambient), hn::MulAdd(sample.normal.y, Set(0.3f), one));
+      shine.lit = hn::MulAdd(hn::Sub(shine.lit, ambient), there, ambient);
+      shine.gloss = hn::Mul(shine.gloss, there);
+    }
     c.r = hn::MulAdd(c.r, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[0] : 1)), shine.gloss);
     c.g = hn::MulAdd(c.g, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[1] : 1)), shine.gloss);
     c.b = hn::MulAdd(c.b, hn::Mul(shine.lit, Set(args.hyper ? args.light.color[2] : 1)), shine.gloss);
@@ -91,6 +131,19 @@ inline HWY_NOINLINE void Shade(const MediumArgs& args, const Vec3& p, const Samp
     c.g = hn::MulAdd(hn::Mul(c.g, Set(args.light.color[1])), lit, gloss);
     c.b = hn::MulAdd(hn::Mul(c.b, Set(args.light.color[2])), lit, gloss);
   }
+}
+// The medium's own light: all of it where nothing else lights it.
+inline HWY_NOINLINE void Glow(const MediumArgs& args, const Sample& sample, s::Pixels& c) {
+  const s::Pixels own = ColorOf(args.emission, sample.value);
+  const bool alone = args.look == Look::kPlain;
+  c.r = alone ? own.r : hn::Add(c.r, own.r);
+  c.g = alone ? own.g : hn::Add(c.g, own.g);
+  c.b = alone ? own.b : hn::Add(c.b, own.b);
+}
+HWY_INLINE void Shade(const MediumArgs& args, const Vec3& p, const Sample& sample, const Vec3& to_eye,
+                      s::Pixels& c) {
+  if (args.look != Look::kPlain) Illuminate(args, p, sample, to_eye, c);
+  if (args.emission.entries != nullptr) Glow(args, sample, c);
 }
 
 inline bool Moves(Kind kind) { return kind == Kind::kWarp || kind == Kind::kLift || kind == Kind::kSwell; }
@@ -228,7 +281,8 @@ class Medium {
     const Vec3 p = At(ray, along);
     Sample sample;
     s::Pixels c;
-    if (args_.look != Look::kPlain) {
+    const bool lit = args_.look == Look::kLit;
+    if (lit) {
       const ValueAndGradient v = ValueGradient(p);
       sample.value = v.value;
       sample.normal = WorldNormal(args_.rays, v.gradient, -1);  // denser is inside
@@ -238,7 +292,7 @@ class Medium {
     } else if (args_.classification == Classification::kPreIntegrated) {
       c = Integrated(Value(At(ray, hn::Sub(along, half))), Value(At(ray, hn::Add(along, half))));
     } else {
-      if (args_.look == Look::kPlain) sample.value = Value(p);
+      if (!lit) sample.value = Value(p);
       c = ColorOf(args_.transfer, sample.value);
     }
     Shade(args_, p, sample, to_eye, c);
@@ -281,7 +335,7 @@ class Medium {
       for (int k = 1; k < K; ++k) any = hn::Or(any, lanes[k]);
       return hn::AllFalse(d, any);
     };
-    const bool lit = args_.look != Look::kPlain;
+    const bool lit = args_.look == Look::kLit || args_.look == Look::kFur;
     GradientLines<T> lines[K];
     for (int k = 0; k < K; ++k) {
       const Cell c = Locate(f, q[k]);

@@ -207,7 +207,7 @@ inline Sums MarchAll(std::span<const MediumArgs* const> media, const Cone* cones
 inline void DrawMixtureHere(std::span<const MediumArgs* const> media, const Target& target) {
   const Roi& roi = target.out.roi;
   const size_t count = media.size();
-  Packet packet;
+  Packet packet = {};
   for (int by = roi.y0; by < roi.y1; by += kTile) {
     for (int bx = roi.x0; bx < roi.x1; bx += kTile) {
       const int width = std::min(kTile, roi.x1 - bx), height = std::min(kTile, roi.y1 - by);

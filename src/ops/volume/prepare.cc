@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "model/black_body.h"
 #include "model/volume_settings.h"
 #include "ops/range.h"
 #include "ops/volume/transfer.h"
@@ -55,8 +56,26 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   const double voxel = Smallest(v.spacing);
   if (p.step == 0)
     p.step = p.mode == VolumeMode::kFire ? 2.5 * voxel : p.mode == VolumeMode::kFur ? 1.25 * voxel : voxel;
+  VolumeScattering& scatter = p.scatter;
+  RequireRange(kName, "a shadow of ", scatter.shadow, 0, 1);
+  RequireRange(kName, "a phase of ", scatter.phase, -0.95, 0.95);
+  RequireRange(kName, "a shadow's step of ", scatter.step, 0, 1e6);
+  if (scatter.size != 0) RequireRange(kName, "a shadow's size of ", scatter.size, 2, 256);
+  scatter.lit = scatter.lit || scatter.shadow > 0 || scatter.phase != 0;
+  if (scatter.step == 0) scatter.step = p.step;
   const double side =
       std::max({v.size[0] * v.spacing[0], v.size[1] * v.spacing[1], v.size[2] * v.spacing[2]});
+  if (p.emission.high != 0 || p.emission.low != 0) {
+    for (const double kelvin : {p.emission.low, p.emission.high})
+      RequireRange(kName, "a black body of ", kelvin, model::kColdestBody, model::kHottestBody);
+  }
+  RequireRange(kName, "a black body's strength of ", p.emission.strength, 0, 1e6);
+  const int most = std::max({v.size[0], v.size[1], v.size[2]});
+  if (scatter.size == 0) scatter.size = std::clamp(most / 2 + 1, 2, 64);
+  for (size_t a = 0; a < 3; ++a) {
+    const double share = v.size[a] * v.spacing[a] / side;
+    draw.nodes[a] = std::max(2, static_cast<int>(std::lrint((scatter.size - 1) * share)) + 1);
+  }
   if (p.method == VolumeMethod::kShearWarp && p.camera.perspective()) {
     // All slices lie before the eye, the nearest one a slice away or more.
     const auto axis = static_cast<size_t>(StackAxis(p.camera, v));

@@ -3,6 +3,7 @@
 #define TESSERA_OPS_VOLUME_PREPARE_H_
 
 #include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -29,9 +30,12 @@ struct Prepared {
   SurfaceArgs surface;
   MediumArgs medium;
   std::shared_ptr<const model::LeapGrid> leaps, own;
+  std::shared_ptr<std::byte> opacity;
 };
 // Depths are counted from `middle`.
 void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& workers, Prepared& out);
+// Fills in the opacity volume of a medium whose other arguments are complete.
+void PrepareOpacity(const VolumeDraw& draw, const graph::Workers& workers, Prepared& out);
 // The planar depth of a volume's centre.
 double MiddleDepth(const VolumeDraw& draw);
 

@@ -29,22 +29,10 @@ struct Ray {
 };
 HWY_INLINE Vec3 At(const Ray& ray, V along) { return AddScaled(ray.origin, ray.direction, along); }
 
-HWY_INLINE Ray RayOf(const RaySet& set, V x, V y, V scene_depth) {
+// Ends a ray where it leaves the box and the planes' half spaces, and begins it where it enters them: `enter`
+// is where it enters the box.
+HWY_INLINE void Clip(const RaySet& set, Ray& r) {
   const D d;
-  x = hn::Sub(x, Set(set.middle_x));
-  y = hn::Sub(y, Set(set.middle_y));
-  const auto affine = [&](const float* c)
-                          HWY_ATTR { return hn::MulAdd(y, Set(c[2]), hn::MulAdd(x, Set(c[1]), Set(c[0]))); };
-  Ray r;
-  r.origin = {affine(set.origin[0]), affine(set.origin[1]), affine(set.origin[2])};
-  r.direction = {affine(set.direction[0]), affine(set.direction[1]), affine(set.direction[2])};
-  const Vec3 w = {hn::Mul(r.direction.x, Set(set.spacing[0])), hn::Mul(r.direction.y, Set(set.spacing[1])),
-                  hn::Mul(r.direction.z, Set(set.spacing[2]))};
-  r.length = hn::Sqrt(Dot(r.direction, r.direction));
-  r.world = hn::Sqrt(Dot(w, w));
-  // A perspective ray begins at the eye; what lies behind is not seen.
-  r.begin = Set(set.perspective ? -set.middle_depth : -1e30f);
-  r.end = hn::Min(Set(1e30f), hn::Sub(scene_depth, Set(set.middle_depth)));
   const auto slab = [&](V o, V dir, float low, float high) HWY_ATTR {
     // Parallel to the slab: all of it or nothing, faces included.
     const M still = hn::Eq(dir, hn::Zero(d));
@@ -71,6 +59,24 @@ HWY_INLINE Ray RayOf(const RaySet& set, V x, V y, V scene_depth) {
     r.end = hn::IfThenElse(hn::Lt(rise, hn::Zero(d)), hn::Min(r.end, crossing), r.end);
   }
   r.hits = hn::Lt(r.begin, r.end);
+}
+
+HWY_INLINE Ray RayOf(const RaySet& set, V x, V y, V scene_depth) {
+  x = hn::Sub(x, Set(set.middle_x));
+  y = hn::Sub(y, Set(set.middle_y));
+  const auto affine = [&](const float* c)
+                          HWY_ATTR { return hn::MulAdd(y, Set(c[2]), hn::MulAdd(x, Set(c[1]), Set(c[0]))); };
+  Ray r;
+  r.origin = {affine(set.origin[0]), affine(set.origin[1]), affine(set.origin[2])};
+  r.direction = {affine(set.direction[0]), affine(set.direction[1]), affine(set.direction[2])};
+  const Vec3 w = {hn::Mul(r.direction.x, Set(set.spacing[0])), hn::Mul(r.direction.y, Set(set.spacing[1])),
+                  hn::Mul(r.direction.z, Set(set.spacing[2]))};
+  r.length = hn::Sqrt(Dot(r.direction, r.direction));
+  r.world = hn::Sqrt(Dot(w, w));
+  // A perspective ray begins at the eye; what lies behind is not seen.
+  r.begin = Set(set.perspective ? -set.middle_depth : -1e30f);
+  r.end = hn::Min(Set(1e30f), hn::Sub(scene_depth, Set(set.middle_depth)));
+  Clip(set, r);
   return r;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/input_file.h"
 #include "base/number_text.h"
+#include "model/black_body.h"
 #include "model/volume_settings.h"
 #include "ops/noise/plan.h"
 #include "tessera/error.h"
@@ -85,6 +86,21 @@ void Order(std::vector<TransferPoint>& points) {
                    [](const TransferPoint& a, const TransferPoint& b) { return a.value < b.value; });
 }
 
+// Entries of the light that the medium gives.
+void MakeEmission(VolumeDraw& draw) {
+  draw.emission.clear();
+  const VolumeEmission& e = draw.params.emission;
+  if (e.high == 0) return;
+  const double hottest = model::BlackBodyLuminance(e.high);
+  for (int i = 0; i <= kTransferSize; ++i) {
+    const double share = std::min(i, kTransferSize - 1) / (kTransferSize - 1.0);
+    const double kelvin = e.low + share * (e.high - e.low);
+    const double luminance = e.strength * model::BlackBodyLuminance(kelvin) / hottest;
+    for (double c : model::BlackBodyColor(kelvin)) draw.emission.push_back(static_cast<float>(c * luminance));
+    draw.emission.push_back(0);
+  }
+}
+
 }  // namespace
 
 void MakeColors(VolumeDraw& draw) {
@@ -131,6 +147,7 @@ void MakeTransfer(VolumeDraw& draw) {
     for (double c : p.color) draw.transfer.push_back(static_cast<float>(c));
     draw.transfer.push_back(static_cast<float>(Extinction(p.opacity, t.length)));
   }
+  MakeEmission(draw);
   draw.pairs.clear();
   if (draw.params.classification != Classification::kPreIntegrated) return;
   // Colour and extinction of a segment along which the value runs from front to back, by many small steps.

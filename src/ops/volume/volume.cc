@@ -177,7 +177,17 @@ void RequireUsed(const VolumeParams& p, bool scene) {
     refuse("a chain of density modulation functions beside a mode without", "the modes fur, fire or hyper");
   if (IsSurface(p.mode) && p.method != VolumeMethod::kRays)
     refuse("a method for media beside a surface", "the method rays");
+  const bool lit = p.scatter.lit || p.scatter.shadow != 0 || p.scatter.phase != 0;
+  const bool scatters = p.mode >= VolumeMode::kFire && p.mode <= VolumeMode::kAttenuate;
+  if (lit && !scatters)
+    refuse("a medium's shadow or phase beside another mode", "fire, hyper, over, under or attenuate");
+  const bool glows = p.emission.high != 0;
+  if (glows && !scatters) refuse("a black body beside another mode", "fire, hyper, over, under or attenuate");
+  if (glows && p.classification != Classification::kPost)
+    refuse("a black body beside another classification", "post");
   if (p.method != VolumeMethod::kShearWarp) return;
+  if (glows) refuse("a black body beside the method shearwarp", "another method, or none");
+  if (lit) refuse("a medium's shadow or phase beside the method shearwarp", "another method, or none");
   if (p.mode != VolumeMode::kOver && p.mode != VolumeMode::kUnder)
     refuse("another mode beside the method shearwarp", "over or under");
   if (p.classification != Classification::kPost)

@@ -70,6 +70,11 @@ void RequireUsed(const Arguments& a) {
                                      {"transferlength", "fur fire hyper over under attenuate xray"},
                                      {"classify", "over under attenuate xray"},
                                      {"shade", "fire hyper over under attenuate"},
+                                     {"shadow", "fire hyper over under attenuate"},
+                                     {"phase", "fire hyper over under attenuate"},
+                                     {"shadowstep", "fire hyper over under attenuate"},
+                                     {"shadowsize", "fire hyper over under attenuate"},
+                                     {"blackbody", "fire hyper over under attenuate"},
                                      {"texture", "solid"},
                                      {"block", "solid"},
                                      {"ramp", "solid"},
@@ -84,12 +89,16 @@ void RequireUsed(const Arguments& a) {
   if (a.Given("light")) {
     if (a.Given("lightat")) Refuse("lightat", "light=", "one of them");
   }
+  const bool scatters = a.Given("shadow") || a.Given("phase");
   for (const char* name : {"light", "lightat", "ambient", "diffuse", "specular", "exponent", "color"}) {
     if (!a.Given(name)) continue;
     if (a.Flag("flat") && std::string(name) != "color") Refuse(name, "flat=1", "one of them");
     if (Holds("xray mip", mode)) Refuse(name, "mode=" + mode, "a mode that is lit");
-    if (Holds("fire hyper over under attenuate", mode) && !a.Flag("shade"))
-      Refuse(name, "mode=" + mode, "shade=1 too");
+    const bool lit = a.Flag("shade") || (scatters && !Holds("specular exponent", name));
+    if (Holds("fire hyper over under attenuate", mode) && !lit) Refuse(name, "mode=" + mode, "shade=1 too");
+  }
+  for (const char* name : {"shadowstep", "shadowsize"}) {
+    if (a.Given(name) && a.Number("shadow") == 0) Refuse(name, "no shadow=", "both");
   }
   const std::string& method = a.Text("method");
   if (a.Given("step") && Holds("stacks shearwarp", method))
@@ -173,6 +182,15 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   p.lookup = ChoiceOf<TurbulenceLookup>(a, "lookup", kLookups);
   p.classification = ChoiceOf<Classification>(a, "classify", kClassify);
   p.shade = a.Flag("shade");
+  p.scatter.lit = a.Given("shadow") || a.Given("phase");
+  p.scatter.shadow = a.Number("shadow");
+  p.scatter.phase = a.Number("phase");
+  p.scatter.step = a.Number("shadowstep");
+  p.scatter.size = a.Integer("shadowsize");
+  if (a.Given("blackbody")) {
+    const std::vector<double>& body = a.Numbers("blackbody");
+    p.emission = {body[0], body[1], body.size() > 2 ? body[2] : 1};
+  }
   p.depth = a.Flag("depth");
   p.aovs = a.Flag("aovs");
   if (p.mode == VolumeMode::kSolid) SetTexture(a, p);
@@ -231,6 +249,11 @@ OpInfo VolumeInfo() {
       "mode=solid takes its colour from texture= (marble and wood have values in [0,1], clouds about 0), or "
       "from a block= of one's own, by the colours of ramp= (value,r,g,b,... or a file as of transfer=). "
       "light= is a direction, lightat= a point; flat=1 leaves colours unlit.\n"
+      "shadow= and phase= light a medium (fire, hyper, over, under, attenuate): its colours times ambient= + "
+      "diffuse= times what reaches a place of light= or lightat=, dimmed by the medium on the way (held at "
+      "shadowsize= nodes a side, so edges between nodes are blurred by one), times a share that phase= turns "
+      "towards the eye; with shade=1 by the gradient too. blackbody=LOW,HIGH makes it glow, from LOW kelvin where "
+      "transfer= begins to HIGH where it ends: of itself alone, or besides that light.\n"
       "Premultiplied R, G, B, A; depth=1 adds Z, aovs=1 Z, N.X, N.Y, N.Z, P.X, P.Y, P.Z and distance, where "
       "alpha passes 1/2 in media. The camera goes with the picture: --position, --envmap, --solid, --fog and "
       "--shadow find what they need. scene=1 takes the planar depths of opaque objects from the "
@@ -245,12 +268,13 @@ OpInfo VolumeInfo() {
       "samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own slices), or shearwarp "
       "(sheared slices, one warp; over and under alone, unlit).\n"
       "Source: Miller and Jones 2005; Perlin and Hoffert 1989; Lacroute and Levoy 1994; "
+      "Kajiya and Von Herzen 1984; Henyey and Greenstein 1941; Krystek 1985; Wyman et al. 2013; "
       "McReynolds et al. 1997, 13.";
   info.help += " With method=shearwarp the result is held in memory whole.";
   info.bound =
       "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
       "colour where alpha passes 1 - termination; attenuate: plus what midpoints of the step miss of the "
-      "integral; shearwarp: against the sheared picture, not against rays";
+      "integral; shadow: that of the nodes, between which it is linear; shearwarp: against the sheared picture, not against rays";
   info.bound_u = 168;
   info.modifiers = {
       TextModifier("solid", "a solid in words, see below"),
@@ -313,6 +337,15 @@ OpInfo VolumeInfo() {
       ChoiceModifier("classify", kClassify,
                      "look up after, or before, interpolation, or between both ends of a step"),
       FlagModifier("shade", "light densities by their gradient"),
+      NumberModifier("shadow", "0", 0, 1, "how much a medium shadows itself"),
+      NumberModifier("phase", "0", -0.95, 0.95,
+                     "g of Henyey and Greenstein: above 0 the medium is brighter before the light"),
+      Numbers(
+          "blackbody", "", 2, 3,
+          "light of a black body: kelvin where transfer= begins and where it ends, brightness of the latter"),
+      NumberModifier("shadowstep", "0", 0, 1e6, "distance of samples towards the light; 0 is that of step="),
+      IntegerModifier("shadowsize", "0", 0, 256,
+                      "nodes along the longest side that hold the shadow; 0 is half the voxels, at most 64"),
       Numbers("planes", "", 4, 64, "cutting planes x,y,z,offset: kept where x*X + y*Y + z*Z >= offset"),
       FlagModifier("depth", "add a channel Z of planar depths"),
       FlagModifier("aovs", "add Z, normals N, positions P and the distance from the eye"),
@@ -338,6 +371,11 @@ OpInfo VolumeInfo() {
       "solid=sphere(0,0,0,.6) dims=20 size=20x18 mode=fur soft=0.25",
       "solid=sphere(0,0,0,.5) dims=20 size=20x18 mode=fire soft=0.2 termination=0 lookup=4",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1),bias(.4),gain(.6) shade=1",
+      "solid=knot dims=16 size=18x16 mode=under transfer=-.3,1,.9,.8,.5,.2,1,1,1,0 transferlength=.3 shadow=1 "
+      "phase=.5 light=1,.4,.2",
+      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=fire soft=.2 blackbody=1200,2600,3 shadow=1 color=1,1,1",
+      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1) shade=1 shadow=.8 shadowsize=6 "
+      "lightat=1,1,0.5",
       "solid=knot dims=20 type=float size=22x18 mode=over transfer=-.3,1,.5,.2,.3,.1,.2,.4,1,0"};
   info.make = Make;
   return info;
