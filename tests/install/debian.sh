@@ -20,7 +20,7 @@ in_root sh -ec '
   test -s /usr/share/man/man1/tessera.1 -o -s /usr/share/man/man1/tessera.1.gz
   test -s /usr/share/bash-completion/completions/tessera
   test -s /usr/share/doc/tessera/copyright'
-in_root sh -c 'apt-get install -y -q g++ cmake pkg-config /packages/libtessera1_*.deb /packages/libtessera-dev_*.deb'
+in_root sh -c 'apt-get install -y -q g++ make cmake pkg-config /packages/libtessera1_*.deb /packages/libtessera-dev_*.deb'
 mkdir -p "$root/tmp/program"
 cat > "$root/tmp/program/main.cc" <<'END'
 #include <cstdio>
