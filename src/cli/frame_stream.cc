@@ -185,8 +185,8 @@ FrameStream::FrameStream(const Line& line) : options_(line.options.stream) {
   if (!writes_) return;
   output_file_ = Take(STDOUT_FILENO, kOutput, O_WRONLY);
   Widen(output_file_);
-  static ToMessages messages;
-  std::cout.rdbuf(&messages);
+  static auto* const messages = new ToMessages;  // std::cout is flushed after everything else has ended
+  std::cout.rdbuf(messages);
   ::signal(SIGPIPE, SIG_IGN);  // who reads may go at any time, which is told
 }
 
