@@ -8,7 +8,7 @@
 
 namespace tessera::reference {
 
-double OpacityVolume::Through(const Vector3& p) const {
+double OpacityVolume::Through(const Vector3& p, double skew) const {
   const VolumeMaterial& m = p_.material;
   const Vector3 way = m.point ? Add(m.light, p, -1) : m.light;
   const Vector3 l = Normalized(way);
@@ -40,7 +40,7 @@ double OpacityVolume::Through(const Vector3& p) const {
     if (length <= 0) continue;
     const Vector3 at = Add(p, l, from + 0.5 * step);
     const Substance::Matter matter =
-        hyper ? substance_.Hyper(at) : substance_.Density(at, Add(p, l, from), Add(p, l, to));
+        hyper ? substance_.Hyper(at, skew) : substance_.Density(at, Add(p, l, from), Add(p, l, to), skew);
     depth += matter.material.extinction * length;
   }
   return std::exp(-depth);
@@ -71,6 +71,8 @@ const OpacityVolume::Share& OpacityVolume::Node(int x, int y, int z) const {
       node.off = std::max(node.off, std::fabs(Through(q) - node.through));
     }
   }
+  if (!substance_.ReadsNormals()) return node;
+  for (const double skew : {-1.0, 1.0}) node.off += std::fabs(Through(p, skew) - node.through);
   return node;
 }
 

@@ -20,8 +20,8 @@ class OpacityVolume {
   };
   // Of the opacity volume, which is filled where it is asked for: by one thread at a time.
   Share At(const Vector3& p) const;
-  // Of a march from p itself: what the opacity volume stands for.
-  double Through(const Vector3& p) const;
+  // Of a march from p itself: what the opacity volume stands for. `skew` is Substance's.
+  double Through(const Vector3& p, double skew = 0) const;
 
  private:
   const Share& Node(int x, int y, int z) const;

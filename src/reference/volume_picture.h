@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/volume_settings.h"
+#include "reference/volume_light.h"
 #include "reference/volume_opacity.h"
 #include "reference/volume_sheared.h"
 #include "reference/volume_substance.h"
@@ -29,7 +30,6 @@ constexpr double kEndless = std::numeric_limits<double>::infinity();
 inline Result Colored(double r, double g, double b, double a, double z = kEndless) {
   return {r, g, b, a, z, 0, 0, 0, 0, 0, 0, kEndless, 0, 0};
 }
-constexpr double kNormalError = 2e-6;
 constexpr double kTie = 1e-5;  // of alpha
 
 // One ray in world space; t is the planar depth.
@@ -39,17 +39,19 @@ struct Ray {
   bool misses = false;
 };
 
-class Picture {
+class Picture : private Lighting {
  public:
   // `direct`: shadows are marched to the light from every sample, not from an opacity volume's nodes.
   explicit Picture(const VolumeDraw& draw, bool direct = false)
-      : draw_(draw),
+      : Lighting(draw.params),
+        draw_(draw),
         p_(draw.params),
         v_(draw.volume.spec()),
         substance_(draw),
         sheared_(draw, substance_),
         opacity_(draw, substance_),
-        direct_(direct) {}
+        direct_(direct),
+        brightest_(BrightestOfAll()) {}
   Picture(const Picture&) = delete;
 
   // The ray of a pixel, moved; clipped to the volume, the planes and the scene.
@@ -86,20 +88,7 @@ class Picture {
     return !IsSurface() && (p_.mode < VolumeMode::kOver || p_.mode == VolumeMode::kUnder) &&
            p_.method != VolumeMethod::kShearWarp;
   }
-  double Brightest() const {
-    double most = 1;
-    for (size_t i = 0; i < draw_.transfer.size(); ++i) {
-      if (i % 4 != 3) most = std::max(most, static_cast<double>(draw_.transfer[i]));
-    }
-    double own = 0;
-    for (const float c : draw_.emission) own = std::max(own, static_cast<double>(c));
-    const VolumeMaterial& m = p_.material;
-    const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
-    if ((!p_.shade && !p_.scatter.lit && p_.mode != VolumeMode::kFur) || m.flat) return most + own;
-    const double color = hyper ? std::max({m.color[0], m.color[1], m.color[2]}) : 1;
-    const double g = std::fabs(p_.scatter.phase), phase = (1 + g) / ((1 - g) * (1 - g));
-    return most * color * (1.3 * m.ambient + m.diffuse * phase) + m.specular * phase + own;
-  }
+  double Brightest() const { return brightest_; }
   Result Draw(double x, double y, double scene, const Vector3& moved) const {
     if (p_.method == VolumeMethod::kShearWarp) {
       const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
@@ -116,9 +105,12 @@ class Picture {
   std::array<double, 5> Light(const Ray& ray, double t, double half) const {
     const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
     const Vector3 p = Add(ray.origin, ray.direction, t);
-    const Substance::Matter m = hyper ? substance_.Hyper(p)
-                                      : substance_.Density(p, Add(ray.origin, ray.direction, t - half),
-                                                           Add(ray.origin, ray.direction, t + half));
+    const auto matter = [&](double skew) {
+      return hyper ? substance_.Hyper(p, skew)
+                   : substance_.Density(p, Add(ray.origin, ray.direction, t - half),
+                                        Add(ray.origin, ray.direction, t + half), skew);
+    };
+    const Substance::Matter m = matter(0);
     std::array<double, 5> c = {m.material.color[0], m.material.color[1], m.material.color[2],
                                m.material.extinction, 0};
     Paint(m, p, ToEye(ray), hyper, c);
@@ -126,6 +118,17 @@ class Picture {
       const bool alone = !p_.shade && (!p_.scatter.lit || p_.material.flat);
       const std::array<double, 3> own = substance_.Glow(m.value);
       for (size_t k = 0; k < 3; ++k) c[k] = own[k] + (alone ? 0 : c[k]);
+    }
+    if (substance_.ReadsNormals()) {
+      // What another last digit of a normal makes of extinction, and of colour.
+      for (const double skew : {-1.0, 1.0}) {
+        const Substance::Matter other = matter(skew);
+        double color = 0;
+        for (size_t k = 0; k < 3; ++k)
+          color = std::max(color, std::fabs(other.material.color[k] - m.material.color[k]));
+        const double change = std::fabs(other.material.extinction - m.material.extinction);
+        c[4] += Brightest() * (color + change / std::max(m.material.extinction, 1e-6));
+      }
     }
     return c;
   }
@@ -162,6 +165,21 @@ class Picture {
   }
 
  private:
+  double BrightestOfAll() const {
+    double most = 1;
+    for (size_t i = 0; i < draw_.transfer.size(); ++i) {
+      if (i % 4 != 3) most = std::max(most, static_cast<double>(draw_.transfer[i]));
+    }
+    double own = 0;
+    for (const float c : draw_.emission) own = std::max(own, static_cast<double>(c));
+    const VolumeMaterial& m = p_.material;
+    const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
+    if ((!p_.shade && !p_.scatter.lit && p_.mode != VolumeMode::kFur) || m.flat) return most + own;
+    const double color = hyper ? std::max({m.color[0], m.color[1], m.color[2]}) : 1;
+    const double g = std::fabs(p_.scatter.phase), phase = (1 + g) / ((1 - g) * (1 - g));
+    return most * color * (1.3 * m.ambient + m.diffuse * phase) + m.specular * phase + own;
+  }
+
   // --- Surfaces. ---
   Vector3 MeltPlace(const Vector3& p) const {
     const double bottom = v_.Low()[1], top = v_.High()[1];
@@ -211,32 +229,6 @@ class Picture {
     return Add(g, slope, g[1]);
   }
 
-  struct Shine {
-    double lit = 0, gloss = 0, off = 0;  // what the gloss may be off by
-  };
-  // What the k-th power of a cosine is off by.
-  static double PowerError(double base, double exponent) {
-    const double near = std::min(base + kNormalError, 1.0);
-    return near > 0 ? kNormalError * exponent * std::pow(near, exponent - 1) : 0;
-  }
-  Vector3 ToLight(const Vector3& p) const {
-    const VolumeMaterial& m = p_.material;
-    return m.point ? Normalized(Add(m.light, p, -1)) : m.light;
-  }
-  Shine Lit(const Vector3& normal, const Vector3& to_light, const Vector3& to_eye) const {
-    const VolumeMaterial& m = p_.material;
-    Shine s;
-    if (m.flat) {
-      s.lit = 1;
-      return s;
-    }
-    const double facing = Dot(normal, to_light);
-    s.lit = m.ambient * (1 + 0.3 * normal[1]) + m.diffuse * std::max(facing, 0.0);
-    const double half = Dot(normal, Normalized(Add(to_light, to_eye)));
-    if (facing > 0 && half > 1e-6) s.gloss = m.specular * std::pow(half, m.exponent);
-    if (facing > -1e-5) s.off = m.specular * PowerError(half, m.exponent);
-    return s;
-  }
   Vector3 ToEye(const Ray& ray) const { return Normalized(Add({}, ray.direction, -1)); }
 
   Result Surface(const Ray& ray, bool misses) const {
@@ -333,7 +325,8 @@ class Picture {
       const double share = (std::min(t + 0.5 * step, ray.end) - std::max(t - 0.5 * step, ray.begin)) / step;
       if (share <= 0) continue;
       if (p_.mode == VolumeMode::kMip) {
-        const double v = substance_.Field(Add(ray.origin, ray.direction, t));
+        const Vector3 p = Add(ray.origin, ray.direction, t);
+        const double v = p_.dmf.empty() ? substance_.Field(p) : substance_.Density(p, p, p).value;
         largest =
             std::max(largest, Clamped((v - draw_.transfer_low) / (draw_.transfer_high - draw_.transfer_low)));
         continue;
@@ -408,16 +401,6 @@ class Picture {
     return sum;
   }
 
-  // Henyey and Greenstein 1941, times 4 pi: the light goes along -l, and on to the eye.
-  double Phase(const Vector3& to_light, const Vector3& to_eye) const {
-    const double g = p_.scatter.phase, cosine = -Dot(to_light, to_eye);
-    return (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
-  }
-  // What its float is off by, relative: unit vectors are off by some 3e-7.
-  double PhaseError() const {
-    const double g = std::fabs(p_.scatter.phase);
-    return g == 0 ? 0 : 1e-6 * std::sqrt(g) / (1 - g);
-  }
   void Paint(const Substance::Matter& m, const Vector3& p, const Vector3& to_eye, bool hyper,
              std::array<double, 5>& c) const {
     const Vector3 to_light = ToLight(p);
@@ -474,6 +457,7 @@ class Picture {
   const ShearedPicture sheared_;
   const OpacityVolume opacity_;
   const bool direct_;
+  const double brightest_;
 };
 
 }  // namespace tessera::reference::volume

@@ -14,6 +14,20 @@ Vector3 Shift(int octave) {
   return {s[0], s[1], s[2]};
 }
 double Power(double t, double exponent) { return t > 0 ? std::pow(t, exponent) : 0; }
+// Linear between points, constant beyond.
+double Follow(const std::vector<std::array<double, 2>>& points, double at) {
+  if (!(at >= points.front()[0])) return points.front()[1];
+  for (size_t i = points.size() - 1; i-- > 0;) {
+    const auto &a = points[i], &b = points[i + 1];
+    if (at >= b[0]) return b[1] + 0 * a[0];
+    if (at >= a[0]) return a[1] + (b[1] - a[1]) * (at - a[0]) / (b[0] - a[0]);
+  }
+  return points.back()[1];
+}
+bool OfNormals(const DmfInput& input) {
+  return input.kind == DmfInput::Kind::kGradient || input.kind == DmfInput::Kind::kLight ||
+         input.kind == DmfInput::Kind::kEye;
+}
 
 }  // namespace
 
@@ -154,6 +168,8 @@ double Substance::Modulate(const Dmf& step, const Vector3& p, double distance, d
       const double u = Clamped((t - step.amount) / std::max(step.softness, 1e-6));
       return solid > 0 ? u * u * (3 - 2 * u) : 0;
     }
+    case Dmf::Kind::kTable:
+      return solid > 0 ? Clamped(Follow(step.table, t)) : 0;
     case Dmf::Kind::kFunction: {
       const auto x = static_cast<float>(p[0]), y = static_cast<float>(p[1]), z = static_cast<float>(p[2]);
       const auto d = static_cast<float>(distance);
@@ -166,9 +182,80 @@ double Substance::Modulate(const Dmf& step, const Vector3& p, double distance, d
   }
 }
 
+bool Substance::ReadsNormals() const {
+  for (const Dmf& step : p_.dmf) {
+    for (const DmfInput& input : step.inputs) {
+      if (OfNormals(input)) return true;
+    }
+  }
+  return false;
+}
+
+double Substance::Weight(const Dmf& step, const Vector3& p, const Around* around) const {
+  const auto to_eye = [&]() -> Vector3 {
+    const Camera& camera = p_.camera;
+    if (camera.perspective()) return Normalized(Add(camera.eye(), p, -1));
+    const Roi& w = draw_.window;
+    const Camera::Ray ray = camera.PixelRay(w, w.x0 + 0.5 * (w.width() - 1), w.y0 + 0.5 * (w.height() - 1));
+    return Normalized(Add({}, ray.direction, -1));
+  };
+  const VolumeMaterial& m = p_.material;
+  double product = 1;
+  for (const DmfInput& input : step.inputs) {
+    double at = 0;
+    switch (input.kind) {
+      case DmfInput::Kind::kGradient:
+        at = around->slope + around->slope_off;
+        break;
+      case DmfInput::Kind::kLight:
+        at = Dot(around->outward, m.point ? Normalized(Add(m.light, p, -1)) : m.light) + around->off;
+        break;
+      case DmfInput::Kind::kEye:
+        at = Dot(around->outward, to_eye()) + around->off;
+        break;
+      case DmfInput::Kind::kDensity:
+        at = around->solid;
+        break;
+      case DmfInput::Kind::kHeight:
+        at = p[1];
+        break;
+      case DmfInput::Kind::kPlane:
+        at = Dot(input.place, p);
+        break;
+      case DmfInput::Kind::kSphere:
+        at = Length(Add(p, input.place, -1));
+    }
+    product *= Follow(input.points, at);
+  }
+  return product;
+}
+
+double Substance::Chain(const Vector3& p, const Vector3& moved, double value, double t, double outward,
+                        double skew) const {
+  Around around;
+  around.solid = t;
+  if (ReadsNormals()) {
+    const Vector3 gradient = FieldGradient(moved);
+    around.outward = Add({}, Normalized(gradient), outward);
+    around.slope = Length(gradient);
+    // Codes are interpolated by floats: a gradient's digits are those of the codes.
+    const double voxel = std::min({v_.spacing[0], v_.spacing[1], v_.spacing[2]});
+    const double digits = 5e-7 * std::max(std::fabs(value - v_.bias), std::fabs(v_.scale) * 1e-3) / voxel;
+    around.slope_off = skew * (digits + 1e-6 * around.slope);
+    around.off = skew * (2e-6 + std::min(2.0, digits / std::max(around.slope, 1e-30)));
+  }
+  const double solid = t;
+  for (const Dmf& step : p_.dmf) {
+    const double changed = Modulate(step, p, value, solid, t);
+    t += step.inputs.empty() ? changed - t : Weight(step, p, &around) * (changed - t);
+  }
+  return t;
+}
+
 Vector3 Substance::Moved(const Vector3& p) const {
   Vector3 q = p;
   for (const Dmf& step : p_.dmf) {
+    const Vector3 before = q;
     if (step.kind == Dmf::Kind::kWarp) {
       double n[4];
       Noise(step.block, Upright(step, p), step.frequency, Drift(step, p_.time), n);
@@ -179,17 +266,19 @@ Vector3 Substance::Moved(const Vector3& p) const {
       const Vector3 centre =
           v_.Position(0.5 * (v_.size[0] - 1), 0.5 * (v_.size[1] - 1), 0.5 * (v_.size[2] - 1));
       q = Add(q, Add(q, centre, -1), step.amount * (Turbulence(step, p) - step.block.data().mean));
+    } else {
+      continue;
     }
+    if (!step.inputs.empty()) q = Add(before, Add(q, before, -1), Weight(step, p, nullptr));
   }
   return q;
 }
 
-Substance::Matter Substance::Hyper(const Vector3& p) const {
+Substance::Matter Substance::Hyper(const Vector3& p, double skew) const {
   const Vector3 q = Moved(p);
   const double d = Field(q), outer = p_.iso + p_.soft;
   Matter m;
   double t = p_.soft > 0 ? Clamped((outer - d) / p_.soft) : d <= outer ? 1 : 0;
-  const double solid = t;
   m.normal = Normalized(FieldGradient(q));
   m.height = 1 - Clamped((outer - d) / std::max(p_.soft, 1e-30));
   if (p_.mode == VolumeMode::kFur) {
@@ -202,14 +291,23 @@ Substance::Matter Substance::Hyper(const Vector3& p) const {
     const double n = Clamped(0.5 + ops::volume::kFurSpread * Noise(p_.block, foot, p_.frequency, {}));
     if (t < 1) t *= n < 0.5 ? 4 * n * n * n : 1 - 4 * (1 - n) * (1 - n) * (1 - n);
   }
-  for (const Dmf& step : p_.dmf) t = Modulate(step, p, d, solid, t);
+  t = Chain(p, q, d, t, 1, skew);
   m.value = t;
   m.material = Classify(t);
   return m;
 }
 
-Substance::Matter Substance::Density(const Vector3& p, const Vector3& front, const Vector3& back) const {
+Substance::Matter Substance::Density(const Vector3& p, const Vector3& front, const Vector3& back,
+                                     double skew) const {
   Matter m;
+  if (!p_.dmf.empty()) {
+    const Vector3 q = Moved(p);
+    const double low = draw_.transfer_low, domain = draw_.transfer_high - low, value = Field(q);
+    m.normal = Add({}, Normalized(FieldGradient(q)), -1);
+    m.value = low + domain * Chain(p, q, value, Clamped((value - low) / domain), -1, skew);
+    m.material = Classify(m.value);
+    return m;
+  }
   m.normal = Add({}, Normalized(FieldGradient(p)), -1);
   switch (p_.classification) {
     case Classification::kPost:

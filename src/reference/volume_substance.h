@@ -44,9 +44,13 @@ class Substance {
     Vector3 normal = {0, 0, 0};
     double height = 0;  // above the roots
   };
-  Matter Hyper(const Vector3& p) const;
+  // `skew`: quantities of normals and gradients that steps are weighted by are off by that share of what
+  // floats may be off by.
+  Matter Hyper(const Vector3& p, double skew = 0) const;
   // Of a density volume; the segment's ends count where it is pre-integrated.
-  Matter Density(const Vector3& p, const Vector3& front, const Vector3& back) const;
+  Matter Density(const Vector3& p, const Vector3& front, const Vector3& back, double skew = 0) const;
+  // Whether a step is weighted by normals or gradients.
+  bool ReadsNormals() const;
   Class Classify(double value) const;
   // The medium's own light.
   std::array<double, 3> Glow(double value) const;
@@ -58,6 +62,15 @@ class Substance {
   Class ClassifyPair(double front, double back) const;
   double Turbulence(const Dmf& step, const Vector3& at) const;
   double Modulate(const Dmf& step, const Vector3& p, double distance, double solid, double t) const;
+  // What a step may be weighted by; null where it moves the place that the field is read at.
+  struct Around {
+    Vector3 outward = {0, 0, 0};
+    double slope = 0, solid = 0, off = 0, slope_off = 0;
+  };
+  double Weight(const Dmf& step, const Vector3& p, const Around* around) const;
+  // A density t after the whole chain.
+  double Chain(const Vector3& p, const Vector3& moved, double value, double t, double outward,
+               double skew) const;
   Vector3 Moved(const Vector3& p) const;
 
   const ops::volume::VolumeDraw& draw_;

@@ -13,17 +13,21 @@ std::vector<std::string> Seeds() {
   std::vector<std::string> seeds = {
       "storus(0,0,0,.6,.2) |.1 (sphere(0,.5,0,.3) - box(0,0,0,.1,.1,.1)) &.2 body",
       "dbias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1), "
-      "swell(.3,1), threshold(.3,.1)"};
+      "swell(.3,1), threshold(.3,.1)",
+      "dtable(0,0,.5,.9,1,1)*height(-1,1)*~sphere(0,0,0,.4,.2),gain(.7)*half(0,1,0,.1,.2)*band(0,.5,.1),"
+      "bias(.4)*light(-1,0,0,.5,1,1)*eye(0,1)*gradient(0,2)*density(.1,.9)"};
   for (const std::string& value : ExamplesOf("solid")) seeds.push_back("s" + value);
   for (const std::string& value : ExamplesOf("dmf"))
     seeds.push_back("d" + value), seeds.push_back("r" + value);
   return seeds;
 }
 std::vector<std::string> Words() {
-  return {"sphere(", "ellipsoid(", "box(",  "torus(", "capsule(",    "cone(",      "plane(", "body",
-          "knot",    "|",          "&",     "-",      "|.1",         "&.1",        "(",      ")",
-          ",",       "bias(",      "gain(", "noise(", "turbulence(", "threshold(", "warp(",  "lift(",
-          "swell(",  "1e308",      "nan",   "inf",    "1e-320",      "0",          " "};
+  return {"sphere(",    "ellipsoid(", "box(",  "torus(", "capsule(", "cone(",     "plane(",
+          "body",       "knot",       "|",     "&",      "-",        "|.1",       "&.1",
+          "(",          ")",          ",",     "bias(",  "gain(",    "noise(",    "turbulence(",
+          "threshold(", "warp(",      "lift(", "swell(", "table(",   "*",         "~",
+          "height(",    "half(",      "band(", "light(", "eye(",     "gradient(", "density(",
+          "1e308",      "nan",        "inf",   "1e-320", "0",        " "};
 }
 }  // namespace tessera::fuzz
 

@@ -92,6 +92,24 @@ struct DmfSamples {
 /// Called by several threads at once.
 using DmfFunction = std::function<void(const DmfSamples&)>;
 
+/// Where, and how much, a step acts: a weight w between 0 and 1 by a quantity at the sample. Between points
+/// linear, beyond the first and last constant; two points of one quantity are a step.
+struct DmfInput {
+  /// The quantity.
+  enum class Kind : uint8_t {
+    kGradient,  ///< magnitude of the field's gradient, per world unit
+    kLight,     ///< n . l, n the unit normal (outward; 0 where there is no gradient), l towards the light
+    kEye,       ///< n . v, v towards the eye
+    kDensity,   ///< D, before the chain
+    kHeight,    ///< y, world units of the volume's own
+    kPlane,     ///< place . p
+    kSphere,    ///< |p - place|
+  };
+  Kind kind = Kind::kHeight;                  ///< the quantity
+  Vector3 place = {0, 0, 0};                  ///< of kPlane and kSphere
+  std::vector<std::array<double, 2>> points;  ///< quantity and weight, quantities not decreasing; 1 to 64
+};
+
 /// One step of H(p) = DMF_n(... DMF_1(DMF_0(D(p), p))). t stands for the density so far, in [0, 1]; results
 /// are clamped to [0, 1]. Steps act on the soft region: where D is 0 all but functions leave nothing. Noise
 /// is read at p * frequency + drift * time (blocks per world unit; see NoiseBlock).
@@ -107,6 +125,7 @@ struct Dmf {
     kLift,        ///< the field is read at p - up * amount T(p): flames; amount in world units
     kSwell,       ///< the field is read at p (1 + amount (T(p) - mean)): Perlin's fire
     kFunction,    ///< C++; may make density anywhere
+    kTable,       ///< linear between `table`'s points, constant beyond; 0 where D is 0
   };
   Kind kind = Kind::kBias;    ///< what the step does
   double amount = 0.5;        ///< how much; see the kind
@@ -117,13 +136,22 @@ struct Dmf {
   TurbulenceLookup lookup = TurbulenceLookup::kBlock;  ///< how turbulence is read
   NoiseBlock block = {};                               ///< empty: one that suits the kind is made
   DmfFunction function = nullptr;                      ///< of kFunction
+  std::vector<std::array<double, 2>> table = {};       ///< of kTable: density and what becomes of it
+
+  /// The step acts by their product w: t + w (t' - t), or so much of a displacement. Displacements know
+  /// kHeight, kPlane and kSphere alone.
+  std::vector<DmfInput> inputs = {};
 };
 
 /// A chain from words: "bias(.3), noise(.4,6), turbulence(.8,2), gain(.7), warp(.05,3), lift(.2,1),
 /// swell(.3,1), threshold(.3,.1)": steps between commas, each name(amount, frequency, upward drift);
-/// threshold takes amount and softness, bias and gain an amount. What is left out has its default. Throws
-/// Error naming the step: other names, words or numbers, amounts of bias and gain outside (0, 1), negative
-/// frequencies.
+/// threshold takes amount and softness, bias and gain an amount, table(t,t',...) or table(FILE) pairs. What
+/// is left out has its default. Behind a step, * INPUT says where it acts, * ~INPUT where it does not:
+/// gradient(a,b), light(a,b), eye(a,b), density(a,b) and height(a,b) rise from 0 at a to 1 at b, or follow
+/// more pairs quantity,weight or those of a file; half(x,y,z,offset,soft), sphere(x,y,z,radius,soft) and
+/// band(low,high,soft) are 1 inside and fall to 0 over `soft`. Throws Error naming the step: other names,
+/// words or numbers, amounts of bias and gain outside (0, 1), negative frequencies, pairs out of order,
+/// files.
 std::vector<Dmf> ParseDmf(const std::string& words);
 
 }  // namespace tessera

@@ -158,7 +158,8 @@ struct VolumeParams {
   /// Empty: polished marble over [0, 1].
   std::vector<TransferPoint> colors;
 
-  /// kHyper and density modes
+  /// kHyper and density modes, there with Classification::kPost and all methods but kShearWarp: t is the
+  /// value from 0 to 1 over the transfer function's domain, and what the chain leaves of it is looked up.
   std::vector<Dmf> dmf;
   VolumeTransferFunction
       transfer;  ///< empty: white, opacity rising from 0 to 0.1 a voxel (hypertexture: 0.5)

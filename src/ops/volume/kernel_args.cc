@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "model/volume_settings.h"
 #include "ops/volume/prepare.h"
@@ -96,6 +97,31 @@ const NoiseBlock::Data& DataOf(const Dmf& step) {
   return step.block.empty() ? kNone : step.block.data();
 }
 
+// Linear between points, constant beyond.
+Line LineOf(const std::vector<std::array<double, 2>>& points) {
+  Line line;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double width = i + 1 < points.size() ? points[i + 1][0] - points[i][0] : 0;
+    const double slope = width > 0 ? (points[i + 1][1] - points[i][1]) / width : 0;
+    line.push_back({static_cast<float>(points[i][0]), static_cast<float>(points[i][1]),
+                    static_cast<float>(std::clamp(slope, -1e30, 1e30))});
+  }
+  return line;
+}
+
+// Towards the eye, as towards a light.
+Light EyeOf(const VolumeDraw& draw) {
+  const Camera& camera = draw.params.camera;
+  const Roi& w = draw.window;
+  Light eye{};
+  eye.point = camera.perspective();
+  const Vector3 way =
+      camera.PixelRay(w, w.x0 + 0.5 * (w.width() - 1), w.y0 + 0.5 * (w.height() - 1)).direction;
+  const Vector3 at = eye.point ? camera.eye() : Normalized({-way[0], -way[1], -way[2]});
+  for (size_t a = 0; a < 3; ++a) eye.direction[a] = static_cast<float>(at[a]);
+  return eye;
+}
+
 Light LightOf(const VolumeMaterial& material) {
   Light light{};
   for (size_t c = 0; c < 3; ++c) {
@@ -135,8 +161,9 @@ class Preparation {
   void Melt(SurfaceArgs& s);
   DmfStep StepOf(const Dmf& step) const;
   void Reach(const Dmf& step);
+  bool Chain(MediumArgs& m);
   void Hyper(MediumArgs& m);
-  void Density();
+  void Density(MediumArgs& m);
 
   const VolumeDraw& draw_;
   const VolumeParams& p_;
@@ -257,8 +284,16 @@ DmfStep Preparation::StepOf(const Dmf& step) const {
     case Dmf::Kind::kSwell:
       k.second = static_cast<float>(DataOf(step).mean);
       break;
+    case Dmf::Kind::kTable:
+      k.table = LineOf(step.table);
+      break;
     default:
       break;
+  }
+  for (const DmfInput& input : step.inputs) {
+    DmfWeight weight{input.kind, {}, LineOf(input.points)};
+    for (size_t a = 0; a < 3; ++a) weight.place[a] = static_cast<float>(input.place[a]);
+    k.weights.push_back(std::move(weight));
   }
   return k;
 }
@@ -285,13 +320,9 @@ void Preparation::Reach(const Dmf& step) {
   }
 }
 
-// Distance fields through density modulation.
-void Preparation::Hyper(MediumArgs& m) {
-  m.hyper = true;
-  const double outer = p_.iso + p_.soft;
-  m.outer = static_cast<float>(outer);
-  m.per_width = p_.soft > 0 ? static_cast<float>(1 / p_.soft) : 0;
-  bool anywhere = false;  // whether there may be density where there was none
+// The chain of modulation; whether there may be density where there was none.
+bool Preparation::Chain(MediumArgs& m) {
+  bool anywhere = false;
   const Dmf* lifts = nullptr;
   for (const Dmf& step : p_.dmf) {
     anywhere = anywhere || step.kind == Dmf::Kind::kFunction;
@@ -301,8 +332,20 @@ void Preparation::Hyper(MediumArgs& m) {
     k.again = step.kind == Dmf::Kind::kTurbulence && lifts != nullptr && lifts->frequency == step.frequency &&
               lifts->upright == step.upright && lifts->drift == step.drift && lifts->lookup == step.lookup &&
               &lifts->block.data() == &step.block.data();
-    m.steps.push_back(k);
+    for (const DmfInput& input : step.inputs) m.normals |= input.kind <= DmfInput::Kind::kEye;
+    m.steps.push_back(std::move(k));
   }
+  m.eye = EyeOf(draw_);
+  return anywhere;
+}
+
+// Distance fields through density modulation.
+void Preparation::Hyper(MediumArgs& m) {
+  m.hyper = true;
+  const double outer = p_.iso + p_.soft;
+  m.outer = static_cast<float>(outer);
+  m.per_width = p_.soft > 0 ? static_cast<float>(1 / p_.soft) : 0;
+  const bool anywhere = Chain(m);
   double from = 0, to = 0;
   const bool seen = TransferSupport(draw_, from, to);
   const bool clear = !seen || from >= 0 || to <= 0;  // nothing is not seen
@@ -324,8 +367,24 @@ void Preparation::Hyper(MediumArgs& m) {
 }
 
 // Which codes a transfer function shows.
-void Preparation::Density() {
+void Preparation::Density(MediumArgs& m) {
   double from = 0, to = 0;
+  if (!p_.dmf.empty()) {
+    const double domain = draw_.transfer_high - draw_.transfer_low;
+    const bool anywhere = Chain(m);
+    m.to_density[0] = static_cast<float>(1 / domain);
+    m.to_density[1] = static_cast<float>(-draw_.transfer_low / domain);
+    m.from_density[0] = static_cast<float>(domain);
+    m.from_density[1] = static_cast<float>(draw_.transfer_low);
+    if (p_.mode == VolumeMode::kMip || p_.mode == VolumeMode::kAttenuate) return;
+    if (!TransferSupport(draw_, from, to)) {
+      low_ = high_ = kEndless;
+    } else if (!anywhere && from >= draw_.transfer_low) {  // nothing stays nothing, and that is not seen
+      m.clear = static_cast<float>((from - draw_.transfer_low) / domain - 1e-6);
+      Matter(draw_.transfer_low + Unseen(p_.dmf, m) * domain, kEndless);
+    }
+    return;
+  }
   if (p_.mode != VolumeMode::kMip && p_.mode != VolumeMode::kAttenuate) {  // these see all
     if (TransferSupport(draw_, from, to)) {
       Matter(from, to);
@@ -372,7 +431,7 @@ void Preparation::Medium(const graph::Workers& workers) {
   if (IsHyper(p_.mode)) {
     Hyper(m);
   } else {
-    Density();
+    Density(m);
   }
   FindLeaps(workers);
   m.field = field_;

@@ -95,6 +95,19 @@ struct OpacityView {
   float times[3] = {0, 0, 0}, plus[3] = {0, 0, 0};  // from voxels to nodes
 };
 
+// A function of one number: from a point on value + (s - at) slope.
+struct LinePoint {
+  float at, value, slope;
+};
+using Line = std::vector<LinePoint>;
+
+// A share of a step's effect.
+struct DmfWeight {
+  DmfInput::Kind kind;
+  float place[3];
+  Line line;
+};
+
 struct DmfStep {
   Dmf::Kind kind;
   TurbulenceLookup lookup;
@@ -103,6 +116,8 @@ struct DmfStep {
   ExactOctave exact[kTurbulenceOctaves];
   const DmfFunction* function;
   bool again;  // the turbulence of the step that moved the point
+  Line table;
+  std::vector<DmfWeight> weights;
 };
 
 struct Target {
@@ -159,6 +174,10 @@ struct MediumArgs {
   // seen, and voxels for each unit of distance beyond in which nothing is either (0: not known).
   float unseen = 0, far = 0, pace = 0;
   std::vector<DmfStep> steps;
+  bool normals = false;  // a weight is about normals or gradients
+  Light eye;             // where it is, or which way: as of a light
+  float to_density[2] = {1, 0},
+        from_density[2] = {1, 0};  // of density volumes: times and plus, values and [0, 1]
   float mip_times = 1, mip_plus = 0;
 };
 

@@ -9,51 +9,12 @@
 
 #include <hwy/highway.h>
 
-#include "ops/volume/exact_noise-inl.h"
-#include "ops/volume/rays-inl.h"
+#include <cmath>
+
+#include "ops/volume/chain-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::volume::HWY_NAMESPACE {
-
-using Kind = Dmf::Kind;
-
-// Functions of their own, not inline: what they do takes far longer than a call, and every sample type,
-// method and instruction set would hold its own copies.
-
-// Turbulence at p by the lookups that a step asks for.
-inline HWY_NOINLINE V Turbulence(const DmfStep& step, const Vec3& p) {
-  switch (step.lookup) {
-    case TurbulenceLookup::kBlock:
-      return NoiseValue(step.noise, p);
-    case TurbulenceLookup::kExact:
-      return ExactTurbulence(step.noise, step.exact, p);
-    case TurbulenceLookup::kFourChannels: {
-      V c[4];
-      NoiseChannels(step.noise, p, c);
-      V sum = hn::Abs(c[0]);
-      for (int k = 1; k < 4; ++k)
-        sum = hn::MulAdd(hn::Abs(c[k]), Set(1.0f / static_cast<float>(1 << k)), sum);
-      return sum;
-    }
-    default: {
-      const int octaves = step.lookup == TurbulenceLookup::kFour ? 4 : 8;
-      V sum = hn::Zero(D());
-      for (int k = 0; k < octaves; ++k) {
-        const auto scale = static_cast<float>(1 << k);
-        const V n = NoiseAt(step.noise, LocateNoise(step.noise, p, scale, kOctaveShifts[k]));
-        sum = hn::MulAdd(hn::Abs(n), Set(1 / scale), sum);
-      }
-      return sum;
-    }
-  }
-}
-
-// What a sample is: a value for the transfer function and, where it is lit, a normal.
-struct Sample {
-  V value;      // field value, or density
-  V distance;   // hypertexture
-  Vec3 normal;  // world, outward; unit or zero
-};
 
 // What of the light reaches position p (voxels) through the medium, 1 where nothing is shadowed.
 inline HWY_NOINLINE V Reaching(const MediumArgs& args, const Vec3& p) {
@@ -146,81 +107,6 @@ HWY_INLINE void Shade(const MediumArgs& args, const Vec3& p, const Sample& sampl
   if (args.emission.entries != nullptr) Glow(args, sample, c);
 }
 
-inline bool Moves(Kind kind) { return kind == Kind::kWarp || kind == Kind::kLift || kind == Kind::kSwell; }
-// Where the field is read for a sample at p.
-inline HWY_NOINLINE void Move(const MediumArgs& args, const DmfStep& step, const Vec3& p, Vec3& q,
-                              V& turbulence) {
-  switch (step.kind) {
-    case Kind::kWarp: {
-      V n[4];
-      NoiseChannels(step.noise, p, n);
-      q.x = hn::MulAdd(n[0], Set(step.amount / args.rays.spacing[0]), q.x);
-      q.y = hn::MulAdd(n[1], Set(step.amount / args.rays.spacing[1]), q.y);
-      q.z = hn::MulAdd(n[2], Set(step.amount / args.rays.spacing[2]), q.z);
-      return;
-    }
-    case Kind::kLift:
-      turbulence = Turbulence(step, p);
-      q.y = hn::NegMulAdd(turbulence, Set(step.amount), q.y);
-      return;
-    case Kind::kSwell: {
-      const V grow = hn::Mul(hn::Sub(Turbulence(step, p), Set(step.second)), Set(step.amount));
-      const auto axis = [&](V v, float last)
-                            HWY_ATTR { return hn::MulAdd(hn::Sub(v, Set(0.5f * last)), grow, v); };
-      q = {axis(q.x, args.field.last[0]), axis(q.y, args.field.last[1]), axis(q.z, args.field.last[2])};
-      return;
-    }
-    default:
-      return;
-  }
-}
-
-// A density t torn by turbulence.
-HWY_INLINE V Torn(const DmfStep& step, V turbulence, V t) {
-  return Clamp01(hn::Mul(t, hn::MulAdd(turbulence, Set(step.amount), Set(1 - step.amount))));
-}
-// A density t, `solid` before the chain, after one more function.
-inline HWY_NOINLINE V Modulate(const MediumArgs& args, const DmfStep& step, const Vec3& p, V distance,
-                               V solid, V t) {
-  const D d;
-  const V one = Set(1);
-  switch (step.kind) {
-    case Kind::kBias:
-      return Power(t, step.amount);
-    case Kind::kGain: {
-      const M low = hn::Lt(t, Set(0.5f));
-      const V u = hn::IfThenElse(low, t, hn::Sub(one, t));
-      const V half = hn::Mul(Set(0.5f), Power(hn::Add(u, u), step.amount));
-      return hn::IfThenElse(low, half, hn::Sub(one, half));
-    }
-    case Kind::kNoise: {
-      // None at the ends of the soft region, all of it an eighth further in.
-      const V window = hn::Min(hn::Mul(hn::Min(solid, hn::Sub(one, solid)), Set(8)), one);
-      return Clamp01(hn::MulAdd(NoiseValue(step.noise, p), hn::Mul(window, Set(step.amount)), t));
-    }
-    case Kind::kTurbulence:
-      return Torn(step, Turbulence(step, p), t);
-    case Kind::kThreshold: {
-      const V u = Clamp01(hn::Mul(hn::Sub(t, Set(step.amount)), Set(step.second)));
-      const V risen = hn::Mul(hn::Mul(u, u), hn::NegMulAdd(u, Set(2), Set(3)));
-      return hn::IfThenElseZero(hn::Gt(solid, hn::Zero(d)), risen);
-    }
-    case Kind::kFunction: {
-      HWY_ALIGN float x[kLanes], y[kLanes], z[kLanes], dist[kLanes], density[kLanes];
-      const RaySet& r = args.rays;
-      hn::Store(hn::MulAdd(p.x, Set(r.spacing[0]), Set(r.to_world[0])), d, x);
-      hn::Store(hn::MulAdd(p.y, Set(r.spacing[1]), Set(r.to_world[1])), d, y);
-      hn::Store(hn::MulAdd(p.z, Set(r.spacing[2]), Set(r.to_world[2])), d, z);
-      hn::Store(distance, d, dist);
-      hn::Store(t, d, density);
-      (*step.function)({kLanes, x, y, z, dist, density});
-      return Clamp01(hn::Load(d, density));
-    }
-    default:
-      return t;
-  }
-}
-
 // Hair: where the noise at a strand's foot is strong. The foot lies along the gradient, and up where
 // strands droop.
 inline HWY_NOINLINE NoisePlace FootOf(const MediumArgs& args, const Vec3& p, Sample& r, V t) {
@@ -281,6 +167,12 @@ class Medium {
     const Vec3 p = At(ray, along);
     Sample sample;
     s::Pixels c;
+    if (!args_.steps.empty()) {
+      sample = Modulated(p);
+      c = ColorOf(args_.transfer, sample.value);
+      Shade(args_, p, sample, to_eye, c);
+      return c;
+    }
     const bool lit = args_.look == Look::kLit;
     if (lit) {
       const ValueAndGradient v = ValueGradient(p);
@@ -309,7 +201,7 @@ class Medium {
     V turbulence[K], t[K];
     for (int k = 0; k < K; ++k) q[k] = p[k], turbulence[k] = hn::Zero(d);
     for (const DmfStep& step : args_.steps) {
-      if (step.kind == Kind::kLift && step.lookup == TurbulenceLookup::kBlock) {
+      if (step.kind == Kind::kLift && step.lookup == TurbulenceLookup::kBlock && step.weights.empty()) {
         // Flames: without a call, so that the vectors stay in registers.
         NoisePlace at[K];
         for (int k = 0; k < K; ++k) {
@@ -335,7 +227,7 @@ class Medium {
       for (int k = 1; k < K; ++k) any = hn::Or(any, lanes[k]);
       return hn::AllFalse(d, any);
     };
-    const bool lit = args_.look == Look::kLit || args_.look == Look::kFur;
+    const bool lit = args_.look == Look::kLit || args_.look == Look::kFur || args_.normals;
     GradientLines<T> lines[K];
     for (int k = 0; k < K; ++k) {
       const Cell c = Locate(f, q[k]);
@@ -360,6 +252,7 @@ class Medium {
         const Places places(IndexOf(c, f.row, f.slice));
         const Vec3 gradient = lines[k].Gradient(samples_, f.row, f.slice, places, c.f).gradient;
         r[k].normal = WorldNormal(args_.rays, gradient, f.scale < 0 ? -1 : 1);
+        if (args_.normals) r[k].slope = SlopeOf(args_, gradient);
       }
     }
     V solid[K];
@@ -371,11 +264,15 @@ class Medium {
     }
     for (const DmfStep& step : args_.steps) {
       if (step.again) {
-        for (int k = 0; k < K; ++k) t[k] = Torn(step, turbulence[k], t[k]);
+        for (int k = 0; k < K; ++k) {
+          const V torn = Torn(step, turbulence[k], t[k]);
+          t[k] = step.weights.empty() ? torn : Weighted(args_, step, Vec3(p[k]), r[k], solid[k], t[k], torn);
+        }
       } else if (!Moves(step.kind)) {
         for (int k = 0; k < K; ++k) {
           const Vec3 from = p[k];
-          t[k] = Modulate(args_, step, from, r[k].distance, solid[k], t[k]);
+          const V changed = Modulate(args_, step, from, r[k].distance, solid[k], t[k]);
+          t[k] = step.weights.empty() ? changed : Weighted(args_, step, from, r[k], solid[k], t[k], changed);
         }
       }
     }
@@ -388,6 +285,37 @@ class Medium {
   const T* samples_;
 
  public:
+  // The value of a density volume that its chain leaves at p, where its domain begins and ends 0 and 1.
+  HWY_NOINLINE Sample Modulated(const Vec3& p) const {
+    const D d;
+    Vec3 q = p;
+    V turbulence = hn::Zero(d);
+    for (const DmfStep& step : args_.steps) {
+      if (Moves(step.kind)) Move(args_, step, p, q, turbulence);
+    }
+    Sample r;
+    if (args_.look == Look::kLit || args_.normals) {
+      const ValueAndGradient v = ValueGradient(q);
+      r.distance = v.value;
+      r.normal = WorldNormal(args_.rays, v.gradient, -1);
+      r.slope = hn::Mul(SlopeOf(args_, v.gradient), Set(1 / std::fabs(args_.field.scale)));
+    } else {
+      r.distance = Value(q);
+    }
+    const V solid = Clamp01(hn::MulAdd(r.distance, Set(args_.to_density[0]), Set(args_.to_density[1])));
+    V t = solid;
+    for (const DmfStep& step : args_.steps) {
+      if (Moves(step.kind)) continue;
+      const V changed =
+          step.again ? Torn(step, turbulence, t) : Modulate(args_, step, p, r.distance, solid, t);
+      t = Weighted(args_, step, p, r, solid, t, changed);
+    }
+    r.value = hn::MulAdd(t, Set(args_.from_density[0]), Set(args_.from_density[1]));
+    return r;
+  }
+  // What mode=mip takes the largest of.
+  HWY_INLINE V Shown(const Vec3& p) const { return args_.steps.empty() ? Value(p) : Modulated(p).value; }
+
   // Colour and extinction interpolated from those of the eight voxels around p.
   HWY_NOINLINE s::Pixels Classified(const Vec3& p) const {
     const D d;

@@ -94,7 +94,7 @@ HWY_INLINE Sums March(const MediumArgs& args, const Medium<T>& medium, const Ray
     const V along = walk.Along(i);
     const V share = hn::IfThenElseZero(active, ShareOf(ray, along, walk.per_step));
     if (args.mode == VolumeMode::kMip) {
-      const V v = Clamp01(hn::MulAdd(medium.Value(At(ray, along)), Set(args.mip_times), Set(args.mip_plus)));
+      const V v = Clamp01(hn::MulAdd(medium.Shown(At(ray, along)), Set(args.mip_times), Set(args.mip_plus)));
       sums.a = hn::IfThenElse(hn::Gt(share, zero), hn::Max(sums.a, v), sums.a);
     } else {
       s::Pixels c = medium.Density(ray, along, hn::Mul(Set(0.5f), walk.lattice.step), walk.to_eye);

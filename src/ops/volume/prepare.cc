@@ -122,13 +122,14 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
       break;
   }
   if (p.mode == VolumeMode::kFire && p.dmf.empty()) p.dmf = FireChain(p, side);
-  if (IsHyper(p.mode)) {
+  if (!IsSurface(p.mode)) {
     for (Dmf& step : p.dmf) {
       // Steps that read the same noise share its block.
       for (const Dmf& before : p.dmf) {
-        const bool turbulent = step.kind >= Dmf::Kind::kTurbulence && step.kind != Dmf::Kind::kWarp &&
-                               step.kind != Dmf::Kind::kThreshold && before.kind != Dmf::Kind::kWarp &&
-                               before.kind > Dmf::Kind::kNoise;
+        const auto reads = [](Dmf::Kind kind) {
+          return kind == Dmf::Kind::kTurbulence || kind == Dmf::Kind::kLift || kind == Dmf::Kind::kSwell;
+        };
+        const bool turbulent = reads(step.kind) && reads(before.kind);
         if (&before == &step) break;
         if (turbulent && step.block.empty() && before.lookup == step.lookup) step.block = before.block;
       }

@@ -222,11 +222,33 @@ void CompleteDmf(Dmf& step) {
   };
   require(std::isfinite(step.amount), "an amount of", step.amount, "a finite number");
   require(step.frequency >= 0 && step.frequency < 1e6, "a frequency of", step.frequency, "0 to 1e6");
+  const auto line = [&](const std::vector<std::array<double, 2>>& points, const char* what) {
+    require(!points.empty() && points.size() <= 64, what, static_cast<double>(points.size()),
+            "1 to 64 points");
+    double before = points[0][0];
+    for (const auto& [at, value] : points) {
+      require(std::isfinite(at) && at >= before, "a point at", at, "finite numbers in order");
+      require(value >= 0 && value <= 1, "a point's value of", value, "0 to 1");
+      before = at;
+    }
+  };
+  for (const DmfInput& input : step.inputs) {
+    line(input.points, "an input's points,");
+    for (double c : input.place) require(std::fabs(c) <= 1e6, "an input's place of", c, "-1e6 to 1e6");
+    const bool moves = step.kind == Kind::kWarp || step.kind == Kind::kLift || step.kind == Kind::kSwell;
+    if (moves && input.kind < DmfInput::Kind::kHeight) {
+      throw Error(
+          "dmf",
+          "found a displacement by the field's gradient, normal or density, expected one by height or "
+          "region");
+    }
+  }
   if (step.kind == Kind::kBias || step.kind == Kind::kGain) {
     require(step.amount > 0 && step.amount < 1, "an amount of", step.amount, "between 0 and 1");
     return;
   }
-  if (step.kind == Kind::kThreshold) return;
+  if (step.kind == Kind::kTable) line(step.table, "a table's points,");
+  if (step.kind == Kind::kThreshold || step.kind == Kind::kTable) return;
   if (step.kind == Kind::kFunction) {
     if (!step.function) throw Error("dmf", "found no function, expected one");
     return;
@@ -277,6 +299,7 @@ double TurbulenceRange(const Dmf& step) {
 double Unseen(const std::vector<Dmf>& chain, const MediumArgs& m) {
   double most = std::clamp<double>(m.clear, 0, 1);
   for (size_t i = chain.size(); i-- > 0;) {
+    const double after = most;
     const double exponent = 1 / std::max<double>(m.steps[i].amount, 1e-6);
     switch (chain[i].kind) {
       case Dmf::Kind::kBias:
@@ -296,11 +319,13 @@ double Unseen(const std::vector<Dmf>& chain, const MediumArgs& m) {
         most = std::clamp(chain[i].amount, 0.0, 1.0);
         break;
       case Dmf::Kind::kNoise:
-        return 0;  // adds density wherever there is some
+      case Dmf::Kind::kTable:
+        return 0;  // may add density wherever there is some
       default:
         continue;
     }
-    most *= 1 - 1e-4;  // for rounding
+    if (!chain[i].inputs.empty()) most = std::min(most, after);  // where it does not act
+    most *= 1 - 1e-4;                                            // for rounding
   }
   return most;
 }

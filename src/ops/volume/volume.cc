@@ -173,8 +173,10 @@ void RequireUsed(const VolumeParams& p, bool scene) {
   const auto refuse = [](const std::string& found, const char* expected) {
     throw Error(kName, "found " + found + ", expected " + expected);
   };
-  if (!p.dmf.empty() && !IsHyper(p.mode))
-    refuse("a chain of density modulation functions beside a mode without", "the modes fur, fire or hyper");
+  if (!p.dmf.empty() && IsSurface(p.mode))
+    refuse("a chain of density modulation functions beside a surface", "a mode of media or densities");
+  if (!p.dmf.empty() && !IsHyper(p.mode) && p.classification != Classification::kPost)
+    refuse("a chain of density modulation functions beside another classification", "post");
   if (IsSurface(p.mode) && p.method != VolumeMethod::kRays)
     refuse("a method for media beside a surface", "the method rays");
   const bool lit = p.scatter.lit || p.scatter.shadow != 0 || p.scatter.phase != 0;
@@ -186,6 +188,8 @@ void RequireUsed(const VolumeParams& p, bool scene) {
   if (glows && p.classification != Classification::kPost)
     refuse("a black body beside another classification", "post");
   if (p.method != VolumeMethod::kShearWarp) return;
+  if (!p.dmf.empty())
+    refuse("a chain of density modulation functions beside the method shearwarp", "another method, or none");
   if (glows) refuse("a black body beside the method shearwarp", "another method, or none");
   if (lit) refuse("a medium's shadow or phase beside the method shearwarp", "another method, or none");
   if (p.mode != VolumeMode::kOver && p.mode != VolumeMode::kUnder)

@@ -61,11 +61,11 @@ void RequireUsed(const Arguments& a) {
                                      {"step", "fur fire hyper over under attenuate xray mip"},
                                      {"termination", "fur fire hyper over under"},
                                      {"method", "fur fire hyper over under attenuate xray mip"},
-                                     {"time", "melt fur fire hyper"},
+                                     {"time", "melt fur fire hyper over under attenuate xray mip"},
                                      {"freq", "solid bump melt fur fire"},
                                      {"amount", "bump melt fur fire"},
-                                     {"lookup", "fur fire hyper"},
-                                     {"dmf", "fur fire hyper"},
+                                     {"lookup", "fur fire hyper over under attenuate xray mip"},
+                                     {"dmf", "fur fire hyper over under attenuate xray mip"},
                                      {"transfer", "fur fire hyper over under attenuate xray mip"},
                                      {"transferlength", "fur fire hyper over under attenuate xray"},
                                      {"classify", "over under attenuate xray"},
@@ -241,9 +241,14 @@ OpInfo VolumeInfo() {
       "region iso to iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the "
       "chain dmf=, which leaves nothing where D is 0: bias(b), gain(g), noise(amount,freq), "
       "turbulence(amount,freq), threshold(from,width), "
-      "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed; over, "
+      "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed; "
+      "table(d,d',...) or table(FILE) maps densities by pairs. A step may be times where it acts: "
+      "STEP*height(a,b) from 0 at a to 1 at b, as gradient (of the field), light (n.l), eye (n.v) and density, "
+      "each with more pairs quantity,weight or a file of them too; STEP*half(x,y,z,offset,soft), "
+      "STEP*sphere(x,y,z,r,soft) and STEP*band(low,high,soft) inside of a region, *~ outside of it. over, "
       "under, attenuate, xray and mip show a density through transfer= (value,r,g,b,opacity,... or a file "
-      "of such lines; opacity of transferlength=). Opacities are corrected for the length of the steps; "
+      "of such lines; opacity of transferlength=), and before it dmf= with D from 0 where transfer= begins to 1 "
+      "where it ends. Opacities are corrected for the length of the steps; "
       "attenuate is the mean of colour times opacity of transferlength= along the ray, mip the largest "
       "sample. time= animates melt, fur and fire.\n"
       "mode=solid takes its colour from texture= (marble and wood have values in [0,1], clouds about 0), or "
@@ -373,6 +378,8 @@ OpInfo VolumeInfo() {
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1),bias(.4),gain(.6) shade=1",
       "solid=knot dims=16 size=18x16 mode=under transfer=-.3,1,.9,.8,.5,.2,1,1,1,0 transferlength=.3 shadow=1 "
       "phase=.5 light=1,.4,.2",
+      "solid=knot dims=16 size=18x16 mode=over transfer=-.3,1,.9,.8,.5,.2,.5,1,1,0 "
+      "dmf=warp(.1,1),turbulence(.8,1)*height(-.5,.5),gain(.7)*~sphere(0,0,0,.4,.2),table(0,0,.5,.2,1,1)*light(-1,1)",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=fire soft=.2 blackbody=1200,2600,3 shadow=1 color=1,1,1",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1) shade=1 shadow=.8 shadowsize=6 "
       "lightat=1,1,0.5",

@@ -1,0 +1,62 @@
+// Reference of volume pictures: light on normals and in media.
+#ifndef TESSERA_REFERENCE_VOLUME_LIGHT_H_
+#define TESSERA_REFERENCE_VOLUME_LIGHT_H_
+
+#include <algorithm>
+#include <cmath>
+
+#include "reference/volume_substance.h"
+#include "tessera/ops/volume.h"
+
+namespace tessera::reference::volume {
+
+constexpr double kNormalError = 2e-6;
+
+class Lighting {
+ protected:
+  explicit Lighting(const VolumeParams& params) : params_(params) {}
+
+  struct Shine {
+    double lit = 0, gloss = 0, off = 0;  // what the gloss may be off by
+  };
+  // What the k-th power of a cosine is off by.
+  static double PowerError(double base, double exponent) {
+    const double near = std::min(base + kNormalError, 1.0);
+    return near > 0 ? kNormalError * exponent * std::pow(near, exponent - 1) : 0;
+  }
+  Vector3 ToLight(const Vector3& p) const {
+    const VolumeMaterial& m = params_.material;
+    return m.point ? Normalized(Add(m.light, p, -1)) : m.light;
+  }
+  Shine Lit(const Vector3& normal, const Vector3& to_light, const Vector3& to_eye) const {
+    const VolumeMaterial& m = params_.material;
+    Shine s;
+    if (m.flat) {
+      s.lit = 1;
+      return s;
+    }
+    const double facing = Dot(normal, to_light);
+    s.lit = m.ambient * (1 + 0.3 * normal[1]) + m.diffuse * std::max(facing, 0.0);
+    const double half = Dot(normal, Normalized(Add(to_light, to_eye)));
+    if (facing > 0 && half > 1e-6) s.gloss = m.specular * std::pow(half, m.exponent);
+    if (facing > -1e-5) s.off = m.specular * PowerError(half, m.exponent);
+    return s;
+  }
+  // Henyey and Greenstein 1941, times 4 pi: the light goes along -l, and on to the eye.
+  double Phase(const Vector3& to_light, const Vector3& to_eye) const {
+    const double g = params_.scatter.phase, cosine = -Dot(to_light, to_eye);
+    return (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
+  }
+  // What its float is off by, relative: unit vectors are off by some 3e-7.
+  double PhaseError() const {
+    const double g = std::fabs(params_.scatter.phase);
+    return g == 0 ? 0 : 1e-6 * std::sqrt(g) / (1 - g);
+  }
+
+ private:
+  const VolumeParams& params_;
+};
+
+}  // namespace tessera::reference::volume
+
+#endif  // TESSERA_REFERENCE_VOLUME_LIGHT_H_
