@@ -12,6 +12,27 @@ namespace tessera::reference::volume {
 
 constexpr double kNormalError = 2e-6;
 
+// The largest value that a sample may have.
+inline double BrightestOf(const ops::volume::VolumeDraw& draw) {
+  const VolumeParams& p = draw.params;
+  double most = 1;
+  for (size_t i = 0; i < draw.transfer.size(); ++i) {
+    if (i % 4 != 3) most = std::max(most, static_cast<double>(draw.transfer[i]));
+  }
+  double own = 0;
+  for (const float c : draw.emission) own = std::max(own, static_cast<double>(c));
+  const VolumeMaterial& m = p.material;
+  const bool hyper = p.mode >= VolumeMode::kFur && p.mode <= VolumeMode::kHyper;
+  if ((!p.shade && !p.scatter.lit && p.mode != VolumeMode::kFur) || m.flat) return most + own;
+  const double color = hyper ? std::max({m.color[0], m.color[1], m.color[2]}) : 1;
+  const double g = std::fabs(p.scatter.phase), phase = (1 + g) / ((1 - g) * (1 - g));
+  double lights = 1;
+  for (const VolumeLight& light : p.scatter.lights)
+    lights += std::max({light.color[0], light.color[1], light.color[2]});
+  const double lit = most * color * m.diffuse + m.specular;
+  return most * color * 1.3 * m.ambient + lit * phase * lights + own;
+}
+
 class Lighting {
  protected:
   explicit Lighting(const VolumeParams& params) : params_(params) {}
@@ -24,9 +45,11 @@ class Lighting {
     const double near = std::min(base + kNormalError, 1.0);
     return near > 0 ? kNormalError * exponent * std::pow(near, exponent - 1) : 0;
   }
+  static Vector3 ToLight(const Vector3& light, bool point, const Vector3& p) {
+    return point ? Normalized(Add(light, p, -1)) : light;
+  }
   Vector3 ToLight(const Vector3& p) const {
-    const VolumeMaterial& m = params_.material;
-    return m.point ? Normalized(Add(m.light, p, -1)) : m.light;
+    return ToLight(params_.material.light, params_.material.point, p);
   }
   Shine Lit(const Vector3& normal, const Vector3& to_light, const Vector3& to_eye) const {
     const VolumeMaterial& m = params_.material;

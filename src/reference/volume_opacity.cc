@@ -9,11 +9,10 @@
 namespace tessera::reference {
 
 double OpacityVolume::Through(const Vector3& p, double skew) const {
-  const VolumeMaterial& m = p_.material;
-  const Vector3 way = m.point ? Add(m.light, p, -1) : m.light;
+  const Vector3 way = point_ ? Add(light_, p, -1) : light_;
   const Vector3 l = Normalized(way);
   // The way to where the box ends, or the light is, without what planes cut away.
-  double begin = 0, end = m.point ? Length(way) : std::numeric_limits<double>::infinity();
+  double begin = 0, end = point_ ? Length(way) : std::numeric_limits<double>::infinity();
   const Vector3 low = v_.Low(), high = v_.High();
   for (size_t a = 0; a < 3; ++a) {
     if (l[a] == 0) {

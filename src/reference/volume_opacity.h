@@ -11,8 +11,15 @@ namespace tessera::reference {
 
 class OpacityVolume {
  public:
-  OpacityVolume(const ops::volume::VolumeDraw& draw, const Substance& substance)
-      : p_(draw.params), v_(draw.volume.spec()), size_(draw.nodes), substance_(substance) {}
+  // Of a light as of VolumeLight, without its colour.
+  OpacityVolume(const ops::volume::VolumeDraw& draw, const Substance& substance, const Vector3& light,
+                bool point)
+      : p_(draw.params),
+        v_(draw.volume.spec()),
+        size_(draw.nodes),
+        substance_(substance),
+        light_(light),
+        point_(point) {}
   OpacityVolume(const OpacityVolume&) = delete;
 
   struct Share {
@@ -30,6 +37,8 @@ class OpacityVolume {
   const VolumeSpec& v_;
   const std::array<int, 3>& size_;
   const Substance& substance_;
+  const Vector3 light_;
+  const bool point_;
   mutable std::vector<Share> nodes_;  // off < 0: not known yet
 };
 

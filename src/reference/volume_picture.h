@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <vector>
 
@@ -49,9 +50,12 @@ class Picture : private Lighting {
         v_(draw.volume.spec()),
         substance_(draw),
         sheared_(draw, substance_),
-        opacity_(draw, substance_),
         direct_(direct),
-        brightest_(BrightestOfAll()) {}
+        brightest_(BrightestOf(draw)) {
+    opacity_.emplace_back(draw, substance_, p_.material.light, p_.material.point);
+    for (const VolumeLight& light : p_.scatter.lights)
+      opacity_.emplace_back(draw, substance_, light.light, light.point);
+  }
   Picture(const Picture&) = delete;
 
   // The ray of a pixel, moved; clipped to the volume, the planes and the scene.
@@ -165,21 +169,6 @@ class Picture : private Lighting {
   }
 
  private:
-  double BrightestOfAll() const {
-    double most = 1;
-    for (size_t i = 0; i < draw_.transfer.size(); ++i) {
-      if (i % 4 != 3) most = std::max(most, static_cast<double>(draw_.transfer[i]));
-    }
-    double own = 0;
-    for (const float c : draw_.emission) own = std::max(own, static_cast<double>(c));
-    const VolumeMaterial& m = p_.material;
-    const bool hyper = p_.mode >= VolumeMode::kFur && p_.mode <= VolumeMode::kHyper;
-    if ((!p_.shade && !p_.scatter.lit && p_.mode != VolumeMode::kFur) || m.flat) return most + own;
-    const double color = hyper ? std::max({m.color[0], m.color[1], m.color[2]}) : 1;
-    const double g = std::fabs(p_.scatter.phase), phase = (1 + g) / ((1 - g) * (1 - g));
-    return most * color * (1.3 * m.ambient + m.diffuse * phase) + m.specular * phase + own;
-  }
-
   // --- Surfaces. ---
   Vector3 MeltPlace(const Vector3& p) const {
     const double bottom = v_.Low()[1], top = v_.High()[1];
@@ -401,22 +390,50 @@ class Picture : private Lighting {
     return sum;
   }
 
+  // Light of one of the lights that reaches p and the eye, and what it may be off by.
+  struct Reach {
+    double share = 1, off = 0;
+  };
+  Reach ReachOf(size_t light, const Vector3& p, const Vector3& to_light, const Vector3& to_eye) const {
+    Reach r;
+    if (!p_.scatter.lit || p_.material.flat) return r;
+    const double strength = p_.scatter.shadow, phase = Phase(to_light, to_eye);
+    if (strength > 0) {
+      const OpacityVolume& opacity = opacity_[light];
+      const OpacityVolume::Share s = direct_ ? OpacityVolume::Share{opacity.Through(p), 0} : opacity.At(p);
+      r = {1 - strength * (1 - s.through), strength * s.off};
+    }
+    return {r.share * phase, r.off * phase + r.share * phase * PhaseError()};
+  }
+  // What further lights add to a sample of the colour `own`.
+  void AddLights(const Substance::Matter& m, const Vector3& p, const Vector3& to_eye, bool hyper,
+                 const std::array<double, 5>& own, std::array<double, 5>& c) const {
+    for (size_t n = 0; n < p_.scatter.lights.size(); ++n) {
+      const VolumeLight& light = p_.scatter.lights[n];
+      const Vector3 to_light = ToLight(light.light, light.point, p);
+      const Reach reach = ReachOf(n + 1, p, to_light, to_eye);
+      double diffuse = p_.material.diffuse, gloss = 0, off = 0;
+      if (p_.shade) {
+        const Shine s = Lit(m.normal, to_light, to_eye);
+        diffuse *= std::max(Dot(m.normal, to_light), 0.0);
+        gloss = s.gloss, off = s.off;
+      }
+      double most = 0;
+      for (size_t k = 0; k < 3; ++k) {
+        const double lit = own[k] * (hyper ? p_.material.color[k] : 1) * diffuse + gloss;
+        c[k] += lit * reach.share * light.color[k];
+        most = std::max(most, (lit * reach.off + off * reach.share) * light.color[k]);
+      }
+      c[4] += most;
+    }
+  }
   void Paint(const Substance::Matter& m, const Vector3& p, const Vector3& to_eye, bool hyper,
              std::array<double, 5>& c) const {
     const Vector3 to_light = ToLight(p);
     const VolumeMaterial& light = p_.material;
-    double there = 1, off = 0;  // light that reaches p and the eye, and what it may be off by
-    if (p_.scatter.lit && !light.flat) {
-      const double strength = p_.scatter.shadow, phase = Phase(to_light, to_eye);
-      if (strength > 0) {
-        const OpacityVolume::Share s =
-            direct_ ? OpacityVolume::Share{opacity_.Through(p), 0} : opacity_.At(p);
-        there = 1 - strength * (1 - s.through);
-        off = strength * s.off;
-      }
-      off = off * phase + there * phase * PhaseError();
-      there *= phase;
-    }
+    const Reach reach = ReachOf(0, p, to_light, to_eye);
+    const double there = reach.share, off = reach.off;
+    const std::array<double, 5> plain = c;
     if (p_.mode == VolumeMode::kFur && light.flat) {
       for (size_t k = 0; k < 3; ++k) c[k] *= light.color[k];
     } else if (p_.mode == VolumeMode::kFur) {
@@ -448,6 +465,7 @@ class Picture : private Lighting {
         c[k] = own * (light.ambient + light.diffuse * there);
       }
     }
+    if (!light.flat) AddLights(m, p, to_eye, hyper, plain, c);
   }
 
   const VolumeDraw& draw_;
@@ -455,7 +473,7 @@ class Picture : private Lighting {
   const VolumeSpec& v_;
   const Substance substance_;
   const ShearedPicture sheared_;
-  const OpacityVolume opacity_;
+  std::deque<OpacityVolume> opacity_;  // of every light
   const bool direct_;
   const double brightest_;
 };

@@ -217,6 +217,43 @@ TEST(VolumeShadow, WhatIsCutAwayAndWhatStandsTurnedShadowsAsItShould) {
   ExpectMiddle(RenderVolumes(ImageSpec(5, 5, 4), one), alpha * std::exp(-0.5 * kKappa), 2e-6);
 }
 
+// Lights add up, each with its own shadow and colour.
+TEST(VolumeShadow, SeveralLightsAddUp) {
+  const double alpha = -std::expm1(-2 * kKappa), through = std::exp(-kKappa);
+  VolumeParams p = Fog({1, 0, 0});
+  p.step = 0.125;
+  p.scatter.size = 9;
+  p.scatter.lights = {{{0, -2, 0}, false, {0.5, 0.25, 0}}, {{-1, 0, 0}, false, {0, 1, 2}}};
+  const Image image = Render(Picture(Constant(), p));
+  const double expected[3] = {1.5, 2.25, 3};
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.at<float>(2, 2, c), alpha * through * expected[c], 1e-5);
+  // Of a cloud: the sum of pictures by one light each, without ambient light.
+  const Volume cloud = Cloud(24);
+  for (const bool shade : {false, true}) {
+    VolumeParams both = Fog({1, 0.5, 0}, 0);
+    both.transfer = {{{0, {1, 1, 1}, 0}, {0.6, {1, 0.9, 0.8}, 0.6}}, 0.1};
+    both.shade = shade;
+    both.scatter.phase = 0.3;
+    VolumeParams first = both, second = both;
+    second.material.light = {0.2, -0.3, 0.7};
+    second.material.point = true;
+    both.scatter.lights = {{{0.2, -0.3, 0.7}, true, {0.5, 0.5, 0.5}}};
+    const Image sum = Render(Picture(cloud, both)), a = Render(Picture(cloud, first)),
+                b = Render(Picture(cloud, second));
+    double most = 0;
+    for (int y = 0; y < 5; ++y) {
+      for (int x = 0; x < 5; ++x) {
+        const float two = a.at<float>(x, y, 0) + 0.5f * b.at<float>(x, y, 0);
+        EXPECT_NEAR(sum.at<float>(x, y, 0), two, 2e-6);
+        most = std::max(most, static_cast<double>(two));
+      }
+    }
+    EXPECT_GT(most, 0.2);
+    const VerifyReport report = Verify(Picture(cloud, both));
+    EXPECT_TRUE(report.within_bound) << report.Summary();
+  }
+}
+
 TEST(VolumeShadow, HardCasesAreFiniteAndWithinTheBound) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(),
                    kInf = std::numeric_limits<double>::infinity();
@@ -319,6 +356,12 @@ TEST(VolumeShadow, WhatHasNoUseForItIsRefused) {
     EXPECT_NE(message([=](VolumeParams& p) { p.mode = mode; }).find("fire, hyper, over"), std::string::npos);
   }
   EXPECT_NE(message([](VolumeParams& p) { p.method = VolumeMethod::kShearWarp; }).find("shearwarp"),
+            std::string::npos);
+  EXPECT_NE(message([](VolumeParams& p) { p.scatter.lights.resize(8); }).find("8 further lights"),
+            std::string::npos);
+  EXPECT_NE(message([](VolumeParams& p) {
+              p.scatter.lights = {{{0, 1, 0}, false, {-1, 0, 0}}};
+            }).find("colour of -1"),
             std::string::npos);
   // Words.
   const auto refused = [](const char* words) -> std::string {

@@ -85,6 +85,13 @@ struct VolumeMaterial {
   bool flat = false;                                 ///< unlit: colours as they are
 };
 
+/// A further light of media.
+struct VolumeLight {
+  Vector3 light = {0, 1, 0};                ///< towards it, world, any length; or where it stands
+  bool point = false;                       ///< `light` is where it stands (without falling off)
+  std::array<double, 3> color = {1, 1, 1};  ///< R, G, B; the first light, VolumeMaterial's, is white
+};
+
 /// Light in a medium: modes fire, hyper, over, under and attenuate. Where any of it is asked for (`lit`, or a
 /// shadow), a sample's colour is multiplied by ambient + diffuse * P * S of VolumeMaterial, and with
 /// VolumeParams::shade the diffuse part and the highlight by P * S.
@@ -99,6 +106,9 @@ struct VolumeMaterial {
 ///
 /// P = (1 - g^2) / (1 + g^2 - 2 g cos)^1.5 (Henyey and Greenstein 1941, its mean over all directions 1), cos
 /// between the ways of the light before and behind: g above 0 brightens what stands before the light.
+///
+/// Further lights add their diffuse part and highlight, times their colour, each with a P and an S of its
+/// own.
 struct VolumeScattering {
   bool lit = false;   ///< lit as a medium although nothing is shadowed
   double shadow = 0;  ///< strength of the medium's shadow on itself, 0 to 1
@@ -106,6 +116,7 @@ struct VolumeScattering {
   double step = 0;    ///< between samples towards the light, world units; 0: VolumeParams::step
   int size = 0;  ///< nodes of the opacity volume along the longest side, 2 to 256; 0: half as many as voxels,
                  ///< at most 64
+  std::vector<VolumeLight> lights = {};  ///< further lights, at most 7
 };
 
 /// Light that a medium gives of itself, of a black body (Planck's law) whose temperature rises from `low`

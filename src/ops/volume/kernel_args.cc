@@ -412,6 +412,18 @@ void Preparation::Medium(const graph::Workers& workers) {
            : p_.shade                  ? Look::kLit
            : scattered                 ? Look::kScattered
                                        : Look::kPlain;
+  for (const VolumeLight& further : p_.scatter.lights) {
+    if (p_.material.flat) break;
+    FurtherLight f;
+    f.light = m.light;
+    f.light.ambient = 0;
+    f.light.point = further.point;
+    for (size_t c = 0; c < 3; ++c) {
+      f.light.color[c] = static_cast<float>(further.color[c]);
+      f.light.direction[c] = static_cast<float>(further.light[c]);
+    }
+    m.further.push_back(f);
+  }
   m.phase = scattered ? static_cast<float>(p_.scatter.phase) : 0;
   m.step = static_cast<float>(p_.step);
   m.opaque = static_cast<float>(1 - p_.termination);

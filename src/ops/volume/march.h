@@ -145,6 +145,12 @@ struct SurfaceArgs {
   float steep[4] = {0, 0, 0, 0};
 };
 
+// Beside the first one.
+struct FurtherLight {
+  Light light;  // without an ambient part
+  OpacityView opacity;
+};
+
 struct MediumArgs {
   RaySet rays;
   Field field;
@@ -154,6 +160,8 @@ struct MediumArgs {
   Look look = Look::kPlain;
   Light light;
   OpacityView opacity;
+  std::vector<FurtherLight> further;
+  Light towards;                 // that an opacity volume's nodes march to
   float shadow = 0, phase = 0;   // its strength; g
   ColorTable transfer;           // entries of colour and extinction per world unit
   ColorTable emission;           // over the same domain; none: the medium has no light of its own

@@ -17,8 +17,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::volume::HWY_NAMESPACE {
 
 // What of the light reaches position p (voxels) through the medium, 1 where nothing is shadowed.
-inline HWY_NOINLINE V Reaching(const MediumArgs& args, const Vec3& p) {
-  const OpacityView& o = args.opacity;
+inline HWY_NOINLINE V Reaching(const OpacityView& o, float strength, const Vec3& p) {
   if (o.nodes == nullptr) return Set(1);
   Cell c;
   const auto axis = [&](V v, int a, VI& whole) HWY_ATTR {
@@ -32,7 +31,7 @@ inline HWY_NOINLINE V Reaching(const MediumArgs& args, const Vec3& p) {
   c.f.y = axis(p.y, 1, c.j);
   c.f.z = axis(p.z, 2, c.k);
   const V through = Trilinear(o.nodes, o.row, o.slice, Places(IndexOf(c, o.row, o.slice)), c.f);
-  return hn::MulAdd(Set(args.shadow), through, Set(1 - args.shadow));
+  return hn::MulAdd(Set(strength), through, Set(1 - strength));
 }
 // Of light from l, the share that goes to the eye against that of all directions' mean. The denominator is
 // (1 - |g|)^2 + |g| |l +- e|^2, which loses no digits where it is small.
@@ -45,13 +44,33 @@ HWY_INLINE V Phase(float g, const Vec3& l, const Vec3& to_eye) {
   return hn::Div(Set((1 - size) * (1 + size)), hn::Mul(below, hn::Sqrt(below)));
 }
 
+// What further lights add to a sample of this colour.
+inline HWY_NOINLINE void AddLights(const MediumArgs& args, const Vec3& p, const Sample& sample,
+                                   const Vec3& to_eye, const s::Pixels& own, s::Pixels& c) {
+  for (const FurtherLight& further : args.further) {
+    const Light& light = further.light;
+    const Vec3 l = ToLight(args.rays, light, p);
+    const V there = hn::Mul(Reaching(further.opacity, args.shadow, p), Phase(args.phase, l, to_eye));
+    Shine shine = {Set(light.diffuse), hn::Zero(D())};
+    if (args.look == Look::kLit) shine = Lit(light, l, sample.normal, to_eye);
+    const auto add = [&](V color, int k, V& to) HWY_ATTR {
+      const V lit =
+          hn::MulAdd(hn::Mul(color, Set(args.hyper ? args.light.color[k] : 1)), shine.lit, shine.gloss);
+      to = hn::MulAdd(hn::Mul(lit, there), Set(light.color[k]), to);
+    };
+    add(own.r, 0, c.r);
+    add(own.g, 1, c.g);
+    add(own.b, 2, c.b);
+  }
+}
+
 // Colour of a sample as it is lit.
 inline HWY_NOINLINE void Illuminate(const MediumArgs& args, const Vec3& p, const Sample& sample,
                                     const Vec3& to_eye, s::Pixels& c) {
   const V zero = hn::Zero(D()), one = Set(1);
   const Vec3 l = ToLight(args.rays, args.light, p);
   if (args.look == Look::kScattered) {
-    const V there = hn::Mul(Reaching(args, p), Phase(args.phase, l, to_eye));
+    const V there = hn::Mul(Reaching(args.opacity, args.shadow, p), Phase(args.phase, l, to_eye));
     const V lit = hn::MulAdd(there, Set(args.light.diffuse), Set(args.light.ambient));
     c.r = hn::Mul(c.r, hn::Mul(lit, Set(args.hyper ? args.light.color[0] : 1)));
     c.g = hn::Mul(c.g, hn::Mul(lit, Set(args.hyper ? args.light.color[1] : 1)));
@@ -59,7 +78,7 @@ inline HWY_NOINLINE void Illuminate(const MediumArgs& args, const Vec3& p, const
   } else if (args.look == Look::kLit) {
     Shine shine = Lit(args.light, l, sample.normal, to_eye);
     if (args.opacity.nodes != nullptr || args.phase != 0) {
-      const V there = hn::Mul(Reaching(args, p), Phase(args.phase, l, to_eye));
+      const V there = hn::Mul(Reaching(args.opacity, args.shadow, p), Phase(args.phase, l, to_eye));
       const V ambient = hn::Mul(Set(args.light.ambient), hn::MulAdd(sample.normal.y, Set(0.3f), one));
       shine.lit = hn::MulAdd(hn::Sub(shine.lit, ambient), there, ambient);
       shine.gloss = hn::Mul(shine.gloss, there);
@@ -103,7 +122,11 @@ inline HWY_NOINLINE void Glow(const MediumArgs& args, const Sample& sample, s::P
 }
 HWY_INLINE void Shade(const MediumArgs& args, const Vec3& p, const Sample& sample, const Vec3& to_eye,
                       s::Pixels& c) {
-  if (args.look != Look::kPlain) Illuminate(args, p, sample, to_eye, c);
+  if (args.look != Look::kPlain) {
+    const s::Pixels own = c;
+    Illuminate(args, p, sample, to_eye, c);
+    if (!args.further.empty()) AddLights(args, p, sample, to_eye, own, c);
+  }
   if (args.emission.entries != nullptr) Glow(args, sample, c);
 }
 

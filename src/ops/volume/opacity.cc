@@ -10,30 +10,22 @@ namespace {
 
 constexpr int kBehind = 1;  // repeated nodes: what a look-up at the last one reads
 
-}  // namespace
-
-void PrepareOpacity(const VolumeDraw& draw, const graph::Workers& workers, Prepared& out) {
-  const VolumeParams& p = draw.params;
-  MediumArgs& m = out.medium;
+// One light's, in memory of its own.
+OpacityView OpacityOf(const MediumArgs& plain, const VolumeDraw& draw, const graph::Workers& workers,
+                      Prepared& out) {
   OpacityView o;
   const std::array<int, 3>& size = draw.nodes;
   for (size_t a = 0; a < 3; ++a) {
     o.size[a] = size[a];
     o.last[a] = static_cast<float>(size[a] - 1);
-    o.times[a] = o.last[a] / (m.rays.high[a] - m.rays.low[a]);
-    o.plus[a] = -m.rays.low[a] * o.times[a];
+    o.times[a] = o.last[a] / (plain.rays.high[a] - plain.rays.low[a]);
+    o.plus[a] = -plain.rays.low[a] * o.times[a];
   }
   o.row = size[0] + kBehind;
   o.slice = o.row * (size[1] + kBehind);
   const size_t bytes = static_cast<size_t>(o.slice) * static_cast<size_t>(size[2] + kBehind) * sizeof(float);
-  out.opacity = base::AllocateAligned(workers.context(), bytes, base::Access::kScattered);
-  auto* const nodes = reinterpret_cast<float*>(out.opacity.get());
-  // The march to the light sees extinctions alone.
-  MediumArgs plain = m;
-  plain.look = Look::kPlain;
-  plain.method = VolumeMethod::kRays;
-  plain.step = static_cast<float>(p.scatter.step);
-  plain.opacity = {}, plain.emission = {};
+  out.opacity.push_back(base::AllocateAligned(workers.context(), bytes, base::Access::kScattered));
+  auto* const nodes = reinterpret_cast<float*>(out.opacity.back().get());
   const FillOpacity fill = FindOpacity(draw.volume.spec().type);
   workers.For(int64_t{size[1]} * size[2], [&](int64_t row, int) {
     float* const to = nodes + row / size[1] * o.slice + row % size[1] * o.row;
@@ -48,8 +40,26 @@ void PrepareOpacity(const VolumeDraw& draw, const graph::Workers& workers, Prepa
   float* const end = nodes + ptrdiff_t{size[2]} * o.slice;
   std::memcpy(end, end - o.slice, static_cast<size_t>(o.slice) * sizeof(float));
   o.nodes = nodes;
-  m.opacity = o;
-  m.shadow = static_cast<float>(p.scatter.shadow);
+  return o;
+}
+
+}  // namespace
+
+void PrepareOpacity(const VolumeDraw& draw, const graph::Workers& workers, Prepared& out) {
+  MediumArgs& m = out.medium;
+  m.shadow = static_cast<float>(draw.params.scatter.shadow);
+  // The march to the light sees extinctions alone.
+  MediumArgs plain = m;
+  plain.look = Look::kPlain;
+  plain.method = VolumeMethod::kRays;
+  plain.step = static_cast<float>(draw.params.scatter.step);
+  plain.emission = {};
+  plain.towards = m.light;
+  m.opacity = OpacityOf(plain, draw, workers, out);
+  for (FurtherLight& further : m.further) {
+    plain.towards = further.light;
+    further.opacity = OpacityOf(plain, draw, workers, out);
+  }
 }
 
 }  // namespace tessera::ops::volume

@@ -21,7 +21,7 @@ inline constexpr float kDark = 30;
 HWY_INLINE Ray ToTheLight(const MediumArgs& args, const Vec3& node) {
   const D d;
   const RaySet& set = args.rays;
-  const Vec3 l = ToLight(set, args.light, node);
+  const Vec3 l = ToLight(set, args.towards, node);
   Ray r;
   r.origin = node;
   r.direction = {hn::Mul(l.x, Set(1 / set.spacing[0])), hn::Mul(l.y, Set(1 / set.spacing[1])),
@@ -30,9 +30,10 @@ HWY_INLINE Ray ToTheLight(const MediumArgs& args, const Vec3& node) {
   r.world = Set(1);
   r.begin = hn::Zero(d);
   r.end = Set(1e30f);
-  if (args.light.point) {
+  if (args.towards.point) {
     const auto away = [&](V v, int a) HWY_ATTR {
-      return hn::Sub(Set(args.light.direction[a]), hn::MulAdd(v, Set(set.spacing[a]), Set(set.to_world[a])));
+      return hn::Sub(Set(args.towards.direction[a]),
+                     hn::MulAdd(v, Set(set.spacing[a]), Set(set.to_world[a])));
     };
     const Vec3 way = {away(node.x, 0), away(node.y, 1), away(node.z, 2)};
     r.end = hn::Sqrt(Dot(way, way));

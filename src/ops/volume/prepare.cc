@@ -61,7 +61,16 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   RequireRange(kName, "a phase of ", scatter.phase, -0.95, 0.95);
   RequireRange(kName, "a shadow's step of ", scatter.step, 0, 1e6);
   if (scatter.size != 0) RequireRange(kName, "a shadow's size of ", scatter.size, 2, 256);
-  scatter.lit = scatter.lit || scatter.shadow > 0 || scatter.phase != 0;
+  if (scatter.lights.size() > 7) {
+    throw Error(kName,
+                "found " + std::to_string(scatter.lights.size()) + " further lights, expected at most 7");
+  }
+  for (VolumeLight& light : scatter.lights) {
+    if (!light.point) light.light = Normalized(light.light);
+    for (double c : light.light) RequireRange(kName, "a further light at ", c, -1e6, 1e6);
+    for (double c : light.color) RequireRange(kName, "a further light's colour of ", c, 0, 1e6);
+  }
+  scatter.lit = scatter.lit || scatter.shadow > 0 || scatter.phase != 0 || !scatter.lights.empty();
   if (scatter.step == 0) scatter.step = p.step;
   const double side =
       std::max({v.size[0] * v.spacing[0], v.size[1] * v.spacing[1], v.size[2] * v.spacing[2]});
@@ -158,9 +167,12 @@ VolumeDraw CompletePlaced(const ImageSpec& spec, const PlacedVolume& placed, con
   }
   if (m != kIdentity4) {
     p.camera = Camera(Product(camera.world_to_camera(), m), Product(camera.world_to_clip(), m));
-    Vector3& light = p.material.light;
-    if (p.material.point) light = {light[0] - m[3], light[1] - m[7], light[2] - m[11]};
-    light = turned(light);
+    const auto place = [&](Vector3& light, bool point) {
+      if (point) light = {light[0] - m[3], light[1] - m[7], light[2] - m[11]};
+      light = turned(light);
+    };
+    place(p.material.light, p.material.point);
+    for (VolumeLight& light : p.scatter.lights) place(light.light, light.point);
     for (CuttingPlane& plane : p.planes) {
       plane.offset -= Dot(plane.normal, {m[3], m[7], m[11]});
       plane.normal = turned(plane.normal);

@@ -30,11 +30,11 @@ struct Prepared {
   SurfaceArgs surface;
   MediumArgs medium;
   std::shared_ptr<const model::LeapGrid> leaps, own;
-  std::shared_ptr<std::byte> opacity;
+  std::vector<std::shared_ptr<std::byte>> opacity;
 };
 // Depths are counted from `middle`.
 void Prepare(const VolumeDraw& draw, double middle, const graph::Workers& workers, Prepared& out);
-// Fills in the opacity volume of a medium whose other arguments are complete.
+// Fills in the opacity volumes of a medium whose other arguments are complete.
 void PrepareOpacity(const VolumeDraw& draw, const graph::Workers& workers, Prepared& out);
 // The planar depth of a volume's centre.
 double MiddleDepth(const VolumeDraw& draw);

@@ -179,7 +179,8 @@ void RequireUsed(const VolumeParams& p, bool scene) {
     refuse("a chain of density modulation functions beside another classification", "post");
   if (IsSurface(p.mode) && p.method != VolumeMethod::kRays)
     refuse("a method for media beside a surface", "the method rays");
-  const bool lit = p.scatter.lit || p.scatter.shadow != 0 || p.scatter.phase != 0;
+  const bool lit =
+      p.scatter.lit || p.scatter.shadow != 0 || p.scatter.phase != 0 || !p.scatter.lights.empty();
   const bool scatters = p.mode >= VolumeMode::kFire && p.mode <= VolumeMode::kAttenuate;
   if (lit && !scatters)
     refuse("a medium's shadow or phase beside another mode", "fire, hyper, over, under or attenuate");

@@ -52,6 +52,23 @@ int Operands(const Arguments& a) {
   return (made ? 0 : 1) + (a.Flag("scene") ? 1 : 0) + (a.Flag("with") ? 1 : 0);
 }
 
+// Whether a medium is lit as one.
+bool Scatters(const Arguments& a) {
+  return a.Given("shadow") || a.Given("phase") || a.Given("lights") || a.Given("lightsat");
+}
+
+// Further lights: six numbers each.
+void AddLights(const Arguments& a, const char* name, bool point, VolumeScattering& scatter) {
+  if (!a.Given(name)) return;
+  const std::vector<double>& n = a.Numbers(name);
+  if (n.size() % 6 != 0) {
+    throw Error(std::string("volume:") + name,
+                "found " + std::to_string(n.size()) + " numbers, expected x,y,z,r,g,b for each light");
+  }
+  for (size_t i = 0; i < n.size(); i += 6)
+    scatter.lights.push_back({{n[i], n[i + 1], n[i + 2]}, point, {n[i + 3], n[i + 4], n[i + 5]}});
+}
+
 // What a mode does not look at is refused.
 void RequireUsed(const Arguments& a) {
   static constexpr Use kModesOf[] = {{"iso", "iso solid bump melt fur fire hyper"},
@@ -74,6 +91,8 @@ void RequireUsed(const Arguments& a) {
                                      {"phase", "fire hyper over under attenuate"},
                                      {"shadowstep", "fire hyper over under attenuate"},
                                      {"shadowsize", "fire hyper over under attenuate"},
+                                     {"lights", "fire hyper over under attenuate"},
+                                     {"lightsat", "fire hyper over under attenuate"},
                                      {"blackbody", "fire hyper over under attenuate"},
                                      {"texture", "solid"},
                                      {"block", "solid"},
@@ -89,7 +108,7 @@ void RequireUsed(const Arguments& a) {
   if (a.Given("light")) {
     if (a.Given("lightat")) Refuse("lightat", "light=", "one of them");
   }
-  const bool scatters = a.Given("shadow") || a.Given("phase");
+  const bool scatters = Scatters(a);
   for (const char* name : {"light", "lightat", "ambient", "diffuse", "specular", "exponent", "color"}) {
     if (!a.Given(name)) continue;
     if (a.Flag("flat") && std::string(name) != "color") Refuse(name, "flat=1", "one of them");
@@ -182,7 +201,9 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   p.lookup = ChoiceOf<TurbulenceLookup>(a, "lookup", kLookups);
   p.classification = ChoiceOf<Classification>(a, "classify", kClassify);
   p.shade = a.Flag("shade");
-  p.scatter.lit = a.Given("shadow") || a.Given("phase");
+  p.scatter.lit = Scatters(a);
+  AddLights(a, "lights", false, p.scatter);
+  AddLights(a, "lightsat", true, p.scatter);
   p.scatter.shadow = a.Number("shadow");
   p.scatter.phase = a.Number("phase");
   p.scatter.step = a.Number("shadowstep");
@@ -209,6 +230,7 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
     // Light and planes are the volume's own, as they are where nothing is turned.
     const auto turn = [](const Vector3& v) { return Vector3{-v[0], v[2], v[1]}; };
     p.material.light = turn(p.material.light);
+    for (VolumeLight& light : p.scatter.lights) light.light = turn(light.light);
     for (CuttingPlane& plane : p.planes) plane.normal = turn(plane.normal);
   }
   const int samples = a.Integer("samples");
@@ -254,7 +276,7 @@ OpInfo VolumeInfo() {
       "mode=solid takes its colour from texture= (marble and wood have values in [0,1], clouds about 0), or "
       "from a block= of one's own, by the colours of ramp= (value,r,g,b,... or a file as of transfer=). "
       "light= is a direction, lightat= a point; flat=1 leaves colours unlit.\n"
-      "shadow= and phase= light a medium (fire, hyper, over, under, attenuate): its colours times ambient= + "
+      "shadow=, phase=, lights= and lightsat= light a medium (fire, hyper, over, under, attenuate): its colours times ambient= + "
       "diffuse= times what reaches a place of light= or lightat=, dimmed by the medium on the way (held at "
       "shadowsize= nodes a side, so edges between nodes are blurred by one), times a share that phase= turns "
       "towards the eye; with shade=1 by the gradient too. blackbody=LOW,HIGH makes it glow, from LOW kelvin where "
@@ -345,6 +367,8 @@ OpInfo VolumeInfo() {
       NumberModifier("shadow", "0", 0, 1, "how much a medium shadows itself"),
       NumberModifier("phase", "0", -0.95, 0.95,
                      "g of Henyey and Greenstein: above 0 the medium is brighter before the light"),
+      Numbers("lights", "", 6, 42, "further lights of a medium: x,y,z towards it and r,g,b, each"),
+      Numbers("lightsat", "", 6, 42, "the same that stand at x,y,z"),
       Numbers(
           "blackbody", "", 2, 3,
           "light of a black body: kelvin where transfer= begins and where it ends, brightness of the latter"),
@@ -381,6 +405,7 @@ OpInfo VolumeInfo() {
       "solid=knot dims=16 size=18x16 mode=over transfer=-.3,1,.9,.8,.5,.2,.5,1,1,0 "
       "dmf=warp(.1,1),turbulence(.8,1)*height(-.5,.5),gain(.7)*~sphere(0,0,0,.4,.2),table(0,0,.5,.2,1,1)*light(-1,1)",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=fire soft=.2 blackbody=1200,2600,3 shadow=1 color=1,1,1",
+      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper lights=1,0,0,.9,.4,.1 lightsat=0,1,0,.1,.2,.9 shadow=1",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1) shade=1 shadow=.8 shadowsize=6 "
       "lightat=1,1,0.5",
       "solid=knot dims=20 type=float size=22x18 mode=over transfer=-.3,1,.5,.2,.3,.1,.2,.4,1,0"};
