@@ -1,5 +1,6 @@
 // Volumes: the hypertexture paper's six effects beside its frame rates, scenes of several volumes, its
-// turbulence table with errors, and five ways to composite one density volume, speed against error.
+// turbulence table with errors, five ways to composite one density volume, speed against error, and what
+// light within it costs.
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -195,6 +196,43 @@ void RegisterMethods(const Options& options) {
   }
 }
 
+// What light within a cloud and a chain cost beside the cloud alone, and the cloud's own shadow by its nodes,
+// errors against nodes at every voxel. An opacity volume is made anew for every picture: a frame's time has
+// it.
+void RegisterMedia(const Options& options) {
+  constexpr int kSize = 512;
+  Register("a cloud, lit", "uint16 128^3", kSize, kSize, options, {"plain", "phase", "chain"}, [] {
+    VolumeParams p = Params(Cloud(), VolumeMode::kUnder, kSize, kSize);
+    p.transfer = CloudColors();
+    Contest c = PictureOf(kSize, kSize);
+    c.ways.push_back({"plain", RenderVolume(c.output.spec(), Cloud(), p)});
+    p.scatter.phase = 0.4;
+    c.ways.push_back({"phase", RenderVolume(c.output.spec(), Cloud(), p)});
+    p.scatter = {};
+    p.dmf = ParseDmf("warp(.05,1),turbulence(.8,1)*height(-1,1)");
+    c.ways.push_back({"chain", RenderVolume(c.output.spec(), Cloud(), p)});
+    return c;
+  });
+  static constexpr int kNodes[] = {17, 33, 64, 128};
+  Register("a cloud, shadowed", "uint16 128^3", kSize, kSize, options, {"17 nodes", "33 nodes", "64 nodes"},
+           [] {
+             VolumeParams p = Params(Cloud(), VolumeMode::kUnder, kSize, kSize);
+             p.transfer = CloudColors();
+             p.scatter.shadow = 1;
+             Contest c = PictureOf(kSize, kSize);
+             for (const int nodes : kNodes) {
+               p.scatter.size = nodes;
+               const Node node = RenderVolume(c.output.spec(), Cloud(), p);
+               if (nodes < 128) {
+                 c.ways.push_back({std::to_string(nodes) + " nodes", node});
+               } else {
+                 c.truth = node;
+               }
+             }
+             return c;
+           });
+}
+
 // Several volumes in one march: a surface that ends the rays of a medium, media whose extinctions add up
 // where they overlap, and all three.
 void RegisterScenes(const Options& options) {
@@ -246,6 +284,7 @@ int main(int argc, char** argv) {
     RegisterEffects(options);
     RegisterScenes(options);
     RegisterMethods(options);
+    RegisterMedia(options);
     RegisterTurbulence(options);
   });
 }

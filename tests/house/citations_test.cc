@@ -51,7 +51,7 @@ const std::set<std::string>& Written() {
 // Citations by name and year, "Porter and Duff 1984" or "Segal et al. 1992", and the same of several papers.
 std::vector<std::string> Papers(const std::string& text) {
   static const std::regex kCitation(
-      R"(((?:van )?[A-Z][A-Za-z0-9-]+(?: and [A-Z][A-Za-z-]+| et al\.)? (?:19[6-9]|20[0-2])\d)\b)");
+      R"(((?:van )?[A-Z][A-Za-z0-9-]+(?: and (?:Von )?[A-Z][A-Za-z-]+| et al\.)? (?:19[6-9]|20[0-2])\d)\b)");
   return Matches(text, kCitation);
 }
 
