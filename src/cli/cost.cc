@@ -57,7 +57,7 @@ CostEstimate::Part Encoding(const CostEstimate& cost, const Node& node, const st
   try {
     Written most = WriteRows(band, rows, name, write);
     const Written again = WriteRows(band, rows, name, write);
-    most = {std::min(most.elapsed, again.elapsed), std::min(most.busy, again.busy)};
+    most = {(most.elapsed + again.elapsed) / 2, (most.busy + again.busy) / 2};
     const Written few = half > 0 ? WriteRows(band, half, name, write) : Written{};
     // Opening and closing do not grow with the rows.
     const auto of_all = [&](double m, double f) {
