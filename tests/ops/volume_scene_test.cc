@@ -274,7 +274,9 @@ TEST(VolumeScene, RefusesWhatItWouldIgnore) {
     change(p);
     EXPECT_THROW(RenderVolume(Size(4, 4), v, p), Error);
   };
-  refused([](VolumeParams& p) { p.dmf = ParseDmf("bias(.3)"), p.method = VolumeMethod::kRays; });
+  refused([](VolumeParams& p) {
+    p.dmf = ParseDmf("bias(.3)"), p.mode = VolumeMode::kIso, p.method = VolumeMethod::kRays;
+  });
   refused([](VolumeParams& p) { p.mode = VolumeMode::kIso, p.method = VolumeMethod::kSlices; });
   refused([](VolumeParams& p) { p.mode = VolumeMode::kFur; });
   refused([](VolumeParams& p) { p.mode = VolumeMode::kMip; });
@@ -311,7 +313,7 @@ TEST(VolumeScene, WordsWithoutAUseAreRefused) {
   };
   for (const Case& c :
        std::initializer_list<Case>{{"solid=knot mode=iso dmf=bias(.3)", "dmf=", "mode=iso"},
-                                   {"solid=knot mode=over dmf=bias(.3)", "dmf=", "mode=over"},
+                                   {"solid=knot mode=bump dmf=bias(.3)", "dmf=", "mode=bump"},
                                    {"solid=knot mode=melt step=.1", "step=", "mode=melt"},
                                    {"solid=knot mode=mip iso=.1", "iso=", "mode=mip"},
                                    {"solid=knot mode=solid color=1,0,0", "color=", "mode=solid"},
