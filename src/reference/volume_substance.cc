@@ -242,7 +242,9 @@ double Substance::Chain(const Vector3& p, const Vector3& moved, double value, do
     const double voxel = std::min({v_.spacing[0], v_.spacing[1], v_.spacing[2]});
     const double digits = 5e-7 * std::max(std::fabs(value - v_.bias), std::fabs(v_.scale) * 1e-3) / voxel;
     around.slope_off = skew * (digits + 1e-6 * around.slope);
-    around.off = skew * (2e-6 + std::min(2.0, digits / std::max(around.slope, 1e-30)));
+    // Where all samples are the same, there is no gradient whatever the digits.
+    const double turned = around.slope > 1e-3 * digits ? std::min(2.0, digits / around.slope) : 0;
+    around.off = skew * (2e-6 + turned);
   }
   const double solid = t;
   for (const Dmf& step : p_.dmf) {
