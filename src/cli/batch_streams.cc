@@ -21,7 +21,8 @@ namespace {
   throw SystemError(what, std::string(why) + ": " + std::error_code(code, std::generic_category()).message());
 }
 
-// True where the call may be made again.
+}  // namespace
+
 bool Again(int descriptor, short events) {
   if (errno == EINTR) return true;
   if (errno != EAGAIN && errno != EWOULDBLOCK) return false;
@@ -29,8 +30,6 @@ bool Again(int descriptor, short events) {
   ::poll(&wait, 1, -1);
   return true;
 }
-
-}  // namespace
 
 int Take(int stream, const char* name, int flags) {
   const int own = ::fcntl(stream, F_DUPFD_CLOEXEC, 3);

@@ -1,4 +1,4 @@
-// The two streams of --batch.
+// Standard input and output as --batch and --stream have them.
 #ifndef TESSERA_CLI_BATCH_STREAMS_H_
 #define TESSERA_CLI_BATCH_STREAMS_H_
 
@@ -12,6 +12,10 @@ constexpr size_t kLongestLine = size_t{1} << 20;
 // A descriptor of our own for the stream, which is /dev/null from here on: libraries print to stdout, and
 // lines may name /dev/stdin. Throws Error.
 int Take(int stream, const char* name, int flags);
+
+// After a call that failed: whether it may be made again. Waits for events of poll where the descriptor does
+// not.
+bool Again(int descriptor, short events);
 
 // Lines, whether a newline ends them or the stream. Of one that is too long the start.
 class Lines {

@@ -144,15 +144,6 @@ void RequireStreamable(const Options& o, bool reads, bool writes) {
   }
 }
 
-// Waits where the descriptor does not; false for what is no reason to go on.
-bool Again(int descriptor, short events) {
-  if (errno == EINTR) return true;
-  if (errno != EAGAIN && errno != EWOULDBLOCK) return false;
-  pollfd wait{descriptor, events, 0};
-  ::poll(&wait, 1, -1);
-  return true;
-}
-
 // What is read at once; 0 at the end.
 size_t ReadSome(std::byte* to, size_t count) {
   while (true) {

@@ -216,17 +216,17 @@ class Trial {
       Stream(input, PixelType::kFloat, "all of " + input.data()->op->Name());
     }
     estimate_.memory += BytesOf(node.spec());
-    Times least;
+    Times took;
     Image result;
     int64_t tried = 0;
     for (int side = 512; side <= 1024; side *= 2) {
       const Node small = Small(d, side, &tried);
       const Times t = MeanOfTwo([&] { result = Render(small, PixelType::kFloat, options_); });
       tried += small.spec().data_window.pixels();
-      least = t * (static_cast<double>(all) / static_cast<double>(std::max<int64_t>(1, tried)));
+      took = t * (static_cast<double>(all) / static_cast<double>(std::max<int64_t>(1, tried)));
       if (t.elapsed > 0.05 || tried >= all) break;
     }
-    Add(d.op->Name(), least);
+    Add(d.op->Name(), took);
     ++pass_;
     return MakeSource(
         std::make_shared<const StandIn>(AsFloats(node.spec()), std::move(result), d.op->Name()));
