@@ -47,20 +47,117 @@ class _Input:
         return sum(1 for _ in self.pieces(region)) <= 1 if region[2] > region[0] else True
 
     def pieces(self, region):
-        """(chunk, slices of it, or None for all; where they begin, as (x, y, channel)) of all that have some of it."""
-        x0, y0, x1, y1 = region
-        axes = []
-        for bounds, first, last in zip(self.bounds, (y0, x0, 0), (y1, x1, self.shape[2])):
-            low = int(np.searchsorted(bounds, first, "right")) - 1
-            axes.append([(k, slice(max(first - int(bounds[k]), 0), min(last, int(bounds[k + 1])) - int(bounds[k])),
-                          max(int(bounds[k]), first))
-                         for k in range(low, int(np.searchsorted(bounds, last, "left")))])
-        for i, rows, y in axes[0]:
-            for j, columns, x in axes[1]:
-                for k, samples, c in axes[2]:
-                    whole = all(s == slice(0, int(b[n + 1] - b[n])) for s, b, n in zip(
-                        (rows, columns, samples), self.bounds, (i, j, k)))
-                    yield (i, j, k), None if whole else (rows, columns, samples), (x, y, c)
+        """(chunk, slices of it; where they begin, as (x, y, channel)) of all that have some of it."""
+        for i, rows, y in self._along(0, region[1], region[3]):
+            for chunk, (columns, samples), (x, c) in self._row(i, region[0], region[2]):
+                yield chunk, (rows, columns, samples), (x, y, c)
+
+    def _along(self, axis, first, last):
+        """(number, slice, where it begins) of an axis's chunks that have some of [first, last)."""
+        bounds = self.bounds[axis]
+        low = int(np.searchsorted(bounds, first, "right")) - 1
+        for k in range(low, int(np.searchsorted(bounds, last, "left"))):
+            begin, end = int(bounds[k]), int(bounds[k + 1])
+            yield k, slice(max(first - begin, 0), min(last, end) - begin), max(begin, first)
+
+    def _row(self, i, x0, x1):
+        for j, columns, x in self._along(1, x0, x1):
+            for k, samples, c in self._along(2, 0, self.shape[2]):
+                yield (i, j, k), (columns, samples), (x, c)
+
+    def size(self, axis, number):
+        return int(self.bounds[axis][number + 1] - self.bounds[axis][number])
+
+
+class _Exchange:
+    """The tasks that hand on what chunks of a result need of an array's chunks: first rows of chunks take what lies
+    beside them (a band: its chunks' whole height), then these what lies above and below. So a chunk is let go as soon
+    as its own row has it, and Dask's order of tasks goes along rows; where a task takes from all eight neighbours at
+    once, that order goes round the array's edges and keeps nearly all of it."""
+
+    def __init__(self, description, name, number):
+        self.description, self.name, self.number = description, name, number
+        self.bands, self.sides, self.strips = {}, {}, {}  # what of which chunk, or of which band, is handed on
+
+    def need(self, region):
+        """Takes down what a region needs; the bands and their rows, for `given` when all are known."""
+        if region[2] <= region[0]:
+            return []
+        needs = []
+        for i, rows, y in self.description._along(0, region[1], region[3]):
+            band = (i, region[0], region[2])
+            if band not in self.bands:
+                self.bands[band] = list(self.description._row(*band))
+                for chunk, (columns, _), _ in self.bands[band]:
+                    if columns != slice(0, self.description.size(1, chunk[1])):
+                        self.sides.setdefault(chunk, {})[columns.start, columns.stop] = None
+            whole = rows == slice(0, self.description.size(0, i))
+            if not whole:
+                self.strips.setdefault(band, {})[rows.start, rows.stop] = None
+            needs.append((band, None if whole else (rows.start, rows.stop), y))
+        return needs
+
+    def close(self):
+        """All that hand something on, as tasks."""
+        tasks, key, bands = {}, self.description.key, {}
+        for chunk, cuts in self.sides.items():
+            self._hand_on(tasks, "side", chunk, (key, *chunk), cuts, self.description.size(1, chunk[1]), _columns)
+        for band, pieces in self.bands.items():
+            entries = []
+            for chunk, (columns, _), (x, c) in pieces:
+                cut = self.sides.get(chunk, {}).get((columns.start, columns.stop))
+                if cut is None and len(pieces) > 1:
+                    # Without a task between, Dask's order begins the next row with every other chunk of this one.
+                    cut = ((self.name, self.number, "own", *chunk), None)
+                    tasks[cut[0]] = (_same, (key, *chunk))
+                entries.append([(x, c), *(cut or ((key, *chunk), None))])
+            bands[band] = (self.name, self.number, "band", *band)
+            if len(entries) == 1 and entries[0][2] is None:  # a chunk as it is
+                bands[band] = [[*entries[0][:2]]]
+            else:
+                tasks[bands[band]] = (_band, entries)
+        for band, cuts in self.strips.items():
+            self._hand_on(tasks, "strip", band, bands[band], cuts, self.description.size(0, band[0]), _rows)
+        self.keys = bands
+        return tasks
+
+    def _hand_on(self, tasks, kind, where, source, cuts, size, take):
+        # One task for thin cuts, which all who need one of them are sent; else one for each.
+        together = 4 * sum(last - first for first, last in cuts) <= size
+        for n, cut in enumerate(cuts):
+            key = (self.name, self.number, kind, *where, 0 if together else n)
+            cuts[cut] = (key, n if together else 0)
+            if not together or n == 0:
+                tasks[key] = (take, source, list(cuts) if together else [cut])
+
+    def given(self, needs):
+        """For a task that computes: [first row, band or strips, which of them]."""
+        return [[y, *(self.strips[band][rows] if rows else (self.keys[band], None))] for band, rows, y in needs]
+
+
+def _same(chunk):
+    return chunk
+
+
+def _columns(chunk, cuts):
+    """Parts of a chunk, which need not be kept for them."""
+    return [np.ascontiguousarray(chunk[:, first:last]) for first, last in cuts]
+
+
+def _band(entries):
+    """Chunks beside each other, and parts of chunks: ((x, channel), pixels) of each."""
+    return [(corner, piece if number is None else piece[number]) for corner, piece, number in entries]
+
+
+def _rows(band, cuts):
+    """Rows of a band, which need not be kept for them."""
+    return [[(corner, np.ascontiguousarray(piece[first:last])) for corner, piece in band] for first, last in cuts]
+
+
+def _pieces(given):
+    """((x, y, channel), pixels) of what a task is given."""
+    return [((x, y, c), piece) for y, found, number in given
+            for (x, c), piece in (found if number is None else found[number])]
 
 
 class _Job:
@@ -69,11 +166,6 @@ class _Job:
     def __init__(self, look, inputs, channels, dtype, options):
         self.look, self.inputs, self.options = look, inputs, options
         self.channels, self.dtype = channels, dtype
-
-
-def _cut(chunk, slices):
-    """A part of a chunk, which need not be kept for it."""
-    return np.ascontiguousarray(chunk[slices])
 
 
 class _Scratch(threading.local):
@@ -116,6 +208,7 @@ def _assembled(region, pieces, count, fresh):
 def _computed(job, region, pieces, parts):
     """A chunk of the result: its parts, each with the regions that it needs of the inputs."""
     left, top, right, bottom = region
+    pieces = [_pieces(given) for given in pieces]
     out = np.empty((bottom - top, right - left, job.channels), _dtype_of(job.dtype))
     with evaluated(**job.options):
         for (x0, y0, x1, y1), needs in parts:
@@ -239,32 +332,31 @@ def apply(graph, *arrays, chunks=None, dtype=None, channels=None, threads=1, **n
     dtype = np.dtype(np.float32) if dtype is None else _dtype_of(dtype)
     sizes = _chunks_of(chunks, result.shape, open_arrays, dtype)
     job = _Job(look, inputs, result.shape[2], _TYPE_OF[dtype], given)
-    token = tokenize(pickle.dumps(job), _files_of(look), *(array.name for array in open_arrays.values()), sizes)
+    packed = pickle.dumps(job)
+    token = tokenize(packed, _files_of(look), *(array.name for array in open_arrays.values()), sizes)
     name, job_name, part_name = f"tessera-{token}", f"tessera-graph-{token}", f"tessera-part-{token}"
-    tasks = {job_name: job}
+    # A task of which all others depend spoils Dask's order of them; what is large they have to share all the same.
+    tasks = {job_name: job} if len(packed) > 1 << 16 else {}
+    shared = job_name if tasks else job
+    exchanges = [_Exchange(description, part_name, number) for number, description in enumerate(inputs.values())]
+
     def required(region):
         return [prepared.required(source, region) for source in empty.values()]
 
     left, top, _, _ = result.data_window
-    y0 = top
+    regions, y0 = {}, top
     for i, rows in enumerate(sizes[0]):
         x0 = left
         for j, columns in enumerate(sizes[1]):
             region = (x0, y0, x0 + columns, y0 + rows)
-            pieces = []
-            for number, (description, needed) in enumerate(zip(inputs.values(), required(region))):
-                pieces.append([])
-                for chunk, slices, corner in description.pieces(needed) if needed[2] > needed[0] else ():
-                    source = (description.key, *chunk)
-                    if slices is not None:
-                        cut = (part_name, number, i, j, *chunk)
-                        tasks[cut] = (_cut, source, slices)
-                        source = cut
-                    pieces[-1].append([corner, source])
-            parts = _parts(region, required, inputs.values())
-            tasks[(name, i, j, 0)] = (_computed, job_name, region, pieces, parts)
+            regions[i, j] = region, [exchange.need(needed) for exchange, needed in zip(exchanges, required(region))]
             x0 += columns
         y0 += rows
+    for exchange in exchanges:
+        tasks.update(exchange.close())
+    for (i, j), (region, needs) in regions.items():
+        given = [exchange.given(need) for exchange, need in zip(exchanges, needs)]
+        tasks[name, i, j, 0] = (_computed, shared, region, given, _parts(region, required, inputs.values()))
     layers = HighLevelGraph.from_collections(name, tasks, dependencies=list(open_arrays.values()))
     return da.Array(layers, name, chunks=sizes, dtype=dtype, shape=result.shape)
 
