@@ -1,10 +1,12 @@
-// A saved graph rendered by several callers at once, from C++: what bench/python holds Python's calls against.
+// A saved graph rendered by several callers at once, from C++: what bench/python holds Python's calls
+// against.
 //
 //   graph_calls GRAPH.json PIXELS WIDTH HEIGHT CHANNELS CALLERS CALLS
 //
-// PIXELS is a file of 32-bit floats without a header, the graph's one open input. Every caller is a thread that renders
-// the graph CALLS times with one thread of the engine into pixels of its own, as Python's threads do. A first call of
-// each is not timed. Prints seconds of the clock and of CPU, and a sum of the last result's bytes.
+// PIXELS is a file of 32-bit floats without a header, the graph's one open input. Every caller is a thread
+// that renders the graph CALLS times with one thread of the engine into pixels of its own, as Python's
+// threads do. A first call of each is not timed. Prints seconds of the clock and of CPU, and a sum of the
+// last result's bytes.
 #include <sys/resource.h>
 
 #include <chrono>
@@ -48,11 +50,11 @@ int Run(char** words) {
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   const int callers = std::atoi(words[6]), calls = std::atoi(words[7]);
   const int width = std::atoi(words[3]), height = std::atoi(words[4]), channels = std::atoi(words[5]);
-  const std::vector<float> samples =
-      SamplesOf(words[2], static_cast<size_t>(width) * static_cast<size_t>(height) * static_cast<size_t>(channels));
+  const std::vector<float> samples = SamplesOf(
+      words[2], static_cast<size_t>(width) * static_cast<size_t>(height) * static_cast<size_t>(channels));
   const tessera::ImageSpec spec(width, height, channels);
-  const tessera::ConstImageView pixels(reinterpret_cast<const std::byte*>(samples.data()), spec.data_window, channels,
-                                       tessera::PixelType::kFloat);
+  const tessera::ConstImageView pixels(reinterpret_cast<const std::byte*>(samples.data()), spec.data_window,
+                                       channels, tessera::PixelType::kFloat);
   const std::string name = tessera::GraphInputs(text).at(0);
   std::vector<tessera::Image> results(static_cast<size_t>(callers));
   const auto all = [&](int times) {
