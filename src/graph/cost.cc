@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <ctime>
 #include <map>
@@ -61,18 +62,18 @@ class StandIn final : public PixelSource {
   std::unique_ptr<RowReader> Open(int first, int last) const override {
     return std::make_unique<Reader>(*this, first, last);
   }
-  // Pixels [x0, x1) of a row.
+  // Pixels [x0, x1) of a row. The sample comes again and again, shifted along it down the picture and down it
+  // across the picture: a coder must not find what it has just seen.
   void Copy(int y, int x0, int x1, int first, int last, std::byte* out) const {
     const ConstImageView from = sample_.view();
     const Roi& r = from.roi;
-    const auto wrapped = [](int v, int low, int high) {
-      const int64_t n = int64_t{high} - low, m = (int64_t{v} - low) % n;
-      return static_cast<int>(low + (m < 0 ? m + n : m));
-    };
-    const int row = wrapped(y, r.y0, r.y1), all = spec_.channel_count();
+    const int all = spec_.channel_count();
     const size_t sample = PixelBytes(spec_.type), pixel = sample * static_cast<size_t>(last - first);
+    const int shift = Shift(Turns(y, r.y0, r.height()), r.width());
     for (int x = x0; x < x1;) {
-      const int at = wrapped(x, r.x0, r.x1), run = std::min(x1 - x, r.x1 - at);
+      const int across = Turns(x + int64_t{shift}, r.x0, r.width());
+      const int row = Wrapped(y + int64_t{Shift(across, r.height())}, r.y0, r.height());
+      const int at = Wrapped(x + int64_t{shift}, r.x0, r.width()), run = std::min(x1 - x, r.x1 - at);
       const std::byte* p = from.At(at, row, first);
       if (last - first == all) {
         std::memcpy(out, p, pixel * static_cast<size_t>(run));
@@ -85,6 +86,17 @@ class StandIn final : public PixelSource {
   }
 
  private:
+  static int Turns(int64_t v, int low, int n) {
+    return static_cast<int>((v - low - (v < low ? n - 1 : 0)) / n);
+  }
+  static int Wrapped(int64_t v, int low, int n) {
+    return static_cast<int>(v - int64_t{Turns(v, low, n)} * n);
+  }
+  // By the golden section, so that shifts of few turns are far from each other.
+  static int Shift(int turn, int n) {
+    const double part = 0.618034 * turn;
+    return static_cast<int>((part - std::floor(part)) * n);
+  }
   class Reader final : public RowReader {
    public:
     Reader(const StandIn& source, int first, int last) : source_(source), first_(first), last_(last) {}

@@ -124,6 +124,24 @@ py::dict VerifyIt(const Held& image, const std::string& type, int samples, int t
   return d;
 }
 
+// Pixels of any values in memory that the engine keeps for the next picture: the system takes as long to
+// clear a picture's pages as most graphs take to fill them.
+Image PixelsOf(int width, int height, int channels, const std::string& type) {
+  ImageSpec spec(0, 0, channels, TypeNamed(type));
+  spec.data_window = spec.display_window = {0, 0, width, height};
+  return Image::Uninitialized(std::move(spec));
+}
+py::buffer_info BufferOf(const Image& image) {
+  constexpr const char* kFormats[] = {"B", "H", "e", "f"};
+  const ImageView v = image.view();
+  return {v.data,
+          static_cast<py::ssize_t>(PixelBytes(v.type)),
+          kFormats[static_cast<size_t>(v.type)],
+          3,
+          {py::ssize_t{v.roi.height()}, py::ssize_t{v.roi.width()}, py::ssize_t{v.channels}},
+          {v.row_stride, v.pixel_stride, v.channel_stride}};
+}
+
 }  // namespace
 
 void Evaluate(const py::dict& given, const std::function<void(const RenderOptions&)>& work) {
@@ -179,6 +197,7 @@ void Evaluate(const py::dict& given, const std::function<void(const RenderOption
 }
 
 void AddEvaluation(py::module_& core) {
+  py::class_<Image>(core, "Pixels", py::buffer_protocol()).def(py::init(&PixelsOf)).def_buffer(&BufferOf);
   core.def("render", &RenderTo);
   core.def("write", &WriteTo);
   core.def("verify", &VerifyIt);

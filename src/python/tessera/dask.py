@@ -20,7 +20,7 @@ from dask.highlevelgraph import HighLevelGraph
 from . import _core
 from .errors import DataError, UsageError
 from .graph import Graph, graph as recorded
-from .image import Image, _dtype_of, _samples_of, _TYPE_OF, from_rows
+from .image import Image, _dtype_of, _new_array, _samples_of, _TYPE_OF, from_rows
 from .options import current, options as evaluated
 
 
@@ -209,7 +209,7 @@ def _computed(job, region, pieces, parts):
     """A chunk of the result: its parts, each with the regions that it needs of the inputs."""
     left, top, right, bottom = region
     pieces = [_pieces(given) for given in pieces]
-    out = np.empty((bottom - top, right - left, job.channels), _dtype_of(job.dtype))
+    out = _new_array((bottom - top, right - left, job.channels), _dtype_of(job.dtype))
     with evaluated(**job.options):
         for (x0, y0, x1, y1), needs in parts:
             images = {}

@@ -39,6 +39,14 @@ def _samples_of(array, subject):
                                 _TYPE_OF[array.dtype])
 
 
+def _new_array(shape, dtype):
+    """An array of any values, a large one in the engine's memory."""
+    height, width, channels = shape
+    if height * width * channels < 1 << 18:
+        return np.empty(shape, dtype)
+    return np.asarray(_core.Pixels(width, height, channels, _TYPE_OF[np.dtype(dtype)]))
+
+
 def _array_of(data):
     """A NumPy array on the same memory."""
     if isinstance(data, np.ndarray):
@@ -283,7 +291,7 @@ class Image(Operations, _core.Image):
         x0, y0, x1, y1 = window
         shape = (y1 - y0, x1 - x0, len(self.channels))
         if out is None:
-            out = np.empty(shape, np.float32 if dtype is None else _dtype_of(dtype))
+            out = _new_array(shape, np.float32 if dtype is None else _dtype_of(dtype))
             target = out
         else:
             target = out if isinstance(out, np.ndarray) else np.asarray(_array_of(out))
