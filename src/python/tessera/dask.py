@@ -48,9 +48,11 @@ class _Input:
 
     def pieces(self, region):
         """(chunk, slices of it; where they begin, as (x, y, channel)) of all that have some of it."""
-        for i, rows, y in self._along(0, region[1], region[3]):
-            for chunk, (columns, samples), (x, c) in self._row(i, region[0], region[2]):
-                yield chunk, (rows, columns, samples), (x, y, c)
+        x0, y0, x1, y1 = region
+        for i, rows, y in self._along(0, y0, y1):
+            for j, columns, x in self._along(1, x0, x1):
+                for k, samples, c in self._along(2, 0, self.shape[2]):
+                    yield (i, j, k), (rows, columns, samples), (x, y, c)
 
     def _along(self, axis, first, last):
         """(number, slice, where it begins) of an axis's chunks that have some of [first, last)."""
@@ -60,104 +62,91 @@ class _Input:
             begin, end = int(bounds[k]), int(bounds[k + 1])
             yield k, slice(max(first - begin, 0), min(last, end) - begin), max(begin, first)
 
-    def _row(self, i, x0, x1):
-        for j, columns, x in self._along(1, x0, x1):
-            for k, samples, c in self._along(2, 0, self.shape[2]):
-                yield (i, j, k), (columns, samples), (x, c)
-
-    def size(self, axis, number):
-        return int(self.bounds[axis][number + 1] - self.bounds[axis][number])
+    def size(self, chunk):
+        """Its rows and columns."""
+        return tuple(int(bounds[n + 1] - bounds[n]) for bounds, n in zip(self.bounds, chunk[:2]))
 
 
 class _Exchange:
-    """The tasks that hand on what chunks of a result need of an array's chunks: first rows of chunks take what lies
-    beside them (a band: its chunks' whole height), then these what lies above and below. So a chunk is let go as soon
-    as its own row has it, and Dask's order of tasks goes along rows; where a task takes from all eight neighbours at
-    once, that order goes round the array's edges and keeps nearly all of it."""
+    """The tasks that hand on what chunks of a result need of an array's chunks. A chunk that is needed whole goes as it is,
+    and large parts one by one; its thin edges are cut by one task (a frame), and those of a row of chunks that one column
+    of the result needs are gathered by another. So Dask's order of tasks goes along rows and a chunk is let go soon. Where
+    a task takes from all eight neighbours, that order goes round the array's edges and keeps nearly all of it."""
 
     def __init__(self, description, name, number):
         self.description, self.name, self.number = description, name, number
-        self.bands, self.sides, self.strips = {}, {}, {}  # what of which chunk, or of which band, is handed on
+        self.cuts, self.rows = {}, {}  # chunk: {(rows, columns): None}; (row, columns): {(chunk, cut): place}
+        self.tasks = {}
 
     def need(self, region):
-        """Takes down what a region needs; the bands and their rows, for `given` when all are known."""
-        if region[2] <= region[0]:
-            return []
+        """Takes down what a region needs; for `given` when all regions have."""
         needs = []
-        for i, rows, y in self.description._along(0, region[1], region[3]):
-            band = (i, region[0], region[2])
-            if band not in self.bands:
-                self.bands[band] = list(self.description._row(*band))
-                for chunk, (columns, _), _ in self.bands[band]:
-                    if columns != slice(0, self.description.size(1, chunk[1])):
-                        self.sides.setdefault(chunk, {})[columns.start, columns.stop] = None
-            whole = rows == slice(0, self.description.size(0, i))
-            if not whole:
-                self.strips.setdefault(band, {})[rows.start, rows.stop] = None
-            needs.append((band, None if whole else (rows.start, rows.stop), y))
+        for chunk, (rows, columns, _), corner in self.description.pieces(region) if region[2] > region[0] else ():
+            high, wide = self.description.size(chunk)
+            cut = (rows.start, rows.stop, columns.start, columns.stop)
+            if cut == (0, high, 0, wide):
+                cut = None
+            else:
+                self.cuts.setdefault(chunk, {})[cut] = None
+            needs.append((corner, chunk, cut, (chunk[0], region[0], region[2])))
         return needs
 
-    def close(self):
-        """All that hand something on, as tasks."""
-        tasks, key, bands = {}, self.description.key, {}
-        for chunk, cuts in self.sides.items():
-            self._hand_on(tasks, "side", chunk, (key, *chunk), cuts, self.description.size(1, chunk[1]), _columns)
-        for band, pieces in self.bands.items():
-            entries = []
-            for chunk, (columns, _), (x, c) in pieces:
-                cut = self.sides.get(chunk, {}).get((columns.start, columns.stop))
-                if cut is None and len(pieces) > 1:
-                    # Without a task between, Dask's order begins the next row with every other chunk of this one.
-                    cut = ((self.name, self.number, "own", *chunk), None)
-                    tasks[cut[0]] = (_same, (key, *chunk))
-                entries.append([(x, c), *(cut or ((key, *chunk), None))])
-            bands[band] = (self.name, self.number, "band", *band)
-            if len(entries) == 1 and entries[0][2] is None:  # a chunk as it is
-                bands[band] = [[*entries[0][:2]]]
-            else:
-                tasks[bands[band]] = (_band, entries)
-        for band, cuts in self.strips.items():
-            self._hand_on(tasks, "strip", band, bands[band], cuts, self.description.size(0, band[0]), _rows)
-        self.keys = bands
-        return tasks
+    def close(self, all_needs):
+        """The tasks that cut."""
+        for chunk, cuts in self.cuts.items():
+            high, wide = self.description.size(chunk)
+            thin = 4 * sum((r1 - r0) * (c1 - c0) for r0, r1, c0, c1 in cuts) <= high * wide
+            source = (self.description.key, *chunk)
+            if thin:
+                self.tasks[self._key("frame", chunk)] = (_cut, source, list(cuts))
+            for n, cut in enumerate(cuts):
+                cuts[cut] = n if thin else self._key("part", chunk, n)
+                if not thin:
+                    self.tasks[cuts[cut]] = (_cut, source, [cut])
+        for _, chunk, cut, row in all_needs:
+            if cut is not None and isinstance(self.cuts[chunk][cut], int):
+                places = self.rows.setdefault(row, {})
+                places.setdefault((chunk, cut), len(places))
+        for row, places in self.rows.items():
+            self.tasks[self._key("row", row)] = (_gathered, [[self._key("frame", chunk), self.cuts[chunk][cut]]
+                                                             for chunk, cut in places])
 
-    def _hand_on(self, tasks, kind, where, source, cuts, size, take):
-        # One task for thin cuts, which all who need one of them are sent; else one for each.
-        together = 4 * sum(last - first for first, last in cuts) <= size
-        for n, cut in enumerate(cuts):
-            key = (self.name, self.number, kind, *where, 0 if together else n)
-            cuts[cut] = (key, n if together else 0)
-            if not together or n == 0:
-                tasks[key] = (take, source, list(cuts) if together else [cut])
+    def _key(self, kind, where, *more):
+        return (self.name, self.number, kind, *where, *more)
 
     def given(self, needs):
-        """For a task that computes: [first row, band or strips, which of them]."""
-        return [[y, *(self.strips[band][rows] if rows else (self.keys[band], None))] for band, rows, y in needs]
+        """For a task that computes: [where it begins, what has it, its place there] of all pieces."""
+        pieces = []
+        for corner, chunk, cut, row in needs:
+            if cut is None and chunk in self.cuts:  # the order again: a task between the chunk and its last reader
+                own = self._key("own", chunk)
+                self.tasks[own] = (_same, (self.description.key, *chunk))
+                pieces.append([corner, own, None])
+            elif cut is None:
+                pieces.append([corner, (self.description.key, *chunk), None])
+            elif isinstance(self.cuts[chunk][cut], int):
+                pieces.append([corner, self._key("row", row), self.rows[row][chunk, cut]])
+            else:
+                pieces.append([corner, self.cuts[chunk][cut], 0])
+        return pieces
 
 
 def _same(chunk):
     return chunk
 
 
-def _columns(chunk, cuts):
+def _cut(chunk, cuts):
     """Parts of a chunk, which need not be kept for them."""
-    return [np.ascontiguousarray(chunk[:, first:last]) for first, last in cuts]
+    return [np.ascontiguousarray(chunk[r0:r1, c0:c1]) for r0, r1, c0, c1 in cuts]
 
 
-def _band(entries):
-    """Chunks beside each other, and parts of chunks: ((x, channel), pixels) of each."""
-    return [(corner, piece if number is None else piece[number]) for corner, piece, number in entries]
-
-
-def _rows(band, cuts):
-    """Rows of a band, which need not be kept for them."""
-    return [[(corner, np.ascontiguousarray(piece[first:last])) for corner, piece in band] for first, last in cuts]
+def _gathered(entries):
+    return [frame[place] for frame, place in entries]
 
 
 def _pieces(given):
     """((x, y, channel), pixels) of what a task is given."""
-    return [((x, y, c), piece) for y, found, number in given
-            for (x, c), piece in (found if number is None else found[number])]
+    return [(corner, found if place is None else found[place]) for corner, found, place in given]
 
 
 class _Job:
@@ -352,11 +341,13 @@ def apply(graph, *arrays, chunks=None, dtype=None, channels=None, threads=1, **n
             regions[i, j] = region, [exchange.need(needed) for exchange, needed in zip(exchanges, required(region))]
             x0 += columns
         y0 += rows
-    for exchange in exchanges:
-        tasks.update(exchange.close())
+    for number, exchange in enumerate(exchanges):
+        exchange.close([need for _, needs in regions.values() for need in needs[number]])
     for (i, j), (region, needs) in regions.items():
         given = [exchange.given(need) for exchange, need in zip(exchanges, needs)]
         tasks[name, i, j, 0] = (_computed, shared, region, given, _parts(region, required, inputs.values()))
+    for exchange in exchanges:
+        tasks.update(exchange.tasks)
     layers = HighLevelGraph.from_collections(name, tasks, dependencies=list(open_arrays.values()))
     return da.Array(layers, name, chunks=sizes, dtype=dtype, shape=result.shape)
 
