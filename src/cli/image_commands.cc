@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "cli/frame_stream.h"
@@ -39,30 +40,39 @@ Command Row(const std::string& name, Effect effect, int inputs, const std::strin
   return c;
 }
 
-Roi BoxOf(const Step& step) {
-  const std::string& text = step.arguments.Text("thumbnail");
+Roi BoxOf(const Step& step, const std::string& text) {
   try {
-    if (text.find_first_not_of("0123456789x") == std::string::npos) return ParseGeometry(text, Roi{});
+    if (!text.empty() && text.find_first_not_of("0123456789x") == std::string::npos)
+      return ParseGeometry(text.find('x') == std::string::npos ? text + "x" + text : text, Roi{});
   } catch (const Error&) {
   }
-  throw UsageError(step.written, "found thumbnail=" + text + ", expected WxH, such as 256x256");
+  throw UsageError(step.written, "found " + text + " as a thumbnail's size, expected WxH, such as 256x256");
 }
 
-// The file's image within a box, from no more pixels than it takes to filter it well.
-Node Thumbnail(const Step& step, const std::string& file, const Node& image, ReadOptions options) {
-  const Roi box = BoxOf(step);
-  const Roi& window = image.spec().display_window;
-  if (window.empty()) return image;
-  const double scale = std::min(static_cast<double>(box.width()) / window.width(),
-                                static_cast<double>(box.height()) / window.height());
-  if (scale >= 1) return image;
+// The sides of the image within a box, its aspect kept; none where it fits.
+std::optional<ResizeParams> SizeWithin(const Roi& box, const Roi& frame) {
+  if (frame.empty()) return {};
+  const double scale = std::min(static_cast<double>(box.width()) / frame.width(),
+                                static_cast<double>(box.height()) / frame.height());
+  if (scale >= 1) return {};
   const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * scale))); };
   ResizeParams size;
-  size.width = scaled(window.width()), size.height = scaled(window.height());
+  size.width = scaled(frame.width()), size.height = scaled(frame.height());
+  return size;
+}
+
+// The file's image of at least twice those sides.
+Node Enough(const std::string& file, const ResizeParams& size, ReadOptions options) {
   // Of a JPEG, whose sides are below 2^16.
   options.enough_width = 2 * std::min(size.width, 1 << 16);
   options.enough_height = 2 * std::min(size.height, 1 << 16);
-  return Resize(Read(file, options), size);
+  return Read(file, options);
+}
+
+// The file's image within a box, from no more pixels than it takes to filter it well.
+Node Thumbnail(const Roi& box, const std::string& file, const Node& image, const ReadOptions& options) {
+  const std::optional<ResizeParams> size = SizeWithin(box, image.spec().display_window);
+  return size ? Resize(Enough(file, *size, options), *size) : image;
 }
 
 ReadOptions OptionsOf(const Options& options) { return {.codec = options.codec, .formats = options.formats}; }
@@ -151,7 +161,8 @@ void ReadImage(const Step& step, Session& session) {
   entry.file = file;
   if (session.first_spec.data_window.empty()) session.first_spec = entry.node.spec();
   if (!one && !thumbnail) entry.parts_in_file = CountParts(file, entry.node.spec(), session.options());
-  if (thumbnail) entry.node = Thumbnail(step, file, entry.node, options);
+  if (thumbnail)
+    entry.node = Thumbnail(BoxOf(step, step.arguments.Text("thumbnail")), file, entry.node, options);
   if (step.arguments.Given("ch")) {
     OpenParts(entry, session.options());
     const std::string& channels = step.arguments.Text("ch");
@@ -171,7 +182,26 @@ void ReadImage(const Step& step, Session& session) {
                  space.empty() ? "colour space unknown" : space.c_str());
   }
   if (session.options().TellsInputs()) TellInput(entry, session);
+  if (!one && !thumbnail && !step.arguments.Given("ch")) entry.as_read = entry.node;
   session.Push(std::move(entry));
+}
+
+// Upright and within a box; of a file as it was read no more is decoded than that takes.
+void MakeThumbnail(const Step& step, Session& session) {
+  Entry entry = session.Pop();
+  LeaveParts(entry, WordsOf(step), session.options());
+  const Roi box = BoxOf(step, step.arguments.Text("SIZE"));
+  const Node upright = Reorient(entry.node);
+  if (const std::optional<ResizeParams> size = SizeWithin(box, upright.spec().display_window)) {
+    const bool as_read = entry.as_read.data() == entry.node.data() && !session.options().autoorient;
+    ResizeParams of_file = *size;
+    if (OrientationOf(entry.node.spec()) > 4) std::swap(of_file.width, of_file.height);
+    entry.node = Resize(
+        as_read ? Reorient(Enough(entry.file, of_file, OptionsOf(session.options()))) : upright, *size);
+  } else {
+    entry.node = upright;
+  }
+  session.Push(std::move(entry), WordsOf(step));
 }
 
 // The spec of an image made from nothing.
@@ -270,7 +300,7 @@ std::vector<Command> ImageCommands() {
                       {.name = "thumbnail",
                        .type = ParamType::kText,
                        .default_value = "",
-                       .help = "WxH: made smaller to fit within"},
+                       .help = "WxH, or one number for both: made smaller to fit within"},
                       {.name = "ch",
                        .type = ParamType::kText,
                        .default_value = "",
@@ -288,6 +318,18 @@ std::vector<Command> ImageCommands() {
       "- is standard input, which is kept in a temporary file; what it begins with tells the format.\n"
       "The slices of a volume file lie one above the other, the first on top, as --lookup:slices=N takes a "
       "table of three axes.";
+  rows.push_back(Row("thumbnail", Effect::kApply, 1,
+                     "Turns the top image upright and makes it smaller to fit within a size.", MakeThumbnail,
+                     {{.name = "SIZE",
+                       .type = ParamType::kText,
+                       .default_value = "",
+                       .help = "WxH, or one number for both"}},
+                     {}));
+  rows.back().info.help =
+      "Upright as --reorient makes it, filtered as by --resize, the aspect kept; an image that fits keeps its pixels. "
+      "Colours and profile are those of the image. Right behind the file's name a JPEG is decoded as small as "
+      "-i:thumbnail= has it.";
+  rows.back().lines = {"in.exr --thumbnail 64 -o out.exr"};
   rows.push_back(Row(
       "o", Effect::kUse, 1, "Writes the top image, which stays on the stack.", WriteOutput,
       {File("the file to write; its extension names the format")},

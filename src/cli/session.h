@@ -34,6 +34,7 @@ struct Entry {
   std::vector<Attribute> attributes;  // set by --attrib; they travel with the lowest operand
   LargestImage largest = {};
   std::string file = {};  // that the lowest operand came from
+  Node as_read = {};      // all of that file, before anything was done to it
   // Of an output that nobody asks another of, where the node has its pixels in memory.
   std::optional<PixelType> suggested = {};
   PixelType SuggestedType() const { return suggested.value_or(node.spec().type); }

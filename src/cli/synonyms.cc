@@ -52,7 +52,7 @@ const std::vector<std::pair<std::string, std::string>>& Synonyms() {
       // Windows and geometry.
       {"scale downscale upscale shrink enlarge reformat lanczos bicubic bilinear supersample",
        "resize fit zoom resample"},
-      {"thumbnail thumb preview proxy", "i fit resize"},
+      {"thumbnail thumb preview proxy", "thumbnail i fit resize"},
       {"mipmap pyramid miplevel", "mip"},
       {"mirror", "flip flop transpose"},
       {"turn rot90", "rotate rotate90 rotate180 rotate270 reorient"},

@@ -176,7 +176,21 @@ TEST_F(ResampleTest, ThumbnailsFitTheirBox) {
   EXPECT_NE(
       Works("-i:thumbnail=100x100 a.jpg --runstats -o t.tif").find("a.jpg decoded by the codec jpeg at 1/4"),
       std::string::npos);
-  for (const char* box : {"100", "x100", "0x100", "-5x100", "100x100+5+5", "50%", ""}) {
+  EXPECT_EQ(size("100", "a.jpg"), "100x75");
+  // The command: the same pixels behind the name, those of --resize behind something else; upright.
+  Works("a.jpg --thumbnail 100 -o u.tif");
+  Works("t.tif u.tif --fail 0 --diff");
+  Works("a.jpg --addc 0 --thumbnail 100x100 -o u.tif");
+  Works("resized.tif u.tif --fail 0 --diff");
+  Works("a.jpg --thumbnail 2000 -o u.tif");
+  Works("whole.tif u.tif --fail 0 --diff");
+  Works("a.jpg --orientation 6 -o turned.jpg");
+  Works("-i:thumbnail=400x50 turned.jpg --reorient -o t.tif");  // 67x50 as it lies in the file
+  Works("turned.jpg --thumbnail 50x400 -o u.tif");
+  Works("t.tif u.tif --fail 0 --diff");
+  EXPECT_EQ(Load("u.tif").spec().height, 67);
+  EXPECT_EQ(Tessera("a.jpg --thumbnail 10% -o x.tif").exit_code, 2);
+  for (const char* box : {"x100", "100x", "0x100", "-5x100", "100x100+5+5", "50%", ""}) {
     const CommandResult wrong = Tessera("-i:thumbnail=" + std::string(box) + " a.jpg -o x.tif");
     EXPECT_EQ(wrong.exit_code, 2) << box;
     EXPECT_NE(wrong.err.find("expected WxH"), std::string::npos) << wrong.err;
