@@ -39,6 +39,8 @@ if(TARGET tessera_cli AND TARGET scene AND Python3_FOUND)
     set_tests_properties(doc.Book PROPERTIES TIMEOUT 900 PROCESSORS 2 SKIP_RETURN_CODE 77)
     add_test(NAME doc.Techniques COMMAND Python3::Interpreter -B ${PROJECT_SOURCE_DIR}/tests/doc/techniques_test.py
       $<TARGET_FILE:tessera_cli> $<TARGET_FILE:scene> ${PROJECT_BINARY_DIR}/doc/techniques_test)
-    set_tests_properties(doc.Techniques PROPERTIES TIMEOUT 900 SKIP_RETURN_CODE 77)
+    add_test(NAME doc.Gallery COMMAND Python3::Interpreter -B ${PROJECT_SOURCE_DIR}/tests/doc/gallery_test.py
+      $<TARGET_FILE:tessera_cli> ${PROJECT_BINARY_DIR}/doc/gallery_test)
+    set_tests_properties(doc.Techniques doc.Gallery PROPERTIES TIMEOUT 900 SKIP_RETURN_CODE 77)
   endif()
 endif()
