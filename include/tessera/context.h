@@ -16,6 +16,7 @@ namespace tessera {
 
 namespace base {
 class Pool;
+class PagedPool;
 class FileNames;
 }  // namespace base
 
@@ -23,6 +24,10 @@ class FileNames;
 struct ContextLimits {
   size_t memory = size_t{320} << 20;  ///< bytes of pictures given back, for the next ones of their size
   size_t cache = size_t{256} << 20;   ///< bytes of prepared things: tables, distance fields, fits
+  /// Bytes of one thing that is held whole: a picture that a warp reads, a table, the samples of a volume.
+  /// What is larger is paged: it lies in a nameless temporary file (in $TMPDIR, else /var/tmp), of which
+  /// about as much is resident. Results are the same bits. 0: everything is in memory.
+  size_t whole = 0;
 };
 
 /// How much it holds at a moment.
@@ -48,6 +53,8 @@ class Context {
 
   /// Keeps no more than that from here on.
   void Limit(const ContextLimits& limits);
+  /// What was asked for last.
+  ContextLimits limits() const;
   /// What files may ask for from here on. Files, configs and outputs that no context is named for are held
   /// against that of Default().
   void SetPolicy(const Policy& policy);
@@ -71,6 +78,8 @@ class Context {
 
   /// The library's own.
   base::Pool& pool() const;
+  /// The library's own.
+  base::PagedPool& paged() const;
   /// The library's own.
   base::FileNames& files() const;
 

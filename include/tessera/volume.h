@@ -28,6 +28,11 @@ struct VolumeSpec {
   Vector3 origin = {0, 0, 0};           ///< centre of voxel (0, 0, 0)
   double scale = 1;                     ///< of stored numbers
   double bias = 0;                      ///< added to the product
+  /// Most bytes of samples in memory. Larger volumes are paged: their samples lie in bricks of 32x32x32 cells
+  /// in a nameless temporary file (in $TMPDIR, else /var/tmp), 1.3 times as large as they, of which no more
+  /// is resident than this, give or take what a thread reads for a few pixels. 0: all, in memory. Values and
+  /// pictures are the same bits.
+  size_t memory = 0;
 
   /// A volume centred at 0 whose longest side measures 2.
   static VolumeSpec Centred(const std::array<int, 3>& size, PixelType type = PixelType::kFloat,
@@ -48,7 +53,8 @@ struct VolumeData;
 
 /// An immutable scalar field, cheap to copy (samples are shared). Rows of x lie one after the other, then
 /// slices; the outermost voxels are repeated around it (one before, two behind), which costs 3 voxels an
-/// axis. NaN samples count as `scale * 0 + bias` and are counted. Fewer than 2^31 voxels with that border.
+/// axis. NaN samples count as `scale * 0 + bias` and are counted. Fewer than 2^38 voxels; volumes of 2^31 and
+/// more, that border included, are paged as if VolumeSpec::memory were at most 1 GB.
 class Volume {
  public:
   Volume() = default;
@@ -61,9 +67,9 @@ class Volume {
   /// different (then scale and bias are those of the stored numbers).
   Volume(const VolumeSpec& spec, const void* samples, PixelType type);
   /// `slices` images stacked along y, the first on top and nearest z = 0; a slice's upper row has the largest
-  /// y. One channel of the image is taken; its type is kept.
+  /// y. One channel of the image is taken; its type is kept. `memory` as VolumeSpec::memory.
   static Volume FromImage(const ConstImageView& stack, int slices, int channel = 0,
-                          const Vector3& proportions = {1, 1, 1});
+                          const Vector3& proportions = {1, 1, 1}, size_t memory = 0);
 
   /// Whether there are no voxels.
   bool empty() const { return data_ == nullptr; }
@@ -111,6 +117,7 @@ struct VolumeFileParams {
   int channel = 0;              ///< of an image
   Vector3 spacing = {1, 1, 1};  ///< proportions of a voxel
   std::string part = {};        ///< grid or image of a file; empty: the first
+  size_t memory = 0;            ///< as VolumeSpec::memory: rows or slices of the file are read one by one
 };
 /// A volume of a file, as VolumeFileParams says.
 Volume ReadVolume(const std::string& file, const VolumeFileParams& params = {});
@@ -181,7 +188,8 @@ Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range = 
 /// world units, anisotropic spacing respected: the exact Euclidean distance to the points where the lines
 /// between neighbouring voxels cross the level (linear interpolation, so sub-voxel), by the separable
 /// transform of Felzenszwalb and Huttenlocher on the axis crossings: off by less than half a voxel far from,
-/// and by second order near, the surface. Cost O(voxels).
+/// and by second order near, the surface. Cost O(voxels), and 14 bytes of memory for each, of which there are
+/// fewer than 2^31 (Error).
 struct DistanceFieldParams {
   double iso = 0.5;                    ///< the level
   bool inside_below = false;           ///< values below the level are inside

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/file_names.h"
+#include "base/paged_memory.h"
 #include "base/pool.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -142,12 +143,16 @@ class Cache {
 }  // namespace base
 
 struct Context::State {
-  explicit State(const ContextLimits& limits) : pool(limits.memory), cache(limits.cache) {}
+  explicit State(const ContextLimits& limits) : pool(limits.memory), cache(limits.cache), limits(limits) {
+    paged.Limit(limits.whole);
+  }
   base::Pool pool;
+  base::PagedPool paged;
   base::Cache cache;
   base::FileNames files;
-  mutable std::mutex mutex;  // of the policy
+  mutable std::mutex mutex;  // of the following
   Policy policy;
+  ContextLimits limits;
 };
 
 Context::Context(const ContextLimits& limits) : state_(std::make_unique<State>(limits)) {}
@@ -162,6 +167,14 @@ Context& Context::Default() {
 void Context::Limit(const ContextLimits& limits) {
   state_->pool.Limit(limits.memory);
   state_->cache.Limit(limits.cache);
+  state_->paged.Limit(limits.whole);
+  const std::lock_guard lock(state_->mutex);
+  state_->limits = limits;
+}
+
+ContextLimits Context::limits() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->limits;
 }
 
 void Context::SetPolicy(const Policy& policy) {
@@ -186,6 +199,7 @@ void Context::Release() {
   state_->pool.Release();
 }
 
+base::PagedPool& Context::paged() const { return state_->paged; }
 base::Pool& Context::pool() const { return state_->pool; }
 base::FileNames& Context::files() const { return state_->files; }
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "base/arena.h"
+#include "base/paged_memory.h"
 #include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -57,7 +57,7 @@ Image Image::Uninitialized(ImageSpec spec) { return Uninitialized(std::move(spec
 
 Image Image::Uninitialized(ImageSpec spec, Context& context) {
   Image image;
-  image.pixels_ = base::AllocateAligned(context, BytesOf(spec));
+  image.pixels_ = base::AllocateWhole(context, BytesOf(spec));
 #ifdef __SANITIZE_ADDRESS__
   std::memset(image.pixels_.get(), 0xff, BytesOf(spec));  // NaN: what nobody writes shows
 #endif
@@ -66,8 +66,9 @@ Image Image::Uninitialized(ImageSpec spec, Context& context) {
   return image;
 }
 
-Image::Image(ImageSpec spec) : Image(Uninitialized(std::move(spec))) {
-  std::memset(pixels_.get(), 0, BytesOf(spec_));
-}
+Image::Image(ImageSpec spec)
+    : spec_(std::move(spec)),
+      pixels_(base::AllocateZeros(Context::Default(), BytesOf(spec_))),
+      view_(pixels_.get(), spec_.data_window, spec_.channel_count(), spec_.type) {}
 
 }  // namespace tessera

@@ -65,7 +65,8 @@ class ProcessSettings {
     if (!budget_) return;
     const size_t budget = options.render.memory_budget;
     const ContextLimits limits;
-    Context::Default().Limit({std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8)});
+    Context::Default().Limit(
+        {std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8), budget / 2});
   }
   ~ProcessSettings() {
     if (!simd_.empty()) ChooseTarget("auto");

@@ -172,15 +172,18 @@ void AddEvaluation(std::vector<Command>& rows) {
       "it are computed, and operations on whole images on the middle of theirs, rows are written to a temporary file "
       "of that kind, and the rest is taken to cost as much. It prints the seconds that decoding, computing and "
       "encoding take of the clock and of threads, which is the limit, and the memory. A second or so per output.";
-  rows.push_back(Option("max-memory", "Memory that a line may take, in MB, but for what commands hold whole.",
+  rows.push_back(Option("max-memory", "Memory that a line may take, in MB; what is held whole and is larger is paged.",
                         [](const Arguments& a, Options& o) {
                           o.render.memory_budget = static_cast<size_t>(a.Number("MB")) << 20;
                         },
                         {Whole("MB", 1, 1 << 24, "mebibytes")}));
   rows.back().info.help =
       "Bands of rows, tiles and what is kept between outputs stay within it. Where whole images would not, "
-      "commands whose method is auto are computed by one that takes bands, within the same bound. Those that "
-      "hold something in memory whole by any method say so in their help; that comes on top, and so does the "
+      "commands whose method is auto are computed by one that takes bands, within the same bound. What is held "
+      "whole by any method (a picture that a warp reads, a table, a volume; help says so) and takes more than half "
+      "of it lies in a nameless temporary file in $TMPDIR, else /var/tmp, and is paged: results are the same bits, "
+      "about half of the budget is resident, and what the system keeps of the file beyond that goes when "
+      "others need memory. Tables of distances, spectra and bounds of a volume's blocks come on top, and so does the "
       "program itself, with the libraries that read and write files (some 50 MB). Without it whole images are "
       "held as they are needed, and half a gibibyte is for the rest.";
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",

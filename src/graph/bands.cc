@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/paged_memory.h"
 #include "base/pool.h"
 #include "graph/executor.h"
 #include "graph/run.h"
@@ -20,8 +21,10 @@ namespace {
 // Rows of one file source: every row is read once, rows that the next band needs again are kept.
 class RowWindow {
  public:
-  RowWindow(const PlannedSource& planned, base::Pool& pool, const RenderOptions& options)
-      : planned_(planned), pool_(pool), reader_(planned.source->Open(planned.first, planned.last)) {
+  RowWindow(const PlannedSource& planned, const RenderOptions& options)
+      : planned_(planned),
+        context_(ContextOf(options)),
+        reader_(planned.source->Open(planned.first, planned.last)) {
     reader_->Limit(sched::ThreadCount(options.threads), options.memory_budget / 4);
   }
 
@@ -34,15 +37,24 @@ class RowWindow {
     if (y1 <= y0) return {};
     const Roi window = spec.data_window;
     if (y0 != y0_ || y1 != y1_) {  // a turned image needs the same rows for every band
-      std::shared_ptr<std::byte> memory = pool_.Allocate(row * static_cast<size_t>(y1 - y0));
+      std::shared_ptr<std::byte> memory = base::AllocateWhole(context_, row * static_cast<size_t>(y1 - y0));
       const int kept = std::clamp(y1_, y0, y1);
       if (kept > y0) {
         std::memcpy(memory.get(), memory_.get() + row * static_cast<size_t>(y0 - y0_),
                     row * static_cast<size_t>(kept - y0));
       }
-      if (kept < y1) {
-        reader_->Read(ImageView(memory.get() + row * static_cast<size_t>(kept - y0),
-                                {window.x0, kept, window.x1, y1}, channels, spec.type));
+      // At once, unless it is not to be resident at once.
+      int most = y1 - kept;
+      if (context_.paged().IsPaged(row * static_cast<size_t>(y1 - y0))) {
+        constexpr size_t kPiece = size_t{32} << 20;
+        const int tiles = planned_.source->RowGranularity();
+        const auto rows = static_cast<int>(std::min<size_t>(kPiece / row, INT32_MAX / 2));
+        most = std::max(rows / tiles, 1) * tiles;
+      }
+      for (int y = kept; y < y1; y += std::min(most, y1 - y)) {
+        reader_->Read(ImageView(memory.get() + row * static_cast<size_t>(y - y0),
+                                {window.x0, y, window.x1, std::min(y1, y + most)}, channels, spec.type));
+        context_.paged().Trim();
       }
       memory_ = std::move(memory);
       y0_ = y0;
@@ -55,7 +67,7 @@ class RowWindow {
 
  private:
   const PlannedSource& planned_;
-  base::Pool& pool_;
+  Context& context_;
   std::unique_ptr<RowReader> reader_;
   std::shared_ptr<std::byte> memory_;
   int y0_ = INT32_MIN, y1_ = INT32_MIN;
@@ -194,8 +206,8 @@ class BandTimes {
 // Where a pass reads: pixels that are there, and files, whole or a window of rows.
 class BandSources {
  public:
-  BandSources(const Plan& plan, const Roi& roi, const std::vector<Roi>& bands, base::Pool& pool,
-              const RenderOptions& options, sched::PhaseClock* clock)
+  BandSources(const Plan& plan, const Roi& roi, const std::vector<Roi>& bands, const RenderOptions& options,
+              sched::PhaseClock* clock)
       : plan_(plan), clock_(clock), resident_(plan.sources.size()), windows_(plan.sources.size()) {
     const std::vector<bool> out_of_order = OutOfOrder(plan, bands);
     const std::vector<Roi> all = RequiredRegions(plan, roi);
@@ -205,7 +217,7 @@ class BandSources {
         resident_[k] = {*view, s.source->ReadMargin()};
       } else if (s.last > s.first) {
         const sched::InPhase decoding(clock_, kDecode + k);
-        windows_[k] = std::make_unique<RowWindow>(s, pool, options);
+        windows_[k] = std::make_unique<RowWindow>(s, options);
         if (!out_of_order[k]) continue;
         resident_[k] = windows_[k]->Rows(all[k].y0, all[k].y1, whole_.emplace_back());
         windows_[k].reset();
@@ -248,7 +260,8 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
                                           sink != nullptr ? sink->RowGranularity() : 1, options);
   const std::vector<Roi> bands = Tiles(roi, {roi.width(), shape.rows});
   base::Pool& pool = ContextOf(options).pool();
-  BandSources sources(plan, roi, bands, pool, options, clock);
+  base::PagedPool& paged = ContextOf(options).paged();
+  BandSources sources(plan, roi, bands, options, clock);
   RenderOptions inner = options;
   inner.tile_height = 0;
   const TileShape tile = ChooseTileShape(program, bands[bands.size() / 2], inner);
@@ -278,6 +291,7 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
     const Band& band = *static_cast<Band*>(item);
     for (const Roi& part : Tiles(band.out.roi, tile)) {
       workers[static_cast<size_t>(worker)].Run(band.sources, band.out.Sub(part), false);
+      paged.Trim();
       progress.Check();
     }
   };

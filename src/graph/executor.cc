@@ -6,6 +6,7 @@
 #include <mutex>
 #include <vector>
 
+#include "base/paged_memory.h"
 #include "graph/run.h"
 #include "sched/scheduler.h"
 #include "tessera/context.h"
@@ -130,8 +131,10 @@ void RunResident(const Program& program, const ImageView& out, const RenderOptio
   const bool stream =
       out.roi.pixels() * out.channels * static_cast<int64_t>(PixelBytes(out.type)) > kStreamBytes;
 
+  base::PagedPool& paged = ContextOf(options).paged();
   const auto task = [&](int64_t i, int worker) {
     workers[static_cast<size_t>(worker)].Run(sources, out.Sub(tiles[static_cast<size_t>(i)]), stream);
+    paged.Trim();
     progress.Step();
   };
   if (options.shuffle_tiles) {

@@ -118,7 +118,7 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
     ImageSpec stack(spec.width, spec.height, 1, type);
     const Image slices(stack);
     image->ReadAll(channel, channel + 1, type, slices.view().data);
-    return Volume::FromImage(slices.view(), std::max(params.slices, 1), 0, params.spacing);
+    return Volume::FromImage(slices.view(), std::max(params.slices, 1), 0, params.spacing, params.memory);
   }
   int depth = volume_file ? spec.depth : static_cast<int>(files.size());
   const size_t all_rows = static_cast<size_t>(spec.height), row_samples = static_cast<size_t>(spec.width);
@@ -137,7 +137,9 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
     const Vector3 sides = VoxelOf(spec);
     for (size_t a = 0; a < 3; ++a) spacing[a] *= sides[a];
   }
-  Volume volume(VolumeSpec::Centred({spec.width, spec.height, depth}, type, spacing));
+  VolumeSpec sampled = VolumeSpec::Centred({spec.width, spec.height, depth}, type, spacing);
+  sampled.memory = params.memory;
+  Volume volume(sampled);
   model::VolumeData& data = *volume.data();
   const size_t pixel = PixelBytes(type), line = pixel * row_samples, plane = line * all_rows;
   std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(size[2]) : 1));
@@ -158,14 +160,8 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
     for (int j = 0; j < spec.height; ++j) {
       // Images have their first row on top; volume files count upward.
       const int up = volume_file ? j : spec.height - 1 - j;
-      std::byte* const to = data.samples + (k * data.slice + up * data.row) * static_cast<int64_t>(pixel);
-      std::memcpy(to, slice + static_cast<size_t>(j + from[1]) * line + static_cast<size_t>(from[0]) * pixel,
-                  pixel * static_cast<size_t>(spec.width));
-      if (type == PixelType::kUint8 || type == PixelType::kUint16) continue;
-      for (int i = 0; i < spec.width; ++i) {
-        const double v = data.Code(i, up, k);
-        if (v != v) data.SetCode(i, up, k, v);
-      }
+      data.SetRow(up, k,
+                  slice + static_cast<size_t>(j + from[1]) * line + static_cast<size_t>(from[0]) * pixel);
     }
   }
   data.FillBorder();

@@ -3,12 +3,14 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/number_text.h"
 #include "model/distance_transform.h"
 #include "model/volume_data.h"
 #include "tessera/error.h"
+#include "tessera/error_kind.h"
 #include "tessera/volume.h"
 
 namespace tessera {
@@ -65,6 +67,7 @@ Volume DistanceField(const Solid& solid, const VolumeSpec& wanted, double range)
   const double limit = IsInteger(spec.type) ? -spec.bias + radius : std::numeric_limits<double>::infinity();
   for (int k0 = 0; k0 < spec.size[2]; k0 += kEdge) {
     for (int j0 = 0; j0 < spec.size[1]; j0 += kEdge) {
+      data.Trim();
       for (int i0 = 0; i0 < spec.size[0]; i0 += kEdge) {
         constexpr double kMiddle = 0.5 * (kEdge - 1);
         const double middle = solid.Distance(spec.Position(i0 + kMiddle, j0 + kMiddle, k0 + kMiddle));
@@ -115,6 +118,7 @@ class Surface {
     for (int k = 0; k < spec_.size[2]; ++k) {
       for (int j = 0; j < spec_.size[1]; ++j) {
         for (int i = 0; i < spec_.size[0]; ++i, ++at) f(i, j, k, at);
+        volume_.data()->Trim();
       }
     }
   }
@@ -206,6 +210,11 @@ Volume DistanceField(const Volume& volume, const DistanceFieldParams& params) {
   wanted.type = params.type;
   const VolumeSpec spec = DistanceSpec(wanted, params.range);
   const auto& n = spec.size;
+  if (static_cast<double>(n[0]) * n[1] * n[2] > std::numeric_limits<int32_t>::max()) {
+    throw DataError("volume", "found " + std::to_string(n[0]) + "x" + std::to_string(n[1]) + "x" +
+                                  std::to_string(n[2]) +
+                                  " voxels, expected fewer than 2^31 of which distances are computed");
+  }
   const Surface surface(volume, params.iso, params.inside_below);
 
   Volume result(spec);
@@ -222,6 +231,7 @@ Volume DistanceField(const Volume& volume, const DistanceFieldParams& params) {
       distance = surface.Distance(spec.Position(i, j, k), nearest[at], around, kDisc * widest);
     }
     const double d = surface.IsInside(at) ? -distance : distance;
+    if (i == 0) data.Trim();
     data.SetCode(i, j, k, (d - data.code_bias) / data.code_scale);
   });
   data.FillBorder();

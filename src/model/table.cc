@@ -7,8 +7,9 @@
 #include <limits>
 #include <string>
 
-#include "base/arena.h"
 #include "base/half.h"
+#include "base/paged_memory.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 
 namespace tessera {
@@ -87,7 +88,7 @@ Table::Table(std::vector<int> sizes, int channels, std::span<const float> sample
                              std::to_string(channels) + " channels");
   }
   const size_t step = PixelBytes(storage);
-  const std::shared_ptr<std::byte> memory = base::AllocateAligned(total * step);
+  const std::shared_ptr<std::byte> memory = base::AllocateWhole(Context::Default(), total * step);
   if (storage == PixelType::kFloat) {
     std::memcpy(memory.get(), samples.data(), total * step);
   } else {

@@ -9,6 +9,7 @@
 #include "base/arena.h"
 #include "base/half.h"
 #include "base/number_text.h"
+#include "model/brick_places.h"
 #include "model/volume_data.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -67,20 +68,16 @@ void WriteCode(std::byte* p, PixelType type, double code) {
 }
 
 void Check(const VolumeSpec& s) {
-  int64_t voxels = 1;
+  const auto size = [&] {
+    return std::to_string(s.size[0]) + "x" + std::to_string(s.size[1]) + "x" + std::to_string(s.size[2]);
+  };
+  double voxels = 1;
   for (int n : s.size) {
-    if (n < 1) {
-      throw Error(kSubject, "found a size of " + std::to_string(s.size[0]) + "x" + std::to_string(s.size[1]) +
-                                "x" + std::to_string(s.size[2]) +
-                                ", expected at least 1 voxel along every axis");
-    }
-    voxels =
-        voxels > std::numeric_limits<int32_t>::max() ? voxels : voxels * (int64_t{n} + model::kVolumeBorder);
+    if (n < 1)
+      throw Error(kSubject, "found a size of " + size() + ", expected at least 1 voxel along every axis");
+    voxels *= std::ceil(n / static_cast<double>(model::kBrickEdge)) * model::kBrickEdge;
   }
-  if (voxels > std::numeric_limits<int32_t>::max()) {
-    throw Error(kSubject, "found " + std::to_string(s.size[0]) + "x" + std::to_string(s.size[1]) + "x" +
-                              std::to_string(s.size[2]) + " voxels, expected fewer than 2^31");
-  }
+  if (voxels >= 0x1p38) throw Error(kSubject, "found " + size() + " voxels, expected fewer than 2^38");
   for (size_t a = 0; a < 3; ++a) {
     if (!(s.spacing[a] > 0) || !std::isfinite(s.spacing[a])) {
       throw Error(kSubject,
@@ -102,30 +99,35 @@ namespace model {
 
 VolumeData::VolumeData(const VolumeSpec& s) : spec(s) {
   Check(s);
-  row = spec.size[0] + kVolumeBorder;
-  slice = row * (spec.size[1] + kVolumeBorder);
-  const int64_t count = slice * (spec.size[2] + kVolumeBorder);
-  const size_t pixel = PixelBytes(spec.type);
-  const size_t bytes = static_cast<size_t>(count) * pixel + 64;
-  memory = base::AllocateAligned(bytes);
-  std::memset(memory.get(), 0, bytes);
-  samples = memory.get() + static_cast<size_t>(kVolumeBefore * (slice + row + 1)) * pixel;
+  Allocate();
   code_scale = spec.scale / MostOf(spec.type);
   code_bias = spec.bias;
 }
 
 double VolumeData::Code(int i, int j, int k) const {
-  return ReadCode(samples + (k * slice + j * row + i) * static_cast<int64_t>(PixelBytes(spec.type)),
-                  spec.type);
+  return ReadCode(samples + IndexOf(i, j, k) * static_cast<int64_t>(PixelBytes(spec.type)), spec.type);
 }
 
 void VolumeData::SetCode(int i, int j, int k, double code) {
   if (std::isnan(code)) ++nan_samples, code = 0;
-  WriteCode(samples + (k * slice + j * row + i) * static_cast<int64_t>(PixelBytes(spec.type)), spec.type,
-            code);
+  const auto pixel = static_cast<int64_t>(PixelBytes(spec.type));
+  if (pages == nullptr) return WriteCode(samples + IndexOf(i, j, k) * pixel, spec.type, code);
+  std::byte sample[sizeof(float)];
+  WriteCode(sample, spec.type, code);
+  const BrickPlaces across(i, spec.size[0]), down(j, spec.size[1]), deep(k, spec.size[2]);
+  for (const BrickPlace& z : deep) {
+    for (const BrickPlace& y : down) {
+      for (const BrickPlace& x : across) {
+        const int64_t index = (z.brick * bricks[1] + y.brick * bricks[0] + x.brick) * kBrickSamples +
+                              z.local * slice + y.local * row + x.local;
+        std::memcpy(samples + index * pixel, sample, static_cast<size_t>(pixel));
+      }
+    }
+  }
 }
 
 void VolumeData::FillBorder() {
+  if (pages != nullptr) return;
   const auto pixel = static_cast<int64_t>(PixelBytes(spec.type));
   const int nx = spec.size[0], ny = spec.size[1], nz = spec.size[2];
   for (int k = 0; k < nz; ++k) {
@@ -179,6 +181,7 @@ Volume::Volume(const VolumeSpec& spec, const std::function<double(const Vector3&
         const double value = f(spec.Position(i, j, k));
         data_->SetCode(i, j, k, zero ? 0 : (value - data_->code_bias) / data_->code_scale);
       }
+      data_->Trim();
     }
   }
   data_->FillBorder();
@@ -192,21 +195,21 @@ Volume::Volume(const VolumeSpec& spec, const void* samples, PixelType type) : Vo
   const auto row = static_cast<size_t>(spec.size[0]) * PixelBytes(type);
   for (int k = 0; k < spec.size[2]; ++k) {
     for (int j = 0; j < spec.size[1]; ++j, p += row) {
-      if (same && (type == PixelType::kUint8 || type == PixelType::kUint16)) {
-        std::memcpy(
-            data_->samples + (k * data_->slice + j * data_->row) * static_cast<int64_t>(PixelBytes(type)), p,
-            row);
+      if (same) {
+        data_->SetRow(j, k, p);
         continue;
       }
       for (int i = 0; i < spec.size[0]; ++i) {
         data_->SetCode(i, j, k, ReadCode(p + static_cast<size_t>(i) * PixelBytes(type), type) * factor);
       }
+      data_->Trim();
     }
   }
   data_->FillBorder();
 }
 
-Volume Volume::FromImage(const ConstImageView& stack, int slices, int channel, const Vector3& proportions) {
+Volume Volume::FromImage(const ConstImageView& stack, int slices, int channel, const Vector3& proportions,
+                         size_t memory) {
   const int height = stack.roi.height();
   if (slices < 1 || height % std::max(slices, 1) != 0 || height == 0) {
     throw DataError(kSubject, "found " + std::to_string(slices) + " slices in an image of " +
@@ -217,13 +220,16 @@ Volume Volume::FromImage(const ConstImageView& stack, int slices, int channel, c
                 "found channel " + std::to_string(channel) + " of " + std::to_string(stack.channels));
   }
   const int rows = height / slices;
-  Volume v(VolumeSpec::Centred({stack.roi.width(), rows, slices}, stack.type, proportions));
+  VolumeSpec spec = VolumeSpec::Centred({stack.roi.width(), rows, slices}, stack.type, proportions);
+  spec.memory = memory;
+  Volume v(spec);
   for (int k = 0; k < slices; ++k) {
     for (int j = 0; j < rows; ++j) {
       for (int i = 0; i < stack.roi.width(); ++i) {
         const int y = stack.roi.y0 + k * rows + (rows - 1 - j);
         v.data_->SetCode(i, j, k, ReadCode(stack.At(stack.roi.x0 + i, y, channel), stack.type));
       }
+      v.data_->Trim();
     }
   }
   v.data_->FillBorder();
@@ -295,6 +301,8 @@ int64_t Volume::nan_samples() const { return empty() ? 0 : data_->nan_samples; }
 
 size_t Volume::bytes() const {
   if (empty()) return 0;
+  if (data_->pages != nullptr)
+    return std::min(data_->pages->bytes(), data_->pages->budget()) + data_->extra_bytes();
   return static_cast<size_t>(data_->slice * (data_->spec.size[2] + model::kVolumeBorder)) *
              PixelBytes(data_->spec.type) +
          data_->extra_bytes();

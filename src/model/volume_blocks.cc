@@ -54,10 +54,14 @@ void AddRows(const VolumeData& v, int j0, int k0, int edge, Columns& c) {
   std::fill(c.low.begin(), c.low.end(), std::numeric_limits<float>::infinity());
   std::fill(c.high.begin(), c.high.end(), -std::numeric_limits<float>::infinity());
   std::fill(c.square.begin(), c.square.end(), 0.0f);
-  const T* const samples = reinterpret_cast<const T*>(v.samples);
   const int count = v.spec.size[0] + 1;
+  std::vector<T> copied(v.pages == nullptr ? 0 : static_cast<size_t>(count) + 1);
   const auto load = [&](int j, int k, std::vector<float>& to) {
-    const T* const row = samples + k * v.slice + j * v.row;
+    const T* row = reinterpret_cast<const T*>(v.samples) + v.IndexOf(0, j, k);
+    if (v.pages != nullptr) {
+      v.CopyRow(0, count + 1, j, k, reinterpret_cast<std::byte*>(copied.data()));
+      row = copied.data();
+    }
     for (int i = 0; i <= count; ++i) to[i] = AsFloat(row[i]);
   };
   const int j1 = std::min(j0 + edge, v.spec.size[1]), k1 = std::min(k0 + edge, v.spec.size[2]);
@@ -170,6 +174,7 @@ const VolumeData::Blocks& VolumeData::BlocksOf(const ForEach& for_each) const {
       b.high[at] = *std::max_element(c.high.begin() + i0, c.high.begin() + i1 + 1);
       b.slope[at] = std::sqrt(*std::max_element(c.square.begin() + i0, c.square.begin() + i1));
     }
+    Trim();
   });
   blocks_ = std::move(made);
   return *blocks_;

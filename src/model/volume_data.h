@@ -1,5 +1,5 @@
-// What a Volume shares: samples with a border, bounds of blocks of cells, and how far a ray may leap from
-// each.
+// What a Volume shares: samples with a border, in memory or in bricks on disk, bounds of blocks of cells, and
+// how far a ray may leap from each.
 #ifndef TESSERA_MODEL_VOLUME_DATA_H_
 #define TESSERA_MODEL_VOLUME_DATA_H_
 
@@ -11,6 +11,7 @@
 #include <mutex>
 #include <vector>
 
+#include "base/paged_memory.h"
 #include "tessera/export.h"
 #include "tessera/volume.h"
 
@@ -19,6 +20,11 @@ namespace tessera::model {
 
 inline constexpr int kVolumeBefore = 1, kVolumeBehind = 2;  // repeated voxels along every axis
 inline constexpr int kVolumeBorder = kVolumeBefore + kVolumeBehind;
+// A brick has 2^kBrickShift cells along every axis, and the voxels that interpolation in these cells and its
+// gradient read: a border like the volume's, which neighbours hold too. So a kernel reads one brick a sample.
+inline constexpr int kBrickShift = 5, kBrickEdge = 1 << kBrickShift, kBrickRow = kBrickEdge + kVolumeBorder;
+inline constexpr int64_t kBrickSlice = int64_t{kBrickRow} * kBrickRow;
+inline constexpr int64_t kBrickSamples = (kBrickSlice * kBrickRow + 63) / 64 * 64;
 
 // Calls task(i) for every i in [0, count), in any order, perhaps at once.
 using ForEach = std::function<void(int64_t count, const std::function<void(int64_t)>& task)>;
@@ -46,7 +52,11 @@ struct VolumeData {
   VolumeSpec spec;
   std::shared_ptr<std::byte> memory;
   std::byte* samples = nullptr;  // of voxel (0, 0, 0), behind the border
-  int64_t row = 0, slice = 0;    // strides in samples
+  int64_t row = 0, slice = 0;    // strides in samples, of a brick where there are bricks
+  // Null: samples are in memory, one row behind the other. Else they lie there in bricks, one row, then one
+  // slice of bricks behind the other.
+  std::unique_ptr<base::PagedMemory> pages;
+  std::array<int64_t, 2> bricks = {0, 0};  // along x; along x times y
   int64_t nan_samples = 0;
   // value = code_scale * code + code_bias, code the stored integer or float.
   double code_scale = 1, code_bias = 0;
@@ -55,10 +65,20 @@ struct VolumeData {
   VolumeData(const VolumeData&) = delete;
   VolumeData& operator=(const VolumeData&) = delete;
 
+  // Where the voxel's sample is, counted from `samples`; border included.
+  int64_t IndexOf(int i, int j, int k) const;
   double Code(int i, int j, int k) const;          // inside the border
   void SetCode(int i, int j, int k, double code);  // rounded to the type
-  // Repeats the outermost voxels around the volume.
+  // The samples of a row; what is NaN is counted and set to 0.
+  void SetRow(int j, int k, const std::byte* row);
+  // Samples i0 to i1 - 1 of a row, border included, one behind the other.
+  void CopyRow(int i0, int i1, int j, int k, std::byte* to) const;
+  // Repeats the outermost voxels around the volume, where that is not done as they are set.
   void FillBorder();
+  // Keeps what is resident within spec.memory; for whoever goes through a paged volume, every now and then.
+  void Trim() const {
+    if (pages != nullptr) pages->Trim();
+  }
 
   // Blocks that matter hold a cell whose corners reach into [low, high] (codes), or a point from which a
   // displacement within `reach` leads into such a block. Computed once for a range and reach.
@@ -69,6 +89,8 @@ struct VolumeData {
   size_t extra_bytes() const;
 
  private:
+  void Allocate();
+
   struct Blocks {
     std::array<int, 3> size = {};
     int shift = 2;

@@ -49,7 +49,9 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
   }
   base::RequireAllowed(file, {raw.size[0], raw.size[1], raw.size[2]}, 1);
   // Now that the file is known to fill it.
-  Volume volume(VolumeSpec::Centred(raw.size, raw.type, params.spacing));
+  VolumeSpec spec = VolumeSpec::Centred(raw.size, raw.type, params.spacing);
+  spec.memory = params.memory;
+  Volume volume(spec);
   model::VolumeData& data = *volume.data();
   stream.seekg(raw.header);
   const bool swap = raw.big_endian != (std::endian::native == std::endian::big) && pixel > 1;
@@ -70,16 +72,7 @@ Volume ReadRaw(const std::string& file, const VolumeFileParams& params) {
           std::memcpy(&line[i], &v, 2);
         }
       }
-      std::byte* const to = data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
-      if (raw.type == PixelType::kUint8 || raw.type == PixelType::kUint16) {
-        std::memcpy(to, line.data(), row);
-      } else {  // through the conversion that keeps NaN out
-        for (int i = 0; i < raw.size[0]; ++i) {
-          std::memcpy(to + static_cast<size_t>(i) * pixel, &line[static_cast<size_t>(i) * pixel], pixel);
-          const double v = data.Code(i, j, k);
-          if (v != v) data.SetCode(i, j, k, v);
-        }
-      }
+      data.SetRow(j, k, line.data());
     }
   }
   data.FillBorder();
@@ -105,13 +98,13 @@ void WriteRawVolume(const Volume& volume, const std::string& file) {
   const VolumeSpec& spec = volume.spec();
   std::ofstream stream(file, std::ios::binary);
   const size_t pixel = PixelBytes(spec.type);
+  std::vector<std::byte> row(pixel * static_cast<size_t>(spec.size[0]));
   for (int k = 0; k < spec.size[2] && stream; ++k) {
     for (int j = 0; j < spec.size[1]; ++j) {
-      const std::byte* const row =
-          data.samples + (k * data.slice + j * data.row) * static_cast<int64_t>(pixel);
-      stream.write(reinterpret_cast<const char*>(row),
-                   static_cast<std::streamsize>(pixel * static_cast<size_t>(spec.size[0])));
+      data.CopyRow(0, spec.size[0], j, k, row.data());
+      stream.write(reinterpret_cast<const char*>(row.data()), static_cast<std::streamsize>(row.size()));
     }
+    data.Trim();
   }
   stream.close();
   if (!stream) throw SystemError(file, "cannot be written");

@@ -2,9 +2,11 @@
 #ifndef TESSERA_SCHED_CANCELLABLE_WORKERS_H_
 #define TESSERA_SCHED_CANCELLABLE_WORKERS_H_
 
+#include "base/paged_memory.h"
 #include "base/stage.h"
 #include "sched/progress.h"
 #include "sched/scheduler.h"
+#include "tessera/context.h"
 
 namespace tessera::sched {
 
@@ -23,6 +25,7 @@ class CancellableWorkers final : public graph::Workers {
     const auto checked = [&](int64_t i, int worker) {
       progress_.Check();
       task(i, worker);
+      context_.paged().Trim();
     };
     if (shuffle_) {
       ShuffledFor(n, 1, checked);

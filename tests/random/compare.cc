@@ -12,6 +12,7 @@
 #include "random/samples.h"
 #include "random/verdict.h"
 #include "tessera/color_state.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/graph_json.h"
 #include "tessera/io.h"
@@ -92,6 +93,8 @@ class Comparison {
         return Verdict();
       case Check::kJson:
         return ThroughJson();
+      case Check::kPaged:
+        return Paged();
       case Check::kCount:
         break;
     }
@@ -141,6 +144,11 @@ class Comparison {
     }
     const Image exact = Limited(node(), {.threads = 1, .rules_off = rounding});
     return Prefixed("rules that do not round against all off", Differ(exact.view(), off.view()));
+  }
+  // Whatever is larger than some bytes, of a budget drawn by the case's number.
+  Words Paged() {
+    Context context({.whole = size_t{1} << c_.index / 4 % 16});
+    return Against("paged", {.threads = c_.threads, .context = &context});
   }
   Words EachRule() {
     const auto& rules = RewriteRules();

@@ -60,7 +60,7 @@ bool OnlyPointsBelow(const Node& node) {
 const char* CheckName(Check check) {
   constexpr const char* kNames[] = {"rules",     "each-rule", "types",  "tiles",    "threads", "shuffle",
                                     "pixels",    "stream",    "file",   "in-place", "eager",   "targets",
-                                    "reference", "plain",     "verify", "json"};
+                                    "reference", "plain",     "verify", "json",     "paged"};
   static_assert(std::size(kNames) == static_cast<size_t>(Check::kCount));
   return kNames[static_cast<size_t>(check)];
 }
@@ -262,6 +262,7 @@ void Generator::DrawChecks(Draw& draw, Case& c, const Node& result) const {
     if (draw.Chance(share)) c.checks |= Bit(check);
   }
   if (c.index % 3 == 0) c.checks |= Bit(Check::kJson);
+  if (c.index % 4 == 0) c.checks |= Bit(Check::kPaged);
   const ImageSpec& spec = result.spec();
   if (!c.pictures.empty() && draw.Chance(0.5) && OnlyPointsBelow(result) &&
       spec.data_window == c.pictures[0].window && spec.channel_count() == c.pictures[0].channels) {

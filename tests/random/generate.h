@@ -43,6 +43,7 @@ enum class Check {
   kPlain,      // the same on an instruction set without fused multiply-add
   kVerify,     // Verify passes what is right and condemns what is not
   kJson,       // written as JSON and read back: the same plan
+  kPaged,      // what is held whole in memory against paged
   kCount
 };
 const char* CheckName(Check check);

@@ -93,6 +93,7 @@ constexpr Cap kCaps[] = {
     {"volume", "freq", 0, 12},
     {"volume", "spacing", 0.5, 2},
     {"volume", "range", 0, 2},
+    {"volume", "memory", 0, 0.02},
     {"volume", "shadowstep", 0, 0.3},
     {"volume", "shadowsize", 0, 12},
     {"invert", "chbegin", 0, 6},

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <string>
 
-#include "base/arena.h"
+#include "base/paged_memory.h"
 #include "model/table_axis.h"
 #include "model/table_sample.h"
 #include "tessera/context.h"
@@ -132,7 +132,7 @@ void Grid::Copy(const std::vector<int>& sizes, TableAlign align, const graph::Wo
   // Texels are read in pairs and rows of four: what lies after the last one must exist.
   const auto floats = static_cast<size_t>(count) * static_cast<size_t>(texel_) + 16;
   Context& context = workers != nullptr ? workers->context() : Context::Default();
-  memory_ = base::AllocateAligned(context, floats * sizeof(float), base::Access::kScattered);
+  memory_ = base::AllocateWhole(context, floats * sizeof(float), base::Access::kScattered);
   auto* const to = reinterpret_cast<float*>(memory_.get());
   std::fill_n(to + floats - 16, 16, 0.0f);
   std::vector<char> finite(static_cast<size_t>(rows), 1);

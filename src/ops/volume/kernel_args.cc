@@ -63,6 +63,9 @@ Field FieldOf(const VolumeDraw& draw) {
   f.type = data.spec.type;
   f.row = static_cast<int32_t>(data.row);
   f.slice = static_cast<int32_t>(data.slice);
+  f.pages = data.pages.get();
+  f.volume = &data;
+  for (size_t a = 0; a < 2; ++a) f.bricks[a] = static_cast<int32_t>(data.bricks[a]);
   for (size_t a = 0; a < 3; ++a) f.last[a] = static_cast<float>(data.spec.size[a] - 1);
   f.scale = static_cast<float>(data.code_scale);
   f.bias = static_cast<float>(data.code_bias);

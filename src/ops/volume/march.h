@@ -42,6 +42,10 @@ struct Field {
   const void* samples = nullptr;
   PixelType type = PixelType::kFloat;
   int32_t row = 0, slice = 0;
+  // Not null: samples lie in bricks, one of which the strides are of, as model::VolumeData has them.
+  const base::PagedMemory* pages = nullptr;
+  int32_t bricks[2] = {0, 0};  // along x; along x times y
+  const model::VolumeData* volume = nullptr;
   float last[3];              // largest coordinate of a sample
   float scale = 1, bias = 0;  // value = scale * code + bias
   // Per block: 0 where it matters, else 1 + voxels; upper byte: pace. `own` is about the field itself, `leap`
@@ -53,6 +57,11 @@ struct Field {
   float pace = 0;                    // of the upper byte: voxels per code of the field and unit
   float least_pace = 0;              // of all blocks, with that factor
   bool leaps = true;
+
+  // For whoever has read what a few rays need.
+  void Trim() const {
+    if (pages != nullptr) pages->Trim();
+  }
 };
 
 struct NoiseView {

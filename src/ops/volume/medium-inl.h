@@ -172,13 +172,13 @@ class Medium {
   HWY_INLINE V Value(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    const V code = Trilinear(samples_, f.row, f.slice, Places(IndexOf(c, f.row, f.slice)), c.f);
+    const V code = Trilinear(samples_, f.row, f.slice, PlacesOf(f, c), c.f);
     return hn::MulAdd(code, Set(f.scale), Set(f.bias));
   }
   HWY_INLINE ValueAndGradient ValueGradient(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, Places(IndexOf(c, f.row, f.slice)), c.f);
+    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, PlacesOf(f, c), c.f);
     r.value = hn::MulAdd(r.value, Set(f.scale), Set(f.bias));
     r.gradient = Scaled(r.gradient, Set(f.scale));
     return r;
@@ -254,7 +254,7 @@ class Medium {
     GradientLines<T> lines[K];
     for (int k = 0; k < K; ++k) {
       const Cell c = Locate(f, q[k]);
-      const Places places(IndexOf(c, f.row, f.slice));
+      const FarPlaces places = PlacesOf(f, c);
       V code;
       if (lit) {
         lines[k].Read(samples_, f.row, f.slice, places, c.f);
@@ -272,7 +272,7 @@ class Medium {
     if (lit) {
       for (int k = 0; k < K; ++k) {
         const Cell c = Locate(f, q[k]);
-        const Places places(IndexOf(c, f.row, f.slice));
+        const FarPlaces places = PlacesOf(f, c);
         const Vec3 gradient = lines[k].Gradient(samples_, f.row, f.slice, places, c.f).gradient;
         r[k].normal = WorldNormal(args_.rays, gradient, f.scale < 0 ? -1 : 1);
         if (args_.normals) r[k].slope = SlopeOf(args_, gradient);
@@ -344,7 +344,7 @@ class Medium {
     const D d;
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    const Places places(IndexOf(c, f.row, f.slice));
+    const FarPlaces places = PlacesOf(f, c);
     const V one = Set(1);
     s::Pixels sum = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     const auto add = [&](V code, V weight) HWY_ATTR {

@@ -226,6 +226,7 @@ inline void DrawMixtureHere(std::span<const MediumArgs* const> media, const Targ
             Store(sums, media[0]->rays.middle_depth, part, packet);
           }
           Write(target, x0, y0, packet);
+          for (const MediumArgs* const one : media) one->field.Trim();
         }
       }
     }

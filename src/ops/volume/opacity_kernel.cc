@@ -82,6 +82,7 @@ void FillType(const MediumArgs& args, const OpacityView& o, int64_t row, float* 
     HWY_ALIGN float through[kLanes];
     hn::Store(hn::Exp(d, hn::Neg(hn::Min(depth, Set(80)))), d, through);
     std::copy_n(through, std::min(kLanes, o.size[0] - x), nodes + x);
+    args.field.Trim();
   }
 }
 

@@ -262,7 +262,10 @@ HWY_INLINE void ForPackets(const RaySet& set, const Field& field, const Target& 
       const Cone cone = ConeOf(set, field, bx, by, width, height);
       for (int y = by; y < by + height; y += 4) {
         for (int x = bx; x < bx + width; x += 8) {
-          if (!cone.missed) f(x, y, cone.start, packets);
+          if (!cone.missed) {
+            f(x, y, cone.start, packets);
+            field.Trim();
+          }
           for (int k = 0; k < 2 && x + 4 * k < bx + width; ++k) {
             Write(target, x + 4 * k, y, cone.missed ? nothing : packets[k]);
           }

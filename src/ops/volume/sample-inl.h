@@ -10,34 +10,21 @@
 #define TESSERA_OPS_VOLUME_SAMPLE_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <cstdint>
 #include <cstring>
 
 #include "ops/volume/march.h"
-#include "simd/gather-inl.h"
+#include "ops/volume/places-inl.h"
 #include "simd/point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::volume::HWY_NAMESPACE {
-namespace s = simd::HWY_NAMESPACE;
-namespace hn = hwy::HWY_NAMESPACE;
-using s::D;
-using s::DI;
-using s::V;
-using s::VI;
-using M = hn::Mask<D>;
-
-inline constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
-
 HWY_INLINE V Set(float v) { return hn::Set(D(), v); }
 // a + f (b - a).
 HWY_INLINE V Lerp(V a, V b, V f) { return hn::MulAdd(f, hn::Sub(b, a), a); }
 HWY_INLINE V Clamp01(V v) { return hn::Min(hn::Max(v, hn::Zero(D())), Set(1)); }
-
-using D4 = hn::FixedTag<float, 4>;
 
 // f(T()) for the type of a volume's samples.
 template <class F>
@@ -128,89 +115,33 @@ HWY_INLINE VI BlockIndexOf(const Field& field, const Cell& c) {
   return hn::Add(hn::Mul(block(c.k), hn::Set(di, field.blocks[1])), line);
 }
 
-// --- 16 bytes for every lane, as four vectors of words. ---
-struct Words {
-  V a, b, c, e;
-};
-struct WordPair {
-  V a, b;
-};
-// Indices in memory, as addresses need them.
-struct Places {
-  HWY_ALIGN int32_t at[kLanes];
-  HWY_INLINE explicit Places(VI index) { hn::Store(index, DI(), at); }
-  HWY_INLINE VI Index() const { return hn::Load(DI(), at); }
-};
-// Asks for what is at base + stride * index bytes: loads that miss the caches hold up all that comes behind
-// them, this does not.
-HWY_INLINE void PrefetchPlaces(const void* base, const Places& places, ptrdiff_t stride) {
-  for (const int32_t at : places.at) hwy::Prefetch(static_cast<const char*>(base) + stride * at);
-}
-// At base + stride * index bytes.
-// Put together in registers: through memory the wide load would wait for the narrow stores. The blocks of 128
-// bits of a register hold lanes four apart, so that shuffles within blocks leave them in order.
-HWY_INLINE V RowOfWords(const char* base, ptrdiff_t stride, const int32_t* at) {
-  const auto one = [&](int lane) __attribute__((always_inline)) {
-    return hn::LoadU(D4(), reinterpret_cast<const float*>(base + stride * at[lane]));
+// --- Samples. ---
+// Of cells in bricks.
+inline HWY_NOINLINE void PlaceInBricks(const Field& field, const VI& i, const VI& j, const VI& k,
+                                       FarPlaces& to) {
+  using hn::And;
+  const DI di;
+  const VI own = hn::Set(di, model::kBrickEdge - 1);
+  const auto brick = [](VI v) HWY_ATTR { return hn::ShiftRight<model::kBrickShift>(v); };
+  const VI line = hn::Add(hn::Mul(brick(j), hn::Set(di, field.bricks[0])), brick(i));
+  const VI bricks = hn::Add(hn::Mul(brick(k), hn::Set(di, field.bricks[1])), line);
+  const VI local = hn::Add(hn::Mul(And(k, own), hn::Set(di, field.slice)),
+                           hn::Add(hn::Mul(And(j, own), hn::Set(di, field.row)), And(i, own)));
+  const auto whole = [](auto brick64, auto local64) HWY_ATTR {
+    const hn::Repartition<int32_t, D64> words;
+    const auto samples = hn::Set(words, static_cast<int32_t>(model::kBrickSamples));
+    return hn::Add(hn::MulEven(hn::BitCast(words, brick64), samples), local64);
   };
-#if HWY_MAX_BYTES == 64
-  const hn::Half<D> half;
-  return hn::Combine(D(), hn::Combine(half, one(12), one(8)), hn::Combine(half, one(4), one(0)));
-#elif HWY_MAX_BYTES == 32
-  return hn::Combine(D(), one(4), one(0));
-#else
-  return one(0);
-#endif
+  hn::Store(whole(FarPlaces::Low(bricks), FarPlaces::Low(local)), D64(), to.at);
+  hn::Store(whole(FarPlaces::High(bricks), FarPlaces::High(local)), D64(), to.at + kLanes / 2);
 }
-// 8 bytes for every second lane, as pairs of words.
-HWY_INLINE V RowOfWordPairs(const char* base, ptrdiff_t stride, const int32_t* at) {
-  const auto two = [&](int lane) __attribute__((always_inline)) {
-    const hn::FixedTag<float, 2> d2;
-    const auto one = [&](int l) __attribute__((always_inline)) {
-      return hn::LoadU(d2, reinterpret_cast<const float*>(base + stride * at[l]));
-    };
-    return hn::Combine(D4(), one(lane + 2), one(lane));
-  };
-#if HWY_MAX_BYTES == 64
-  const hn::Half<D> half;
-  return hn::Combine(D(), hn::Combine(half, two(12), two(8)), hn::Combine(half, two(4), two(0)));
-#elif HWY_MAX_BYTES == 32
-  return hn::Combine(D(), two(4), two(0));
-#else
-  return two(0);
-#endif
+HWY_INLINE FarPlaces PlacesOf(const Field& field, const Cell& c) {
+  if (field.pages == nullptr) return FarPlaces(IndexOf(c, field.row, field.slice));
+  const VI i = c.i, j = c.j, k = c.k;  // so that the cell stays in registers
+  FarPlaces r;
+  PlaceInBricks(field, i, j, k, r);
+  return r;
 }
-HWY_INLINE WordPair WordPairAt(const void* base, const Places& places, ptrdiff_t stride) {
-  const D d;
-  const hn::Repartition<uint64_t, D> pairs;
-  const auto* const p = static_cast<const char*>(base);
-  const V even = RowOfWordPairs(p, stride, places.at), odd = RowOfWordPairs(p, stride, places.at + 1);
-  return {hn::OddEven(hn::BitCast(d, hn::ShiftLeft<32>(hn::BitCast(pairs, odd))), even),
-          hn::OddEven(odd, hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(pairs, even))))};
-}
-// 4 bytes for every lane; 4 before and 4 behind may be read too.
-HWY_INLINE VI WordAt(const void* base, const Places& places, ptrdiff_t stride) {
-  const auto* const p = static_cast<const char*>(base);
-  const V even = RowOfWordPairs(p, stride, places.at), odd = RowOfWordPairs(p - 4, stride, places.at + 1);
-  return hn::BitCast(DI(), hn::OddEven(odd, even));
-}
-HWY_INLINE Words WordsAt(const void* base, const Places& places, ptrdiff_t stride = 16) {
-  const D d;
-  const hn::Repartition<double, D> wide;
-  const int32_t* const at = places.at;
-  const auto* const p = static_cast<const char*>(base);
-  const V r0 = RowOfWords(p, stride, at), r1 = RowOfWords(p, stride, at + 1);
-  const V r2 = RowOfWords(p, stride, at + 2), r3 = RowOfWords(p, stride, at + 3);
-  const auto low0 = hn::BitCast(wide, hn::InterleaveLower(d, r0, r1)),
-             low1 = hn::BitCast(wide, hn::InterleaveLower(d, r2, r3)),
-             high0 = hn::BitCast(wide, hn::InterleaveUpper(d, r0, r1)),
-             high1 = hn::BitCast(wide, hn::InterleaveUpper(d, r2, r3));
-  return {hn::BitCast(d, hn::InterleaveLower(wide, low0, low1)),
-          hn::BitCast(d, hn::InterleaveUpper(wide, low0, low1)),
-          hn::BitCast(d, hn::InterleaveLower(wide, high0, high1)),
-          hn::BitCast(d, hn::InterleaveUpper(wide, high0, high1))};
-}
-
 HWY_INLINE V LowCode(VI v) { return hn::ConvertTo(D(), hn::And(v, hn::Set(DI(), 0xFFFF))); }
 HWY_INLINE V HighCode(VI v) {
   return hn::ConvertTo(D(), hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(s::DU(), v))));
@@ -231,8 +162,8 @@ HWY_INLINE void Split(VI v, hwy::float16_t, V& a, V& b) {
 }
 // The samples at base + offset + places and the next one along x. Lanes of any valid index are read; 4 bytes
 // before may be.
-template <typename T>
-HWY_INLINE void PairAt(const T* base, ptrdiff_t offset, const Places& places, V& a, V& b) {
+template <typename T, class P>
+HWY_INLINE void PairAt(const T* base, ptrdiff_t offset, const P& places, V& a, V& b) {
   if constexpr (sizeof(T) == 4) {
     const WordPair pair = WordPairAt(base + offset, places, sizeof(T));
     a = pair.a, b = pair.b;
@@ -240,7 +171,7 @@ HWY_INLINE void PairAt(const T* base, ptrdiff_t offset, const Places& places, V&
     Split(WordAt(base + offset, places, sizeof(T)), T(), a, b);  // plain loads cost a third of a gather
   } else {
     const DI di;
-    const VI v = s::GatherWords<1>(base + offset, places.Index());
+    const VI v = BytesAt(base + offset, places);
     a = hn::ConvertTo(D(), hn::And(v, hn::Set(di, 0xFF)));
     b = hn::ConvertTo(D(), hn::And(hn::ShiftRight<8>(v), hn::Set(di, 0xFF)));
   }
@@ -259,8 +190,8 @@ HWY_INLINE void PairFrom(const T* base, ptrdiff_t offset, const Places& places, 
 struct FourCodes {
   V v[4];
 };
-template <typename T>
-HWY_INLINE FourCodes FourAt(const T* base, ptrdiff_t offset, const Places& places) {
+template <typename T, class P>
+HWY_INLINE FourCodes FourAt(const T* base, ptrdiff_t offset, const P& places) {
   FourCodes r;
   if constexpr (sizeof(T) == 4) {
     const Words w = WordsAt(base + offset, places, sizeof(T));
@@ -272,7 +203,7 @@ HWY_INLINE FourCodes FourAt(const T* base, ptrdiff_t offset, const Places& place
   } else {
     const D d;
     const DI di;
-    const VI v = s::GatherWords<1>(base + offset, places.Index()), byte = hn::Set(di, 0xFF);
+    const VI v = BytesAt(base + offset, places), byte = hn::Set(di, 0xFF);
     r = {{hn::ConvertTo(d, hn::And(v, byte)), hn::ConvertTo(d, hn::And(hn::ShiftRight<8>(v), byte)),
           hn::ConvertTo(d, hn::And(hn::ShiftRight<16>(v), byte)),
           hn::ConvertTo(d, hn::And(hn::ShiftRight<24>(v), byte))}};
@@ -281,10 +212,10 @@ HWY_INLINE FourCodes FourAt(const T* base, ptrdiff_t offset, const Places& place
 }
 
 // Interpolation along x.
-template <typename T>
+template <typename T, class P>
 struct Lines {
   const T* base;
-  const Places& places;
+  const P& places;
   V f;
   HWY_INLINE V operator()(ptrdiff_t offset) const {
     V a, b;
@@ -294,9 +225,9 @@ struct Lines {
 };
 
 // Trilinear interpolation of codes.
-template <typename T>
-HWY_INLINE V Trilinear(const T* base, int32_t row, int32_t slice, const Places& places, const Vec3& f) {
-  const Lines<T> line = {base, places, f.x};
+template <typename T, class P>
+HWY_INLINE V Trilinear(const T* base, int32_t row, int32_t slice, const P& places, const Vec3& f) {
+  const Lines<T, P> line = {base, places, f.x};
   const ptrdiff_t up = row, deep = slice;
   return Lerp(Lerp(line(0), line(up), f.y), Lerp(line(deep), line(deep + up), f.y), f.z);
 }
@@ -309,7 +240,8 @@ struct ValueAndGradient {
 template <typename T>
 class GradientLines {
  public:
-  HWY_INLINE void Read(const T* base, int32_t row, int32_t slice, const Places& places, const Vec3& f) {
+  template <class P>
+  HWY_INLINE void Read(const T* base, int32_t row, int32_t slice, const P& places, const Vec3& f) {
     for (int k = 0; k < 4; ++k) {
       const FourCodes c = FourAt(base, (k & 1) * ptrdiff_t{row} + (k >> 1) * ptrdiff_t{slice} - 1, places);
       value_[k] = Lerp(c.v[1], c.v[2], f.x);
@@ -320,10 +252,11 @@ class GradientLines {
   HWY_INLINE V Value(const Vec3& f) const {
     return Lerp(Lerp(value_[0], value_[1], f.y), Lerp(value_[2], value_[3], f.y), f.z);
   }
-  HWY_INLINE ValueAndGradient Gradient(const T* base, int32_t row, int32_t slice, const Places& places,
+  template <class P>
+  HWY_INLINE ValueAndGradient Gradient(const T* base, int32_t row, int32_t slice, const P& places,
                                        const Vec3& f) const {
     const ptrdiff_t up = row, deep = slice;
-    const Lines<T> line = {base, places, f.x};
+    const Lines<T, P> line = {base, places, f.x};
     ValueAndGradient r;
     const V half = Set(0.5f);
     const V low = Lerp(value_[0], value_[2], f.z), high = Lerp(value_[1], value_[3], f.z);
@@ -342,8 +275,8 @@ class GradientLines {
  private:
   V value_[4], along_[4];
 };
-template <typename T>
-HWY_INLINE ValueAndGradient TrilinearGradient(const T* base, int32_t row, int32_t slice, const Places& places,
+template <typename T, class P>
+HWY_INLINE ValueAndGradient TrilinearGradient(const T* base, int32_t row, int32_t slice, const P& places,
                                               const Vec3& f) {
   GradientLines<T> lines;
   lines.Read(base, row, slice, places, f);

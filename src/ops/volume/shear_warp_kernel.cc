@@ -29,6 +29,44 @@ HWY_INLINE V Codes(const T* p) {
 // The largest integer not above x, for x >= -1: std::floor is a call in baseline x86.
 inline int Floor(double x) { return static_cast<int>(x + 1) - 1; }
 
+// Two rows of a slice of a paged volume, one behind the other, along any axis, as `Sheared` has them.
+template <typename T>
+class CopiedRows {
+ public:
+  CopiedRows(const Sheared& s, const Field& field)
+      : s_(s), data_(field.volume), columns_(s.size[static_cast<size_t>(s.right)]) {
+    if (data_->pages != nullptr) rows_.resize(2 * static_cast<size_t>(Stride()) + kReadBehind);
+  }
+  // Of column 0; those before and behind it that are read are there too.
+  const T* At(int j, int k) {
+    for (int r = 0; r < 2; ++r) {
+      T* const row = rows_.data() + static_cast<size_t>(r * Stride() + model::kVolumeBefore);
+      int at[3];
+      at[s_.deep] = k, at[s_.down] = j + r;
+      if (s_.right == 0) {
+        data_->CopyRow(-model::kVolumeBefore, columns_ + model::kVolumeBehind, at[1], at[2],
+                       reinterpret_cast<std::byte*>(row - model::kVolumeBefore));
+        continue;
+      }
+      for (int i = -model::kVolumeBefore; i < columns_ + model::kVolumeBehind; ++i) {
+        at[s_.right] = i;
+        row[i] = reinterpret_cast<const T*>(data_->samples)[data_->IndexOf(at[0], at[1], at[2])];
+      }
+    }
+    data_->Trim();
+    return rows_.data() + model::kVolumeBefore;
+  }
+  int Stride() const { return columns_ + model::kVolumeBorder; }
+
+ private:
+  static constexpr size_t kReadBehind = 64;
+
+  const Sheared& s_;
+  const model::VolumeData* data_;
+  const int columns_;
+  std::vector<T> rows_;
+};
+
 template <typename T>
 void CompositeRow(const Sheared& s, int row, float* line) {
   const D d;
@@ -37,7 +75,7 @@ void CompositeRow(const Sheared& s, int row, float* line) {
   const Field& field = m.field;
   const auto size_of = [&](int axis) { return s.size[static_cast<size_t>(axis)]; };
   const int strides[3] = {1, field.row, field.slice};
-  const int right = strides[s.right], down = strides[s.down];
+  int right = strides[s.right], down = strides[s.down];
   const int blocks[3] = {1, field.blocks[0], field.blocks[1]};
   const int slices = size_of(s.deep), columns = size_of(s.right);
   const auto stride = static_cast<size_t>(s.stride);
@@ -54,7 +92,10 @@ void CompositeRow(const Sheared& s, int row, float* line) {
     direction[static_cast<size_t>(s.down)] = s.down0 + row - s.eye[s.down];
     planes[4][x] = static_cast<float>(s.LengthOf(direction));
   }
-  const bool dense = right == 1 && !s.perspective;
+  const bool dense = s.right == 0 && !s.perspective;
+  const bool paged = field.pages != nullptr;
+  CopiedRows<T> copied(s, field);
+  if (paged) right = 1, down = copied.Stride();
   const V lane = hn::ConvertTo(d, hn::Iota(di, 0)), opaque = Set(m.opaque);
   for (int n = 0; n < slices; ++n) {
     const int k = s.backward ? slices - 1 - n : n;
@@ -66,7 +107,8 @@ void CompositeRow(const Sheared& s, int row, float* line) {
     const int j = Floor(place_down);
     const V fy = Set(static_cast<float>(place_down - j));
     const T* const rows =
-        static_cast<const T*>(field.samples) + ptrdiff_t{k} * strides[s.deep] + ptrdiff_t{j} * down;
+        paged ? copied.At(j, k)
+              : static_cast<const T*>(field.samples) + ptrdiff_t{k} * strides[s.deep] + ptrdiff_t{j} * down;
     const int inner_j = std::clamp(j, 0, size_of(s.down) - 1);
     const uint16_t* const leaps =
         field.leap + (k >> field.shift) * blocks[s.deep] + (inner_j >> field.shift) * blocks[s.down];

@@ -321,6 +321,9 @@ OpInfo VolumeInfo() {
       FlagModifier("bigendian", "raw samples are big-endian"),
       FlagModifier("signed", "raw 16-bit samples have a sign"),
       NumberModifier("distance", "0.5", -1e30, 1e30, "make the distance field of this level first"),
+      NumberModifier("memory", "0", 0, 1e9,
+                     "MB of samples held at once, a larger volume is paged from a temporary file; 0 is what "
+                     "--max-memory leaves, or all"),
       TextModifier("size", "WxH of the picture, pixels; default 300x300"),
       ChoiceModifier("mode", kModes, "what is drawn"),
       NumberModifier("iso", "0", -1e30, 1e30,

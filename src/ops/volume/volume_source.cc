@@ -79,6 +79,13 @@ double RangeOf(const Arguments& a, const VolumeSpec& spec) {
   return kMargin * furthest > longest / 8 ? kMargin * furthest : 0;
 }
 
+// What samples may take: what was said here, or what was left of the memory that was stated for the whole
+// line.
+size_t MemoryOf(const Arguments& a) {
+  const double said = a.Number("memory");
+  return said == 0 ? Context::Default().limits().whole : static_cast<size_t>(std::max(1.0, said * 0x1p20));
+}
+
 // What tells volumes apart: the values of words.
 std::string WordsOf(const Arguments& a, std::initializer_list<const char*> names) {
   std::ostringstream words;
@@ -101,10 +108,12 @@ std::string StampOf(const std::string& file) {
   return std::filesystem::absolute(file, error).string() + " " + std::to_string(size) + " " +
          std::to_string(time.time_since_epoch().count()) + "\n";
 }
+// In memory: of a paged volume, bounds of blocks alone, since what is resident goes whenever it has to.
 size_t BytesOf(const VolumeSpec& spec) {
   size_t bytes = spec.type == PixelType::kUint8 ? 1 : spec.type == PixelType::kFloat ? 4 : 2;
   for (const int n : spec.size) bytes *= static_cast<size_t>(n) + model::kVolumeBorder;
-  return bytes + bytes / 4;  // with bounds of blocks
+  const bool paged = spec.memory != 0 && bytes > spec.memory;
+  return paged ? bytes / 32 : bytes + bytes / 4;  // with bounds of blocks
 }
 Volume Kept(const std::string& key, size_t bytes, const std::function<Volume()>& make) {
   return *Context::Default().Cached<Volume>("volume\n" + key, bytes,
@@ -113,9 +122,11 @@ Volume Kept(const std::string& key, size_t bytes, const std::function<Volume()>&
 
 Volume FieldOfWords(const Arguments& a, PixelType type, const Vector3& spacing, std::string& key) {
   const std::array<int, 3> size = SizesOf(a.Given("dims") ? a.Numbers("dims") : std::vector<double>{128});
-  const VolumeSpec spec = VolumeSpec::Centred(size, type, spacing);
+  VolumeSpec spec = VolumeSpec::Centred(size, type, spacing);
+  spec.memory = MemoryOf(a);
   const double range = RangeOf(a, spec);
-  key = WordsOf(a, {"solid", "mesh", "dims", "type", "spacing"}) + std::to_string(range) + "\n";
+  key = WordsOf(a, {"solid", "mesh", "dims", "type", "spacing"}) + std::to_string(range) + " " +
+        std::to_string(spec.memory) + "\n";
   if (a.Given("solid")) {
     return Kept(key, BytesOf(spec),
                 [&] { return DistanceField(Solid::Parse(a.Text("solid")), spec, range); });
@@ -145,14 +156,16 @@ Volume FileOfWords(const Arguments& a, PixelType type, const Vector3& spacing, s
   f.raw.header = a.Integer("header");
   f.raw.big_endian = a.Flag("bigendian");
   f.raw.is_signed = a.Flag("signed");
+  f.memory = MemoryOf(a);
   const auto make = [&] { return ReadVolume(a.Text("file"), f); };
   const std::string stamp = StampOf(a.Text("file"));
   if (stamp.empty()) return make();
   key = WordsOf(a, {"file", "dims", "type", "spacing", "slices", "channel", "part", "header", "bigendian",
                     "signed"}) +
-        stamp;
+        std::to_string(f.memory) + " " + stamp;
   std::error_code error;
-  return Kept(key, 2 * std::filesystem::file_size(a.Text("file"), error), make);
+  const size_t size = std::filesystem::file_size(a.Text("file"), error);
+  return Kept(key, f.memory != 0 && size > f.memory ? size / 32 : 2 * size, make);
 }
 
 std::vector<TransferPoint> Ramp(std::initializer_list<std::array<double, 4>> stops) {
@@ -214,11 +227,12 @@ Volume VolumeOfWords(std::span<const Node> inputs, const Arguments& a) {
   } else {
     const Node& stack = inputs.back();
     const Image slices = Render(stack, stack.spec().type);
-    volume =
-        Volume::FromImage(slices.view(), std::max(a.Integer("slices"), 1), a.Integer("channel"), spacing);
+    volume = Volume::FromImage(slices.view(), std::max(a.Integer("slices"), 1), a.Integer("channel"), spacing,
+                               MemoryOf(a));
     // A distance field costs a hundred times as much as telling whether it is that of the last picture.
     if (a.Given("distance"))
-      key = base::DigestText(slices.view()) + WordsOf(a, {"slices", "channel", "spacing"});
+      key = base::DigestText(slices.view()) + WordsOf(a, {"slices", "channel", "spacing"}) +
+            std::to_string(MemoryOf(a)) + "\n";
   }
   if (!a.Given("distance")) return volume;
   DistanceFieldParams d;
