@@ -84,6 +84,10 @@ PagedMemory::PagedMemory(size_t bytes, size_t budget) : bytes_(bytes), budget_(b
   }
   ::close(file);  // what is mapped stays
   if (mapped == MAP_FAILED) refuse(reason);
+#ifdef MADV_NOHUGEPAGE
+  // Else a byte that is read may bring in two megabytes of its neighbours.
+  ::madvise(mapped, all, MADV_NOHUGEPAGE);
+#endif
   mapped_ = static_cast<std::byte*>(mapped);
   data_ = mapped_ + kReadMargin;
   statistics_ = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);

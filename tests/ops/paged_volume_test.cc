@@ -152,7 +152,7 @@ TEST(PagedVolume, PicturesAreTheWholesBits) {
 
 TEST(PagedVolume, EveryMethodReadsBricks) {
   for (const PixelType type : kTypes) {
-    const Pair v = PairOf({50, 70, 37}, type, Wavy);
+    const Pair v = PairOf({38, 34, 37}, type, Wavy);
     for (const VolumeMethod method :
          {VolumeMethod::kSlices, VolumeMethod::kShells, VolumeMethod::kStacks, VolumeMethod::kShearWarp}) {
       for (const double fov : {0.0, 30.0}) {
@@ -338,18 +338,21 @@ TEST_F(PagedFiles, WhatIsResidentStaysWithinTheBudget) {
   VolumeFileParams params;
   params.raw.size = {kSide, kSide, kSide};
   params.memory = size_t{16} << 20;
+  // Threads, tables and code are there before.
+  const Volume small(VolumeSpec::Centred({64, 64, 64}), Wavy);
+  Render(RenderVolume(ImageSpec(160, 120, 4), small, Seen(small, VolumeMode::kUnder)));
   const auto before = most();
   const Volume paged = ReadVolume(Name("a.raw"), params);
   const auto read = most();
   VolumeParams p = Seen(paged, VolumeMode::kUnder);
-  const Image picture = Render(RenderVolume(ImageSpec(160, 120, 4), paged, p));
+  const Image picture = Render(RenderVolume(ImageSpec(400, 300, 4), paged, p));
   const auto rendered = most();
   RecordProperty("read", static_cast<int>(read - before));
   RecordProperty("rendered", static_cast<int>(rendered - before));
   EXPECT_LT(read - before, 32);
-  EXPECT_LT(rendered - before, 72);
+  EXPECT_LT(rendered - before, 64) << read - before;
   params.memory = 0;
-  ExpectSameBits(picture, Render(RenderVolume(ImageSpec(160, 120, 4), ReadVolume(Name("a.raw"), params), p)));
+  ExpectSameBits(picture, Render(RenderVolume(ImageSpec(400, 300, 4), ReadVolume(Name("a.raw"), params), p)));
   EXPECT_GT(most() - before, 120) << "the whole takes no more either: the test measures nothing";
 }
 
