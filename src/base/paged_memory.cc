@@ -117,8 +117,7 @@ std::shared_ptr<std::byte> PagedPool::Allocate(size_t bytes) {
 }
 
 void PagedPool::TrimAll() {
-  const std::unique_lock lock(mutex_, std::try_to_lock);
-  if (!lock) return;  // somebody is at it
+  const std::lock_guard lock(mutex_);  // who does not wait touches more pages meanwhile
   std::erase_if(all_, [](const auto& memory) { return memory.expired(); });
   some_ = !all_.empty();
   for (const auto& memory : all_) {
