@@ -172,7 +172,8 @@ void AddEvaluation(std::vector<Command>& rows) {
       "it are computed, and operations on whole images on the middle of theirs, rows are written to a temporary file "
       "of that kind, and the rest is taken to cost as much. It prints the seconds that decoding, computing and "
       "encoding take of the clock and of threads, which is the limit, and the memory. A second or so per output.";
-  rows.push_back(Option("max-memory", "Memory that a line may take, in MB; what is held whole and is larger is paged.",
+  rows.push_back(Option("max-memory",
+                        "Memory that a line may take, in MB; what is held whole and is larger is paged.",
                         [](const Arguments& a, Options& o) {
                           o.render.memory_budget = static_cast<size_t>(a.Number("MB")) << 20;
                         },
