@@ -187,6 +187,7 @@ std::vector<OpInfo> OwnRows() {
       CropInfo(),
       CutInfo(),
       LicInfo(),
+      SurfaceFieldInfo(),
       EqualizeInfo(),
       AovInfo(),
       DepthInfo(),

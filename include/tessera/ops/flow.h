@@ -3,8 +3,10 @@
 #define TESSERA_OPS_FLOW_H_
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "tessera/camera.h"
 #include "tessera/export.h"
 #include "tessera/node.h"
 #include "tessera/wrap.h"
@@ -95,10 +97,13 @@ struct LicParams {
 
   /// A field of another size is brought to the picture's by Catmull-Rom, not bilinearly.
   bool bicubic = false;
-  double smallest = 1e-6;   ///< vectors shorter than this times the longest are 0
-  bool alpha = false;       ///< an alpha channel that is 0 where masked
-  int width = 0;            ///< of the result without an image; 0: the field's
-  int height = 0;           ///< of the result without an image; 0: the field's
+  double smallest = 1e-6;  ///< vectors shorter than this times the longest are 0
+  bool alpha = false;      ///< an alpha channel that is 0 where masked
+  int width = 0;           ///< of the result without an image; 0: the field's
+  int height = 0;          ///< of the result without an image; 0: the field's
+  /// 1, or 2: the lines sharpened by ten times themselves less nine times the mean of the 3 x 3 pixels
+  /// around, masked ones left out, and convolved again; contrast then is kEqualize for kAuto, or kNone.
+  int passes = 1;
   bool with_image = false;  ///< set by Lic: input 0 is the image, input 1 the field
 };
 
@@ -139,6 +144,27 @@ Node Lic(const Node& image, const Node& field, const LicParams& params = {});
 /// The parameters of frame `frame` (from 1) of `frames` that make a loop: kernel kRipple, phase (frame - 1) /
 /// frames.
 LicParams LicFrame(LicParams params, int frame, int frames);
+
+/// How SurfaceField brings vectors to the picture.
+struct SurfaceFieldParams {
+  std::optional<Camera> camera;  ///< the picture's, with normals; none: by the positions' own differences
+  /// Neighbours are on two surfaces where their step is longer than this times the larger of the steps just
+  /// before and behind it, 1 to 1e6 (the outline of a curved surface has 2.4); 0: nowhere.
+  double edge = 3;
+};
+/// A field of the picture for Lic: at each pixel the part of a vector along the surface, pixels per world
+/// unit, X right and Y down (channels X, Y). `positions` has a surface's points, by the names that renderers
+/// give them or the first three channels; `vectors` three channels, world units; windows equal, else Error.
+/// Without a camera V = x P_x + y P_y + z (P_x x P_y), P_x and P_y the mean of the differences to the
+/// neighbours that the surface joins, or the one there is. Where something is missing or not finite, where
+/// P_x and P_y are parallel within 1e-10, and, of two neighbours that no surface joins (`edge`; sides and
+/// corners), at the left or upper one the result is NaN: Lic's lines end there. Computed in double, rounded
+/// once but for cancellation. Cost: the positions of 5 x 5 pixels. Source: Laramee et al. 2003.
+Node SurfaceField(const Node& positions, const Node& vectors, const SurfaceFieldParams& params = {});
+/// The same through a camera: V - N (V.N) / (N.N), as far as it moves the picture of the point. Error without
+/// a camera.
+Node SurfaceField(const Node& positions, const Node& normals, const Node& vectors,
+                  const SurfaceFieldParams& params);
 
 /// Histogram equalisation of every channel but alpha: the share of samples that are smaller, plus half of
 /// those that are equal. NaN and pixels of alpha 0 stay and do not count; images of one value become 1/2.

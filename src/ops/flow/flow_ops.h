@@ -8,6 +8,7 @@ namespace tessera::ops {
 
 OpInfo LicInfo();
 OpInfo EqualizeInfo();
+OpInfo SurfaceFieldInfo();
 
 }  // namespace tessera::ops
 
