@@ -151,6 +151,7 @@ std::vector<OpInfo> OwnRows() {
       HaloInfo(),
       AirbrushInfo(),
       PuffsInfo(),
+      LightPointsInfo(),
       PaintInfo(),
       ConstantInfo(),
       CreateInfo(),

@@ -40,6 +40,7 @@ std::vector<Entry> MeanEntries();
 std::vector<Entry> ReliefEntries();
 std::vector<Entry> ReprojectEntries();
 std::vector<Entry> RestoreEntries();
+std::vector<Entry> LightPointsEntries();
 std::vector<Entry> SurfaceFieldEntries();
 
 namespace {
@@ -60,7 +61,8 @@ struct Table {
                          &EnvironmentEntries, &LightingEntries,    &BumpEntries,
                          &VolumeEntries,      &ForeignEntries,     &PlacesEntries,
                          &RestoreEntries,     &ReprojectEntries,   &TextureEnvironmentEntries,
-                         &ReliefEntries,      &MeanEntries,        &SurfaceFieldEntries}) {
+                         &ReliefEntries,      &MeanEntries,        &SurfaceFieldEntries,
+                         &LightPointsEntries}) {
       for (Entry& entry : family()) {
         std::string name = entry.op;
         entries.insert_or_assign(std::move(name), std::move(entry));

@@ -85,6 +85,8 @@ constexpr Cap kCaps[] = {
     {"paint", "life", 0.05, 3},
     {"airbrush", "radius", 0.5, 30},
     {"airbrush", "stroke", -20, 90},
+    {"lightpoints", "points", -5, 60},
+    {"lightpoints", "attenuation", 0, 2},
     {"zoom", "X,Y", -3, 3},
     {"shift", "X,Y", -90, 90},
     {"volume", "step", 0, 0.3},

@@ -37,6 +37,7 @@ OpInfo OutlineInfo();
 OpInfo HaloInfo();
 OpInfo AirbrushInfo();
 OpInfo PuffsInfo();
+OpInfo LightPointsInfo();
 OpInfo PaintInfo();
 
 // A point operation of this family: what tells them apart is only the stage.
