@@ -15,6 +15,7 @@
 #include "cli/statistics.h"
 #include "tessera/error_kind.h"
 #include "tessera/metadata.h"
+#include "tessera/ops/accumulate.h"
 
 namespace tessera::cli {
 
@@ -26,7 +27,9 @@ const char* const kExpressionHelp =
     "compute the image), META, METABRIEF. FRAME_NUMBER; variables of --set and --for, also var(NAME); getattribute(NAME) "
     "of OpenImageIO. + - * / // (whole) % (rest), < > <= >= == != <=> && || from left to right, * / // % first; "
     "! before a value, parentheses, eq(A,B), neq(A,B), not(A) for texts in quotes. Numbers come out with six digits, "
-    "whole ones in full. As oiiotool's.";
+    "whole ones in full. As oiiotool's, and beyond it jitterx(N,K) and jittery(N,K): where sample K of N, from 0, lies in a "
+    "pixel, from its middle (McReynolds et al. 1997, 7.5, for 2 to 6, 8, 9, 12 and 16; lattices for other N), for lines "
+    "that are summed: --for i 8 ... --shift {jitterx(8,i)},{jittery(8,i)} --endfor --average 8.";
 
 namespace {
 
@@ -204,6 +207,8 @@ class Reader {
     }
     if (TakeFunction("var")) return Variable(Name());
     if (TakeFunction("getattribute")) return GlobalAttribute(Name());
+    if (TakeFunction("jitterx")) return Jittered(true);
+    if (TakeFunction("jittery")) return Jittered(false);
     if (Take("IMG[")) return OfImage(IndexedImage());
     const std::string_view before = rest_;
     const std::string word = Identifier();
@@ -216,6 +221,21 @@ class Reader {
     if (error != std::errc()) Refuse("a number, a text in quotes, TOP, IMG[n] or a variable");
     rest_.remove_prefix(static_cast<size_t>(end - rest_.data()));
     return NumberOf(value);
+  }
+  // Of so many samples' places in a pixel the one of that number, from its middle.
+  std::string Jittered(bool x) {
+    const double count = Number(Sum());
+    if (!Take(",")) Refuse("a comma");
+    const double which = Number(Sum());
+    if (!Take(")")) Refuse("a closing parenthesis");
+    if (!(count >= 1 && count <= 65536 && count == std::floor(count) && which == std::floor(which) &&
+          which >= 0 && which < count)) {
+      throw UsageError("{" + std::string(whole_) + "}",
+                       "found sample " + NumberOf(which) + " of " + NumberOf(count) +
+                           ", expected whole numbers, 1 to 65536 samples, counted from 0");
+    }
+    const JitterPoint place = JitterSet(static_cast<int>(count))[static_cast<size_t>(which)];
+    return NumberOf((x ? place.x : place.y) - 0.5);
   }
   // Up to a closing parenthesis.
   std::string Name() {

@@ -128,13 +128,14 @@ TEST(SurfaceFieldTest, LinesEndAtGaps) {
     for (int y = 0; y < 80; ++y) {
       for (int x = 0; x < 80; ++x) texture.at<float>(x, y) = is_near(x, y) ? 1.0f : 0.0f;
     }
+    int mixed = 0;
     for (const Vector3& v : {Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{1, 1, 0}, Vector3{1, -0.7, 0}}) {
       const Node field = SurfaceField(FromImage(positions), FromImage(Everywhere(80, 80, v)));
       const Image mask = Render(field), lines = Render(Lic(FromImage(texture), field, {.length = 12}));
       const Image joined = Render(Lic(
           FromImage(texture),
           SurfaceField(FromImage(positions), FromImage(Everywhere(80, 80, v)), {.edge = 0}), {.length = 12}));
-      int masked = 0, mixed = 0;
+      int masked = 0;
       for (int y = 0; y < 80; ++y) {
         for (int x = 0; x < 80; ++x) {
           mixed += joined.at<float>(x, y) > 0.01f && joined.at<float>(x, y) < 0.99f;
@@ -148,8 +149,8 @@ TEST(SurfaceFieldTest, LinesEndAtGaps) {
       }
       EXPECT_GE(masked, 80);
       EXPECT_LE(masked, 240);
-      EXPECT_GT(mixed, 100) << "without edge= lines go on";
     }
+    EXPECT_GT(mixed, 500) << "without edge= lines go on";
   }
 }
 
@@ -214,12 +215,12 @@ TEST(TwoPassesTest, AreTheDefinition) {
   const LicParams once{.length = 6, .contrast = LicContrast::kNone};
   LicParams twice = once;
   twice.passes = 2;
-  const Image texture = testing::RandomImage({0, 0, kSide, kSide}, 2, 5);
+  const Image texture = testing::RandomImage({0, 0, kSide, kSide}, 3, 5);
   const Image lines = Render(Lic(FromImage(texture), FromImage(field), once));
-  const Image sharp{ImageSpec(kSide, kSide, 2)};
+  const Image sharp{ImageSpec(kSide, kSide, 3)};
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
-      for (int c = 0; c < 2; ++c) {
+      for (int c = 0; c < 3; ++c) {
         double sum = 0;
         int count = 0;
         for (int k = 0; k < 9; ++k) {
@@ -234,10 +235,10 @@ TEST(TwoPassesTest, AreTheDefinition) {
   }
   const Image want = Render(Lic(FromImage(sharp), FromImage(field), once));
   const Image got = Render(Lic(FromImage(texture), FromImage(field), twice));
-  ASSERT_EQ(got.spec().channel_count(), 2);
+  ASSERT_EQ(got.spec().channel_count(), 3);
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
-      for (int c = 0; c < 2; ++c) ASSERT_NEAR(got.at<float>(x, y, c), want.at<float>(x, y, c), 1e-4);
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(got.at<float>(x, y, c), want.at<float>(x, y, c), 1e-4);
     }
   }
 }
