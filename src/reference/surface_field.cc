@@ -110,7 +110,7 @@ class Surface {
     found.value[1] = Dot(v, rest) / (height * height);
     found.value[0] = (Dot(v, along) - found.value[1] * shared) / a;
     const double steep = Long(v) / (sine * sine);
-    found.scale[0] = 1e-9 * steep / a, found.scale[1] = 1e-9 * steep / b;
+    found.scale[0] = 4e-8 * steep / a, found.scale[1] = 4e-8 * steep / b;
   }
   void ThroughCamera(int x, int y, const Vector3& v, Found& found) {
     const Vector3 n = Three(2, x, y), p = Point(x, y);
@@ -137,9 +137,9 @@ class Surface {
       const double place = at[r] / at[3], w = std::fabs(at[3]);
       found.value[r] = pixels[r] * (moves[r] - place * moves[3]) / at[3];
       // A w that nearly cancels is off by its terms' roundings.
-      const double lost = 1e-8 * parts[3] / w;
+      const double lost = 4e-8 * parts[3] / w;
       const double size = (terms[r] + (parts[r] / w) * terms[3]) / w;
-      found.scale[r] = std::fabs(pixels[r]) * size * (1e-8 + lost * (1 + parts[r] / w));
+      found.scale[r] = std::fabs(pixels[r]) * size * (4e-8 + lost * (1 + parts[r] / w));
     }
   }
 
@@ -156,10 +156,9 @@ void Evaluate(const Call& call) {
     if (c == 0) found = surface.At(x, y);
     const auto k = static_cast<size_t>(c);
     constexpr double kMost = std::numeric_limits<float>::max();
-    const bool none = !(std::max(std::fabs(found.value[0]), std::fabs(found.value[1])) <= kMost) ||
-                      std::isnan(found.value[1]);
-    const double value = none ? kNone : found.value[k];
-    return std::pair{value, none ? 0 : std::fabs(value) + found.scale[k]};
+    const bool none = !(std::fabs(found.value[0]) <= kMost) || !(std::fabs(found.value[1]) <= kMost);
+    if (k == 2) return std::pair{none ? 0.0 : 1.0, 0.0};
+    return none ? std::pair{0.0, 0.0} : std::pair{found.value[k], std::fabs(found.value[k]) + found.scale[k]};
   });
 }
 

@@ -153,13 +153,14 @@ struct SurfaceFieldParams {
   double edge = 3;
 };
 /// A field of the picture for Lic: at each pixel the part of a vector along the surface, pixels per world
-/// unit, X right and Y down (channels X, Y). `positions` has a surface's points, by the names that renderers
-/// give them or the first three channels; `vectors` three channels, world units; windows equal, else Error.
-/// Without a camera V = x P_x + y P_y + z (P_x x P_y), P_x and P_y the mean of the differences to the
-/// neighbours that the surface joins, or the one there is. Where something is missing or not finite, where
-/// P_x and P_y are parallel within 1e-10, and, of two neighbours that no surface joins (`edge`; sides and
-/// corners), at the left or upper one the result is NaN: Lic's lines end there. Computed in double, rounded
-/// once but for cancellation. Cost: the positions of 5 x 5 pixels. Source: Laramee et al. 2003.
+/// unit, X right and Y down (channels X, Y, A). `positions` has a surface's points, by the names that
+/// renderers give them or the first three channels; `vectors` three channels, world units; windows equal,
+/// else Error. Without a camera V = x P_x + y P_y + z (P_x x P_y), P_x and P_y the mean of the differences to
+/// the neighbours that the surface joins, or the one there is. Where something is missing or not finite,
+/// where P_x and P_y are parallel within 1e-10, and, of two neighbours that no surface joins (`edge`; sides
+/// and corners), at the left or upper one X, Y and A are 0, else A is 1: Lic's lines end there. Computed in
+/// double, rounded once but for cancellation. Cost: the positions of 5 x 5 pixels. Source: Laramee et al.
+/// 2003.
 Node SurfaceField(const Node& positions, const Node& vectors, const SurfaceFieldParams& params = {});
 /// The same through a camera: V - N (V.N) / (N.N), as far as it moves the picture of the point. Error without
 /// a camera.

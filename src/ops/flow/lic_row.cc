@@ -119,8 +119,8 @@ OpInfo LicInfo() {
       "A mask of its own is appended to the field as alpha: FIELD MASK --chnames A --chappend --lic. "
       "passes=2 makes lines sharper: ten times themselves less nine times the mean of 3 x 3 pixels, masked ones "
       "left out, convolved once more along the same lines, contrast=equalize unless none is asked for (Okada and "
-      "Kao 1997). Colour by any scalar: FIELD --lic SCALAR --colormap viridis --mul; a mask with colour: FIELD "
-      "--lic:alpha=1 over a picture. Vectors on the surfaces of a scene are --surfacefield's.\n"
+      "Kao 1997). Colour by any scalar: FIELD --lic --ch 0,0,0 SCALAR --colormap viridis --mul; a mask with colour: FIELD "
+      "--lic:alpha=1 --ch 0,0,0,1 PICTURE --over. Vectors on the surfaces of a scene are --surfacefield's.\n"
       "animate=N with a # output writes N frames from 1 that loop: kernel=ripple, phase (frame-1)/N. A "
       "field that changes in time is a sequence of files, each frame the lines of its own moment.\n"
       "Source: Cabral and Leedom 1993; Stalling and Hege 1995; Heidrich et al. 1999, 3.";

@@ -47,8 +47,9 @@ class SurfaceStage final : public graph::TileStage {
     const Planes vectors(args, 1, o, window_);
     const Planes normals(args, setup_.by_camera ? 2 : 1, o, window_);
     const auto wide = static_cast<size_t>(o.width() + kSurfaceSlack);
-    float* const result[2] = {args.scratch.Allocate<float>(wide), args.scratch.Allocate<float>(wide)};
-    SurfaceRow row{{}, {}, {}, positions.stride, o.width(), result[0], result[1]};
+    float* const result[3] = {args.scratch.Allocate<float>(wide), args.scratch.Allocate<float>(wide),
+                              args.scratch.Allocate<float>(wide)};
+    SurfaceRow row{{}, {}, {}, positions.stride, o.width(), result[0], result[1], result[2]};
     for (int y = o.y0; y < o.y1; ++y) {
       for (int c = 0; c < 3; ++c) {
         row.position[c] = positions.At(c, o.x0, y);
@@ -105,8 +106,8 @@ class SurfaceOp final : public graph::OpWith<SurfaceFieldParams> {
   ImageSpec OutputSpec(std::span<const ImageSpec> inputs) const override {
     graph::RequireSameWindow(kSurface, inputs);
     ImageSpec spec = inputs[0];
-    spec.channels = {"X", "Y"};
-    spec.alpha = -1;
+    spec.channels = {"X", "Y", "A"};
+    spec.alpha = 2;
     return spec;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
@@ -143,21 +144,21 @@ OpInfo SurfaceFieldInfo() {
   info.help =
       "POSITION VECTOR: a picture of a surface's positions (an AOV file or its first three channels) and of a "
       "vector at each, world units in three channels, become X right and Y down, pixels per unit: the part of "
-      "the vector along the surface as the picture shows it.\n"
+      "the vector along the surface as the picture shows it; A is 1.\n"
       "by=differences solves V = x dP/dx + y dP/dy + (across the surface) with the positions' own differences "
       "to their neighbours; it needs no camera. by=camera takes the normal AOV of POSITION, V - N (V.N)/(N.N), "
       "and how the point moves in the picture of camera=, or of the image's own.\n"
-      "Lines end where the surface does: pixels without a position, vector or normal are NaN, which --lic "
-      "masks, and so is, of two neighbours further apart than edge= times the larger of the steps just before "
+      "Lines end where the surface does: pixels without a position, vector or normal are 0 with A 0, which "
+      "--lic masks, and so is, of two neighbours further apart than edge= times the larger of the steps just before "
       "and behind, the left or upper one (a curved outline has 2.4). Taps of --lic a pixel apart or nearer "
       "cannot pass them. alpha=1 and --fillholes close the seams.\n"
       "Lines on a surface: P V --surfacefield --lic:alpha=1. A texture that stays on the surface as the camera "
       "moves is noise at its positions: P --noiseat:type=hash:freq=100 P V --surfacefield "
       "--lic:input=1:contrast=equalize. Of volumes, P is --volume:aovs=1. Colour by any scalar: the lines "
-      "times a picture of it (--mul). Source: Laramee et al. 2003; Cabral and Leedom 1993.";
+      "times its colours, as --lic says. Source: Laramee et al. 2003; Cabral and Leedom 1993.";
   info.bound =
-      "u * (|result| + 1e-9 k^2 |V| / |dP|), k = |dP/dx| |dP/dy| / |dP/dx x dP/dy|; by=camera: u * (|result| + "
-      "1e-8 of the terms that cancel)";
+      "u * (|result| + 4e-8 k^2 |V| / |dP|), k = |dP/dx| |dP/dy| / |dP/dx x dP/dy|; by=camera: u * (|result| + "
+      "4e-8 of the terms that cancel)";
   info.bound_u = 1;
   info.modifiers = {
       ChoiceModifier("by", {"differences", "camera"}, "how vectors come to the picture"),

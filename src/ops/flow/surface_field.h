@@ -24,7 +24,7 @@ struct SurfaceRow {
   const float *position[3], *vector[3], *normal[3];
   ptrdiff_t stride;
   int count;
-  float *x, *y;  // of the result
+  float *x, *y, *known;  // of the result
 };
 
 using SurfaceFunction = void (*)(const SurfaceSetup&, const SurfaceRow&);

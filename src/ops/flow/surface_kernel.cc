@@ -127,9 +127,9 @@ void RunRow(const SurfaceSetup& setup, const SurfaceRow& row) {
     const VD most = SetD(std::numeric_limits<float>::max());
     is_known = hn::And(is_known, hn::And(hn::Le(hn::Abs(flat.x), most), hn::Le(hn::Abs(flat.y), most)));
     const auto store = [&](VD v, float* to) HWY_ATTR {
-      hn::StoreU(hn::DemoteTo(DF(), hn::IfThenElse(is_known, v, hn::NaN(DD()))), DF(), to + i);
+      hn::StoreU(hn::DemoteTo(DF(), hn::IfThenElseZero(is_known, v)), DF(), to + i);
     };
-    store(flat.x, row.x), store(flat.y, row.y);
+    store(flat.x, row.x), store(flat.y, row.y), store(SetD(1), row.known);
   }
 }
 
