@@ -35,14 +35,14 @@ TEST_F(ImageStackTest, DupAndPop) {
 TEST_F(ImageStackTest, LinesSumSamplesAtJitteredPlaces) {
   Works("--pattern ramp 32x32 2 -d float -o ramp.tif");
   Works(
-      "--for i 8 ramp.tif --shift:filter=triangle '{jitterx(8,i)},{jittery(8,i)}' --endfor --average 8 -d float -o mean.tif");
+      "--for i 8 ramp.tif --shift:filter=triangle {jitterx(8,i)},{jittery(8,i)} --endfor --average 8 -d float -o mean.tif");
   EXPECT_NEAR(Sample("mean.tif", 16, 9, 0), Sample("ramp.tif", 16, 9, 0), 1e-6);
   EXPECT_NEAR(Sample("mean.tif", 16, 9, 1), Sample("ramp.tif", 16, 9, 1), 1e-6);
   const CommandResult places =
-      Tessera("ramp.tif --echo '{jitterx(2,0)} {jittery(2,0)} {jitterx(16,15)} {jittery(1+3,1)}'");
-  EXPECT_EQ(places.out, "-0.25 0.25 0.125 0.25\n") << places.err;
+      Tessera("ramp.tif --echo {jitterx(2,0)}/{jittery(2,0)}/{jitterx(16,15)}/{jittery(1+3,1)}");
+  EXPECT_EQ(places.out, "-0.25/0.25/0.125/0.25\n") << places.err;
   for (const char* wrong : {"{jitterx(8,8)}", "{jitterx(0,0)}", "{jittery(2.5,1)}"}) {
-    const CommandResult refused = Tessera(std::string("ramp.tif --echo '") + wrong + "'");
+    const CommandResult refused = Tessera(std::string("ramp.tif --echo ") + wrong);
     EXPECT_EQ(refused.exit_code, 2);
     EXPECT_NE(refused.err.find("expected whole numbers, 1 to 65536 samples"), std::string::npos)
         << refused.err;

@@ -101,9 +101,8 @@ struct LicParams {
   bool alpha = false;      ///< an alpha channel that is 0 where masked
   int width = 0;           ///< of the result without an image; 0: the field's
   int height = 0;          ///< of the result without an image; 0: the field's
-  /// 1, or 2: the lines sharpened by ten times themselves less nine times the mean of the 3 x 3 pixels
-  /// around, masked ones left out, and convolved again; contrast then is kEqualize for kAuto, or kNone.
-  int passes = 1;
+  int passes = 1;  ///< 2: sharpened by ten times themselves less nine times the mean of the 3 x 3 pixels
+                   ///< around, masked ones left out, and convolved again; kAuto then is kEqualize, else kNone
   bool with_image = false;  ///< set by Lic: input 0 is the image, input 1 the field
 };
 
@@ -148,9 +147,9 @@ LicParams LicFrame(LicParams params, int frame, int frames);
 /// How SurfaceField brings vectors to the picture.
 struct SurfaceFieldParams {
   std::optional<Camera> camera;  ///< the picture's, with normals; none: by the positions' own differences
-  /// Neighbours are on two surfaces where their step is longer than this times the larger of the steps just
-  /// before and behind it, 1 to 1e6 (the outline of a curved surface has 2.4); 0: nowhere.
-  double edge = 3;
+  double edge = 3;  ///< neighbours are on two surfaces where their step is longer than this times the larger
+                    ///< of the steps just before and behind it, 1 to 1e6 (the outline of a curved surface has
+                    ///< 2.4); 0: nowhere
 };
 /// A field of the picture for Lic: at each pixel the part of a vector along the surface, pixels per world
 /// unit, X right and Y down (channels X, Y, A). `positions` has a surface's points, by the names that
