@@ -73,7 +73,9 @@ class TechniquesTest(unittest.TestCase):
                 for name in re.findall(r"sample `(\w+)`", cells[2]):
                     self.assertIn(name, samples)
                 if cells[3]:
-                    self.assertRegex(tests, rf"/{cells[3].strip('`')}\.cc\b")
+                    name = cells[3].strip("`")
+                    self.assertTrue(list((ROOT / "tests").glob(f"*/{name}.cc")), name)
+                    self.assertRegex(tests, rf"\b{name.removesuffix('_test')}\b|/{name}\.cc\b")
 
 
 if __name__ == "__main__":
