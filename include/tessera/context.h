@@ -24,9 +24,9 @@ class FileNames;
 struct ContextLimits {
   size_t memory = size_t{320} << 20;  ///< bytes of pictures given back, for the next ones of their size
   size_t cache = size_t{256} << 20;   ///< bytes of prepared things: tables, distance fields, fits
-  /// Bytes of one thing that is held whole: a picture that a warp reads, a table, the samples of a volume.
-  /// What is larger is paged: it lies in a nameless temporary file (in $TMPDIR, else /var/tmp), of which
-  /// about as much is resident. Results are the same bits. 0: everything is in memory.
+
+  /// Bytes of one thing held whole (a picture, a table, a volume). What is larger lies in a nameless file in
+  /// $TMPDIR, else /var/tmp, about as much of it resident. Results are the same bits. 0: all is in memory.
   size_t whole = 0;
 };
 

@@ -28,10 +28,10 @@ struct VolumeSpec {
   Vector3 origin = {0, 0, 0};           ///< centre of voxel (0, 0, 0)
   double scale = 1;                     ///< of stored numbers
   double bias = 0;                      ///< added to the product
-  /// Most bytes of samples in memory. Larger volumes are paged: their samples lie in bricks of 32x32x32 cells
-  /// in a nameless temporary file (in $TMPDIR, else /var/tmp), 1.3 times as large as they, of which no more
-  /// is resident than this, give or take what a thread reads for a few pixels. 0: all, in memory. Values and
-  /// pictures are the same bits.
+
+  /// Most bytes of samples in memory. Larger volumes are paged: bricks of 32x32x32 cells, 1.3 times as large,
+  /// in a nameless file in $TMPDIR, else /var/tmp, no more of it resident than this, give or take what a
+  /// thread reads for a few pixels. 0: all in memory. Values and pictures are the same bits.
   size_t memory = 0;
 
   /// A volume centred at 0 whose longest side measures 2.

@@ -65,8 +65,10 @@ class ProcessSettings {
     if (!budget_) return;
     const size_t budget = options.render.memory_budget;
     const ContextLimits limits;
+    // A limit alone refuses: who sets one wants no disk filled either.
+    const size_t whole = options.pages && !options.safe ? budget / 2 : 0;
     Context::Default().Limit(
-        {std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8), budget / 2});
+        {std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8), whole});
   }
   ~ProcessSettings() {
     if (!simd_.empty()) ChooseTarget("auto");

@@ -176,6 +176,7 @@ void AddEvaluation(std::vector<Command>& rows) {
                         "Memory that a line may take, in MB; what is held whole and is larger is paged.",
                         [](const Arguments& a, Options& o) {
                           o.render.memory_budget = static_cast<size_t>(a.Number("MB")) << 20;
+                          o.pages = true;
                         },
                         {Whole("MB", 1, 1 << 24, "mebibytes")}));
   rows.back().info.help =
@@ -185,8 +186,9 @@ void AddEvaluation(std::vector<Command>& rows) {
       "of it lies in a nameless temporary file in $TMPDIR, else /var/tmp, and is paged: results are the same bits, "
       "about half of the budget is resident, and what the system keeps of the file beyond that goes when "
       "others need memory. Tables of distances, spectra and bounds of a volume's blocks come on top, and so does the "
-      "program itself, with the libraries that read and write files (some 50 MB). Without it whole images are "
-      "held as they are needed, and half a gibibyte is for the rest.";
+      "program itself, with the libraries that read and write files (some 50 MB). With --safe, and for what "
+      "--limit alone refuses, nothing is paged. Without it whole images are held as they are needed, and half a "
+      "gibibyte is for the rest.";
   rows.push_back(Option("simd", "Forces a compiled target; `list` prints those that this machine runs.",
                         [](const Arguments& a, Options& o) { o.simd = a.Text("TARGET"); },
                         {Text("TARGET", "a target's name, auto or list")}));

@@ -49,6 +49,7 @@ struct Options {
   int frame_padding = 0;      // 0: as the pattern says
   bool sync = true;
   bool autoorient = false;  // every file that is read
+  bool pages = false;       // what is larger than a budget that was asked for may lie on disk
   bool all_parts = false;   // -a
   bool metadata_merge = false, update = false, auto_trim = false, auto_crop = true, sans_attributes = false;
   bool no_clobber = false, adjust_time = false;
