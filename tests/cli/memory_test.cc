@@ -2,24 +2,14 @@
 // whole.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <string>
 
-#include "cli/cli_test.h"
+#include "cli/peak_memory.h"
 
 namespace tessera {
 namespace {
 
-class MemoryTest : public testing::CliTest {
- protected:
-  // Peak memory of the program in MB, as it says itself.
-  double Peak(const std::string& line) {
-    const std::string out = Works(line + " --runstats -o out.tif");
-    const std::string before = "peak memory ";
-    const size_t at = out.find(before);
-    return at == std::string::npos ? 1e9 : std::strtod(out.c_str() + at + before.size(), nullptr);
-  }
-};
+class MemoryTest : public testing::PeakMemoryTest {};
 
 // A photograph of 18 million pixels: 215 MB of floats, of which there would be two.
 TEST_F(MemoryTest, ALargeBlurStaysWithinItsBudget) {

@@ -3,28 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
-#include "cli/cli_test.h"
+#include "cli/peak_memory.h"
 
 namespace tessera {
 namespace {
 
 using ::testing::HasSubstr;
 
-class PagingTest : public testing::CliTest {
+class PagingTest : public testing::PeakMemoryTest {
  protected:
-  // Peak memory of the program in MB, mapped pages included, as it says itself.
-  double Peak(const std::string& line) {
-    const std::string out = Works(line + " --runstats -o out.tif");
-    const std::string before = "peak memory ";
-    const size_t at = out.find(before);
-    return at == std::string::npos ? 1e9 : std::strtod(out.c_str() + at + before.size(), nullptr);
-  }
   void ExpectSame(const std::string& line, const std::string& budget) {
     SCOPED_TRACE(line);
     Works(line + " -o whole.exr");
