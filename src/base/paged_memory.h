@@ -52,10 +52,12 @@ class PagedPool {
   }
   // Null: it is not to be paged. Else zeros, as PagedMemory; they may outlive the pool.
   std::shared_ptr<std::byte> Allocate(size_t bytes);
+  // Whether there has been any since the last TrimAll that found none.
+  bool IsUsed() const { return some_.load(std::memory_order_relaxed); }
   // Keeps what is resident within the limit; for whoever has computed a tile. Costs a load where nothing is
   // paged.
   void Trim() {
-    if (some_.load(std::memory_order_relaxed)) TrimAll();
+    if (IsUsed()) TrimAll();
   }
 
  private:

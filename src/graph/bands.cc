@@ -264,6 +264,10 @@ void RunBands(const Program& program, const Roi& roi, PixelType type, const Imag
   BandSources sources(plan, roi, bands, options, clock);
   RenderOptions inner = options;
   inner.tile_height = 0;
+  if (paged.IsUsed()) {  // a scattered read may bring in 64 KB, and pages are given back between tiles
+    inner.tile_width = std::min(64, roi.width());
+    inner.tile_height = 16;
+  }
   const TileShape tile = ChooseTileShape(program, bands[bands.size() / 2], inner);
 
   std::deque<TileWorker> workers;
