@@ -32,7 +32,7 @@ void EvaluateDiv(const Call& call) {
   ForEachSample(call, [&](int x, int y, int c) {
     const double a = call.in[0].at(x, y, c), b = call.in[1].at(x, y, c);
     if (const double reach = call.Tolerance(1, x, y, c); reach > 0 && std::fabs(b) <= reach)
-      call.Undecided(x, y, c, kUnknownJump);
+      call.Undecided(x, y, c, kEndlessJump);
     return Rounded(b == 0 ? 0 : a / b);
   });
 }

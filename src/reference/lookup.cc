@@ -385,7 +385,7 @@ class LookupEvaluation {
       out.at(x, y, c) = value;
       if (doubtful) {
         const double jump = std::fabs(value - (c < call_.in[0].channels ? Raw(x, y, c) : 0));
-        call_.Undecided(x, y, c, std::isfinite(jump) ? jump : kUnknownJump);
+        call_.Undecided(x, y, c, std::isfinite(jump) ? jump : kEndlessJump);
       }
       if (call_.scale != nullptr) call_.scale->at(x, y, c) = found.Scale(static_cast<size_t>(c));
     }

@@ -6,6 +6,7 @@
 #include <any>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -34,6 +35,8 @@ struct ImageD {
 
 // The size of a jump that nobody has measured.
 inline constexpr double kUnknownJump = 1e30;
+// The same, of a sample that may be infinite or no number instead: times 0 it is not 0.
+inline constexpr double kEndlessJump = std::numeric_limits<double>::infinity();
 
 // What a reference function is given. `out` has its roi set; in[k] covers the region input_roi asked for
 // (out.roi for point operations). `scale`, when not null, has out's shape and receives what the operation's
@@ -48,7 +51,7 @@ struct Call {
   ImageD* scale;
   // When not null, has out's shape, zeros at first: where a result hangs on a decision that float32 may take
   // the other way (a hit or a miss, a test, a nearest entry, how many steps), how far the other result lies
-  // from this one, or kUnknownJump. Such a value is undecided: it neither passes nor fails.
+  // from this one, or kUnknownJump or kEndlessJump. Such a value is undecided: it neither passes nor fails.
   ImageD* undecided = nullptr;
   // How far the samples of each input may be off, same shapes as `in`; empty where they are exact. Only for
   // judging decisions: how errors of inputs pass through an operation is tried out by those who ask.

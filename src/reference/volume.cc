@@ -129,7 +129,7 @@ class Responses {
       if (moved[c] == own_[c]) continue;
       const double change = std::fabs(moved[c] - own_[c]);
       if (!std::isfinite(change)) {
-        jump_[c] = kUnknownJump;
+        jump_[c] = kEndlessJump;
         continue;
       }
       if (change < 1e-4) {
@@ -172,7 +172,7 @@ void Evaluate(const Call& call) {
       for (int c = 0; c < call.out.channels; ++c) {
         const auto k = static_cast<size_t>(c);
         call.scale->at(x, y, c) = std::max(1.0, std::fabs(r[k])) + (responses.slope(k) + ends) / kBound;
-        if (r[volume::kDoubt] > (c < 4 ? 1 : 0)) call.Undecided(x, y, c, kUnknownJump);
+        if (r[volume::kDoubt] > (c < 4 ? 1 : 0)) call.Undecided(x, y, c, c < 4 ? kUnknownJump : kEndlessJump);
         if (responses.jump(k) > 0) call.Undecided(x, y, c, responses.jump(k));
       }
     }

@@ -45,7 +45,7 @@ void Overflow(Evaluated& out) {
     if (size >= kLargest) v = std::copysign(std::numeric_limits<double>::infinity(), v), tolerance = 0;
     if (decided) continue;
     if (out.jump.samples.empty()) out.jump = ImageD(out.value.roi, out.value.channels);
-    out.jump.samples[i] = reference::kUnknownJump;
+    out.jump.samples[i] = reference::kEndlessJump;
   }
 }
 

@@ -11,6 +11,7 @@ namespace tessera::verify {
 namespace {
 
 using reference::ImageD;
+using reference::kEndlessJump;
 using reference::kUnknownJump;
 
 // Inputs are moved by twice what they may be off, so that a decision on several of them is found when one
@@ -70,7 +71,8 @@ void ForEachSample(const ImageD& image, const F& f) {
 
 void AddJump(Evaluated& out, size_t i, double jump) {
   if (out.jump.samples.empty()) out.jump = ImageD(out.value.roi, out.value.channels);
-  out.jump.samples[i] = std::min(kUnknownJump, out.jump.samples[i] + jump);
+  double& most = out.jump.samples[i];
+  most = std::max(most, jump) == kEndlessJump ? kEndlessJump : std::min(kUnknownJump, most + jump);
 }
 
 class Responses {
@@ -163,7 +165,7 @@ class Responses {
   // What undecided samples would change.
   void AddJumps() {
     if (moved_.jump.samples.empty()) return;
-    ImageD known = moved_.jump, unknown = moved_.jump;
+    ImageD known = moved_.jump, unknown = moved_.jump, endless = moved_.jump;
     double size = 1;
     for (const double v : moved_.value.samples) {
       if (std::isfinite(v)) size = std::max(size, std::fabs(v));
@@ -172,6 +174,7 @@ class Responses {
       const bool measured = known.samples[i] < kUnknownJump;
       unknown.samples[i] = measured ? 0 : size;
       if (!measured) known.samples[i] = 0;
+      if (endless.samples[i] < kEndlessJump) endless.samples[i] = 0;
     }
     // Of differences a set by chance misses one in two, in eight where there are three.
     const SignSet sets[] = {{Signs::kSame, 0},
@@ -186,8 +189,13 @@ class Responses {
         if (Any(unknown, -1)) Largest(Change(unknown, -1, set, side), any);
       }
     }
+    for (const double side : {1.0, -1.0}) {
+      if (Any(endless, -1)) Largest(Change(endless, -1, {Signs::kSame, 0}, side), any);
+    }
     for (size_t i = 0; i < largest.size(); ++i) {
-      if (any[i] > out_.tolerance.samples[i]) {
+      if (std::max(any[i], largest[i]) == kEndlessJump) {
+        AddJump(out_, i, kEndlessJump);
+      } else if (any[i] > out_.tolerance.samples[i]) {
         AddJump(out_, i, kUnknownJump);
       } else if (largest[i] + any[i] > 0) {
         AddJump(out_, i, largest[i] + any[i]);
@@ -206,7 +214,7 @@ class Responses {
 
   static void Largest(const std::vector<double>& change, std::vector<double>& largest) {
     for (size_t i = 0; i < change.size(); ++i) {
-      largest[i] = std::max(largest[i], std::isnan(change[i]) ? kUnknownJump : std::fabs(change[i]));
+      largest[i] = std::max(largest[i], std::isnan(change[i]) ? kEndlessJump : std::fabs(change[i]));
     }
   }
 
@@ -263,7 +271,7 @@ class Responses {
   // One side's response at the whole and at the fine move.
   double Doubtful(size_t i, double whole, double fine) {
     if (std::isnan(whole) || std::isnan(fine)) {
-      AddJump(out_, i, kUnknownJump);
+      AddJump(out_, i, kEndlessJump);
       return 0;
     }
     const double w = std::fabs(whole), f = std::fabs(fine);

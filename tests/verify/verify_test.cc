@@ -288,6 +288,23 @@ TEST_F(UndecidedTest, AReferenceMaySayItself) {
   EXPECT_EQ(report.undecided, 10 * 4);
 }
 
+// What may be infinite is still undecided where its weight is 0; what is finite either way is not.
+TEST_F(UndecidedTest, WhatMayBeInfiniteIsNotGoneWhereItIsMultipliedByNothing) {
+  static double jump;
+  reference::Register({"test-step",
+                       [](const reference::Call& call) {
+                         StepReference(call);
+                         if (call.out.roi.Contains({20, 7, 21, 8})) call.Undecided(20, 7, jump);
+                       },
+                       nullptr});
+  const Node exact = graph::MakeNode(std::make_shared<const StepOp>(0), {FromImage(Render(before_))});
+  const Node gone = SlowAffineOf(exact, {0.0f, 0.1f});
+  jump = reference::kUnknownJump;
+  EXPECT_EQ(Verify(gone, PixelType::kFloat, {.samples = 100}).undecided, 0);
+  jump = reference::kEndlessJump;
+  EXPECT_EQ(Verify(gone, PixelType::kFloat, {.samples = 100}).undecided, 4);
+}
+
 // The bound of a sum of many follows how errors add up by chance, and holds for those that are all alike.
 TEST_F(VerifyTest, ErrorsOfNeighboursAddUpAsTheyDo) {
   const Node before = SlowAffineOf(FromImage(in_), {0.7f, 0.3f});

@@ -172,13 +172,13 @@ class Medium {
   HWY_INLINE V Value(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    const V code = Trilinear(samples_, f.row, f.slice, PlacesOf(f, c), c.f);
+    const V code = TrilinearAt(f, samples_, c);
     return hn::MulAdd(code, Set(f.scale), Set(f.bias));
   }
   HWY_INLINE ValueAndGradient ValueGradient(const Vec3& p) const {
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    ValueAndGradient r = TrilinearGradient(samples_, f.row, f.slice, PlacesOf(f, c), c.f);
+    ValueAndGradient r = TrilinearGradientAt(f, samples_, c);
     r.value = hn::MulAdd(r.value, Set(f.scale), Set(f.bias));
     r.gradient = Scaled(r.gradient, Set(f.scale));
     return r;
@@ -254,13 +254,12 @@ class Medium {
     GradientLines<T> lines[K];
     for (int k = 0; k < K; ++k) {
       const Cell c = Locate(f, q[k]);
-      const FarPlaces places = PlacesOf(f, c);
       V code;
       if (lit) {
-        lines[k].Read(samples_, f.row, f.slice, places, c.f);
+        lines[k] = GradientLinesAt(f, samples_, c);
         code = lines[k].Value(c.f);
       } else {
-        code = Trilinear(samples_, f.row, f.slice, places, c.f);
+        code = TrilinearAt(f, samples_, c);
       }
       r[k].distance = hn::MulAdd(code, Set(f.scale), Set(f.bias));
       const V inside = hn::Sub(Set(args_.outer), r[k].distance);
@@ -272,8 +271,7 @@ class Medium {
     if (lit) {
       for (int k = 0; k < K; ++k) {
         const Cell c = Locate(f, q[k]);
-        const FarPlaces places = PlacesOf(f, c);
-        const Vec3 gradient = lines[k].Gradient(samples_, f.row, f.slice, places, c.f).gradient;
+        const Vec3 gradient = GradientAt(f, samples_, c, lines[k]).gradient;
         r[k].normal = WorldNormal(args_.rays, gradient, f.scale < 0 ? -1 : 1);
         if (args_.normals) r[k].slope = SlopeOf(args_, gradient);
       }
@@ -344,7 +342,12 @@ class Medium {
     const D d;
     const Field& f = args_.field;
     const Cell c = Locate(f, p);
-    const FarPlaces places = PlacesOf(f, c);
+    Corners corners;
+    if (f.pages == nullptr) {
+      ReadCorners(f, samples_, NearPlacesOf(f, c), corners);
+    } else {
+      ReadCornersInBricks(f, samples_, c, corners);
+    }
     const V one = Set(1);
     s::Pixels sum = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     const auto add = [&](V code, V weight) HWY_ATTR {
@@ -356,12 +359,10 @@ class Medium {
       sum.a = hn::Add(sum.a, there);
     };
     for (int line = 0; line < 4; ++line) {
-      V low, high;
-      PairAt(samples_, ptrdiff_t{line & 1} * f.row + ptrdiff_t{line >> 1} * f.slice, places, low, high);
       const V weight = hn::Mul((line & 1) != 0 ? c.f.y : hn::Sub(one, c.f.y),
                                (line >> 1) != 0 ? c.f.z : hn::Sub(one, c.f.z));
-      add(low, hn::Mul(weight, hn::Sub(one, c.f.x)));
-      add(high, hn::Mul(weight, c.f.x));
+      add(corners.at[2 * line], hn::Mul(weight, hn::Sub(one, c.f.x)));
+      add(corners.at[2 * line + 1], hn::Mul(weight, c.f.x));
     }
     const V per = hn::IfThenElseZero(hn::Gt(sum.a, hn::Zero(d)), hn::Div(one, hn::Max(sum.a, Set(1e-30f))));
     return {hn::Mul(sum.r, per), hn::Mul(sum.g, per), hn::Mul(sum.b, per), sum.a};

@@ -132,15 +132,7 @@ HWY_INLINE VI BytesAt(const uint8_t* base, const Places& places) {
   return s::GatherWords<1>(base, places.Index());
 }
 HWY_INLINE VI BytesAt(const uint8_t* base, const FarPlaces& places) {
-#if HWY_MAX_BYTES == 64
-  const D64 d;
-  const auto* const words = reinterpret_cast<const int64_t*>(base);
-  const auto low = hn::GatherOffset(d, words, hn::Load(d, places.at));
-  const auto high = hn::GatherOffset(d, words, hn::Load(d, places.at + kLanes / 2));
-  return hn::ConcatEven(DI(), hn::BitCast(DI(), high), hn::BitCast(DI(), low));
-#else
   return hn::BitCast(DI(), WordPairAt(base, places, 1).a);
-#endif
 }
 
 }  // namespace tessera::ops::volume::HWY_NAMESPACE

@@ -135,12 +135,13 @@ inline HWY_NOINLINE void PlaceInBricks(const Field& field, const VI& i, const VI
   hn::Store(whole(FarPlaces::Low(bricks), FarPlaces::Low(local)), D64(), to.at);
   hn::Store(whole(FarPlaces::High(bricks), FarPlaces::High(local)), D64(), to.at + kLanes / 2);
 }
-HWY_INLINE FarPlaces PlacesOf(const Field& field, const Cell& c) {
-  if (field.pages == nullptr) return FarPlaces(IndexOf(c, field.row, field.slice));
-  const VI i = c.i, j = c.j, k = c.k;  // so that the cell stays in registers
+HWY_INLINE FarPlaces FarPlacesOf(const Field& field, const Cell& c) {
   FarPlaces r;
-  PlaceInBricks(field, i, j, k, r);
+  PlaceInBricks(field, c.i, c.j, c.k, r);
   return r;
+}
+HWY_INLINE Places NearPlacesOf(const Field& field, const Cell& c) {
+  return Places(IndexOf(c, field.row, field.slice));
 }
 HWY_INLINE V LowCode(VI v) { return hn::ConvertTo(D(), hn::And(v, hn::Set(DI(), 0xFFFF))); }
 HWY_INLINE V HighCode(VI v) {
@@ -281,6 +282,77 @@ HWY_INLINE ValueAndGradient TrilinearGradient(const T* base, int32_t row, int32_
   GradientLines<T> lines;
   lines.Read(base, row, slice, places, f);
   return lines.Gradient(base, row, slice, places, f);
+}
+
+// --- Samples of a field, in memory of their own or in bricks. ---
+// What bricks need is out of line, and gets a copy of the cell: all others keep theirs in registers and their
+// addresses at half the width.
+template <typename T>
+HWY_NOINLINE V TrilinearInBricks(const Field& field, const T* samples, const Cell& c) {
+  return Trilinear(samples, field.row, field.slice, FarPlacesOf(field, c), c.f);
+}
+template <typename T>
+HWY_INLINE V TrilinearAt(const Field& field, const T* samples, const Cell& c) {
+  if (field.pages == nullptr) return Trilinear(samples, field.row, field.slice, NearPlacesOf(field, c), c.f);
+  const Cell copy = c;
+  return TrilinearInBricks(field, samples, copy);
+}
+template <typename T>
+HWY_NOINLINE void ReadInBricks(const Field& field, const T* samples, const Cell& c, GradientLines<T>& to) {
+  to.Read(samples, field.row, field.slice, FarPlacesOf(field, c), c.f);
+}
+template <typename T>
+HWY_INLINE GradientLines<T> GradientLinesAt(const Field& field, const T* samples, const Cell& c) {
+  GradientLines<T> lines;
+  if (field.pages == nullptr) {
+    lines.Read(samples, field.row, field.slice, NearPlacesOf(field, c), c.f);
+  } else {
+    const Cell copy = c;
+    GradientLines<T> far;
+    ReadInBricks(field, samples, copy, far);
+    lines = far;
+  }
+  return lines;
+}
+template <typename T>
+HWY_NOINLINE ValueAndGradient GradientInBricks(const Field& field, const T* samples, const Cell& c,
+                                               const GradientLines<T>& lines) {
+  return lines.Gradient(samples, field.row, field.slice, FarPlacesOf(field, c), c.f);
+}
+template <typename T>
+HWY_INLINE ValueAndGradient GradientAt(const Field& field, const T* samples, const Cell& c,
+                                       const GradientLines<T>& lines) {
+  if (field.pages == nullptr)
+    return lines.Gradient(samples, field.row, field.slice, NearPlacesOf(field, c), c.f);
+  const Cell copy = c;
+  const GradientLines<T> far = lines;
+  return GradientInBricks(field, samples, copy, far);
+}
+template <typename T>
+HWY_NOINLINE ValueAndGradient TrilinearGradientInBricks(const Field& field, const T* samples, const Cell& c) {
+  return TrilinearGradient(samples, field.row, field.slice, FarPlacesOf(field, c), c.f);
+}
+template <typename T>
+HWY_INLINE ValueAndGradient TrilinearGradientAt(const Field& field, const T* samples, const Cell& c) {
+  if (field.pages == nullptr)
+    return TrilinearGradient(samples, field.row, field.slice, NearPlacesOf(field, c), c.f);
+  const Cell copy = c;
+  return TrilinearGradientInBricks(field, samples, copy);
+}
+// The codes at a cell's corners, x fastest.
+struct Corners {
+  V at[8];
+};
+template <typename T, class P>
+HWY_INLINE void ReadCorners(const Field& field, const T* samples, const P& places, Corners& to) {
+  for (int line = 0; line < 4; ++line) {
+    PairAt(samples, ptrdiff_t{line & 1} * field.row + ptrdiff_t{line >> 1} * field.slice, places,
+           to.at[2 * line], to.at[2 * line + 1]);
+  }
+}
+template <typename T>
+HWY_NOINLINE void ReadCornersInBricks(const Field& field, const T* samples, const Cell& c, Corners& to) {
+  ReadCorners(field, samples, FarPlacesOf(field, c), to);
 }
 
 // --- Noise blocks. ---

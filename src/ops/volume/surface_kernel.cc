@@ -51,7 +51,7 @@ class Level {
 
   HWY_INLINE V AtCell(const Cell& c) const {
     const Field& f = args_.field;
-    const V code = Trilinear(samples_, f.row, f.slice, PlacesOf(f, c), c.f);
+    const V code = TrilinearAt(f, samples_, c);
     return hn::Mul(Set(args_.side), hn::Sub(code, Set(args_.level)));
   }
   HWY_INLINE V At(const Vec3& p) const { return AtCell(Locate(args_.field, Place(p))); }
@@ -61,7 +61,7 @@ class Level {
     const Field& f = args_.field;
     ValueAndGradient sag;
     const Cell c = Locate(f, Place(p, kSags ? &sag : nullptr));
-    Vec3 g = TrilinearGradient(samples_, f.row, f.slice, PlacesOf(f, c), c.f).gradient;
+    Vec3 g = TrilinearGradientAt(f, samples_, c).gradient;
     if constexpr (kSags) {
       const V up = g.y;
       g = AddScaled(g, sag.gradient, up);
