@@ -176,7 +176,7 @@ std::shared_ptr<std::byte> Pool::Allocate(size_t bytes, Access access) {
   const size_t padded = (bytes + kReadMargin + kAlignment - 1) / kAlignment * kAlignment;
   if (padded < bytes) throw SystemError("memory", "a size of " + std::to_string(bytes) + " bytes overflows");
   // A 33^3 table of colours, half a megabyte, is read a tenth faster from one page than from 140.
-  if (padded >= (access == Access::kScattered ? size_t{256} << 10 : size_t{4} << 20)) {
+  if (padded >= (access == Access::kScattered ? size_t{256} << 10 : size_t{1} << 20)) {
     if (auto memory = AllocateLarge(padded)) return memory;
   }
   return AllocateSmall(padded);

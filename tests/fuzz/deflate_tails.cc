@@ -12,7 +12,8 @@ std::vector<std::string> Seeds() {
   std::vector<std::string> seeds;
   for (const int level : {0, 1, 6, 9}) {
     for (const size_t size : {0, 1, 300, 3000}) {
-      std::vector<uint8_t> bytes(size), packed;
+      std::vector<uint8_t> bytes(size);
+      base::Bytes packed;
       for (size_t i = 0; i < size; ++i)
         bytes[i] = static_cast<uint8_t>(i < size / 2 ? i / 9 : i * 2654435761u >> 7 & 31);
       io::Deflater(level).Segment(bytes, true, packed);
@@ -43,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const size_t share = in.Take<uint8_t>();
     const auto bytes = bytes_of(in.Rest());
     const size_t first = bytes.size() * share / 256;
-    std::vector<uint8_t> packed;
+    base::Bytes packed;
     packer.Segment(bytes.first(first), false, packed);
     packer.Segment(bytes.subspan(first), true, packed);
     fuzz::Require(unpack(packed) && read == packed.size() && written == bytes.size() &&

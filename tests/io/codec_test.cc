@@ -93,7 +93,7 @@ std::string HandMadePng(int depth, int color, bool interlaced, const std::string
   put("IHDR", std::string("\0\0\0\4\0\0\0\1", 8) + static_cast<char>(depth) + static_cast<char>(color) +
                   std::string(2, '\0') + static_cast<char>(interlaced));
   if (!middle.empty()) put(middle.substr(0, 4), middle.substr(4));
-  std::vector<uint8_t> stream;
+  base::Bytes stream;
   io::Deflater(6).Zlib({reinterpret_cast<const uint8_t*>(row.data()), row.size()}, stream);
   put("IDAT", std::string(stream.begin(), stream.end()));
   put("IEND", "");

@@ -14,7 +14,7 @@
 namespace tessera::io {
 namespace {
 
-using Bytes = std::vector<uint8_t>;
+using base::Bytes;
 
 // Of several kinds, so that streams have stored, fixed and dynamic blocks, long codes and long matches.
 Bytes Made(int kind, size_t size) {

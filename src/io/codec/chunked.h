@@ -5,8 +5,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
+#include "base/bytes.h"
 #include "io/codec/codec.h"
 
 namespace tessera::io {
@@ -42,7 +42,7 @@ class ChunkedDecoder : public Decoder {
   int threads_ = 1;
   size_t memory_ = size_t{1} << 28;
   bool prepared_ = false;
-  std::vector<uint8_t> kept_, next_;  // the chunk that was asked for in part
+  base::Bytes kept_, next_;  // the chunk that was asked for in part
   int kept_chunk_ = -1, next_chunk_ = -1;
 };
 

@@ -17,14 +17,14 @@ Deflater::Deflater(int level) : packer_(libdeflate_alloc_compressor(level)) {
 Deflater::~Deflater() { libdeflate_free_compressor(packer_); }
 Deflater::Deflater(Deflater&& other) noexcept : packer_(std::exchange(other.packer_, nullptr)) {}
 
-void Deflater::Zlib(std::span<const uint8_t> bytes, std::vector<uint8_t>& out) {
+void Deflater::Zlib(std::span<const uint8_t> bytes, base::Bytes& out) {
   const size_t before = out.size(), bound = libdeflate_zlib_compress_bound(packer_, bytes.size());
   out.resize(before + bound);
   out.resize(before +
              libdeflate_zlib_compress(packer_, bytes.data(), bytes.size(), out.data() + before, bound));
 }
 
-void Deflater::Segment(std::span<const uint8_t> bytes, bool last, std::vector<uint8_t>& out) {
+void Deflater::Segment(std::span<const uint8_t> bytes, bool last, base::Bytes& out) {
   const size_t before = out.size(), bound = libdeflate_deflate_compress_bound(packer_, bytes.size());
   out.resize(before + bound);
   const size_t size =

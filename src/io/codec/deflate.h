@@ -7,7 +7,8 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
+
+#include "base/bytes.h"
 
 struct libdeflate_compressor;
 struct libdeflate_decompressor;
@@ -27,10 +28,10 @@ class Deflater {
   Deflater(Deflater&&) noexcept;
 
   // Appends a whole zlib stream.
-  void Zlib(std::span<const uint8_t> bytes, std::vector<uint8_t>& out);
+  void Zlib(std::span<const uint8_t> bytes, base::Bytes& out);
   // Appends a part of a deflate stream that ends at a whole byte, so that the next part may follow; nothing
   // in it refers to parts before it.
-  void Segment(std::span<const uint8_t> bytes, bool last, std::vector<uint8_t>& out);
+  void Segment(std::span<const uint8_t> bytes, bool last, base::Bytes& out);
 
  private:
   libdeflate_compressor* packer_;

@@ -49,7 +49,7 @@ class OwnPacker final : public ExrPacker {
       deflater_->Zlib(scrambled_, packed_);
     }
     const bool packs = deflater_ && packed_.size() < size;
-    const std::vector<uint8_t>& best = packs ? packed_ : rows_;
+    const base::Bytes& best = packs ? packed_ : rows_;
     const size_t count = packs ? packed_.size() : size;
     uint8_t* const to = chunks.Grow(kHead + count);
     const int32_t head[2] = {y, static_cast<int32_t>(count)};
@@ -72,7 +72,7 @@ class OwnPacker final : public ExrPacker {
   const ExrPlaces places_;
   const size_t chunk_rows_, sample_, width_, pixel_;
   std::unique_ptr<Deflater> deflater_;
-  std::vector<uint8_t> rows_, scrambled_, packed_;
+  base::Bytes rows_, scrambled_, packed_;
 };
 
 class LibraryPacker final : public ExrPacker {
@@ -129,7 +129,7 @@ class LibraryPacker final : public ExrPacker {
 
   OIIO::ImageSpec spec_;
   const size_t chunk_rows_;
-  std::vector<uint8_t> pixels_;
+  base::Bytes pixels_;
   std::vector<unsigned char> file_;
 };
 

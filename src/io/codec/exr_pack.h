@@ -10,13 +10,14 @@
 #include <span>
 #include <vector>
 
+#include "base/bytes.h"
 #include "io/codec/exr_pixels.h"
 
 namespace tessera::io {
 
 // Chunks with their heads. Memory stays for the next ones.
 struct ExrChunks {
-  std::vector<uint8_t> bytes;  // the first `used` of them
+  base::Bytes bytes;  // the first `used` of them
   size_t used = 0;
   std::vector<size_t> sizes;  // of each chunk
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
+#include "base/bytes.h"
 #include "io/codec/chunked.h"
 #include "io/codec/codec.h"
 #include "io/codec/deflate.h"
@@ -47,7 +47,7 @@ class Context {
 // One worker's.
 struct Unpacker {
   Inflater inflater;
-  std::vector<uint8_t> packed, scrambled, unpacked;
+  base::Bytes packed, scrambled, unpacked;
 };
 
 class ExrDecoder final : public ChunkedDecoder {

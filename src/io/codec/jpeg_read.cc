@@ -154,7 +154,7 @@ class JpegRows {
  private:
   const OIIO::ImageSpec spec_;
   const int divisor_, first_, last_;
-  std::vector<uint8_t> bytes_;
+  base::Bytes bytes_;
   std::unique_ptr<JpegFile> jpeg_;
   std::vector<JSAMPLE> row_;
   int next_ = 0;
@@ -224,10 +224,10 @@ bool IsPlain(std::span<const uint8_t> bytes, const OIIO::ImageSpec& spec) {
 
 }  // namespace
 
-std::optional<std::vector<uint8_t>> CoarseJpeg(std::span<const uint8_t> bytes) {
+std::optional<base::Bytes> CoarseJpeg(std::span<const uint8_t> bytes) {
   constexpr uint8_t kMark = 0xFF, kStart = 0xD8, kEnd = 0xD9, kScan = 0xDA, kProgressive = 0xC2;
   if (bytes.size() < 4 || bytes[0] != kMark || bytes[1] != kStart) return std::nullopt;
-  std::vector<uint8_t> coarse(bytes.begin(), bytes.begin() + 2);
+  base::Bytes coarse(bytes.begin(), bytes.begin() + 2);
   bool progressive = false;
   std::string fine;
   for (size_t at = 2; at + 4 <= bytes.size() + 2;) {
@@ -292,7 +292,7 @@ std::optional<JpegHeader> ReadJpegHeader(const std::string& file) {
     return std::nullopt;
   JpegHeader header;
   auto coarse = CoarseJpeg(*bytes);
-  const std::vector<uint8_t>& shown = coarse ? *coarse : *bytes;
+  const base::Bytes& shown = coarse ? *coarse : *bytes;
   OIIO::Filesystem::IOMemReader memory(shown.data(), shown.size());
   const auto input = OIIO::ImageInput::create("jpeg");
   if (input == nullptr || !input->set_ioproxy(&memory) || !input->open(file, header.spec)) {

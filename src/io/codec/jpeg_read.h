@@ -10,15 +10,15 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
+#include "base/bytes.h"
 #include "graph/source.h"
 
 namespace tessera::io {
 
 // A progressive file without the scans that its pixels at 1/8 do not depend on: a file of its own with the
 // same header. Nothing for other files.
-std::optional<std::vector<uint8_t>> CoarseJpeg(std::span<const uint8_t> bytes);
+std::optional<base::Bytes> CoarseJpeg(std::span<const uint8_t> bytes);
 
 struct JpegHeader {
   OIIO::ImageSpec spec;  // OpenImageIO's

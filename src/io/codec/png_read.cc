@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
+#include "base/bytes.h"
 #include "io/codec/codec.h"
 #include "io/codec/deflate.h"
 #include "io/codec/png_chunks.h"
@@ -36,7 +36,7 @@ void Associate(T* pixels, size_t count, int channels, int alpha) {
 
 class PngDecoder final : public Decoder {
  public:
-  PngDecoder(std::string file, const OIIO::ImageSpec& spec, int first, int last, std::vector<uint8_t> header)
+  PngDecoder(std::string file, const OIIO::ImageSpec& spec, int first, int last, base::Bytes header)
       : file_(std::move(file)),
         header_(std::move(header)),
         spec_(spec),
@@ -61,7 +61,7 @@ class PngDecoder final : public Decoder {
     sched::InnerFor(static_cast<int64_t>(end - begin + kRowsOfATask - 1) / kRowsOfATask, threads_,
                     [&](int64_t task, int) {
                       const size_t top = begin + static_cast<size_t>(task) * kRowsOfATask;
-                      std::vector<uint8_t> scratch(row_);
+                      base::Bytes scratch(row_);
                       for (size_t y = top; y < std::min(end, top + kRowsOfATask); ++y)
                         Convert(y, scratch, out.At(out.roi.x0, static_cast<int>(y) + spec_.y),
                                 out.pixel_stride);
@@ -103,7 +103,7 @@ class PngDecoder final : public Decoder {
     return false;
   }
 
-  void Convert(size_t y, std::vector<uint8_t>& scratch, std::byte* to, ptrdiff_t pixel_stride) {
+  void Convert(size_t y, base::Bytes& scratch, std::byte* to, ptrdiff_t pixel_stride) {
     const uint8_t* from = Row(y) + 1;
     const bool wide = spec_.format == OIIO::TypeDesc::UINT16, associate = spec_.alpha_channel != -1;
     const auto width = static_cast<size_t>(spec_.width);
@@ -130,13 +130,13 @@ class PngDecoder final : public Decoder {
   }
 
   const std::string file_;
-  const std::vector<uint8_t> header_;
+  const base::Bytes header_;
   const OIIO::ImageSpec spec_;
   const int first_, last_;
   const size_t row_, pixel_;
   int threads_ = 1;
   size_t memory_ = size_t{1} << 28;
-  std::vector<uint8_t> raw_;  // rows with their filters' numbers
+  base::Bytes raw_;  // rows with their filters' numbers
   size_t unfiltered_ = 0;
 };
 
@@ -144,7 +144,7 @@ class PngDecoder final : public Decoder {
 
 Choice<Decoder> MakePngDecoder(const std::string& file, int part, const OIIO::ImageSpec& spec, int first,
                                int last) {
-  std::vector<uint8_t> header(kHeaderBytes);
+  base::Bytes header(kHeaderBytes);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), &std::fclose);
   if (part != 0 || !stream || std::fread(header.data(), 1, header.size(), stream.get()) != header.size() ||
       !std::equal(std::begin(kPngSignature), std::end(kPngSignature), header.begin())) {

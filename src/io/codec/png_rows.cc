@@ -106,8 +106,7 @@ PngRowFilter::PngRowFilter(size_t row_bytes, size_t pixel)
   for (auto& t : tries_) t.resize(row_bytes);
 }
 
-void PngRowFilter::Filter(PngFilter filter, const uint8_t* row, const uint8_t* above,
-                          std::vector<uint8_t>& out) {
+void PngRowFilter::Filter(PngFilter filter, const uint8_t* row, const uint8_t* above, base::Bytes& out) {
   const size_t bytes = zeros_.size();
   if (filter == PngFilter::kNone) {
     out.push_back(kNone);

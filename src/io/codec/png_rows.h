@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "base/bytes.h"
+
 namespace tessera::io {
 
 // Which of a row's filters a writer takes.
@@ -19,7 +21,7 @@ class PngRowFilter {
   PngRowFilter(size_t row_bytes, size_t pixel);
   // Appends the filter's number and the filtered row. `above` is null for a picture's first row. kAdaptive
   // takes the filter whose differences, read as signed bytes, have the smallest sum of magnitudes.
-  void Filter(PngFilter filter, const uint8_t* row, const uint8_t* above, std::vector<uint8_t>& out);
+  void Filter(PngFilter filter, const uint8_t* row, const uint8_t* above, base::Bytes& out);
 
  private:
   size_t pixel_;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/bytes.h"
 #include "io/codec/codec.h"
 #include "io/codec/deflate.h"
 #include "io/codec/per_worker.h"
@@ -35,8 +36,6 @@ constexpr size_t kSampleBytes = size_t{1} << 15;
 // be looked for.
 enum Level : size_t { kNoisy, kPhotograph, kPlain, kEither, kDrawn, kLevels };
 constexpr int kLevelOf[2][kLevels] = {{1, 4, 5, 6, 8}, {1, 5, 5, 6, 8}};  // of 8 and of 16 bits
-
-std::span<const uint8_t> Bytes(const std::vector<uint8_t>& v) { return v; }
 
 // As OpenImageIO's writer: colours are divided by alpha, rounded down.
 template <typename T>
@@ -86,10 +85,10 @@ class PngEncoder final : public Encoder {
     }
     std::vector<Deflater> deflaters;
     PngRowFilter filter;
-    std::vector<uint8_t> rows, filtered, plain, packed;
+    base::Bytes rows, filtered, plain, packed;
   };
   struct Segment {
-    std::vector<uint8_t> chunk;
+    base::Bytes chunk;
     uint32_t adler = kAdlerOfNothing;
     size_t bytes = 0;
   };
@@ -116,7 +115,7 @@ class PngEncoder final : public Encoder {
   }
 
   // An IDAT chunk of a segment, with the stream's first and last bytes where they belong.
-  void PutChunk(std::vector<uint8_t>& chunk, bool first, bool last) {
+  void PutChunk(base::Bytes& chunk, bool first, bool last) {
     if (first) chunk.insert(chunk.begin() + 8, std::begin(kZlibHeader), std::end(kZlibHeader));
     uint8_t number[4];
     if (last) {
@@ -124,7 +123,7 @@ class PngEncoder final : public Encoder {
       chunk.insert(chunk.end(), number, number + 4);
     }
     SetBigEndian32(chunk.data(), static_cast<uint32_t>(chunk.size() - 8));
-    SetBigEndian32(number, Crc32(0, Bytes(chunk).subspan(4)));
+    SetBigEndian32(number, Crc32(0, std::span<const uint8_t>(chunk).subspan(4)));
     chunk.insert(chunk.end(), number, number + 4);
     stream_.write(chunk.data(), chunk.size());
   }
@@ -133,15 +132,14 @@ class PngEncoder final : public Encoder {
     w.rows.resize((rows.size() + 1) * row_);  // the row above them first
     if (above != nullptr) Prepare(above, w.rows.data());
     for (size_t i = 0; i < rows.size(); ++i) Prepare(rows[i], w.rows.data() + (i + 1) * row_);
-    const auto filter = [&](PngFilter how, size_t begin, size_t end, std::vector<uint8_t>& out) {
+    const auto filter = [&](PngFilter how, size_t begin, size_t end, base::Bytes& out) {
       out.clear();
       for (size_t i = begin; i < end; ++i) {
         const uint8_t* row = w.rows.data() + (i + 1) * row_;
         w.filter.Filter(how, row, i > 0 || above != nullptr ? row - row_ : nullptr, out);
       }
     };
-    const auto pack = [&](Level level, const std::vector<uint8_t>& bytes, bool ends,
-                          std::vector<uint8_t>& out) {
+    const auto pack = [&](Level level, const base::Bytes& bytes, bool ends, base::Bytes& out) {
       out.clear();
       w.deflaters[level].Segment(bytes, ends, out);
       return out.size();
@@ -164,7 +162,7 @@ class PngEncoder final : public Encoder {
     }
     size_t best = SIZE_MAX;
     Segment result;
-    const auto attempt = [&](PngFilter how, std::vector<uint8_t>& bytes) {
+    const auto attempt = [&](PngFilter how, base::Bytes& bytes) {
       filter(how, 0, rows.size(), bytes);
       if (pack(level, bytes, last, w.packed) >= best) return;
       best = w.packed.size();
@@ -272,7 +270,7 @@ Choice<Encoder> MakePngEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::IO
   AddPngCodePoints(spec, before);
   SetBigEndian32(before.data() + kHeight, static_cast<uint32_t>(spec.height));
   SetBigEndian32(before.data() + kIhdrChunk + 8 + kIhdrBytes,
-                 Crc32(0, Bytes(before).subspan(kIhdrChunk + 4, 4 + kIhdrBytes)));
+                 Crc32(0, std::span<const uint8_t>(before).subspan(kIhdrChunk + 4, 4 + kIhdrBytes)));
   return {std::make_unique<PngEncoder>(written.spec, std::move(before), std::move(after), stream, threads),
           ""};
 }

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/bytes.h"
+
 namespace tessera::io {
 
 class RowBatches {
@@ -47,7 +49,7 @@ class RowBatches {
  private:
   const size_t row_, batch_;
   size_t left_;
-  std::vector<uint8_t> kept_;
+  base::Bytes kept_;
 };
 
 }  // namespace tessera::io

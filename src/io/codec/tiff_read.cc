@@ -9,8 +9,8 @@
 #include <mutex>
 #include <string>
 #include <utility>
-#include <vector>
 
+#include "base/bytes.h"
 #include "io/codec/chunked.h"
 #include "io/codec/codec.h"
 #include "io/codec/deflate.h"
@@ -91,7 +91,7 @@ class TiffDecoder final : public ChunkedDecoder {
   struct Worker {
     Tiff tiff{nullptr, &TIFFClose};  // where libtiff unpacks
     Inflater inflater;
-    std::vector<uint8_t> packed, unpacked, scratch, rows;
+    base::Bytes packed, unpacked, scratch, rows;
   };
 
   void Prepare(int workers) override {

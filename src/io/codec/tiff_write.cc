@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/bytes.h"
 #include "io/codec/codec.h"
 #include "io/codec/deflate.h"
 #include "io/codec/per_worker.h"
@@ -43,7 +44,7 @@ enum Tag : uint16_t {
 // The first directory of a file of 32-bit offsets, low byte first.
 class Directory {
  public:
-  explicit Directory(std::vector<uint8_t> bytes) : bytes_(std::move(bytes)) {
+  explicit Directory(base::Bytes bytes) : bytes_(std::move(bytes)) {
     constexpr uint8_t kMagic[4] = {'I', 'I', 42, 0};
     if (bytes_.size() < 8 || !std::equal(std::begin(kMagic), std::end(kMagic), bytes_.begin())) return;
     const size_t at = Get<uint32_t>(4);
@@ -78,7 +79,7 @@ class Directory {
   }
   bool Has(Tag tag) const { return Find(tag) != 0; }
   bool ok() const { return count_ > 0; }
-  const std::vector<uint8_t>& bytes() const { return bytes_; }
+  const base::Bytes& bytes() const { return bytes_; }
 
  private:
   static constexpr size_t kEntryBytes = 12;
@@ -97,7 +98,7 @@ class Directory {
     return 0;
   }
 
-  std::vector<uint8_t> bytes_;
+  base::Bytes bytes_;
   size_t first_ = 0, count_ = 0;
 };
 
@@ -148,7 +149,7 @@ class TiffEncoder final : public Encoder {
   struct Worker {
     explicit Worker(int level) : deflater(level) {}
     Deflater deflater;
-    std::vector<uint8_t> rows;
+    base::Bytes rows;
   };
 
   void PutBytes(const void* bytes, size_t size) {
@@ -158,13 +159,13 @@ class TiffEncoder final : public Encoder {
 
   // Whole strips, and the rest after the last row.
   void Put(std::span<const uint8_t* const> rows) {
-    std::vector<std::vector<uint8_t>> strips((rows.size() + strip_rows_ - 1) / strip_rows_);
+    std::vector<base::Bytes> strips((rows.size() + strip_rows_ - 1) / strip_rows_);
     sched::InnerFor(static_cast<int64_t>(strips.size()), threads_, [&](int64_t i, int worker) {
       const size_t first = static_cast<size_t>(i) * strip_rows_;
       Pack(rows.subspan(first, std::min(strip_rows_, rows.size() - first)), workers_.Of(worker),
            strips[static_cast<size_t>(i)]);
     });
-    for (std::vector<uint8_t>& strip : strips) {
+    for (base::Bytes& strip : strips) {
       strips_.push_back(static_cast<uint32_t>(offset_));
       sizes_.push_back(static_cast<uint32_t>(strip.size()));
       if (strip.size() % 2 != 0) strip.push_back(0);  // offsets are even
@@ -172,7 +173,7 @@ class TiffEncoder final : public Encoder {
     }
   }
 
-  void Pack(std::span<const uint8_t* const> rows, Worker& w, std::vector<uint8_t>& strip) const {
+  void Pack(std::span<const uint8_t* const> rows, Worker& w, base::Bytes& strip) const {
     const size_t sample = spec_.format.size();
     w.rows.resize(rows.size() * row_);
     for (size_t y = 0; y < rows.size(); ++y) {
@@ -205,7 +206,7 @@ constexpr char kRowsHint[] = "tiff:RowsPerStrip";
 // What OpenImageIO makes of one row, under the name of the file to be: its TIFF writer needs to read what it
 // wrote.
 bool WriteOneRow(const OIIO::ImageSpec& spec, const std::string& name, OIIO::ImageSpec& written,
-                 std::vector<uint8_t>& file) {
+                 base::Bytes& file) {
   const auto output = OIIO::ImageOutput::create("tif");
   OIIO::ImageSpec one = spec;
   one.height = 1;
@@ -239,7 +240,7 @@ Choice<Encoder> MakeTiffEncoder(const OIIO::ImageSpec& spec, OIIO::Filesystem::I
     return {nullptr, "an unusual tiff:RowsPerStrip"};
   if (spec.full_height == 1 && spec.height != 1) return {nullptr, "a display window of one row"};
   OIIO::ImageSpec written;
-  std::vector<uint8_t> file;
+  base::Bytes file;
   if (!WriteOneRow(spec, stream.filename(), written, file))
     return {nullptr, "OpenImageIO does not write the header"};
   if (written.image_bytes() > kMostBytes) return {nullptr, "offsets of 64 bits"};

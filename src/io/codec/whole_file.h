@@ -8,17 +8,18 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
+
+#include "base/bytes.h"
 
 namespace tessera::io {
 
 // Empty for a file that cannot be read, or that has more than `most` bytes.
-inline std::optional<std::vector<uint8_t>> WholeFile(const std::string& file, size_t most) {
+inline std::optional<base::Bytes> WholeFile(const std::string& file, size_t most) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), &std::fclose);
   if (!stream || ::fseeko(stream.get(), 0, SEEK_END) != 0) return std::nullopt;
   const auto size = static_cast<size_t>(::ftello(stream.get()));
   if (size > most || ::fseeko(stream.get(), 0, SEEK_SET) != 0) return std::nullopt;
-  std::vector<uint8_t> bytes(size);
+  base::Bytes bytes(size);
   if (std::fread(bytes.data(), 1, size, stream.get()) != size) return std::nullopt;
   return bytes;
 }
