@@ -149,11 +149,12 @@ void CheckPlausible(const std::string& file, const std::string& format, const OI
   for (const auto& p : kPackings) {
     if (p.format == format && (p.packing.empty() || p.packing == packing)) most = p.most, free = 0;
   }
-  const int bits = spec.get_int_attribute("oiio:BitsPerSample", 0),
+  const int bits =
+                spec.get_int_attribute("tiff:BitsPerSample", spec.get_int_attribute("oiio:BitsPerSample", 0)),
             stored = 8 * static_cast<int>(spec.format.size());
   double bytes = static_cast<double>(spec.image_pixels()) * static_cast<double>(spec.pixel_bytes(true));
   if (bits > 0 && bits < stored) bytes *= static_cast<double>(bits) / stored;
-  if (spec.get_int_attribute("tiff:ColorSpace", 0) == 3) bytes /= 3;  // a palette's codes
+  if (spec.get_int_attribute("tiff:PhotometricInterpretation", 0) == 3) bytes /= 3;  // a palette's codes
   if (bytes <= free || bytes / most <= static_cast<double>(file_bytes) + kHeader) return;
   throw DataError(file, "found " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
                             " pixels of " + std::to_string(spec.nchannels) +

@@ -378,29 +378,57 @@ TEST_F(BadInputTest, Unreadable) {
   EXPECT_THAT(reason, HasSubstr("Permission denied"));
 }
 
-TEST_F(BadInputTest, AsManyChannelsAsAFileCanHave) {
-  // A TIFF of two pixels, written by hand: OpenImageIO writes none with so many channels.
-  constexpr uint32_t kChannels = 65535;
-  struct Tag {
-    uint16_t id, type;
-    uint32_t count, value;
+struct Tag {
+  uint16_t id, type;
+  uint32_t count, value;
+};
+constexpr uint16_t kShort = 3, kLong = 4;
+// A TIFF whose data begins at byte 8.
+std::string HandMadeTiff(const std::vector<Tag>& tags, const std::string& data) {
+  std::string tiff("II\x2a\0", 4);
+  const auto put = [&tiff](uint32_t value, size_t size) {
+    tiff.append(reinterpret_cast<const char*>(&value), size);
   };
-  constexpr uint16_t kShort = 3, kLong = 4;
+  put(static_cast<uint32_t>(8 + data.size()), 4);
+  tiff += data;
+  put(static_cast<uint32_t>(tags.size()), 2);
+  for (const Tag& tag : tags) put(tag.id, 2), put(tag.type, 2), put(tag.count, 4), put(tag.value, 4);
+  put(0, 4);
+  return tiff;
+}
+
+// A palette of two bits: what is read is twelve times what is stored.
+TEST_F(BadInputTest, CodesOfAPaletteAreFewBytes) {
+  constexpr uint32_t kWidth = 73, kHeight = 43, kStored = 19 * kHeight;
+  std::string data(kStored, '\x1b');
+  data.push_back(0);
+  for (int i = 0; i < 12; ++i) data += {static_cast<char>(40 * i), static_cast<char>(20 * i)};
+  SetContents(Path("a.tif"), HandMadeTiff({{256, kShort, 1, kWidth},
+                                           {257, kShort, 1, kHeight},
+                                           {258, kShort, 1, 2},
+                                           {259, kShort, 1, 1},
+                                           {262, kShort, 1, 3},
+                                           {273, kLong, 1, 8},
+                                           {277, kShort, 1, 1},
+                                           {278, kShort, 1, kHeight},
+                                           {279, kLong, 1, kStored},
+                                           {284, kShort, 1, 1},
+                                           {320, kShort, 12, 8 + kStored + 1}},
+                                          data));
+  EXPECT_EQ(ReadAll(Path("a.tif")), "");
+}
+
+TEST_F(BadInputTest, AsManyChannelsAsAFileCanHave) {
+  // Of two pixels, written by hand: OpenImageIO writes none with so many channels.
+  constexpr uint32_t kChannels = 65535;
   const std::vector<Tag> tags = {
       {256, kShort, 1, 2},         {257, kShort, 1, 1}, {258, kShort, 1, 8},
       {259, kShort, 1, 1},         {262, kShort, 1, 1}, {273, kLong, 1, 8},
       {277, kShort, 1, kChannels}, {278, kShort, 1, 1}, {279, kLong, 1, 2 * kChannels},
       {284, kShort, 1, 1}};
-  std::string tiff("II\x2a\0", 4);
-  const auto put = [&tiff](uint32_t value, size_t size) {
-    tiff.append(reinterpret_cast<const char*>(&value), size);
-  };
-  put(8 + 2 * kChannels, 4);
-  for (uint32_t i = 0; i < 2 * kChannels; ++i) put(i % 251, 1);
-  put(static_cast<uint32_t>(tags.size()), 2);
-  for (const Tag& tag : tags) put(tag.id, 2), put(tag.type, 2), put(tag.count, 4), put(tag.value, 4);
-  put(0, 4);
-  SetContents(Path("a.tif"), tiff);
+  std::string data;
+  for (uint32_t i = 0; i < 2 * kChannels; ++i) data.push_back(static_cast<char>(i % 251));
+  SetContents(Path("a.tif"), HandMadeTiff(tags, data));
   const std::string reason = ErrorOf([&] {
     const Node node = Read(Path("a.tif"));
     ASSERT_EQ(node.spec().channel_count(), static_cast<int>(kChannels));
