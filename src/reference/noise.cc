@@ -371,12 +371,12 @@ uint32_t OctaveSeed(uint32_t seed, int octave, int channel) {
                   0x85ebca6bu * static_cast<uint32_t>(octave));
 }
 
-double GridNoise(const NoiseParams& p, int x, int y) {
-  const double step = p.frequency > 0 ? p.frequency / std::max(p.frame.width(), 1) : 1;
+NoiseValue GridNoise(const NoiseParams& p, int x, int y, double right, double down) {
+  const double width = std::max(p.frame.width(), 1), step = p.frequency > 0 ? p.frequency / width : 1;
   Query q;
-  q.position = {static_cast<Wide>(x - p.frame.x0 + 0.5) * (step * p.aspect),
-                static_cast<Wide>(y - p.frame.y0 + 0.5) * step, 0, 0};
-  return Sum(p, q, true, step).value;
+  q.position = {static_cast<Wide>(x - p.frame.x0 + 0.5 + right * width) * (step * p.aspect),
+                static_cast<Wide>(y - p.frame.y0 + 0.5 + down * width) * step, 0, 0};
+  return Sum(p, q, true, step);
 }
 
 std::vector<Entry> NoiseEntries() {

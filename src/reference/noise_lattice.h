@@ -50,8 +50,8 @@ uint32_t OctaveSeed(uint32_t seed, int octave, int channel);
 NoiseValue EvaluateNoise(const NoiseParams& params, uint32_t seed, const std::array<uint32_t, 4>& period,
                          int channel, const NoisePlace& place, int tie = 0);
 
-// A whole noise at a pixel of its grid.
-double GridNoise(const NoiseParams& params, int x, int y);
+// A whole noise at a pixel of its grid, read `right` and `down` of it, in widths of the frame.
+NoiseValue GridNoise(const NoiseParams& params, int x, int y, double right = 0, double down = 0);
 
 }  // namespace tessera::reference
 

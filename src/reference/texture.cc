@@ -50,7 +50,7 @@ double Gardner(const TextureParams& p, double x, double y, double z, bool volume
     return 2 * kPi * 0.35 * p.frequency * kRatio[axis] *
            std::ldexp(units + 7 * Random(p.seed, 3000 + axis), term);
   };
-  const double drift = 0.4 * p.time;
+  const double drift = p.drift;
   double fx = p.terms * p.threshold, fy = fx, fz = fx, amplitude = p.amplitude, terms = std::fabs(fx);
   for (int i = 0; i < p.terms; ++i, amplitude *= 0.707) {
     const double along_x = i == 0 ? 0 : kPi / 2 * std::sin(angle(1, i - 1, y));
@@ -100,13 +100,21 @@ Color Shade(const TextureParams& p, double s, double t, double h, const std::vec
       }
       return c;
     }
-    case TextureKind::kMarble:
-      return Ramp({{0, {0.030, 0.035, 0.048}},
-                   {0.02, {0.115, 0.125, 0.15}},
-                   {0.10, {0.24, 0.25, 0.27}},
-                   {0.35, {0.62, 0.61, 0.59}},
-                   {1, {0.90, 0.88, 0.84}}},
-                  0.5 + 0.5 * std::sin(2 * kPi * (p.frequency * (0.8 * s + 0.45 * t) + 0.9 * n[0])));
+    case TextureKind::kMarble: {
+      const double turns[2] = {p.frequency * (0.8 * s + 0.45 * t) + 0.4 * n[0],
+                               0.7 * p.frequency * (0.5 * s - 0.9 * t) + 0.2 * n[0] + 0.1 * n[1] + 0.21};
+      Color c = Ramp({{0, {0.035, 0.038, 0.048}},
+                      {0.02, {0.115, 0.125, 0.15}},
+                      {0.10, {0.27, 0.28, 0.295}},
+                      {0.35, {0.62, 0.615, 0.60}},
+                      {1, {0.90, 0.88, 0.84}}},
+                     0.5 + 0.5 * std::sin(2 * kPi * turns[0]));
+      const double sharp = std::max(0.0, 1 - (0.5 + 0.5 * std::sin(2 * kPi * turns[1])) / 0.04);
+      const double vein = 0.8 * sharp * sharp * Clamped(0.25 + 1.3 * n[1]);
+      const double darker[3] = {0.78, 0.80, 0.72};
+      for (size_t k = 0; k < 3; ++k) c[k] *= (1.06 - 0.22 * n[0] + 0.12 * n[1]) * (1 - darker[k] * vein);
+      return c;
+    }
     case TextureKind::kWood: {
       const double r = 14 * p.frequency * std::hypot(t - 0.33, 0.17 + 0.06 * s) + 0.55 * n[0],
                    w = r - std::floor(r);
@@ -117,27 +125,24 @@ Color Shade(const TextureParams& p, double s, double t, double h, const std::vec
       return c;
     }
     case TextureKind::kFire: {
-      const double tongues = n[0] + 0.62 * n[1] + 0.38 * n[2], low = 1 - h;
-      const double heat = std::clamp(
-          1.12 - 1.54 * h + (0.38 + 0.97 * h) * tongues + 0.30 * low * low * (n[1] + n[2]), 0.0, 1.6);
-      Color c = Ramp({{0, {0, 0, 0}},
-                      {0.15, {0.10, 0.008, 0}},
-                      {0.38, {0.72, 0.085, 0.004}},
-                      {0.66, {1, 0.30, 0.02}},
-                      {1.15, {1, 0.82, 0.25}},
-                      {1.6, {1, 0.97, 0.76}}},
-                     heat);
-      c[3] = Smooth(2.2 * heat);
-      for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
-      return c;
+      const double up = h / p.height, below = (0.66 + 0.50 * n[0] + 0.28 * n[1] - up) / 0.66;
+      const double heat = 0.72 * std::min(below, 0.85) +
+                          (0.30 + 0.45 * Clamped(1.3 * up)) * (0.8 * n[1] + 0.5 * n[2]) +
+                          0.38 * (std::pow(1 + 30 * n[1] * n[1], -2) - 0.35) * Clamped(1.5 * below) -
+                          0.12 * Clamped(1 - 5 * up);
+      const double light = Smooth(0.95 * heat), near = std::max(0.0, 1 - n[3] / 0.1);
+      const double glow = 3 * p.embers * near * near * Clamped(3 * up) * Clamped(1.3 - up);
+      return {1.9 * light + 1.6 * glow, 1.15 * light * light + 0.62 * glow,
+              0.72 * std::pow(light, 4) + 0.12 * glow, Clamped(1.2 * light)};
     }
     case TextureKind::kSmoke: {
-      const double x = (s - 0.5 - (0.04 + 0.22 * h) * n[0]) / (0.075 + 0.32 * h);
-      const double out = std::max(0.0, std::fabs(x) - 0.33 * n[1]), inside = std::max(0.0, 1 - out * out);
-      const double lumps = 0.85 + (0.35 + 0.7 * h) * (n[1] + 0.45 * n[2]);
-      const double density = Clamped(inside * inside * lumps * (1.18 - 0.95 * h));
-      const double alpha = density * (1.75 - 0.85 * density),
-                   grey = 0.30 + 0.42 * Clamped(0.5 + 0.6 * n[1] + 0.25 * n[2] - 0.35 * x);
+      const double up = std::max(h, 0.0);
+      const double x = (s - 0.5 - (0.02 + 0.16 * up) * n[0]) / (0.045 + 0.25 * up);
+      const double out = std::max(0.0, std::fabs(x) - 0.35 * n[1]), inside = std::max(0.0, 1 - out * out);
+      const double density = Clamped(inside * inside * (0.72 + 0.8 * n[1] + 0.9 * up * n[2]) *
+                                     (1.5 - 1.05 * up) * Smooth(5 * (h + 0.04)));
+      const double alpha = density * (1.9 - 0.95 * density),
+                   grey = 0.08 + 0.70 * Clamped(0.46 - 0.32 * x + 0.7 * n[1] + 0.3 * n[2]);
       return {grey * alpha, grey * alpha * 1.01, grey * alpha * 1.04, alpha};
     }
     case TextureKind::kRipples:
@@ -158,10 +163,21 @@ void Evaluate(const Call& call) {
   const bool grey = p.kind == TextureKind::kRipples || p.kind == TextureKind::kGardner;
   double off = 0;  // of Gardner's sums, in u
   const auto color_at = [&](int x, int y) {
-    const double s = (x - p.frame.x0 + 0.5) / width, t = (y - p.frame.y0 + 0.5) / width;
-    const double h = 1 - (y - p.frame.y0 + 0.5) / height;
+    double s = (x - p.frame.x0 + 0.5) / width, t = (y - p.frame.y0 + 0.5) / width;
+    double h = 1 - (y - p.frame.y0 + 0.5) / height;
+    // Where curls lead to from here, one after the other.
+    double right = 0, down = 0;
+    const double strength = p.kind == TextureKind::kFire    ? 0.3 + 0.7 * Smooth(1.6 * h)
+                            : p.kind == TextureKind::kSmoke ? 0.15 + 0.85 * Smooth(1.5 * h)
+                                                            : 1;
+    for (size_t k = 0; k < p.curls.size(); ++k) {
+      const NoiseValue potential = GridNoise(p.fields[k], x, y, right, down);
+      right += strength * p.curls[k][0] * potential.slope[1];
+      down -= strength * p.curls[k][1] * potential.slope[0];
+    }
     std::vector<double> n;
-    for (const NoiseParams& field : p.fields) n.push_back(GridNoise(field, x, y));
+    for (size_t k = p.curls.size(); k < p.fields.size(); ++k)
+      n.push_back(GridNoise(p.fields[k], x, y, right, down).value);
     double gardner = 0;
     if (p.kind == TextureKind::kClouds || p.kind == TextureKind::kGardner) {
       int row = y - p.frame.y0, slice = 0;
@@ -180,6 +196,7 @@ void Evaluate(const Call& call) {
         gardner *= inside;
       }
     }
+    s += right, t += down, h -= down * width / height;
     return Shade(p, s, t, h, n, gardner);
   };
   Color color = {};

@@ -86,7 +86,7 @@ GridColumns TileColumns(const GridKernels& grid, const std::vector<int32_t>& lef
   return columns;
 }
 
-GridField::GridField(const NoiseParams& params, const Roi& data, int channel)
+GridField::GridField(const NoiseParams& params, const Roi& data, int channel, bool moved)
     : plan_(MakeNoisePlan(params, true, channel)),
       kernels_(FindNoiseKernels()),
       grid_(FindGridKernels()),
@@ -94,7 +94,7 @@ GridField::GridField(const NoiseParams& params, const Roi& data, int channel)
       x1_(data.x1) {
   slopes_ = HasSlopes(params);
   collapses_ = params.lattice == NoiseLattice::kTessera && params.dims >= 2 && !slopes_ && params.warp == 0 &&
-               (params.kind == NoiseKind::kGradient || params.kind == NoiseKind::kValue);
+               !moved && (params.kind == NoiseKind::kGradient || params.kind == NoiseKind::kValue);
   if (params.lattice != NoiseLattice::kPerlin) {
     evaluate_ = FindNoise(params.kind, params.lattice, params.dims, slopes_);
   }
@@ -297,7 +297,7 @@ float GridCursor::FadeOf(float fraction) const {
   return out[0];
 }
 
-void GridCursor::Row(int y, float* out, float* const* slopes, bool stream) {
+void GridCursor::Row(int y, float* out, float* const* slopes, bool stream, const float* const* moved) {
   if (y < slice_begin_ || y >= slice_end_) EnterSlice(y);
   row_ = y - slice_top_;
   const NoisePlan& plan = field_.plan_;
@@ -311,10 +311,10 @@ void GridCursor::Row(int y, float* out, float* const* slopes, bool stream) {
   } else {
     std::fill_n(out, width, plan.bias);
     for (size_t k = 0; k < octaves; ++k) place_[0][k] = RowPlaceOf(k);
-    if (plan.params.lattice == NoiseLattice::kPerlin && plan.params.warp == 0) {
+    if (plan.params.lattice == NoiseLattice::kPerlin && plan.params.warp == 0 && moved == nullptr) {
       PerlinRow(out, slopes);
     } else {
-      BatchRow(y, out, slopes);
+      BatchRow(y, out, slopes, moved);
     }
   }
   if (bent_ && slopes == nullptr) Finish(out);
@@ -405,7 +405,24 @@ void GridCursor::AddBatch(const NoiseOctave& octave, int at, int count, float* o
   }
 }
 
-void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
+// Moves the pixels of a batch, the first of which is the row's pixel `from`.
+void GridCursor::Displace(const NoiseOctave& octave, int from, const float* const* moved, NoiseBatch& batch) {
+  const NoisePlan& plan = field_.plan_;
+  const NoiseParams& p = plan.params;
+  std::copy_n(batch.cell[0], batch.count, cell_[0]);
+  std::copy_n(batch.fraction[0], batch.count, fraction_[0]);
+  batch.cell[0] = cell_[0];
+  batch.fraction[0] = fraction_[0];
+  const double width = std::max(p.frame.width(), 1);
+  for (int a = 0; a < (moved != nullptr ? 2 : p.dims); ++a) {
+    const float* const by = moved != nullptr ? moved[a] : warp_row_[static_cast<size_t>(a)];
+    const double cells = moved != nullptr ? plan.step[a] * width : p.warp;
+    field_.kernels_.displace({batch.count, by + from, static_cast<float>(cells * octave.scale),
+                              octave.period[a], cell_[a], fraction_[a]});
+  }
+}
+
+void GridCursor::BatchRow(int y, float* out, float* const* slopes, const float* const* moved) {
   const NoisePlan& plan = field_.plan_;
   const NoiseParams& p = plan.params;
   for (size_t a = 0; a < warp_.size(); ++a) warp_[a].Row(y, warp_row_[a]);
@@ -413,6 +430,7 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
   batch.shape = &plan.shape;
   batch.value = value_;
   const bool with_slopes = slopes != nullptr && field_.slopes_;
+  const bool displaced = moved != nullptr || !warp_.empty();
   for (int a = 0; a < p.dims && with_slopes; ++a) batch.slope[a] = slope_[a];
   for (size_t k = 0; k < plan.octaves.size(); ++k) {
     const NoiseOctave& octave = plan.octaves[k];
@@ -426,7 +444,7 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
       batch.cell[0] = columns.cell.data() + from;
       batch.fraction[0] = columns.fraction.data() + from;
       for (int a = 1; a < p.dims; ++a) {
-        if (x == x0_ || !warp_.empty()) {
+        if (x == x0_ || displaced) {
           const LatticePlace place = Whole(plan, place_[a - 1][k]);
           std::fill_n(cell_[a], kNoiseBatch, place.cell);
           std::fill_n(fraction_[a], kNoiseBatch, static_cast<float>(place.fraction));
@@ -434,17 +452,7 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes) {
         batch.cell[a] = cell_[a];
         batch.fraction[a] = fraction_[a];
       }
-      if (!warp_.empty()) {
-        std::copy_n(batch.cell[0], count, cell_[0]);
-        std::copy_n(batch.fraction[0], count, fraction_[0]);
-        batch.cell[0] = cell_[0];
-        batch.fraction[0] = fraction_[0];
-        for (int a = 0; a < p.dims; ++a) {
-          field_.kernels_.displace({count, warp_row_[static_cast<size_t>(a)] + (x - x0_),
-                                    static_cast<float>(p.warp * octave.scale), octave.period[a], cell_[a],
-                                    fraction_[a]});
-        }
-      }
+      if (displaced) Displace(octave, x - x0_, moved, batch);
       if (field_.evaluate_ != nullptr) {
         field_.evaluate_(batch);
       } else {

@@ -18,8 +18,9 @@ namespace tessera::ops {
 // A noise prepared for the columns of a grid. Immutable; rows are made by cursors.
 class GridField {
  public:
-  // `data`: the pixels of image coordinates that rows will cover.
-  GridField(const NoiseParams& params, const Roi& data, int channel);
+  // `data`: the pixels of image coordinates that rows will cover; `moved`: rows may be asked for at places
+  // beside them.
+  GridField(const NoiseParams& params, const Roi& data, int channel, bool moved = false);
   const NoisePlan& plan() const { return plan_; }
   bool slopes() const { return slopes_; }
 
@@ -68,8 +69,10 @@ class GridCursor {
  public:
   GridCursor(const GridField& field, int x0, int x1, base::Arena& arena);
   // Values of row y at x0 .. x1 - 1; `slopes`: dims arrays, null unless the field has them. Writes around the
-  // cache when asked and one octave is all there is.
-  void Row(int y, float* out, float* const* slopes = nullptr, bool stream = false);
+  // cache when asked and one octave is all there is. `moved`: how far to the right and down of its pixel each
+  // is read, in widths of the frame, two rows with kNoisePadding more; of fields that may be moved.
+  void Row(int y, float* out, float* const* slopes = nullptr, bool stream = false,
+           const float* const* moved = nullptr);
   // Values of rows y0 .. y1 - 1, which lie `stride` floats apart.
   void Run(int y0, int y1, float* out, ptrdiff_t stride, bool stream);
 
@@ -90,7 +93,8 @@ class GridCursor {
   void CollapsedRow(size_t k, float* out, bool stream);
   void AccumulatedRow(const GridRow& row, const GridField::Columns& columns, float* out);
   void AddBatch(const NoiseOctave& octave, int at, int count, float* out, float* const* slopes);
-  void BatchRow(int y, float* out, float* const* slopes);
+  void BatchRow(int y, float* out, float* const* slopes, const float* const* moved);
+  void Displace(const NoiseOctave& octave, int from, const float* const* moved, NoiseBatch& batch);
   void PerlinRow(float* out, float* const* slopes);
   void Finish(float* out) const;
 

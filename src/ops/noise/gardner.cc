@@ -27,6 +27,12 @@ TextureParams GardnerOf(const TextureParams& params) {
   return p;
 }
 
+double GardnerDrift(const TextureParams& params) {
+  if (params.loop == 0) return kDrift * params.time;
+  const double turn = 2 * std::numbers::pi, turns = params.time / params.loop;
+  return turn * std::max(1.0, std::round(kDrift * params.loop / turn)) * (turns - std::floor(turns));
+}
+
 // f_i * units (widths); the seed moves the origin.
 double GardnerRows::Angle(int axis, int term, double units) const {
   const double origin = OctaveSeed(params_.seed, 3000 + axis, 0) / 4294967296.0;
@@ -37,7 +43,7 @@ double GardnerRows::Angle(int axis, int term, double units) const {
 GardnerRows::GardnerRows(const TextureParams& params, const Roi& columns) : params_(params), x0_(columns.x0) {
   const int terms = params.terms;
   const double width = std::max(params.frame.width(), 1);
-  const double drift = kDrift * params.time;
+  const double drift = params.drift;
   columns_.reserve(static_cast<size_t>(columns.width()) * static_cast<size_t>(terms));
   for (int x = columns.x0; x < columns.x1; ++x) {
     const double units = (x - params.frame.x0 + 0.5) / width;

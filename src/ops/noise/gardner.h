@@ -16,6 +16,8 @@ inline constexpr int kMaxGardnerTerms = 12;
 
 // The sines of a texture: the clouds' own ones, or the parameters' for kGardner.
 TextureParams GardnerOf(const TextureParams& params);
+// How far the first sines have drifted, radians; looped, by whole turns.
+double GardnerDrift(const TextureParams& params);
 
 class GardnerRows {
  public:

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "tessera/ops/texture.h"
+
 namespace tessera::ops {
 
 using Rgba = std::array<float, 4>;
@@ -47,14 +49,32 @@ struct TexturePlace {
   double exact_s, exact_t;
 };
 
-inline Rgba Marble(const TexturePlace& p, double bands, float turbulence) {
-  static constexpr RampStop kRamp[] = {{0.0f, {0.030f, 0.035f, 0.048f}},
+// How strong curls are at a height: what burns or smoulders stands still at its foot.
+inline float CurlGrowth(TextureKind kind, float height) {
+  if (kind == TextureKind::kFire) return 0.3f + 0.7f * SmoothStep(1.6f * height);
+  if (kind == TextureKind::kSmoke) return 0.15f + 0.85f * SmoothStep(1.5f * height);
+  return 1;
+}
+
+inline Rgba Marble(const TexturePlace& p, double bands, float turbulence, float cloud) {
+  static constexpr RampStop kRamp[] = {{0.0f, {0.035f, 0.038f, 0.048f}},
                                        {0.02f, {0.115f, 0.125f, 0.15f}},
-                                       {0.10f, {0.24f, 0.25f, 0.27f}},
-                                       {0.35f, {0.62f, 0.61f, 0.59f}},
+                                       {0.10f, {0.27f, 0.28f, 0.295f}},
+                                       {0.35f, {0.62f, 0.615f, 0.60f}},
                                        {1.0f, {0.90f, 0.88f, 0.84f}}};
-  const double turns = bands * (0.8 * p.exact_s + 0.45 * p.exact_t) + 0.9 * double{turbulence};
-  return Ramp(kRamp, 0.5f + 0.5f * SinTurns(static_cast<float>(turns - std::floor(turns))));
+  static constexpr float kVein[3] = {0.78f, 0.80f, 0.72f};
+  const auto wave = [](double turns) {
+    return 0.5f + 0.5f * SinTurns(static_cast<float>(turns - std::floor(turns)));
+  };
+  // Little turbulence: more would turn the bands around, and close them.
+  Rgba c = Ramp(kRamp, wave(bands * (0.8 * p.exact_s + 0.45 * p.exact_t) + 0.4 * double{turbulence}));
+  const float across = wave(0.7 * bands * (0.5 * p.exact_s - 0.9 * p.exact_t) + 0.2 * double{turbulence} +
+                            0.1 * double{cloud} + 0.21);
+  const float sharp = std::max(0.0f, 1 - 25 * across);
+  const float vein = 0.8f * sharp * sharp * Saturated(0.25f + 1.3f * cloud);
+  const float tone = 1.06f - 0.22f * turbulence + 0.12f * cloud;
+  for (size_t k = 0; k < 3; ++k) c[k] *= tone * (1 - kVein[k] * vein);
+  return c;
 }
 
 inline Rgba Wood(const TexturePlace& p, double rings, float bend, float grain) {
@@ -89,31 +109,34 @@ inline Rgba Clouds(const TexturePlace& p, float gardner, float detail, float ahe
   return c;
 }
 
-inline Rgba Fire(const TexturePlace& p, float broad, float middle, float fine) {
-  static constexpr RampStop kRamp[] = {{0.0f, {0.0f, 0.0f, 0.0f}},       {0.15f, {0.10f, 0.008f, 0.0f}},
-                                       {0.38f, {0.72f, 0.085f, 0.004f}}, {0.66f, {1.0f, 0.30f, 0.02f}},
-                                       {1.15f, {1.0f, 0.82f, 0.25f}},    {1.6f, {1.0f, 0.97f, 0.76f}}};
-  // Noise eats into the flame more with height: the base stays closed, and is broken up by the finer layers.
-  const float tongues = 1.0f * broad + 0.62f * middle + 0.38f * fine;
-  const float low = 1 - p.h;
-  const float heat =
-      std::clamp(1.12f - 1.54f * p.h + (0.38f + 0.97f * p.h) * tongues + 0.30f * low * low * (middle + fine),
-                 0.0f, 1.6f);
-  Rgba c = Ramp(kRamp, heat);
-  c[3] = SmoothStep(2.2f * heat);
-  for (size_t k = 0; k < 3; ++k) c[k] *= c[3];
-  return c;
+// `spark`: the distance to the nearest point of a cellular noise.
+inline Rgba Fire(const TexturePlace& p, float height, float embers, float broad, float tongue, float fine,
+                 float spark) {
+  const float up = p.h / height;
+  const float narrow = 1 / (1 + 30 * tongue * tongue), sheet = narrow * narrow;
+  // How far below the tip, 1 at the foot of what reaches highest on the mean.
+  const float below = (0.66f + 0.50f * broad + 0.28f * tongue - up) * (1 / 0.66f);
+  const float torn = (0.30f + 0.45f * Saturated(1.3f * up)) * (0.8f * tongue + 0.5f * fine);
+  const float sheets = 0.38f * (sheet - 0.35f) * Saturated(1.5f * below);
+  const float heat = 0.72f * std::min(below, 0.85f) + torn + sheets - 0.12f * Saturated(1 - 5 * up);
+  // Green and blue fade before red does: what is nearly out is orange, not dark.
+  const float light = SmoothStep(0.95f * heat), square = light * light;
+  const float near = std::max(0.0f, 1 - 10 * spark);
+  const float glow = 3 * embers * near * near * Saturated(3 * up) * Saturated(1.3f - up);
+  return {1.9f * light + 1.6f * glow, 1.15f * square + 0.62f * glow, 0.72f * square * square + 0.12f * glow,
+          Saturated(1.2f * light)};
 }
 
-inline Rgba Smoke(const TexturePlace& p, float sway, float body, float fine) {
-  const float centre = 0.5f + (0.04f + 0.22f * p.h) * sway, width = 0.075f + 0.32f * p.h;
-  // Puffs push the plume's edge in and out; it thins out towards it.
-  const float x = (p.s - centre) / width, out = std::max(std::fabs(x) - 0.33f * body, 0.0f);
+inline Rgba Smoke(const TexturePlace& p, float sway, float body, float broad) {
+  const float up = std::max(p.h, 0.0f);
+  const float centre = 0.5f + (0.02f + 0.16f * up) * sway, width = 0.045f + 0.25f * up;
+  const float x = (p.s - centre) / width, out = std::max(std::fabs(x) - 0.35f * body, 0.0f);
   const float inside = std::max(0.0f, 1 - out * out), profile = inside * inside;
-  const float lumps = 0.85f + (0.35f + 0.7f * p.h) * (body + 0.45f * fine);
-  const float density = Saturated(profile * lumps * (1.18f - 0.95f * p.h));
-  const float alpha = density * (1.75f - 0.85f * density);
-  const float grey = 0.30f + 0.42f * Saturated(0.5f + 0.6f * body + 0.25f * fine - 0.35f * x);
+  // Soft where it begins, thinner the higher.
+  const float lumps = 0.72f + 0.8f * body + 0.9f * up * broad;
+  const float density = Saturated(profile * lumps * (1.5f - 1.05f * up) * SmoothStep(5 * p.h + 0.2f));
+  const float alpha = density * (1.9f - 0.95f * density);
+  const float grey = 0.08f + 0.70f * Saturated(0.46f - 0.32f * x + 0.7f * body + 0.3f * broad);
   return {grey * alpha, grey * alpha * 1.01f, grey * alpha * 1.04f, alpha};
 }
 
