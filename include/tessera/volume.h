@@ -184,6 +184,22 @@ class Solid {
 /// longest side), clamped; float and half hold them as they are. Cost: far from the surface of clamped fields
 /// whole blocks of voxels are filled at once.
 Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range = 0);
+/// How Drawn draws a field out.
+struct DrawnParams {
+  bool down = false;  ///< towards smaller y; else towards larger
+  double iso = 0;     ///< the surface
+  /// Distances below iso - depth count as that, so that thick bodies are drawn no further than thin ones.
+  double depth = 1e30;
+  /// How much a distance grows for each unit gone, of the column at world x and z: what is `d` inside is
+  /// drawn -d / slope beyond. At least 0; infinite where nothing is drawn. Called from this thread only.
+  std::function<double(double x, double z)> slope;
+};
+/// A distance field (inside: below) whose bodies are drawn out along y: F(p) = min of d(p) and, over s > 0,
+/// max(d(p - s y), iso - depth) + slope s, between voxel centres of a column; exact but for the stored type's
+/// rounding. Flames stand on what is drawn upward, drops hang where it is drawn downward in few places.
+/// Magnitudes are no longer those of distances. Cost: one pass, 20 ns a voxel. Throws Error: an empty volume,
+/// no slope or one that is below 0 or NaN, a depth below 0 or NaN.
+Volume Drawn(const Volume& field, const DrawnParams& params);
 /// Signed distance to the surface `iso` of a volume (inside: value >= iso, or below it with `inside_below`),
 /// world units, anisotropic spacing respected: the exact Euclidean distance to the points where the lines
 /// between neighbouring voxels cross the level (linear interpolation, so sub-voxel), by the separable

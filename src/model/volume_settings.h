@@ -69,10 +69,18 @@ inline constexpr float kOctaveShifts[8][3] = {{0, 0, 0},
 // Shapes of the presets, in world units where not said otherwise.
 // Melting: the field is read at p + up * amount g (floor + share N(p)), g = (way down the volume's box)^2.
 inline constexpr double kMeltNoise = 0.75, kMeltStretch = 0.22, kMeltDrift = 0.02;
+// Drops hang where a noise of this many blocks for one of melting's passes from one number to the other, and
+// are so thick, in parts of the volume's longest side.
+inline constexpr double kDripNoise = 2.6, kDripFrom = 0.12, kDripTo = 0.55, kDripDepth = 0.025;
 // Fur: strands lean this way (x sways with time), and stand where gain_0.875 of the noise at their feet is
 // large.
 inline constexpr double kFurSway = 0.25, kFurPace = 2.1, kFurSpread = 0.75;
-inline constexpr double kFurRoot = 0.22;  // light at the roots
+inline constexpr double kFurRoot = 0.12;  // light at the roots
+// A strand is there at height h where the noise at its foot is above kFurThin[0] + kFurThin[1] h, and guard
+// kFurGuard more from kFurUnder on; edges are so sharp. Colour changes with the noise at kFurPatch times the
+// frequency.
+inline constexpr double kFurThin[2] = {0.26, 0.30}, kFurGuard = 0.28, kFurUnder = 0.42, kFurSharp = 5;
+inline constexpr double kFurEnd = 8, kFurPatch = 0.23;
 
 }  // namespace tessera::ops::volume
 

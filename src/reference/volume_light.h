@@ -24,7 +24,12 @@ inline double BrightestOf(const ops::volume::VolumeDraw& draw) {
   const VolumeMaterial& m = p.material;
   const bool hyper = p.mode >= VolumeMode::kFur && p.mode <= VolumeMode::kHyper;
   if ((!p.shade && !p.scatter.lit && p.mode != VolumeMode::kFur) || m.flat) return most + own;
-  const double color = hyper ? std::max({m.color[0], m.color[1], m.color[2]}) : 1;
+  double color = hyper ? std::max({m.color[0], m.color[1], m.color[2]}) : 1;
+  if (p.mode == VolumeMode::kFur) {
+    double most_of_strand = 0;
+    for (size_t k = 0; k < 3; ++k) most_of_strand = std::max({most_of_strand, p.fur.root[k], p.fur.tip[k]});
+    color *= most_of_strand * (1 + p.fur.patches);
+  }
   const double g = std::fabs(p.scatter.phase), phase = (1 + g) / ((1 - g) * (1 - g));
   double lights = 1;
   for (const VolumeLight& light : p.scatter.lights)

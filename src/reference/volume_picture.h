@@ -446,7 +446,10 @@ class Picture : private Lighting {
       const double gleam = std::max(across * aside - cosine * view, 0.0);
       const double gloss =
           gleam > 1e-6 ? light.specular * std::pow(gleam, light.exponent) * facing * facing * occlusion : 0;
-      for (size_t k = 0; k < 3; ++k) c[k] = c[k] * light.color[k] * lit + gloss;
+      for (size_t k = 0; k < 3; ++k) {
+        const double strand = (1 - m.height) * p_.fur.root[k] + m.height * p_.fur.tip[k];
+        c[k] = c[k] * light.color[k] * strand * (1 + p_.fur.patches * m.patch) * lit + gloss;
+      }
       c[4] = light.specular * PowerError(gleam, light.exponent) * facing * facing * occlusion;
     } else if (p_.shade) {
       const Shine s = Lit(m.normal, to_light, to_eye);

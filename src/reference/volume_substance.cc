@@ -291,7 +291,13 @@ Substance::Matter Substance::Hyper(const Vector3& p, double skew) const {
     foot = Add(foot, across, -p_.amount * h * h);
     m.normal = Normalized(Add(m.normal, across, 2 * p_.amount / p_.soft * h));
     const double n = Clamped(0.5 + ops::volume::kFurSpread * Noise(p_.block, foot, p_.frequency, {}));
-    if (t < 1) t *= n < 0.5 ? 4 * n * n * n : 1 - 4 * (1 - n) * (1 - n) * (1 - n);
+    m.patch = Noise(p_.block, foot, ops::volume::kFurPatch * p_.frequency, {});
+    if (t < 1) {
+      const double over = Clamped((h - ops::volume::kFurUnder) / 0.25);
+      const double least = ops::volume::kFurThin[0] + ops::volume::kFurThin[1] * h +
+                           p_.fur.guard * ops::volume::kFurGuard * over * over * (3 - 2 * over);
+      t = Clamped(ops::volume::kFurSharp * (n - least)) * std::min(ops::volume::kFurEnd * t, 1.0);
+    }
   }
   t = Chain(p, q, d, t, 1, skew);
   m.value = t;

@@ -43,6 +43,7 @@ class Substance {
     double value = 0;  // that was looked up, by Classification::kPost
     Vector3 normal = {0, 0, 0};
     double height = 0;  // above the roots
+    double patch = 0;   // fur: what colour changes by from place to place
   };
   // `skew`: quantities of normals and gradients that steps are weighted by are off by that share of what
   // floats may be off by.

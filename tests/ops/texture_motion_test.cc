@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/noise_values.h"
+#include "tessera/error.h"
 #include "tessera/ops/texture.h"
 #include "tessera/render.h"
 

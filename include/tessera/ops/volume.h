@@ -85,6 +85,16 @@ struct VolumeMaterial {
   bool flat = false;                                 ///< unlit: colours as they are
 };
 
+/// What hair is like, from root to tip (kFur).
+struct VolumeFur {
+  /// Factors of the material's colour where strands leave the skin, each R, G, B, at least 0; linear between.
+  std::array<double, 3> root = {0.42, 0.34, 0.28};
+  std::array<double, 3> tip = {1.25, 1.18, 1.08};  ///< the same at their ends
+  /// From even fur, 0, to an undercoat of half the height that few hairs pass, 1.
+  double guard = 0.7;
+  double patches = 0.25;  ///< share by which colour changes from place to place, 0 to 1
+};
+
 /// A further light of media.
 struct VolumeLight {
   Vector3 light = {0, 1, 0};                ///< towards it, world, any length; or where it stands
@@ -147,6 +157,7 @@ struct VolumeParams {
   double soft = -1;
   bool inside_above = false;  ///< surfaces: values above the level are inside (density volumes)
   VolumeMaterial material;    ///< of surfaces
+  VolumeFur fur;              ///< kFur
   double step = 0;  ///< sample spacing along the axis, world units; 0: one voxel (the smallest spacing);
                     ///< fur 1.25, fire 2.5
 
@@ -157,11 +168,18 @@ struct VolumeParams {
   std::vector<CuttingPlane> planes;           ///< what lies beyond any of them is cut away
   double time = 0;                            ///< seconds: melt, fur, fire, drifts
 
+  /// Not 0: seconds after which what drifts (fire, steps of `dmf`) is as it was: speeds are rounded to whole
+  /// blocks of noise in that time, at least one where there is a speed along y. [0, 1e6]
+  double loop = 0;
+
   /// kSolid, kBump, kMelt, kFur, kFire
   double frequency = 0;  ///< noise blocks per world unit; 0: what suits the mode
 
   /// Melt: sag, fur: droop, fire: height of flames (world units); bump: k of eq. 7; < 0: default.
   double amount = -1;
+
+  /// kMelt, of distance fields: how long drops are, world units; 0: none; < 0: default.
+  double drip = -1;
   TurbulenceLookup lookup = TurbulenceLookup::kBlock;  ///< how turbulence is read
   NoiseBlock block = {};                               ///< empty: made
 

@@ -53,6 +53,7 @@ struct Sample {
   V distance;   // hypertexture
   Vec3 normal;  // world, outward; unit or zero
   V slope;      // of the field, per world unit; where the chain asks for it
+  V patch;      // fur: what colour changes by from place to place
 };
 
 // Linear between points.

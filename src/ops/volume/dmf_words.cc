@@ -25,9 +25,9 @@ struct Word {
 const std::map<std::string, Word>& Words() {
   static const std::map<std::string, Word> kWords = {
       {"bias", {Dmf::Kind::kBias, 1}},           {"gain", {Dmf::Kind::kGain, 1}},
-      {"noise", {Dmf::Kind::kNoise, 3}},         {"turbulence", {Dmf::Kind::kTurbulence, 3}},
-      {"threshold", {Dmf::Kind::kThreshold, 2}}, {"warp", {Dmf::Kind::kWarp, 3}},
-      {"lift", {Dmf::Kind::kLift, 3}},           {"swell", {Dmf::Kind::kSwell, 3}},
+      {"noise", {Dmf::Kind::kNoise, 4}},         {"turbulence", {Dmf::Kind::kTurbulence, 4}},
+      {"threshold", {Dmf::Kind::kThreshold, 2}}, {"warp", {Dmf::Kind::kWarp, 4}},
+      {"lift", {Dmf::Kind::kLift, 4}},           {"swell", {Dmf::Kind::kSwell, 4}},
       {"table", {Dmf::Kind::kTable, 128}}};
   return kWords;
 }
@@ -220,6 +220,7 @@ Dmf One(const std::string& text) {
           const bool within = word.kind == Dmf::Kind::kBias || word.kind == Dmf::Kind::kGain;
           if (within && before == 0 && !(v > 0 && v < 1)) words.Refuse(number, "a number between 0 and 1");
           if (before == 1 && !(v >= 0 && v < 1e6)) words.Refuse(number, "a number from 0 to 1e6");
+          if (before == 3 && !(v >= 1e-3 && v <= 1e3)) words.Refuse(number, "a number from 0.001 to 1000");
         });
     if (numbers.size() > word.most) {
       words.Refuse(std::to_string(numbers.size()) + " numbers", "at most " + std::to_string(word.most));
@@ -228,6 +229,7 @@ Dmf One(const std::string& text) {
     if (numbers.size() > 1)
       (step.kind == Dmf::Kind::kThreshold ? step.softness : step.frequency) = numbers[1];
     if (numbers.size() > 2) step.drift = {0, -numbers[2], 0};
+    if (numbers.size() > 3) step.upright = 1 / numbers[3];
   }
   for (size_t i = 1; i < parts.size(); ++i) step.inputs.push_back(InputOf(parts[i]));
   return step;

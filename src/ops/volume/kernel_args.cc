@@ -355,7 +355,9 @@ void Preparation::Hyper(MediumArgs& m) {
   m.clear = static_cast<float>(
       seen ? from - 1e-6 * std::max(draw_.transfer_high - draw_.transfer_low, std::fabs(from)) : kEndless);
   m.zero_stays = !anywhere && clear;
-  const double unseen = m.zero_stays ? Unseen(p_.dmf, m) : 0;
+  double unseen = m.zero_stays ? Unseen(p_.dmf, m) : 0;
+  if (p_.mode == VolumeMode::kFur)
+    unseen *= (1 - 1e-4) / kFurEnd;  // no more is left of a density than so often
   m.unseen = static_cast<float>(unseen);
   far_ = outer - unseen * p_.soft;
   Matter(-kEndless, m.zero_stays ? far_ : kEndless);
@@ -366,6 +368,12 @@ void Preparation::Hyper(MediumArgs& m) {
     m.fur_lean[0] = static_cast<float>(sway);
     m.fur_lean[1] = -1;
     m.fur_lean[2] = 0;
+    for (size_t c = 0; c < 3; ++c) {
+      m.fur_root[c] = static_cast<float>(p_.fur.root[c]);
+      m.fur_rise[c] = static_cast<float>(p_.fur.tip[c] - p_.fur.root[c]);
+    }
+    m.fur_guard = static_cast<float>(p_.fur.guard);
+    m.fur_patches = static_cast<float>(p_.fur.patches);
   }
 }
 

@@ -185,6 +185,8 @@ struct MediumArgs {
   NoiseView fur;
   float droop = 0;  // voxels
   float fur_lean[3] = {0, 0, 0};
+  float fur_root[3] = {1, 1, 1}, fur_rise[3] = {0, 0, 0};  // colour at the roots, and what tips have more
+  float fur_guard = 0, fur_patches = 0;
   bool zero_stays = false;  // no step makes density of nothing, and nothing is transparent
   float clear = 0;          // values up to here are transparent
   // Where zero stays: densities before the chain that are not seen behind it; distances of which nothing is

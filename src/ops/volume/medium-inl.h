@@ -107,9 +107,15 @@ inline HWY_NOINLINE void Illuminate(const MediumArgs& args, const Vec3& p, const
         Power(hn::Max(hn::NegMulAdd(cosine, view, hn::Mul(across, aside)), zero), args.light.exponent);
     const V gloss =
         hn::Mul(hn::Mul(Set(args.light.specular), gleam), hn::Mul(hn::Mul(facing, facing), occlusion));
-    c.r = hn::MulAdd(hn::Mul(c.r, Set(args.light.color[0])), lit, gloss);
-    c.g = hn::MulAdd(hn::Mul(c.g, Set(args.light.color[1])), lit, gloss);
-    c.b = hn::MulAdd(hn::Mul(c.b, Set(args.light.color[2])), lit, gloss);
+    // From the colour of roots to that of tips.
+    const V patched = hn::Mul(lit, hn::MulAdd(sample.patch, Set(args.fur_patches), one));
+    const auto colored = [&](V own, int k) HWY_ATTR {
+      const V along = hn::MulAdd(height, Set(args.fur_rise[k]), Set(args.fur_root[k]));
+      return hn::MulAdd(hn::Mul(hn::Mul(own, Set(args.light.color[k])), along), patched, gloss);
+    };
+    c.r = colored(c.r, 0);
+    c.g = colored(c.g, 1);
+    c.b = colored(c.b, 2);
   }
 }
 // The medium's own light: all of it where nothing else lights it.
@@ -151,16 +157,22 @@ inline HWY_NOINLINE NoisePlace FootOf(const MediumArgs& args, const Vec3& p, Sam
   const V tilt = hn::Mul(Set(2 * args.droop * args.per_width), height);
   const NoisePlace at = LocateNoise(args.fur, foot);
   PrefetchNoise(args.fur, at);
+  r.patch = NoiseValue(args.fur, foot, static_cast<float>(kFurPatch));
   r.normal = Unit(AddScaled(r.normal, across, tilt));
   return at;
 }
 HWY_INLINE V Strands(const MediumArgs& args, const NoisePlace& foot, V t) {
   const V n = Clamp01(hn::MulAdd(NoiseAt(args.fur, foot), Set(static_cast<float>(kFurSpread)), Set(0.5f)));
-  const M low = hn::Lt(n, Set(0.5f));
-  const V u = hn::IfThenElse(low, n, hn::Sub(Set(1), n));
-  const V cube = hn::Mul(hn::Mul(Set(4), u), hn::Mul(u, u));  // gain of 0.875
-  const V shaped = hn::Mul(t, hn::IfThenElse(low, cube, hn::Sub(Set(1), cube)));
-  return hn::IfThenElse(hn::Ge(t, Set(1)), t, shaped);  // below the skin all is solid
+  // The higher, the fewer: strands taper, and most end where the undercoat does.
+  const V height = hn::Sub(Set(1), t);
+  const V over = Clamp01(hn::Mul(hn::Sub(height, Set(static_cast<float>(kFurUnder))), Set(4)));
+  const V step = hn::Mul(hn::Mul(over, over), hn::NegMulAdd(over, Set(2), Set(3)));
+  const V thin =
+      hn::MulAdd(height, Set(static_cast<float>(kFurThin[1])), Set(static_cast<float>(kFurThin[0])));
+  const V least = hn::MulAdd(step, Set(static_cast<float>(kFurGuard) * args.fur_guard), thin);
+  const V strand = Clamp01(hn::Mul(hn::Sub(n, least), Set(static_cast<float>(kFurSharp))));
+  const V end = hn::Min(hn::Mul(t, Set(static_cast<float>(kFurEnd))), Set(1));
+  return hn::IfThenElse(hn::Ge(t, Set(1)), t, hn::Mul(strand, end));  // below the skin all is solid
 }
 
 template <typename T>

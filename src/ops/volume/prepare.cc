@@ -16,6 +16,18 @@ namespace {
 
 constexpr char kName[] = "volume";
 
+// Drops below a body: long where a noise is high, with round ends.
+Volume Dripping(const Volume& field, const VolumeParams& p, double side) {
+  const double depth = kDripDepth * side, frequency = kDripNoise * p.frequency;
+  const auto slope = [&](double x, double z) {
+    double n = 0;
+    p.block.Sample({x * frequency, 0.31 + kMeltDrift * p.time, z * frequency}, &n);
+    const double u = std::clamp((n - kDripFrom) / (kDripTo - kDripFrom), 0.0, 1.0);
+    return depth / (p.drip * u * u * (3 - 2 * u));  // infinite where none is
+  };
+  return Drawn(field, {.down = true, .iso = p.iso, .depth = depth, .slope = slope});
+}
+
 }  // namespace
 
 bool IsSurface(VolumeMode mode) { return mode <= VolumeMode::kMelt; }
@@ -39,16 +51,21 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   draw.window = spec.display_window.empty() ? spec.data_window : spec.display_window;
   const VolumeSpec& v = volume.spec();
   VolumeParams& p = draw.params;
-  for (double n : {p.iso, p.soft, p.time, p.frequency, p.amount, p.step})
+  for (double n : {p.iso, p.soft, p.time, p.frequency, p.amount, p.drip, p.step})
     RequireRange(kName, "a parameter of ", n, -1e6, 1e6);
   if (p.soft == -1) p.soft = p.mode == VolumeMode::kFur ? 0.08 : p.mode == VolumeMode::kFire ? 0.1 : 0.12;
   RequireRange(kName, "a soft region of ", p.soft, 0, 1e6);
   RequireRange(kName, "a step of ", p.step, 0, 1e6);
+  RequireRange(kName, "a loop of ", p.loop, 0, 1e6);
   RequireRange(kName, "a termination of ", p.termination, 0, 1);
   RequireRange(kName, "a frequency of ", p.frequency, 0, 1e6);
   if (p.planes.size() > 16) throw Error(kName, "found more than 16 cutting planes");
   for (double c : p.material.color) RequireRange(kName, "a colour of ", c, 0, 1e6);
   RequireRange(kName, "an exponent of ", p.material.exponent, 0, 1e4);
+  for (const auto& color : {p.fur.root, p.fur.tip}) {
+    for (double c : color) RequireRange(kName, "a colour of hair of ", c, 0, 1e6);
+  }
+  for (double c : {p.fur.guard, p.fur.patches}) RequireRange(kName, "a share of hair of ", c, 0, 1);
   for (double c : {p.material.ambient, p.material.diffuse, p.material.specular})
     RequireRange(kName, "a light of ", c, 0, 1e6);
   if (!p.material.point) p.material.light = Normalized(p.material.light);
@@ -120,6 +137,8 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
       otherwise(p.frequency, 0, 1.8 / side);
       if (p.amount < 0) p.amount = 0.21 * side * (1 - std::exp(-0.6 * (p.time > 0 ? p.time : 2.5)));
       need_block(NoiseContent::kNoise, 5, 1, 1);
+      if (p.drip < 0) p.drip = 0.17 * side * (1 - std::exp(-0.6 * (p.time > 0 ? p.time : 2.5)));
+      if (p.drip > 0 && !p.inside_above) draw.volume = Dripping(volume, p, side);
       break;
     case VolumeMode::kFur:
       otherwise(p.frequency, 0, 14 / side);
@@ -130,7 +149,14 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
     default:
       break;
   }
-  if (p.mode == VolumeMode::kFire && p.dmf.empty()) p.dmf = FireChain(p, side);
+  if (p.mode == VolumeMode::kFire) {
+    if (p.amount < 0) p.amount = 0.3 * side;
+    if (p.dmf.empty()) p.dmf = FireChain(p, side);
+    if (p.amount > 0 && p.soft > 0 && !p.inside_above) {
+      const double slope = p.soft / p.amount;
+      draw.volume = Drawn(volume, {.iso = p.iso, .depth = 0, .slope = [=](double, double) { return slope; }});
+    }
+  }
   if (!IsSurface(p.mode)) {
     for (Dmf& step : p.dmf) {
       // Steps that read the same noise share its block.
@@ -141,6 +167,11 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
         const bool turbulent = reads(step.kind) && reads(before.kind);
         if (&before == &step) break;
         if (turbulent && step.block.empty() && before.lookup == step.lookup) step.block = before.block;
+      }
+      for (size_t a = 0; a < 3 && p.loop > 0; ++a) {
+        // Blocks of noise repeat.
+        const double blocks = std::fabs(step.drift[a]) * p.loop, least = a == 1 && blocks > 0 ? 1 : 0;
+        step.drift[a] = std::copysign(std::max(std::round(blocks), least) / p.loop, step.drift[a]);
       }
       CompleteDmf(step);
     }

@@ -55,14 +55,14 @@ VolumeTransferFunction Preset(const VolumeDraw& draw) {
   const Vector3& spacing = draw.volume.spec().spacing;
   const double voxel = std::min({spacing[0], spacing[1], spacing[2]});
   if (p.mode == VolumeMode::kFire) {
-    const double length = 0.1 * std::max(p.soft, voxel);
-    return FromStops({{0, 0, 0, 0, 0},
-                      {0.04, 0.30, 0.012, 0.0, 0.0},
-                      {0.14, 0.95, 0.10, 0.005, 0.06},
-                      {0.34, 1.7, 0.42, 0.03, 0.16},
-                      {0.60, 2.2, 0.95, 0.12, 0.34},
-                      {0.88, 2.6, 1.6, 0.5, 0.55},
-                      {1, 2.8, 1.9, 0.8, 0.75}},
+    // Orange to white: what is nearly out is thin, not dark.
+    const double length = 0.55 * std::max(p.soft, voxel);
+    return FromStops({{0, 1.3, 0.26, 0.015, 0},
+                      {0.03, 1.3, 0.26, 0.015, 0},
+                      {0.30, 1.5, 0.40, 0.03, 0.06},
+                      {0.60, 1.9, 0.75, 0.08, 0.13},
+                      {0.85, 2.2, 1.3, 0.28, 0.24},
+                      {1, 2.5, 1.8, 0.7, 0.4}},
                      length);
   }
   if (p.mode == VolumeMode::kFur) {
@@ -199,18 +199,25 @@ bool TransferSupport(const VolumeDraw& draw, double& from, double& to) {
 
 std::vector<Dmf> FireChain(const VolumeParams& p, double side) {
   const double frequency = p.frequency > 0 ? p.frequency : 2.3 / side;
-  const double height = p.amount >= 0 ? p.amount : 0.085 * side;
-  Dmf lift;
-  lift.kind = Dmf::Kind::kLift;
-  lift.amount = height;
-  lift.frequency = frequency;
-  lift.upright = 0.45;
-  lift.drift = {0, -0.4, 0.06};
-  lift.lookup = p.lookup;
-  Dmf tear = lift;  // the same turbulence: it is looked up once
-  tear.kind = Dmf::Kind::kTurbulence;
-  tear.amount = 1.35;
-  return {lift, tear};
+  // Frequencies in parts of that; `stretch`: how many times as high as wide.
+  const auto step = [&](Dmf::Kind kind, double amount, double times, double rise, double stretch) {
+    Dmf made;
+    made.kind = kind;
+    made.amount = amount;
+    made.frequency = times * frequency;
+    made.upright = 1 / stretch;
+    made.drift = {0, -rise, 0.12 * rise};
+    return made;
+  };
+  // Some flames are higher; all bend, the more the finer; noise that is far higher than wide leaves tongues
+  // that taper as the field does, turbulence parts them; what little is left is nothing.
+  std::vector<Dmf> chain = {
+      step(Dmf::Kind::kNoise, 1.3, 0.22, 0.3, 1.5),        step(Dmf::Kind::kWarp, 0.07 * side, 0.7, 0.4, 1.6),
+      step(Dmf::Kind::kWarp, 0.03 * side, 1.65, 0.6, 1.6), step(Dmf::Kind::kNoise, 1.4, 0.7, 0.4, 4),
+      step(Dmf::Kind::kTurbulence, 0.9, 1.3, 0.6, 3),      step(Dmf::Kind::kThreshold, 0.14, 1, 0, 1)};
+  chain.back().softness = 0.7;
+  for (Dmf& one : chain) one.lookup = p.lookup;
+  return chain;
 }
 
 void CompleteDmf(Dmf& step) {

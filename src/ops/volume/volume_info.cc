@@ -79,8 +79,14 @@ void RequireUsed(const Arguments& a) {
                                      {"termination", "fur fire hyper over under"},
                                      {"method", "fur fire hyper over under attenuate xray mip"},
                                      {"time", "melt fur fire hyper over under attenuate xray mip"},
+                                     {"loop", "fire hyper over under attenuate xray mip"},
                                      {"freq", "solid bump melt fur fire"},
                                      {"amount", "bump melt fur fire"},
+                                     {"drip", "melt"},
+                                     {"root", "fur"},
+                                     {"tip", "fur"},
+                                     {"guard", "fur"},
+                                     {"patches", "fur"},
                                      {"lookup", "fur fire hyper over under attenuate xray mip"},
                                      {"dmf", "fur fire hyper over under attenuate xray mip"},
                                      {"transfer", "fur fire hyper over under attenuate xray mip"},
@@ -124,9 +130,7 @@ void RequireUsed(const Arguments& a) {
     Refuse("step", "method=" + method, "the volume's own slices, or another method");
   if (a.Given("transferlength") && !a.Given("transfer")) Refuse("transferlength", "no transfer=", "both");
   if (a.Given("dmf") && mode == "fire") {
-    for (const char* name : {"freq", "amount"}) {
-      if (a.Given(name)) Refuse(name, "dmf=", "them in the chain");
-    }
+    if (a.Given("freq")) Refuse("freq", "dmf=", "it in the chain");
   }
   if (a.Given("view")) {
     for (const char* name : {"azimuth", "elevation", "fov", "zoom", "up"}) {
@@ -196,8 +200,14 @@ Node Make(std::span<const Node> inputs, const Arguments& a, const ImageSpec*) {
   p.method = ChoiceOf<VolumeMethod>(a, "method", kMethods);
   p.leap = a.Flag("leap");
   p.time = a.Number("time");
+  p.loop = a.Number("loop");
   p.frequency = a.Number("freq");
   p.amount = a.Given("amount") ? a.Number("amount") : -1;
+  p.drip = a.Given("drip") ? a.Number("drip") : -1;
+  p.fur.root = VectorOf(a.Numbers("root"));
+  p.fur.tip = VectorOf(a.Numbers("tip"));
+  p.fur.guard = a.Number("guard");
+  p.fur.patches = a.Number("patches");
   p.lookup = ChoiceOf<TurbulenceLookup>(a, "lookup", kLookups);
   p.classification = ChoiceOf<Classification>(a, "classify", kClassify);
   p.shade = a.Flag("shade");
@@ -263,7 +273,8 @@ OpInfo VolumeInfo() {
       "region iso to iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the "
       "chain dmf=, which leaves nothing where D is 0: bias(b), gain(g), noise(amount,freq), "
       "turbulence(amount,freq), threshold(from,width), "
-      "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed; "
+      "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed, a fourth how "
+      "many times as high as wide the noise's features are; "
       "table(d,d',...) or table(FILE) maps densities by pairs. A step may be times where it acts: "
       "STEP*height(a,b) from 0 at a to 1 at b, as gradient (of the field), light (n.l), eye (n.v) and density, "
       "each with more pairs quantity,weight or a file of them too; STEP*half(x,y,z,offset,soft), "
@@ -352,9 +363,17 @@ OpInfo VolumeInfo() {
       ChoiceModifier("method", kMethods, "where samples lie"),
       FlagModifier("leap", "leap over empty space", "1"),
       NumberModifier("time", "0", -1e5, 1e5, "seconds"),
+      NumberModifier("loop", "0", 0, 1e6,
+                     "seconds after which fire and dmf= repeat, speeds rounded to it; 0: never"),
       NumberModifier("freq", "0", 0, 1e5, "noise blocks per world unit; 0 is what suits the mode"),
       NumberModifier("amount", "0", -1e3, 1e3,
                      "melt: sag, fur: droop, fire: height of flames, world units; bump: k"),
+      NumberModifier("drip", "0", 0, 1e3,
+                     "melt: length of drops, world units; what suits the time where not given"),
+      Numbers("root", "0.42,0.34,0.28", 3, 3, "fur: factors of color= at the roots"),
+      Numbers("tip", "1.25,1.18,1.08", 3, 3, "fur: factors of color= at the tips"),
+      NumberModifier("guard", "0.7", 0, 1, "fur: from even hair to a low undercoat that few hairs pass"),
+      NumberModifier("patches", "0.25", 0, 1, "fur: how much colour changes from place to place"),
       ChoiceModifier("lookup", kLookups, "how turbulence is read"),
       ChoiceModifier("texture", {"marble", "wood", "clouds"}, "what mode=solid is made of"),
       TextModifier(
