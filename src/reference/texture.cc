@@ -162,7 +162,8 @@ void Evaluate(const Call& call) {
   const bool covers = p.kind == TextureKind::kFire || p.kind == TextureKind::kSmoke;
   const bool grey = p.kind == TextureKind::kRipples || p.kind == TextureKind::kGardner;
   double off = 0;  // of Gardner's sums, in u
-  const auto color_at = [&](int x, int y) {
+  // `aside`: what each curl, as floats have it, may be off by, to the right and down.
+  const auto color_at = [&](int x, int y, const std::array<double, 2>& aside = {0, 0}) {
     double s = (x - p.frame.x0 + 0.5) / width, t = (y - p.frame.y0 + 0.5) / width;
     double h = 1 - (y - p.frame.y0 + 0.5) / height;
     // Where curls lead to from here, one after the other.
@@ -172,8 +173,8 @@ void Evaluate(const Call& call) {
                                                             : 1;
     for (size_t k = 0; k < p.curls.size(); ++k) {
       const NoiseValue potential = GridNoise(p.fields[k], x, y, right, down);
-      right += strength * p.curls[k][0] * potential.slope[1];
-      down -= strength * p.curls[k][1] * potential.slope[0];
+      right += strength * p.curls[k][0] * potential.slope[1] + aside[0];
+      down += aside[1] - strength * p.curls[k][1] * potential.slope[0];
     }
     std::vector<double> n;
     for (size_t k = p.curls.size(); k < p.fields.size(); ++k)
@@ -199,15 +200,25 @@ void Evaluate(const Call& call) {
     s += right, t += down, h -= down * width / height;
     return Shade(p, s, t, h, n, gardner);
   };
-  Color color = {};
+  Color color = {}, off_by = {};
   ForEachSample(call, [&](int x, int y, int c) -> std::pair<double, double> {
-    if (c == 0) color = color_at(x, y);
+    if (c == 0) {
+      color = color_at(x, y);
+      off_by = {};
+      // Curls stretch what their own roundings, and those of the noise that they lead to, move a place by.
+      const double by = 2.5e-7 * std::max(1.0, p.curl);
+      for (size_t axis = 0; axis < 2 && !p.curls.empty() && call.scale != nullptr; ++axis) {
+        const Color moved = color_at(x, y, {axis == 0 ? by : 0, axis == 1 ? by : 0});
+        for (size_t k = 0; k < 4; ++k) off_by[k] += std::fabs(moved[k] - color[k]) / (672 * 0x1p-24);
+      }
+    }
     // Places are floats, in widths: far down a narrow picture they are that much coarser.
     double scale = std::max(1.0, std::fabs(y - p.frame.y0 + 0.5) / width);
     // Angles are doubles; the row's bound is 336 u.
     if (p.kind == TextureKind::kGardner) scale = off / 336;
     // Rings are counted in floats.
     if (p.kind == TextureKind::kRipples) scale *= std::max(1.0, std::fabs(p.frequency) / 150);
+    scale += off_by[c == call.out_spec.alpha ? 3 : static_cast<size_t>(std::min(c, 2))];
     if (c == call.out_spec.alpha) return {covers ? color[3] : 1.0, scale};
     if (c >= 3) return {grey ? color[2] : 0.0, scale};
     return {color[static_cast<size_t>(c)], scale};

@@ -292,8 +292,10 @@ OpInfo TextureRow(TextureKind kind, const char* summary, const std::string& help
                     NumberModifier("time", "0", -1e6, 1e6, "seconds"),
                     NumberModifier("loop", "0", 0, 1e6,
                                    "seconds after which frames repeat, speeds rounded to it; 0: never")};
-  if (kind == TextureKind::kFire || kind == TextureKind::kSmoke || kind == TextureKind::kMarble)
+  if (kind == TextureKind::kFire || kind == TextureKind::kSmoke || kind == TextureKind::kMarble) {
+    info.bound += ", plus what moving a place by 2.5e-7 widths at every curl changes";
     info.modifiers.push_back(NumberModifier("curl", "1", 0, 4, "factor on the curls"));
+  }
   info.examples = {""};
   return info;
 }
