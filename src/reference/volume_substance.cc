@@ -291,7 +291,11 @@ Substance::Matter Substance::Hyper(const Vector3& p, double skew) const {
     foot = Add(foot, across, -p_.amount * h * h);
     m.normal = Normalized(Add(m.normal, across, 2 * p_.amount / p_.soft * h));
     const double n = Clamped(0.5 + ops::volume::kFurSpread * Noise(p_.block, foot, p_.frequency, {}));
-    m.patch = Noise(p_.block, foot, ops::volume::kFurPatch * p_.frequency, {});
+    // Counted from the block that the volume's first voxel is in.
+    Vector3 blocks;
+    for (size_t k = 0; k < 3; ++k)
+      blocks[k] = -ops::volume::kFurPatch * std::floor(v_.origin[k] * p_.frequency);
+    m.patch = Noise(p_.block, foot, ops::volume::kFurPatch * p_.frequency, blocks);
     if (t < 1) {
       const double over = Clamped((h - ops::volume::kFurUnder) / 0.25);
       const double least = ops::volume::kFurThin[0] + ops::volume::kFurThin[1] * h +

@@ -93,10 +93,13 @@ class Fields {
         n.offset[a] += speed[a] * p_.time;
         continue;
       }
-      const double cells = std::max(std::ceil(in_view[a]), std::round(std::fabs(speed[a]) * p_.loop));
+      // A period is counted in floats, in the finest octave's cells.
+      constexpr double kMostCells = 4096, kMostInView = 1 << 20;
+      const double passing = std::min(std::round(std::fabs(speed[a]) * p_.loop), kMostCells);
+      const double cells = std::max(std::min(std::ceil(in_view[a]), kMostInView), passing);
       const double turns = p_.time / p_.loop;
       n.offset[a] += std::copysign(cells, speed[a]) * (turns - std::floor(turns));
-      n.period[a] = static_cast<int>(std::min(cells, 16777216.0));
+      n.period[a] = static_cast<int>(cells);
     }
     p_.fields.push_back(n);
     return p_.fields.back();
