@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/gabor_lattice.h"
 #include "reference/noise_lattice.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
@@ -59,6 +60,8 @@ double MeanSize(const NoiseParams& p) {
       return std::array{0.0, 0.0, 0.467, 0.314, 0.2225}[d];
     case NoiseKind::kCell:
       return std::array{0.0, 0.29, 0.43, 0.52, 0.59}[d];
+    case NoiseKind::kGabor:
+      return 0.26;
     default:
       return 0.25;
   }
@@ -145,11 +148,16 @@ NoiseValue Sum(const NoiseParams& p, const Query& q, bool on_grid, double step) 
       if (published && p.seed != 0)
         offset += Scramble(p.seed + 0x9e3779b9u * static_cast<uint32_t>(a)) & 0xffff;
       Wide base = q.position[a] + offset;
-      double octave_period = p.period[a] * scale;
+      double octave_period = p.period[a] * scale, per_unit = scale;
+      if (p.kind == NoiseKind::kGabor) {
+        const model::GaborCells cells = model::CellsOfGabor(p.bandwidth, p.period[a]);
+        octave_period = cells.period * scale;
+        per_unit = cells.per_wave * scale;
+      }
       if (p.period[a] > 0) base = Modulo(base, p.period[a]);
       if (octave_period >= kTwo32) octave_period = 0;
       const double shift = k > 0 && !published ? OctaveSeed(seed, static_cast<int>(a), 1) / kTwo32 : 0;
-      const Wide position = (base + displacement[a]) * scale + shift;
+      const Wide position = (base + displacement[a]) * per_unit + shift;
       const Wide whole = Floor(position);
       place.fraction[a] = static_cast<double>(position - whole);
       place.cell[a] = static_cast<uint32_t>(
@@ -304,6 +312,14 @@ void EvaluateGrid(const Call& call) {
   });
 }
 
+// A position's own period, from a picture.
+int OwnPeriod(const NoiseParams& p, double v) {
+  const double octaves = std::max(p.octaves - 1, 0);
+  const double longest = p.kind == NoiseKind::kSimplex ? 0x1p20 / std::pow(p.lacunarity, octaves) : 0x1p24;
+  const double whole = std::floor(v);
+  return whole >= 1 && whole <= longest ? static_cast<int>(whole) : 0;
+}
+
 void EvaluateAt(const Call& call) {
   const auto& p = std::any_cast<const NoiseParams&>(call.parameters);
   const ImageD& in = call.in[0];
@@ -323,7 +339,11 @@ void EvaluateAt(const Call& call) {
     }
     q.channel = c;
     if (finite) {
-      const NoiseParams own = ChannelParams(p, c);
+      NoiseParams own = ChannelParams(p, c);
+      for (int a = 0; a < p.dims && call.in.size() > 1; ++a) {
+        const ImageD& periods = call.in[1];
+        own.period[static_cast<size_t>(a)] = OwnPeriod(p, periods.at(x, y, periods.channels > 1 ? a : 0));
+      }
       const auto sum = [&](const Query& at) { return Sum(own, at, false, p.frequency); };
       const NoiseValue n = sum(q);
       // A position that is no float, or that is off, has no bits that could be hashed alike; nor have further
@@ -381,7 +401,7 @@ NoiseValue GridNoise(const NoiseParams& p, int x, int y, double right, double do
 
 std::vector<Entry> NoiseEntries() {
   std::vector<Entry> entries;
-  for (const char* name : {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash"}) {
+  for (const char* name : {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash", "gabor"}) {
     entries.push_back({name, EvaluateGrid});
   }
   entries.push_back({"noiseat", EvaluateAt});

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "model/gabor_lattice.h"
+
 namespace tessera::reference {
 namespace {
 
@@ -349,6 +351,42 @@ NoiseValue Impulses(const NoiseParams& p, uint32_t seed, const Cells& period, co
   return n;
 }
 
+// Impulses in the cells around, each with as many; positions are counted in cells.
+NoiseValue Gabor(const NoiseParams& p, uint32_t seed, const Cells& period, const NoisePlace& place) {
+  Vector length = {1, 1, 1, 1};
+  double cell = 1;
+  for (size_t a = 0; a < static_cast<size_t>(p.dims); ++a) {
+    length[a] = model::CellsOfGabor(p.bandwidth, p.period[a]).length;
+    cell *= length[a];
+  }
+  const bool isotropic = p.orientation == GaborOrientation::kIsotropic && p.dims > 1;
+  const bool turned = isotropic || (p.orientation == GaborOrientation::kHybrid && p.dims == 3);
+  std::vector<GaborImpulse> impulses;
+  ForNeighbours(p, seed, period, place, [&](uint32_t h, const Vector& offset) {
+    uint32_t state = h;
+    const int count = model::GaborImpulsesPerCell(p.impulses, p.bandwidth, p.dims, cell);
+    for (int m = 0; m < count; ++m) {
+      GaborImpulse impulse;
+      for (size_t a = 0; a < static_cast<size_t>(p.dims); ++a) {
+        state = Next(state, static_cast<int>(a) + 2);
+        impulse.away[a] = (offset[a] + Unit(state)) * length[a];
+      }
+      state = Next(state, p.dims + 2);
+      impulse.phase = Unit(state);
+      if (turned) {
+        state = Next(state, p.dims + 3);
+        impulse.azimuth = (state >> 30) * std::numbers::pi / 2 + SignedUnit(state << 2) * std::numbers::pi / 4;
+      }
+      if (isotropic && p.dims == 3) {
+        state = Next(state, p.dims + 4);
+        impulse.height = SignedUnit(state);
+      }
+      impulses.push_back(impulse);
+    }
+  });
+  return GaborNoise(p, impulses, cell);
+}
+
 }  // namespace
 
 std::vector<LatticeSpot> LatticeSpots(int i, int j, uint32_t seed, double density) {
@@ -386,6 +424,8 @@ NoiseValue EvaluateNoise(const NoiseParams& p, uint32_t seed, const Cells& perio
       return HashOfPosition(p, seed, channel, place);
     case NoiseKind::kCell:
       return CellNoise(p, seed, period, place, tie);
+    case NoiseKind::kGabor:
+      return Gabor(p, seed, period, place);
     default:
       return Impulses(p, seed, period, place);
   }

@@ -37,6 +37,15 @@ struct NoiseValue {
 NoiseValue SimplexNoise(const NoiseParams& params, uint32_t seed, const NoiseCells& period, int channel,
                         const NoisePlace& place);
 
+// One octave of Gabor noise from the impulses in the cells around a position: where they lie from it, in waves,
+// with what is random about them. `cell`: the volume of a cell.
+struct GaborImpulse {
+  std::array<double, 3> away = {};
+  double phase = 0;                // turns
+  double azimuth = 0, height = 0;  // of a direction: around the third axis, and along it
+};
+NoiseValue GaborNoise(const NoiseParams& params, const std::vector<GaborImpulse>& impulses, double cell);
+
 // A spot of kSpot in its cell: place in [0, 1), sign +-1; of octave 0 of a seed.
 struct LatticeSpot {
   double x = 0, y = 0, sign = 1;

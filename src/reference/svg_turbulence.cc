@@ -1,5 +1,6 @@
 // Reference of SVG's feTurbulence: the specification's text, pixel by pixel.
 #include <any>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -77,7 +78,9 @@ class Tables {
   std::vector<std::vector<std::vector<double>>> gradient_;
 };
 
-void Evaluate(const Call& call) {
+// `position(x, y)`: the point of user space of a pixel; not finite where there is none.
+template <class Position>
+void Evaluate(const Call& call, Position position) {
   const auto& p = std::any_cast<const SvgTurbulenceParams&>(call.parameters);
   const Tables tables(p.seed);
   double frequency[2] = {p.base_frequency[0], p.base_frequency[1]};
@@ -97,7 +100,9 @@ void Evaluate(const Call& call) {
   }
   ForEachSample(call, [&](int px, int py, int c) -> std::pair<double, double> {
     if (c >= 4) return {0.0, 1.0};
-    double x = px * frequency[0], y = py * frequency[1], sum = 0, ratio = 1;
+    const std::array<double, 2> point = position(px, py);
+    if (!std::isfinite(point[0]) || !std::isfinite(point[1])) return {p.fractal_noise ? 0.5 : 0.0, 1.0};
+    double x = point[0] * frequency[0], y = point[1] * frequency[1], sum = 0, ratio = 1;
     Tables::Stitch stitch = first;
     for (int k = 0; k < p.octaves; ++k) {
       const double n = tables.Noise(c, x, y, p.stitch ? &stitch : nullptr);
@@ -117,6 +122,15 @@ void Evaluate(const Call& call) {
 
 }  // namespace
 
-std::vector<Entry> SvgTurbulenceEntries() { return {{"turbulence", Evaluate}, {"fractalnoise", Evaluate}}; }
+std::vector<Entry> SvgTurbulenceEntries() {
+  const auto on_grid = [](const Call& call) {
+    Evaluate(call, [](int x, int y) { return std::array<double, 2>{static_cast<double>(x), static_cast<double>(y)}; });
+  };
+  const auto at = [](const Call& call) {
+    const ImageD& in = call.in[0];
+    Evaluate(call, [&](int x, int y) { return std::array<double, 2>{in.at(x, y, 0), in.at(x, y, 1)}; });
+  };
+  return {{"turbulence", on_grid}, {"fractalnoise", on_grid}, {"turbulenceat", at}};
+}
 
 }  // namespace tessera::reference

@@ -5,13 +5,14 @@
 #include <utility>
 
 #include "base/number_text.h"
+#include "model/gabor_lattice.h"
 #include "ops/modifiers.h"
 #include "ops/noise/noise_ops.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
 const char* NoiseName(NoiseKind kind) {
-  constexpr const char* kNames[] = {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash"};
+  constexpr const char* kNames[] = {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash", "gabor"};
   return kNames[static_cast<int>(kind)];
 }
 
@@ -79,6 +80,16 @@ std::vector<ParamInfo> NoiseModifiers(NoiseKind kind) {
   if (kind == NoiseKind::kSpot) {
     m.push_back(NumberModifier("stretch", "1", 1, 64, "length over width of a spot"));
     m.push_back(NumberModifier("angle", "0", -1e9, 1e9, "direction of spots, degrees counter-clockwise"));
+  }
+  if (kind == NoiseKind::kGabor) {
+    m.push_back(NumberModifier("bandwidth", "1", model::kLeastBandwidth, model::kMostBandwidth,
+                               "octaves that a kernel spans: 0.1 long even waves, 3 single blobs"));
+    m.push_back(ChoiceModifier("orientation", {"isotropic", "anisotropic", "hybrid"},
+                               "waves run in any direction, in one, or in those perpendicular to it"));
+    m.push_back(ListModifier("direction", "1,0,0", 3, -1e6, 1e6, "of anisotropic and hybrid waves"));
+    m.push_back(NumberModifier("angle", "0", -1e9, 1e9,
+                               "turns the direction in the plane of x and y, degrees counter-clockwise"));
+    m.push_back(NumberModifier("impulses", "16", 1, 32, "kernels that overlap at a point"));
   }
   return m;
 }
@@ -151,6 +162,17 @@ NoiseParams NoiseArguments(NoiseKind kind, const Arguments& a) {
   if (has("density")) p.density = a.Number("density");
   if (has("stretch")) p.stretch = a.Number("stretch");
   if (has("angle")) p.angle = a.Number("angle");
+  if (has("bandwidth")) p.bandwidth = a.Number("bandwidth");
+  if (has("orientation")) {
+    p.orientation = a.Text("orientation") == "hybrid"        ? GaborOrientation::kHybrid
+                    : a.Text("orientation") == "anisotropic" ? GaborOrientation::kAnisotropic
+                                                             : GaborOrientation::kIsotropic;
+  }
+  if (has("direction")) {
+    const std::vector<double>& direction = a.Numbers("direction");
+    for (size_t i = 0; i < 3; ++i) p.direction[i] = i < direction.size() ? direction[i] : 0;
+  }
+  if (has("impulses")) p.impulses = a.Number("impulses");
   return p;
 }
 

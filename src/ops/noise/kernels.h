@@ -12,6 +12,15 @@ inline constexpr int kNoiseBatch = 256;   // positions per call; arrays hold tha
 inline constexpr int kNoisePadding = 16;  // floats readable past the end of tables
 inline constexpr int kMaxImpulses = 24;   // per cell of kSparse and kSpot
 
+// Constants of kGabor. Lengths of kernels are in radii: beyond 1 there is nothing.
+struct GaborShape {
+  int impulses = 1;                                         // in every cell
+  GaborOrientation orientation = GaborOrientation::kAnisotropic;  // kHybrid in three dimensions only
+  float across[3] = {1, 1, 1};                              // a cell in radii
+  float radius = 1;                                         // in waves
+  float direction[3] = {1, 0, 0};                           // kAnisotropic: cycles per wave along the axes
+  float basis[2][3] = {};                                   // kHybrid: of the directions
+};
 // Constants of a kind that do not change along an image.
 struct NoiseShape {
   int fade = 0;      // as NoiseFade
@@ -21,6 +30,7 @@ struct NoiseShape {
   float scale = 1;                      // applied to the kind's raw value
   uint32_t poisson[kMaxImpulses] = {};  // a cell has as many impulses as thresholds are <= its random number
   float spot[3] = {1, 0, 1};            // symmetric 2x2 matrix xx, xy, yy applied to a spot's offset
+  GaborShape gabor;
 };
 
 // Positions of one octave. Arrays of a dimension hold kNoiseBatch entries, whatever `count` is.

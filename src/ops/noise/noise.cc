@@ -1,4 +1,4 @@
-// Noise on pixel grids: the generators white, value, perlin, simplex, cell, sparse, spot and hash.
+// Noise on pixel grids: the generators white, value, perlin, simplex, cell, sparse, spot, hash and gabor.
 #include "tessera/ops/noise.h"
 
 #include <algorithm>
@@ -17,6 +17,7 @@ namespace tessera::ops {
 NoiseEvaluate FindLattice(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes);
 NoiseEvaluate FindFeature(NoiseKind kind, int dims, bool slopes);
 NoiseEvaluate FindSimplex(NoiseLattice lattice, int dims, bool slopes);
+NoiseEvaluate FindGabor(int dims, bool slopes);
 
 NoiseEvaluate FindNoise(NoiseKind kind, NoiseLattice lattice, int dims, bool slopes) {
   if (kind == NoiseKind::kSimplex) return FindSimplex(lattice, dims, slopes);
@@ -24,6 +25,7 @@ NoiseEvaluate FindNoise(NoiseKind kind, NoiseLattice lattice, int dims, bool slo
       kind == NoiseKind::kGradient) {
     return FindLattice(kind, lattice, dims, slopes);
   }
+  if (kind == NoiseKind::kGabor) return FindGabor(dims, slopes);
   return FindFeature(kind, dims, slopes);
 }
 
@@ -228,6 +230,23 @@ OpInfo HashNoiseInfo() {
       "Language's hashnoise (Cycles' white noise texture). Positions beyond 2^31 cells repeat.",
       {"", "lattice=osl freq=9 dims=3 offset=-0.3"});
   info.make = Make<NoiseKind::kHash>;
+  return info;
+}
+OpInfo GaborNoiseInfo() {
+  OpInfo info = NoiseRow(
+      NoiseKind::kGabor, "Gabor noise: waves of one length, in any direction or in one",
+      "Impulses, impulses= within a kernel's reach, convolved with exp(-pi a^2 r^2) cos(2 pi (w.x + phase)): a "
+      "wave per cell (freq= is the waves across the width), of random phase, under a Gaussian that spans "
+      "bandwidth= octaves at half amplitude, a = sqrt(pi / ln 2) (2^b - 1) / (2^b + 1), and ends at "
+      "1.26 / a. orientation=, direction= and bandwidth= mean what anisotropic, direction and bandwidth mean in "
+      "Open Shading Language: isotropic waves run anywhere, anisotropic ones along direction= turned by "
+      "angle=, hybrid ones perpendicular to it. A spectrum that is a ring, or a pair of spots, of Gaussian width; "
+      "mean 0 and standard deviation 1/3, whatever the impulses. period= is no shorter than a kernel's "
+      "radius; where it is shorter than two the variance is up to a tenth off.\n"
+      "Source: Lagae, Lefebvre, Drettakis and Dutre 2009.",
+      {"", "orientation=anisotropic angle=30 bandwidth=0.3 octaves=2 signed=1",
+       "dims=3 z=0.4 orientation=hybrid direction=1,1,0.5 impulses=4 freq=5", "gradient=1 period=8,6 freq=8"});
+  info.make = Make<NoiseKind::kGabor>;
   return info;
 }
 

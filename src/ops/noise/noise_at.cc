@@ -1,5 +1,5 @@
 // Noise at the positions that an image holds (a G-buffer's P): every kind and lattice, with slopes and domain
-// warp.
+// warp, and with periods of each position's own.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -8,10 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/number_text.h"
 #include "graph/op.h"
 #include "ops/modifiers.h"
 #include "ops/noise/field.h"
 #include "ops/noise/noise_ops.h"
+#include "ops/noise/point_field.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/noise.h"
 #include "tessera/ops/shade.h"
@@ -19,201 +21,26 @@
 namespace tessera::ops {
 namespace {
 
-// A float and what is left of the double.
-void Split(double value, float parts[2]) {
-  parts[0] = static_cast<float>(value);
-  parts[1] = static_cast<float>(value - parts[0]);
-}
-
-// A double of any size as whole number modulo 2^32 and fraction.
-std::pair<uint32_t, double> WholeAndFraction(double value) {
-  const double whole = std::floor(value);
-  double cell = std::fmod(whole, 4294967296.0);
-  if (cell < 0) cell += 4294967296.0;
-  return {static_cast<uint32_t>(cell), value - whole};
-}
-
-// One noise at batches of positions.
-class PointField {
- public:
-  PointField(const NoiseParams& params, int channel)
-      : plan_(MakeNoisePlan(params, false, channel)), kernels_(FindNoiseKernels()) {
-    slopes_ = HasSlopes(params);
-    if (params.lattice != NoiseLattice::kPerlin) {
-      evaluate_ = FindNoise(params.kind, params.lattice, params.dims, slopes_);
-    }
-  }
-  const NoisePlan& plan() const { return plan_; }
-
-  // Position of the first octave, shared by fields of the same frequency, offset and period.
-  PositionScale ScaleOf(int axis) const {
-    PositionScale scale;
-    Split(plan_.step[axis], scale.frequency);
-    const int period = plan_.params.period[static_cast<size_t>(axis)];
-    double offset = plan_.shift[axis];
-    if (period > 0) offset -= period * std::floor(offset / period);
-    const double whole = std::floor(offset);
-    scale.offset = static_cast<float>(offset - whole);
-    // Without a period the whole part is added to the cells of octaves, where it is exact.
-    scale.offset_whole = period > 0 ? static_cast<float>(whole) : 0.0f;
-    scale.period = static_cast<float>(period);
-    scale.nearest = plan_.params.kind == NoiseKind::kHash;
-    return scale;
-  }
-
-  // What is added to an octave's cells and fractions.
-  std::pair<uint32_t, float> ShiftOf(const NoiseOctave& octave, int axis) const {
-    const bool periodic = plan_.params.period[static_cast<size_t>(axis)] > 0;
-    const double moved = periodic ? 0.0 : std::floor(plan_.shift[axis]);
-    const auto [cell, fraction] = WholeAndFraction(moved * octave.scale);
-    // The product's rounding, and the octave's own shift.
-    const double rounding = std::fma(moved, octave.scale, -(moved * octave.scale));
-    return {cell, static_cast<float>(fraction + rounding + octave.shift[axis])};
-  }
-
-  // Whether Points() serves positions of so many channels.
-  bool HasPoints(int channels) const {
-    const NoiseParams& p = plan_.params;
-    const bool period = std::any_of(p.period.begin(), p.period.end(), [](int n) { return n != 0; });
-    return p.kind == NoiseKind::kGradient && p.lattice == NoiseLattice::kTessera &&
-           (p.dims == 2 || p.dims == 3) && !slopes_ && !period && p.warp == 0 && p.bias == 0.5 &&
-           p.contrast == 0.5 && channels >= p.dims && channels <= 4;
-  }
-  // The kernel's parameters, but for a row's; octaves lie in the arena.
-  PointRow Points(int channels, base::Arena& arena) const {
-    const NoiseParams& p = plan_.params;
-    PointRow row;
-    row.channels = channels;
-    row.plain = true;
-    for (int a = 0; a < p.dims; ++a) {
-      const PositionScale scale = ScaleOf(a);
-      std::copy_n(scale.frequency, 2, row.frequency[a]);
-      row.offset[a] = scale.offset;
-      row.plain = row.plain && scale.frequency[1] == 0 && scale.offset == 0;
-    }
-    PointOctave* const octaves = arena.Allocate<PointOctave>(plan_.octaves.size());
-    for (const NoiseOctave& octave : plan_.octaves) {
-      PointOctave o;
-      Split(octave.scale, o.scale);
-      for (int a = 0; a < p.dims; ++a) {
-        const auto [cell, shift] = ShiftOf(octave, a);
-        o.cell[a] = cell;
-        o.shift[a] = shift;
-        o.scaled = o.scaled || shift != 0;
-      }
-      o.scaled = o.scaled || octave.scale != 1;
-      o.seed = octave.seed;
-      o.weight = octave.weight;
-      octaves[row.octave_count++] = o;
-    }
-    row.octaves = octaves;
-    row.fade = plan_.shape.fade;
-    row.scale = plan_.shape.scale;
-    row.sum = p.sum;
-    row.bias = plan_.bias;
-    return row;
-  }
-
-  struct Scratch {
-    uint32_t* cell[4];
-    float* fraction[4];
-    float* value;
-    float* slope[4];
-    explicit Scratch(base::Arena& arena) {
-      for (int a = 0; a < 4; ++a) {
-        cell[a] = arena.Allocate<uint32_t>(kNoiseBatch);
-        fraction[a] = arena.Allocate<float>(kNoiseBatch);
-        slope[a] = arena.Allocate<float>(kNoiseBatch);
-        std::fill_n(cell[a], kNoiseBatch, 0u);
-        std::fill_n(fraction[a], kNoiseBatch, 0.0f);
-      }
-      value = arena.Allocate<float>(kNoiseBatch);
-    }
-  };
-
-  // `base_cell`, `base_fraction`: positions in cells; `warp`: displacements per axis or null; `out` and
-  // `slopes` are set.
-  void Run(int count, float* const* base_cell, float* const* base_fraction, const uint32_t* invalid,
-           float* const* warp, const Scratch& s, float* out, float* const* slopes) const {
-    const NoiseParams& p = plan_.params;
-    std::fill_n(out, kNoiseBatch, plan_.bias);
-    for (int a = 0; a < p.dims && slopes != nullptr; ++a) std::fill_n(slopes[a], kNoiseBatch, 0.0f);
-    for (const NoiseOctave& octave : plan_.octaves) {
-      for (int a = 0; a < p.dims; ++a) {
-        OctaveBatch b;
-        b.count = count;
-        b.cell = base_cell[a];
-        b.fraction = base_fraction[a];
-        Split(octave.scale, b.scale);
-        const auto [cell, shift] = ShiftOf(octave, a);
-        b.shift = shift;
-        b.shift_cell = cell;
-        b.period = octave.period[a];
-        b.nearest = p.kind == NoiseKind::kHash && octave.period[a] == 0;
-        b.out_cell = s.cell[a];
-        b.out_fraction = s.fraction[a];
-        kernels_.octave(b);
-        if (warp != nullptr) {
-          kernels_.displace({count, warp[a], static_cast<float>(p.warp * octave.scale), octave.period[a],
-                             s.cell[a], s.fraction[a]});
-        }
-      }
-      NoiseBatch batch;
-      batch.count = count;
-      batch.seed = octave.seed;
-      batch.shape = &plan_.shape;
-      batch.value = s.value;
-      for (int a = 0; a < 4; ++a) {
-        batch.cell[a] = s.cell[a];
-        batch.fraction[a] = s.fraction[a];
-        batch.period[a] = octave.period[a];
-        if (slopes != nullptr) batch.slope[a] = s.slope[a];
-      }
-      Evaluate(batch);
-      kernels_.clear(invalid, count, s.value);
-      kernels_.accumulate({count, s.value, p.sum, octave.weight, out});
-      for (int a = 0; a < p.dims && slopes != nullptr; ++a) {
-        kernels_.clear(invalid, count, s.slope[a]);
-        const float weight = octave.weight * static_cast<float>(octave.scale);
-        for (int i = 0; i < count; ++i)
-          slopes[a][i] += weight * (ShapeSlope(p.sum, s.value[i]) * s.slope[a][i]);
-      }
-    }
-    if (slopes == nullptr && (p.bias != 0.5 || p.contrast != 0.5)) {
-      for (int i = 0; i < count; ++i) out[i] = BentValue(p, out[i]);
-    }
-  }
-
- private:
-  void Evaluate(const NoiseBatch& b) const {
-    if (evaluate_ != nullptr) return evaluate_(b);
-    PerlinBatch(b, plan_.params.dims);
-  }
-
-  NoisePlan plan_;
-  NoiseKernels kernels_;
-  NoiseEvaluate evaluate_ = nullptr;
-  bool slopes_ = false;
-};
-
 // Channels of a position: with low parts coordinates are sums of two.
 int Coordinates(const NoiseParams& p) { return p.low_parts ? 2 * p.dims : p.dims; }
 
 class NoiseAtStage final : public graph::TileStage {
  public:
-  NoiseAtStage(const NoiseParams& params, const ImageSpec& in, const ImageSpec& out)
+  NoiseAtStage(const NoiseParams& params, const ImageSpec& in, const ImageSpec& out, bool own_periods)
       : params_(params),
         kernels_(FindNoiseKernels()),
         alpha_(out.alpha),
         width_(out.width()),
-        low_(params.low_parts) {
+        low_(params.low_parts),
+        own_periods_(own_periods) {
+    if (params.kind == NoiseKind::kSimplex)
+      longest_ = static_cast<float>(kLongestSimplexPeriod / std::pow(params.lacunarity, std::max(params.octaves - 1, 0)));
     const int fields = HasFieldPerChannel(params) ? out.channel_count() : 1;
     for (int c = 0; c < fields; ++c) {
       fields_.emplace_back(FieldParams(params, c), params.output == NoiseOutput::kColor ? c : 0);
     }
-    for (int a = 0; a < params.dims; ++a) scale_[a] = fields_[0].ScaleOf(a);
     for (int a = 0; a < params.dims && params.warp != 0; ++a) warp_.emplace_back(WarpParams(params, a), 0);
-    if (!low_ && fields_[0].HasPoints(std::min(in.channel_count(), 64)))
+    if (!low_ && !own_periods_ && fields_[0].HasPoints(std::min(in.channel_count(), 64)))
       points_ = FindNoisePoints(params.dims);
   }
   Roi InputRoi(int, const Roi& out) const override { return out; }
@@ -241,6 +68,16 @@ class NoiseAtStage final : public graph::TileStage {
   }
 
  private:
+  static constexpr int kDone = -1;  // in place of a period
+  // Of a batch whose positions have periods of their own.
+  struct Groups {
+    explicit Groups(base::Arena& arena) : coordinates(arena), values(arena) {}
+    NoisePeriods* periods = nullptr;
+    int* member = nullptr;                   // positions with the same periods
+    base::ArenaVector<float*> coordinates;  // theirs
+    base::ArenaVector<float*> values;       // of all positions, of every field
+    float* slopes[4] = {};
+  };
   // A tile's scratch memory.
   struct Work {
     Work(const NoiseAtStage& stage, const graph::TileArgs& args)
@@ -260,6 +97,7 @@ class NoiseAtStage final : public graph::TileStage {
       for (int c : args.channels) planes.push_back(PlaneOf(stage, c));
       const ConstImageView& in = args.in[0];
       for (int c = 0; c < in.channels; ++c) coordinates.push_back(Floats());
+      if (stage.own_periods_) groups = MakeGroups();
       straight = stage.points_ != nullptr && in.channels >= stage.params_.dims && in.channels <= 4;
       if (!straight) return;
       const size_t width = static_cast<size_t>(args.out.roi.width()) + kNoiseBatch;
@@ -275,6 +113,16 @@ class NoiseAtStage final : public graph::TileStage {
       float* const p = arena.Allocate<float>(kNoiseBatch);
       std::fill_n(p, kNoiseBatch, value);
       return p;
+    }
+    Groups* MakeGroups() {
+      Groups* const g = new (arena.Allocate<Groups>(1)) Groups(arena);
+      g->periods = arena.Allocate<NoisePeriods>(kNoiseBatch);
+      std::fill_n(g->periods, kNoiseBatch, NoisePeriods{});
+      g->member = arena.Allocate<int>(kNoiseBatch);
+      for (size_t c = 0; c < coordinates.size(); ++c) g->coordinates.push_back(Floats());
+      for (size_t c = 0; c < values.size(); ++c) g->values.push_back(Floats());
+      for (float*& slope : g->slopes) slope = Floats();
+      return g;
     }
     // What channel `c` of the result shows.
     const float* PlaneOf(const NoiseAtStage& stage, int c) const {
@@ -303,6 +151,7 @@ class NoiseAtStage final : public graph::TileStage {
     uint32_t* wrong = nullptr;
     base::ArenaVector<float*> rows;
     base::ArenaVector<PointRow> point_rows;
+    Groups* groups = nullptr;  // where positions have periods of their own
   };
 
   // Whether all of a row was within the kernel's reach.
@@ -321,33 +170,84 @@ class NoiseAtStage final : public graph::TileStage {
     return complete;
   }
 
-  void Batch(const graph::TileArgs& args, int x, int y, int count, Work& w) const {
+  // Noise at coordinates, by channels of the input as they are there.
+  void Evaluate(const graph::TileArgs& args, int count, float* const* coordinates, const NoisePeriods& periods,
+                Work& w) const {
     const bool gradient = HasSlopes(params_);
     const auto plane_of = [&](int channel) {
       const auto present = std::find(args.in_channels[0].begin(), args.in_channels[0].end(), channel);
-      return w.coordinates[static_cast<size_t>(present - args.in_channels[0].begin())];
+      return coordinates[present - args.in_channels[0].begin()];
     };
     std::fill_n(w.invalid, kNoiseBatch, 0u);
-    kernels_.separate(reinterpret_cast<const float*>(args.in[0].At(x, y)), args.in[0].channels, count,
-                      w.coordinates.data());
     for (int a = 0; a < params_.dims; ++a) {
       PositionBatch b;
       b.count = count;
       b.high = plane_of(a);
       b.low = low_ ? plane_of(params_.dims + a) : nullptr;
-      b.scale = scale_[a];
+      b.scale = fields_[0].ScaleOf(a, periods[static_cast<size_t>(a)]);
       b.cell = w.cell[a];
       b.fraction = w.fraction[a];
       b.invalid = w.invalid;
       kernels_.position(b);
     }
-    for (size_t a = 0; a < warp_.size(); ++a) {
-      warp_[a].Run(count, w.cell, w.fraction, w.invalid, nullptr, w.scratch, w.warp[a], nullptr);
-    }
+    PointField::Batch batch;
+    batch.count = count;
+    batch.base_cell = w.cell;
+    batch.base_fraction = w.fraction;
+    batch.invalid = w.invalid;
+    batch.periods = periods;
+    for (size_t a = 0; a < warp_.size(); ++a) warp_[a].Run(batch, w.scratch, w.warp[a], nullptr);
+    if (!warp_.empty()) batch.warp = w.warp;
     for (size_t c = 0; c < fields_.size(); ++c) {
       if (!gradient && !w.Wants(w.values[c])) continue;
-      fields_[c].Run(count, w.cell, w.fraction, w.invalid, warp_.empty() ? nullptr : w.warp, w.scratch,
-                     w.values[c], gradient ? w.slopes : nullptr);
+      fields_[c].Run(batch, w.scratch, w.values[c], gradient ? w.slopes : nullptr);
+    }
+  }
+
+  // Positions with the same periods are brought together: periods are whole and change along edges.
+  void EvaluateInGroups(const graph::TileArgs& args, int x, int y, int count, Work& w) const {
+    Groups& g = *w.groups;
+    const auto* const own = reinterpret_cast<const float*>(args.in[1].At(x, y));
+    const int channels = args.in[1].channels;
+    for (int i = 0; i < count; ++i) {
+      for (int a = 0; a < params_.dims; ++a)
+        g.periods[i][static_cast<size_t>(a)] = WholePeriod(own[i * channels + (channels > 1 ? a : 0)]);
+    }
+    const bool gradient = HasSlopes(params_);
+    for (int done = 0, first = 0; done < count; ++first) {
+      if (g.periods[first][0] == kDone) continue;
+      const NoisePeriods periods = g.periods[first];
+      int members = 0;
+      for (int i = first; i < count; ++i) {
+        if (g.periods[i] != periods) continue;
+        g.member[members++] = i;
+        g.periods[i][0] = kDone;
+      }
+      done += members;
+      for (size_t c = 0; c < w.coordinates.size(); ++c)
+        for (int k = 0; k < members; ++k) g.coordinates[c][k] = w.coordinates[c][g.member[k]];
+      Evaluate(args, members, g.coordinates.data(), periods, w);
+      const auto scatter = [&](const float* from, float* to) {
+        for (int k = 0; k < members; ++k) to[g.member[k]] = from[k];
+      };
+      for (size_t c = 0; c < fields_.size(); ++c) scatter(w.values[c], g.values[c]);
+      for (int a = 0; a < params_.dims && gradient; ++a) scatter(w.slopes[a], g.slopes[a]);
+    }
+    for (size_t c = 0; c < fields_.size(); ++c) std::copy_n(g.values[c], count, w.values[c]);
+    for (int a = 0; a < params_.dims && gradient; ++a) std::copy_n(g.slopes[a], count, w.slopes[a]);
+  }
+  int WholePeriod(float v) const {
+    const float whole = std::floor(v);
+    return whole >= 1 && whole <= longest_ ? static_cast<int>(whole) : 0;
+  }
+
+  void Batch(const graph::TileArgs& args, int x, int y, int count, Work& w) const {
+    kernels_.separate(reinterpret_cast<const float*>(args.in[0].At(x, y)), args.in[0].channels, count,
+                      w.coordinates.data());
+    if (own_periods_) {
+      EvaluateInGroups(args, x, y, count, w);
+    } else {
+      Evaluate(args, count, w.coordinates.data(), params_.period, w);
     }
     if (w.straight) {  // each pixel by its own position, whatever its neighbours are
       const int first = x - args.out.roi.x0;
@@ -365,10 +265,10 @@ class NoiseAtStage final : public graph::TileStage {
   NoiseParams params_;
   NoiseKernels kernels_;
   int alpha_ = -1, width_ = 0;
-  bool low_ = false;
+  bool low_ = false, own_periods_ = false;
+  float longest_ = 1 << 24;  // of a position's own periods
   std::vector<PointField> fields_, warp_;
   NoisePoints points_ = nullptr;
-  PositionScale scale_[4];
 };
 
 class NoiseAtOp final : public graph::OpWith<NoiseParams> {
@@ -383,24 +283,55 @@ class NoiseAtOp final : public graph::OpWith<NoiseParams> {
                                      std::to_string(needed) + ", dims=" + std::to_string(params().dims) +
                                      " coordinates" + (params().low_parts ? " and their low parts" : ""));
     }
+    if (inputs.size() > 1) {
+      graph::RequireSameWindow("noiseat", inputs);
+      const int periods = inputs[1].channel_count();
+      if (periods != 1 && periods < params().dims) {
+        throw DataError("noiseat", "found " + std::to_string(periods) + " channels of periods, expected one or " +
+                                       std::to_string(params().dims));
+      }
+    }
     ImageSpec spec = inputs[0];
     spec.channels = DefaultChannelNames(channels_);
     spec.alpha = spec.ChannelIndex("A");
     spec.type = PixelType::kFloat;
     return spec;
   }
-  std::vector<bool> NeededChannels(int, const std::vector<bool>&, const ImageSpec& in) const override {
+  std::vector<bool> NeededChannels(int k, const std::vector<bool>&, const ImageSpec& in) const override {
     std::vector<bool> needed(in.channels.size(), false);
-    std::fill_n(needed.begin(), Coordinates(params()), true);
+    std::fill_n(needed.begin(), k == 0 ? Coordinates(params()) : std::min(in.channel_count(), params().dims), true);
     return needed;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    return std::make_unique<NoiseAtStage>(params(), context.inputs[0], context.output);
+    return std::make_unique<NoiseAtStage>(params(), context.inputs[0], context.output, context.inputs.size() > 1);
   }
 
  private:
   int channels_;
 };
+
+void CheckNoiseAt(const NoiseParams& params, int channels) {
+  CheckNoise("noiseat", params);
+  CheckPacking("noiseat", params, channels);
+  if (channels < 1)
+    throw Error("noiseat:channels", "found " + std::to_string(channels) + ", expected at least 1");
+  if (params.slices != 1) throw Error("noiseat:slices", "found slices, which only grids have");
+  if (params.method != NoiseMethod::kAuto)
+    throw Error("noiseat:method", "found accumulation, which only grids have");
+}
+
+void CheckOwnPeriods(const NoiseParams& p) {
+  const auto refuse = [](const std::string& why) { throw Error("noiseat:periods", "found " + why); };
+  if (std::any_of(p.period.begin(), p.period.end(), [](int n) { return n != 0; }))
+    refuse("period= too, expected one of them");
+  if (p.kind == NoiseKind::kGabor)
+    refuse("gabor noise, whose impulses are laid out for one period: expected period=, or another type");
+  if (p.lattice == NoiseLattice::kPerlin || (p.lattice == NoiseLattice::kOsl && p.kind == NoiseKind::kSimplex))
+    refuse("a noise that has none as it is published, expected another type or lattice");
+  if (p.octaves > 1 && p.lacunarity != std::floor(p.lacunarity))
+    refuse("lacunarity=" + base::NumberText(p.lacunarity) +
+           ", expected a whole number, or octaves would not repeat with the first");
+}
 
 }  // namespace
 
@@ -408,6 +339,7 @@ OpInfo NoiseAtInfo() {
   OpInfo info;
   info.name = "noiseat";
   info.family = "noise";
+  info.operands = [](const Arguments& a) { return a.Flag("periods") ? 2 : 1; };
   info.summary = "Noise at the positions held in an image";
   info.help =
       "The positions of an AOV file, found by their names, else the first dims= channels, are coordinates, "
@@ -415,17 +347,23 @@ OpInfo NoiseAtInfo() {
       "2 dims channels, for positions of 48 bits. type= is one of the noise generators, whose modifiers "
       "apply. The result "
       "has channels= channels. A position that is NaN or infinite gives noise 0.\n"
+      "POSITION PERIODS --noiseat:periods=1 takes from the second image what period= says once for all: cells, one "
+      "channel or one per coordinate, rounded down; below 1, NaN, and above 2^24 is none. Open Shading Language's "
+      "pnoise has its period so, and takes what is below 1 as 1.\n"
       "Source: van Wijk 1991, 4 (spots on surfaces); Perlin 1985.";
   info.bound = "3e-6 times the sum of the octaves' weights, for positions whose product with freq is exact";
   info.bound_u = 20;
   ParamInfo type = ChoiceModifier(
-      "type", {"perlin", "white", "value", "simplex", "cell", "sparse", "spot", "hash"}, "kind of noise");
+      "type", {"perlin", "white", "value", "simplex", "cell", "sparse", "spot", "hash", "gabor"},
+      "kind of noise");
   info.modifiers = {type, IntegerModifier("channels", "1", 1, 64, "channels of the result"),
+                    FlagModifier("periods", "periods are given, above the positions"),
                     FlagModifier("low", "channels dims + i are low parts, added to channels i")};
   constexpr std::pair<const char*, const char*> kTypesOf[] = {
       {"fade", "perlin|value"},   {"distance", "cell"}, {"jitter", "cell"},
-      {"density", "sparse|spot"}, {"stretch", "spot"},  {"angle", "spot"}};
-  for (NoiseKind kind : {NoiseKind::kGradient, NoiseKind::kWhite, NoiseKind::kCell, NoiseKind::kSpot}) {
+      {"density", "sparse|spot"}, {"stretch", "spot"},  {"angle", "spot|gabor"}};
+  for (NoiseKind kind : {NoiseKind::kGradient, NoiseKind::kWhite, NoiseKind::kCell, NoiseKind::kSpot,
+                         NoiseKind::kGabor}) {
     for (ParamInfo& param : NoiseModifiers(kind)) {
       if (param.name == "freq") param.default_value = "1", param.help = "cells per unit of position";
       if (param.name == "dims") param.default_value = "3", param.min = 1;
@@ -440,15 +378,17 @@ OpInfo NoiseAtInfo() {
   }
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
     NoiseKind kind = NoiseKind::kGradient;
-    for (int k = 0; k <= static_cast<int>(NoiseKind::kHash); ++k) {
+    for (int k = 0; k <= static_cast<int>(NoiseKind::kGabor); ++k) {
       if (a.Text("type") == NoiseName(static_cast<NoiseKind>(k))) kind = static_cast<NoiseKind>(k);
     }
     NoiseParams p = NoiseArguments(kind, a);
     p.low_parts = a.Flag("low");
     const bool named = !p.low_parts && p.dims <= 3 && !FindAov(in[0].spec(), Aov::kPosition).empty();
-    return NoiseAt(named ? PositionsOf(in[0]) : in[0], p, a.Integer("channels"));
+    const Node position = named ? PositionsOf(in[0]) : in[0];
+    return in.size() > 1 ? NoiseAt(position, in[1], p, a.Integer("channels"))
+                         : NoiseAt(position, p, a.Integer("channels"));
   };
-  info.examples = {"", "freq=3.7 octaves=4 channels=4", "dims=1 low=1"};
+  info.examples = {"", "freq=3.7 octaves=4 channels=4", "dims=1 low=1", "type=gabor dims=2 freq=3", "periods=1 freq=9 octaves=2"};
   return info;
 }
 
@@ -457,14 +397,14 @@ OpInfo NoiseAtInfo() {
 namespace tessera {
 
 Node NoiseAt(const Node& position, const NoiseParams& params, int channels) {
-  ops::CheckNoise("noiseat", params);
-  ops::CheckPacking("noiseat", params, channels);
-  if (channels < 1)
-    throw Error("noiseat:channels", "found " + std::to_string(channels) + ", expected at least 1");
-  if (params.slices != 1) throw Error("noiseat:slices", "found slices, which only grids have");
-  if (params.method != NoiseMethod::kAuto)
-    throw Error("noiseat:method", "found accumulation, which only grids have");
+  ops::CheckNoiseAt(params, channels);
   return graph::MakeNode(std::make_shared<const ops::NoiseAtOp>(params, channels), {position});
+}
+
+Node NoiseAt(const Node& position, const Node& periods, const NoiseParams& params, int channels) {
+  ops::CheckNoiseAt(params, channels);
+  ops::CheckOwnPeriods(params);
+  return graph::MakeNode(std::make_shared<const ops::NoiseAtOp>(params, channels), {position, periods});
 }
 
 }  // namespace tessera

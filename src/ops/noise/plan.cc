@@ -7,6 +7,7 @@
 
 #include "base/number_text.h"
 #include "base/turn.h"
+#include "model/gabor_lattice.h"
 #include "tessera/error.h"
 
 namespace tessera::ops {
@@ -66,6 +67,10 @@ NoiseShape ShapeOf(const NoiseParams& p) {
     shape.spot[1] = static_cast<float>((1 - p.stretch) * c * s);
     shape.spot[2] = static_cast<float>(s * s + p.stretch * c * c);
   }
+  if (p.kind == NoiseKind::kGabor) {
+    shape.gabor = GaborShapeOf(p);
+    scale = GaborHeight(p, shape.gabor);
+  }
   shape.scale = static_cast<float>(scale);
   return shape;
 }
@@ -117,6 +122,8 @@ double MeanSize(NoiseKind kind, int dims) {
       return kSimplex[dims];
     case NoiseKind::kCell:
       return kCell[dims];
+    case NoiseKind::kGabor:
+      return 0.26;
     default:
       return 0.25;
   }
@@ -169,6 +176,7 @@ void CheckNoise(const std::string& op, const NoiseParams& p) {
   Require(p.slices >= 1, op, "slices", p.slices, "1 or more");
   Require(p.slices == 1 || p.dims >= 3, op, "slices", p.slices,
           "1 where dims is below 3: slices lie along the third coordinate");
+  if (p.kind == NoiseKind::kGabor) CheckGabor(op, p);
   const bool published = p.lattice != NoiseLattice::kTessera;
   if (p.lattice == NoiseLattice::kPerlin && (p.kind != NoiseKind::kGradient || p.dims > 3)) {
     throw Error(op + ":lattice",
@@ -248,7 +256,15 @@ NoisePlan MakeNoisePlan(const NoiseParams& params, bool on_grid, int channel) {
     octave.seed = OctaveSeed(params.seed, k, published ? 0 : channel);
     for (int a = 0; a < 4; ++a) {
       if (k > 0 && !published) octave.shift[a] = OctaveSeed(octave.seed, a, 1) / kTwo32;
-      const double period = params.period[static_cast<size_t>(a)] * scale;
+      double period = params.period[static_cast<size_t>(a)];
+      octave.lattice[a] = scale;
+      if (params.kind == NoiseKind::kGabor) {
+        const model::GaborCells cells =
+            model::CellsOfGabor(params.bandwidth, params.period[static_cast<size_t>(a)]);
+        octave.lattice[a] = cells.per_wave * scale;
+        period = cells.period;
+      }
+      period *= scale;
       octave.period[a] = period < kTwo32 ? static_cast<uint32_t>(period) : 0;
     }
     if (octave.weight != 0) plan.octaves.push_back(octave);
@@ -280,8 +296,8 @@ LatticePlace PlaceOf(const NoisePlan& plan, const NoiseOctave& octave, int axis,
     high = std::fmod(high, period);
     if (high < 0) add(period);
   }
-  const double product = high * octave.scale;
-  low = std::fma(high, octave.scale, -product) + low * octave.scale;
+  const double scale = octave.lattice[axis], product = high * scale;
+  low = std::fma(high, scale, -product) + low * scale;
   // Modulo the period of the lattice, or of its integers. Whole numbers of 62 bits are the common case.
   if (std::fabs(product) < 0x1p62) {
     const auto floor_of = [](double v) {

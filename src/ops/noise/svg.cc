@@ -14,77 +14,11 @@
 #include "ops/noise/field.h"
 #include "ops/noise/kernels.h"
 #include "ops/noise/noise_ops.h"
+#include "ops/noise/svg.h"
 #include "tessera/ops/noise.h"
 
 namespace tessera::ops {
 namespace {
-
-constexpr int kSize = 256;
-constexpr double kOrigin = 4096;  // added to coordinates, so that those above -4096 are positive
-
-// The specification's tables: a permutation and unit gradients of four channels.
-struct SvgLattice {
-  std::array<int, 2 * kSize + 2> selector;
-  std::array<std::array<std::array<float, 2>, 2 * kSize + 2>, 4> gradient;
-
-  explicit SvgLattice(double seed_number) {
-    constexpr int64_t kModulus = 2147483647, kFactor = 16807;  // Park and Miller
-    const double truncated = std::clamp(std::trunc(seed_number), -2147483647.0, 2147483647.0);
-    int64_t seed = static_cast<int64_t>(truncated);
-    if (seed <= 0) seed = -(seed % (kModulus - 1)) + 1;
-    seed = std::min(seed, kModulus - 1);
-    const auto random = [&] { return seed = seed * kFactor % kModulus; };
-    for (auto& channel : gradient) {
-      for (int i = 0; i < kSize; ++i) {
-        double g[2];
-        for (double& v : g) v = static_cast<double>(random() % (2 * kSize) - kSize) / kSize;
-        const double length = std::sqrt(g[0] * g[0] + g[1] * g[1]);
-        channel[static_cast<size_t>(i)] = {static_cast<float>(g[0] / length),
-                                           static_cast<float>(g[1] / length)};
-      }
-    }
-    for (int i = 0; i < kSize; ++i) selector[static_cast<size_t>(i)] = i;
-    for (int i = kSize - 1; i > 0; --i) {
-      std::swap(selector[static_cast<size_t>(i)], selector[static_cast<size_t>(random() % kSize)]);
-    }
-    for (size_t i = 0; i < kSize + 2; ++i) {
-      selector[kSize + i] = selector[i];
-      for (auto& channel : gradient) channel[kSize + i] = channel[i];
-    }
-  }
-};
-
-// Base frequencies, adjusted where the frame must tile, and where lattice coordinates wrap.
-struct SvgAxis {
-  double frequency = 0;
-  double width = 0, wrap = 0;  // of the first octave; 0: no stitching
-
-  SvgAxis(double base, bool stitch, int origin, int size) : frequency(base) {
-    if (!stitch || size == 0) return;
-    if (base != 0) {
-      const double low = std::floor(size * base) / size, high = std::ceil(size * base) / size;
-      frequency = base / low < high / base ? low : high;
-    }
-    width = std::floor(size * frequency + 0.5);
-    wrap = std::trunc(origin * frequency + kOrigin + width);
-  }
-  struct Place {
-    int low, high;  // lattice coordinates, modulo 256
-    float fraction;
-  };
-  Place At(double coordinate, int octave) const {
-    const double scale = std::ldexp(1.0, octave);
-    const double t = coordinate * frequency * scale + kOrigin;
-    const double whole = std::trunc(t);
-    // Octave by octave: width doubles, wrap becomes 2 wrap - 4096.
-    const double octave_width = width * scale, octave_wrap = (wrap - kOrigin) * scale + kOrigin;
-    const auto cell = [&](double c) {
-      if (width > 0 && c >= octave_wrap) c -= octave_width;
-      return static_cast<int>(std::fmod(std::fmod(c, kSize) + kSize, kSize));
-    };
-    return {cell(whole), cell(whole + 1), static_cast<float>(t - whole)};
-  }
-};
 
 class SvgStage final : public graph::TileStage {
  public:
@@ -234,25 +168,44 @@ OpInfo SvgRow(const char* name, const char* summary) {
       "Source: SVG 1.1, section 15.24.";
   info.bound = "1e-5 * sum of weights, and the seed's rules exactly";
   info.bound_u = 84;
-  info.modifiers = {
-      NumberModifier("seed", "0", -2147483648.0, 2147483647.0, "start of the generator, truncated"),
-      ListModifier("basefreq", "0.05", 2, 0, 1e6, "cycles per pixel: x,y or one for both"),
-      IntegerModifier("octaves", "1", 0, 64, "number of octaves"),
-      FlagModifier("stitch", "adjust the frequencies so that the frame tiles")};
+  info.modifiers = SvgModifiers();
   info.examples = {"", "seed=7 basefreq=0.02,0.11 octaves=4"};
   return info;
 }
 template <bool kFractal>
 Node MakeSvg(std::span<const Node>, const Arguments& a, const ImageSpec* output) {
-  const std::vector<double>& f = a.Numbers("basefreq");
-  return SvgTurbulence(*output, {.fractal_noise = kFractal,
-                                 .seed = a.Number("seed"),
-                                 .base_frequency = {f[0], f.back()},
-                                 .octaves = a.Integer("octaves"),
-                                 .stitch = a.Flag("stitch")});
+  return SvgTurbulence(*output, SvgArguments(a, kFractal));
 }
 
 }  // namespace
+
+std::vector<ParamInfo> SvgModifiers() {
+  return {NumberModifier("seed", "0", -2147483648.0, 2147483647.0, "start of the generator, truncated"),
+          ListModifier("basefreq", "0.05", 2, 0, 1e6, "cycles per pixel: x,y or one for both"),
+          IntegerModifier("octaves", "1", 0, 64, "number of octaves"),
+          FlagModifier("stitch", "adjust the frequencies so that the frame tiles")};
+}
+SvgTurbulenceParams SvgArguments(const Arguments& a, bool fractal_noise) {
+  const std::vector<double>& f = a.Numbers("basefreq");
+  return {.fractal_noise = fractal_noise,
+          .seed = a.Number("seed"),
+          .base_frequency = {f[0], f.back()},
+          .octaves = a.Integer("octaves"),
+          .stitch = a.Flag("stitch")};
+}
+
+void CheckSvg(const std::string& op, const SvgTurbulenceParams& params) {
+  for (double f : params.base_frequency) {
+    if (!(f >= 0 && f <= 1e6))
+      throw Error(op, "found base frequency " + base::NumberText(f) + ", expected 0 to 1e6");
+  }
+  if (!std::isfinite(params.seed)) {
+    throw Error(op, "found a seed of " + base::NumberText(params.seed) + ", expected a finite number");
+  }
+  if (params.octaves < 0 || params.octaves > 64) {
+    throw Error(op, "found " + std::to_string(params.octaves) + " octaves, expected 0 to 64");
+  }
+}
 
 OpInfo SvgTurbulenceInfo() {
   OpInfo info = SvgRow("turbulence", "SVG's feTurbulence, type turbulence");
@@ -272,16 +225,7 @@ namespace tessera {
 Node SvgTurbulence(const ImageSpec& spec, const SvgTurbulenceParams& params) {
   const char* const name = params.fractal_noise ? "fractalnoise" : "turbulence";
   if (spec.channels.empty()) throw Error(name, "found no channels, expected at least one");
-  for (double f : params.base_frequency) {
-    if (!(f >= 0 && f <= 1e6))
-      throw Error(name, "found base frequency " + base::NumberText(f) + ", expected 0 to 1e6");
-  }
-  if (!std::isfinite(params.seed)) {
-    throw Error(name, "found a seed of " + base::NumberText(params.seed) + ", expected a finite number");
-  }
-  if (params.octaves < 0 || params.octaves > 64) {
-    throw Error(name, "found " + std::to_string(params.octaves) + " octaves, expected 0 to 64");
-  }
+  ops::CheckSvg(name, params);
   SvgTurbulenceParams p = params;
   p.frame = spec.display_window.empty() ? spec.data_window : spec.display_window;
   return graph::MakeNode(std::make_shared<const ops::SvgOp>(spec, p), {});
