@@ -1,4 +1,5 @@
-// Noise on grids and at positions against FastNoise2 and libnoise, spots on a surface, and the four ways to
+// Noise on grids and at positions against FastNoise2 and libnoise, Gabor noise, SVG's turbulence, spots on a
+// surface, and the four ways to
 // eight octaves of turbulence: by formula, by eight lookups in a stored block, by two lookups of four
 // channels, by one lookup in a precomputed block.
 #include <cmath>
@@ -101,6 +102,43 @@ Contest AtPositions(int threads) {
   return c;
 }
 
+// Gabor noise, waves across the width or at positions, and SVG's turbulence both ways: no peer is built in
+// that has them.
+Contest GaborOnGrid(int dims, double waves, double bandwidth) {
+  NoiseParams p;
+  p.kind = NoiseKind::kGabor;
+  p.dims = dims, p.frequency = waves, p.bandwidth = bandwidth;
+  Contest c;
+  c.output = Image(ImageSpec(kSize, kSize, 1));
+  c.ways.push_back({"", Noise(c.output.spec(), p)});
+  return c;
+}
+Contest GaborAt(bool random) {
+  NoiseParams p;
+  p.kind = NoiseKind::kGabor;
+  p.dims = 3, p.frequency = 1;
+  Contest c;
+  c.output = Image(ImageSpec(kSize, kSize, 1));
+  c.ways.push_back({"", NoiseAt(FromImage(Positions(kSize, random)), p)});
+  return c;
+}
+Contest Svg() {
+  SvgTurbulenceParams p;
+  p.octaves = 4;
+  Contest c;
+  c.output = Image(ImageSpec(kSize, kSize, 4));
+  const Image places(ImageSpec(kSize, kSize, 2));
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      places.at<float>(x, y, 0) = static_cast<float>(x);
+      places.at<float>(x, y, 1) = static_cast<float>(y);
+    }
+  }
+  c.ways = {{"pixels", SvgTurbulence(c.output.spec(), p)},
+            {"positions", SvgTurbulenceAt(FromImage(places), p)}};
+  return c;
+}
+
 // A paraboloid seen by its texture: stretched towards the rim.
 Contest OnSurface(int cells) {
   const Image surface(ImageSpec(kSize, kSize, 3));
@@ -155,6 +193,19 @@ int main(int argc, char** argv) {
     std::fputs(MissingNoisePeers().c_str(), stderr);
     RegisterGrids(options);
     Register("3-D random positions", kSize, kSize, options, {""}, PositionNoisePeerNames(), AtPositions);
+    for (const int waves : {16, 64}) {
+      Register("Gabor 2-D " + std::to_string(waves) + " waves", kSize, kSize, options, {""}, {},
+               [waves](int) { return GaborOnGrid(2, waves, 1); });
+    }
+    Register("Gabor 2-D 64 waves, bandwidth 0.3", kSize, kSize, options, {""}, {},
+             [](int) { return GaborOnGrid(2, 64, 0.3); });
+    Register("Gabor 3-D 16 waves", kSize, kSize, options, {""}, {},
+             [](int) { return GaborOnGrid(3, 16, 1); });
+    Register("Gabor at a plane's positions", kSize, kSize, options, {""}, {},
+             [](int) { return GaborAt(false); });
+    Register("Gabor at random positions", kSize, kSize, options, {""}, {}, [](int) { return GaborAt(true); });
+    Register("SVG turbulence 4 octaves", kSize, kSize, options, {"pixels", "positions"}, {},
+             [](int) { return Svg(); });
     for (const int cells : {16, 64, 256}) {
       Register("shapedspots " + std::to_string(cells) + " cells", kSize, kSize, options, {""}, {},
                [cells](int) { return OnSurface(cells); });

@@ -1,5 +1,5 @@
-// Where the impulses of Gabor noise lie: the definition that the kernel and its reference share, in waves (cells
-// of the noise).
+// Where the impulses of Gabor noise lie: the definition that the kernel and its reference share, in waves
+// (cells of the noise).
 #ifndef TESSERA_MODEL_GABOR_LATTICE_H_
 #define TESSERA_MODEL_GABOR_LATTICE_H_
 
@@ -34,8 +34,8 @@ inline GaborCells CellsOfGabor(double bandwidth, int period) {
 }
 
 // Impulses in every cell of that volume: `impulses` where a Gaussian is above 0.02, as Open Shading Language
-// counts them, to a whole number. Every cell has as many (where Lagae et al. 2009 draw a number from Poisson's
-// distribution): as their phases are independent the spectrum is the same, and no place is bare.
+// counts them, to a whole number. Every cell has as many (where Lagae et al. 2009 draw a number from
+// Poisson's distribution): as their phases are independent the spectrum is the same, and no place is bare.
 inline int GaborImpulsesPerCell(double impulses, double bandwidth, int dims, double volume) {
   const double reach = std::sqrt(-std::log(0.02) / std::numbers::pi) / GaborWidth(bandwidth);
   const double ball[] = {1, 2, std::numbers::pi, 4 * std::numbers::pi / 3};

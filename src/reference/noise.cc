@@ -401,7 +401,8 @@ NoiseValue GridNoise(const NoiseParams& p, int x, int y, double right, double do
 
 std::vector<Entry> NoiseEntries() {
   std::vector<Entry> entries;
-  for (const char* name : {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash", "gabor"}) {
+  for (const char* name :
+       {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash", "gabor"}) {
     entries.push_back({name, EvaluateGrid});
   }
   entries.push_back({"noiseat", EvaluateAt});

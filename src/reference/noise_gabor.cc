@@ -27,8 +27,7 @@ struct Envelope {
 Envelope EnvelopeAt(double t) {
   if (t >= 1) return {};
   const double gauss = std::exp(-model::kGaborEnd * t), end = 1 - std::pow(t, 8);
-  return {gauss * end * end,
-          gauss * (-model::kGaborEnd * end * end - 2 * end * 8 * std::pow(t, 7))};
+  return {gauss * end * end, gauss * (-model::kGaborEnd * end * end - 2 * end * 8 * std::pow(t, 7))};
 }
 
 // The integral of a kernel's square over space, its phase averaged out: Simpson's rule.
@@ -47,12 +46,14 @@ double Energy(int dims, double radius) {
 // The turned direction of the parameters.
 Vector Along(const NoiseParams& p) {
   Vector v = {p.direction[0], p.dims > 1 ? p.direction[1] : 0, p.dims > 2 ? p.direction[2] : 0};
-  for (double& c : v) c /= std::max({std::fabs(p.direction[0]), p.dims > 1 ? std::fabs(p.direction[1]) : 0.0,
-                                     p.dims > 2 ? std::fabs(p.direction[2]) : 0.0});
+  for (double& c : v)
+    c /= std::max({std::fabs(p.direction[0]), p.dims > 1 ? std::fabs(p.direction[1]) : 0.0,
+                   p.dims > 2 ? std::fabs(p.direction[2]) : 0.0});
   v = Unit(v);
   if (p.dims < 2) return v;
   const double angle = -std::fmod(p.angle, 360.0) * std::numbers::pi / 180;  // y is down
-  return {std::cos(angle) * v[0] - std::sin(angle) * v[1], std::sin(angle) * v[0] + std::cos(angle) * v[1], v[2]};
+  return {std::cos(angle) * v[0] - std::sin(angle) * v[1], std::sin(angle) * v[0] + std::cos(angle) * v[1],
+          v[2]};
 }
 
 }  // namespace
@@ -60,17 +61,16 @@ Vector Along(const NoiseParams& p) {
 NoiseValue GaborNoise(const NoiseParams& p, const std::vector<GaborImpulse>& impulses, double cell) {
   const auto dims = static_cast<size_t>(p.dims);
   const double radius = model::GaborRadius(p.bandwidth);
-  // A cell holds `per_cell` impulses; the mean of the noise's square is their density times a kernel's energy.
+  // A cell holds `per_cell` impulses; the mean of the noise's square is their density times a kernel's
+  // energy.
   const int per_cell = model::GaborImpulsesPerCell(p.impulses, p.bandwidth, p.dims, cell);
   const double height = 1 / (3 * std::sqrt(per_cell / cell * Energy(p.dims, radius)));
   Vector along = {1, 0, 0}, first = {}, second = {};
   if (p.orientation != GaborOrientation::kIsotropic) along = Along(p);
   if (p.orientation == GaborOrientation::kHybrid && p.dims == 3) {
-    // Perpendicular to it: the first without the coordinate in which it is smallest.
+    // Perpendicular to it and to the first axis that is not near it.
     size_t least = 0;
-    for (size_t a = 1; a < 3; ++a) {
-      if (std::fabs(along[a]) < std::fabs(along[least])) least = a;
-    }
+    while (std::fabs(along[least]) > 0.59) ++least;
     Vector axis = {};
     axis[least] = 1;
     first = Unit(Cross(axis, along));

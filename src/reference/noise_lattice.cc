@@ -375,7 +375,8 @@ NoiseValue Gabor(const NoiseParams& p, uint32_t seed, const Cells& period, const
       impulse.phase = Unit(state);
       if (turned) {
         state = Next(state, p.dims + 3);
-        impulse.azimuth = (state >> 30) * std::numbers::pi / 2 + SignedUnit(state << 2) * std::numbers::pi / 4;
+        impulse.azimuth =
+            (state >> 30) * std::numbers::pi / 2 + SignedUnit(state << 2) * std::numbers::pi / 4;
       }
       if (isotropic && p.dims == 3) {
         state = Next(state, p.dims + 4);

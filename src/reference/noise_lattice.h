@@ -37,8 +37,8 @@ struct NoiseValue {
 NoiseValue SimplexNoise(const NoiseParams& params, uint32_t seed, const NoiseCells& period, int channel,
                         const NoisePlace& place);
 
-// One octave of Gabor noise from the impulses in the cells around a position: where they lie from it, in waves,
-// with what is random about them. `cell`: the volume of a cell.
+// One octave of Gabor noise from the impulses in the cells around a position: where they lie from it, in
+// waves, with what is random about them. `cell`: the volume of a cell.
 struct GaborImpulse {
   std::array<double, 3> away = {};
   double phase = 0;                // turns

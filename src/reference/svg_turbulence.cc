@@ -124,7 +124,9 @@ void Evaluate(const Call& call, Position position) {
 
 std::vector<Entry> SvgTurbulenceEntries() {
   const auto on_grid = [](const Call& call) {
-    Evaluate(call, [](int x, int y) { return std::array<double, 2>{static_cast<double>(x), static_cast<double>(y)}; });
+    Evaluate(call, [](int x, int y) {
+      return std::array<double, 2>{static_cast<double>(x), static_cast<double>(y)};
+    });
   };
   const auto at = [](const Call& call) {
     const ImageD& in = call.in[0];

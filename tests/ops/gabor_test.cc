@@ -1,4 +1,5 @@
-// Gabor noise: its spectrum, variance and directions, periods, slopes, and every option against the reference.
+// Gabor noise: its spectrum, variance and directions, periods, slopes, and every option against the
+// reference.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -115,7 +116,8 @@ TEST(Gabor, NeighboursDoNotMatter) {
       for (size_t i = 0; i < order.size(); ++i) order[i] = i * 143 % 300;
       std::vector<float> mixed;
       for (const size_t i : order) {
-        for (int a = 0; a < dims; ++a) mixed.push_back(sorted[i * static_cast<size_t>(dims) + static_cast<size_t>(a)]);
+        for (int a = 0; a < dims; ++a)
+          mixed.push_back(sorted[i * static_cast<size_t>(dims) + static_cast<size_t>(a)]);
       }
       const std::vector<float> one = At(sorted, p), other = At(mixed, p);
       for (size_t i = 0; i < order.size(); ++i) ASSERT_EQ(one[order[i]], other[i]) << dims << " " << i;
@@ -135,7 +137,8 @@ TEST(Gabor, MeanZeroAndDeviationOneThirdWhateverTheParameters) {
       if (dims == 1 && orientation == GaborOrientation::kHybrid) continue;
       for (const auto& [bandwidth, impulses] : {std::pair{1.0, 16.0}, {1.0, 1.0}, {0.3, 4.0}, {6.0, 32.0}}) {
         SCOPED_TRACE(std::to_string(dims) + "-D, bandwidth " + std::to_string(bandwidth) + ", impulses " +
-                     std::to_string(impulses) + ", orientation " + std::to_string(static_cast<int>(orientation)));
+                     std::to_string(impulses) + ", orientation " +
+                     std::to_string(static_cast<int>(orientation)));
         NoiseParams p = Gabor(dims);
         p.orientation = orientation, p.bandwidth = bandwidth, p.impulses = impulses;
         double mean = 0, square = 0;
@@ -157,16 +160,19 @@ void ForSpectrum(const NoiseParams& params, int size, F f) {
   const auto n = static_cast<size_t>(size);
   std::vector<std::complex<double>> data(v.begin(), v.end());
   // A transform by halves of every row, then of every column.
-  const std::function<void(std::complex<double>*, size_t, size_t)> transform = [&](auto* at, size_t count, size_t step) {
+  const std::function<void(std::complex<double>*, size_t, size_t)> transform = [&](auto* at, size_t count,
+                                                                                   size_t step) {
     std::vector<std::complex<double>> line(count);
     for (size_t i = 0; i < count; ++i) {
       size_t back = 0;
-      for (size_t bit = 1, other = count / 2; bit < count; bit *= 2, other /= 2) back |= (i & bit) != 0 ? other : 0;
+      for (size_t bit = 1, other = count / 2; bit < count; bit *= 2, other /= 2)
+        back |= (i & bit) != 0 ? other : 0;
       line[back] = at[i * step];
     }
     for (size_t half = 1; half < count; half *= 2) {
       for (size_t k = 0; k < half; ++k) {
-        const std::complex<double> w = std::polar(1.0, -std::numbers::pi * static_cast<double>(k) / static_cast<double>(half));
+        const std::complex<double> w =
+            std::polar(1.0, -std::numbers::pi * static_cast<double>(k) / static_cast<double>(half));
         for (size_t i = k; i < count; i += 2 * half) {
           const std::complex<double> a = line[i], b = w * line[i + half];
           line[i] = a + b, line[i + half] = a - b;
@@ -277,7 +283,8 @@ TEST(Gabor, PeriodsRepeatInEveryBitAndHaveNoSeam) {
       p.octaves = 2;
       const std::vector<float> here = {0.25f, 0.5f, 0.875f, 1.0f, 1.5f, 0.0f, 1.96875f, 0.125f, 1.25f};
       std::vector<float> there = here;
-      for (size_t i = 0; i < there.size(); ++i) there[i] += static_cast<float>(period[i % 3] * (i < 3 ? 1 : -2));
+      for (size_t i = 0; i < there.size(); ++i)
+        there[i] += static_cast<float>(period[i % 3] * (i < 3 ? 1 : -2));
       EXPECT_EQ(At(here, p), At(there, p));
       NoiseParams endless = p;
       endless.period = {};
@@ -292,7 +299,8 @@ TEST(Gabor, PeriodsRepeatInEveryBitAndHaveNoSeam) {
   double seam = 0, inside = 0;
   for (size_t y = 0; y < 64; ++y) {
     EXPECT_EQ(v[y * 128], v[y * 128 + 64]);
-    seam += std::fabs(v[y * 128 + 64] - v[y * 128 + 63]), inside += std::fabs(v[y * 128 + 32] - v[y * 128 + 31]);
+    seam += std::fabs(v[y * 128 + 64] - v[y * 128 + 63]),
+        inside += std::fabs(v[y * 128 + 32] - v[y * 128 + 31]);
   }
   EXPECT_LT(seam, 2 * inside);
 }
@@ -322,7 +330,8 @@ TEST(Gabor, SlopesAreDerivativesAndPicturesArePositions) {
 }
 
 TEST(Gabor, HardPositions) {
-  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN(),
+                  kInf = std::numeric_limits<float>::infinity();
   OnEveryTarget([] {
     EXPECT_THAT(At({kNaN, 0, 0.5f, kInf, -kInf, 0.25f}, Gabor(2)), ::testing::Each(0.0f));
     for (const float v : At({3e38f, 1, -1e20f, 8388609, -0.0f, 2147483648.0f}, Gabor(2))) {
@@ -331,7 +340,8 @@ TEST(Gabor, HardPositions) {
     }
     // Both sides of a cell's edge, and of 0.
     const auto radius = static_cast<float>(std::sqrt(5 / std::numbers::pi) / Width(1));
-    const std::vector<float> v = At({radius * 0.9999999f, 0.3f, radius * 1.0000001f, 0.3f, -1e-30f, 0.3f, 0, 0.3f}, Gabor(2));
+    const std::vector<float> v =
+        At({radius * 0.9999999f, 0.3f, radius * 1.0000001f, 0.3f, -1e-30f, 0.3f, 0, 0.3f}, Gabor(2));
     EXPECT_NEAR(v[0], v[1], 4e-6);
     EXPECT_NEAR(v[2], v[3], 2e-6);
   });
@@ -347,11 +357,14 @@ TEST(Gabor, RefusalsNameTheParameter) {
     return Refusal([&] { Noise(ImageSpec(4, 4, 1), p); });
   };
   EXPECT_EQ(refusal([](NoiseParams&) {}), "accepted");
-  EXPECT_THAT(refusal([](NoiseParams& p) { p.bandwidth = 0; }), HasSubstr("bandwidth: found 0, expected 0.05 to 100"));
+  EXPECT_THAT(refusal([](NoiseParams& p) { p.bandwidth = 0; }),
+              HasSubstr("bandwidth: found 0, expected 0.05 to 100"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.bandwidth = std::nan(""); }), HasSubstr("bandwidth"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.impulses = 33; }), HasSubstr("impulses: found 33"));
   EXPECT_THAT(refusal([](NoiseParams& p) { p.dims = 4; }), HasSubstr("dims: found 4, expected 1 to 3"));
-  EXPECT_THAT(refusal([](NoiseParams& p) { p.period = {1, 0, 0, 0}; }),
+  EXPECT_THAT(refusal([](NoiseParams& p) {
+                p.period = {1, 0, 0, 0};
+              }),
               HasSubstr("period: found 1, expected 0, or 2 cells or more"));
   EXPECT_THAT(refusal([](NoiseParams& p) {
                 p.orientation = GaborOrientation::kAnisotropic, p.direction = {0, 0, 1};

@@ -94,8 +94,10 @@ TEST(NoisePeriods, OfEveryPositionsOwn) {
         for (size_t k = 0; k < choices.size(); ++k) {
           p.period = {choices[k][0], choices[k][1], choices[k][2], 0};
           const std::vector<float> one = At(positions, p);
-          for (size_t i = 0; i < own.size(); ++i)
-            if (i / 5 % 4 == k) ASSERT_EQ(own[i], one[i]) << i;
+          for (size_t i = 0; i < own.size(); ++i) {
+            if (i / 5 % 4 != k) continue;
+            ASSERT_EQ(own[i], one[i]) << i;
+          }
         }
       }
     }
@@ -138,7 +140,8 @@ TEST(NoisePeriods, EveryOptionIsWithinItsBound) {
           "periods=1 type=hash dims=2 offset=-7.5,3", "periods=1 pack=normal channels=4 type=value",
           "periods=1 low=1 dims=2 seed=9"}) {
       SCOPED_TRACE(example);
-      const Node node = op.make(std::vector{position, FromImage(periods)}, ops::ParseExample(op, example), nullptr);
+      const Node node =
+          op.make(std::vector{position, FromImage(periods)}, ops::ParseExample(op, example), nullptr);
       const VerifyReport report = Verify(node, PixelType::kFloat, options);
       EXPECT_TRUE(report.within_bound) << report.Summary();
     }
@@ -156,9 +159,11 @@ TEST(NoisePeriods, RefusalsNameWhatIsWrong) {
   EXPECT_EQ(refusal(position, same), "accepted");
   EXPECT_THAT(refusal(FromImage(Image(ImageSpec(4, 4, 2))), same), HasSubstr("found 2 channels of periods"));
   EXPECT_THAT(refusal(FromImage(Image(ImageSpec(5, 4, 3))), same), HasSubstr("noiseat"));
-  EXPECT_THAT(refusal(position, [](NoiseParams& p) { p.period[1] = 3; }), HasSubstr("periods: found period="));
+  EXPECT_THAT(refusal(position, [](NoiseParams& p) { p.period[1] = 3; }),
+              HasSubstr("periods: found period="));
   EXPECT_THAT(refusal(position, [](NoiseParams& p) { p.kind = NoiseKind::kGabor; }), HasSubstr("gabor"));
-  EXPECT_THAT(refusal(position, [](NoiseParams& p) { p.lattice = NoiseLattice::kPerlin; }), HasSubstr("periods"));
+  EXPECT_THAT(refusal(position, [](NoiseParams& p) { p.lattice = NoiseLattice::kPerlin; }),
+              HasSubstr("periods"));
   EXPECT_THAT(refusal(position, [](NoiseParams& p) { p.octaves = 2, p.lacunarity = 2.5; }),
               HasSubstr("lacunarity=2.5"));
 }

@@ -1,5 +1,5 @@
-/// Noise: white, value, gradient, simplex, cell, sparse convolution, spot and Gabor noise, sums of octaves, on
-/// grids and at the positions of an image. @file
+/// Noise: white, value, gradient, simplex, cell, sparse convolution, spot and Gabor noise, sums of octaves,
+/// on grids and at the positions of an image. @file
 #ifndef TESSERA_OPS_NOISE_H_
 #define TESSERA_OPS_NOISE_H_
 
@@ -24,8 +24,8 @@ enum class NoiseKind : uint8_t {
   kSparse,    ///< sparse convolution (Lewis): Poisson impulses of random height, radial kernel
   kSpot,      ///< spot noise (van Wijk): Poisson spots of random sign, elliptical kernel
   kHash,      ///< one uniform number per position: the hash of its coordinates as floats (OSL's hashnoise)
-  kGabor,     ///< impulses convolved with a Gaussian times a wave of random phase (Lagae et al. 2009): one wave
-              ///< a cell, of a bandwidth and orientation that are asked for
+  kGabor,  ///< impulses convolved with a Gaussian times a wave of random phase (Lagae et al. 2009): one wave
+           ///< a cell, of a bandwidth and orientation that are asked for
 };
 /// Where the random numbers of lattice points come from. Colour noise of kOsl is OSL's too.
 enum class NoiseLattice : uint8_t {
@@ -70,7 +70,7 @@ enum class NoiseMethod : uint8_t {
 enum class GaborOrientation : uint8_t {
   kIsotropic,    ///< any, uniform over the circle (2-D) or the sphere (3-D)
   kAnisotropic,  ///< one: NoiseParams::direction
-  kHybrid,       ///< any that is perpendicular to NoiseParams::direction: 3-D, a circle; 2-D, the one there is
+  kHybrid,  ///< any that is perpendicular to NoiseParams::direction: 3-D, a circle; 2-D, the one there is
 };
 /// Distance to the nearest feature point, the second nearest, or their difference.
 enum class CellDistance : uint8_t { kF1, kF2, kF2MinusF1 };
@@ -120,8 +120,8 @@ struct NoiseParams {
   double angle = 0;        ///< kSpot: the length's direction in degrees; kGabor: `direction` is turned by it
                            ///< in the plane of the first two coordinates, counter-clockwise as seen
 
-  /// kGabor: octaves between the half-amplitude frequencies of a kernel, [0.05, 100]: 0.1 long even waves, 1 as
-  /// OSL, 3 and more single blobs. 0, an endless wave, is refused.
+  /// kGabor: octaves between the half-amplitude frequencies of a kernel, [0.05, 100]: 0.1 long even waves, 1
+  /// as OSL, 3 and more single blobs. 0, an endless wave, is refused.
   double bandwidth = 1;
   GaborOrientation orientation = GaborOrientation::kIsotropic;  ///< kGabor
   std::array<double, 3> direction = {1, 0, 0};  ///< kGabor: of any length but 0; the first `dims` count
@@ -136,12 +136,12 @@ struct NoiseParams {
 /// Noise on the pixel grid of `spec`. Pixel (x, y) is at ((x + 1/2 - x0) * step, (y + 1/2 - y0) * step, 0, 0)
 /// + offset, step = frequency / width of the display window (the data window's where that is empty). Ranges
 /// (signed): kWhite, kHash, kValue, kGradient, kSimplex [-1,1]; kCell [0, sqrt(dims) * 1.5]; kSparse, kSpot
-/// and kGabor standard deviation 1/3, whatever the density, bandwidth and impulses; a sum of octaves times the sum of its weights. Published lattices keep their
-/// published ranges. Error: 1e-6 * sum of weights up to coordinates of 2^31 (cells and fractions are kept
-/// apart), bits equal on AVX2 and AVX-512. Cost: grid forms of kValue and kGradient on kTessera 0.25 to 1.3
-/// ns per octave; other kinds 2 to 30, kGabor 10 to 60. Throws Error for parameters outside the ranges above. Source:
-/// Perlin 1985 and 2002; Lewis 1989; van Wijk 1991; Worley 1996; McReynolds et al. 1997, 5.13; Lagae et al. 2009;
-/// doc/maths/noise.md.
+/// and kGabor standard deviation 1/3, whatever the density, bandwidth and impulses; a sum of octaves times
+/// the sum of its weights. Published lattices keep their published ranges. Error: 1e-6 * sum of weights up to
+/// coordinates of 2^31 (cells and fractions are kept apart), bits equal on AVX2 and AVX-512. Cost: grid forms
+/// of kValue and kGradient on kTessera 0.25 to 1.3 ns per octave; other kinds 2 to 30, kGabor 10 to 60.
+/// Throws Error for parameters outside the ranges above. Source: Perlin 1985 and 2002; Lewis 1989; van Wijk
+/// 1991; Worley 1996; McReynolds et al. 1997, 5.13; Lagae et al. 2009; doc/maths/noise.md.
 Node Noise(const ImageSpec& spec, const NoiseParams& params);
 
 /// Noise at the positions held in an image (a G-buffer's P): its first `dims` channels, times frequency plus
@@ -151,12 +151,12 @@ Node Noise(const ImageSpec& spec, const NoiseParams& params);
 /// slope times 2^-24 cells per octave's scale. Throws Error as Noise does, for fewer channels than dims
 /// (low_parts: than twice dims), and for what only grids have (slices, kAccumulate).
 Node NoiseAt(const Node& position, const NoiseParams& params, int channels = 1);
-/// The same with periods of each position's own, as Open Shading Language's pnoise has them: cells along the axes in
-/// the channels of `periods`, or along all of them in its only one, rounded down; what is below 1, NaN or above 2^24
-/// (kSimplex: 2^20 in the highest octave) is no period. Positions of the same periods are computed together, so that
-/// it costs what it does without, and up to the vector's lanes times that where every pixel has others. Throws Error
-/// as above, for windows that differ, for `period` beside it, and for what has no periods (kPerlin, kOsl's
-/// kSimplex) or only one for all (kGabor).
+/// The same with periods of each position's own, as Open Shading Language's pnoise has them: cells along the
+/// axes in the channels of `periods`, or along all of them in its only one, rounded down; what is below 1,
+/// NaN or above 2^24 (kSimplex: 2^20 in the highest octave) is no period. Positions of the same periods are
+/// computed together, so that it costs what it does without, and up to the vector's lanes times that where
+/// every pixel has others. Throws Error as above, for windows that differ, for `period` beside it, and for
+/// what has no periods (kPerlin, kOsl's kSimplex) or only one for all (kGabor).
 Node NoiseAt(const Node& position, const Node& periods, const NoiseParams& params, int channels = 1);
 
 /// SVG 1.1's feTurbulence, to the letter, in the first four channels, further ones 0: the reference function
@@ -175,11 +175,11 @@ struct SvgTurbulenceParams {
 /// SVG's turbulence on the pixel grid of `spec`, as SvgTurbulenceParams says.
 Node SvgTurbulence(const ImageSpec& spec, const SvgTurbulenceParams& params);
 
-/// SVG's turbulence at the positions held in an image, x and y of user space in its first two channels: where they
-/// are whole, the bits that SvgTurbulence() has at that pixel. The result has position's windows and `channels`
-/// channels, of which those beyond the fourth are 0. Positions that are NaN or infinite give noise 0 (0, or 1/2
-/// with fractal_noise). What is stitched is position's display window. Error: 1e-5, as SvgTurbulence().
-/// Throws Error as SvgTurbulence() does, and for fewer than two channels of position.
+/// SVG's turbulence at the positions held in an image, x and y of user space in its first two channels: where
+/// they are whole, the bits that SvgTurbulence() has at that pixel. The result has position's windows and
+/// `channels` channels, of which those beyond the fourth are 0. Positions that are NaN or infinite give noise
+/// 0 (0, or 1/2 with fractal_noise). What is stitched is position's display window. Error: 1e-5, as
+/// SvgTurbulence(). Throws Error as SvgTurbulence() does, and for fewer than two channels of position.
 Node SvgTurbulenceAt(const Node& position, const SvgTurbulenceParams& params, int channels = 4);
 
 }  // namespace tessera

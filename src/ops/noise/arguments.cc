@@ -12,7 +12,8 @@
 
 namespace tessera::ops {
 const char* NoiseName(NoiseKind kind) {
-  constexpr const char* kNames[] = {"white", "value", "perlin", "simplex", "cell", "sparse", "spot", "hash", "gabor"};
+  constexpr const char* kNames[] = {"white",  "value", "perlin", "simplex", "cell",
+                                    "sparse", "spot",  "hash",   "gabor"};
   return kNames[static_cast<int>(kind)];
 }
 

@@ -462,8 +462,8 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes, const float* 
         batch.fraction[0] = fraction_[0];
         for (int a = 0; a < p.dims; ++a) {
           field_.kernels_.displace({count, warp_row_[static_cast<size_t>(a)] + (x - x0_),
-                                    static_cast<float>(p.warp * octave.lattice[a]), octave.period[a], cell_[a],
-                                    fraction_[a]});
+                                    static_cast<float>(p.warp * octave.lattice[a]), octave.period[a],
+                                    cell_[a], fraction_[a]});
         }
       }
 >>>>>>> 85e5859 (Gabor noise, SVG's turbulence at positions, periods of each position's own (work in progress))

@@ -46,12 +46,11 @@ double KernelPower(int dims) {
 
 void CheckGabor(const std::string& op, const NoiseParams& p) {
   const auto require = [&](bool valid, const char* name, double found, const std::string& expected) {
-    if (!valid)
-      throw Error(op + ":" + name, "found " + base::NumberText(found) + ", expected " + expected);
+    if (!valid) throw Error(op + ":" + name, "found " + base::NumberText(found) + ", expected " + expected);
   };
   require(p.dims <= 3, "dims", p.dims, "1 to 3 for gabor noise");
-  require(p.bandwidth >= model::kLeastBandwidth && p.bandwidth <= model::kMostBandwidth, "bandwidth", p.bandwidth,
-          "0.05 to 100 octaves");
+  require(p.bandwidth >= model::kLeastBandwidth && p.bandwidth <= model::kMostBandwidth, "bandwidth",
+          p.bandwidth, "0.05 to 100 octaves");
   require(p.impulses >= 1 && p.impulses <= 32, "impulses", p.impulses, "1 to 32");
   bool some = false;
   for (int a = 0; a < p.dims; ++a) {
@@ -64,7 +63,8 @@ void CheckGabor(const std::string& op, const NoiseParams& p) {
                                        " coordinates, expected one that is not 0");
   }
   if (p.dims == 1 && p.orientation == GaborOrientation::kHybrid) {
-    throw Error(op + ":orientation", "found hybrid, expected dims=2 or 3: nothing is perpendicular to a line");
+    throw Error(op + ":orientation",
+                "found hybrid, expected dims=2 or 3: nothing is perpendicular to a line");
   }
   const double radius = model::GaborRadius(p.bandwidth);
   for (int a = 0; a < p.dims; ++a) {
@@ -98,9 +98,10 @@ GaborShape GaborShapeOf(const NoiseParams& p) {
   }
   std::copy_n(along.begin(), 3, shape.direction);
   if (shape.orientation != GaborOrientation::kHybrid) return shape;
-  // Two directions perpendicular to it and to each other, from the axis that it is farthest from.
-  const auto size = [&](size_t a) { return std::fabs(along[a]); };
-  const size_t axis = size(0) <= size(1) && size(0) <= size(2) ? 0 : size(1) <= size(2) ? 1 : 2;
+  // Two directions perpendicular to it and to each other, by way of the first axis that it is not near. No
+  // usual direction has this coordinate, so that roundings do not choose another axis.
+  size_t axis = 0;
+  while (std::fabs(along[axis]) > 0.59) ++axis;
   const size_t next = (axis + 1) % 3, last = (axis + 2) % 3;
   const double length = std::hypot(along[next], along[last]);
   Vector first = {};

@@ -21,8 +21,8 @@ using s::V;
 using s::VU;
 using Mask = hn::Mask<s::D>;
 
-constexpr int kSlots = 32;        // 3^dims cells, in whole vectors
-constexpr int kListed = 16;       // impulses of a cell that are looked at together
+constexpr int kSlots = 32;         // 3^dims cells, in whole vectors
+constexpr int kListed = 16;        // impulses of a cell that are looked at together
 constexpr int kDistinctCells = 4;  // lanes in more cells than that have lists of their own
 
 // What is random about an impulse: its place in the cell, cycles per wave along the axes, and phase.
@@ -56,8 +56,8 @@ HWY_INLINE Impulse<kDims> NextImpulse(VU& state, const GaborShape& shape) {
     if (shape.orientation == GaborOrientation::kHybrid) {
 #pragma GCC unroll 16
       for (int a = 0; a < 3; ++a) {
-        impulse.frequency[a] =
-            hn::MulAdd(circle[0], hn::Set(d, shape.basis[0][a]), hn::Mul(circle[1], hn::Set(d, shape.basis[1][a])));
+        impulse.frequency[a] = hn::MulAdd(circle[0], hn::Set(d, shape.basis[0][a]),
+                                          hn::Mul(circle[1], hn::Set(d, shape.basis[1][a])));
       }
       return impulse;
     }
@@ -389,7 +389,9 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::ops {
 namespace noise {
 HWY_EXPORT(FindGaborNoise);
-static NoiseEvaluate Choose(int dims, bool slopes) { return HWY_DYNAMIC_DISPATCH(FindGaborNoise)(dims, slopes); }
+static NoiseEvaluate Choose(int dims, bool slopes) {
+  return HWY_DYNAMIC_DISPATCH(FindGaborNoise)(dims, slopes);
+}
 }  // namespace noise
 
 NoiseEvaluate FindGabor(int dims, bool slopes) { return noise::Choose(dims, slopes); }

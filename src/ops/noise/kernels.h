@@ -14,12 +14,12 @@ inline constexpr int kMaxImpulses = 24;   // per cell of kSparse and kSpot
 
 // Constants of kGabor. Lengths of kernels are in radii: beyond 1 there is nothing.
 struct GaborShape {
-  int impulses = 1;                                         // in every cell
+  int impulses = 1;                                               // in every cell
   GaborOrientation orientation = GaborOrientation::kAnisotropic;  // kHybrid in three dimensions only
-  float across[3] = {1, 1, 1};                              // a cell in radii
-  float radius = 1;                                         // in waves
-  float direction[3] = {1, 0, 0};                           // kAnisotropic: cycles per wave along the axes
-  float basis[2][3] = {};                                   // kHybrid: of the directions
+  float across[3] = {1, 1, 1};                                    // a cell in radii
+  float radius = 1;                                               // in waves
+  float direction[3] = {1, 0, 0};  // kAnisotropic: cycles per wave along the axes
+  float basis[2][3] = {};          // kHybrid: of the directions
 };
 // Constants of a kind that do not change along an image.
 struct NoiseShape {

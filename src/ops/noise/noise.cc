@@ -243,9 +243,11 @@ OpInfo GaborNoiseInfo() {
       "angle=, hybrid ones perpendicular to it. A spectrum that is a ring, or a pair of spots, of Gaussian width; "
       "mean 0 and standard deviation 1/3, whatever the impulses. period= is no shorter than a kernel's "
       "radius; where it is shorter than two the variance is up to a tenth off.\n"
-      "Source: Lagae, Lefebvre, Drettakis and Dutre 2009.",
+      "Source: Lagae et al. 2009.",
       {"", "orientation=anisotropic angle=30 bandwidth=0.3 octaves=2 signed=1",
-       "dims=3 z=0.4 orientation=hybrid direction=1,1,0.5 impulses=4 freq=5", "gradient=1 period=8,6 freq=8"});
+       "dims=3 z=0.4 orientation=hybrid direction=1,1,0.5 impulses=4 freq=5",
+       "gradient=1 period=8,6 freq=8"});
+  info.bound += " and 1 + 2 radii of a kernel in waves, wherever kernels meet";
   info.make = Make<NoiseKind::kGabor>;
   return info;
 }

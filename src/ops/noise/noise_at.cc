@@ -34,7 +34,8 @@ class NoiseAtStage final : public graph::TileStage {
         low_(params.low_parts),
         own_periods_(own_periods) {
     if (params.kind == NoiseKind::kSimplex)
-      longest_ = static_cast<float>(kLongestSimplexPeriod / std::pow(params.lacunarity, std::max(params.octaves - 1, 0)));
+      longest_ = static_cast<float>(kLongestSimplexPeriod /
+                                    std::pow(params.lacunarity, std::max(params.octaves - 1, 0)));
     const int fields = HasFieldPerChannel(params) ? out.channel_count() : 1;
     for (int c = 0; c < fields; ++c) {
       fields_.emplace_back(FieldParams(params, c), params.output == NoiseOutput::kColor ? c : 0);
@@ -73,7 +74,7 @@ class NoiseAtStage final : public graph::TileStage {
   struct Groups {
     explicit Groups(base::Arena& arena) : coordinates(arena), values(arena) {}
     NoisePeriods* periods = nullptr;
-    int* member = nullptr;                   // positions with the same periods
+    int* member = nullptr;                  // positions with the same periods
     base::ArenaVector<float*> coordinates;  // theirs
     base::ArenaVector<float*> values;       // of all positions, of every field
     float* slopes[4] = {};
@@ -171,8 +172,8 @@ class NoiseAtStage final : public graph::TileStage {
   }
 
   // Noise at coordinates, by channels of the input as they are there.
-  void Evaluate(const graph::TileArgs& args, int count, float* const* coordinates, const NoisePeriods& periods,
-                Work& w) const {
+  void Evaluate(const graph::TileArgs& args, int count, float* const* coordinates,
+                const NoisePeriods& periods, Work& w) const {
     const bool gradient = HasSlopes(params_);
     const auto plane_of = [&](int channel) {
       const auto present = std::find(args.in_channels[0].begin(), args.in_channels[0].end(), channel);
@@ -287,7 +288,8 @@ class NoiseAtOp final : public graph::OpWith<NoiseParams> {
       graph::RequireSameWindow("noiseat", inputs);
       const int periods = inputs[1].channel_count();
       if (periods != 1 && periods < params().dims) {
-        throw DataError("noiseat", "found " + std::to_string(periods) + " channels of periods, expected one or " +
+        throw DataError("noiseat", "found " + std::to_string(periods) +
+                                       " channels of periods, expected one or " +
                                        std::to_string(params().dims));
       }
     }
@@ -299,11 +301,13 @@ class NoiseAtOp final : public graph::OpWith<NoiseParams> {
   }
   std::vector<bool> NeededChannels(int k, const std::vector<bool>&, const ImageSpec& in) const override {
     std::vector<bool> needed(in.channels.size(), false);
-    std::fill_n(needed.begin(), k == 0 ? Coordinates(params()) : std::min(in.channel_count(), params().dims), true);
+    std::fill_n(needed.begin(), k == 0 ? Coordinates(params()) : std::min(in.channel_count(), params().dims),
+                true);
     return needed;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    return std::make_unique<NoiseAtStage>(params(), context.inputs[0], context.output, context.inputs.size() > 1);
+    return std::make_unique<NoiseAtStage>(params(), context.inputs[0], context.output,
+                                          context.inputs.size() > 1);
   }
 
  private:
@@ -326,7 +330,8 @@ void CheckOwnPeriods(const NoiseParams& p) {
     refuse("period= too, expected one of them");
   if (p.kind == NoiseKind::kGabor)
     refuse("gabor noise, whose impulses are laid out for one period: expected period=, or another type");
-  if (p.lattice == NoiseLattice::kPerlin || (p.lattice == NoiseLattice::kOsl && p.kind == NoiseKind::kSimplex))
+  if (p.lattice == NoiseLattice::kPerlin ||
+      (p.lattice == NoiseLattice::kOsl && p.kind == NoiseKind::kSimplex))
     refuse("a noise that has none as it is published, expected another type or lattice");
   if (p.octaves > 1 && p.lacunarity != std::floor(p.lacunarity))
     refuse("lacunarity=" + base::NumberText(p.lacunarity) +
@@ -362,8 +367,8 @@ OpInfo NoiseAtInfo() {
   constexpr std::pair<const char*, const char*> kTypesOf[] = {
       {"fade", "perlin|value"},   {"distance", "cell"}, {"jitter", "cell"},
       {"density", "sparse|spot"}, {"stretch", "spot"},  {"angle", "spot|gabor"}};
-  for (NoiseKind kind : {NoiseKind::kGradient, NoiseKind::kWhite, NoiseKind::kCell, NoiseKind::kSpot,
-                         NoiseKind::kGabor}) {
+  for (NoiseKind kind :
+       {NoiseKind::kGradient, NoiseKind::kWhite, NoiseKind::kCell, NoiseKind::kSpot, NoiseKind::kGabor}) {
     for (ParamInfo& param : NoiseModifiers(kind)) {
       if (param.name == "freq") param.default_value = "1", param.help = "cells per unit of position";
       if (param.name == "dims") param.default_value = "3", param.min = 1;
@@ -388,7 +393,8 @@ OpInfo NoiseAtInfo() {
     return in.size() > 1 ? NoiseAt(position, in[1], p, a.Integer("channels"))
                          : NoiseAt(position, p, a.Integer("channels"));
   };
-  info.examples = {"", "freq=3.7 octaves=4 channels=4", "dims=1 low=1", "type=gabor dims=2 freq=3", "periods=1 freq=9 octaves=2"};
+  info.examples = {"", "freq=3.7 octaves=4 channels=4", "dims=1 low=1", "type=gabor dims=2 freq=3",
+                   "periods=1 freq=9 octaves=2"};
   return info;
 }
 

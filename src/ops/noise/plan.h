@@ -13,7 +13,7 @@
 namespace tessera::ops {
 
 struct NoiseOctave {
-  double scale = 1;  // lacunarity^k
+  double scale = 1;                  // lacunarity^k
   double lattice[4] = {1, 1, 1, 1};  // lattice cells per cell of the first octave: scale, but for kGabor
   double shift[4] = {};
   float weight = 0;  // faded, with the mapping to the result's range
@@ -45,8 +45,8 @@ std::pair<double, double> ResultRange(const NoiseParams& params);
 // What has channels enough for octaves side by side. Throws Error.
 void CheckPacking(const std::string& op, const NoiseParams& params, int channels);
 
-// What is special about kGabor: its kernel and impulses, with the factor that makes its standard deviation 1/3.
-// Throws Error naming the parameter.
+// What is special about kGabor: its kernel and impulses, with the factor that makes its standard deviation
+// 1/3. Throws Error naming the parameter.
 void CheckGabor(const std::string& op, const NoiseParams& params);
 GaborShape GaborShapeOf(const NoiseParams& params);
 double GaborHeight(const NoiseParams& params, const GaborShape& shape);

@@ -1,4 +1,6 @@
 // SVG 1.1's feTurbulence: the specification's lattice and gradients, rows made by the grid kernel.
+#include "ops/noise/svg.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +16,6 @@
 #include "ops/noise/field.h"
 #include "ops/noise/kernels.h"
 #include "ops/noise/noise_ops.h"
-#include "ops/noise/svg.h"
 #include "tessera/ops/noise.h"
 
 namespace tessera::ops {

@@ -90,9 +90,9 @@ SvgTurbulenceParams SvgArguments(const Arguments& arguments, bool fractal_noise)
 
 // Rows of positions straight to a turbulence.
 struct SvgPoints {
-  int count = 0;                            // arrays hold whole vectors
+  int count = 0;                           // arrays hold whole vectors
   const float *x = nullptr, *y = nullptr;  // user space
-  const SvgAxis* axis = nullptr;            // two
+  const SvgAxis* axis = nullptr;           // two
   const SvgLattice* lattice = nullptr;
   int octaves = 1;
   bool fractal_noise = false;

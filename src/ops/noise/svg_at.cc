@@ -142,7 +142,8 @@ Node SvgTurbulenceAt(const Node& position, const SvgTurbulenceParams& params, in
                               " channels, expected at least 2, coordinates x and y");
   }
   if (channels < 1) {
-    throw Error(std::string(name) + ":channels", "found " + std::to_string(channels) + ", expected at least 1");
+    throw Error(std::string(name) + ":channels",
+                "found " + std::to_string(channels) + ", expected at least 1");
   }
   ops::CheckSvg(name, params);
   SvgTurbulenceParams p = params;

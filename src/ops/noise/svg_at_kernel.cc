@@ -1,4 +1,5 @@
-// SVG's feTurbulence at positions: places on the lattice in double, values as the rows of a picture have them.
+// SVG's feTurbulence at positions: places on the lattice in double, values as the rows of a picture have
+// them.
 #include <cstdint>
 
 #include "graph/op.h"
