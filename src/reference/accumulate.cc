@@ -1,4 +1,4 @@
-// Reference of accumulation: weighted sums, fixed-point buffers, depth of field.
+// Reference of accumulation: weighted sums, fixed-point buffers.
 #include "tessera/ops/accumulate.h"
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "reference/border.h"
+#include "reference/depth_of_field.h"
 #include "reference/point_loop.h"
 #include "reference/reference.h"
 
@@ -92,47 +93,6 @@ Roi ShiftedRegion(const std::any& parameters, int, const Roi& out) {
   return Around(out, p.width, p.height, p.width, p.height, p.wrap);
 }
 
-void EvaluateDepthOfField(const Call& call) {
-  const auto& p = std::any_cast<const DepthOfFieldParams&>(call.parameters);
-  const Roi& w = call.in_specs[0].data_window;
-  const auto depth = [&](int x, int y) { return call.in[1].at(x, y, p.depth_channel); };
-  const auto radius = [&](double z) {
-    return std::max(0.5, std::min(p.max_radius, p.aperture * std::fabs(1 / p.focus - 1 / z)));
-  };
-  const int reach = static_cast<int>(std::ceil(p.max_radius));
-  for (int y = call.out.roi.y0; y < call.out.roi.y1; ++y) {
-    for (int x = call.out.roi.x0; x < call.out.roi.x1; ++x) {
-      const double own_depth = depth(x, y);
-      for (int c = 0; c < call.out.channels; ++c) {
-        double sum = 0, total = 0, largest = 0;
-        for (int j = std::max(w.y0, y - reach); j <= std::min(w.y1 - 1, y + reach); ++j) {
-          for (int i = std::max(w.x0, x - reach); i <= std::min(w.x1 - 1, x + reach); ++i) {
-            const double other = depth(i, j);
-            if (!(other > 0)) continue;
-            double r = radius(other);
-            if (other > own_depth) r = std::min(r, radius(own_depth));
-            const double coverage = std::clamp(r + 0.5 - std::hypot(i - x, j - y), 0.0, 1.0);
-            if (coverage == 0) continue;
-            const double weight = coverage / (r * r), value = call.in[0].at(i, j, c);
-            sum += weight * value;
-            total += weight;
-            largest = std::max(largest, std::fabs(value));
-          }
-        }
-        const double own = call.in[0].at(x, y, c);
-        call.out.at(x, y, c) = own_depth > 0 ? sum / total : own;
-        if (call.scale != nullptr)
-          call.scale->at(x, y, c) = std::max({largest, std::fabs(own), kSmallestScale});
-      }
-    }
-  }
-}
-Roi DiscRegion(const std::any& parameters, int, const Roi& out) {
-  const int reach =
-      static_cast<int>(std::ceil(std::any_cast<const DepthOfFieldParams&>(parameters).max_radius));
-  return Inflate(out, reach, reach);
-}
-
 }  // namespace
 
 std::vector<Entry> AccumulateEntries() {
@@ -140,7 +100,7 @@ std::vector<Entry> AccumulateEntries() {
       {"accum", EvaluateSum},
       {"average", EvaluateSum},
       {"shiftaccum", EvaluateShiftAccumulate, ShiftedRegion},
-      {"dof", EvaluateDepthOfField, DiscRegion},
+      {"dof", EvaluateDepthOfField, DepthOfFieldRegion},
   };
 }
 

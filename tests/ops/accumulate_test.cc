@@ -1,4 +1,4 @@
-// The accumulation buffer, its fixed-point formats, running totals, jitter, range analysis, depth of field.
+// The accumulation buffer, its fixed-point formats, running totals, jitter, range analysis.
 #include "tessera/ops/accumulate.h"
 
 #include <gmock/gmock.h>
@@ -243,93 +243,6 @@ TEST(ShiftAccumulateTest, RangesHoldEveryPrefix) {
     }
   });
   EXPECT_THAT(Refusal([&] { ShiftAccumulate(FromImage(image), {{1, 2}, 3, 3}); }), HasSubstr("found 2 taps"));
-}
-
-TEST(DepthOfFieldTest, SharpStaysSharpAndEnergyIsKept) {
-  // A bright far point on a dark far plane; the left half is in focus.
-  const Image color(ImageSpec(64, 33, 4)), depth(ImageSpec(64, 33, 1));
-  for (int y = 0; y < 33; ++y) {
-    for (int x = 0; x < 64; ++x) {
-      const bool far = x >= 24;
-      depth.at<float>(x, y) = x == 5 && y == 5 ? kNaN : far ? kInf : 2.0f;
-      for (int c = 0; c < 4; ++c)
-        color.at<float>(x, y, c) = x == 44 && y == 16 ? 100.0f : far ? 0.25f : 0.75f;
-    }
-  }
-  OnEveryTarget([&] {
-    const Image blurred = Render(DepthOfField(FromImage(color), FromImage(depth), {2, 10, 8}));
-    for (int y = 0; y < 33; ++y) {
-      for (int x = 0; x < 24; ++x) ASSERT_EQ(blurred.at<float>(x, y, 0), 0.75f) << x << "," << y;
-    }
-    double energy = 0;
-    for (int y = 8; y < 25; ++y) {
-      for (int x = 36; x < 53; ++x) energy += blurred.at<float>(x, y, 1) - 0.25;
-    }
-    EXPECT_NEAR(energy, 99.75, 1.0);
-    EXPECT_LT(blurred.at<float>(44, 16, 0), 2.0f);
-    EXPECT_EQ(blurred.at<float>(44, 3, 0), 0.25f);
-  });
-  const Node c = FromImage(color), d = FromImage(depth);
-  EXPECT_THAT(Refusal([&] { DepthOfField(c, d, {0}); }), HasSubstr("above 0"));
-  EXPECT_THAT(Refusal([&] { DepthOfField(c, d, {1, 1, 129}); }), HasSubstr("0 to 128"));
-  EXPECT_THAT(Refusal([&] { DepthOfField(c, d, {1, 1, 1, 2}); }), HasSubstr("depth channel 2"));
-}
-
-// Radii between whole and half pixels reach neighbours in the corners, from every tile.
-TEST(DepthOfFieldTest, DiscsReachAsFarAsTheirRadiusSays) {
-  const Roi window{0, 0, 40, 13};
-  const Node color = FromImage(testing::Picture(window, 2, PixelType::kFloat, 5));
-  const Image depth(ImageSpec(40, 13, 1));
-  for (int y = 0; y < 13; ++y) {
-    for (int x = 0; x < 40; ++x) depth.at<float>(x, y) = x < 20 ? 1.0f : 2.0f;
-  }
-  for (const double radius : {0.9, 1.3, 2.4, 5.2}) {
-    SCOPED_TRACE(radius);
-    const Node blurred = DepthOfField(color, FromImage(depth), {1e30, 100, radius});
-    OnEveryTarget([&] {
-      const VerifyReport report = Verify(blurred, PixelType::kFloat, {.samples = 1, .tile_size = 13});
-      EXPECT_TRUE(report.within_bound) << report.Summary();
-      const Image whole = Render(blurred);
-      ExpectSameBits(whole,
-                     Render(blurred, PixelType::kFloat, {.threads = 1, .tile_width = 3, .tile_height = 2}));
-    });
-  }
-}
-
-// A small disc in a tile of its own gets the same bits as beside large ones.
-TEST(DepthOfFieldTest, LargerDiscsElsewhereInATileDoNotMatter) {
-  const Roi window{0, 0, 60, 9};
-  const Node color = FromImage(testing::Picture(window, 3, PixelType::kFloat, 6));
-  const Image depth(ImageSpec(60, 9, 1));
-  std::mt19937 random(3);
-  for (int y = 0; y < 9; ++y) {
-    for (int x = 0; x < 60; ++x) depth.at<float>(x, y) = 0.5f + 1e-3f * static_cast<float>(random() % 1000);
-  }
-  const Node blurred = DepthOfField(color, FromImage(depth), {0.8, 4, 5});
-  OnEveryTarget([&] {
-    const Image whole = Render(blurred);
-    for (const int side : {1, 4, 17}) {
-      ExpectSameBits(
-          whole, Render(blurred, PixelType::kFloat, {.threads = 1, .tile_width = side, .tile_height = side}));
-    }
-  });
-}
-
-TEST(DepthOfFieldTest, ThousandsOfNeighboursStayWithinTheBound) {
-  const Roi window{0, 0, 96, 96};
-  const Node color = FromImage(testing::Picture(window, 2, PixelType::kFloat, 5));
-  const Image depth(ImageSpec(96, 96, 1));
-  std::mt19937 random(7);
-  for (int y = 0; y < 96; ++y) {
-    for (int x = 0; x < 96; ++x) {
-      depth.at<float>(x, y) = std::ldexp(static_cast<float>(random() % 4096 + 1), -12);
-    }
-  }
-  const Node blurred = DepthOfField(color, FromImage(depth), {0.5, 300, 40});
-  OnEveryTarget([&] {
-    const VerifyReport report = Verify(blurred, PixelType::kFloat, {.samples = 1, .tile_size = 16});
-    EXPECT_TRUE(report.within_bound) << report.Summary();
-  });
 }
 
 }  // namespace

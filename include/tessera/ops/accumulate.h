@@ -148,23 +148,59 @@ struct ShiftAccumulateParams {
 /// Correlation by shifted sums, as ShiftAccumulateParams says.
 Node ShiftAccumulate(const Node& image, const ShiftAccumulateParams& params);
 
-/// Depth of field by gathering: from colour and depth. A point at depth z is spread over a disc of radius
-/// c(z) = aperture |1/focus - 1/z| pixels, at most max_radius. A pixel gathers every neighbour whose disc
-/// reaches it, weighted by coverage over area; what lies behind the pixel is spread no further than the pixel
-/// itself is out of focus, so that sharp objects keep their edges. Pixels that gather nothing but themselves
-/// keep their bits. Alpha is treated as the colours. Infinite focus or depth counts as 1/z = 0; zero,
-/// negative or NaN depth: the pixel keeps its bits and gives nothing to others. The image's and the depth's
-/// windows are equal, else Error. |error| <= 64 u V, V the largest |value| gathered. Cost O(max_radius^2) per
-/// pixel near which something is out of focus. Approximate at occlusions, as every method that has one image
-/// only.
-struct DepthOfFieldParams {
-  double focus = 1;        ///< the depth that is sharp, > 0
-  double aperture = 8;     ///< pixels times depth units: K of the papers
-  double max_radius = 32;  ///< 0 to 128 pixels
-  int depth_channel = 0;   ///< of the depth image
+/// How depth of field is computed.
+enum class DepthOfFieldMethod : uint8_t {
+  kLayers,  ///< discs are spread and composited by depth, over an estimate of what they uncover
+  kGather   ///< a mean of the neighbours whose discs reach a pixel; near objects keep their edge
 };
-/// Blurred by distance from the focus, as DepthOfFieldParams says.
+/// The opening of a lens.
+enum class ApertureShape : uint8_t {
+  kDisc,     ///< round
+  kPolygon,  ///< regular, its corners on the disc's edge
+  kPicture   ///< the first channel of a picture
+};
+
+/// Depth of field from colour and depth. A point at depth z is spread over the aperture's shape of radius
+/// c(z) = aperture |1/focus - 1/z| pixels, at most max_radius; in levels of 1/8 pixel up to 8 pixels, of 1/64
+/// above (model/defocus.h).
+///
+/// kLayers: each pixel's light goes to the pixels in the shape's area around it (rows of exact area, weights
+/// that sum to 1; a shape within its own pixel moves nothing) and is composited from near to far, layer by
+/// layer of c: what is nearer takes its share of a pixel first, so that near objects have soft edges over
+/// what is sharp, and nothing far is drawn over what is near and sharp. Beside a surface that ends before a
+/// farther one (a step in c of more than 1 pixel, within max_radius in one of eight directions) each pixel
+/// has a hidden one of the farther surface beneath it: the mean of those found, by 1 / distance^2, at the
+/// depth of the nearest. What is left over is shared out. Before the focus the shape is turned by half a
+/// turn, as a lens does. Light of a plane is conserved but for what leaves the picture; a constant picture
+/// stays so. |error| <= 64 u V, V the largest |value| that is spread to the pixel. Cost O(max_radius) per
+/// pixel and O(1) per layer present; O(max_radius^2) for pictures.
+///
+/// kGather: a pixel gathers every neighbour whose disc reaches it, weighted by coverage over area; what lies
+/// behind the pixel is spread no further than the pixel itself is out of focus, so that sharp objects keep
+/// their edges; radii are at least 1/2. |error| <= 64 u V. Cost O(max_radius^2).
+///
+/// Both: pixels that get nothing but themselves keep their bits. Alpha is treated as the colours, which
+/// should be premultiplied. Infinite focus or depth counts as 1/z = 0; zero, negative or NaN depth: the pixel
+/// keeps its bits and gives nothing to others. The image's and the depth's windows are equal, else Error.
+/// Approximate at occlusions, as every method that has one image only: tests/ops/depth_of_field_test.cc holds
+/// it against views through many places of the lens. Source: McReynolds et al. 1997, 9.2.
+struct DepthOfFieldParams {
+  double focus = 1;                                         ///< the depth that is sharp, > 0
+  double aperture = 8;                                      ///< pixels times depth units: K of the papers
+  double max_radius = 32;                                   ///< 0 to 128 pixels
+  int depth_channel = 0;                                    ///< of the depth image
+  DepthOfFieldMethod method = DepthOfFieldMethod::kLayers;  ///< how
+  ApertureShape shape = ApertureShape::kDisc;               ///< kLayers: of the opening
+  int blades = 6;                                           ///< kPolygon: corners, 3 to 16
+  double rotation = 0;  ///< kPolygon: degrees, counter-clockwise as seen; 0: a corner points right
+};
+/// Blurred by distance from the focus, as DepthOfFieldParams says; not for ApertureShape::kPicture.
 Node DepthOfField(const Node& image, const Node& depth, const DepthOfFieldParams& params);
+/// Through an opening of `aperture`'s shape: its first channel, brightness the light that passes (negative
+/// and not finite as 0), centred, its longer side the disc's diameter. `params`: kLayers, its shape is
+/// kPicture whatever it says. Evaluation throws DataError where it is black everywhere.
+Node DepthOfField(const Node& image, const Node& depth, const Node& aperture,
+                  const DepthOfFieldParams& params);
 
 }  // namespace tessera
 TESSERA_API_END

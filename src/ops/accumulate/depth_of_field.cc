@@ -1,4 +1,5 @@
-// Depth of field: every pixel gathers the neighbours whose circle of confusion reaches it.
+// Depth of field: the operation, and the method that gathers the neighbours whose circle of confusion reaches
+// a pixel.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "graph/op.h"
 #include "ops/accumulate/accumulate_ops.h"
 #include "ops/accumulate/disc_kernel.h"
+#include "ops/accumulate/lens_layers.h"
 #include "ops/geometry/separable.h"
 #include "ops/modifiers.h"
 #include "tessera/error_kind.h"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr int kLargestRadius = 128;
 constexpr int kPad = 16;
+constexpr int kMostBlades = 16;
 
 // The radius of a point's disc in pixels; 0 where there is no depth.
 double CircleOfConfusion(const DepthOfFieldParams& p, double depth) {
@@ -129,18 +132,34 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
       throw DataError("dof", "found the depth channel " + std::to_string(p.depth_channel) +
                                  ", expected 0 to " + std::to_string(inputs[1].channel_count() - 1));
     }
-    graph::RequireSameWindow("dof", inputs);
+    if (p.blades < 3 || p.blades > kMostBlades) {
+      throw Error("dof", "found " + std::to_string(p.blades) + " blades, expected 3 to " +
+                             std::to_string(kMostBlades));
+    }
+    if (!std::isfinite(p.rotation))
+      throw Error("dof", "found a rotation of " + base::NumberText(p.rotation) + ", expected finite degrees");
+    if (p.method == DepthOfFieldMethod::kGather && p.shape != ApertureShape::kDisc)
+      throw Error("dof", "found a shape for gathering, expected a disc or the layers' method");
+    if ((p.shape == ApertureShape::kPicture) != (inputs.size() == 3))
+      throw Error("dof", "found a picture's shape without the picture, expected it as the third image");
+    if (inputs.size() == 3 && inputs[2].data_window.empty())
+      throw DataError("dof", "found an aperture without pixels, expected a picture");
+    graph::RequireSameWindow("dof", inputs.first(2));
     return inputs[0];
   }
+  bool NeedsWhole(int k) const override { return k == 2; }
   std::vector<bool> NeededChannels(int k, const std::vector<bool>& result,
                                    const ImageSpec& in) const override {
     if (k == 0) return result;
     std::vector<bool> needed(in.channels.size(), false);
-    needed[static_cast<size_t>(params().depth_channel)] = true;
+    needed[k == 1 ? static_cast<size_t>(params().depth_channel) : 0] = true;
     return needed;
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    return std::make_unique<DepthOfFieldStage>(params(), context.inputs[0].data_window);
+    const Roi& window = context.inputs[0].data_window;
+    if (params().method == DepthOfFieldMethod::kGather)
+      return std::make_unique<DepthOfFieldStage>(params(), window);
+    return MakeLensLayersStage(params(), window, context.inputs.size() == 3 ? &context.whole[2] : nullptr);
   }
 };
 
@@ -152,25 +171,52 @@ OpInfo DepthOfFieldInfo() {
   info.family = "accumulate";
   info.inputs = 2;
   info.summary = "Depth of field from colour and depth";
+  info.operands = [](const Arguments& a) { return a.Text("shape") == "picture" ? 3 : 2; };
   info.help =
       "COLOR DEPTH --dof FOCUS: a point at depth z is spread over a disc of radius aperture |1/FOCUS - 1/z| "
-      "pixels, at most max=; a pixel gathers every neighbour whose disc reaches it, weighted by coverage "
-      "over area. What lies behind a pixel is spread no further than the pixel itself is out of focus, so "
-      "that sharp objects keep their edges. Alpha is treated as the colours. A depth of infinity is "
-      "infinitely far; a depth that is zero, negative or NaN leaves the pixel as it is and gives nothing to "
-      "others. Approximate where one object hides another.";
-  info.bound = "64 u * (largest |value| gathered)";
+      "pixels, at most max=. method=layers: what is spread is composited from near to far, so that near "
+      "objects get soft edges over what is sharp, and what is far is not drawn over what is near. What a near "
+      "edge uncovers is guessed from the farther surface beside it: the mean of what is found in eight "
+      "directions within max=. A plane's light is conserved, and bright points become the lens's opening: "
+      "shape=polygon has blades=, shape=picture (COLOR DEPTH PICTURE --dof) is the first channel of a "
+      "picture, brightness the light that passes, its longer side the disc's diameter, held in memory "
+      "whole; before the focus it is turned by half a turn, as a lens does. Cost: per pixel O(radius) "
+      "and O(1) for every layer of depths that is there, O(radius^2) for pictures. method=gather: a mean of "
+      "the neighbours whose disc reaches a pixel; what lies behind it is spread no further than itself, so "
+      "objects keep hard edges; O(max^2). Alpha is treated as the colours; premultiply first. A "
+      "depth of infinity is infinitely far; a depth that is zero, negative or NaN leaves the pixel as it is "
+      "and gives nothing to others. Approximate where one object hides another. Source: McReynolds et al. "
+      "1997, 9.2.";
+  info.bound = "64 u * (largest |value| spread to the pixel)";
   info.bound_u = 64;
   info.arguments = {NumberModifier("FOCUS", "", 1e-30, 1e38, "the depth that is sharp")};
-  info.modifiers = {NumberModifier("aperture", "8", 0, 1e30, "radius in pixels times depth"),
-                    NumberModifier("max", "32", 0, kLargestRadius, "largest radius in pixels"),
-                    IntegerModifier("channel", "0", 0, 1023, "channel of the depth image")};
+  info.modifiers = {
+      NumberModifier("aperture", "8", 0, 1e30, "radius in pixels times depth"),
+      NumberModifier("max", "32", 0, kLargestRadius, "largest radius in pixels"),
+      IntegerModifier("channel", "0", 0, 1023, "channel of the depth image"),
+      ChoiceModifier("method", {"layers", "gather"}, "composited by depth, or a mean of what reaches"),
+      OnlyWith("method=layers",
+               ChoiceModifier("shape", {"disc", "polygon", "picture"}, "of the lens's opening")),
+      OnlyWith("shape=polygon",
+               IntegerModifier("blades", "6", 3, kMostBlades, "corners, on the disc's edge")),
+      OnlyWith("shape=polygon",
+               NumberModifier("rotation", "0", -1e6, 1e6,
+                              "degrees, counter-clockwise as seen; 0: a corner points right"))};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    return DepthOfField(in[0], in[1],
-                        {a.Number("FOCUS"), a.Number("aperture"), a.Number("max"), a.Integer("channel")});
+    DepthOfFieldParams p{a.Number("FOCUS"), a.Number("aperture"), a.Number("max"), a.Integer("channel")};
+    const std::string& shape = a.Text("shape");
+    if (a.Text("method") == "gather") p.method = DepthOfFieldMethod::kGather;
+    if (shape == "polygon") p.shape = ApertureShape::kPolygon;
+    p.blades = a.Integer("blades"), p.rotation = a.Number("rotation");
+    return shape == "picture" ? DepthOfField(in[0], in[1], in[2], p) : DepthOfField(in[0], in[1], p);
   };
   info.identity = "0.8 aperture=0";
-  info.examples = {"0.8 aperture=4 max=6", "0.3 aperture=1 max=3.7 channel=1", "1e30 aperture=2 max=2"};
+  info.examples = {"0.8 aperture=4 max=6",
+                   "0.3 aperture=1 max=3.7 channel=1",
+                   "1e30 aperture=2 max=2",
+                   "0.8 aperture=4 max=6 method=gather",
+                   "0.5 aperture=3 max=5 shape=polygon blades=5 rotation=20",
+                   "0.6 aperture=4 max=4.3 shape=picture"};
   return info;
 }
 
@@ -180,6 +226,13 @@ namespace tessera {
 
 Node DepthOfField(const Node& image, const Node& depth, const DepthOfFieldParams& params) {
   return graph::MakeNode(std::make_shared<const ops::DepthOfFieldOp>(params), {image, depth});
+}
+
+Node DepthOfField(const Node& image, const Node& depth, const Node& aperture,
+                  const DepthOfFieldParams& params) {
+  DepthOfFieldParams p = params;
+  p.shape = ApertureShape::kPicture;
+  return graph::MakeNode(std::make_shared<const ops::DepthOfFieldOp>(p), {image, depth, aperture});
 }
 
 }  // namespace tessera
