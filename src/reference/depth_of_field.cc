@@ -267,13 +267,34 @@ class Layers {
         const double square = (dx * dx + dy * dy) * static_cast<double>(k) * k;
         if (square < nearest) nearest = square, hidden.defocus = there;
         for (int c = 0; c < call_.out.channels; ++c)
-          hidden.values[static_cast<size_t>(c)] += call_.in[0].at(u, v, c) / square;
+          hidden.values[static_cast<size_t>(c)] += Beyond(u, v, dx, dy, k, c) / square;
         total += 1 / square;
         break;
       }
     }
     for (double& v : hidden.values) v /= total;
     return hidden;
+  }
+
+  // The lower median of up to five finite pixels from (u, v) on, the k-th in this direction, while the
+  // surface goes on; the first where none is finite.
+  double Beyond(int u, int v, int dx, int dy, int k, int c) const {
+    std::vector<double> values;
+    float last = At(u, v).shift;
+    for (int m = 0; m < 5 && (k + m) * std::hypot(dx, dy) <= reach_ + 1e-9; ++m) {
+      const int i = u + m * dx, j = v + m * dy;
+      if (!window_.Contains({i, j, i + 1, j + 1})) break;
+      const Defocus& there = At(i, j);
+      if (there.level < 0 || !(std::fabs(there.shift - last) <= ops::kSurfaceStep)) break;
+      last = there.shift;
+      if (std::isfinite(call_.in[0].at(i, j, c))) values.push_back(call_.in[0].at(i, j, c));
+    }
+    const double first = call_.in[0].at(u, v, c);
+    if (values.empty()) return first;
+    std::sort(values.begin(), values.end());
+    const double median = values[(values.size() - 1) / 2];
+    if (!std::isfinite(first)) return median;
+    return first <= 0 ? first : std::min(first, std::max(0.0, 4 * median));
   }
 
   // The largest magnitude that may have been in the same sums.

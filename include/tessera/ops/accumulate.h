@@ -170,10 +170,11 @@ enum class ApertureShape : uint8_t {
 /// what is sharp, and nothing far is drawn over what is near and sharp. Beside a surface that ends before a
 /// farther one (a step in c of more than 1 pixel, within max_radius in one of eight directions) each pixel
 /// has a hidden one of the farther surface beneath it: the mean of those found, by 1 / distance^2, at the
-/// depth of the nearest. What is left over is shared out. Before the focus the shape is turned by half a
-/// turn, as a lens does. Light of a plane is conserved but for what leaves the picture; a constant picture
-/// stays so. |error| <= 64 u V, V the largest |value| that is spread to the pixel. Cost O(max_radius) per
-/// pixel and O(1) per layer present; O(max_radius^2) for pictures.
+/// depth of the nearest; of each no more than four times the median of its first five pixels, so that lights
+/// are not drawn out. What is left over is shared out. Before the focus the shape is turned by half a turn,
+/// as a lens does. Light of a plane is conserved but for what leaves the picture; a constant picture stays
+/// so. |error| <= 64 u V, V the largest |value| that is spread to the pixel. Cost O(max_radius) per pixel and
+/// O(1) per layer present; O(max_radius^2) for pictures.
 ///
 /// kGather: a pixel gathers every neighbour whose disc reaches it, weighted by coverage over area; what lies
 /// behind the pixel is spread no further than the pixel itself is out of focus, so that sharp objects keep

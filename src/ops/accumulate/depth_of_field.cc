@@ -142,8 +142,6 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
       throw Error("dof", "found a shape for gathering, expected a disc or the layers' method");
     if ((p.shape == ApertureShape::kPicture) != (inputs.size() == 3))
       throw Error("dof", "found a picture's shape without the picture, expected it as the third image");
-    if (inputs.size() == 3 && inputs[2].data_window.empty())
-      throw DataError("dof", "found an aperture without pixels, expected a picture");
     graph::RequireSameWindow("dof", inputs.first(2));
     return inputs[0];
   }
@@ -159,7 +157,8 @@ class DepthOfFieldOp final : public graph::OpWith<DepthOfFieldParams> {
     const Roi& window = context.inputs[0].data_window;
     if (params().method == DepthOfFieldMethod::kGather)
       return std::make_unique<DepthOfFieldStage>(params(), window);
-    return MakeLensLayersStage(params(), window, context.inputs.size() == 3 ? &context.whole[2] : nullptr);
+    const bool pictured = context.inputs.size() == 3 && !window.empty();
+    return MakeLensLayersStage(params(), window, pictured ? &context.whole[2] : nullptr);
   }
 };
 

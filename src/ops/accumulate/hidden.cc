@@ -54,6 +54,19 @@ uint8_t* NearSteps(const DefocusPlanes& all, int reach, base::Arena& scratch) {
   return near;
 }
 
+// The first pixel of the farther surface, of which no more than four times the median of the first five is
+// taken, so that a light beside an edge is not drawn out beneath it.
+constexpr int kMostBeyond = 5;
+float WithoutLight(float* values, int count) {
+  const float first = values[0];
+  float* const end = std::remove_if(values, values + count, [](float v) { return !std::isfinite(v); });
+  if (end == values) return first;
+  std::sort(values, end);
+  const float median = values[(end - values - 1) / 2];
+  if (!std::isfinite(first)) return median;
+  return first > 0 ? std::min(first, 4 * std::max(median, 0.0f)) : first;
+}
+
 }  // namespace
 
 DefocusPlanes DefocusPlanes::Make(const Roi& roi, base::Arena& scratch) {
@@ -91,8 +104,21 @@ void FindHidden(const DefocusPlanes& all, const ConstImageView& color, int reach
               nearest = distance;
               hidden.level[out] = all.level[i], hidden.layer[out] = all.layer[i];
             }
-            const auto* const pixel = reinterpret_cast<const float*>(color.At(u, v));
-            for (size_t c = 0; c < channels; ++c) sums[c] += weight * pixel[c];
+            const float* beyond[kMostBeyond];
+            int count = 0;
+            for (float last = there; count < kMostBeyond; ++count) {
+              const int m = k + count, s = x + m * dx, t = y + m * dy;
+              if (m * m * square > reach * reach || !all.roi.Contains({s, t, s + 1, t + 1})) break;
+              const ptrdiff_t j = all.Index(s, t);
+              if (all.level[j] < 0 || !(std::fabs(all.shift[j] - last) <= kSurfaceStep)) break;
+              last = all.shift[j];
+              beyond[count] = reinterpret_cast<const float*>(color.At(s, t));
+            }
+            for (size_t c = 0; c < channels; ++c) {
+              float samples_beyond[kMostBeyond];
+              for (int m = 0; m < count; ++m) samples_beyond[m] = beyond[m][c];
+              sums[c] += weight * WithoutLight(samples_beyond, count);
+            }
             total += weight;
             break;
           }
