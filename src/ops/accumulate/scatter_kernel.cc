@@ -1,4 +1,4 @@
-// A run of pixels is added once per step of the aperture, shifted by it, and once where a block begins.
+// A run of pixels is added once per step of the aperture, shifted by it; where a block begins, whole.
 #include "ops/accumulate/scatter_kernel.h"
 
 #include <algorithm>
@@ -30,23 +30,31 @@ HWY_INLINE void AddScaled(double weight, const float* values, int count, double*
   for (; i < count; ++i) AddVector(one, weight, values + i, cells + i);
 }
 
+// The first column from `x` on where a block begins.
+int BlockFrom(int begin, int x) {
+  return begin + (x - begin + kScatterBlock - 1) / kScatterBlock * kScatterBlock;
+}
+
 void Scatter(const ScatterRow& row, const ScatterRun& run) {
   const ApertureRow& weights = run.weights;
   const int samples = row.samples;
   const auto cell = [&](int x) { return row.cells + static_cast<ptrdiff_t>(x - row.begin) * samples; };
   const auto value = [&](int x) { return run.values + static_cast<ptrdiff_t>(x - run.x0) * samples; };
+  // A run is no longer than a block: its shifted pixels lie on at most one column where a block begins.
   for (int k = 0; k < weights.count; ++k) {
     const int column = weights.column[k];
     const int x0 = std::max(run.x0, row.begin - column), x1 = std::min(run.x1, row.end - column);
-    if (x0 < x1) AddScaled(weights.step[k], value(x0), (x1 - x0) * samples, cell(x0 + column));
+    if (x0 >= x1) continue;
+    const int start = BlockFrom(row.begin, x0 + column) - column;
+    const int end = std::min(start, x1), next = std::min(start + 1, x1);
+    AddScaled(weights.step[k], value(x0), (end - x0) * samples, cell(x0 + column));
+    AddScaled(weights.step[k], value(next), (x1 - next) * samples, cell(next + column));
   }
-  // Blocks that begin within a pixel's spread: what it has there before the steps at that very cell.
   const int first = weights.column[0], last = weights.column[weights.count - 1];
-  const int from = std::max(run.x0 + first + 1, row.begin);
-  const int block = row.begin + (from - row.begin + kScatterBlock - 1) / kScatterBlock * kScatterBlock;
-  for (int b = block; b < std::min(run.x1 + last, row.end); b += kScatterBlock) {
-    for (int x = std::max(run.x0, b - last); x < std::min(run.x1, b - first); ++x)
-      AddScaled(weights.At(b - 1 - x), value(x), samples, cell(b));
+  const int end = std::min(run.x1 + last - 1, row.end);
+  for (int b = BlockFrom(row.begin, std::max(run.x0 + first, row.begin)); b < end; b += kScatterBlock) {
+    for (int x = std::max(run.x0, b - last + 1); x < std::min(run.x1, b - first + 1); ++x)
+      AddScaled(weights.At(b - x), value(x), samples, cell(b));
   }
 }
 
