@@ -32,5 +32,12 @@ int main(int argc, char** argv) {
     add("dissolve", "dissolve", "0.4");
     add("add", "add", "");
     add("mul", "mul", "");
+    // Noise of depths: no two neighbours are spread alike.
+    for (const char* method : {"layers", "gather"}) {
+      for (const char* radius : {"8", "32"}) {
+        add(std::string("dof-") + method + "-" + radius, "dof",
+            std::string("0.8 aperture=1e3 max=") + radius + " method=" + method);
+      }
+    }
   });
 }
