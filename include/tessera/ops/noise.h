@@ -139,9 +139,10 @@ struct NoiseParams {
 /// and kGabor standard deviation 1/3, whatever the density, bandwidth and impulses; a sum of octaves times
 /// the sum of its weights. Published lattices keep their published ranges. Error: 1e-6 * sum of weights up to
 /// coordinates of 2^31 (cells and fractions are kept apart), bits equal on AVX2 and AVX-512. Cost: grid forms
-/// of kValue and kGradient on kTessera 0.25 to 1.3 ns per octave; other kinds 2 to 30, kGabor 20 to 100.
-/// Throws Error for parameters outside the ranges above. Source: Perlin 1985 and 2002; Lewis 1989; van Wijk
-/// 1991; Worley 1996; McReynolds et al. 1997, 5.13; Lagae et al. 2009; doc/maths/noise.md.
+/// of kValue and kGradient on kTessera 0.25 to 1.3 ns per octave; other kinds 2 to 30, kGabor 20 to 100 (at
+/// positions in no order a thousand). Throws Error for parameters outside the ranges above. Source: Perlin
+/// 1985 and 2002; Lewis 1989; van Wijk 1991; Worley 1996; McReynolds et al. 1997, 5.13; Lagae et al. 2009;
+/// doc/maths/noise.md.
 Node Noise(const ImageSpec& spec, const NoiseParams& params);
 
 /// Noise at the positions held in an image (a G-buffer's P): its first `dims` channels, times frequency plus
