@@ -417,7 +417,7 @@ void GridCursor::Displace(const NoiseOctave& octave, int from, const float* cons
   for (int a = 0; a < (moved != nullptr ? 2 : p.dims); ++a) {
     const float* const by = moved != nullptr ? moved[a] : warp_row_[static_cast<size_t>(a)];
     const double cells = moved != nullptr ? plan.step[a] * width : p.warp;
-    field_.kernels_.displace({batch.count, by + from, static_cast<float>(cells * octave.scale),
+    field_.kernels_.displace({batch.count, by + from, static_cast<float>(cells * octave.lattice[a]),
                               octave.period[a], cell_[a], fraction_[a]});
   }
 }
@@ -452,21 +452,7 @@ void GridCursor::BatchRow(int y, float* out, float* const* slopes, const float* 
         batch.cell[a] = cell_[a];
         batch.fraction[a] = fraction_[a];
       }
-<<<<<<< HEAD
       if (displaced) Displace(octave, x - x0_, moved, batch);
-=======
-      if (!warp_.empty()) {
-        std::copy_n(batch.cell[0], count, cell_[0]);
-        std::copy_n(batch.fraction[0], count, fraction_[0]);
-        batch.cell[0] = cell_[0];
-        batch.fraction[0] = fraction_[0];
-        for (int a = 0; a < p.dims; ++a) {
-          field_.kernels_.displace({count, warp_row_[static_cast<size_t>(a)] + (x - x0_),
-                                    static_cast<float>(p.warp * octave.lattice[a]), octave.period[a],
-                                    cell_[a], fraction_[a]});
-        }
-      }
->>>>>>> 85e5859 (Gabor noise, SVG's turbulence at positions, periods of each position's own (work in progress))
       if (field_.evaluate_ != nullptr) {
         field_.evaluate_(batch);
       } else {
