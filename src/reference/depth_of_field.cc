@@ -122,17 +122,26 @@ class Shape {
   Shape(const Call& call, const DepthOfFieldParams& p, double r)
       : reach_(ops::LensReach(r)), side_(2 * reach_ + 1), weights_(static_cast<size_t>(side_ * side_)) {
     double total = 0;
+    bool pictured = false;
+    if (p.shape == ApertureShape::kPicture) {
+      const Roi& w = call.in_specs[2].data_window;
+      for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+          const double v = call.in[2].at(x, y, 0);
+          pictured |= v > 0 && std::isfinite(v);
+        }
+      }
+    }
     for (int dy = -reach_; dy <= reach_; ++dy) {
       Strip strip;
-      if (p.shape == ApertureShape::kDisc)
+      if (p.shape != ApertureShape::kPolygon)
         strip.length = SegmentBelow(r, dy + 0.5) - SegmentBelow(r, dy - 0.5);
       if (p.shape == ApertureShape::kPolygon)
         strip = StripOfPolygon(r, p.blades, p.rotation, dy - 0.5, dy + 0.5);
       const double begin = strip.middle - strip.length / 2, end = strip.middle + strip.length / 2;
       for (int dx = -reach_; dx <= reach_; ++dx) {
         double w = std::max(0.0, std::min(end, dx + 0.5) - std::max(begin, dx - 0.5));
-        if (p.shape == ApertureShape::kPicture)
-          w = LightOfPicture(call.in[2], call.in_specs[2].data_window, r, dx, dy);
+        if (pictured) w = LightOfPicture(call.in[2], call.in_specs[2].data_window, r, dx, dy);
         weights_[static_cast<size_t>((dy + reach_) * side_ + dx + reach_)] = w;
         total += w;
       }

@@ -355,8 +355,9 @@ TEST(LensLayersTest, WrongValuesAreNamed) {
   EXPECT_THAT(Refusal([&] { DepthOfField(c, d, p); }), HasSubstr("expected it as the third image"));
   p = {1, 1, 4}, p.method = DepthOfFieldMethod::kGather;
   EXPECT_THAT(Refusal([&] { DepthOfField(c, d, c, p); }), HasSubstr("shape for gathering"));
+  // A picture that lets no light through is a disc.
   const Node black = FromImage(Constant(window, -1));
-  EXPECT_THAT(Refusal([&] { Render(DepthOfField(c, d, black, {1, 2, 4})); }), HasSubstr("black everywhere"));
+  ExpectSameBits(Render(DepthOfField(c, d, black, {1, 2, 4})), Render(DepthOfField(c, d, {1, 2, 4})));
 }
 
 DepthOfFieldParams Gathered(double focus, double aperture, double most) {

@@ -198,8 +198,8 @@ struct DepthOfFieldParams {
 /// Blurred by distance from the focus, as DepthOfFieldParams says; not for ApertureShape::kPicture.
 Node DepthOfField(const Node& image, const Node& depth, const DepthOfFieldParams& params);
 /// Through an opening of `aperture`'s shape: its first channel, brightness the light that passes (negative
-/// and not finite as 0), centred, its longer side the disc's diameter. `params`: kLayers, its shape is
-/// kPicture whatever it says. Evaluation throws DataError where it is black everywhere.
+/// and not finite as 0), centred, its longer side the disc's diameter; the disc where it is black everywhere.
+/// `params`: kLayers, its shape is kPicture whatever it says.
 Node DepthOfField(const Node& image, const Node& depth, const Node& aperture,
                   const DepthOfFieldParams& params);
 

@@ -8,7 +8,6 @@
 #include <span>
 
 #include "model/defocus.h"
-#include "tessera/error_kind.h"
 
 namespace tessera::ops {
 namespace {
@@ -114,7 +113,7 @@ std::vector<double> Dense(const DepthOfFieldParams& p, const PictureSums* pictur
   for (int y = -reach; y <= reach; ++y) {
     double* const row = dense.data() + static_cast<ptrdiff_t>(y + reach) * side + reach;
     Span span;
-    if (p.shape == ApertureShape::kDisc) span = DiscStrip(r, y - 0.5, y + 0.5);
+    if (p.shape != ApertureShape::kPolygon) span = DiscStrip(r, y - 0.5, y + 0.5);
     if (p.shape == ApertureShape::kPolygon) span = PolygonStrip(polygon, y - 0.5, y + 0.5);
     for (int x = -reach; x <= reach; ++x) {
       row[x] = picture != nullptr
@@ -160,11 +159,8 @@ Aperture::Level Aperture::Compressed(const std::vector<double>& dense, int reach
 Aperture::Aperture(const DepthOfFieldParams& p, const ConstImageView* picture) {
   turns_ = p.shape == ApertureShape::kPicture || (p.shape == ApertureShape::kPolygon && p.blades % 2 != 0);
   std::vector<PictureSums> sums;
-  if (picture != nullptr) {
-    sums.emplace_back(*picture);
-    if (!(sums[0].Total() > 0))
-      throw DataError("dof", "found an aperture that is black everywhere, expected a picture of its opening");
-  }
+  if (picture != nullptr) sums.emplace_back(*picture);
+  if (!sums.empty() && !(sums[0].Total() > 0)) sums.clear();
   for (int k = kSharpLevel + 1; k <= LevelOf(p.max_radius); ++k) {
     const double r = LevelRadius(k, p.max_radius);
     const int reach = LensReach(r);

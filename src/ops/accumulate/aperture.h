@@ -23,8 +23,8 @@ struct ApertureRow {
 
 class Aperture {
  public:
-  // `picture`: of ApertureShape::kPicture, whose first channel is read; else null. Throws DataError for one
-  // that lets no light through.
+  // `picture`: of ApertureShape::kPicture, whose first channel is read, a disc where that lets no light
+  // through; else null.
   Aperture(const DepthOfFieldParams& p, const ConstImageView* picture);
 
   // Of a point whose level is above kSharpLevel, `dy` rows below it. Before the focus the shape is turned by
