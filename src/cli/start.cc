@@ -140,9 +140,9 @@ extern "C" void __libc_free(void*);
 // start. Not by malloc(), which somebody may have put his own in place of, with a constructor yet to run.
 void PrepareHeap(int, char**, char**) {
   constexpr int kStart = 128 << 20, kLarge = 2 << 20;
-  // Buffers of codecs that come and go with every chunk are used again, those of all threads there: given back
-  // to the system each time, its clearing of their pages is a fifth of what some compressions take, and a third
-  // of a progressive JPEG. What is allocated in loops is the engine's, not malloc()'s.
+  // Buffers of codecs that come and go with every chunk are used again, those of all threads there: given
+  // back to the system each time, its clearing of their pages is a fifth of what some compressions take, and
+  // a third of a progressive JPEG. What is allocated in loops is the engine's, not malloc()'s.
   mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the C library's most
   mallopt(M_TRIM_THRESHOLD, 192 << 20);
   mallopt(M_ARENA_MAX, 1);
