@@ -188,6 +188,7 @@ Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range = 
 struct DrawnParams {
   bool down = false;  ///< towards smaller y; else towards larger
   double iso = 0;     ///< the surface
+
   /// Distances below iso - depth count as that, so that thick bodies are drawn no further than thin ones.
   double depth = 1e30;
   /// How much a distance grows for each unit gone, of the column at world x and z: what is `d` inside is

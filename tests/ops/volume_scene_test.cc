@@ -180,7 +180,7 @@ TEST(VolumeScene, DepthsOfVolumesMayDifferWidely) {
   for (const bool perspective : {false, true}) {
     PlacedVolume first = Ball(VolumeMode::kIso, 0.3, {0, 0, 0}),
                  near = Ball(VolumeMode::kIso, 0.3, {0.5, 0, 5}),
-                 far = Ball(VolumeMode::kFire, 0.3, {-0.6, 0, -6});
+                 far = Ball(VolumeMode::kFire, 0.45, {-0.6, 0, -6});
     first.params.camera = perspective ? Camera::Perspective({0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 40, 1, 0.1, 40)
                                       : Camera::Parallel({0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 2.5, 1, 0.1, 40);
     const PlacedVolume all[] = {first, near, far};
@@ -231,7 +231,8 @@ TEST(VolumeScene, TheCommandAddsToThePictureBelow) {
     EXPECT_EQ(op.operands(a), static_cast<int>(inputs.size()));
     return op.make(inputs, a, nullptr);
   };
-  const std::string ball = "solid=sphere(0,0,0,.4) dims=24 ";
+  // Steps fine enough that it does not matter where on a ray they lie.
+  const std::string ball = "solid=sphere(0,0,0,.4) dims=24 step=.01 ";
   const Node first = node(ball + "size=20x18 mode=fire at=-.4,0,0 fov=0", {});
   const Image both = Render(node(ball + "with=1 mode=fur at=.4,.1,0 turn=30", {first}));
   EXPECT_EQ(both.spec().width(), 20);

@@ -92,7 +92,7 @@ TEST(Volume, WordsOfChainsAreThoseOfTheGrammar) {
                                                    {"bias(.3,1)", "2 numbers", "at most 1"},
                                                    {"noise(.3,-1)", "found -1", "from 0 to 1e6"},
                                                    {"threshold(.3,-1)", "found -1", "from 0 to 1e6"},
-                                                   {"noise(.3,1,2,3)", "4 numbers", "at most 3"},
+                                                   {"noise(.3,1,2,3,4)", "5 numbers", "at most 4"},
                                                    {"bias(.3", "parentheses", "name(numbers)"},
                                                    {"bias(.3))", "parentheses", "name(numbers)"},
                                                    {"bias(.3)gain(.7)", "parentheses", "name(numbers)"}}) {

@@ -41,6 +41,8 @@ constexpr OtherLimit kOtherLimits[] = {
      "steps in a row that get shorter towards the surface: the bound is of all of them in one direction"},
     {"equalize", 10000,
      "the bound is the share of a value's class and its neighbours; none here is at an edge"},
+    {"dof", 500, "the bound is of all parts of discs that add up in one direction"},
+    {"smoke", 500, "the bound is of where curls stretch most"},
     {"gardner", 3000, "the bound grows with the square of the terms of two sums of sines"},
     {"envmap gloss=20", 1000,
      "the bound is of an edge between texels, of all texels of a lobe in one direction"},

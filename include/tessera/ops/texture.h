@@ -58,6 +58,7 @@ struct TextureParams {
   int slices = 1;          ///< kGardner: the image is so many slices stacked along y
 
   std::vector<NoiseParams> fields = {};  ///< filled in by Texture(): first the curls' potentials
+
   /// Filled in by Texture(): of each curl, how far the potential's slope downward moves to the right, and
   /// that to the right upward, widths.
   std::vector<std::array<double, 2>> curls = {};

@@ -90,6 +90,7 @@ struct VolumeFur {
   /// Factors of the material's colour where strands leave the skin, each R, G, B, at least 0; linear between.
   std::array<double, 3> root = {0.42, 0.34, 0.28};
   std::array<double, 3> tip = {1.25, 1.18, 1.08};  ///< the same at their ends
+
   /// From even fur, 0, to an undercoat of half the height that few hairs pass, 1.
   double guard = 0.7;
   double patches = 0.25;  ///< share by which colour changes from place to place, 0 to 1
