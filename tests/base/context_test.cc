@@ -96,7 +96,7 @@ TEST(ContextTest, ContextsShareNothingAndMemoryOutlivesThem) {
 
 // Bands, arenas and small pictures go round too, in an eighth of the memory.
 TEST(ContextTest, SmallMemoryIsKeptInASmallPart) {
-  constexpr size_t kBytes = size_t{1} << 20, kMost = size_t{32} << 20;
+  constexpr size_t kBytes = size_t{1} << 19, kMost = size_t{16} << 20;
   Context context({.memory = kMost, .cache = 0});
   const std::byte* const first = context.pool().Allocate(kBytes).get();
   const size_t kept = context.Use().memory;
