@@ -437,7 +437,8 @@ void Preparation::Medium(const graph::Workers& workers) {
   }
   m.phase = scattered ? static_cast<float>(p_.scatter.phase) : 0;
   m.step = static_cast<float>(p_.step);
-  m.opaque = static_cast<float>(1 - p_.termination);
+  // Nothing ends a ray before it has met something: where rays begin depends on their neighbours.
+  m.opaque = std::max(static_cast<float>(1 - p_.termination), std::numeric_limits<float>::min());
   m.reference = static_cast<float>(p_.transfer.length);
   const auto entries = static_cast<double>(kTransferSize);
   const double domain = draw_.transfer_high - draw_.transfer_low;
