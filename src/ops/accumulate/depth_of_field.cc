@@ -172,20 +172,20 @@ OpInfo DepthOfFieldInfo() {
   info.summary = "Depth of field from colour and depth";
   info.operands = [](const Arguments& a) { return a.Text("shape") == "picture" ? 3 : 2; };
   info.help =
-      "COLOR DEPTH --dof FOCUS: a point at depth z is spread over a disc of radius aperture |1/FOCUS - 1/z| "
-      "pixels, at most max=. method=layers: what is spread is composited from near to far, so that near "
-      "objects get soft edges over what is sharp, and what is far is not drawn over what is near. What a near "
-      "edge uncovers is guessed from the farther surface beside it: the mean of what is found in eight "
-      "directions within max=. A plane's light is conserved, and bright points become the lens's opening: "
-      "shape=polygon has blades=, shape=picture (COLOR DEPTH PICTURE --dof) is the first channel of a "
-      "picture, brightness the light that passes, its longer side the disc's diameter (a disc where it is "
-      "black everywhere), held in memory whole; before the focus it is turned by half a turn, as a lens does. "
-      "Cost: per pixel O(radius) and O(1) for every layer of depths that is there, O(radius^2) for pictures. method=gather: a mean of "
-      "the neighbours whose disc reaches a pixel; what lies behind it is spread no further than itself, so "
-      "objects keep hard edges; O(max^2). Alpha is treated as the colours; premultiply first. A "
-      "depth of infinity is infinitely far; a depth that is zero, negative or NaN leaves the pixel as it is "
-      "and gives nothing to others. Approximate where one object hides another. Source: McReynolds et al. "
-      "1997, 9.2.";
+      "COLOR DEPTH --dof FOCUS: a point at depth z is spread over a disc of radius aperture |1/FOCUS - "
+      "1/z| pixels, at most max=. method=layers: what is spread is composited from near to far, so that "
+      "near objects get soft edges over what is sharp, and what is far is not drawn over what is near. "
+      "What a near edge uncovers is guessed from the farther surface beside it: the mean of what is found "
+      "in eight directions within max=. A plane's light is conserved, and bright points become the lens's "
+      "opening: shape=polygon has blades=, shape=picture (COLOR DEPTH PICTURE --dof) is the first channel "
+      "of a picture, brightness the light that passes, its longer side the disc's diameter (a disc where "
+      "it is black everywhere), held in memory whole; before the focus it is turned by half a turn, as a "
+      "lens does. Cost: per pixel O(radius) and O(1) for every layer of depths that is there, O(radius^2) "
+      "for pictures. method=gather: a mean of the neighbours whose disc reaches a pixel; what lies behind "
+      "it is spread no further than itself, so objects keep hard edges; O(max^2). Alpha is treated as the "
+      "colours; premultiply first. A depth of infinity is infinitely far; a depth that is zero, negative "
+      "or NaN leaves the pixel as it is and gives nothing to others. Approximate where one object hides "
+      "another. Source: McReynolds et al. 1997, 9.2.";
   info.bound = "64 u * (largest |value| spread to the pixel)";
   info.bound_u = 64;
   info.arguments = {NumberModifier("FOCUS", "", 1e-30, 1e38, "the depth that is sharp")};

@@ -235,14 +235,14 @@ OpInfo HashNoiseInfo() {
 OpInfo GaborNoiseInfo() {
   OpInfo info = NoiseRow(
       NoiseKind::kGabor, "Gabor noise: waves of one length, in any direction or in one",
-      "Impulses, impulses= within a kernel's reach, convolved with exp(-pi a^2 r^2) cos(2 pi (w.x + phase)): a "
-      "wave per cell (freq= is the waves across the width), of random phase, under a Gaussian that spans "
-      "bandwidth= octaves at half amplitude, a = sqrt(pi / ln 2) (2^b - 1) / (2^b + 1), and ends at "
-      "1.26 / a. orientation=, direction= and bandwidth= mean what anisotropic, direction and bandwidth mean in "
-      "Open Shading Language: isotropic waves run anywhere, anisotropic ones along direction= turned by "
-      "angle=, hybrid ones perpendicular to it. A spectrum that is a ring, or a pair of spots, of Gaussian width; "
-      "mean 0 and standard deviation 1/3, whatever the impulses. period= is no shorter than a kernel's "
-      "radius; where it is shorter than two the variance is up to a tenth off.\n"
+      "Impulses, impulses= within a kernel's reach, convolved with exp(-pi a^2 r^2) cos(2 pi (w.x + "
+      "phase)): a wave per cell (freq= is the waves across the width), of random phase, under a Gaussian "
+      "that spans bandwidth= octaves at half amplitude, a = sqrt(pi / ln 2) (2^b - 1) / (2^b + 1), and "
+      "ends at 1.26 / a. orientation=, direction= and bandwidth= mean what anisotropic, direction and "
+      "bandwidth mean in Open Shading Language: isotropic waves run anywhere, anisotropic ones along "
+      "direction= turned by angle=, hybrid ones perpendicular to it. A spectrum that is a ring, or a pair "
+      "of spots, of Gaussian width; mean 0 and standard deviation 1/3, whatever the impulses. period= is "
+      "no shorter than a kernel's radius; where it is shorter than two the variance is up to a tenth off.\n"
       "Source: Lagae et al. 2009.",
       {"", "orientation=anisotropic angle=30 bandwidth=0.3 octaves=2 signed=1",
        "dims=3 z=0.4 orientation=hybrid direction=1,1,0.5 impulses=4 freq=5",

@@ -348,13 +348,12 @@ OpInfo NoiseAtInfo() {
   info.summary = "Noise at the positions held in an image";
   info.help =
       "The positions of an AOV file, found by their names, else the first dims= channels, are coordinates, "
-      "times freq= (cells per unit) plus offset=. low=1 adds channel dims + i to channel i, of the first "
-      "2 dims channels, for positions of 48 bits. type= is one of the noise generators, whose modifiers "
-      "apply. The result "
-      "has channels= channels. A position that is NaN or infinite gives noise 0.\n"
-      "POSITION PERIODS --noiseat:periods=1 takes from the second image what period= says once for all: cells, one "
-      "channel or one per coordinate, rounded down; below 1, NaN, and above 2^24 is none. Open Shading Language's "
-      "pnoise has its period so, and takes what is below 1 as 1.\n"
+      "times freq= (cells per unit) plus offset=. low=1 adds channel dims + i to channel i, of the first 2 "
+      "dims channels, for positions of 48 bits. type= is one of the noise generators, whose modifiers "
+      "apply. The result has channels= channels. A position that is NaN or infinite gives noise 0.\n"
+      "POSITION PERIODS --noiseat:periods=1 takes from the second image what period= says once for all: "
+      "cells, one channel or one per coordinate, rounded down; below 1, NaN, and above 2^24 is none. Open "
+      "Shading Language's pnoise has its period so, and takes what is below 1 as 1.\n"
       "Source: van Wijk 1991, 4 (spots on surfaces); Perlin 1985.";
   info.bound = "3e-6 times the sum of the octaves' weights, for positions whose product with freq is exact";
   info.bound_u = 20;

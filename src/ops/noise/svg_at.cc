@@ -109,12 +109,12 @@ OpInfo SvgTurbulenceAtInfo() {
   info.family = "noise";
   info.summary = "SVG's feTurbulence at the positions held in an image";
   info.help =
-      "The first two coordinates of an AOV file's positions, found by their names, else the first two channels, "
-      "are points of user space: what --pattern turbulence and --pattern fractalnoise have at pixel (x, y), this "
-      "has where the position is (x, y), in the same bits. type= is the filter's attribute. The result has "
-      "channels= channels, of which the first four have a noise each and further ones are 0. stitch= tiles the "
-      "image's display window. A position that is NaN or infinite gives noise 0, which is 0 for turbulence and "
-      "0.5 for fractalnoise.\n"
+      "The first two coordinates of an AOV file's positions, found by their names, else the first two "
+      "channels, are points of user space: what --pattern turbulence and --pattern fractalnoise have at "
+      "pixel (x, y), this has where the position is (x, y), in the same bits. type= is the filter's "
+      "attribute. The result has channels= channels, of which the first four have a noise each and further "
+      "ones are 0. stitch= tiles the image's display window. A position that is NaN or infinite gives "
+      "noise 0, which is 0 for turbulence and 0.5 for fractalnoise.\n"
       "Source: SVG 1.1, section 15.24.";
   info.bound = "1e-5 * sum of weights, and the seed's rules exactly";
   info.bound_u = 84;

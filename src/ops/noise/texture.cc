@@ -342,8 +342,8 @@ OpInfo CloudsInfo() {
   OpInfo info = TextureRow(
       TextureKind::kClouds, "Clouds (Gardner) over a blue sky",
       "Gardner's product of sums of sines, broken up by fBm, decides where clouds are; the sky pales "
-      "towards the horizon. The sun is at the upper left: thick parts, and those behind others, are in shadow. "
-      "They drift to the right.\nSource: Gardner, Visual simulation of clouds, 1985.",
+      "towards the horizon. The sun is at the upper left: thick parts, and those behind others, are in "
+      "shadow. They drift to the right.\nSource: Gardner, Visual simulation of clouds, 1985.",
       "3");
   info.make = Make<TextureKind::kClouds>;
   return info;
@@ -371,10 +371,10 @@ OpInfo WoodInfo() {
 OpInfo FireInfo() {
   OpInfo info = TextureRow(
       TextureKind::kFire, "Fire: layers of rising noise through a ramp of heat",
-      "Tongues reach as high as a broad noise says, thinner the higher; finer layers, which rise faster, open "
-      "them into sheets, and all is moved by curls of noise that rise too, so that tips bend, part and go up "
-      "by themselves. Sparks rise among them. Premultiplied, with alpha, and brighter than that, as it gives "
-      "light: lay it over anything.\nSource: McReynolds et al. 1997, 11.3; Bridson et al. 2007.",
+      "Tongues reach as high as a broad noise says, thinner the higher; finer layers, which rise faster, "
+      "open them into sheets, and all is moved by curls of noise that rise too, so that tips bend, part "
+      "and go up by themselves. Sparks rise among them. Premultiplied, with alpha, and brighter than that, "
+      "as it gives light: lay it over anything.\nSource: McReynolds et al. 1997, 11.3; Bridson et al. 2007.",
       "3");
   info.modifiers.push_back(IntegerModifier("layers", "3", 1, 3, "layers of noise, the broadest first"));
   info.modifiers.push_back(NumberModifier("rise", "1", -100, 100, "factor on the speeds of rising"));

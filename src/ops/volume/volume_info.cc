@@ -263,56 +263,57 @@ OpInfo VolumeInfo() {
       "The volume: solid= (a distance field of dims= voxels), mesh= (the distance field of a closed "
       "Wavefront OBJ mesh, scaled to 1.6, where the library was built with OpenVDB), file= (OpenVDB and "
       "whatever else OpenImageIO reads as a volume, one of its grids by part=, slices numbered by # or "
-      "%03d, an image of slices=, or raw samples where dims= and type= are given), or the top image, slices "
-      "one above the other (slices=). distance=LEVEL turns a density volume into its distance field first. "
-      "The longest side measures 2, centred at 0; y is up; files' slices come towards the viewer. A solid: "
-      "sphere(x,y,z,r), ellipsoid, box(x,y,z,w,h,d half sizes), roundbox, torus(x,y,z,r,tube), "
-      "capsule(x,y,z,x,y,z,r), cone(x,y,z,x,y,z,r,r), plane(x,y,z,offset), body, knot, joined by | (union), "
-      "& (intersection), - (difference), |.1 and &.1 (blended), parentheses; quote it.\n"
+      "%03d, an image of slices=, or raw samples where dims= and type= are given), or the top image, "
+      "slices one above the other (slices=). distance=LEVEL turns a density volume into its distance field "
+      "first. The longest side measures 2, centred at 0; y is up; files' slices come towards the viewer. A "
+      "solid: sphere(x,y,z,r), ellipsoid, box(x,y,z,w,h,d half sizes), roundbox, torus(x,y,z,r,tube), "
+      "capsule(x,y,z,x,y,z,r), cone(x,y,z,x,y,z,r,r), plane(x,y,z,offset), body, knot, joined by | "
+      "(union), & (intersection), - (difference), |.1 and &.1 (blended), parentheses; quote it.\n"
       "mode: iso, solid, bump and melt show the surface at iso=, lit; fur, fire and hyper show the soft "
       "region iso to iso+soft of a distance field, density D = clamp((iso + soft - d) / soft) through the "
       "chain dmf=, which leaves nothing where D is 0: bias(b), gain(g), noise(amount,freq), "
-      "turbulence(amount,freq), threshold(from,width), "
-      "warp(amount,freq), lift(amount,freq), swell(amount,freq), a third number is an upward speed, a fourth how "
-      "many times as high as wide the noise's features are; "
-      "table(d,d',...) or table(FILE) maps densities by pairs. A step may be times where it acts: "
-      "STEP*height(a,b) from 0 at a to 1 at b, as gradient (of the field), light (n.l), eye (n.v) and density, "
-      "each with more pairs quantity,weight or a file of them too; STEP*half(x,y,z,offset,soft), "
-      "STEP*sphere(x,y,z,r,soft) and STEP*band(low,high,soft) inside of a region, *~ outside of it. over, "
-      "under, attenuate, xray and mip show a density through transfer= (value,r,g,b,opacity,... or a file "
-      "of such lines; opacity of transferlength=), and before it dmf= with D from 0 where transfer= begins to 1 "
-      "where it ends. Opacities are corrected for the length of the steps; "
-      "attenuate is the mean of colour times opacity of transferlength= along the ray, mip the largest "
-      "sample. time= animates melt, fur and fire.\n"
-      "mode=solid takes its colour from texture= (marble and wood have values in [0,1], clouds about 0), or "
-      "from a block= of one's own, by the colours of ramp= (value,r,g,b,... or a file as of transfer=). "
+      "turbulence(amount,freq), threshold(from,width), warp(amount,freq), lift(amount,freq), "
+      "swell(amount,freq), a third number is an upward speed, a fourth how many times as high as wide the "
+      "noise's features are; table(d,d',...) or table(FILE) maps densities by pairs. A step may be times "
+      "where it acts: STEP*height(a,b) from 0 at a to 1 at b, as gradient (of the field), light (n.l), eye "
+      "(n.v) and density, each with more pairs quantity,weight or a file of them too; "
+      "STEP*half(x,y,z,offset,soft), STEP*sphere(x,y,z,r,soft) and STEP*band(low,high,soft) inside of a "
+      "region, *~ outside of it. over, under, attenuate, xray and mip show a density through transfer= "
+      "(value,r,g,b,opacity,... or a file of such lines; opacity of transferlength=), and before it dmf= "
+      "with D from 0 where transfer= begins to 1 where it ends. Opacities are corrected for the length of "
+      "the steps; attenuate is the mean of colour times opacity of transferlength= along the ray, mip the "
+      "largest sample. time= animates melt, fur and fire.\n"
+      "mode=solid takes its colour from texture= (marble and wood have values in [0,1], clouds about 0), "
+      "or from a block= of one's own, by the colours of ramp= (value,r,g,b,... or a file as of transfer=). "
       "light= is a direction, lightat= a point; flat=1 leaves colours unlit.\n"
-      "shadow=, phase=, lights= and lightsat= light a medium (fire, hyper, over, under, attenuate): its colours times ambient= + "
-      "diffuse= times what reaches a place of light= or lightat=, dimmed by the medium on the way (held at "
-      "shadowsize= nodes a side, so edges between nodes are blurred by one), times a share that phase= turns "
-      "towards the eye; with shade=1 by the gradient too. blackbody=LOW,HIGH makes it glow, from LOW kelvin where "
-      "transfer= begins to HIGH where it ends: of itself alone, or besides that light.\n"
-      "Premultiplied R, G, B, A; depth=1 adds Z, aovs=1 Z, N.X, N.Y, N.Z, P.X, P.Y, P.Z and distance, where "
-      "alpha passes 1/2 in media. The camera goes with the picture: --position, --envmap, --solid, --fog and "
-      "--shadow find what they need. scene=1 takes the planar depths of opaque objects from the "
+      "shadow=, phase=, lights= and lightsat= light a medium (fire, hyper, over, under, attenuate): its "
+      "colours times ambient= + diffuse= times what reaches a place of light= or lightat=, dimmed by the "
+      "medium on the way (held at shadowsize= nodes a side, so edges between nodes are blurred by one), "
+      "times a share that phase= turns towards the eye; with shade=1 by the gradient too. "
+      "blackbody=LOW,HIGH makes it glow, from LOW kelvin where transfer= begins to HIGH where it ends: of "
+      "itself alone, or besides that light.\n"
+      "Premultiplied R, G, B, A; depth=1 adds Z, aovs=1 Z, N.X, N.Y, N.Z, P.X, P.Y, P.Z and distance, "
+      "where alpha passes 1/2 in media. The camera goes with the picture: --position, --envmap, --solid, "
+      "--fog and --shadow find what they need. scene=1 takes the planar depths of opaque objects from the "
       "image below (its size is the picture's) and ends rays there. with=1 takes the picture of another "
       "--volume from below and puts this volume (at=, turn=) into it, up to 8: all media in one march, "
       "their extinctions added where they overlap, the nearest surface behind them; its size, camera and "
-      "scene stay. lookup: how turbulence is read (one precomputed block, four channels, 4 or 8 lookups, or "
-      "the noise itself at every sample), in fire and in the steps of dmf=: the same turbulence, with what "
-      "interpolation leaves out (exact: nothing), 8 with four finer octaves. Words that a mode or a source "
-      "has no use for are refused.\n"
+      "scene stay. lookup: how turbulence is read (one precomputed block, four channels, 4 or 8 lookups, "
+      "or the noise itself at every sample), in fire and in the steps of dmf=: the same turbulence, with "
+      "what interpolation leaves out (exact: nothing), 8 with four finer octaves. Words that a mode or a "
+      "source has no use for are refused.\n"
       "Rays leap over what is provably empty; the pictures are the same bits with leap=0. method: where "
-      "samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own slices), or shearwarp "
-      "(sheared slices, one warp; over and under alone, unlit).\n"
-      "Source: Miller and Jones 2005; Perlin and Hoffert 1989; Lacroute and Levoy 1994; "
-      "Kajiya and Von Herzen 1984; Henyey and Greenstein 1941; Krystek 1985; Wyman et al. 2013; "
-      "McReynolds et al. 1997, 13.";
+      "samples lie: rays, slices (planes), shells (spheres), stacks (the volume's own slices), or "
+      "shearwarp (sheared slices, one warp; over and under alone, unlit).\n"
+      "Source: Miller and Jones 2005; Perlin and Hoffert 1989; Lacroute and Levoy 1994; Kajiya and Von "
+      "Herzen 1984; Henyey and Greenstein 1941; Krystek 1985; Wyman et al. 2013; McReynolds et al. 1997, "
+      "13.";
   info.help += " With method=shearwarp the result is held in memory whole.";
   info.bound =
       "1e-5 at 256 samples, plus what moving the ray by 1e-4 voxel changes, plus termination * brightest "
       "colour where alpha passes 1 - termination; attenuate: plus what midpoints of the step miss of the "
-      "integral; shadow: that of the nodes, between which it is linear; shearwarp: against the sheared picture, not against rays";
+      "integral; shadow: that of the nodes, between which it is linear; shearwarp: against the sheared "
+      "picture, not against rays";
   info.bound_u = 168;
   info.modifiers = {
       TextModifier("solid", "a solid in words, see below"),
@@ -378,7 +379,8 @@ OpInfo VolumeInfo() {
       ChoiceModifier("texture", {"marble", "wood", "clouds"}, "what mode=solid is made of"),
       TextModifier(
           "block",
-          "a file of a cube of samples in place of that, repeated; an image of slices one above the other will do"),
+          "a file of a cube of samples in place of that, repeated; an image of slices one above the other "
+          "will do"),
       TextModifier("ramp", "its colours: value,r,g,b for each point, or a file"),
       TextModifier("dmf", "chain of density modulation functions, quoted"),
       TextModifier("transfer", "value,r,g,b,opacity for each point, or a file"),
@@ -422,12 +424,14 @@ OpInfo VolumeInfo() {
       "solid=sphere(0,0,0,.6) dims=20 size=20x18 mode=fur soft=0.25",
       "solid=sphere(0,0,0,.5) dims=20 size=20x18 mode=fire soft=0.2 termination=0 lookup=4",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1),bias(.4),gain(.6) shade=1",
-      "solid=knot dims=16 size=18x16 mode=under transfer=-.3,1,.9,.8,.5,.2,1,1,1,0 transferlength=.3 shadow=1 "
-      "phase=.5 light=1,.4,.2",
+      "solid=knot dims=16 size=18x16 mode=under transfer=-.3,1,.9,.8,.5,.2,1,1,1,0 transferlength=.3 "
+      "shadow=1 phase=.5 light=1,.4,.2",
       "solid=knot dims=16 size=18x16 mode=over transfer=-.3,1,.9,.8,.5,.2,.5,1,1,0 "
       "dmf=warp(.1,1),turbulence(.8,1)*height(-.5,.5),gain(.7)*~sphere(0,0,0,.4,.2),table(0,0,.5,.2,1,1)*light(-1,1)",
-      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=fire soft=.2 blackbody=1200,2600,3 shadow=1 color=1,1,1",
-      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper lights=1,0,0,.9,.4,.1 lightsat=0,1,0,.1,.2,.9 shadow=1",
+      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=fire soft=.2 blackbody=1200,2600,3 shadow=1 "
+      "color=1,1,1",
+      "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper lights=1,0,0,.9,.4,.1 lightsat=0,1,0,.1,.2,.9 "
+      "shadow=1",
       "solid=sphere(0,0,0,.5) dims=16 size=18x16 mode=hyper dmf=noise(.3,1) shade=1 shadow=.8 shadowsize=6 "
       "lightat=1,1,0.5",
       "solid=knot dims=20 type=float size=22x18 mode=over transfer=-.3,1,.5,.2,.3,.1,.2,.4,1,0"};
