@@ -74,6 +74,9 @@ int64_t CheckFile(const std::string& file) {
 
 }  // namespace
 
+// OpenEXR's limit; nearer to 2^31 OpenImageIO's blocks of rows overflow.
+constexpr int64_t kFarthest = int64_t{1} << 30;
+
 void CheckSpec(const std::string& file, const std::string& format, const OIIO::ImageSpec& s,
                int64_t file_bytes) {
   const std::string size = std::to_string(s.width) + " x " + std::to_string(s.height);
@@ -84,7 +87,7 @@ void CheckSpec(const std::string& file, const std::string& format, const OIIO::I
     throw DataError(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
   for (const int64_t end : {int64_t{s.x} + s.width, int64_t{s.y} + s.height, int64_t{s.full_x} + s.full_width,
                             int64_t{s.full_y} + s.full_height}) {
-    if (end > INT32_MAX) throw DataError(file, "found a window of " + size + " that ends beyond 2147483647");
+    if (end > kFarthest) throw DataError(file, "found a window of " + size + " that ends beyond 1073741824");
   }
   const int depth = std::max(s.depth, 1);
   if (std::max<int64_t>(s.y, 0) + int64_t{s.height} * depth > INT32_MAX) {

@@ -181,6 +181,16 @@ TEST_F(BadInputTest, AbsurdDimensions) {
   }
 }
 
+// Rows so near to 2^31 that OpenImageIO's blocks of them would overflow.
+TEST_F(BadInputTest, FarWindows) {
+  WritePattern(Path("a.png"), {OIIO::ImageSpec(13, 19, 1, TypeDesc::UINT8)});
+  const std::string whole = Contents(Path("a.png"));
+  const std::string chunk =
+      std::string("\0\0\0\x09", 4) + std::string("oFFs\0\0\0\0\x7f\xff\0\0\0", 13) + "\x7f\xad\xc7\x21";
+  SetContents(Path("a.png"), whole.substr(0, 33) + chunk + whole.substr(33));
+  EXPECT_THAT(Reason("a.png"), HasSubstr("found a window of 13 x 19 that ends beyond 1073741824"));
+}
+
 // OpenEXR would take the memory first.
 TEST_F(BadInputTest, AttributesOfAnExrAreWithinTheFile) {
   OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);

@@ -180,7 +180,7 @@ TEST_F(SandboxTest, ReadersThatTakeTheirTime) {
 
 TEST_F(SandboxTest, WhatReadersSayIsChecked) {
   EXPECT_THAT(Hooked("n"), HasSubstr("found -5 x 300 pixels"));
-  EXPECT_THAT(Hooked("y"), HasSubstr("beyond 2147483647"));
+  EXPECT_THAT(Hooked("y"), HasSubstr("beyond 1073741824"));
   EXPECT_THAT(Hooked("d"), HasSubstr("deep"));
 }
 

@@ -28,6 +28,29 @@ Volume Dripping(const Volume& field, const VolumeParams& p, double side) {
   return Drawn(field, {.down = true, .iso = p.iso, .depth = depth, .slope = slope});
 }
 
+// Flames: the field drawn upward. They end below the volume's top, which would cut them.
+Volume Burning(const Volume& field, const VolumeParams& p, double side) {
+  const double slope = p.soft / p.amount;
+  Volume drawn = Drawn(field, {.iso = p.iso, .depth = 0, .slope = [=](double, double) { return slope; }});
+  const VolumeSpec& spec = drawn.spec();
+  const double room = std::min(p.amount, kFireRoom * side) / spec.spacing[1];
+  model::VolumeData& data = *drawn.data();
+  for (int k = 0; k < spec.size[2]; ++k) {
+    for (int j = 0; j < spec.size[1]; ++j) {
+      const double u = 1 - (spec.size[1] - 1 - j) / room;
+      if (!(u > 0)) continue;
+      const double more = p.soft * u * u * (3 - 2 * u);
+      for (int i = 0; i < spec.size[0]; ++i) {
+        const double d = data.code_scale * data.Code(i, j, k) + data.code_bias;
+        data.SetCode(i, j, k, (std::max(d, p.iso) + more - data.code_bias) / data.code_scale);
+      }
+    }
+    data.Trim();
+  }
+  data.FillBorder();
+  return drawn;
+}
+
 }  // namespace
 
 bool IsSurface(VolumeMode mode) { return mode <= VolumeMode::kMelt; }
@@ -152,10 +175,7 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
   if (p.mode == VolumeMode::kFire) {
     if (p.amount < 0) p.amount = 0.3 * side;
     if (p.dmf.empty()) p.dmf = FireChain(p, side);
-    if (p.amount > 0 && p.soft > 0 && !p.inside_above) {
-      const double slope = p.soft / p.amount;
-      draw.volume = Drawn(volume, {.iso = p.iso, .depth = 0, .slope = [=](double, double) { return slope; }});
-    }
+    if (p.amount > 0 && p.soft > 0 && !p.inside_above) draw.volume = Burning(volume, p, side);
   }
   if (!IsSurface(p.mode)) {
     for (Dmf& step : p.dmf) {
