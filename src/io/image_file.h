@@ -5,6 +5,7 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -28,6 +29,14 @@ struct FileHeader {
   int divisor = 1;       // of a JPEG's sides
 };
 
+// Some of an image's channels, slices at a time. Not for several threads at once.
+class SliceReader {
+ public:
+  virtual ~SliceReader() = default;
+  // Slices [z0, z1), counted from 0, packed one after the other; z0 is a multiple of SliceStep. Throws Error.
+  virtual void Read(int z0, int z1, std::byte* data) = 0;
+};
+
 class ImageFile {
  public:
   virtual ~ImageFile() = default;
@@ -35,8 +44,17 @@ class ImageFile {
   // As graph::PixelSource; rows are of StorageType.
   virtual std::unique_ptr<graph::RowReader> Open(int first, int last) const = 0;
   virtual std::string Decoder() const = 0;
+  virtual std::unique_ptr<SliceReader> OpenSlices(int first, int last, PixelType type) const = 0;
+
   // All pixels of channels [first, last), packed, slice after slice.
-  virtual void ReadAll(int first, int last, PixelType type, std::byte* data) const = 0;
+  void ReadAll(int first, int last, PixelType type, std::byte* data) const {
+    OpenSlices(first, last, type)->Read(0, Slices(), data);
+  }
+  int Slices() const { return std::max(header_.spec.depth, 1); }
+  // Slices that are read at once, at least: the depth of a tile.
+  int SliceStep() const {
+    return header_.spec.tile_height > 0 ? std::clamp(header_.spec.tile_depth, 1, Slices()) : 1;
+  }
 
  protected:
   FileHeader header_;

@@ -210,6 +210,32 @@ class FileReader final : public graph::RowReader {
   std::vector<std::byte> pixels_;
 };
 
+class FileSlices final : public SliceReader {
+ public:
+  FileSlices(const std::string& file, Formats formats, int subimage, int first, int last, OIIO::TypeDesc type)
+      : file_(file),
+        subimage_(subimage),
+        first_(first),
+        last_(last),
+        type_(type),
+        input_(OpenImage(file, formats)) {
+    if (!Guarded(file, [&] { return input_->seek_subimage(subimage, 0); })) Fail();
+  }
+
+  void Read(int z0, int z1, std::byte* data) override {
+    const auto read = [&] { return ReadSlices(*input_, subimage_, z0, z1, first_, last_, type_, data); };
+    if (!Guarded(file_, read)) Fail();
+  }
+
+ private:
+  [[noreturn]] void Fail() { throw DataError(file_, "cannot be read: " + OneLine(input_->geterror())); }
+
+  std::string file_;
+  int subimage_, first_, last_;
+  OIIO::TypeDesc type_;
+  std::unique_ptr<ImageInput> input_;
+};
+
 // Rows by a codec as long as all is as it expects, then by OpenImageIO, whose errors are the ones that count.
 class CodecReader final : public graph::RowReader {
  public:
@@ -308,14 +334,9 @@ class LocalFile final : public ImageFile {
     }
     return CodecText(header_.format, ChooseDecoder(0, header_.spec.nchannels));
   }
-  void ReadAll(int first, int last, PixelType type, std::byte* data) const override {
-    const auto input = OpenImage(file_, formats_);
+  std::unique_ptr<SliceReader> OpenSlices(int first, int last, PixelType type) const override {
     CheckStrips(file_, header_.spec);
-    const bool ok = Guarded(file_, [&] {
-      return input->seek_subimage(header_.subimage, 0) &&
-             ReadWhole(*input, header_.subimage, first, last, TypeDescOf(type), data);
-    });
-    if (!ok) throw DataError(file_, "cannot be read: " + OneLine(input->geterror()));
+    return std::make_unique<FileSlices>(file_, formats_, header_.subimage, first, last, TypeDescOf(type));
   }
 
  private:

@@ -68,18 +68,18 @@ void CheckStrips(const std::string& file, const OIIO::ImageSpec& spec) {
   }
 }
 
-bool ReadWhole(OIIO::ImageInput& input, int subimage, int first, int last, OIIO::TypeDesc type,
-               std::byte* data) {
+bool ReadSlices(OIIO::ImageInput& input, int subimage, int z0, int z1, int first, int last,
+                OIIO::TypeDesc type, std::byte* data) {
   const OIIO::ImageSpec spec = input.spec();
   const Roi rows{spec.x, spec.y, spec.x + spec.width, spec.y + spec.height};
   const auto pixel = static_cast<ptrdiff_t>(type.size()) * (last - first);
   const ptrdiff_t row = pixel * spec.width, plane = row * spec.height;
   const bool tiled = spec.tile_height > 0;
   const int slices = tiled ? std::max(spec.tile_depth, 1) : 1;
-  const int64_t back = int64_t{spec.z} + std::max(spec.depth, 1);
-  for (int64_t z = spec.z; z < back; z += slices) {
-    const auto slice = static_cast<int>(z), behind = static_cast<int>(std::min(z + slices, back));
-    const RowsOut out{first, last, type, data + (z - spec.z) * plane, pixel, row};
+  for (int64_t z = z0; z < z1; z += slices) {
+    const auto slice = static_cast<int>(spec.z + z),
+               behind = static_cast<int>(spec.z + std::min<int64_t>(z + slices, z1));
+    const RowsOut out{first, last, type, data + (z - z0) * plane, pixel, row};
     const bool read = tiled ? ReadTiles(input, subimage, rows, slice, behind, plane, out)
                             : ReadScanlines(input, subimage, rows, slice, out);
     if (!read) return false;

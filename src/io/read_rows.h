@@ -30,9 +30,10 @@ bool ReadRows(OIIO::ImageInput& input, int subimage, const Roi& rows, const Rows
 // bits.
 void CheckStrips(const std::string& file, const OIIO::ImageSpec& spec);
 
-// The whole image, slice after slice, packed.
-bool ReadWhole(OIIO::ImageInput& input, int subimage, int first, int last, OIIO::TypeDesc type,
-               std::byte* data);
+// Slices [z0, z1) of the image, counted from 0, packed one after the other; of a tiled one z0 is where tiles
+// begin.
+bool ReadSlices(OIIO::ImageInput& input, int subimage, int z0, int z1, int first, int last,
+                OIIO::TypeDesc type, std::byte* data);
 
 }  // namespace tessera::io
 

@@ -87,6 +87,8 @@ std::unique_ptr<io::ImageFile> Open(const std::string& file, const std::string& 
   }
 }
 
+constexpr size_t kSlab = size_t{32} << 20;  // bytes of a volume's file that are read at once
+
 // Lengths of a voxel's sides as a grid gives them; 1 where it does not.
 Vector3 VoxelOf(const OIIO::ImageSpec& spec) {
   const auto* const m = spec.find_attribute("openvdb:indextoworld");
@@ -142,7 +144,13 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   Volume volume(sampled);
   model::VolumeData& data = *volume.data();
   const size_t pixel = PixelBytes(type), line = pixel * row_samples, plane = line * all_rows;
-  std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(size[2]) : 1));
+  // Of a volume's file a few slices at a time: it may be larger than the memory.
+  const int step = volume_file ? image->SliceStep() : 1;
+  const int some = std::min(
+      static_cast<int>(std::max<size_t>(kSlab / (plane * static_cast<size_t>(step)), 1)) * step, size[2]);
+  std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(some) : 1));
+  const auto slices = volume_file ? image->OpenSlices(channel, channel + 1, type) : nullptr;
+  int front = 0, back = 0;  // the slices that `samples` holds
   for (int k = 0; k < depth; ++k) {
     if (!volume_file && k > 0) {
       image = Open(files[static_cast<size_t>(k)], params.part);
@@ -154,9 +162,15 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
                             std::to_string(spec.height));
       }
     }
-    if (!volume_file || k == 0) image->ReadAll(channel, channel + 1, type, samples.data());
+    if (!volume_file) image->ReadAll(channel, channel + 1, type, samples.data());
+    if (volume_file && k + from[2] >= back) {
+      data.Trim();
+      front = (k + from[2]) / step * step;
+      back = std::min(front + some, size[2]);
+      slices->Read(front, back, samples.data());
+    }
     const std::byte* const slice =
-        samples.data() + (volume_file ? plane * static_cast<size_t>(k + from[2]) : 0);
+        samples.data() + (volume_file ? plane * static_cast<size_t>(k + from[2] - front) : 0);
     for (int j = 0; j < spec.height; ++j) {
       // Images have their first row on top; volume files count upward.
       const int up = volume_file ? j : spec.height - 1 - j;

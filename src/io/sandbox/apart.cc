@@ -187,6 +187,46 @@ class RowsApart final : public graph::RowReader {
   SharedMemory memory_;
 };
 
+class SlicesApart final : public SliceReader {
+ public:
+  SlicesApart(std::unique_ptr<Conversation> conversation, const ImageFile& file, int first, int last,
+              PixelType type)
+      : conversation_(std::move(conversation)),
+        slice_(static_cast<size_t>(file.header().spec.width) *
+               static_cast<size_t>(file.header().spec.height) * PixelBytes(type) *
+               static_cast<size_t>(last - first)),
+        slices_(SlicesAtOnce(file, slice_)),
+        memory_(slice_ * static_cast<size_t>(slices_)) {
+    MessageWriter question;
+    question.Put(Ask::kSlices).Put(first).Put(last).Put(type).Put(memory_.size());
+    question.Put(ShapeOf(file.header().spec));
+    conversation_->Tell(question, {memory_.descriptor()});
+  }
+
+  void Read(int z0, int z1, std::byte* data) override {
+    for (int z = z0; z < z1;) {
+      const int end = static_cast<int>(std::min<int64_t>(int64_t{z} + slices_, z1));
+      conversation_->Tell(MessageWriter().Put(Ask::kSlice).Put(z).Put(end));
+      const size_t bytes = slice_ * static_cast<size_t>(end - z);
+      std::memcpy(data, memory_.data(), bytes);
+      data += bytes;
+      z = end;
+    }
+  }
+
+ private:
+  static int SlicesAtOnce(const ImageFile& file, size_t slice) {
+    const auto step = static_cast<size_t>(file.SliceStep());
+    const size_t slices = std::max<size_t>(kWindow / (slice * step), 1) * step;
+    return static_cast<int>(std::min(slices, static_cast<size_t>(file.Slices())));
+  }
+
+  std::unique_ptr<Conversation> conversation_;
+  size_t slice_;  // bytes
+  int slices_;
+  SharedMemory memory_;
+};
+
 class FileApart final : public ImageFile {
  public:
   explicit FileApart(const FileRequest& request) : request_(request) {
@@ -220,15 +260,8 @@ class FileApart final : public ImageFile {
     TheIdle().Put(this, std::move(conversation));
     return text + ", in a sandbox";
   }
-  void ReadAll(int first, int last, PixelType type, std::byte* data) const override {
-    const OIIO::ImageSpec& spec = header_.spec;
-    const SharedMemory memory(static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height) *
-                              static_cast<size_t>(std::max(spec.depth, 1)) * PixelBytes(type) *
-                              static_cast<size_t>(last - first));
-    MessageWriter question;
-    question.Put(Ask::kAll).Put(first).Put(last).Put(type).Put(memory.size()).Put(ShapeOf(spec));
-    Take()->Tell(question, {memory.descriptor()});
-    std::memcpy(data, memory.data(), memory.size());
+  std::unique_ptr<SliceReader> OpenSlices(int first, int last, PixelType type) const override {
+    return std::make_unique<SlicesApart>(Take(), *this, first, last, type);
   }
 
  private:

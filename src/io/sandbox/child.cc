@@ -82,11 +82,16 @@ class Reader {
                               StorageType(spec)));
         break;
       }
-      case Ask::kAll: {
+      case Ask::kSlices: {
         const auto first = question.Get<int>(), last = question.Get<int>();
         const auto type = question.Get<PixelType>();
         Map(question, descriptors);
-        File().ReadAll(first, last, type, memory_->data());
+        slices_ = File().OpenSlices(first, last, type);
+        break;
+      }
+      case Ask::kSlice: {
+        const auto front = question.Get<int>(), back = question.Get<int>();
+        slices_->Read(front, back, memory_->data());
         break;
       }
     }
@@ -111,6 +116,7 @@ class Reader {
   std::optional<SharedMemory> memory_;
   int first_ = 0, last_ = 0;
   std::unique_ptr<graph::RowReader> rows_;
+  std::unique_ptr<SliceReader> slices_;
 };
 
 std::string Failure(ErrorKind kind, const std::string& reason) {

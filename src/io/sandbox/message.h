@@ -23,7 +23,8 @@ enum class Ask : uint8_t {
   kRows,     // channels, and the Shape: from here on rows of these, into the memory that comes with it
   kLimit,    // threads and memory of these rows
   kRead,     // rows, from the beginning of that memory on
-  kAll,      // channels, type, and the Shape: all pixels into the memory that comes with it
+  kSlices,  // channels, type, and the Shape: from here on slices of these, into the memory that comes with it
+  kSlice,   // slices, from the beginning of that memory on
 };
 enum class Answer : uint8_t { kDone, kError, kNoMemory };
 
