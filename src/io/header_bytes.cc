@@ -1,6 +1,6 @@
 // The attributes of an EXR file's headers and the pixels that they declare, the texts of an OpenVDB file's,
-// the screen of a GIF file, the user data of a DPX file's, an RLA file's channels and images, the samples of
-// an SGI file.
+// the screen of a GIF file, the chunks of a PNG file, the user data of a DPX file's, an RLA file's channels
+// and images, the samples of an SGI file.
 #include "io/header_bytes.h"
 
 #include <algorithm>
@@ -245,11 +245,29 @@ void CheckDpx(const std::string& file) {
   if (stream && size != kNone && size > stream.size()) Refuse(file, "user data", size, stream.size());
 }
 
+// The reader takes memory for all of a chunk first; of pixels alone for a part.
+void CheckPng(const std::string& file) {
+  constexpr int64_t kSignature = 8, kFrame = 12;
+  base::InputFile stream(file, "an image file");
+  for (int64_t at = kSignature; stream.size() - at >= kFrame;) {
+    stream.seekg(at);
+    const int64_t length = __builtin_bswap32(TakeWord(stream));
+    std::string name(4, ' ');
+    if (!stream.read(name.data(), 4) || name == "IEND") return;
+    if (length > stream.size() - at - kFrame) {
+      if (name != "IDAT") Refuse(file, "a chunk \"" + base::Shown(name) + "\"", length, stream.size());
+      return;
+    }
+    at += kFrame + length;
+  }
+}
+
 }  // namespace
 
 void CheckHeaderBytes(const std::string& file, const std::string& format) {
   if (format == "openexr") CheckExr(file);
   if (format == "gif") CheckGif(file);
+  if (format == "png") CheckPng(file);
   if (format == "dpx") CheckDpx(file);
   if (format == "rla") CheckRla(file);
   if (format == "sgi") CheckSgi(file);

@@ -191,6 +191,16 @@ TEST_F(BadInputTest, FarWindows) {
   EXPECT_THAT(Reason("a.png"), HasSubstr("found a window of 13 x 19 that ends beyond 1073741824"));
 }
 
+// So would PNG's library.
+TEST_F(BadInputTest, ChunksOfAPngAreWithinTheFile) {
+  WritePattern(Path("a.png"), {OIIO::ImageSpec(13, 19, 1, TypeDesc::UINT8)});
+  const std::string whole = Contents(Path("a.png"));
+  for (const size_t at : {size_t{33}, whole.size() - 12}) {  // behind IHDR, before IEND
+    SetContents(Path("a.png"), whole.substr(0, at) + "\x70\1\2\3zTXtName" + whole.substr(at));
+    EXPECT_THAT(Reason("a.png"), HasSubstr("found a chunk \"zTXt\" of 1879114243 bytes declared"));
+  }
+}
+
 // OpenEXR would take the memory first.
 TEST_F(BadInputTest, AttributesOfAnExrAreWithinTheFile) {
   OIIO::ImageSpec spec(33, 21, 3, TypeDesc::HALF);
