@@ -72,7 +72,8 @@ inline constexpr double kMeltNoise = 0.75, kMeltStretch = 0.22, kMeltDrift = 0.0
 // Drops hang where a noise of this many blocks for one of melting's passes from one number to the other, and
 // are so thick, in parts of the volume's longest side.
 inline constexpr double kDripNoise = 2.6, kDripFrom = 0.12, kDripTo = 0.55, kDripDepth = 0.025;
-// Flames die in these parts of the volume's longest side below its top, or in their height where that is less.
+// Flames die in these parts of the volume's longest side below its top, or in their height where that is
+// less.
 inline constexpr double kFireRoom = 0.25;
 // Fur: strands lean this way (x sways with time), and stand where gain_0.875 of the noise at their feet is
 // large.
