@@ -35,7 +35,7 @@ constexpr double kTie = 1e-5;  // of alpha
 
 // One ray in world space; t is the planar depth.
 struct Ray {
-  Vector3 origin, direction;
+  Vector3 origin, direction, moved;  // origin includes what it was moved by
   double enter = 0, begin = 0, end = 0;
   bool misses = false;
 };
@@ -61,7 +61,7 @@ class Picture : private Lighting {
   // The ray of a pixel, moved; clipped to the volume, the planes and the scene.
   Ray RayOf(double x, double y, double scene, const Vector3& moved) const {
     const Camera::Ray r = p_.camera.PixelRay(draw_.window, x, y);
-    Ray ray{Add(r.origin, moved), r.direction};
+    Ray ray{Add(r.origin, moved), r.direction, moved};
     ray.enter = p_.camera.perspective() ? 0 : -kEndless;
     ray.end = std::isnan(scene) ? -kEndless : scene;
     const Vector3 low = v_.Low(), high = v_.High();
@@ -243,7 +243,9 @@ class Picture : private Lighting {
       }
       t = inside;
     }
-    const Vector3 p = Add(ray.origin, ray.direction, t), to_eye = ToEye(ray);
+    // A surface holds a place where it is, whatever moves the ray: how a normal changes across it shows
+    // beside it.
+    const Vector3 p = Add(Add(ray.origin, ray.direction, t), ray.moved), to_eye = ToEye(ray);
     Vector3 normal = Normalized(p_.mode == VolumeMode::kMelt ? MeltNormal(p) : substance_.FieldGradient(p));
     if (p_.inside_above) normal = Add({}, normal, -1);
     std::array<double, 3> color = p_.material.color;

@@ -17,7 +17,10 @@ TEST_F(VerifyLineTest, RightPicturesPass) {
   Works("--pattern checker:color1=0,0,0:color2=1,1,1:width=160:height=400 320x200 3 -d float -o edge.exr");
   Works("a.exr --ch R,G,B -o rgb.exr");
   Works("--pattern constant:color=0.45,0.3,0.7 64x48 3 -d uint8 -o flat8.png");
+  Works("--pattern white:seed=4 224x373 4 -d uint16 -o white16.tif");
   const char* lines[] = {
+      // A surface holds its places, and normals of noise change across them within a voxel.
+      "white16.tif --volume:aovs=1 --verify -o out.exr",
       // Square roots of differences that are almost nothing.
       "c8.png --sobel --verify -o out.exr",
       "c8.png --sobel --verify -d uint8 -o out.png",
