@@ -203,7 +203,7 @@ TEST_F(CodecTest, WhatTiffLeavesToOpenImageIOIsSaid) {
 
 // Written by OpenImageIO in strips and tiles of many shapes, and with the high byte first.
 TEST_F(CodecTest, TiffsOfOthersAreReadTheSame) {
-  for (const char* compression : {"lzw", "packbits", "zip", "none"}) {
+  for (const char* compression : {"lzw", "zip", "none"}) {
     for (const OIIO::TypeDesc type : {OIIO::TypeDesc::UINT8, OIIO::TypeDesc::UINT16, OIIO::TypeDesc::FLOAT}) {
       for (const auto& [width, height] :
            {std::pair{0, 1}, {0, 7}, {0, 500}, {32, 32}, {16, 48}, {208, 208}}) {
@@ -231,9 +231,8 @@ TEST_F(CodecTest, DamagedTiffsAreRefusedAsBefore) {
       options.attributes = {Text("compression", compression), Number("tile_width", tile),
                             Number("tile_height", tile)};
       Write(FromImage(Picture(61, 95, 3, PixelType::kUint16)), Path("good.tif"), options);
-      // Packbits has no checksum; what OpenImageIO makes of a tile that unpacks to another size differs from
-      // run to run.
-      ExpectSameRefusals(Path("good.tif"), 100, compression != std::string("packbits") && tile == 0);
+      // What OpenImageIO makes of a tile that unpacks to another size differs from run to run.
+      ExpectSameRefusals(Path("good.tif"), 100, tile == 0);
     }
   }
 }
