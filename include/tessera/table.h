@@ -33,6 +33,8 @@ enum class TableFilter : uint8_t {
                  ///< neutral axis exact. For one dimension the same as kLinear
   kCubic,        ///< 4^D entries
   kMipmap,       ///< linear within, and between two of, the levels of a mip chain; see Lookup
+  kTrilinear,    ///< the mean of up to `anisotropy` such along what a pixel covers; see Lookup
+  kEwa,          ///< a Gaussian under the ellipse that a pixel covers; see Lookup
 };
 /// Mitchell and Netravali's family of cubics.
 enum class CubicKernel : uint8_t {
@@ -93,6 +95,7 @@ class Table {
 struct LookupParams {
   TableFilter filter = TableFilter::kLinear;     ///< how entries are combined
   CubicKernel cubic = CubicKernel::kCatmullRom;  ///< of kCubic
+  int anisotropy = 16;  ///< of kTrilinear, kEwa: a footprint's longest length, in widths of it; 1 to 64
 
   /// One per axis; of a shorter list the last serves the rest. Of kBlack, kClamp, kGlClamp, kRepeat and
   /// kMirror; empty means kClamp.
@@ -115,8 +118,8 @@ struct LookupParams {
 };
 
 /// One lookup in double precision: `coords` holds dims() coordinates, `result` receives channels() values.
-/// The judge of tables and lookups; slow. kMipmap reads level 0. `params.axes`, `projective` and `mask` are
-/// ignored.
+/// The judge of tables and lookups; slow. kMipmap, kTrilinear and kEwa read level 0. `params.axes`,
+/// `projective` and `mask` are ignored.
 void SampleTable(const Table& table, const LookupParams& params, const double* coords, double* result);
 
 /// --- Builders. All throw Error on sizes that a Table refuses. --- @file

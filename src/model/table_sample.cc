@@ -96,6 +96,8 @@ void SampleEntries(const TableEntries& table, const LookupParams& params, const 
     }
     case TableFilter::kLinear:
     case TableFilter::kMipmap:
+    case TableFilter::kTrilinear:
+    case TableFilter::kEwa:
     case TableFilter::kCubic:
       break;
   }

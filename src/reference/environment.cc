@@ -13,118 +13,14 @@
 #include <vector>
 
 #include "model/environment_settings.h"
+#include "reference/environment_lobe.h"
 #include "reference/environment_map.h"
 #include "reference/point_loop.h"
+#include "reference/probes.h"
 #include "reference/reference.h"
 
 namespace tessera::reference {
 namespace {
-
-// Means over all texels with the weights of a lobe around a direction.
-class Lobe {
- public:
-  Lobe(const Map& m, double exponent, int table) : channels_(m.channels()), exponent_(exponent) {
-    for (int face = 0; face < m.faces(); ++face) {
-      for (int j = 0; j < m.h(); ++j) {
-        for (int i = 0; i < m.w(); ++i) Add(m, face, i, j);
-      }
-    }
-    if (table < 0) return;
-    // As documented: so many texels an edge by themselves, and as many cells of which all texels are one.
-    const double chosen = std::clamp(std::ceil(16 * std::sqrt(exponent)), 16.0, 512.0);
-    edge_ = table > 0 ? table : chosen;
-    const double cells = std::ceil(24 * std::sqrt(exponent));
-    gathered_ = static_cast<double>(items_.size()) > 6 * cells * cells;
-  }
-
-  // `largest`: the scale of the bound.
-  Sample Mean(const Vec& d) const {
-    Sample sum(channels_);
-    sum.value = Value(d);
-    sum.largest = largest_;
-    if (edge_ == 0 || !(high_ > low_)) return sum;
-    // Between its texels a table is bilinear: four times the curvature across
-    // two of them to either side. Items below 1e-6 of the nearest one's power are left out.
-    const double contrast = high_ - low_, step = 2 / edge_;
-    double off = edge_ < 4 ? contrast : contrast * 2e-6 * (exponent_ + 1) + (gathered_ ? 0.01 * contrast : 0);
-    if (edge_ >= 4) {
-      const Vec n = Normalized(d), up = std::fabs(n[1]) < 0.7 ? Vec{0, 1, 0} : Vec{1, 0, 0};
-      const Vec across = Normalized(Cross(up, n)), along = Cross(n, across);
-      const auto mixed = [&](double by) {
-        Vec sum;
-        for (size_t k = 0; k < 3; ++k) sum[k] = (across[k] + by * along[k]) * std::sqrt(0.5);
-        return sum;
-      };
-      double bends[2] = {}, slope = 0;
-      int axes = 0;
-      for (const Vec& axis : {across, along, mixed(1), mixed(-1)}) {
-        std::vector<double> row[5];
-        for (int k = -2; k <= 2; ++k) row[k + 2] = k == 0 ? sum.value : Value(Moved(n, axis, k * step));
-        double most = 0;
-        for (int k = 1; k <= 4; ++k) {
-          for (size_t c = 0; c < sum.value.size(); ++c)
-            slope = std::max(slope, std::fabs(row[k][c] - row[k - 1][c]));
-        }
-        for (int k = 1; k <= 3; ++k) {
-          for (size_t c = 0; c < sum.value.size(); ++c)
-            most = std::max(most, std::fabs(row[k - 1][c] + row[k + 1][c] - 2 * row[k][c]));
-        }
-        bends[axes++ / 2] += most;
-      }
-      const double bend = std::max(bends[0], bends[1]);
-      // What bends by that much from texel to texel, the table does not have.
-      off += bend > contrast / 4 ? contrast : bend / 2;
-      // Across the seams of a cube rows of texels meet that point up to a quarter of a texel past each other.
-      double size[3] = {std::fabs(n[0]), std::fabs(n[1]), std::fabs(n[2])};
-      std::sort(size, size + 3);
-      if (size[2] - size[1] < step * size[2]) off += slope / 2;
-    }
-    sum.largest += off / (8 * 0x1p-24);
-    return sum;
-  }
-
- private:
-  struct Item {
-    Vec direction;
-    double weight;
-    std::vector<double> value;
-  };
-  static Vec Moved(const Vec& d, const Vec& axis, double by) {
-    return {d[0] + by * axis[0], d[1] + by * axis[1], d[2] + by * axis[2]};
-  }
-  void Add(const Map& m, int face, int i, int j) {
-    const double weight = SolidAngle(m, i, j);
-    if (!(weight > 0)) return;
-    const Vec at = m.Direction(face, (2 * i + 1.0) / m.w() - 1, 1 - (2 * j + 1.0) / m.h());
-    const Sample texel = m.Texel(face, i, j);
-    if (!std::isfinite(texel.largest)) return;
-    for (const double v : texel.value) low_ = std::min(low_, v), high_ = std::max(high_, v);
-    largest_ = std::max(largest_, texel.largest);
-    items_.push_back({Normalized(at), weight, texel.value});
-  }
-  std::vector<double> Value(const Vec& d) const {
-    std::vector<double> cosines, sum(static_cast<size_t>(channels_));
-    double nearest = 0, total = 0;
-    for (const Item& item : items_) {
-      cosines.push_back(Dot(item.direction, d) / Norm(d));
-      nearest = std::max(nearest, cosines.back());
-    }
-    for (size_t k = 0; k < items_.size(); ++k) {
-      if (!(cosines[k] > 0)) continue;
-      const double p = items_[k].weight * std::pow(cosines[k] / nearest, exponent_);
-      for (size_t c = 0; c < sum.size(); ++c) sum[c] += p * items_[k].value[c];
-      total += p;
-    }
-    for (double& v : sum) v = total > 0 ? v / total : 0;
-    return sum;
-  }
-
-  int channels_;
-  double exponent_, edge_ = 0;
-  bool gathered_ = false;
-  double low_ = std::numeric_limits<double>::infinity(), high_ = -low_, largest_ = 0;
-  std::vector<Item> items_;
-};
 
 ImageD Doubles(const Image& image) {
   ImageD d(image.spec().data_window, image.spec().channel_count());
@@ -190,6 +86,7 @@ class Mips {
     }
   }
 
+  double angle() const { return angle_; }  // of the map's texels
   Sample LookUp(const Vec& d, double angle) const {
     const auto texel = [](const Map& cube) { return std::sqrt(4 * kPi / 6) / cube.w(); };
     const double first = texel(cubes_[0]), last = texel(cubes_.back());
@@ -300,6 +197,16 @@ class Mirror {
     }
     return off > 0;
   }
+  Ellipse Covered(int x, int y, const Vec& d) const {
+    const auto step = [&](int by_x, int by_y) -> std::optional<Vec> {
+      const Pixel there = At(x + by_x, y + by_y);
+      if (!there.valid) return std::nullopt;
+      Vec e = Normalized(there.direction);
+      for (size_t k = 0; k < 3; ++k) e[k] = (by_x + by_y) * (e[k] - d[k]);
+      return e;
+    };
+    return EllipseOf(MeanStep(step(-1, 0), step(1, 0)), MeanStep(step(0, -1), step(0, 1)));
+  }
   // The larger, of across and down, of the smaller distances to the two neighbours that count.
   double Footprint(int x, int y, const Vec& direction) const {
     const auto distance = [&](int i, int j) {
@@ -319,6 +226,37 @@ class Mirror {
   bool positions_;
 };
 
+// The mean of lookups over the ellipse that a pixel's reflection covers.
+Sample Covered(const Call& call, const Mips& mips, const EnvironmentParams& p, const Mirror& mirror, int x,
+               int y, const Vec& direction) {
+  const Vec d = Normalized(direction);
+  Ellipse ellipse = mirror.Covered(x, y, d);
+  if (!(ellipse.longer > mips.angle())) return mips.LookUp(d, 0);
+  if (ellipse.longer > 1) {
+    for (double& v : ellipse.major) v /= ellipse.longer;
+    ellipse.longer = 1;
+  }
+  const auto mean = [&](const Probes& probes) {
+    Sample sum(call.out.channels);
+    for (const Probe& probe : probes.all) {
+      const Vec at = {d[0] + probe.off[0], d[1] + probe.off[1], d[2] + probe.off[2]};
+      sum.Add(mips.LookUp(at, probes.width), probe.weight);
+    }
+    return sum;
+  };
+  const auto probes = [&](int more) {
+    return ProbesOver(ellipse, p.filter == EnvironmentFilter::kEwa, p.anisotropy, mips.angle(), 1, more);
+  };
+  const Sample sum = mean(probes(0));
+  for (const int more : {-1, 1}) {
+    if (!probes(0).doubtful) break;
+    const Sample other = mean(probes(more));
+    for (size_t c = 0; c < sum.value.size(); ++c)
+      call.Undecided(x, y, static_cast<int>(c), std::fabs(other.value[c] - sum.value[c]));
+  }
+  return sum;
+}
+
 void EvaluateEnvironment(const Call& call) {
   const auto& settings = std::any_cast<const ops::EnvironmentSettings&>(call.parameters);
   const EnvironmentParams& p = settings.params;
@@ -327,7 +265,7 @@ void EvaluateEnvironment(const Call& call) {
   const ImageD& picture = settings.FromInput() ? call.in.back() : kept;
   const Map map(picture, p.map, p.field_of_view);
   std::optional<Mips> mips;
-  if (p.filter == EnvironmentFilter::kMip && !map.empty()) mips.emplace(map);
+  if (p.filter != EnvironmentFilter::kBilinear && !map.empty()) mips.emplace(map);
   std::optional<Lobe> lobe;
   if (p.lobe > 0 && !map.empty()) lobe.emplace(map, p.lobe, p.table);
   const Mirror mirror(call, p, positions);
@@ -339,7 +277,9 @@ void EvaluateEnvironment(const Call& call) {
         call.Undecided(x, y);
       Sample sample(call.out.channels);
       if (!map.empty() && pixel.valid) {
-        if (mips) {
+        if (mips && p.filter != EnvironmentFilter::kMip) {
+          sample = Covered(call, *mips, p, mirror, x, y, pixel.direction);
+        } else if (mips) {
           sample = mips->LookUp(pixel.direction, mirror.Footprint(x, y, pixel.direction));
         } else {
           sample = lobe ? lobe->Mean(pixel.direction) : map.LookUp(pixel.direction);
@@ -454,7 +394,7 @@ constexpr Roi kEverything{INT32_MIN / 2, INT32_MIN / 2, INT32_MAX / 2, INT32_MAX
 // The first, with a footprint's neighbours.
 Roi AllButTheFirst(const std::any& parameters, int input, const Roi& out) {
   const auto& p = std::any_cast<const ops::EnvironmentSettings&>(parameters).params;
-  const int reach = p.filter == EnvironmentFilter::kMip ? 1 : 0;
+  const int reach = p.filter == EnvironmentFilter::kBilinear ? 0 : 1;
   return input == 0 ? Roi{out.x0 - reach, out.y0 - reach, out.x1 + reach, out.y1 + reach} : kEverything;
 }
 Roi All(const std::any&, int, const Roi&) { return kEverything; }

@@ -14,258 +14,14 @@
 
 #include "model/lookup_settings.h"
 #include "reference/point_loop.h"
+#include "reference/probes.h"
 #include "reference/reference.h"
+#include "reference/table_lookup.h"
 
 namespace tessera::reference {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-struct Tap {
-  int64_t entry;  // -1: the border colour
-  double weight;
-};
-
-// A table as a function of entry and channel, without an idea of where it is stored.
-struct Source {
-  std::vector<int> sizes;
-  int channels = 1;
-  bool ends = false;
-  std::function<double(int64_t entry, int channel)> read;
-};
-
-Wrap WrapOf(const LookupParams& p, size_t axis) {
-  return p.wrap.empty() ? Wrap::kClamp : p.wrap[std::min(axis, p.wrap.size() - 1)];
-}
-
-// Walks an index into the table, one period or reflection at a time where there is one.
-int64_t Wrapped(int64_t i, int64_t n, Wrap wrap, bool ends) {
-  if (wrap == Wrap::kGlClamp || wrap == Wrap::kBlack) return i < 0 || i >= n ? -1 : i;
-  if (wrap == Wrap::kClamp || n == 1) return std::clamp<int64_t>(i, 0, n - 1);
-  // Entry n - 1 of a period's ends is entry 0 of the next one.
-  if (wrap == Wrap::kRepeat && ends && i >= n) i -= (i / (n - 1)) * (n - 1);
-  while (i < 0 || i >= n) {
-    if (wrap == Wrap::kRepeat) {
-      i += (i < 0 ? 1 : -1) * (ends ? n - 1 : n);
-    } else if (i < 0) {
-      i = ends ? -i : -1 - i;
-    } else {
-      i = ends ? 2 * (n - 1) - i : 2 * n - 1 - i;
-    }
-  }
-  return i;
-}
-
-// The kernel k(x) of doc/maths/lookup.md.
-double Kernel(CubicKernel kernel, double x) {
-  const double b = kernel == CubicKernel::kMitchell ? 1.0 / 3 : kernel == CubicKernel::kBSpline ? 1 : 0;
-  const double c = kernel == CubicKernel::kMitchell ? 1.0 / 3 : kernel == CubicKernel::kBSpline ? 0 : 0.5;
-  x = std::fabs(x);
-  if (x >= 2) return 0;
-  if (x < 1) return ((12 - 9 * b - 6 * c) * x * x * x + (-18 + 12 * b + 6 * c) * x * x + (6 - 2 * b)) / 6;
-  return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + (8 * b + 24 * c)) /
-         6;
-}
-
-// The coordinate inside the wrap's period, in float as the contract says; nothing when it is not a number.
-std::optional<double> Reduced(double coordinate, Wrap wrap) {
-  const auto s = static_cast<float>(coordinate);
-  float r = s;
-  if (wrap == Wrap::kRepeat) r = s - std::floor(s);
-  if (wrap == Wrap::kMirror) {
-    r = static_cast<float>(s - 2.0 * std::floor(s / 2.0));
-    if (r > 1) r = 2 - r;
-  }
-  if (std::isnan(r)) return std::nullopt;
-  // Far outside is as good as just outside.
-  const float reach = wrap == Wrap::kGlClamp ? 0.0f : 4.0f;
-  return std::clamp(r, -reach, 1 + reach);
-}
-
-struct Place {
-  int64_t first = 0;
-  double fraction = 0;
-};
-// Where a reduced coordinate lies between entries; what is within the coordinate's own rounding of an entry
-// is there.
-Place PlaceOf(double s, int n, bool ends) {
-  const double scaled = ends ? s * (n - 1) : s * n;
-  double v = ends ? scaled : scaled - 0.5;
-  const double entry = std::nearbyint(v), rounding = static_cast<float>(std::fabs(scaled)) / 0x1p24;
-  if (std::fabs(static_cast<float>(v - entry)) <= rounding) v = entry;
-  const double below = std::floor(v);
-  return {static_cast<int64_t>(below), v - below};
-}
-
-std::vector<Tap> AxisTaps(double s, int n, bool ends, Wrap wrap, const LookupParams& p) {
-  std::vector<Tap> taps;
-  if (p.filter == TableFilter::kNearest) {
-    auto i = static_cast<int64_t>(std::floor(ends ? s * (n - 1) + 0.5 : s * n));
-    if (wrap == Wrap::kGlClamp) i = std::clamp<int64_t>(i, 0, n - 1);
-    return {{Wrapped(i, n, wrap, ends), 1}};
-  }
-  const Place at = PlaceOf(s, n, ends);
-  const bool cubic = p.filter == TableFilter::kCubic;
-  for (int64_t k = cubic ? -1 : 0; k <= (cubic ? 2 : 1); ++k) {
-    const double distance = std::fabs(static_cast<double>(k) - at.fraction);
-    const double weight = cubic ? Kernel(p.cubic, distance) : 1 - distance;
-    if (weight != 0) taps.push_back({Wrapped(at.first + k, n, wrap, ends), weight});
-  }
-  return taps;
-}
-
-struct Found {
-  std::vector<double> value;
-  std::vector<double> largest;     // magnitude among the entries read
-  std::vector<double> difference;  // of the largest and the smallest of them
-  double units = 4;                // of 2^-24 times `largest` that the interpolation may be off
-  double position_units = 0;       // of 2^-24 times `difference` that the rounding of positions adds
-
-  // What the bound, stated for four dimensions, is a multiple of.
-  double Scale(size_t c) const {
-    constexpr double kBound = 4;
-    return std::max((units * largest[c] + position_units * difference[c]) / kBound, kSmallestScale);
-  }
-};
-
-class Gather {
- public:
-  Gather(const Source& table, const LookupParams& p) : table_(table), p_(p) {
-    found_.value.assign(static_cast<size_t>(table.channels), 0);
-    found_.largest = found_.difference = found_.value;
-    low_.assign(found_.value.size(), std::numeric_limits<double>::infinity());
-    high_.assign(found_.value.size(), -std::numeric_limits<double>::infinity());
-  }
-  double Border(int c) const {
-    return static_cast<size_t>(c) < p_.border.size() ? static_cast<float>(p_.border[static_cast<size_t>(c)])
-                                                     : 0;
-  }
-  // Adds the entry with these indices, -1 for any that lies outside.
-  void Add(const std::vector<int64_t>& index, double weight) {
-    if (weight == 0) return;
-    int64_t entry = 0;
-    for (size_t a = index.size(); a-- > 0;) {
-      entry = entry < 0 || index[a] < 0 ? -1 : entry * table_.sizes[a] + index[a];
-    }
-    for (int c = 0; c < table_.channels; ++c) {
-      const auto k = static_cast<size_t>(c);
-      const double v = entry < 0 ? Border(c) : table_.read(entry, c);
-      found_.value[k] += weight * v;
-      found_.largest[k] = std::max(found_.largest[k], std::fabs(v));
-      low_[k] = std::min(low_[k], v), high_[k] = std::max(high_[k], v);
-      found_.difference[k] = high_[k] - low_[k];
-    }
-  }
-  // The product of every axis' taps.
-  void AddAll(const std::vector<std::vector<Tap>>& taps, std::vector<int64_t>& index, double weight) {
-    const size_t axis = index.size();
-    if (axis == taps.size()) return Add(index, weight);
-    for (const Tap& tap : taps[axis]) {
-      index.push_back(tap.entry);
-      AddAll(taps, index, weight * tap.weight);
-      index.pop_back();
-    }
-  }
-  const Found& found() const { return found_; }
-
- private:
-  const Source& table_;
-  const LookupParams& p_;
-  Found found_;
-  std::vector<double> low_, high_;
-};
-
-// Whether positions are exact: products with a power of two, from which half an entry is taken where that is
-// exact too.
-bool ExactPositions(int n, bool ends, Wrap wrap) {
-  const int cells = ends ? n - 1 : n;
-  return (cells & (cells - 1)) == 0 && (ends || wrap == Wrap::kClamp);
-}
-
-Found LookUp(const Source& table, const LookupParams& p, const std::vector<double>& coords) {
-  Gather gather(table, p);
-  const auto judged = [&] {
-    Found found = gather.found();
-    const auto dims = static_cast<int>(table.sizes.size());
-    if (p.filter == TableFilter::kCubic) {
-      found.units = 8 * dims * std::pow(1.25, dims - 1);  // the rounding of positions included
-      return found;
-    }
-    found.units = dims < 4 ? 3 : 4;
-    for (int a = 0; a < dims; ++a) {
-      const auto k = static_cast<size_t>(a);
-      if (ExactPositions(table.sizes[k], table.ends, WrapOf(p, k))) continue;
-      found.position_units += 0.5;
-    }
-    return found;
-  };
-  std::vector<double> reduced;
-  for (size_t a = 0; a < table.sizes.size(); ++a) {
-    const std::optional<double> s = Reduced(coords[a], WrapOf(p, a));
-    if (!s) {
-      Found none;
-      for (int c = 0; c < table.channels; ++c) {
-        none.value.push_back(p.propagate_nan && !p.projective ? kNaN : gather.Border(c));
-        none.largest.push_back(std::fabs(gather.Border(c)));
-        none.difference.push_back(0);
-      }
-      return none;
-    }
-    reduced.push_back(*s);
-  }
-  const size_t dims = reduced.size();
-  if (p.filter == TableFilter::kTetrahedral) {
-    // The vertices of the simplex: for each distinct fraction t, the corner that has stepped along every axis
-    // whose fraction is at least t; its weight is the gap down to the next fraction.
-    std::vector<Place> places;
-    std::vector<double> levels = {1, 0};
-    for (size_t a = 0; a < dims; ++a) {
-      places.push_back(PlaceOf(reduced[a], table.sizes[a], table.ends));
-      levels.push_back(places.back().fraction);
-    }
-    std::sort(levels.begin(), levels.end(), std::greater<>());
-    for (size_t k = 0; k + 1 < levels.size(); ++k) {
-      const double middle = 0.5 * (levels[k] + levels[k + 1]);
-      std::vector<int64_t> index;
-      for (size_t a = 0; a < dims; ++a) {
-        const int64_t i = places[a].first + (places[a].fraction > middle ? 1 : 0);
-        index.push_back(Wrapped(i, table.sizes[a], WrapOf(p, a), table.ends));
-      }
-      gather.Add(index, levels[k] - levels[k + 1]);
-    }
-    return judged();
-  }
-  std::vector<std::vector<Tap>> taps;
-  for (size_t a = 0; a < dims; ++a)
-    taps.push_back(AxisTaps(reduced[a], table.sizes[a], table.ends, WrapOf(p, a), p));
-  std::vector<int64_t> index;
-  gather.AddAll(taps, index, 1);
-  return judged();
-}
-
-Source SourceOf(const Table& table) {
-  return {table.sizes(), table.channels(), table.align() == TableAlign::kEnds,
-          [&table](int64_t entry, int c) { return double{table.At(entry, c)}; }};
-}
-
-Source SourceOf(const ImageD& image, const TableLayout& layout) {
-  Source source;
-  source.channels = image.channels;
-  source.ends = layout.align == TableAlign::kEnds;
-  const int width = image.roi.width();
-  int slices = 1;
-  for (const int n : layout.slices) slices *= n;
-  source.sizes = {width};
-  const bool row = layout.dims == 1 || (layout.dims == 0 && layout.slices.empty() && image.roi.height() == 1);
-  if (!row) {
-    source.sizes.push_back(image.roi.height() / slices);
-    source.sizes.insert(source.sizes.end(), layout.slices.begin(), layout.slices.end());
-  }
-  source.read = [&image](int64_t entry, int c) {
-    return image.samples[static_cast<size_t>(entry * image.channels + c)];
-  };
-  return source;
-}
 
 class LookupEvaluation {
  public:
@@ -274,7 +30,7 @@ class LookupEvaluation {
     if (settings.table.empty() && call.in[1].roi.empty()) return;
     levels_.push_back(settings.table.empty() ? SourceOf(call.in[1], settings.layout)
                                              : SourceOf(settings.table));
-    if (p_.filter == TableFilter::kMipmap) BuildLevels();
+    if (p_.filter == TableFilter::kMipmap || Covers()) BuildLevels();
     axes_ = p_.axes;
     const size_t needed = levels_[0].sizes.size() + (p_.projective ? 1 : 0);
     for (int a = 0; axes_.size() < needed; ++a) axes_.push_back(a);
@@ -303,6 +59,9 @@ class LookupEvaluation {
       const Table table(first.sizes, 1, samples, first.ends ? TableAlign::kEnds : TableAlign::kCentres);
       chains_.push_back(MipChain(table, MipFilter::kBox, p_.wrap, border));
     }
+    for (int64_t i = 0; i < entries; ++i) {
+      for (int c = 0; c < first.channels; ++c) finite_ = finite_ && std::isfinite(first.read(i, c));
+    }
     levels_.clear();
     for (size_t level = 0; level < chains_[0].size(); ++level) {
       Source source = SourceOf(chains_[0][level]);
@@ -313,6 +72,8 @@ class LookupEvaluation {
       levels_.push_back(source);
     }
   }
+
+  bool Covers() const { return p_.filter == TableFilter::kTrilinear || p_.filter == TableFilter::kEwa; }
 
   double Raw(int x, int y, int channel) const { return call_.in[0].at(x, y, channel); }
   std::vector<double> Coordinates(int x, int y) const {
@@ -352,6 +113,108 @@ class LookupEvaluation {
     return longest > 1 ? std::min(0.5 * std::log2(longest), static_cast<double>(levels_.size() - 1)) : 0;
   }
 
+  // Entries of level 0 for a unit of the coordinate, 0 where there is one entry for all.
+  double Entries(size_t a) const {
+    const int n = levels_[0].sizes[a];
+    const Wrap wrap = WrapOf(p_, a);
+    if (n == 1 && wrap != Wrap::kGlClamp && wrap != Wrap::kBlack) return 0;
+    return levels_[0].ends ? n - 1 : n;
+  }
+  double Cell(size_t level) const {
+    double widest = 1;
+    for (size_t a = 0; a < levels_[0].sizes.size(); ++a) {
+      const int n = levels_[level].sizes[a];
+      if (Entries(a) == 0) continue;
+      const double own = levels_[0].ends ? n - 1 : n;
+      widest = std::max(widest, own > 0 ? Entries(a) / own : levels_[0].sizes[a]);
+    }
+    return widest;
+  }
+  // To a neighbour, in entries of level 0, along the axis of the picture.
+  std::optional<Vector3> Step(int x, int y, int by_x, int by_y) const {
+    const int nx = x + by_x, ny = y + by_y;
+    if (!call_.in_specs[0].data_window.Contains({nx, ny, nx + 1, ny + 1})) return std::nullopt;
+    if (p_.mask >= 0 && (Raw(nx, ny, p_.mask) == 0 || std::isnan(Raw(nx, ny, p_.mask)))) return std::nullopt;
+    const std::vector<double> here = Coordinates(x, y), there = Coordinates(nx, ny);
+    Vector3 step = {};
+    for (size_t a = 0; a < here.size(); ++a) {
+      if (Entries(a) > 0) step[a] = (by_x + by_y) * (there[a] - here[a]) * Entries(a);
+    }
+    return step;
+  }
+  Found UnderPixel(int x, int y) const {
+    const Ellipse ellipse = EllipseOf(MeanStep(Step(x, y, -1, 0), Step(x, y, 1, 0)),
+                                      MeanStep(Step(x, y, 0, -1), Step(x, y, 0, 1)));
+    std::vector<double> at = Coordinates(x, y);
+    bool lost = false;
+    for (size_t a = 0; a < at.size(); ++a) {
+      const Wrap wrap = WrapOf(p_, a);
+      const auto s = static_cast<float>(at[a]);
+      // Steps go on into what a mirror shows.
+      if (wrap == Wrap::kRepeat) at[a] = s - std::floor(s);
+      if (wrap == Wrap::kMirror) at[a] = s - 2 * std::floor(s / 2);
+      lost = lost || std::isnan(at[a]);
+    }
+    if (lost || !(ellipse.longer > 1)) return LookUp(levels_[0], p_, Coordinates(x, y));
+    const Probes probes = ProbesOf(ellipse, 0);
+    Found found = Mean(x, y, at, probes, true);
+    for (const int more : {-1, 1}) {
+      if (!probes.doubtful) break;
+      const Found other = Mean(x, y, at, ProbesOf(ellipse, more), false);
+      for (size_t c = 0; c < found.value.size(); ++c)
+        call_.Undecided(x, y, static_cast<int>(c), std::fabs(other.value[c] - found.value[c]));
+    }
+    return found;
+  }
+  Probes ProbesOf(const Ellipse& ellipse, int more) const {
+    return ProbesOver(ellipse, p_.filter == TableFilter::kEwa, p_.anisotropy, 1,
+                      4 * Cell(levels_.size() - 1), more);
+  }
+  Found Mean(int x, int y, const std::vector<double>& at, const Probes& probes, bool judge) const {
+    size_t k = 0;
+    while (k + 1 < levels_.size() && Cell(k + 1) <= probes.width) ++k;
+    const double next = k + 1 < levels_.size()
+                            ? std::max(0.0, (probes.width - Cell(k)) / (Cell(k + 1) - Cell(k)))
+                            : 0;
+    Found sum;
+    sum.value.assign(static_cast<size_t>(levels_[0].channels), 0);
+    sum.largest = sum.difference = sum.value;
+    for (const auto& [level, share] : {std::pair(k, 1 - next), std::pair(k + 1, next)}) {
+      if (share == 0) continue;
+      for (const Probe& probe : probes.all) {
+        std::vector<double> place = at;
+        double off = 0;
+        for (size_t a = 0; a < at.size(); ++a) {
+          if (Entries(a) > 0) place[a] += probe.off[a] / Entries(a);
+          // A float's rounding, twice as it may be on either side.
+          off += 2 * levels_[level].sizes[a] * std::clamp(std::fabs(place[a]), 1.0, 5.0);
+        }
+        const Found one = LookUp(levels_[level], p_, place);
+        for (size_t c = 0; c < sum.value.size(); ++c) {
+          sum.value[c] += share * probe.weight * one.value[c];
+          sum.largest[c] = std::max(sum.largest[c], one.largest[c]);
+          sum.difference[c] = std::max(sum.difference[c], one.difference[c]);
+        }
+        sum.units = one.units + 1;
+        sum.position_units = std::max(sum.position_units, one.position_units + off);
+        if (judge && !finite_) Doubt(x, y, levels_[level], place, one);
+      }
+    }
+    return sum;
+  }
+  // Entries that are no numbers may have weight or not within the rounding of a place.
+  void Doubt(int x, int y, const Source& level, const std::vector<double>& place, const Found& found) const {
+    for (size_t corner = 0; corner < size_t{1} << place.size(); ++corner) {
+      std::vector<double> aside = place;
+      for (size_t a = 0; a < place.size(); ++a) aside[a] += ((corner >> a) % 2 != 0 ? 1 : -1) * 0x1p-20;
+      const Found other = LookUp(level, p_, aside);
+      for (size_t c = 0; c < found.value.size(); ++c) {
+        if (std::isfinite(found.value[c]) != std::isfinite(other.value[c]))
+          call_.Undecided(x, y, static_cast<int>(c), kEndlessJump);
+      }
+    }
+  }
+
   void Pixel(int x, int y) const {
     ImageD& out = call_.out;
     Found found;
@@ -376,7 +239,7 @@ class LookupEvaluation {
       // The level itself is a float.
       for (double& v : found.largest) v *= 32;
     } else {
-      found = LookUp(levels_[0], p_, Coordinates(x, y));
+      found = Covers() ? UnderPixel(x, y) : LookUp(levels_[0], p_, Coordinates(x, y));
     }
     // A mask of exactly 0 is found by moving it; one that could have been 0 is not.
     const bool doubtful = p_.mask >= 0 && mask != 0 && std::fabs(mask) <= call_.Tolerance(0, x, y, p_.mask);
@@ -395,6 +258,7 @@ class LookupEvaluation {
   const LookupParams& p_;
   std::vector<Source> levels_;
   std::vector<std::vector<Table>> chains_;  // by channel, then level
+  bool finite_ = true;                      // all entries
   std::vector<int> axes_;
 };
 
@@ -404,7 +268,10 @@ void EvaluateLookup(const Call& call) {
 Roi LookupInput(const std::any& parameters, int input, const Roi& out) {
   if (input == 1) return {-(1 << 30), -(1 << 30), 1 << 30, 1 << 30};
   const auto& settings = std::any_cast<const model::LookupSettings&>(parameters);
-  return settings.lookup.filter == TableFilter::kMipmap ? Inflate(out, 1, 1) : out;
+  const TableFilter filter = settings.lookup.filter;
+  const bool neighbours = filter == TableFilter::kMipmap || filter == TableFilter::kTrilinear ||
+                          filter == TableFilter::kEwa;
+  return neighbours ? Inflate(out, 1, 1) : out;
 }
 
 // Into [0,1], NaN to 0.

@@ -87,6 +87,13 @@ enum class EnvironmentFilter : uint8_t {
   /// not. Not together with a lobe. |error| is at most twice that of a bilinear lookup, of the map's largest
   /// texel.
   kMip,
+
+  /// The ellipse that a pixel's reflection covers, in any direction: the mean of up to `anisotropy` lookups
+  /// like those along its longer axis. Both differences to the neighbours on two sides count, each by the
+  /// other's square, so that the far side of an object's edge hardly does. Where the ellipse is no longer
+  /// than a texel is wide, as kBilinear, bit for bit. |error| as of kMip.
+  kTrilinear,
+  kEwa,  ///< the same with a Gaussian's weights over a grid of lookups in the ellipse (Heckbert 1989)
 };
 
 /// Error for a normal image of fewer than three channels, a singular matrix, numbers out of range.
@@ -110,6 +117,7 @@ struct EnvironmentParams {
   /// contrast off, typically 0.1 %); -1 sums the whole map for every pixel: exact and slow.
   int table = 0;
   EnvironmentFilter filter = EnvironmentFilter::kBilinear;  ///< for maps finer than the picture
+  int anisotropy = 16;       ///< of kTrilinear, kEwa: an ellipse's longest length, in widths of it; 1 to 64
   double field_of_view = 0;  ///< of a lens's map, degrees across; 0: 90 perspective, 360 cylinder, 180 others
 
   /// Reflectance at normal incidence: the colour (not alpha) is multiplied by F = F0 + (1 - F0) (1 -

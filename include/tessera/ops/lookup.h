@@ -26,9 +26,18 @@ namespace tessera {
 /// return its bits. kMipmap: level log2(rho), rho the larger of the coordinate differences per pixel along x
 /// and y in texels of level 0, each the smaller of the differences to the two neighbours that exist and are
 /// valid, so that an object's edge does not blur; blended linearly between two levels of MipChain(kBox).
-/// Sources: Heidrich et al. 1999, 2 and 7; Williams 1983; doc/maths/lookup.md. Cost: one pass over the
-/// coordinates; kMipmap builds the chain when the node is made (or evaluated, for a node). Errors: a
-/// coordinate channel that is missing (those present are listed), kMipmap of four dimensions.
+///
+/// kTrilinear and kEwa follow what a pixel covers, in any direction: an ellipse by the differences to the
+/// neighbours on both sides, each counted by the other's square, those outside of the image, behind the
+/// projector or masked not at all. kTrilinear: the mean of up to `anisotropy` linear lookups in two levels of
+/// the same chain along the longer axis, as graphics hardware does it; kEwa: a Gaussian's weights over a grid
+/// of some 20 lookups for each width that the ellipse is long (Heckbert 1989). Longer ellipses than
+/// `anisotropy` widths are widened. Where a pixel covers no more than an entry both have the bits of kLinear.
+/// |error| as kLinear's, but for 2 u a level and the positions' own rounding, 2^-24 of the axis and of 64
+/// entries of the level. Sources: Heidrich et al. 1999, 2 and 7; Williams 1983; McReynolds et al. 1997, 5.3;
+/// doc/maths/lookup.md. Cost: one pass over the coordinates; the chain is built when the node is made (or
+/// evaluated, for a node). Errors: a coordinate channel that is missing (those present are listed), a chain
+/// of four dimensions, an anisotropy outside of 1 to 64.
 Node Lookup(const Node& coords, const Table& table, const LookupParams& params = {});
 /// The table is an image that is computed whole first; layout as in TableFromImage. The result has its
 /// channel names.

@@ -262,7 +262,8 @@ struct SolidParams {
 
   /// The texture's mean over what a pixel covers of the solid, from the differences of neighbouring
   /// positions: bands, rings, lines and screens by their integrals along their own argument, octaves of noise
-  /// by the part that such a mean keeps of them; tables are mipmapped.
+  /// by the part that such a mean keeps of them; tables by mip level, unless their filter (kTrilinear, kEwa)
+  /// has the shape of what is covered as well.
   bool level_of_detail = false;
   Vector3 plane = {0, 1, 0};              ///< kContours: the lines' direction
   double width = 0.1;                     ///< kContours: of a line, in spacings

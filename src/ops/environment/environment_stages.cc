@@ -9,6 +9,7 @@
 #include "ops/environment/lobe.h"
 #include "ops/environment/lookup.h"
 #include "ops/environment/mips.h"
+#include "ops/environment/probes.h"
 
 namespace tessera::ops {
 namespace {
@@ -59,6 +60,8 @@ class EnvironmentLookups {
       : positions_(plan.positions),
         map_(plan.map),
         exponent_(plan.params.lobe),
+        filter_(plan.params.filter),
+        anisotropy_(plan.params.anisotropy),
         alpha_(context.output.alpha),
         setup_(SetupOf(plan.params, context.output.display_window, plan.positions)),
         reflect_kernels_(ChooseReflectKernels()),
@@ -91,6 +94,30 @@ class EnvironmentLookups {
   void Filter(int group, const MirrorRow& row, const double* level, int count, float* rgba) const {
     mip_kernels_.mix(*map_->mips[static_cast<size_t>(group)], row, level, count, rgba);
   }
+  bool footprints() const {
+    return filter_ == EnvironmentFilter::kTrilinear || filter_ == EnvironmentFilter::kEwa;
+  }
+  void FindProbes(const MirrorRow& above, const MirrorRow& row, const MirrorRow& below, int count,
+                  PixelProbes* probes) const {
+    const ProbeFilter filter =
+        filter_ == EnvironmentFilter::kEwa ? ProbeFilter::kEwa : ProbeFilter::kTrilinear;
+    FindReflectionProbes(*map_->mips[0], filter, anisotropy_, above, row, below, count, probes);
+  }
+  // Replaces what pixels show that cover more than a texel.
+  void GatherOver(int group, const PixelProbes* probes, int count, float* rgba) const {
+    const auto k = static_cast<size_t>(group);
+    Directions d;
+    std::fill_n(d.x, kDirectionRun, 0.0), std::fill_n(d.y, kDirectionRun, 0.0);
+    std::fill_n(d.z, kDirectionRun, 1.0);
+    alignas(64) float texels[4 * kDirectionRun];
+    const auto put = [&](int slot, const double (&at)[3], const Vector3& place) {
+      d.x[slot] = at[0] + place[0], d.y[slot] = at[1] + place[1], d.z[slot] = at[2] + place[2];
+    };
+    GatherProbes<kDirectionRun>(probes, count, 4, rgba, put, [&](int level, int held) {
+      kernels_.lookup(level == 0 ? *map_->atlases[k] : map_->mips[k]->cube(level), d, held, texels);
+      return static_cast<const float*>(texels);
+    });
+  }
   // Fresnel's factor, and nothing where there is no normal.
   void Finish(int group, const ReflectionRun& run, int count, float* rgba) const {
     if (setup_.fresnel) {
@@ -108,6 +135,8 @@ class EnvironmentLookups {
   bool positions_;
   std::shared_ptr<const PreparedEnvironment> map_;
   double exponent_;
+  EnvironmentFilter filter_;
+  int anisotropy_;
   int alpha_;
   ReflectionSetup setup_;
   ReflectKernels reflect_kernels_;
@@ -182,7 +211,7 @@ class EnvironmentTileStage final : public graph::TileStage {
       for (int x = roi.x0; x < roi.x1; x += kDirectionRun) {
         const int count = std::min(kDirectionRun, roi.x1 - x);
         Reflect(args, inputs, x, y, count, run);
-        Shade(args, x, y, count, run, nullptr, nullptr);
+        Shade(args, x, y, count, run, nullptr, nullptr, nullptr);
       }
     }
   }
@@ -218,6 +247,7 @@ class EnvironmentTileStage final : public graph::TileStage {
     ReflectionRun runs[3];
     MirrorRow rows[3];
     alignas(64) double level[kDirectionRun];
+    PixelProbes probes[kDirectionRun];
     for (int x = roi.x0; x < roi.x1; x += kMirrorPixels) {
       const int count = std::min(kMirrorPixels, roi.x1 - x);
       for (int y = roi.y0 - 1; y <= roi.y1; ++y) {
@@ -233,21 +263,26 @@ class EnvironmentTileStage final : public graph::TileStage {
         // The row before, whose neighbours are known by now, without the pixel on its left.
         ReflectionRun& middle = runs[of(y - 1)];
         const MirrorRow& row = rows[of(y - 1)];
-        lookups_.mip_kernels().levels(*lookups_.map().mips[0], rows[of(y - 2)], row, rows[of(y)], count,
-                                      level);
+        if (lookups_.footprints()) {
+          lookups_.FindProbes(rows[of(y - 2)], row, rows[of(y)], count, probes);
+        } else {
+          lookups_.mip_kernels().levels(*lookups_.map().mips[0], rows[of(y - 2)], row, rows[of(y)], count,
+                                        level);
+        }
         std::copy_n(row.x + 1, kDirectionRun - 1, middle.directions.x);
         std::copy_n(row.y + 1, kDirectionRun - 1, middle.directions.y);
         std::copy_n(row.z + 1, kDirectionRun - 1, middle.directions.z);
         std::copy_n(middle.valid + 1, kDirectionRun - 1, middle.valid);
         std::copy_n(middle.fresnel + 1, kDirectionRun - 1, middle.fresnel);
         middle.directions.moderate = true;
-        Shade(args, x, y - 1, count, middle, &row, level);
+        Shade(args, x, y - 1, count, middle, lookups_.footprints() ? nullptr : &row, level,
+              lookups_.footprints() ? probes : nullptr);
       }
     }
   }
   // All channels of a run.
   void Shade(const graph::TileArgs& args, int x, int y, int count, const ReflectionRun& run,
-             const MirrorRow* row, const double* level) const {
+             const MirrorRow* row, const double* level, const PixelProbes* probes) const {
     const int channels = args.out.channels;
     auto* const out = reinterpret_cast<float*>(args.out.At(x, y));
     bool direct = channels == 4 && map_channels_ == 4;
@@ -262,6 +297,7 @@ class EnvironmentTileStage final : public graph::TileStage {
         lookups_.Gather(g, run, places, count, rgba);
       }
       if (row != nullptr) lookups_.Filter(g, *row, level, count, rgba);
+      if (probes != nullptr) lookups_.GatherOver(g, probes, count, rgba);
       lookups_.Finish(g, run, count, rgba);
       for (int c = 0; c < channels && !direct; ++c) {
         const int channel = args.channels[static_cast<size_t>(c)];

@@ -10,6 +10,7 @@
 #include "model/environment_settings.h"
 #include "ops/environment/environment_ops.h"
 #include "ops/environment/environment_stages.h"
+#include "ops/geometry/pixel_footprint.h"
 #include "ops/modifiers.h"
 #include "ops/shade/aov_inputs.h"
 #include "tessera/error.h"
@@ -32,7 +33,7 @@ class EnvironmentOp final : public graph::OpWith<ops::EnvironmentSettings> {
   std::string Name() const override { return "envmap"; }
   // Filtered mirrors look at the neighbours.
   graph::OpKind Kind() const override {
-    const bool point = colors_ && params().params.filter != EnvironmentFilter::kMip;
+    const bool point = colors_ && params().params.filter == EnvironmentFilter::kBilinear;
     return point ? graph::OpKind::kColor : graph::OpKind::kTile;
   }
   bool WritesAlpha() const override { return alpha_; }
@@ -92,8 +93,16 @@ void Check(const EnvironmentParams& p, bool positions) {
     throw Error("envmap",
                 "found table=" + std::to_string(p.table) + ", expected -1 (exact), 0 (chosen) or up to 4096");
   }
-  if (p.lobe > 0 && p.filter == EnvironmentFilter::kMip) {
-    throw Error("envmap", "found filter=mip with gloss, expected a mirror: a lobe is an average already");
+  if (p.lobe > 0 && p.filter != EnvironmentFilter::kBilinear) {
+    const char* const name = p.filter == EnvironmentFilter::kMip         ? "mip"
+                             : p.filter == EnvironmentFilter::kTrilinear ? "trilinear"
+                                                                         : "ewa";
+    throw Error("envmap", std::string("found filter=") + name +
+                              " with gloss, expected a mirror: a lobe is an average already");
+  }
+  if (p.anisotropy < 1 || p.anisotropy > kMostAnisotropy) {
+    throw Error("envmap", "found the anisotropy " + std::to_string(p.anisotropy) + ", expected 1 to " +
+                              std::to_string(kMostAnisotropy));
   }
   if (p.fresnel && !(*p.fresnel >= 0 && *p.fresnel <= 1)) {
     throw Error("envmap", "found fresnel=" + base::NumberText(*p.fresnel) + ", expected 0 to 1");
@@ -123,7 +132,12 @@ Node MakeEnvironment(std::span<const Node> in, const Arguments& a, const ImageSp
   if (a.Text("along") == "normal" || a.Flag("diffuse")) p.direction = EnvironmentDirection::kNormal;
   if (a.Flag("diffuse") && !a.Given("gloss")) p.lobe = 1;
   p.table = a.Integer("table");
-  if (a.Text("filter") == "mip") p.filter = EnvironmentFilter::kMip;
+  const std::string& filter = a.Text("filter");
+  p.filter = filter == "mip"         ? EnvironmentFilter::kMip
+             : filter == "trilinear" ? EnvironmentFilter::kTrilinear
+             : filter == "ewa"       ? EnvironmentFilter::kEwa
+                                     : EnvironmentFilter::kBilinear;
+  p.anisotropy = a.Integer("aniso");
   p.bits = a.Integer("bits");
   if (a.Given("fresnel")) p.fresnel = a.Number("fresnel");
   if (a.Text("camera") == "metadata") {
@@ -168,7 +182,9 @@ OpInfo EnvironmentInfo() {
       "table=N texels an edge (0: by the exponent; -1: summed exactly for every pixel, slow). fresnel=F0 "
       "multiplies the colour by F0 + (1-F0)(1-|n.v|)^5. filter=mip shows, in a mirror, an average as wide "
       "as the angle to the directions looked up by the neighbouring pixels, between the map and a chain of "
-      "cube maps, each of half the edge: what is seen from afar is calm. bits=8 or 12 first stores the "
+      "cube maps, each of half the edge: what is seen from afar is calm. Where a surface bends more one way than "
+      "the other those directions are an ellipse, which mip takes for the circle about it; filter=trilinear has "
+      "the mean of up to aniso= such averages along it, filter=ewa a Gaussian's under it (Heckbert 1989). bits=8 or 12 first stores the "
       "normals as the papers' framebuffers did.\n"
       "The result has the map's channels; normals (or positions) that are 0, NaN or infinite give 0, so "
       "that adding the result to a picture leaves its background alone. Source: McReynolds et al. 1997, "
@@ -176,7 +192,7 @@ OpInfo EnvironmentInfo() {
   info.help += " The map is held in memory whole.";
   info.bound =
       "8 u times the largest texel (lat-long: times 1 + w/8 + h/3, which is where the texel is looked up); a "
-      "lobe's table 1 % of the map's contrast; filter=mip twice that of the map's largest texel";
+      "lobe's table 1 % of the map's contrast; the other filters twice that of the map's largest texel";
   info.bound_u = 8;
   ParamInfo camera =
       NumbersModifier("camera", "", {16, 32}, "world to clip, or world to camera and to clip; or metadata");
@@ -196,8 +212,11 @@ OpInfo EnvironmentInfo() {
       camera,
       NumberModifier("fresnel", "1", 0, 1, "reflectance at normal incidence"),
       IntegerModifier("table", "0", -1, 4096, "texels along an edge of a lobe's table"),
-      ChoiceModifier("filter", {"bilinear", "mip"},
-                     "of a mirror: four texels, or as wide as a pixel's reflection"),
+      ChoiceModifier("filter", {"bilinear", "mip", "trilinear", "ewa"},
+                     "of a mirror: four texels, or as wide as a pixel's reflection, or of its shape"),
+      OnlyWith("filter=trilinear|ewa",
+               IntegerModifier("aniso", "16", 1, kMostAnisotropy,
+                               "longest length of a pixel's reflection, in widths of it; longer is widened")),
       IntegerModifier("bits", "0", 0, 24, "of the framebuffer that holds the normals; 0: none")};
   info.make = MakeEnvironment;
   info.examples = {"",
@@ -210,6 +229,9 @@ OpInfo EnvironmentInfo() {
                    "map=octahedral",
                    "map=equidistant fov=360 along=normal",
                    "filter=mip map=sphere fresnel=0.1",
+                   "filter=trilinear aniso=8",
+                   "filter=ewa map=octahedral",
+                   "filter=trilinear map=equidistant along=normal",
                    "camera=1,0,0,0,0,1,0,0,0,0,-1,0,0,0,-1,0"};
   return info;
 }

@@ -42,7 +42,7 @@ PreparedEnvironment::PreparedEnvironment(const ConstImageView& picture, const En
       atlases.push_back(KeptLobeTable(picture, first, layout, p, workers));
     } else {
       const auto atlas = std::make_shared<EnvironmentAtlas>(picture, first, layout, workers);
-      if (p.filter == EnvironmentFilter::kMip)
+      if (p.filter != EnvironmentFilter::kBilinear)
         mips.push_back(std::make_shared<const EnvironmentMips>(*atlas, workers));
       if (kept) atlas->HoldHalves(ChooseEnvironmentKernels().to_half, workers);
       atlases.push_back(atlas);

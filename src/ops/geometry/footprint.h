@@ -11,13 +11,12 @@
 #include "base/stage.h"
 #include "graph/op.h"
 #include "ops/geometry/gather.h"
+#include "ops/geometry/pixel_footprint.h"
 #include "tessera/image.h"
 
 namespace tessera::ops {
 
 enum class FootprintFilter { kTrilinear, kEwa };
-
-constexpr int kMostAnisotropy = 64;
 
 // One level of a picture: pixels of 4 floats, each as large as cell_x by cell_y of the picture's.
 struct FootprintLevel {

@@ -50,16 +50,6 @@ struct Footprint {
   }
 };
 
-// Squares of axes, neither shorter than `least` nor further apart than `anisotropy`.
-struct Axes {
-  double longer, shorter;
-  Axes(const Footprint& f, double least, double most, int anisotropy) {
-    const double ratio = double{1} * anisotropy * anisotropy;
-    longer = std::max(std::min(f.longer, most * most * ratio), least * least);
-    shorter = std::max({std::min(f.shorter, most * most), least * least, longer / ratio});
-  }
-};
-
 // exp(-2 t) - exp(-2), t in [0, 1], divided by exp(-1): Taylor's series about the middle.
 template <class D>
 HWY_INLINE hn::Vec<D> Bell(D d, hn::Vec<D> t) {
@@ -141,11 +131,9 @@ class Gatherer {
   }
 
   void Trilinear(const Footprint& f, float* out) const {
-    const Axes axes(f, 1, widest_, job_.anisotropy);
+    const FootprintAxes axes(f.longer, f.shorter, 1, widest_, job_.anisotropy);
     const double length = std::sqrt(axes.longer);
-    // A little more than a whole number is that number.
-    const double ratio = std::ceil(length / std::sqrt(axes.shorter) - 0x1p-20);
-    const int count = static_cast<int>(std::clamp<double>(ratio, 1, job_.anisotropy));
+    const int count = ProbeCount(length, std::sqrt(axes.shorter), job_.anisotropy);
     float next;
     const size_t k = Level(length / count, &next);
     const bool flat = f.uxx >= 0.5;
@@ -205,7 +193,7 @@ class Gatherer {
   }
 
   void Ellipse(const Footprint& f, float* out) const {
-    const Axes axes(f, 1, widest_, job_.anisotropy);
+    const FootprintAxes axes(f.longer, f.shorter, 1, widest_, job_.anisotropy);
     float next;
     // On the finer level the shorter axis is two to four pixels.
     const size_t k = Level(std::sqrt(axes.shorter) / 2, &next);
@@ -215,7 +203,7 @@ class Gatherer {
 
   HWY_INLINE F4 UnderEllipse(const Footprint& f, const FootprintLevel& level, size_t g) const {
     const ConstImageView& group = level.groups[g];
-    const Axes axes(f, level.cell(), widest_, job_.anisotropy);
+    const FootprintAxes axes(f.longer, f.shorter, level.cell(), widest_, job_.anisotropy);
     const double over_x = 1 / level.cell_x, over_y = 1 / level.cell_y, apart = axes.longer - axes.shorter;
     // The ellipse (x, y) V^-1 (x, y)^T = 1 in the level's pixels. Along a row r^2 = r0 + (x - middle)^2 /
     // square, which has no differences of large numbers, however long and oblique the ellipse is.

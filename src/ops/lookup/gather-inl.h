@@ -366,6 +366,8 @@ LookupFunction MethodOf(TableFilter filter) {
       return LookupCubic<kTexel, kDims, kUnit>;
     case TableFilter::kLinear:
     case TableFilter::kMipmap:
+    case TableFilter::kTrilinear:
+    case TableFilter::kEwa:
       break;
   }
   return LookupLinear<kTexel, kDims, kUnit>;

@@ -10,6 +10,7 @@
 #include "graph/op.h"
 #include "model/lookup_settings.h"
 #include "model/table_axis.h"
+#include "ops/lookup/footprints.h"
 #include "ops/lookup/lookup_ops.h"
 #include "ops/lookup/lookup_stage.h"
 #include "ops/modifiers.h"
@@ -58,8 +59,11 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
     if (in[0].data_window.empty()) return out;  // nothing is looked up, so the table may be empty too
     const LookupParams& p = params().lookup;
     const int dims = Dims(in);
-    if (p.filter == TableFilter::kMipmap && dims == 4) {
-      throw Error("lookup", "found the filter mipmap for 4 dimensions, expected 1 to 3");
+    if (HasChain(p.filter) && dims == 4) {
+      throw Error("lookup", "found the filter " + std::string(p.filter == TableFilter::kMipmap ? "mipmap"
+                                                              : p.filter == TableFilter::kEwa  ? "ewa"
+                                                                                               : "trilinear") +
+                                " for 4 dimensions, expected 1 to 3");
     }
     const auto needed = static_cast<size_t>(dims) + (p.projective ? 1 : 0);
     if (!p.axes.empty() && p.axes.size() != needed) {
@@ -91,7 +95,7 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
       LookupParams group = plan.params;
       const auto skip = std::min(static_cast<size_t>(first), group.border.size());
       group.border.erase(group.border.begin(), group.border.begin() + static_cast<ptrdiff_t>(skip));
-      if (plan.params.filter == TableFilter::kMipmap) {
+      if (HasChain(plan.params.filter)) {
         plan.groups.push_back(Levels(TableFromImage(part, params().layout), group, &context.workers));
       } else {
         plan.groups.push_back({std::make_shared<const Grid>(part, params().layout, group, &context.workers)});
@@ -101,11 +105,14 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
   }
 
  private:
+  static bool HasChain(TableFilter filter) {
+    return filter == TableFilter::kMipmap || IsFootprintFilter(filter);
+  }
   using GridLevels = std::vector<std::shared_ptr<const Grid>>;
 
   static GridLevels Levels(const Table& table, const LookupParams& params, const graph::Workers* workers) {
     GridLevels levels;
-    if (params.filter != TableFilter::kMipmap || table.dims() > 3) {
+    if (!HasChain(params.filter) || table.dims() > 3) {
       levels.push_back(std::make_shared<const Grid>(table, params, workers));
       return levels;
     }
@@ -139,6 +146,10 @@ void Check(const LookupParams& params) {
     if (!(std::fabs(v) <= 3.4028234e38))
       throw Error("lookup border", "found " + std::to_string(v) + ", expected finite numbers");
   }
+  if (params.anisotropy < 1 || params.anisotropy > kMostAnisotropy) {
+    throw Error("lookup", "found the anisotropy " + std::to_string(params.anisotropy) + ", expected 1 to " +
+                              std::to_string(kMostAnisotropy));
+  }
   for (const Wrap wrap : params.wrap) {
     RequireWrap("lookup", wrap, {Wrap::kClamp, Wrap::kGlClamp, Wrap::kBlack, Wrap::kRepeat, Wrap::kMirror});
   }
@@ -149,6 +160,8 @@ TableFilter FilterOf(const std::string& name) {
          : name == "tetrahedral" ? TableFilter::kTetrahedral
          : name == "cubic"       ? TableFilter::kCubic
          : name == "mipmap"      ? TableFilter::kMipmap
+         : name == "trilinear"   ? TableFilter::kTrilinear
+         : name == "ewa"         ? TableFilter::kEwa
                                  : TableFilter::kLinear;
 }
 
@@ -195,6 +208,7 @@ Node MakeLookup(std::span<const Node> in, const Arguments& a, const ImageSpec*) 
   p.cubic = a.Text("cubic") == "mitchell"  ? CubicKernel::kMitchell
             : a.Text("cubic") == "bspline" ? CubicKernel::kBSpline
                                            : CubicKernel::kCatmullRom;
+  p.anisotropy = a.Integer("aniso");
   p.wrap = WrapsOf(a.Text("wrap"));
   p.border = a.Numbers("bordervalue");
   if (p.border.size() == 1) p.border.resize(in[1].spec().channels.size(), p.border[0]);
@@ -225,14 +239,17 @@ OpInfo LookupInfo() {
       "or at i/(N-1) (align=ends, for tabulated functions).\n"
       "Filters: nearest; linear (2^D entries); tetrahedral (D+1 entries of a simplex); cubic (4^D); mipmap "
       "(linear, between two levels chosen by the differences of neighbouring coordinates, the smaller of "
-      "both sides at an object's edge). Coordinates are not rounded.\n"
+      "both sides at an object's edge); trilinear and ewa follow what a pixel covers of the table, by those "
+      "differences, in any direction: the mean of up to aniso= such lookups along its longer axis, as graphics "
+      "hardware does it, and a Gaussian under an ellipse (Heckbert 1989); where a pixel covers no more than an "
+      "entry they are linear, bit for bit. Coordinates are not rounded.\n"
       "Wrap, one mode or one per axis: clamp (to the edge entry), glclamp (OpenGL 1.x: half border colour at "
       "0 and 1), black (the border colour, bordervalue=, 0 by default), repeat, mirror. projective=1 divides by the channel after the last coordinate; where it "
       "is not positive the result is the border colour. A coordinate that is NaN (infinite, with repeat or "
       "mirror) gives the border colour, or NaN with nan=1; count=1 prints how many there are and where the "
       "first is, for one more evaluation of COORDS. Where channel mask= is 0 the pixel keeps COORDS' bits. "
       "NaN and infinite entries reach only results in which they have weight. Source: Heidrich et al. 1999, "
-      "2 and 7; Williams 1983.";
+      "2 and 7; Williams 1983; McReynolds et al. 1997, 5.3.";
   info.help += " The table is held in memory whole.";
   info.bound =
       "3 u (four dimensions 4 u; cubic in D dimensions 8 u D 1.25^(D-1), measured 5.5, 9.8, 10.6 and 15 u) times "
@@ -247,7 +264,7 @@ OpInfo LookupInfo() {
   info.modifiers = {
       IntegerModifier("dims", "0", 0, 4,
                       "dimensions of the table; 0: 2 and one for each number of slices, 1 for one row"),
-      ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic", "mipmap"},
+      ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic", "mipmap", "trilinear", "ewa"},
                      "how entries are combined"),
       wrap,
       FlagModifier("projective", "divide by the next channel"),
@@ -257,6 +274,9 @@ OpInfo LookupInfo() {
       ListModifier("slices", "", 2, 1, 1e6, "slices along y: N, or N,M"),
       ListModifier("axes", "", 5, 0, 65535, "channels of COORDS that are s,t,... (and q); default 0,1,..."),
       IntegerModifier("mask", "-1", -1, 65535, "channel of COORDS that is 0 where nothing is looked up"),
+      OnlyWith("filter=trilinear|ewa",
+               IntegerModifier("aniso", "16", 1, kMostAnisotropy,
+                               "longest length of what a pixel covers, in widths of it; longer is widened")),
       ChoiceModifier("cubic", {"catmullrom", "mitchell", "bspline"}, "kernel of filter=cubic"),
       FlagModifier("nan", "NaN coordinates give NaN"),
       FlagModifier("count", "print how many pixels have coordinates that are no numbers")};
@@ -268,6 +288,9 @@ OpInfo LookupInfo() {
                    "dims=2 filter=tetrahedral wrap=repeat,mirror align=ends",
                    "dims=2 wrap=glclamp bordervalue=1,1,1,1 projective=1",
                    "dims=2 wrap=black mask=2 axes=1,0",
+                   "dims=2 filter=trilinear aniso=8 wrap=repeat",
+                   "dims=2 filter=ewa wrap=clamp,mirror",
+                   "slices=1 filter=trilinear aniso=4 wrap=black bordervalue=0.3",
                    "slices=1 filter=tetrahedral wrap=mirror",
                    "slices=1,1 axes=0,1,2,0"};
   return info;

@@ -7,6 +7,7 @@
 #include <span>
 #include <type_traits>
 
+#include "ops/lookup/footprints.h"
 #include "ops/lookup/lookup_stage.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -43,14 +44,14 @@ class LookupStage final : public graph::TileStage {
       methods_.push_back(grid.texel() == 1 ? MethodOfTable<1>(grid.dims(), plan_.params.filter)
                                            : MethodOfTable<4>(grid.dims(), plan_.params.filter));
     }
-    const bool plain = plan_.groups.size() == 1 && plan_.groups[0].size() == 1 && plan_.params.mask < 0 &&
+    const bool plain = !footprints() && plan_.groups.size() == 1 && plan_.groups[0].size() == 1 && plan_.params.mask < 0 &&
                        !plan_.params.projective && plan_.coordinate_channels >= 2 &&
                        plan_.coordinate_channels <= 4;
     if (plain) picture_ = PictureMethodOf(*plan_.groups[0][0]);
     if (picture_.gather != nullptr) pairs_ = RowPairs::Of(*plan_.groups[0][0], plan_.window.pixels());
   }
 
-  Roi InputRoi(int, const Roi& out) const override { return mipmap() ? Inflate(out, 1, 1) : out; }
+  Roi InputRoi(int, const Roi& out) const override { return mipmap() || footprints() ? Inflate(out, 1, 1) : out; }
 
   // Squares, whose texels lie close together wherever the coordinates are smooth, once a table is larger than
   // the nearer caches. Single samples of a picture that no cache holds, or that needs little of one, are so
@@ -67,14 +68,20 @@ class LookupStage final : public graph::TileStage {
     const Roi& r = args.out.roi;
     if (picture_.gather != nullptr) return RunPicture(args);
     Chunk* const chunk = args.scratch.Allocate<Chunk>(1);
+    Probing probing;
+    if (footprints()) {
+      probing = {args.scratch.Allocate<PixelProbes>(kChunk), args.scratch.Allocate<Chunk>(1)};
+    }
     for (int y = r.y0; y < r.y1; ++y) {
-      for (int x = r.x0; x < r.x1; x += kChunk) RunChunk(args, x, y, std::min(kChunk, r.x1 - x), *chunk);
+      for (int x = r.x0; x < r.x1; x += kChunk)
+        RunChunk(args, x, y, std::min(kChunk, r.x1 - x), *chunk, probing);
     }
   }
 
  private:
   static constexpr int kAhead = 3;  // blocks
 
+  bool footprints() const { return IsFootprintFilter(plan_.params.filter); }
   bool mipmap() const { return plan_.params.filter == TableFilter::kMipmap; }
 
   // What is between the passes over a block of pixels: `count` of a row, or all of several rows.
@@ -202,7 +209,14 @@ class LookupStage final : public graph::TileStage {
     }
   }
 
-  void RunChunk(const graph::TileArgs& args, int x, int y, int count, Chunk& chunk) const {
+  // What lookups over footprints need beside a chunk.
+  struct Probing {
+    PixelProbes* probes = nullptr;
+    Chunk* chunk = nullptr;
+  };
+
+  void RunChunk(const graph::TileArgs& args, int x, int y, int count, Chunk& chunk,
+                const Probing& probing) const {
     const ConstImageView& coords = args.in[0];
     const int rounded = Rounded(count);
     LoadCoordinates(reinterpret_cast<const float*>(coords.At(x, y)), coords.channels, count, chunk);
@@ -211,6 +225,7 @@ class LookupStage final : public graph::TileStage {
     if (mipmap()) {
       for (int i = 0; i < count; ++i) level[i] = Level(coords, x + i, y);
     }
+    if (footprints()) footprints_.Find(coords, x, y, count, probing.probes);
     for (size_t g = 0; g < plan_.groups.size(); ++g) {
       const auto& levels = plan_.groups[g];
       const Grid& grid = *levels.front();
@@ -221,9 +236,23 @@ class LookupStage final : public graph::TileStage {
         flagged = methods_[g](grid, chunk, rounded);
       }
       if (flagged || !grid.finite()) Mend(grid, count, flagged, chunk);
+      if (footprints()) GatherFootprints(g, probing.probes, count, *probing.chunk, chunk.result);
       Write(args, g, x, y, count, chunk.result);
     }
     if (plan_.params.mask >= 0) KeepBackground(args, x, y, count);
+  }
+
+  // Means over what pixels cover, where that is more than an entry.
+  void GatherFootprints(size_t g, const PixelProbes* probes, int count, Chunk& chunk, float* result) const {
+    const int texel = plan_.groups[g].front()->texel();
+    footprints_.Gather(probes, count, texel, chunk, result, [&](int level, int held) {
+      const Grid& grid = *plan_.groups[g][static_cast<size_t>(level)];
+      const int rounded = Rounded(held);
+      for (int a = 0; a < plan_.dims; ++a)
+        std::fill(chunk.coord[a] + held, chunk.coord[a] + rounded, 0.0f);
+      const bool flagged = methods_[g](grid, chunk, rounded);
+      if (flagged || !grid.finite()) Mend(grid, held, flagged, chunk);
+    });
   }
 
   // The coordinate channels of `count` pixels to planes, zeros up to the next vector.
@@ -293,14 +322,6 @@ class LookupStage final : public graph::TileStage {
     }
   }
 
-  // Coordinate a of a pixel, after the division.
-  float Coordinate(const ConstImageView& coords, int x, int y, int a) const {
-    const auto* const p = reinterpret_cast<const float*>(coords.At(x, y));
-    const float v = p[plan_.axes[static_cast<size_t>(a)]];
-    if (!plan_.params.projective) return v;
-    const float q = p[plan_.axes[static_cast<size_t>(plan_.dims)]];
-    return q >= std::numeric_limits<float>::min() ? v / q : std::numeric_limits<float>::quiet_NaN();
-  }
   // log2 of the entries of level 0 that a step to a neighbour passes, of the longer of both directions; in
   // each the shorter of the two steps, so that the far side of an edge does not count.
   float Level(const ConstImageView& coords, int x, int y) const {
@@ -314,7 +335,7 @@ class LookupStage final : public graph::TileStage {
         float sum = 0;
         for (int a = 0; a < plan_.dims; ++a) {
           const float d =
-              (Coordinate(coords, nx, ny, a) - Coordinate(coords, x, y, a)) * grid.axis(a).per_unit;
+              (CoordinateAt(plan_, coords, nx, ny, a) - CoordinateAt(plan_, coords, x, y, a)) * grid.axis(a).per_unit;
           sum += d * d;
         }
         if (std::isfinite(sum)) shortest = std::min(shortest, std::sqrt(sum));
@@ -393,6 +414,7 @@ class LookupStage final : public graph::TileStage {
   }
 
   LookupPlan plan_;
+  LookupFootprints footprints_{plan_};
   std::vector<LookupFunction> methods_;
   PictureMethod picture_;
   std::unique_ptr<RowPairs> pairs_;

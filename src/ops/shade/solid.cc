@@ -224,7 +224,8 @@ Node SolidTexture(const Node& color, const Node& position, const Node& table, co
   LookupParams lookup = p.lookup;
   lookup.axes = {0, 1, 2};
   lookup.propagate_nan = true;
-  if (p.level_of_detail) lookup.filter = TableFilter::kMipmap;
+  const bool covers = lookup.filter == TableFilter::kTrilinear || lookup.filter == TableFilter::kEwa;
+  if (p.level_of_detail && !covers) lookup.filter = TableFilter::kMipmap;
   TableLayout solid = layout;
   solid.dims = 3;
   const int channels = table.spec().channel_count();

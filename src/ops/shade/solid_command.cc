@@ -1,6 +1,7 @@
 // The command --solid.
 #include <utility>
 
+#include "ops/geometry/pixel_footprint.h"
 #include "ops/modifiers.h"
 #include "ops/shade/shade_ops.h"
 #include "ops/wrap.h"
@@ -37,7 +38,8 @@ OpInfo SolidInfo() {
       "blend: modulate C S, replace S A, over S A + C (1 - S alpha), add C + S A; C premultiplied by its "
       "alpha A, which stays. lod=1 takes the mean over what a pixel covers, by the differences of neighbouring "
       "positions on the same surface: of bands, rings, lines and screens along their own argument, of noise "
-      "octave by octave; tables by mip level. Pixels whose position is NaN keep their "
+      "octave by octave; tables by mip level, and filter=trilinear or ewa, with lod= or without, by the "
+      "ellipse that a pixel covers in the block, as --lookup has them. Pixels whose position is NaN keep their "
       "bits; an axis of the box without extent is 1/2. Positions are never filtered. Source: "
       "Peachey 1985; Perlin 1985; Westermann and Ertl 1997.";
   info.bound = "64 u * max(|C|, A), for the same p and noise";
@@ -65,7 +67,11 @@ OpInfo SolidInfo() {
       OnlyWith("procedure=contours|halftone",
                NumbersModifier("ink", "0,0,0", 3, "colour of contours and halftone")),
       OnlyWith("procedure=table",
-               ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic"}, "of the table")),
+               ChoiceModifier("filter", {"linear", "nearest", "tetrahedral", "cubic", "trilinear", "ewa"},
+                              "of the table")),
+      OnlyWith("filter=trilinear|ewa",
+               IntegerModifier("aniso", "16", 1, kMostAnisotropy,
+                               "longest length of what a pixel covers, in widths of it; longer is widened")),
       OnlyWith("procedure=table",
                WrapModifier({"clamp", "repeat", "mirror", "black"}, "clamp", "of the table")),
       FlagModifier("lod", "the mean over a pixel")};
@@ -95,7 +101,10 @@ OpInfo SolidInfo() {
     p.lookup.filter = filter == "nearest"       ? TableFilter::kNearest
                       : filter == "tetrahedral" ? TableFilter::kTetrahedral
                       : filter == "cubic"       ? TableFilter::kCubic
+                      : filter == "trilinear"   ? TableFilter::kTrilinear
+                      : filter == "ewa"         ? TableFilter::kEwa
                                                 : TableFilter::kLinear;
+    p.lookup.anisotropy = a.Integer("aniso");
     p.lookup.wrap = {WrapNamed(a.Text("wrap"))};
     const Node position = PositionsOf(in[1]);
     if (p.kind != SolidKind::kTable) return SolidTexture(in[0], position, p);

@@ -1,0 +1,80 @@
+// Ellipses that pixels cover, from neighbours' coordinates, and grids of look-ups over them.
+#include "ops/geometry/pixel_footprint.h"
+
+#include <limits>
+
+namespace tessera::ops {
+namespace {
+
+Vector3 Sum(double a, const Vector3& x, double b, const Vector3& y) {
+  return {a * x[0] + b * y[0], a * x[1] + b * y[1], a * x[2] + b * y[2]};
+}
+Vector3 Scaled(double a, const Vector3& x) { return {a * x[0], a * x[1], a * x[2]}; }
+
+}  // namespace
+
+FootprintSide FootprintSide::None() { return {{}, std::numeric_limits<double>::infinity()}; }
+FootprintSide FootprintSide::Of(const Vector3& step) {
+  const double square = Dot(step, step);
+  return square <= 1e100 ? FootprintSide{step, square} : None();
+}
+
+Vector3 StepBetween(const FootprintSide& before, const FootprintSide& after) {
+  if (std::isinf(before.square)) return after.step;  // none either: 0
+  if (std::isinf(after.square)) return before.step;
+  const double both = before.square + after.square;
+  if (!(both > 0)) return {};
+  const double sign = Dot(before.step, after.step) < 0 ? -1 : 1;
+  return Sum(after.square / both, before.step, sign * before.square / both, after.step);
+}
+
+PixelFootprint PixelFootprint::Of(const Vector3& across, const Vector3& down) {
+  const double a = Dot(across, across), b = Dot(across, down), c = Dot(down, down);
+  const double d = std::sqrt((a - c) * (a - c) / 4 + b * b);
+  PixelFootprint f;
+  f.longer = (a + c) / 2 + d;
+  // Twice the angle, in the pixel's plane, that the longer axis comes from; its half by that of the larger
+  // cosine.
+  const double twice = d > 0 ? (a - c) / (2 * d) : 1;
+  double x = std::sqrt(std::max(0.0, (1 + twice) / 2)), y = std::sqrt(std::max(0.0, (1 - twice) / 2));
+  if (d > 0 && twice >= 0) y = b / (2 * d * x);
+  if (d > 0 && twice < 0) x = b / (2 * d * y);
+  f.major = Sum(x, across, y, down), f.minor = Sum(-y, across, x, down);
+  f.shorter = Dot(f.minor, f.minor);
+  return f;
+}
+
+ProbeGrid ProbeGrid::Of(const PixelFootprint& f, ProbeFilter filter, int anisotropy, double texel,
+                        double widest) {
+  // Of the unit circle, in which an ellipse's bell spreads, with what look-ups add, as a pixel's square does.
+  constexpr double kRadius = 2.0 / 3;
+  ProbeGrid grid;
+  const FootprintAxes axes(f.longer, f.shorter, texel, widest, anisotropy);
+  const double length = std::sqrt(axes.longer), breadth = std::sqrt(axes.shorter);
+  grid.bell = filter == ProbeFilter::kEwa && f.longer > texel * texel;
+  grid.across = grid.bell ? kAcross : 1;
+  grid.along = ProbeCount(length * grid.across, breadth, grid.across * anisotropy);
+  grid.width = (grid.bell ? 2 * kRadius : 1) * length / grid.along;
+  // A texel's breadth is what each look-up has by itself: so nothing jumps where footprints grow beyond it.
+  const auto step = [&](const Vector3& axis, double square, double limited, int count) {
+    const double extent = std::sqrt(std::max(0.0, limited - texel * texel));
+    // Without a breadth there is no direction.
+    if (!(square > 1e-12 * f.longer)) return Vector3{};
+    return Scaled((grid.bell ? 2 * kRadius : 1) * extent / std::sqrt(square) / count, axis);
+  };
+  grid.step_along = step(f.major, f.longer, axes.longer, grid.along);
+  grid.step_across = step(f.minor, f.shorter, axes.shorter, grid.across);
+  return grid;
+}
+
+double ProbeGrid::Fall(double x) {
+  // exp(-1) times Taylor's series of exp(1 - 2 x^2).
+  const double t = 1 - 2 * x * x;
+  double sum = 1.0 / 6227020800;
+  for (const double c : {1.0 / 479001600, 1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880, 1.0 / 40320, 1.0 / 5040,
+                         1.0 / 720, 1.0 / 120, 1.0 / 24, 1.0 / 6, 0.5, 1.0, 1.0})
+    sum = sum * t + c;
+  return 0.36787944117144233 * sum;
+}
+
+}  // namespace tessera::ops
