@@ -46,7 +46,7 @@ Probes ProbesOver(const Ellipse& e, bool ewa, double anisotropy, double texel, d
   const int columns =
       static_cast<int>(std::clamp(std::ceil(ratio) + more, 1.0, rows * anisotropy));
   // Diameters, of a pixel or of its bell, less what a texel's breadth does by itself.
-  const double size = bell ? 4.0 / 3 : 1;
+  const double size = bell ? 1.5 : 1;
   probes.width = size * longer / columns;
   const double length = e.longer > 0 ? size * std::sqrt(longer * longer - texel * texel) / e.longer : 0;
   const double breadth =

@@ -170,8 +170,7 @@ TEST(LookupFootprintTest, WhereAPixelCoversNoMoreThanAnEntryBitsAreThoseOfLinear
 }
 
 TEST(LookupFootprintTest, StaysWithinItsBound) {
-  const std::vector<std::vector<int>> shapes = {{1},     {2},      {100},      {257},        {1, 1},    {2, 3},
-                                                {64, 33}, {1, 40}, {17, 5, 9}, {16, 16, 16}, {128, 128}};
+  const std::vector<std::vector<int>> shapes = {{1}, {100}, {1, 1}, {64, 33}, {1, 40}, {17, 5, 9}, {128, 128}};
   // A floor, a swirl, steps that differ from pixel to pixel, one axis alone.
   const std::vector<std::function<double(double, double, int)>> maps = {
       [](double x, double y, int c) { return c == 0 ? 3 * x / (y + 1) : c == 1 ? 17 / (y + 1) : 0.3; },
@@ -189,7 +188,7 @@ TEST(LookupFootprintTest, StaysWithinItsBound) {
           for (const Wrap wrap : kWraps) {
             for (const TableFilter filter : kBoth) {
               for (size_t m = 0; m < maps.size(); ++m) {
-                const Node coords = FromImage(Coordinates(19, 12, 3, maps[m]));
+                const Node coords = FromImage(Coordinates(13, 7, 3, maps[m]));
                 LookupParams p{.filter = filter, .wrap = {wrap, Wrap::kMirror}, .border = {0.5, -1}};
                 p.anisotropy = m % 2 == 0 ? 16 : 3;
                 const double error = WorstError(Lookup(coords, table, p), coords);
@@ -248,14 +247,14 @@ TEST(LookupFootprintTest, EdgesOfObjectsAndSeamsOfPeriodsHardlyCount) {
   const auto ramp = [](double x, double y, int c) { return c == 0 ? 0.011 * x : 0.004 * y; };
   const Image whole = Coordinates(64, 32, 2, ramp);
   // The same surface ending at another one, and with its coordinates brought back into a period.
-  Image edge = whole, seam = whole;
+  const Image edge = Coordinates(64, 32, 2, ramp), seam = Coordinates(64, 32, 2, ramp);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 64; ++x) {
       if (x >= 40) edge.at<float>(x, y, 0) = 57.3f + 0.001f * static_cast<float>(x), edge.at<float>(x, y, 1) = -80;
       seam.at<float>(x, y, 0) = std::fmod(static_cast<float>(x) * 0.011f + 0.75f, 1.0f);
     }
   }
-  Image unbroken = seam;
+  const Image unbroken = Coordinates(64, 32, 2, ramp);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 64; ++x) unbroken.at<float>(x, y, 0) = static_cast<float>(x) * 0.011f + 0.75f;
   }
@@ -279,8 +278,8 @@ TEST(LookupFootprintTest, EdgesOfObjectsAndSeamsOfPeriodsHardlyCount) {
     EXPECT_LT(at_seam, 0.05);
   }
   // A masked neighbour, or one behind the projector, is none.
-  Image masked = Coordinates(64, 32, 3, [&](double x, double y, int c) { return c == 2 ? 1 : ramp(x, y, c); });
-  Image behind = masked;
+  const auto with_one = [&](double x, double y, int c) { return c == 2 ? 1 : ramp(x, y, c); };
+  const Image masked = Coordinates(64, 32, 3, with_one), behind = Coordinates(64, 32, 3, with_one);
   for (int y = 0; y < 32; ++y) {
     for (int x = 40; x < 64; ++x) {
       masked.at<float>(x, y, 0) = masked.at<float>(x, y, 1) = 1e6f, masked.at<float>(x, y, 2) = 0;

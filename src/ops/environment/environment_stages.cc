@@ -269,12 +269,19 @@ class EnvironmentTileStage final : public graph::TileStage {
           lookups_.mip_kernels().levels(*lookups_.map().mips[0], rows[of(y - 2)], row, rows[of(y)], count,
                                         level);
         }
-        std::copy_n(row.x + 1, kDirectionRun - 1, middle.directions.x);
-        std::copy_n(row.y + 1, kDirectionRun - 1, middle.directions.y);
-        std::copy_n(row.z + 1, kDirectionRun - 1, middle.directions.z);
+        Directions& d = middle.directions;
+        if (lookups_.footprints()) {  // as they are: a pixel that needs no more has a plain mirror's bits
+          std::copy_n(d.x + 1, kDirectionRun - 1, d.x);
+          std::copy_n(d.y + 1, kDirectionRun - 1, d.y);
+          std::copy_n(d.z + 1, kDirectionRun - 1, d.z);
+        } else {
+          std::copy_n(row.x + 1, kDirectionRun - 1, d.x);
+          std::copy_n(row.y + 1, kDirectionRun - 1, d.y);
+          std::copy_n(row.z + 1, kDirectionRun - 1, d.z);
+          d.moderate = true;
+        }
         std::copy_n(middle.valid + 1, kDirectionRun - 1, middle.valid);
         std::copy_n(middle.fresnel + 1, kDirectionRun - 1, middle.fresnel);
-        middle.directions.moderate = true;
         Shade(args, x, y - 1, count, middle, lookups_.footprints() ? nullptr : &row, level,
               lookups_.footprints() ? probes : nullptr);
       }

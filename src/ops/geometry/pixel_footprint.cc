@@ -46,8 +46,8 @@ PixelFootprint PixelFootprint::Of(const Vector3& across, const Vector3& down) {
 
 ProbeGrid ProbeGrid::Of(const PixelFootprint& f, ProbeFilter filter, int anisotropy, double texel,
                         double widest) {
-  // Of the unit circle, in which an ellipse's bell spreads, with what look-ups add, as a pixel's square does.
-  constexpr double kRadius = 2.0 / 3;
+  // Of the circle whose image the ellipse is, in pixels: its bell spreads as much as a pixel's square.
+  constexpr double kRadius = 0.75;
   ProbeGrid grid;
   const FootprintAxes axes(f.longer, f.shorter, texel, widest, anisotropy);
   const double length = std::sqrt(axes.longer), breadth = std::sqrt(axes.shorter);
