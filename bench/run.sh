@@ -35,7 +35,7 @@ else
 fi
 build=build/release
 cmake --preset release >/dev/null
-cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_layouts \
+cmake --build --preset release --target bench_composite bench_curves bench_environment bench_filter bench_footprint bench_layouts \
   bench_lic bench_lookup bench_noise bench_ops bench_pipelines bench_resample bench_shade bench_volume tessera_cli tessera_python
 out=build/bench
 rm -rf "$out"
@@ -60,6 +60,7 @@ if [ -n "$quick" ]; then
   measure shade bench_shade --sizes=3840x2160 --targets=best --threads=2 --seconds=1
   measure composite bench_composite --sizes=3840x2160 --types=float,uint8 --targets=best --threads=1,2 --seconds=1
   measure environment bench_environment --types=half --targets=best --threads=2 --repetitions=7
+  measure footprint bench_footprint --sizes=1920x1080 --targets=best --threads=1 --seconds=1
   measure lic bench_lic --quick --targets=best --repetitions=5
   measure ops bench_ops --sizes=1920x1080 --targets=best --threads=1 --seconds=1
   measure resample bench_resample --sizes=1920x1080 --targets=best --threads=1 --seconds=1
@@ -74,6 +75,7 @@ else
   measure shade bench_shade --sizes=3840x2160 --targets=all --threads=1,2 --seconds=2
   measure composite bench_composite --sizes=3840x2160 --types=float,half,uint8 --targets=all --threads=1,2
   measure environment bench_environment --types=half,float --targets=all --threads=1,2
+  measure footprint bench_footprint --sizes=1920x1080 --targets=all --threads=1,2 --seconds=2
   measure lic bench_lic --targets=best
   "$build/bin/bench_lic" --table >"$out/lic.md"  # integrators and steps: end-point error, time
   measure volume bench_volume --threads=2 --seconds=3

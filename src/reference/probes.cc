@@ -14,14 +14,17 @@ Vector3 MeanStep(std::optional<Vector3> before, std::optional<Vector3> after) {
   const double b = Dot(*before, *before), a = Dot(*after, *after);
   Vector3 sum = {};
   if (a + b == 0) return sum;
-  const bool back = Dot(*before, *after) < 0;
+  const bool back = Dot(*before, *after) < -0x1p-30 * std::sqrt(a * b);
   for (size_t k = 0; k < 3; ++k)
     sum[k] = (*before)[k] * (a / (a + b)) + (back ? -1 : 1) * (*after)[k] * (b / (a + b));
   return sum;
 }
 
 Ellipse EllipseOf(const Vector3& across, const Vector3& down) {
-  const double angle = 0.5 * std::atan2(2 * Dot(across, down), Dot(across, across) - Dot(down, down));
+  const double twice = 2 * Dot(across, down), more = Dot(across, across) - Dot(down, down);
+  // A circle's axes are the pixel's.
+  const bool round = std::hypot(twice, more) <= 0x1p-29 * (Dot(across, across) + Dot(down, down));
+  const double angle = round ? 0 : 0.5 * std::atan2(twice, more);
   const double x = std::cos(angle), y = std::sin(angle);
   Ellipse e;
   for (size_t k = 0; k < 3; ++k) {

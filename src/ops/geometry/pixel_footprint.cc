@@ -6,6 +6,9 @@
 namespace tessera::ops {
 namespace {
 
+// Decisions that exact pictures would leave to rounding are taken by this much.
+constexpr double kHair = 0x1p-30;
+
 Vector3 Sum(double a, const Vector3& x, double b, const Vector3& y) {
   return {a * x[0] + b * y[0], a * x[1] + b * y[1], a * x[2] + b * y[2]};
 }
@@ -24,8 +27,8 @@ Vector3 StepBetween(const FootprintSide& before, const FootprintSide& after) {
   if (std::isinf(after.square)) return before.step;
   const double both = before.square + after.square;
   if (!(both > 0)) return {};
-  const double sign = Dot(before.step, after.step) < 0 ? -1 : 1;
-  return Sum(after.square / both, before.step, sign * before.square / both, after.step);
+  const bool back = Dot(before.step, after.step) < -kHair * std::sqrt(before.square * after.square);
+  return Sum(after.square / both, before.step, (back ? -1 : 1) * before.square / both, after.step);
 }
 
 PixelFootprint PixelFootprint::Of(const Vector3& across, const Vector3& down) {
@@ -35,10 +38,11 @@ PixelFootprint PixelFootprint::Of(const Vector3& across, const Vector3& down) {
   f.longer = (a + c) / 2 + d;
   // Twice the angle, in the pixel's plane, that the longer axis comes from; its half by that of the larger
   // cosine.
-  const double twice = d > 0 ? (a - c) / (2 * d) : 1;
+  const bool round = !(d > kHair * (a + c));
+  const double twice = round ? 1 : (a - c) / (2 * d);
   double x = std::sqrt(std::max(0.0, (1 + twice) / 2)), y = std::sqrt(std::max(0.0, (1 - twice) / 2));
-  if (d > 0 && twice >= 0) y = b / (2 * d * x);
-  if (d > 0 && twice < 0) x = b / (2 * d * y);
+  if (!round && twice >= 0) y = b / (2 * d * x);
+  if (!round && twice < 0) x = b / (2 * d * y);
   f.major = Sum(x, across, y, down), f.minor = Sum(-y, across, x, down);
   f.shorter = Dot(f.minor, f.minor);
   return f;
