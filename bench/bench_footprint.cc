@@ -1,6 +1,6 @@
-// Filters over what a pixel covers: cost beside the error against the mean of 64 x 64 places in each pixel, on
-// a floor towards the horizon (a picture at coordinates, a solid block) and on a mirroring ball; OpenImageIO's
-// texture() and environment() with the same derivatives.
+// Filters over what a pixel covers: cost beside the error against the mean of 64 x 64 linear look-ups in each
+// pixel, on a floor towards the horizon (a picture at coordinates, a solid block) and on a mirroring ball;
+// OpenImageIO's texture() and environment() with the same derivatives.
 #include <Imath/ImathVec.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -55,11 +55,19 @@ Errors Judge(const Truth& f, const Image& output) {
 void OnFloor(double x, double y, double* s, double* t) {
   const double across = 4 * (x - 0.5) / (y + 0.01), along = 4 * 0.55 / (y + 0.01);
   const double c = std::sqrt(0.75);
-  *s = 0.1 * (c * across - 0.5 * along) + 0.53, *t = 0.1 * (0.5 * across + c * along) + 0.17;
+  *s = 0.3 * (c * across - 0.5 * along) + 0.53, *t = 0.3 * (0.5 * across + c * along) + 0.17;
 }
 double Checker(double s, double t) {
   const auto cell = [](double at) { return static_cast<int64_t>(std::floor(at * 16)); };
   return (cell(s) + cell(t)) % 2 == 0 ? 0.9 : 0.05;
+}
+// The pattern as a table of so many entries along a side shows it, between them linearly.
+double CheckerTable(int size, double s, double t) {
+  const double u = s * size - 0.5, v = t * size - 0.5, i = std::floor(u), j = std::floor(v);
+  const auto entry = [&](double x, double y) { return Checker((x + 0.5) / size, (y + 0.5) / size); };
+  const double upper = (i + 1 - u) * entry(i, j) + (u - i) * entry(i + 1, j),
+               lower = (i + 1 - u) * entry(i, j + 1) + (u - i) * entry(i + 1, j + 1);
+  return (j + 1 - v) * upper + (v - j) * lower;
 }
 Image FloorCoordinates(int width, int height, int channels, double third) {
   const Image image(ImageSpec(width, height, channels));
@@ -157,7 +165,7 @@ void RegisterFloors(const Options& options, int width, int height) {
             [](double x, double y) {
               double s, t;
               OnFloor(x, y, &s, &t);
-              return Checker(s, t);
+              return CheckerTable(512, s, t);
             },
             output);
       };
@@ -188,7 +196,7 @@ void RegisterFloors(const Options& options, int width, int height) {
             [](double x, double y) {
               double s, t;
               OnFloor(x, y, &s, &t);
-              return Checker(s, t);
+              return CheckerTable(128, s, t);
             },
             output);
       };
@@ -229,9 +237,8 @@ std::function<void()> OiioMirror(const Image& map, const Image& out, int anisotr
     auto* const thread = textures.system->get_perthread_info();
     auto* const handle = textures.system->get_texture_handle(textures.file, thread);
     const int width = out.spec().width();
-    // Its latitude-longitude maps have y up and begin at +z, going towards +x.
     const auto turned = [](const Vector3& d) {
-      return Imath::V3f(static_cast<float>(d[0]), static_cast<float>(d[1]), static_cast<float>(-d[2]));
+      return Imath::V3f(static_cast<float>(d[0]), static_cast<float>(d[1]), static_cast<float>(d[2]));
     };
     for (int y = 0; y < out.spec().height(); ++y) {
       for (int x = 0; x < width; ++x) {
@@ -273,11 +280,20 @@ void RegisterMirrors(const Options& options, int width, int height) {
       }
       Contest c;
       c.output = Image(ImageSpec(width, height, 4));
-      c.judge = [output = c.output] {
+      c.judge = [output = c.output, map] {
         return Judge(
-            [](double x, double y) {
+            [&map](double x, double y) {
               Vector3 n, d;
-              return Reflection(x, y, &n, &d) ? SkyChecker(d) : std::nan("");
+              if (!Reflection(x, y, &n, &d)) return std::nan("");
+              double u = 0, v = 0;
+              PlaceOf(EnvironmentMap::kLatLong, 2048, 1024, d, &u, &v);
+              const double i = std::floor(u - 0.5), j = std::floor(v - 0.5), fx = u - 0.5 - i, fy = v - 0.5 - j;
+              const auto texel = [&](double a, double b) {
+                const int row = std::clamp(static_cast<int>(b), 0, 1023);
+                return double{map.at<float>((static_cast<int>(a) + 2048) % 2048, row, 0)};
+              };
+              return (1 - fy) * ((1 - fx) * texel(i, j) + fx * texel(i + 1, j)) +
+                     fy * ((1 - fx) * texel(i, j + 1) + fx * texel(i + 1, j + 1));
             },
             output);
       };

@@ -113,7 +113,7 @@ class EnvironmentLookups {
     const auto put = [&](int slot, const double (&at)[3], const Vector3& place) {
       d.x[slot] = at[0] + place[0], d.y[slot] = at[1] + place[1], d.z[slot] = at[2] + place[2];
     };
-    GatherProbes<kDirectionRun>(probes, count, 4, rgba, put, [&](int level, int held) {
+    GatherProbes<kDirectionRun, 4>(probes, count, rgba, put, [&](int level, int held) {
       kernels_.lookup(level == 0 ? *map_->atlases[k] : map_->mips[k]->cube(level), d, held, texels);
       return static_cast<const float*>(texels);
     });

@@ -12,13 +12,14 @@ constexpr double kHair = 0x1p-30;
 Vector3 Sum(double a, const Vector3& x, double b, const Vector3& y) {
   return {a * x[0] + b * y[0], a * x[1] + b * y[1], a * x[2] + b * y[2]};
 }
+double Product(const Vector3& x, const Vector3& y) { return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]; }
 Vector3 Scaled(double a, const Vector3& x) { return {a * x[0], a * x[1], a * x[2]}; }
 
 }  // namespace
 
 FootprintSide FootprintSide::None() { return {{}, std::numeric_limits<double>::infinity()}; }
 FootprintSide FootprintSide::Of(const Vector3& step) {
-  const double square = Dot(step, step);
+  const double square = Product(step, step);
   return square <= 1e100 ? FootprintSide{step, square} : None();
 }
 
@@ -27,12 +28,12 @@ Vector3 StepBetween(const FootprintSide& before, const FootprintSide& after) {
   if (std::isinf(after.square)) return before.step;
   const double both = before.square + after.square;
   if (!(both > 0)) return {};
-  const bool back = Dot(before.step, after.step) < -kHair * std::sqrt(before.square * after.square);
+  const bool back = Product(before.step, after.step) < -kHair * std::sqrt(before.square * after.square);
   return Sum(after.square / both, before.step, (back ? -1 : 1) * before.square / both, after.step);
 }
 
 PixelFootprint PixelFootprint::Of(const Vector3& across, const Vector3& down) {
-  const double a = Dot(across, across), b = Dot(across, down), c = Dot(down, down);
+  const double a = Product(across, across), b = Product(across, down), c = Product(down, down);
   const double d = std::sqrt((a - c) * (a - c) / 4 + b * b);
   PixelFootprint f;
   f.longer = (a + c) / 2 + d;
@@ -44,7 +45,7 @@ PixelFootprint PixelFootprint::Of(const Vector3& across, const Vector3& down) {
   if (!round && twice >= 0) y = b / (2 * d * x);
   if (!round && twice < 0) x = b / (2 * d * y);
   f.major = Sum(x, across, y, down), f.minor = Sum(-y, across, x, down);
-  f.shorter = Dot(f.minor, f.minor);
+  f.shorter = Product(f.minor, f.minor);
   return f;
 }
 
@@ -69,16 +70,6 @@ ProbeGrid ProbeGrid::Of(const PixelFootprint& f, ProbeFilter filter, int anisotr
   grid.step_along = step(f.major, f.longer, axes.longer, grid.along);
   grid.step_across = step(f.minor, f.shorter, axes.shorter, grid.across);
   return grid;
-}
-
-double ProbeGrid::Fall(double x) {
-  // exp(-1) times Taylor's series of exp(1 - 2 x^2).
-  const double t = 1 - 2 * x * x;
-  double sum = 1.0 / 6227020800;
-  for (const double c : {1.0 / 479001600, 1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880, 1.0 / 40320, 1.0 / 5040,
-                         1.0 / 720, 1.0 / 120, 1.0 / 24, 1.0 / 6, 0.5, 1.0, 1.0})
-    sum = sum * t + c;
-  return 0.36787944117144233 * sum;
 }
 
 }  // namespace tessera::ops

@@ -65,15 +65,15 @@ struct ProbeGrid {
   // visit(place, weight) of each that has weight.
   template <class F>
   void ForEach(const F& visit) const {
-    const double over_along = 1.0 / along, over_across = 1.0 / across;
-    double fall_across[kAcross];
-    for (int j = 0; j < across && bell; ++j) fall_across[j] = Fall((2 * j + 1 - across) * over_across);
-    for (int i = 0; i < along; ++i) {
+    // exp(-2 x^2) at places x evenly apart: each by a factor of the one before, which itself falls by one.
+    double fall = bell ? std::exp(-2 * Square(1 - 1.0 / along)) : 1;
+    double rise = bell ? std::exp((8 - 16.0 / along) / along) : 1;
+    const double bend = bell ? std::exp(-16 / Square(along)) : 1;
+    for (int i = 0; i < along; ++i, fall *= rise, rise *= bend) {
       const double a = 0.5 * (2 * i + 1 - along);
-      const double fall = bell ? Fall(2 * a * over_along) : 1;
       for (int j = 0; j < across; ++j) {
         // exp(-2 r^2) - exp(-2), nothing beyond the rim.
-        const double weight = bell ? fall * fall_across[j] - 0.1353352832366127 : 1;
+        const double weight = bell ? fall * kFallAcross[j] - 0.1353352832366127 : 1;
         if (!(weight > 0)) continue;
         const double b = 0.5 * (2 * j + 1 - across);
         visit(Vector3{a * step_along[0] + b * step_across[0], a * step_along[1] + b * step_across[1],
@@ -87,7 +87,10 @@ struct ProbeGrid {
   static constexpr int kAcross = 5;
 
  private:
-  static double Fall(double x);  // exp(-2 x^2)
+  static double Square(double x) { return x * x; }
+  // exp(-2 x^2) at 0.8, 0.4 and 0.
+  static constexpr double kFallAcross[kAcross] = {0.27803730045319414, 0.7261490370736909, 1,
+                                                  0.7261490370736909, 0.27803730045319414};
 };
 
 // The look-ups of a pixel.
@@ -99,14 +102,13 @@ struct PixelProbes {
   double next = 0;  // share of the level after it
 };
 
-// Replaces `texel` floats of each pixel of a run that needs more than one look-up, up to kRun of them at a
+// Replaces kTexel floats of each pixel of a run that needs more than one look-up, up to kRun of them at a
 // time: put(slot, at, place) says where one is, look(level, held) has the results of those held. A pixel's
 // sum is in the order of levels, then of look-ups, whatever pixels are beside it.
-template <int kRun, class Put, class Look>
-void GatherProbes(const PixelProbes* probes, int count, int texel, float* result, const Put& put,
-                  const Look& look) {
+template <int kRun, int kTexel, class Put, class Look>
+void GatherProbes(const PixelProbes* probes, int count, float* result, const Put& put, const Look& look) {
   struct Sum {
-    double value[4], weight;
+    double value[kTexel], weight;
   };
   Sum sums[kRun] = {};
   int first = 1 << 20, last = -1;
@@ -123,7 +125,7 @@ void GatherProbes(const PixelProbes* probes, int count, int texel, float* result
       const float* const found = look(level, held);
       for (int k = 0; k < held; ++k) {
         Sum& sum = sums[owner[k]];
-        for (int c = 0; c < texel; ++c) sum.value[c] += weight[k] * found[k * texel + c];
+        for (int c = 0; c < kTexel; ++c) sum.value[c] += weight[k] * found[k * kTexel + c];
         sum.weight += weight[k];
       }
       held = 0;
@@ -142,8 +144,8 @@ void GatherProbes(const PixelProbes* probes, int count, int texel, float* result
   }
   for (int i = 0; i < count; ++i) {
     if (probes[i].plain) continue;
-    for (int c = 0; c < texel; ++c)
-      result[i * texel + c] = static_cast<float>(sums[i].value[c] / sums[i].weight);
+    for (int c = 0; c < kTexel; ++c)
+      result[i * kTexel + c] = static_cast<float>(sums[i].value[c] / sums[i].weight);
   }
 }
 

@@ -84,6 +84,10 @@ void LookupFootprints::Find(const ConstImageView& coords, int x, int y, int coun
     while (k + 1 < cells_.size() && cells_[k + 1] <= p.grid.width) ++k;
     if (k + 1 < cells_.size()) p.next = std::max(0.0, (p.grid.width - cells_[k]) / (cells_[k + 1] - cells_[k]));
     p.level = static_cast<int>(k);
+    for (size_t a = 0; a < 3; ++a) {  // to coordinates
+      const double unit = entries_[a] > 0 ? 1 / entries_[a] : 0;
+      p.grid.step_along[a] *= unit, p.grid.step_across[a] *= unit;
+    }
   }
 }
 

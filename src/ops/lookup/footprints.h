@@ -25,19 +25,16 @@ class LookupFootprints {
   // Of the pixels (x .. x + count - 1, y); `coords` has their neighbours too.
   void Find(const ConstImageView& coords, int x, int y, int count, PixelProbes* probes) const;
 
-  // Replaces `texel` floats of each pixel that needs more than one lookup. `look` turns the first coordinates
+  // Replaces kTexel floats of each pixel that needs more than one lookup. `look` turns the first coordinates
   // of a chunk, so many, into its results: look(level, count).
-  template <class Chunk, class Look>
-  void Gather(const PixelProbes* probes, int count, int texel, Chunk& chunk, float* result,
-              const Look& look) const {
+  template <int kTexel, class Chunk, class Look>
+  void Gather(const PixelProbes* probes, int count, Chunk& chunk, float* result, const Look& look) const {
     constexpr int kRun = static_cast<int>(sizeof(chunk.coord[0]) / sizeof(float));
     const auto put = [&](int slot, const double (&at)[3], const Vector3& place) {
-      for (int a = 0; a < plan_.dims; ++a) {
-        const double off = entries_[a] > 0 ? place[static_cast<size_t>(a)] / entries_[a] : 0;
-        chunk.coord[a][slot] = static_cast<float>(at[a] + off);
-      }
+      for (int a = 0; a < plan_.dims; ++a)
+        chunk.coord[a][slot] = static_cast<float>(at[a] + place[static_cast<size_t>(a)]);
     };
-    GatherProbes<kRun>(probes, count, texel, result, put, [&](int level, int held) {
+    GatherProbes<kRun, kTexel>(probes, count, result, put, [&](int level, int held) {
       look(level, held);
       return chunk.result;
     });

@@ -244,15 +244,19 @@ class LookupStage final : public graph::TileStage {
 
   // Means over what pixels cover, where that is more than an entry.
   void GatherFootprints(size_t g, const PixelProbes* probes, int count, Chunk& chunk, float* result) const {
-    const int texel = plan_.groups[g].front()->texel();
-    footprints_.Gather(probes, count, texel, chunk, result, [&](int level, int held) {
+    const auto look = [&](int level, int held) {
       const Grid& grid = *plan_.groups[g][static_cast<size_t>(level)];
       const int rounded = Rounded(held);
       for (int a = 0; a < plan_.dims; ++a)
         std::fill(chunk.coord[a] + held, chunk.coord[a] + rounded, 0.0f);
       const bool flagged = methods_[g](grid, chunk, rounded);
       if (flagged || !grid.finite()) Mend(grid, held, flagged, chunk);
-    });
+    };
+    if (plan_.groups[g].front()->texel() == 1) {
+      footprints_.Gather<1>(probes, count, chunk, result, look);
+    } else {
+      footprints_.Gather<4>(probes, count, chunk, result, look);
+    }
   }
 
   // The coordinate channels of `count` pixels to planes, zeros up to the next vector.
