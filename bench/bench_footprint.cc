@@ -87,9 +87,9 @@ struct Way {
   int anisotropy;
 };
 constexpr Way kWays[] = {
-    {"nearest", TableFilter::kNearest, 1},        {"linear", TableFilter::kLinear, 1},
-    {"mipmap", TableFilter::kMipmap, 1},          {"trilinear 1", TableFilter::kTrilinear, 1},
-    {"trilinear 4", TableFilter::kTrilinear, 4},  {"trilinear 8", TableFilter::kTrilinear, 8},
+    {"nearest", TableFilter::kNearest, 1},         {"linear", TableFilter::kLinear, 1},
+    {"mipmap", TableFilter::kMipmap, 1},           {"trilinear 1", TableFilter::kTrilinear, 1},
+    {"trilinear 4", TableFilter::kTrilinear, 4},   {"trilinear 8", TableFilter::kTrilinear, 8},
     {"trilinear 16", TableFilter::kTrilinear, 16}, {"ewa 16", TableFilter::kEwa, 16}};
 std::vector<std::string> Names() {
   std::vector<std::string> names;
@@ -104,7 +104,8 @@ struct Textures {
   Textures(const Image& image, OIIO::ImageBufAlgo::MakeTextureMode mode, const char* name)
       : system(OIIO::TextureSystem::create(false),
                [](OIIO::TextureSystem* s) { OIIO::TextureSystem::destroy(s); }) {
-    const auto path = std::filesystem::temp_directory_path() / (std::string("tessera_bench_") + name + ".exr");
+    const auto path =
+        std::filesystem::temp_directory_path() / (std::string("tessera_bench_") + name + ".exr");
     const int channels = image.spec().channel_count();
     OIIO::ImageBuf buffer(
         OIIO::ImageSpec(image.spec().width(), image.spec().height(), channels, OIIO::TypeFloat),
@@ -259,8 +260,8 @@ std::function<void()> OiioMirror(const Image& map, const Image& out, int anisotr
   };
 }
 void RegisterMirrors(const Options& options, int width, int height) {
-  const std::vector<std::string> ways = {"bilinear", "mip", "trilinear 4", "trilinear 8", "trilinear 16",
-                                         "ewa 16"};
+  const std::vector<std::string> ways = {"bilinear",    "mip",          "trilinear 4",
+                                         "trilinear 8", "trilinear 16", "ewa 16"};
   for (const int threads : options.threads) {
     std::vector<std::string> peers;
     if (threads == 1) peers = {"OpenImageIO environment 8", "OpenImageIO environment 16"};
@@ -275,7 +276,8 @@ void RegisterMirrors(const Options& options, int width, int height) {
         for (int x = 0; x < width; ++x) {
           Vector3 n = {}, d;
           if (!Reflection((x + 0.5) / width, (y + 0.5) / width, &n, &d)) n = {};
-          for (int k = 0; k < 3; ++k) normals.at<float>(x, y, k) = static_cast<float>(n[static_cast<size_t>(k)]);
+          for (int k = 0; k < 3; ++k)
+            normals.at<float>(x, y, k) = static_cast<float>(n[static_cast<size_t>(k)]);
         }
       }
       Contest c;
@@ -287,7 +289,8 @@ void RegisterMirrors(const Options& options, int width, int height) {
               if (!Reflection(x, y, &n, &d)) return std::nan("");
               double u = 0, v = 0;
               PlaceOf(EnvironmentMap::kLatLong, 2048, 1024, d, &u, &v);
-              const double i = std::floor(u - 0.5), j = std::floor(v - 0.5), fx = u - 0.5 - i, fy = v - 0.5 - j;
+              const double i = std::floor(u - 0.5), j = std::floor(v - 0.5), fx = u - 0.5 - i,
+                           fy = v - 0.5 - j;
               const auto texel = [&](double a, double b) {
                 const int row = std::clamp(static_cast<int>(b), 0, 1023);
                 return double{map.at<float>((static_cast<int>(a) + 2048) % 2048, row, 0)};

@@ -167,15 +167,14 @@ class LookupEvaluation {
     return found;
   }
   Probes ProbesOf(const Ellipse& ellipse, int more) const {
-    return ProbesOver(ellipse, p_.filter == TableFilter::kEwa, p_.anisotropy, 1,
-                      4 * Cell(levels_.size() - 1), more);
+    return ProbesOver(ellipse, p_.filter == TableFilter::kEwa, p_.anisotropy, 1, 4 * Cell(levels_.size() - 1),
+                      more);
   }
   Found Mean(int x, int y, const std::vector<double>& at, const Probes& probes, bool judge) const {
     size_t k = 0;
     while (k + 1 < levels_.size() && Cell(k + 1) <= probes.width) ++k;
-    const double next = k + 1 < levels_.size()
-                            ? std::max(0.0, (probes.width - Cell(k)) / (Cell(k + 1) - Cell(k)))
-                            : 0;
+    const double next =
+        k + 1 < levels_.size() ? std::max(0.0, (probes.width - Cell(k)) / (Cell(k + 1) - Cell(k))) : 0;
     Found sum;
     sum.value.assign(static_cast<size_t>(levels_[0].channels), 0);
     sum.largest = sum.difference = sum.value;
@@ -269,8 +268,8 @@ Roi LookupInput(const std::any& parameters, int input, const Roi& out) {
   if (input == 1) return {-(1 << 30), -(1 << 30), 1 << 30, 1 << 30};
   const auto& settings = std::any_cast<const model::LookupSettings&>(parameters);
   const TableFilter filter = settings.lookup.filter;
-  const bool neighbours = filter == TableFilter::kMipmap || filter == TableFilter::kTrilinear ||
-                          filter == TableFilter::kEwa;
+  const bool neighbours =
+      filter == TableFilter::kMipmap || filter == TableFilter::kTrilinear || filter == TableFilter::kEwa;
   return neighbours ? Inflate(out, 1, 1) : out;
 }
 

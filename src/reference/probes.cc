@@ -46,8 +46,7 @@ Probes ProbesOver(const Ellipse& e, bool ewa, double anisotropy, double texel, d
   const int rows = bell ? 5 : 1;
   const double ratio = rows * longer / shorter - 0x1p-20;
   probes.doubtful = std::fabs(ratio - std::round(ratio)) < 1e-8;
-  const int columns =
-      static_cast<int>(std::clamp(std::ceil(ratio) + more, 1.0, rows * anisotropy));
+  const int columns = static_cast<int>(std::clamp(std::ceil(ratio) + more, 1.0, rows * anisotropy));
   // Diameters, of a pixel or of its bell, less what a texel's breadth does by itself.
   const double size = bell ? 1.5 : 1;
   probes.width = size * longer / columns;

@@ -1,5 +1,5 @@
-// Mirrors filtered over the shape of what a pixel reflects: against the mean of many samples, seams, edges, what
-// is seen from near, bounds.
+// Mirrors filtered over the shape of what a pixel reflects: against the mean of many samples, seams, edges,
+// what is seen from near, bounds.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,8 +23,8 @@ namespace tessera {
 namespace {
 
 using namespace test;
-using ::testing::HasSubstr;
 using testing::ExpectSameBits, testing::OnEveryTarget;
+using ::testing::HasSubstr;
 using Filter = EnvironmentFilter;
 
 constexpr Filter kBoth[] = {Filter::kTrilinear, Filter::kEwa};
@@ -173,7 +173,8 @@ TEST(EnvironmentFootprintTest, StaysWithinItsBoundAndAConstantStays) {
         const Image got = Render(Environment(FromImage(ball), FromImage(grey), p));
         for (int y = 0; y < 24 && map != Map::kParabolic; ++y) {
           for (int x = 0; x < 24; ++x) {
-            EXPECT_NEAR(got.at<float>(x, y), ball.at<float>(x, y, 2) != 0 ? 0.7f : 0.0f, 1e-6f) << x << "," << y;
+            EXPECT_NEAR(got.at<float>(x, y), ball.at<float>(x, y, 2) != 0 ? 0.7f : 0.0f, 1e-6f)
+                << x << "," << y;
           }
         }
         const VerifyReport report = Verify(Environment(FromImage(ball), FromImage(NoiseMap(w, h, 2)), p));
@@ -182,7 +183,8 @@ TEST(EnvironmentFootprintTest, StaysWithinItsBoundAndAConstantStays) {
     }
   }
   // Neighbours that look in opposite directions; maps of a texel.
-  const Node opposite = FromImage(Vectors({{0, 0, 1}, {0, 0, -1}, {0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-1, 0, 0}}));
+  const Node opposite =
+      FromImage(Vectors({{0, 0, 1}, {0, 0, -1}, {0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-1, 0, 0}}));
   for (const int n : {1, 2, 64}) {
     for (const Filter filter : kBoth) {
       EnvironmentParams p = With(Map::kLatLong, filter);

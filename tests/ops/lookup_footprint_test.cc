@@ -24,9 +24,9 @@
 namespace tessera {
 namespace {
 
-using ::testing::HasSubstr;
 using testing::ExpectSameBits, testing::OnEveryTarget, testing::RandomTable, testing::Samples,
     testing::Values, testing::WorstError;
+using ::testing::HasSubstr;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -38,7 +38,8 @@ Image Coordinates(int width, int height, int channels, const std::function<doubl
   Image image(ImageSpec(width, height, channels));
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < channels; ++c) image.at<float>(x, y, c) = static_cast<float>(at(x + 0.5, y + 0.5, c));
+      for (int c = 0; c < channels; ++c)
+        image.at<float>(x, y, c) = static_cast<float>(at(x + 0.5, y + 0.5, c));
     }
   }
   return image;
@@ -121,22 +122,22 @@ TEST(LookupFootprintTest, ASolidBlockOnAFloorIsAsGood) {
   }
   Image block(ImageSpec(64, 64 * 64, 1));
   std::memcpy(block.view().data, samples.data(), samples.size() * sizeof(float));
-  const Node positions = FromImage(Coordinates(kWide, kHigh, 3, [](double x, double y, int c) {
-    return c == 2 ? 4.5 / 64 : OnFloor(x, y, c);
-  }));
+  const Node positions = FromImage(Coordinates(
+      kWide, kHigh, 3, [](double x, double y, int c) { return c == 2 ? 4.5 / 64 : OnFloor(x, y, c); }));
   const Node white = FromImage(Coordinates(kWide, kHigh, 3, [](double, double, int) { return 1; }));
   const auto error = [&](TableFilter filter, bool lod, int anisotropy) {
     SolidParams p;
     p.blend = SolidBlend::kReplace, p.level_of_detail = lod;
     p.lookup.filter = filter, p.lookup.wrap = {Wrap::kRepeat}, p.lookup.anisotropy = anisotropy;
-    const double e = FloorError(
-        SolidTexture(white, positions, FromImage(block), {.dims = 3, .slices = {64}}, p));
-    std::printf("solid filter %d aniso %2d: %.4f\n", static_cast<int>(filter) + (lod ? 100 : 0), anisotropy, e);
+    const double e =
+        FloorError(SolidTexture(white, positions, FromImage(block), {.dims = 3, .slices = {64}}, p));
+    std::printf("solid filter %d aniso %2d: %.4f\n", static_cast<int>(filter) + (lod ? 100 : 0), anisotropy,
+                e);
     return e;
   };
   const double linear = error(TableFilter::kLinear, false, 1), mip = error(TableFilter::kLinear, true, 1),
-               four = error(TableFilter::kTrilinear, true, 4), eight = error(TableFilter::kTrilinear, true, 8),
-               ewa = error(TableFilter::kEwa, false, 16);
+               four = error(TableFilter::kTrilinear, true, 4),
+               eight = error(TableFilter::kTrilinear, true, 8), ewa = error(TableFilter::kEwa, false, 16);
   EXPECT_LT(mip, linear);
   EXPECT_LT(four, 0.8 * mip);
   EXPECT_LE(eight, four);
@@ -170,10 +171,13 @@ TEST(LookupFootprintTest, WhereAPixelCoversNoMoreThanAnEntryBitsAreThoseOfLinear
 }
 
 TEST(LookupFootprintTest, StaysWithinItsBound) {
-  const std::vector<std::vector<int>> shapes = {{1}, {100}, {1, 1}, {64, 33}, {1, 40}, {17, 5, 9}, {128, 128}};
+  const std::vector<std::vector<int>> shapes = {{1},     {100},      {1, 1},    {64, 33},
+                                                {1, 40}, {17, 5, 9}, {128, 128}};
   // A floor, a swirl, steps that differ from pixel to pixel, one axis alone.
   const std::vector<std::function<double(double, double, int)>> maps = {
-      [](double x, double y, int c) { return c == 0 ? 3 * x / (y + 1) : c == 1 ? 17 / (y + 1) : 0.3; },
+      [](double x, double y, int c) { return c == 0   ? 3 * x / (y + 1)
+                                             : c == 1 ? 17 / (y + 1)
+                                                      : 0.3; },
       [](double x, double y, int c) {
         return c == 0 ? 0.5 + 0.4 * std::sin(0.3 * x) * y / 12 : c == 1 ? 0.07 * x - 0.11 * y : 0.05 * y;
       },
@@ -192,9 +196,9 @@ TEST(LookupFootprintTest, StaysWithinItsBound) {
                 LookupParams p{.filter = filter, .wrap = {wrap, Wrap::kMirror}, .border = {0.5, -1}};
                 p.anisotropy = m % 2 == 0 ? 16 : 3;
                 const double error = WorstError(Lookup(coords, table, p), coords);
-                EXPECT_LE(error, 4.0) << sizes.size() << " " << sizes[0] << " " << static_cast<int>(wrap)
-                                      << " " << static_cast<int>(align) << " filter "
-                                      << static_cast<int>(filter) << " map " << m;
+                EXPECT_LE(error, 4.0)
+                    << sizes.size() << " " << sizes[0] << " " << static_cast<int>(wrap) << " "
+                    << static_cast<int>(align) << " filter " << static_cast<int>(filter) << " map " << m;
                 worst = std::max(worst, error);
               }
             }
@@ -208,9 +212,8 @@ TEST(LookupFootprintTest, StaysWithinItsBound) {
 
 TEST(LookupFootprintTest, AConstantStaysAndNothingLeavesTheRange) {
   const Table flat({16, 16}, 1, Samples(256, 0.7f), TableAlign::kCentres), noise = RandomTable({50, 31}, 1);
-  const Node coords = FromImage(Coordinates(40, 40, 2, [](double x, double y, int c) {
-    return c == 0 ? x / (0.1 + y) : 5 / (0.1 + y);
-  }));
+  const Node coords = FromImage(Coordinates(
+      40, 40, 2, [](double x, double y, int c) { return c == 0 ? x / (0.1 + y) : 5 / (0.1 + y); }));
   for (const TableFilter filter : kBoth) {
     for (const Wrap wrap : {Wrap::kClamp, Wrap::kRepeat, Wrap::kMirror}) {
       const LookupParams p{.filter = filter, .wrap = {wrap}};
@@ -250,7 +253,8 @@ TEST(LookupFootprintTest, EdgesOfObjectsAndSeamsOfPeriodsHardlyCount) {
   const Image edge = Coordinates(64, 32, 2, ramp), seam = Coordinates(64, 32, 2, ramp);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 64; ++x) {
-      if (x >= 40) edge.at<float>(x, y, 0) = 57.3f + 0.001f * static_cast<float>(x), edge.at<float>(x, y, 1) = -80;
+      if (x >= 40)
+        edge.at<float>(x, y, 0) = 57.3f + 0.001f * static_cast<float>(x), edge.at<float>(x, y, 1) = -80;
       seam.at<float>(x, y, 0) = std::fmod(static_cast<float>(x) * 0.011f + 0.75f, 1.0f);
     }
   }
@@ -260,7 +264,8 @@ TEST(LookupFootprintTest, EdgesOfObjectsAndSeamsOfPeriodsHardlyCount) {
   }
   for (const TableFilter filter : kBoth) {
     const LookupParams p{.filter = filter, .wrap = {Wrap::kRepeat}};
-    const Samples want = Values(Lookup(FromImage(whole), table, p)), got = Values(Lookup(FromImage(edge), table, p)),
+    const Samples want = Values(Lookup(FromImage(whole), table, p)),
+                  got = Values(Lookup(FromImage(edge), table, p)),
                   linear = Values(Lookup(FromImage(whole), table, {.wrap = {Wrap::kRepeat}}));
     const Samples with = Values(Lookup(FromImage(seam), table, p)),
                   without = Values(Lookup(FromImage(unbroken), table, p));
@@ -307,7 +312,8 @@ TEST(LookupFootprintTest, EdgesOfObjectsAndSeamsOfPeriodsHardlyCount) {
 TEST(LookupFootprintTest, HardPlaces) {
   // Coordinates that are no numbers, endless, huge; pictures of one row, column, pixel.
   const float values[] = {kNaN, kInf, -kInf, 1e30f, -1e30f, 1e8f, 0, 1, -1e-30f, 0.5f, 3e38f, -3e38f};
-  for (const std::vector<int>& sizes : std::vector<std::vector<int>>{{7}, {5, 4}, {4, 5, 3}, {1, 1}, {1, 9}}) {
+  for (const std::vector<int>& sizes :
+       std::vector<std::vector<int>>{{7}, {5, 4}, {4, 5, 3}, {1, 1}, {1, 9}}) {
     const Table table = RandomTable(sizes, 2);
     for (const auto& [w, h] : std::vector<std::pair<int, int>>{{12, 12}, {12, 1}, {1, 12}, {1, 1}}) {
       const Image coords = Coordinates(w, h, 3, [&](double x, double y, int c) {
@@ -362,12 +368,15 @@ TEST(LookupFootprintTest, RefusesWhatItCannot) {
   for (const int n : {0, -1, 65}) {
     LookupParams p{.filter = TableFilter::kTrilinear};
     p.anisotropy = n;
-    EXPECT_THAT(Refusal([&] { Lookup(coords, RandomTable({4, 4}, 1), p); }),
+    EXPECT_THAT(Refusal([&] {
+                  Lookup(coords, RandomTable({4, 4}, 1), p);
+                }),
                 HasSubstr("anisotropy " + std::to_string(n) + ", expected 1 to 64"));
   }
-  EXPECT_THAT(
-      Refusal([&] { Lookup(coords, RandomTable({2, 2, 2, 2}, 1), {.filter = TableFilter::kEwa}); }),
-      HasSubstr("found the filter ewa for 4 dimensions"));
+  EXPECT_THAT(Refusal([&] {
+                Lookup(coords, RandomTable({2, 2, 2, 2}, 1), {.filter = TableFilter::kEwa});
+              }),
+              HasSubstr("found the filter ewa for 4 dimensions"));
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ class EnvironmentLookups {
     std::fill_n(d.x, kDirectionRun, 0.0), std::fill_n(d.y, kDirectionRun, 0.0);
     std::fill_n(d.z, kDirectionRun, 1.0);
     alignas(64) float texels[4 * kDirectionRun];
-    const auto put = [&](int slot, const double (&at)[3], const Vector3& place) {
+    const auto put = [&](int slot, const double(&at)[3], const Vector3& place) {
       d.x[slot] = at[0] + place[0], d.y[slot] = at[1] + place[1], d.z[slot] = at[2] + place[2];
     };
     GatherProbes<kDirectionRun, 4>(probes, count, rgba, put, [&](int level, int held) {

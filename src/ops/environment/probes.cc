@@ -9,16 +9,16 @@ namespace {
 // From pixel i of a row to pixel j of another, or the way back.
 FootprintSide Side(const MirrorRow& row, int i, const MirrorRow& other, int j, double sign) {
   if (other.valid[j] != 1) return FootprintSide::None();
-  return FootprintSide::Of({sign * (other.x[j] - row.x[i]), sign * (other.y[j] - row.y[i]),
-                            sign * (other.z[j] - row.z[i])});
+  return FootprintSide::Of(
+      {sign * (other.x[j] - row.x[i]), sign * (other.y[j] - row.y[i]), sign * (other.z[j] - row.z[i])});
 }
 
 // The level whose texels are as wide, and what is mixed in of the next.
 void SetLevel(const EnvironmentMips& mips, PixelProbes* p) {
   const double angle = std::log2(p->grid.width), map = mips.map_angle(), first = mips.first_angle();
   if (!(angle > map)) return;
-  const double level = angle < first ? (angle - map) / (first - map)
-                                     : std::min(angle - first + 1, double{1} * mips.last());
+  const double level =
+      angle < first ? (angle - map) / (first - map) : std::min(angle - first + 1, double{1} * mips.last());
   p->level = static_cast<int>(level);
   p->next = level - p->level;
 }
@@ -38,8 +38,8 @@ void FindReflectionProbes(const EnvironmentMips& mips, ProbeFilter filter, int a
     const Vector3 across = StepBetween(before, after);
     before = row.valid[i] == 1 ? after : FootprintSide::None();
     if (row.valid[i] != 1) continue;
-    PixelFootprint f = PixelFootprint::Of(
-        across, StepBetween(Side(row, i, above, i, -1), Side(row, i, below, i, 1)));
+    PixelFootprint f =
+        PixelFootprint::Of(across, StepBetween(Side(row, i, above, i, -1), Side(row, i, below, i, 1)));
     if (!(f.longer > texel * texel)) continue;
     // No chord is longer than two; half as long is wide enough, and no sum with a direction is nothing.
     if (f.longer > 1) {

@@ -1,5 +1,5 @@
-// What a pixel covers of the space that its coordinates are in (a table, a solid, directions), by those of its
-// neighbours, and the look-ups whose mean that is. doc/maths/lookup.md, "Footprints".
+// What a pixel covers of the space that its coordinates are in (a table, a solid, directions), by those of
+// its neighbours, and the look-ups whose mean that is. doc/maths/lookup.md, "Footprints".
 #ifndef TESSERA_OPS_GEOMETRY_PIXEL_FOOTPRINT_H_
 #define TESSERA_OPS_GEOMETRY_PIXEL_FOOTPRINT_H_
 
@@ -12,8 +12,8 @@ namespace tessera::ops {
 
 inline constexpr int kMostAnisotropy = 64;
 
-// Squares of an ellipse's half axes, neither shorter than `least` nor further apart than `anisotropy`; `most`:
-// where wider is no different.
+// Squares of an ellipse's half axes, neither shorter than `least` nor further apart than `anisotropy`;
+// `most`: where wider is no different.
 struct FootprintAxes {
   double longer, shorter;
   FootprintAxes(double longer_square, double shorter_square, double least, double most, int anisotropy) {
@@ -42,7 +42,7 @@ Vector3 StepBetween(const FootprintSide& before, const FootprintSide& after);
 
 // The image of a pixel's unit circle by its steps across and down.
 struct PixelFootprint {
-  Vector3 major, minor;   // half axes
+  Vector3 major, minor;    // half axes
   double longer, shorter;  // squares of their lengths
   static PixelFootprint Of(const Vector3& across, const Vector3& down);
 };
@@ -52,9 +52,9 @@ enum class ProbeFilter { kTrilinear, kEwa };
 // A grid of look-ups over a footprint, about its middle.
 struct ProbeGrid {
   int along = 1, across = 1;
-  double width = 0;               // what one stands for
+  double width = 0;                 // what one stands for
   Vector3 step_along, step_across;  // from one to the next
-  bool bell = false;              // weights fall off towards the rim
+  bool bell = false;                // weights fall off towards the rim
 
   // `texel`: as wide as the space's finest look-ups; `widest`: where wider is no different. One look-up where
   // the footprint is no longer than a texel.

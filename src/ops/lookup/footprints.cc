@@ -82,7 +82,8 @@ void LookupFootprints::Find(const ConstImageView& coords, int x, int y, int coun
     p.grid = ProbeGrid::Of(footprint, filter_, plan_.params.anisotropy, 1, 4 * cells_.back());
     size_t k = 0;
     while (k + 1 < cells_.size() && cells_[k + 1] <= p.grid.width) ++k;
-    if (k + 1 < cells_.size()) p.next = std::max(0.0, (p.grid.width - cells_[k]) / (cells_[k + 1] - cells_[k]));
+    if (k + 1 < cells_.size())
+      p.next = std::max(0.0, (p.grid.width - cells_[k]) / (cells_[k + 1] - cells_[k]));
     p.level = static_cast<int>(k);
     for (size_t a = 0; a < 3; ++a) {  // to coordinates
       const double unit = entries_[a] > 0 ? 1 / entries_[a] : 0;

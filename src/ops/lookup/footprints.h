@@ -30,7 +30,7 @@ class LookupFootprints {
   template <int kTexel, class Chunk, class Look>
   void Gather(const PixelProbes* probes, int count, Chunk& chunk, float* result, const Look& look) const {
     constexpr int kRun = static_cast<int>(sizeof(chunk.coord[0]) / sizeof(float));
-    const auto put = [&](int slot, const double (&at)[3], const Vector3& place) {
+    const auto put = [&](int slot, const double(&at)[3], const Vector3& place) {
       for (int a = 0; a < plan_.dims; ++a)
         chunk.coord[a][slot] = static_cast<float>(at[a] + place[static_cast<size_t>(a)]);
     };
@@ -46,7 +46,7 @@ class LookupFootprints {
 
   const LookupPlan& plan_;
   ProbeFilter filter_;
-  double entries_[3] = {};  // per unit of a coordinate; 0 along axes of one entry
+  double entries_[3] = {};     // per unit of a coordinate; 0 along axes of one entry
   std::vector<double> cells_;  // of every level, in entries of level 0
 };
 

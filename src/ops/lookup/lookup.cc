@@ -60,9 +60,10 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
     const LookupParams& p = params().lookup;
     const int dims = Dims(in);
     if (HasChain(p.filter) && dims == 4) {
-      throw Error("lookup", "found the filter " + std::string(p.filter == TableFilter::kMipmap ? "mipmap"
-                                                              : p.filter == TableFilter::kEwa  ? "ewa"
-                                                                                               : "trilinear") +
+      throw Error("lookup", "found the filter " +
+                                std::string(p.filter == TableFilter::kMipmap ? "mipmap"
+                                            : p.filter == TableFilter::kEwa  ? "ewa"
+                                                                             : "trilinear") +
                                 " for 4 dimensions, expected 1 to 3");
     }
     const auto needed = static_cast<size_t>(dims) + (p.projective ? 1 : 0);

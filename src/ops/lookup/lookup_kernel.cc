@@ -44,14 +44,16 @@ class LookupStage final : public graph::TileStage {
       methods_.push_back(grid.texel() == 1 ? MethodOfTable<1>(grid.dims(), plan_.params.filter)
                                            : MethodOfTable<4>(grid.dims(), plan_.params.filter));
     }
-    const bool plain = !footprints() && plan_.groups.size() == 1 && plan_.groups[0].size() == 1 && plan_.params.mask < 0 &&
-                       !plan_.params.projective && plan_.coordinate_channels >= 2 &&
+    const bool plain = !footprints() && plan_.groups.size() == 1 && plan_.groups[0].size() == 1 &&
+                       plan_.params.mask < 0 && !plan_.params.projective && plan_.coordinate_channels >= 2 &&
                        plan_.coordinate_channels <= 4;
     if (plain) picture_ = PictureMethodOf(*plan_.groups[0][0]);
     if (picture_.gather != nullptr) pairs_ = RowPairs::Of(*plan_.groups[0][0], plan_.window.pixels());
   }
 
-  Roi InputRoi(int, const Roi& out) const override { return mipmap() || footprints() ? Inflate(out, 1, 1) : out; }
+  Roi InputRoi(int, const Roi& out) const override {
+    return mipmap() || footprints() ? Inflate(out, 1, 1) : out;
+  }
 
   // Squares, whose texels lie close together wherever the coordinates are smooth, once a table is larger than
   // the nearer caches. Single samples of a picture that no cache holds, or that needs little of one, are so
@@ -247,8 +249,7 @@ class LookupStage final : public graph::TileStage {
     const auto look = [&](int level, int held) {
       const Grid& grid = *plan_.groups[g][static_cast<size_t>(level)];
       const int rounded = Rounded(held);
-      for (int a = 0; a < plan_.dims; ++a)
-        std::fill(chunk.coord[a] + held, chunk.coord[a] + rounded, 0.0f);
+      for (int a = 0; a < plan_.dims; ++a) std::fill(chunk.coord[a] + held, chunk.coord[a] + rounded, 0.0f);
       const bool flagged = methods_[g](grid, chunk, rounded);
       if (flagged || !grid.finite()) Mend(grid, held, flagged, chunk);
     };
@@ -338,8 +339,8 @@ class LookupStage final : public graph::TileStage {
         if (!plan_.window.Contains({nx, ny, nx + 1, ny + 1})) continue;
         float sum = 0;
         for (int a = 0; a < plan_.dims; ++a) {
-          const float d =
-              (CoordinateAt(plan_, coords, nx, ny, a) - CoordinateAt(plan_, coords, x, y, a)) * grid.axis(a).per_unit;
+          const float d = (CoordinateAt(plan_, coords, nx, ny, a) - CoordinateAt(plan_, coords, x, y, a)) *
+                          grid.axis(a).per_unit;
           sum += d * d;
         }
         if (std::isfinite(sum)) shortest = std::min(shortest, std::sqrt(sum));
