@@ -256,7 +256,8 @@ OpInfo LookupInfo() {
       "3 u (four dimensions 4 u; cubic in D dimensions 8 u D 1.25^(D-1), measured 5.5, 9.8, 10.6 and 15 u) times "
       "the largest entry read; but for cubic, an axis whose positions are "
       "no exact products (its size, with align=ends less 1, is no power of two) adds u/2 of the largest "
-      "difference of entries read; entries are exact";
+      "difference of entries read; trilinear and ewa u more, and 2 N u (10 N u beyond the table) of that difference "
+      "for each axis of N entries of a level; entries are exact";
   info.bound_u = 4;
   ParamInfo wrap = WrapModifier({"clamp", "glclamp", "black", "repeat", "mirror"}, "clamp",
                                 "clamp, glclamp, black, repeat or mirror; one, or one per axis");
