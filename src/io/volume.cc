@@ -164,7 +164,6 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
     }
     if (!volume_file) image->ReadAll(channel, channel + 1, type, samples.data());
     if (volume_file && k + from[2] >= back) {
-      data.Trim();
       front = (k + from[2]) / step * step;
       back = std::min(front + some, size[2]);
       slices->Read(front, back, samples.data());
