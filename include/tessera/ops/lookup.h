@@ -34,10 +34,10 @@ namespace tessera {
 /// of some 20 lookups for each width that the ellipse is long (Heckbert 1989). Longer ellipses than
 /// `anisotropy` widths are widened. Where a pixel covers no more than an entry both have the bits of kLinear.
 /// |error| as kLinear's and u more; each axis of N entries of a level adds 2 N u, 10 N u beyond the table, of
-/// the largest difference of entries read: float places. Sources: Heidrich et al. 1999, 2 and 7; Williams 1983; McReynolds et al. 1997, 5.3;
-/// doc/maths/lookup.md. Cost: one pass over the coordinates; the chain is built when the node is made (or
-/// evaluated, for a node). Errors: a coordinate channel that is missing (those present are listed), a chain
-/// of four dimensions, an anisotropy outside of 1 to 64.
+/// the largest difference of entries read: float places. Sources: Heidrich et al. 1999, 2 and 7; Williams
+/// 1983; McReynolds et al. 1997, 5.3; doc/maths/lookup.md. Cost: one pass over the coordinates; the chain is
+/// built when the node is made (or evaluated, for a node). Errors: a coordinate channel that is missing
+/// (those present are listed), a chain of four dimensions, an anisotropy outside of 1 to 64.
 Node Lookup(const Node& coords, const Table& table, const LookupParams& params = {});
 /// The table is an image that is computed whole first; layout as in TableFromImage. The result has its
 /// channel names.
