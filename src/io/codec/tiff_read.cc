@@ -193,7 +193,8 @@ Choice<Decoder> MakeTiffDecoder(const std::string& file, int part, const OIIO::I
   Tiff tiff = Open(file, part);
   if (!tiff) return {nullptr, "libtiff does not read the header"};
   const Layout l = LayoutOf(tiff.get());
-  // PackBits has no checksum, and what libtiff makes of damaged strips depends on how many rows are asked for.
+  // PackBits has no checksum, and what libtiff makes of damaged strips depends on how many rows are asked
+  // for.
   if (!l.plain() && l.compression != COMPRESSION_NONE && !l.deflated() && l.compression != COMPRESSION_LZW) {
     return {nullptr,
             "the compression " + std::string(spec.get_string_attribute("compression", "of that file"))};
