@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "base/bytes.h"
 #include "base/half.h"
 #include "base/paged_memory.h"
 #include "tessera/context.h"
@@ -62,6 +63,14 @@ std::string Shown(const std::vector<int>& sizes) {
   return text.empty() ? "none" : text;
 }
 
+// Of no context unless it is paged: tables are made before evaluations, and in those that have a context of
+// their own.
+std::shared_ptr<std::byte> Memory(size_t bytes) {
+  if (auto paged = Context::Default().paged().Allocate(bytes)) return paged;
+  const auto held = std::make_shared<base::Bytes>(bytes);
+  return {held, reinterpret_cast<std::byte*>(held->data())};
+}
+
 }  // namespace
 
 Table::Table(std::vector<int> sizes, int channels, std::span<const float> samples, TableAlign align,
@@ -88,7 +97,7 @@ Table::Table(std::vector<int> sizes, int channels, std::span<const float> sample
                              std::to_string(channels) + " channels");
   }
   const size_t step = PixelBytes(storage);
-  const std::shared_ptr<std::byte> memory = base::AllocateWhole(Context::Default(), total * step);
+  const std::shared_ptr<std::byte> memory = Memory(total * step);
   if (storage == PixelType::kFloat) {
     std::memcpy(memory.get(), samples.data(), total * step);
   } else {
