@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/input_file.h"
+#include "io/codec/png_chunks.h"
 #include "io/open_input.h"
 #include "tessera/error_kind.h"
 
@@ -247,7 +248,7 @@ void CheckDpx(const std::string& file) {
 
 // The reader takes memory for all of a chunk first; of pixels alone for a part.
 void CheckPng(const std::string& file) {
-  constexpr int64_t kSignature = 8, kFrame = 12;
+  constexpr int64_t kSignature = sizeof kPngSignature, kFrame = kPngChunkFrame;
   base::InputFile stream(file, "an image file");
   for (int64_t at = kSignature; stream.size() - at >= kFrame;) {
     stream.seekg(at);

@@ -55,6 +55,12 @@ class ImageFile {
   int SliceStep() const {
     return header_.spec.tile_height > 0 ? std::clamp(header_.spec.tile_depth, 1, Slices()) : 1;
   }
+  // As many slices of so many bytes as `most` bytes hold, in whole steps, one at least.
+  int SlicesWithin(size_t most, size_t slice) const {
+    const auto step = static_cast<size_t>(SliceStep());
+    const size_t slices = std::max<size_t>(most / (slice * step), 1) * step;
+    return static_cast<int>(std::min(slices, static_cast<size_t>(Slices())));
+  }
 
  protected:
   FileHeader header_;

@@ -87,7 +87,8 @@ void CheckSpec(const std::string& file, const std::string& format, const OIIO::I
     throw DataError(file, "found " + std::to_string(s.nchannels) + " channels, expected at least 1");
   for (const int64_t end : {int64_t{s.x} + s.width, int64_t{s.y} + s.height, int64_t{s.full_x} + s.full_width,
                             int64_t{s.full_y} + s.full_height}) {
-    if (end > kFarthest) throw DataError(file, "found a window of " + size + " that ends beyond 1073741824");
+    if (end > kFarthest)
+      throw DataError(file, "found a window of " + size + " that ends beyond " + std::to_string(kFarthest));
   }
   const int depth = std::max(s.depth, 1);
   if (std::max<int64_t>(s.y, 0) + int64_t{s.height} * depth > INT32_MAX) {

@@ -145,10 +145,8 @@ Volume ReadImages(const std::string& file, const VolumeFileParams& params) {
   model::VolumeData& data = *volume.data();
   const size_t pixel = PixelBytes(type), line = pixel * row_samples, plane = line * all_rows;
   // Of a volume's file a few slices at a time: it may be larger than the memory.
-  const int step = volume_file ? image->SliceStep() : 1;
-  const int some = std::min(
-      static_cast<int>(std::max<size_t>(kSlab / (plane * static_cast<size_t>(step)), 1)) * step, size[2]);
-  std::vector<std::byte> samples(plane * (volume_file ? static_cast<size_t>(some) : 1));
+  const int step = image->SliceStep(), some = volume_file ? image->SlicesWithin(kSlab, plane) : 1;
+  std::vector<std::byte> samples(plane * static_cast<size_t>(some));
   const auto slices = volume_file ? image->OpenSlices(channel, channel + 1, type) : nullptr;
   int front = 0, back = 0;  // the slices that `samples` holds
   for (int k = 0; k < depth; ++k) {

@@ -8,6 +8,11 @@
 
 namespace tessera::model {
 
+// Filters that read the levels of a mip chain; by coordinates of neighbours, so that colours have none.
+constexpr bool HasMipChain(TableFilter filter) {
+  return filter == TableFilter::kMipmap || filter == TableFilter::kTrilinear || filter == TableFilter::kEwa;
+}
+
 struct LookupSettings {
   Table table;  // empty: input 1 is the table, laid out as `layout` says
   TableLayout layout;

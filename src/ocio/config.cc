@@ -8,6 +8,7 @@
 
 #include "base/input_file.h"
 #include "model/color_spaces.h"
+#include "model/lookup_settings.h"
 #include "ocio/built_in_config.h"
 #include "ops/registry.h"
 #include "tessera/color_state.h"
@@ -260,9 +261,8 @@ lib::Interpolation InterpolationOf(const std::optional<TableFilter>& filter) {
 const TableFilter* Asked(const LutParams& params) { return params.filter ? &*params.filter : nullptr; }
 
 lib::FileTransformRcPtr FileTransformOf(const std::string& file, const LutParams& params) {
-  if (params.filter == TableFilter::kMipmap) {
-    throw Error(file, "found the filter mipmap, expected nearest, linear, tetrahedral or cubic");
-  }
+  if (params.filter && model::HasMipChain(*params.filter))
+    throw Error(file, "found a filter of mip levels, expected nearest, linear, tetrahedral or cubic");
   const lib::FileTransformRcPtr transform = lib::FileTransform::Create();
   transform->setSrc(file.c_str());
   transform->setInterpolation(InterpolationOf(params.filter));

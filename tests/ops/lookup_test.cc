@@ -457,6 +457,11 @@ TEST(LookupRefusalTest, NamesWhatIsWrong) {
               HasSubstr("mipmap for 4 dimensions"));
   EXPECT_THAT(Refusal([&] { Lookup(row, cube, {.axes = {0}}); }), HasSubstr("found 1 axes, expected 3"));
   EXPECT_THAT(Refusal([&] { ApplyTable3D(two, cube); }), HasSubstr("table3d"));
+  for (const auto filter : {TableFilter::kMipmap, TableFilter::kTrilinear, TableFilter::kEwa}) {
+    EXPECT_THAT(Refusal([&] { ApplyTable3D(row, cube, {.filter = filter}); }), HasSubstr("of mip levels"));
+    EXPECT_THAT(Refusal([&] { ApplyTables1D(row, {.tables = {RandomTable({4}, 1)}, .filter = filter}); }),
+                HasSubstr("of mip levels"));
+  }
   EXPECT_THAT(Refusal([&] { ApplyTable3D(row, RandomTable({4}, 3)); }),
               HasSubstr("1 dimensions, expected 3"));
   EXPECT_THAT(Refusal([&] { ApplyTables1D(row, {.tables = {cube}}); }), HasSubstr("expected one of each"));

@@ -195,7 +195,7 @@ class SlicesApart final : public SliceReader {
         slice_(static_cast<size_t>(file.header().spec.width) *
                static_cast<size_t>(file.header().spec.height) * PixelBytes(type) *
                static_cast<size_t>(last - first)),
-        slices_(SlicesAtOnce(file, slice_)),
+        slices_(file.SlicesWithin(kWindow, slice_)),
         memory_(slice_ * static_cast<size_t>(slices_)) {
     MessageWriter question;
     question.Put(Ask::kSlices).Put(first).Put(last).Put(type).Put(memory_.size());
@@ -215,12 +215,6 @@ class SlicesApart final : public SliceReader {
   }
 
  private:
-  static int SlicesAtOnce(const ImageFile& file, size_t slice) {
-    const auto step = static_cast<size_t>(file.SliceStep());
-    const size_t slices = std::max<size_t>(kWindow / (slice * step), 1) * step;
-    return static_cast<int>(std::min(slices, static_cast<size_t>(file.Slices())));
-  }
-
   std::unique_ptr<Conversation> conversation_;
   size_t slice_;  // bytes
   int slices_;

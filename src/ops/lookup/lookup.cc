@@ -59,7 +59,7 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
     if (in[0].data_window.empty()) return out;  // nothing is looked up, so the table may be empty too
     const LookupParams& p = params().lookup;
     const int dims = Dims(in);
-    if (HasChain(p.filter) && dims == 4) {
+    if (model::HasMipChain(p.filter) && dims == 4) {
       throw Error("lookup", "found the filter " +
                                 std::string(p.filter == TableFilter::kMipmap ? "mipmap"
                                             : p.filter == TableFilter::kEwa  ? "ewa"
@@ -96,7 +96,7 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
       LookupParams group = plan.params;
       const auto skip = std::min(static_cast<size_t>(first), group.border.size());
       group.border.erase(group.border.begin(), group.border.begin() + static_cast<ptrdiff_t>(skip));
-      if (HasChain(plan.params.filter)) {
+      if (model::HasMipChain(plan.params.filter)) {
         plan.groups.push_back(Levels(TableFromImage(part, params().layout), group, &context.workers));
       } else {
         plan.groups.push_back({std::make_shared<const Grid>(part, params().layout, group, &context.workers)});
@@ -106,14 +106,11 @@ class LookupOp final : public graph::OpWith<LookupSettings> {
   }
 
  private:
-  static bool HasChain(TableFilter filter) {
-    return filter == TableFilter::kMipmap || IsFootprintFilter(filter);
-  }
   using GridLevels = std::vector<std::shared_ptr<const Grid>>;
 
   static GridLevels Levels(const Table& table, const LookupParams& params, const graph::Workers* workers) {
     GridLevels levels;
-    if (!HasChain(params.filter) || table.dims() > 3) {
+    if (!model::HasMipChain(params.filter) || table.dims() > 3) {
       levels.push_back(std::make_shared<const Grid>(table, params, workers));
       return levels;
     }

@@ -286,8 +286,8 @@ Node ApplyTable3D(const Node& image, const Table& table, const Table3DParams& pa
     throw Error("table3d",
                 "found a table of " + std::to_string(table.channels()) + " channels, expected 3 or 4");
   }
-  if (params.filter == TableFilter::kMipmap) {
-    throw Error("table3d", "found the filter mipmap, expected nearest, linear, tetrahedral or cubic");
+  if (model::HasMipChain(params.filter)) {
+    throw Error("table3d", "found a filter of mip levels, expected nearest, linear, tetrahedral or cubic");
   }
   model::Table3DSettings settings{table, {}};
   settings.lookup.filter = params.filter;
@@ -301,9 +301,8 @@ Node ApplyTables1D(const Node& image, const Tables1DParams& params) {
     throw Error("table", "found a table of " + std::to_string(table.dims()) + " dimensions and " +
                              std::to_string(table.channels()) + " channels, expected one of each");
   }
-  if (params.filter == TableFilter::kMipmap) {
-    throw Error("table", "found the filter mipmap, expected nearest, linear or cubic");
-  }
+  if (model::HasMipChain(params.filter))
+    throw Error("table", "found a filter of mip levels, expected nearest, linear or cubic");
   model::Tables1DSettings settings{params.tables, {}};
   settings.lookup.filter = params.filter == TableFilter::kTetrahedral ? TableFilter::kLinear : params.filter;
   settings.lookup.cubic = params.cubic;
