@@ -14,6 +14,7 @@
 #include "io/header_bytes.h"
 #include "io/npy.h"
 #include "io/spec.h"
+#include "io/xmp_packets.h"
 #include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -90,6 +91,7 @@ std::string FormatOfContents(const std::string& file) {
 
 std::unique_ptr<OIIO::ImageInput> OpenAs(const std::string& file, const std::string& format) {
   CheckHeaderBytes(file, format);
+  CheckXmp(file, format);
   auto input = OIIO::ImageInput::create(format);
   if (input == nullptr) throw DataError(file, "cannot be read as an image: " + OneLine(OIIO::geterror()));
   OIIO::ImageSpec spec;

@@ -108,6 +108,17 @@ void EvaluateClamp(const Call& call) {
   });
 }
 
+// A step is at the threshold as a float.
+void EvaluateThreshold(const Call& call) {
+  const auto& p = std::any_cast<const ThresholdParams&>(call.parameters);
+  ForEachSample(call, [&](int x, int y, int c) -> Sample {
+    const double v = call.in[0].at(x, y, c), at = ConstantOf(p.values, c, 0);
+    if (p.softness == 0) return {v > static_cast<float>(at) ? 1.0 : 0.0, 0};
+    const double ramp = std::isnan(v) ? 0 : (v - at) / p.softness + 0.5;
+    return {std::clamp(ramp, 0.0, 1.0), std::fabs(at) / p.softness + 1};
+  });
+}
+
 // Each sample from the image as it was. Where an input may be off, NaN and infinities are what they are.
 void EvaluateFixNan(const Call& call) {
   const auto& p = std::any_cast<const FixNanParams&>(call.parameters);
@@ -176,16 +187,27 @@ void EvaluateQuantize(const Call& call) {
 
 std::vector<Entry> ArithmeticEntries() {
   return {
-      {"add", EvaluatePair<Sum>},     {"sub", EvaluatePair<Difference>},
-      {"mul", EvaluatePair<Product>}, {"absdiff", EvaluatePair<Distance>},
-      {"min", EvaluatePair<Smaller>}, {"max", EvaluatePair<Larger>},
-      {"mad", EvaluateMad},           {"addc", EvaluateAddc},
-      {"subc", EvaluateSubc},         {"mulc", EvaluateMulc},
-      {"div", EvaluateDiv},           {"divc", EvaluateDivc},
-      {"minc", EvaluateMinc},         {"maxc", EvaluateMaxc},
-      {"abs", EvaluateAbsDiffc},      {"absdiffc", EvaluateAbsDiffc},
-      {"invert", EvaluateInvert},     {"clamp", EvaluateClamp},
-      {"quantize", EvaluateQuantize}, {"fixnan", EvaluateFixNan, NinePixels},
+      {"add", EvaluatePair<Sum>},
+      {"sub", EvaluatePair<Difference>},
+      {"mul", EvaluatePair<Product>},
+      {"absdiff", EvaluatePair<Distance>},
+      {"min", EvaluatePair<Smaller>},
+      {"max", EvaluatePair<Larger>},
+      {"mad", EvaluateMad},
+      {"addc", EvaluateAddc},
+      {"subc", EvaluateSubc},
+      {"mulc", EvaluateMulc},
+      {"div", EvaluateDiv},
+      {"divc", EvaluateDivc},
+      {"minc", EvaluateMinc},
+      {"maxc", EvaluateMaxc},
+      {"abs", EvaluateAbsDiffc},
+      {"absdiffc", EvaluateAbsDiffc},
+      {"invert", EvaluateInvert},
+      {"clamp", EvaluateClamp},
+      {"threshold", EvaluateThreshold},
+      {"quantize", EvaluateQuantize},
+      {"fixnan", EvaluateFixNan, NinePixels},
   };
 }
 

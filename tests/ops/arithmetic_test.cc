@@ -98,6 +98,27 @@ TEST(ArithmeticTest, NumbersWinOverNaN) {
   });
 }
 
+TEST(ThresholdTest, StepsAndRamps) {
+  const float next = std::nextafter(0.5f, 1.0f), tiny = std::numeric_limits<float>::denorm_min();
+  const Node a = FromImage(Row({0.5f, next, kNaN, kInf, -kInf, 0.25f, 0.625f}));
+  OnEveryTarget([&] {
+    EXPECT_THAT(Samples(Threshold(a, {{0.5}})), ElementsAre(0, 1, 0, 1, 0, 0, 1));
+    EXPECT_THAT(Samples(Threshold(a, {{0.5}, 0.5})),
+                ElementsAre(0.5f, 0.5f + 2 * (next - 0.5f), 0, 1, 0, 0, 0.75f));
+    EXPECT_THAT(Samples(Threshold(FromImage(Row({0, tiny, -tiny, -0.0f})), {{0}})), ElementsAre(0, 1, 0, 0));
+    EXPECT_THAT(Samples(Threshold(FromImage(Row({1, 3e38f, -3e38f})), {{1}, 1e-30})),
+                ElementsAre(0.5f, 1, 0));
+    const Node rgb = FromImage(Row({0.5f, 0.5f, 0.5f}, 3));
+    EXPECT_THAT(Samples(Threshold(rgb, {{0.75, 0.25}})), ElementsAre(0, 1, 1)) << "0 beyond the list";
+  });
+  EXPECT_EQ(Refusal([&] { Threshold(a, {}); }),
+            "threshold: found no numbers, expected one, or one per channel");
+  EXPECT_EQ(Refusal([&] {
+              Threshold(a, {{0.5}, -1});
+            }),
+            "threshold: found a softness of -1, expected 0 or 1e-30 to 1e30");
+}
+
 TEST(ArithmeticTest, DirectPixelsAndPlanesAgree) {
   // The same numbers straight from RGBA pixels of every type and size of tail, from pixels of another type
   // than the result's, and with a fifth channel, which takes planes.
@@ -111,6 +132,10 @@ TEST(ArithmeticTest, DirectPixelsAndPlanesAgree) {
          return AbsDiffConstant(a, {0.1, 0.2, 0.3, 0.4, 0});
        }},
       {"quantize", [](const Node& a, const Node&, const Node&) { return Quantize(a, {.bits = 5}); }},
+      {"threshold",
+       [](const Node& a, auto&...) {
+         return Threshold(a, {{0.3, 0.5, 0.7, 0.1, 0}});
+       }},
       {"premult", [](const Node& a, const Node&, const Node&) { return Premultiply(a); }},
       {"unpremult", [](const Node& a, const Node&, const Node&) { return Unpremultiply(a); }},
   };

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <random>
+#include <utility>
 
 #include "support/composite.h"
 #include "tessera/ops/arithmetic.h"
@@ -60,7 +63,7 @@ TEST(PorterDuffTest, HardValues) {
 }
 
 // The exact value of each operator on codes is N / 255, N whole: its nearest integer is never in doubt.
-int Exact(BlendMode mode, int s, int d, int as, int ad) {
+int Exact(BlendMode mode, int s, int d, int as, int ad, bool alpha) {
   int n = 0;
   const int both = as > 0 && ad > 0 ? 1 : 0;  // else the blend modes' own term is 0
   switch (mode) {
@@ -88,8 +91,18 @@ int Exact(BlendMode mode, int s, int d, int as, int ad) {
     case BlendMode::kScreen:
       n = both * (s * ad + d * as - s * d) + (255 - ad) * s + (255 - as) * d;
       break;
+    case BlendMode::kDarken:
+      n = both * std::min(s * ad, d * as) + (255 - ad) * s + (255 - as) * d;
+      break;
+    case BlendMode::kLighten:
+      n = both * std::max(s * ad, d * as) + (255 - ad) * s + (255 - as) * d;
+      break;
+    case BlendMode::kDifference:
+      n = both * (alpha ? as * ad : std::abs(d * as - s * ad)) + (255 - ad) * s + (255 - as) * d;
+      break;
     default:
-      n = both * (s * ad + d * as - 2 * s * d) + (255 - ad) * s + (255 - as) * d;  // exclusion of colours
+      n = both * (alpha ? as * ad : s * ad + d * as - 2 * s * d) + (255 - ad) * s +
+          (255 - as) * d;  // exclusion
   }
   return std::min(255, (2 * n + 255) / 510);
 }
@@ -104,24 +117,39 @@ TEST(PorterDuffTest, BytesAreRoundedOnce) {
       s.at<uint8_t>(x, y, 0) = static_cast<uint8_t>((x * 7) % (y + 1));
     }
   }
-  const BlendMode modes[] = {BlendMode::kOver,     BlendMode::kIn,     BlendMode::kOut,
-                             BlendMode::kAtop,     BlendMode::kXor,    BlendMode::kPlus,
-                             BlendMode::kMultiply, BlendMode::kScreen, BlendMode::kExclusion};
+  // Not premultiplied, an eighth of the alphas 0 and another 255.
+  const Image free_s = PremultipliedBytes(256, 256, 3), free_d = PremultipliedBytes(256, 256, 4);
+  std::mt19937 random(5);
+  for (const Image* image : {&free_s, &free_d}) {
+    for (int y = 0; y < 256; ++y) {
+      for (int x = 0; x < 256; ++x) {
+        for (int c = 0; c < 4; ++c) image->at<uint8_t>(x, y, c) = static_cast<uint8_t>(random());
+        if (const auto kind = random() % 8; kind < 2)
+          image->at<uint8_t>(x, y, 3) = static_cast<uint8_t>(255 * kind);
+      }
+    }
+  }
+  const BlendMode modes[] = {BlendMode::kOver,     BlendMode::kIn,         BlendMode::kOut,
+                             BlendMode::kAtop,     BlendMode::kXor,        BlendMode::kPlus,
+                             BlendMode::kMultiply, BlendMode::kScreen,     BlendMode::kDarken,
+                             BlendMode::kLighten,  BlendMode::kDifference, BlendMode::kExclusion};
   OnEveryTarget([&] {
     for (const BlendMode mode : modes) {
       SCOPED_TRACE(BlendModeNames()[static_cast<size_t>(mode)]);
-      const Image got = Render(Mode(FromImage(s), FromImage(d), mode), PixelType::kUint8);
-      int wrong = 0;
-      for (int y = 0; y < 256; ++y) {
-        for (int x = 0; x < 256; ++x) {
-          const int as = s.at<uint8_t>(x, y, 3), ad = d.at<uint8_t>(x, y, 3);
-          for (int c = 0; c < (mode == BlendMode::kExclusion ? 3 : 4); ++c) {
-            wrong += got.at<uint8_t>(x, y, c) !=
-                     Exact(mode, s.at<uint8_t>(x, y, c), d.at<uint8_t>(x, y, c), as, ad);
+      for (const auto& [front, back] : {std::pair(&s, &d), {&free_s, &free_d}}) {
+        const Image got = Render(Mode(FromImage(*front), FromImage(*back), mode), PixelType::kUint8);
+        int wrong = 0;
+        for (int y = 0; y < 256; ++y) {
+          for (int x = 0; x < 256; ++x) {
+            const int as = front->at<uint8_t>(x, y, 3), ad = back->at<uint8_t>(x, y, 3);
+            for (int c = 0; c < 4; ++c) {
+              wrong += got.at<uint8_t>(x, y, c) !=
+                       Exact(mode, front->at<uint8_t>(x, y, c), back->at<uint8_t>(x, y, c), as, ad, c == 3);
+            }
           }
         }
+        EXPECT_EQ(wrong, 0);
       }
-      EXPECT_EQ(wrong, 0);
     }
     const Image plain = Render(Over(FromImage(s), FromImage(d)), PixelType::kUint8);
     EXPECT_EQ(LargestDifference(

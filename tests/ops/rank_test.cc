@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "support/filters.h"
+#include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/ops/arithmetic.h"
 #include "tessera/ops/channels.h"
@@ -189,6 +190,71 @@ TEST(RankTest, ZerosKeepTheirSigns) {
       EXPECT_TRUE(std::signbit(Render(Median(FromImage(image), {3, height})).at<float>(7, 7)));
     });
   }
+}
+
+Image Negative(const Image& image) { return Render(MulConstant(FromImage(image), {-1})); }
+
+TEST(MorphologyTest, SpotsAndGaps) {
+  // A light spot of 3x3, a dark one of 1x3, an edge.
+  Image image = Flat(40, 20, 1, 0.5f);
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 30; x < 40; ++x) image.at<float>(x, y) = 0.75f;
+  }
+  for (int y = 5; y < 8; ++y) {
+    for (int x = 6; x < 9; ++x) image.at<float>(x, y) = 1;
+    image.at<float>(18, y) = 0;
+  }
+  OnEveryTarget([&] {
+    const auto at = [&](MorphologyOperator op, int x, int y) {
+      return Render(Morphology(FromImage(image), op, {5, 5})).at<float>(x, y);
+    };
+    EXPECT_EQ(at(MorphologyOperator::kOpen, 7, 6), 0.5f);
+    EXPECT_EQ(at(MorphologyOperator::kOpen, 18, 6), 0);
+    EXPECT_EQ(at(MorphologyOperator::kOpen, 35, 6), 0.75f) << "the window fits";
+    EXPECT_EQ(at(MorphologyOperator::kClose, 18, 6), 0.5f);
+    EXPECT_EQ(at(MorphologyOperator::kClose, 7, 6), 1);
+    EXPECT_EQ(at(MorphologyOperator::kTopHat, 7, 6), 0.5f);
+    EXPECT_EQ(at(MorphologyOperator::kTopHat, 18, 6), 0);
+    EXPECT_EQ(at(MorphologyOperator::kBlackHat, 18, 6), 0.5f);
+    EXPECT_EQ(at(MorphologyOperator::kBlackHat, 7, 6), 0);
+    EXPECT_EQ(at(MorphologyOperator::kGradient, 29, 15), 0.25f);
+    EXPECT_EQ(at(MorphologyOperator::kGradient, 35, 15), 0);
+  });
+}
+
+TEST(MorphologyTest, Laws) {
+  const Image image = Picture({0, 0, 61, 43}, 3, PixelType::kFloat, 7, Content::kOrdinary);
+  const auto run = [](const Image& in, MorphologyOperator op, const RankParams& p) {
+    return Render(Morphology(FromImage(in), op, p));
+  };
+  OnEveryTarget([&] {
+    for (const RankParams& p : {RankParams{1, 1}, {3, 3}, {7, 1}, {5, 11}, {99, 99}}) {
+      const Image open = run(image, MorphologyOperator::kOpen, p),
+                  close = run(image, MorphologyOperator::kClose, p);
+      ExpectSameBits(run(open, MorphologyOperator::kOpen, p), open);
+      ExpectSameBits(run(close, MorphologyOperator::kClose, p), close);
+      ExpectSameBits(Negative(run(Negative(image), MorphologyOperator::kOpen, p)), close);
+      for (int y = 0; y < 43; ++y) {
+        for (int x = 0; x < 61; ++x) {
+          for (int c = 0; c < 3; ++c) {
+            ASSERT_LE(open.at<float>(x, y, c), image.at<float>(x, y, c));
+            ASSERT_GE(close.at<float>(x, y, c), image.at<float>(x, y, c));
+          }
+        }
+      }
+    }
+  });
+  const auto reason = [&](const RankParams& p) {
+    try {
+      Morphology(FromImage(image), MorphologyOperator::kOpen, p);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(reason({4, 3}), "morphology: found a window of 4x3, expected odd sides of 1 to 255");
+  EXPECT_EQ(reason({3, 257}), "morphology: found a window of 3x257, expected odd sides of 1 to 255");
+  EXPECT_EQ(reason({-1, 3}), "morphology: found a window of -1x3, expected odd sides of 1 to 255");
 }
 
 }  // namespace

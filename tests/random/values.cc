@@ -317,6 +317,11 @@ std::string WordSource::Text(Draw& draw, const OpInfo& op, const ParamInfo& para
   const auto size = [&](int most) {
     return std::to_string(draw.Between(1, most)) + "x" + std::to_string(draw.Between(1, most));
   };
+  const auto odd = [&] { return std::to_string(2 * draw.Between(0, draw.Chance(0.85) ? 3 : 10) + 1); };
+  if (op.name == "morphology") {
+    const std::string width = odd();
+    return width + "x" + odd();
+  }
   if (name == "SIZE" || (name == "size" && op.name != "volume")) return size(draw.Chance(0.85) ? 7 : 21);
   if (name == "GEOM" && op.name == "resize") {
     if (draw.Chance(0.5)) return std::to_string(draw.Between(20, 250)) + "%";

@@ -78,6 +78,16 @@ struct ClampParams {
 /// Limited from below and above, as ClampParams says.
 Node Clamp(const Node& image, const ClampParams& params);
 
+/// Thresholds per channel, read like the constants above.
+struct ThresholdParams {
+  std::vector<double> values;  ///< what is exceeded, one for all channels or one each
+  double softness = 0;         ///< width of the ramp from 0 to 1 around them, 1e-30 to 1e30; 0: a step
+};
+/// 1 where a sample is above its threshold, else 0 (the threshold itself and NaN too); with a softness
+/// (sample - threshold) / softness + 1/2 between 0 and 1. A step is exact, a ramp off by 4 u (|threshold| /
+/// softness + 1).
+Node Threshold(const Node& image, const ThresholdParams& params);
+
 /// What becomes of samples that are NaN or infinite.
 enum class FixNanMode : uint8_t {
   kNone,   ///< nothing

@@ -51,6 +51,14 @@ bool Inflater::Zlib(std::span<const uint8_t> bytes, std::span<uint8_t> out) {
          LIBDEFLATE_SUCCESS;
 }
 
+Inflater::Unpacked Inflater::ZlibWithin(std::span<const uint8_t> bytes, std::span<uint8_t> out) {
+  Unpacked found{};
+  const libdeflate_result result =
+      libdeflate_zlib_decompress(unpacker_, bytes.data(), bytes.size(), out.data(), out.size(), &found.bytes);
+  found.fits = result != LIBDEFLATE_INSUFFICIENT_SPACE, found.whole = result == LIBDEFLATE_SUCCESS;
+  return found;
+}
+
 uint32_t Adler32(uint32_t before, std::span<const uint8_t> bytes) {
   return libdeflate_adler32(before, bytes.data(), bytes.size());
 }

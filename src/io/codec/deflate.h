@@ -48,6 +48,13 @@ class Inflater {
   // Fills `out` from a whole zlib stream; false where it is damaged or holds more or less than that.
   bool Zlib(std::span<const uint8_t> bytes, std::span<uint8_t> out);
 
+  struct Unpacked {
+    bool fits, whole;  // what was unpacked has room; nothing is damaged
+    size_t bytes;
+  };
+  // Unpacks a whole zlib stream of any length into the front of `out`.
+  Unpacked ZlibWithin(std::span<const uint8_t> bytes, std::span<uint8_t> out);
+
  private:
   libdeflate_decompressor* unpacker_;
 };

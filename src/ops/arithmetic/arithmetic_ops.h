@@ -24,6 +24,7 @@ OpInfo AbsDiffConstantInfo();
 OpInfo AbsInfo();
 OpInfo InvertInfo();
 OpInfo ClampInfo();
+OpInfo ThresholdInfo();
 OpInfo QuantizeInfo();
 OpInfo FixNanInfo();
 

@@ -14,11 +14,20 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::ops::HWY_NAMESPACE {
 using s::V;
+using s::Words;
 using M = hn::Mask<s::D>;
 
 HWY_INLINE V Constant(float v) { return hn::Set(s::D(), v); }
 
+template <class B>
+inline constexpr bool kSums = requires(Words v) {
+  B::Sum(v, v, v, v, v);
+};
+
 // B gives T for positive alphas: term(s, d, as, ad, as ad). kAlphaApart: B does not make 1 of two ones.
+//
+// Of codes the result is a sum of products by 255. B may give that sum, of codes and alphas of any kind and
+// limited to 2^16 - 1, from it without T.
 template <class B, bool kAlphaApart = false>
 struct Separable {
   HWY_INLINE V operator()(V a, V b, V alpha_a, V alpha_b, M is_alpha) const {
@@ -29,24 +38,52 @@ struct Separable {
     term = hn::IfThenElseZero(hn::And(hn::Gt(alpha_a, zero), hn::Gt(alpha_b, zero)), term);
     return hn::MulAdd(hn::Sub(one, alpha_a), b, hn::MulAdd(hn::Sub(one, alpha_b), a, term));
   }
+
+  static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) requires kSums<B> {
+    const s::DWords d;
+    const Words alpha_a = s::AlphaWords(a), alpha_b = s::AlphaWords(b);
+    const Words rest_a = s::Complement(alpha_a), rest_b = s::Complement(alpha_b);
+    const auto clear = hn::Eq(hn::Min(alpha_a, alpha_b), hn::Zero(d));
+    const auto alphas = hn::Eq(hn::And(hn::Iota(d, 0), hn::Set(d, 1)), hn::Set(d, 1));  // of the odd samples
+    const auto half = [&](Words ca, Words cb, bool odd) HWY_ATTR {
+      const Words apart = hn::SaturatedAdd(hn::Mul(rest_a, cb), hn::Mul(rest_b, ca));
+      Words sum = B::Sum(ca, cb, alpha_a, alpha_b, apart);
+      if (kAlphaApart && odd)
+        sum = hn::IfThenElse(alphas, hn::SaturatedAdd(apart, hn::Mul(alpha_a, alpha_b)), sum);
+      return s::SumDiv255(hn::IfThenElse(clear, apart, sum), hn::Zero(d));
+    };
+    return s::FromEvenOdd(half(s::Even(a), s::Even(b), false), half(s::Odd(a), s::Odd(b), true));
+  }
 };
 
 struct MultiplyTerm {
   static HWY_INLINE V Term(V a, V b, V, V, V) { return hn::Mul(a, b); }
+  static HWY_INLINE Words Sum(Words a, Words b, Words, Words, Words apart) {
+    return hn::SaturatedAdd(apart, hn::Mul(a, b));
+  }
 };
 struct ScreenTerm {
   static HWY_INLINE V Term(V a, V b, V alpha_a, V alpha_b, V) {
     return hn::NegMulAdd(a, b, hn::MulAdd(a, alpha_b, hn::Mul(b, alpha_a)));
+  }
+  static HWY_INLINE Words Sum(Words a, Words b, Words, Words, Words) {
+    return hn::Add(hn::Mul(a, hn::Set(s::DWords(), 255)), hn::Mul(b, s::Complement(a)));
   }
 };
 struct DarkenTerm {
   static HWY_INLINE V Term(V a, V b, V alpha_a, V alpha_b, V) {
     return s::MinNumber(hn::Mul(a, alpha_b), hn::Mul(b, alpha_a));
   }
+  static HWY_INLINE Words Sum(Words a, Words b, Words alpha_a, Words alpha_b, Words apart) {
+    return hn::SaturatedAdd(apart, hn::Min(hn::Mul(a, alpha_b), hn::Mul(b, alpha_a)));
+  }
 };
 struct LightenTerm {
   static HWY_INLINE V Term(V a, V b, V alpha_a, V alpha_b, V) {
     return s::MaxNumber(hn::Mul(a, alpha_b), hn::Mul(b, alpha_a));
+  }
+  static HWY_INLINE Words Sum(Words a, Words b, Words alpha_a, Words alpha_b, Words apart) {
+    return hn::SaturatedAdd(apart, hn::Max(hn::Mul(a, alpha_b), hn::Mul(b, alpha_a)));
   }
 };
 struct DodgeTerm {
@@ -88,10 +125,17 @@ struct DifferenceTerm {
   static HWY_INLINE V Term(V a, V b, V alpha_a, V alpha_b, V) {
     return hn::Abs(hn::Sub(hn::Mul(b, alpha_a), hn::Mul(a, alpha_b)));
   }
+  static HWY_INLINE Words Sum(Words a, Words b, Words alpha_a, Words alpha_b, Words apart) {
+    const Words x = hn::Mul(b, alpha_a), y = hn::Mul(a, alpha_b);
+    return hn::SaturatedAdd(apart, hn::Or(hn::SaturatedSub(x, y), hn::SaturatedSub(y, x)));
+  }
 };
 struct ExclusionTerm {
   static HWY_INLINE V Term(V a, V b, V alpha_a, V alpha_b, V) {
     return hn::NegMulAdd(hn::Mul(Constant(2), a), b, hn::MulAdd(a, alpha_b, hn::Mul(b, alpha_a)));
+  }
+  static HWY_INLINE Words Sum(Words a, Words b, Words, Words, Words) {
+    return hn::SaturatedAdd(hn::Mul(a, s::Complement(b)), hn::Mul(b, s::Complement(a)));
   }
 };
 // Not of this form: the sum, limited to 1.

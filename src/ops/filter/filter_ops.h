@@ -23,6 +23,7 @@ OpInfo UnsharpInfo();
 OpInfo MedianInfo();
 OpInfo DilateInfo();
 OpInfo ErodeInfo();
+OpInfo MorphologyInfo();
 
 // `:wrap=`, `:bordervalue=`, `:method=` and what they mean.
 ParamInfo FilterWrapModifier();

@@ -1,6 +1,8 @@
 // Sums of bytes in vectors of 16 bits, twice as many samples as floats and no conversions.
 #include "ops/filter/codes/whole.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -253,7 +255,7 @@ WholeWindow MakeWholeWindow(int width, int height, const std::vector<double>& we
 WholeFunction ChooseWhole() { return HWY_DYNAMIC_DISPATCH(WholeOfTarget)(); }
 
 void RunWhole(WholeFunction run, const WholeWindow& window, const ByteTile& tile, base::Arena& scratch) {
-  constexpr int kStrip = 1024;
+  constexpr int kStrip = 1024, kLineBytes = 64;
   const int strip = std::min(kStrip, tile.samples), margin = (window.width - 1) * tile.channels;
   const ptrdiff_t stride = (ptrdiff_t{strip} + margin + 2 * kWholeUnit) / kWholeUnit * kWholeUnit;
   auto* const sums = scratch.Allocate<uint16_t>(static_cast<size_t>(stride) * kWholeRows);
@@ -266,6 +268,12 @@ void RunWhole(WholeFunction run, const WholeWindow& window, const ByteTile& tile
     for (int y = 0; y < tile.rows; y += s.rows) {
       s.rows = tile.rows - y >= kWholeRows ? kWholeRows : 1;
       s.in = tile.in + y * tile.in_stride + x;
+      // The next rows: a strip of them is too short for the processor to foresee.
+      const int last = std::min(s.rows + kWholeRows, tile.rows - y) + window.height - 1;
+      for (int row = s.rows + window.height - 1; row < last; ++row) {
+        const uint8_t* const next = s.in + row * tile.in_stride;
+        for (int i = 0; i < s.samples + margin; i += kLineBytes) hwy::Prefetch(next + i);
+      }
       run(window, s, tile.out + y * tile.out_stride + x, tile.out_stride);
     }
   }
