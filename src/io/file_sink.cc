@@ -66,6 +66,15 @@ std::string Joined(const std::vector<std::string>& names) {
   return list + (names.size() > 8 ? ",..." : "");
 }
 
+// FITS' writer takes the digits of a whole time from where they would be, whatever the text's length.
+void CompleteTime(OIIO::ImageSpec& spec) {
+  constexpr std::string_view kWhole = "0000:01:01 00:00:00";
+  const OIIO::ParamValue* const given = spec.find_attribute("DateTime");
+  if (given == nullptr) return;
+  std::string time = given->get_string();
+  if (time.size() < kWhole.size()) spec.attribute("DateTime", time.append(kWhole.substr(time.size())));
+}
+
 }  // namespace
 
 FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType type,
@@ -103,6 +112,7 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
     if (a.name != "tile_width" && a.name != "tile_height" && a.name != kChannelTypes)
       SetAttribute(file_spec_, a);
   }
+  if (format == "fits") CompleteTime(file_spec_);
   if (format == "rla") file_spec_.erase_attribute("oiio:BitsPerSample");  // fewer cannot be mended
   ChooseChannels(spec);
   ChooseWindow(spec);

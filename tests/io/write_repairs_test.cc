@@ -1,5 +1,7 @@
 // What OpenImageIO's writers get wrong is right in our files, and none of its readers is asked that could not
 // be.
+#include <utility>
+
 #include "files.h"
 
 namespace tessera {
@@ -48,6 +50,20 @@ TEST_F(WriteRepairsTest, TheLastColumnOfAnRlaIsRight) {
       for (int y = 0; y < 5; ++y)
         EXPECT_EQ(std::memcmp(written.view().At(0, y), image.view().At(0, y), bytes), 0) << width << " " << y;
     }
+  }
+}
+
+// The writer would read behind a date without a time.
+TEST_F(WriteRepairsTest, TimesOfFitsAreWhole) {
+  const Node picture = FromImage(Pattern(ImageSpec(7, 5, 1, PixelType::kFloat)));
+  for (const auto& [given, date] : {std::pair{"2020:02:03", "2020-02-03T00:00:00"},
+                                    {"2020:02:03 04:05", "2020-02-03T04:05:00"},
+                                    {"2020:02:03 04:05:06", "2020-02-03T04:05:06"},
+                                    {"", "0000-01-01T00:00:00"}}) {
+    WriteOptions options;
+    options.attributes = {{"DateTime", "string", {}, {given}}};
+    Write(picture, Path("a.fits"), options);
+    EXPECT_THAT(Contents(Path("a.fits")), ::testing::HasSubstr(date)) << given;
   }
 }
 
