@@ -84,6 +84,11 @@ InputFile::Buffer::pos_type InputFile::Buffer::seekoff(off_type offset, std::ios
 
 InputFile::Buffer::pos_type InputFile::Buffer::seekpos(pos_type to, std::ios_base::openmode) {
   if (to < 0) return pos_type(off_type{-1});
+  const int64_t first = end - (egptr() - eback());
+  if (to >= first && to < end) {  // what is held is not read again
+    setg(eback(), eback() + (to - first), egptr());
+    return to;
+  }
   setg(nullptr, nullptr, nullptr);
   end = to;
   return to;

@@ -248,19 +248,11 @@ void CheckDpx(const std::string& file) {
 
 // The reader takes memory for all of a chunk first; of pixels alone for a part.
 void CheckPng(const std::string& file) {
-  constexpr int64_t kSignature = sizeof kPngSignature, kFrame = kPngChunkFrame;
   base::InputFile stream(file, "an image file");
-  for (int64_t at = kSignature; stream.size() - at >= kFrame;) {
-    stream.seekg(at);
-    const int64_t length = __builtin_bswap32(TakeWord(stream));
-    std::string name(4, ' ');
-    if (!stream.read(name.data(), 4) || name == "IEND") return;
-    if (length > stream.size() - at - kFrame) {
-      if (name != "IDAT") Refuse(file, "a chunk \"" + base::Shown(name) + "\"", length, stream.size());
-      return;
-    }
-    at += kFrame + length;
-  }
+  ForPngChunks(stream, stream.size(), [&](std::string_view name, int64_t length, int64_t at) {
+    if (name != "IDAT" && length > stream.size() - at - 4)  // and its checksum
+      Refuse(file, "a chunk \"" + base::Shown(name) + "\"", length, stream.size());
+  });
 }
 
 }  // namespace

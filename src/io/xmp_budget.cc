@@ -2,29 +2,25 @@
 // are the reader's, which goes on with what came before them.
 #include "io/xmp_budget.h"
 
+#include <OpenImageIO/strutil.h>
+
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <vector>
 
 namespace tessera::io {
 namespace {
 
-constexpr int64_t kMostOfList = 64 << 10;
+using OIIO::Strutil::iequals;
+using OIIO::Strutil::istarts_with;
 
-bool Same(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
-}
-bool Begins(std::string_view text, std::string_view start) {
-  return Same(text.substr(0, start.size()), start);
-}
+constexpr int64_t kMostOfList = 64 << 10;
 
 bool IsSpace(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
 bool IsList(std::string_view element) {
   constexpr std::array<std::string_view, 4> kLists = {"rdf:Bag", "rdf:Seq", "rdf:Alt", "rdf:li"};
-  return std::any_of(kLists.begin(), kLists.end(), [&](std::string_view l) { return Same(element, l); });
+  return std::any_of(kLists.begin(), kLists.end(), [&](std::string_view l) { return iequals(element, l); });
 }
 
 }  // namespace
@@ -97,7 +93,7 @@ class XmpBudget::Scan {
         const char quote = text_[at_++];
         if (quote != '"' && quote != '\'') continue;
         const size_t end = std::min(text_.find(quote, at_), text_.size());
-        if (!Begins(attribute, "xml:") && !Begins(attribute, "xmlns:"))
+        if (!istarts_with(attribute, "xml:") && !istarts_with(attribute, "xmlns:"))
           Value(e, attribute, text_.substr(at_, end - at_));
         at_ = std::min(end + 1, text_.size());
       } else if (at_ < text_.size() && text_[at_] != '>' && attribute.empty()) {
@@ -113,7 +109,7 @@ class XmpBudget::Scan {
     } else {
       e.parent = name;
     }
-    e.left_out |= Same(name, "photoshop:DocumentAncestors");
+    e.left_out |= iequals(name, "photoshop:DocumentAncestors");
     open_.push_back(e);
     if (open_.size() > kMostLevels) why_ = "found elements in more than 256 levels";
   }

@@ -2,9 +2,10 @@
 // part 3, 1.1.3). TIFF: tag 700 of every directory, which is an image of its own.
 #include "io/xmp_packets.h"
 
+#include <OpenImageIO/strutil.h>
+
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <set>
 #include <span>
@@ -50,7 +51,11 @@ class PngTexts {
  public:
   explicit PngTexts(const std::string& file) : file_(file) {}
 
-  void Take(std::string_view name, std::string_view chunk) {
+  // A chunk that is within the file.
+  void Take(std::string_view name, base::InputFile& stream, int64_t at, int64_t length) {
+    if (length > static_cast<int64_t>(kMostOfPacket)) RefuseText();
+    const std::string bytes = Bytes(stream, at, length);
+    std::string_view chunk = bytes;
     const std::string_view keyword = Part(chunk);
     bool packed = name == "zTXt";
     if (packed) {
@@ -65,14 +70,12 @@ class PngTexts {
     if (packed && !Unpack(chunk)) return;
     bytes_ += static_cast<int64_t>(chunk.size());
     if (bytes_ > kMostOfTexts) throw DataError(file_, "found texts of more than 256 MiB, expected less");
-    if (IsXmp(keyword)) io::Take(file_, budget_, chunk);
+    if (OIIO::Strutil::iequals(keyword, "XML:com.adobe.xmp")) io::Take(file_, budget_, chunk);
   }
 
  private:
-  static bool IsXmp(std::string_view keyword) {
-    constexpr std::string_view kKeyword = "xml:com.adobe.xmp";
-    return std::equal(keyword.begin(), keyword.end(), kKeyword.begin(), kKeyword.end(),
-                      [](unsigned char a, char b) { return std::tolower(a) == b; });
+  [[noreturn]] void RefuseText() const {
+    throw DataError(file_, "found a text of more than 64 MiB, expected less");
   }
   // False for what is damaged, which libpng leaves out.
   bool Unpack(std::string_view& chunk) {
@@ -84,7 +87,7 @@ class PngTexts {
         chunk = {reinterpret_cast<const char*>(unpacked_.data()), found.bytes};
         return found.whole;
       }
-      if (room == kMostOfPacket) throw DataError(file_, "found a text of more than 64 MiB, expected less");
+      if (room == kMostOfPacket) RefuseText();
     }
   }
 
@@ -96,18 +99,11 @@ class PngTexts {
 };
 
 void CheckPng(const std::string& file) {
-  constexpr int64_t kSignature = sizeof kPngSignature, kFrame = kPngChunkFrame;
   base::InputFile stream(file, "an image file");
   PngTexts texts(file);
-  for (int64_t at = kSignature; stream.size() - at >= kFrame;) {
-    const std::string head = Bytes(stream, at, 8);
-    if (head.size() < 8) return;
-    const int64_t length = BigEndian32(reinterpret_cast<const uint8_t*>(head.data()));
-    const std::string_view name = std::string_view(head).substr(4);
-    if (name == "IEND" || length > stream.size() - at - kFrame) return;
-    if (name == "tEXt" || name == "zTXt" || name == "iTXt") texts.Take(name, Bytes(stream, at + 8, length));
-    at += kFrame + length;
-  }
+  ForPngChunks(stream, stream.size(), [&](std::string_view name, int64_t length, int64_t at) {
+    if (name == "tEXt" || name == "zTXt" || name == "iTXt") texts.Take(name, stream, at, length);
+  });
 }
 
 void CheckJpeg(const std::string& file) {
@@ -167,6 +163,9 @@ class TiffDirectories {
     stream_.seekg(static_cast<int64_t>(at));
     const uint64_t entries = Number(count_bytes);
     if (!stream_ || entries > static_cast<uint64_t>((stream_.size() - first) / entry)) return 0;
+    entries_bytes_ += static_cast<int64_t>(entries) * entry;
+    if (entries_bytes_ > stream_.size())
+      throw DataError(file_, "found directories over each other, expected each at its own place");
     XmpBudget budget;
     for (int64_t i = 0; i < static_cast<int64_t>(entries); ++i) {
       stream_.seekg(first + i * entry);
@@ -206,7 +205,8 @@ class TiffDirectories {
   base::InputFile stream_;
   bool big_endian_ = false, wide_ = false;
   std::set<std::pair<uint64_t, int64_t>> packets_;
-  int64_t bytes_ = 0;
+  int64_t bytes_ = 0;          // of packets
+  int64_t entries_bytes_ = 0;  // of directories
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <fstream>
 
+#include "base/input_file.h"
 #include "files.h"
 #include "tessera/volume.h"
 
@@ -35,6 +36,26 @@ class BadInputTest : public FileTest {
     return "";
   }
 };
+
+// Forwards and backwards, within what the stream holds and beyond it.
+TEST_F(BadInputTest, StreamsAreReadFromAnyPlace) {
+  std::string bytes(300000, '\0');
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 2654435761u >> 13);
+  SetContents(Path("a"), bytes);
+  base::InputFile stream(Path("a"), "a file");
+  size_t at = 0;
+  for (size_t k = 0; k < 3000; ++k) {
+    at = (k % 3 == 0 ? at + 5 + k % 60 : k * 7919 + at / 2) % (bytes.size() - 64);
+    stream.seekg(static_cast<std::streamoff>(at));
+    std::string read(1 + k % 64, '\0');
+    ASSERT_TRUE(stream.read(read.data(), static_cast<std::streamsize>(read.size())));
+    ASSERT_EQ(read, bytes.substr(at, read.size())) << at;
+    ASSERT_EQ(static_cast<size_t>(stream.tellg()), at + read.size());
+    at += read.size();
+  }
+  stream.seekg(300000);
+  EXPECT_EQ(stream.get(), std::char_traits<char>::eof());
+}
 
 TEST_F(BadInputTest, NotAnImage) {
   EXPECT_THAT(Reason("missing.exr"), HasSubstr("no such file"));

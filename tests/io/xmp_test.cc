@@ -236,6 +236,20 @@ TEST_F(XmpFileTest, TiffsAreLookedAt) {
   }
 }
 
+// A chain of directories that share their bytes would be walked without end.
+TEST_F(XmpFileTest, DirectoriesOfATiffDoNotOverlap) {
+  constexpr int kEntries = 60000, kChain = 40;
+  std::string file("II*\0\x08\0\0\0", 8);
+  file.resize(8 + kChain * 4 + 12 * kEntries + 64, '\0');
+  const auto put = [&](size_t at, uint32_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i)
+      file[at + static_cast<size_t>(i)] = static_cast<char>(value >> 8 * i & 255);
+  };
+  for (uint32_t k = 0; k < kChain; ++k) put(8 + 4 * k, kEntries, 2);
+  for (uint32_t k = 0; k < kChain; ++k) put(8 + 4 * k + 2 + 12 * kEntries, 8 + 4 * (k + 1), 4);
+  EXPECT_THAT(Reason("a.tif", file), HasSubstr("a.tif: found directories over each other"));
+}
+
 // What is within bounds arrives.
 TEST_F(XmpFileTest, MetadataIsKept) {
   const std::string packet = Packet(

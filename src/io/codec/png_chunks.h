@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <istream>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -34,6 +35,23 @@ inline std::optional<PngChunk> PngChunkAt(std::span<const uint8_t> file, size_t 
   return PngChunk{{reinterpret_cast<const char*>(file.data()) + at + 4, 4},
                   file.subspan(at, length + kPngChunkFrame),
                   file.subspan(at + 8, length)};
+}
+
+// f(name, length, where its bytes begin) for the chunks of a file as far as IEND, the last one perhaps longer
+// than what is left.
+template <class F>
+void ForPngChunks(std::istream& file, int64_t size, const F& f) {
+  constexpr auto kFrame = static_cast<int64_t>(kPngChunkFrame);
+  for (int64_t at = sizeof kPngSignature; size - at >= kFrame;) {
+    uint8_t head[8];
+    file.seekg(at);
+    if (!file.read(reinterpret_cast<char*>(head), sizeof head)) return;
+    const int64_t length = BigEndian32(head);
+    const std::string_view name(reinterpret_cast<const char*>(head) + 4, 4);
+    if (name == "IEND") return;
+    f(name, length, at + 8);
+    at += kFrame + length;
+  }
 }
 
 }  // namespace tessera::io

@@ -37,6 +37,8 @@ ParamInfo BufferBitsModifier();
 FilterMethod MethodNamed(const std::string& name);
 // `WxH` or `W`; throws Error(subject, ...) unless both are numbers in [1, 65535].
 std::pair<double, double> ParseSize(const std::string& subject, const std::string& text);
+// The argument SIZE in whole numbers; Error(op, ...) for others.
+RankParams WindowSize(const std::string& op, const Arguments& a);
 // An operation made of others: what those refuse is refused under its own name.
 template <class F>
 Node MadeOf(const std::string& op, F make) {

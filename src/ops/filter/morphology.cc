@@ -33,12 +33,8 @@ OpInfo MorphologyInfo() {
   info.arguments = {ChoiceArgument("OPERATOR", kNames, "which of them"),
                     TextModifier("SIZE", "WxH in pixels, odd")};
   info.make = [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-    const auto [width, height] = ParseSize("morphology", a.Text("SIZE"));
-    const RankParams size{static_cast<int>(width), static_cast<int>(height)};
-    if (size.width != width || size.height != height)
-      throw Error("morphology", "found the size '" + a.Text("SIZE") + "', expected whole numbers");
     const auto at = std::find(kNames.begin(), kNames.end(), a.Text("OPERATOR")) - kNames.begin();
-    return Morphology(in[0], static_cast<MorphologyOperator>(at), size);
+    return Morphology(in[0], static_cast<MorphologyOperator>(at), WindowSize("morphology", a));
   };
   info.examples = {"open 3x3", "close 5x1", "gradient 3x5", "tophat 7x7", "blackhat 1x9"};
   return info;

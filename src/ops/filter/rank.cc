@@ -131,7 +131,10 @@ OpInfo RankRow(const char* name, const char* summary, const char* help,
   info.identity = "1x1";
   return info;
 }
-RankParams SizeOf(const char* name, const Arguments& a) {
+
+}  // namespace
+
+RankParams WindowSize(const std::string& name, const Arguments& a) {
   const auto [width, height] = ParseSize(name, a.Text("SIZE"));
   if (width != static_cast<int>(width) || height != static_cast<int>(height)) {
     throw Error(name, "found the size '" + a.Text("SIZE") + "', expected whole numbers");
@@ -139,26 +142,24 @@ RankParams SizeOf(const char* name, const Arguments& a) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-}  // namespace
-
 OpInfo MedianInfo() {
   return RankRow(
       "median", "The middle sample of a window",
       "Of an even number of samples the upper one of the middle two; NaN ranks above every number.",
       [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-        return Median(in[0], SizeOf("median", a));
+        return Median(in[0], WindowSize("median", a));
       });
 }
 OpInfo DilateInfo() {
   return RankRow("dilate", "The largest sample of a window", "Numbers win over NaN.",
                  [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-                   return Dilate(in[0], SizeOf("dilate", a));
+                   return Dilate(in[0], WindowSize("dilate", a));
                  });
 }
 OpInfo ErodeInfo() {
   return RankRow("erode", "The smallest sample of a window", "Numbers win over NaN.",
                  [](std::span<const Node> in, const Arguments& a, const ImageSpec*) {
-                   return Erode(in[0], SizeOf("erode", a));
+                   return Erode(in[0], WindowSize("erode", a));
                  });
 }
 
