@@ -3,8 +3,6 @@
 #ifndef TESSERA_TESTS_SUPPORT_HEADERS_H_
 #define TESSERA_TESTS_SUPPORT_HEADERS_H_
 
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

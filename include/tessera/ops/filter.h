@@ -199,7 +199,7 @@ Node Dilate(const Node& image, const RankParams& params);
 Node Erode(const Node& image, const RankParams& params);
 
 /// Of a dilation and an erosion (Haralick et al. 1987).
-enum class MorphologyOperator {
+enum class MorphologyOperator : uint8_t {
   kOpen,      ///< the erosion dilated: light spots that the window does not fit into go
   kClose,     ///< the dilation eroded: dark spots go
   kGradient,  ///< dilation - erosion

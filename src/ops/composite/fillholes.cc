@@ -14,21 +14,18 @@
 namespace tessera::ops {
 namespace {
 
-// Pixels in double, rows one after the other.
+// Pixels in double, rows one after the other; not cleared, which would take long and could not be cancelled.
 struct Level {
   int width, height, channels;
-  std::vector<double> samples;
+  std::unique_ptr<double[]> samples;
   Level(int w, int h, int c)
       : width(w),
         height(h),
         channels(c),
-        samples(static_cast<size_t>(w) * static_cast<size_t>(h) * static_cast<size_t>(c)) {}
-  double* Row(int y) {
-    return samples.data() + static_cast<size_t>(y) * static_cast<size_t>(width * channels);
-  }
-  const double* Row(int y) const {
-    return samples.data() + static_cast<size_t>(y) * static_cast<size_t>(width * channels);
-  }
+        samples(std::make_unique_for_overwrite<double[]>(static_cast<size_t>(w) * static_cast<size_t>(h) *
+                                                         static_cast<size_t>(c))) {}
+  double* Row(int y) { return samples.get() + static_cast<ptrdiff_t>(y) * width * channels; }
+  const double* Row(int y) const { return samples.get() + static_cast<ptrdiff_t>(y) * width * channels; }
 };
 
 // What a pixel of a resized axis is made of: a triangle as wide as two pixels of the coarser axis; beyond the

@@ -1,6 +1,7 @@
 // Histogram equalisation of whole images.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
@@ -21,48 +22,86 @@ class EqualizeStage final : public graph::WholeStage {
   explicit EqualizeStage(int alpha) : alpha_(alpha) {}
   void Run(std::span<const ConstImageView> in, const ImageView& out,
            const graph::Workers& workers) const override {
-    workers.For(out.channels, [&](int64_t c, int) { Channel(in[0], static_cast<int>(c), out); });
+    std::vector<Classes> classes(static_cast<size_t>(out.channels));
+    for (int c = 0; c < out.channels; ++c) {
+      if (c != alpha_) classes[static_cast<size_t>(c)] = ClassesOf(in[0], c, workers);
+    }
+    const int n = out.channels;
+    ForRows(in[0], workers, [&](int y, const float* from, int) {
+      auto* const to = reinterpret_cast<float*>(out.At(out.roi.x0, y));
+      std::copy_n(from, ptrdiff_t{in[0].roi.width()} * n, to);
+      for (int c = 0; c < n; ++c) {
+        const Classes& of = classes[static_cast<size_t>(c)];
+        if (c == alpha_) continue;
+        ForCounted(in[0], c, from, [&](float v, ptrdiff_t at) { to[at] = of.share[of.Of(v)]; });
+      }
+    });
   }
 
  private:
-  // f(sample, result) where alpha, if there is one, is not 0; other samples stay as they are.
+  // A channel's classes, and what becomes of their samples.
+  struct Classes {
+    float low = 0;
+    double scale = 0;
+    std::vector<float> share;
+    size_t Of(float v) const {
+      if (!std::isfinite(v)) return v > 0 ? kClasses - 1 : 0;
+      return static_cast<size_t>(std::lround((double{v} - low) * scale));
+    }
+  };
+  // What one thread has seen.
+  struct Seen {
+    float low = std::numeric_limits<float>::infinity(), high = -low;
+    std::vector<int64_t> count;
+  };
+
   template <class F>
-  void ForEach(const ConstImageView& in, int channel, const ImageView& out, const F& f) const {
-    for (int y = in.roi.y0; y < in.roi.y1; ++y) {
-      const auto* from = reinterpret_cast<const float*>(in.At(in.roi.x0, y, channel));
-      auto* to = reinterpret_cast<float*>(out.At(in.roi.x0, y, channel));
-      for (int x = 0; x < in.roi.width(); ++x) {
-        const bool counts = alpha_ < 0 || from[x * in.channels + alpha_ - channel] != 0;
-        if (counts && !std::isnan(from[x * in.channels])) {
-          f(from[x * in.channels], to[x * in.channels]);
-        } else {
-          to[x * in.channels] = from[x * in.channels];
-        }
-      }
+  static void ForRows(const ConstImageView& in, const graph::Workers& workers, const F& f) {
+    workers.For(in.roi.height(), [&](int64_t row, int worker) {
+      const int y = in.roi.y0 + static_cast<int>(row);
+      f(y, reinterpret_cast<const float*>(in.At(in.roi.x0, y)), worker);
+    });
+  }
+  // f(sample, its place in the row) where alpha, if there is one, is not 0; NaN does not count.
+  template <class F>
+  void ForCounted(const ConstImageView& in, int channel, const float* row, const F& f) const {
+    for (int x = 0; x < in.roi.width(); ++x) {
+      const ptrdiff_t pixel = ptrdiff_t{x} * in.channels, at = pixel + channel;
+      if ((alpha_ < 0 || row[pixel + alpha_] != 0) && !std::isnan(row[at])) f(row[at], at);
     }
   }
-  void Channel(const ConstImageView& in, int channel, const ImageView& out) const {
-    if (channel == alpha_) return ForEach(in, channel, out, [](float v, float& to) { to = v; });
-    float low = std::numeric_limits<float>::infinity(), high = -low;
-    ForEach(in, channel, out, [&](float v, float&) {
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  Classes ClassesOf(const ConstImageView& in, int channel, const graph::Workers& workers) const {
+    std::vector<Seen> seen(static_cast<size_t>(workers.count()));
+    ForRows(in, workers, [&](int, const float* row, int worker) {
+      Seen& s = seen[static_cast<size_t>(worker)];
+      ForCounted(in, channel, row, [&](float v, ptrdiff_t) {
+        if (std::isfinite(v)) s.low = std::min(s.low, v), s.high = std::max(s.high, v);
+      });
     });
-    const double scale = high > low ? (kClasses - 1) / (double{high} - low) : 0;
-    const auto class_of = [&](float v) {
-      if (!std::isfinite(v)) return v > 0 ? kClasses - 1 : 0;
-      return static_cast<int>(std::lround((double{v} - low) * scale));
-    };
-    std::vector<int64_t> count(kClasses);
+    Seen all;
+    for (const Seen& s : seen) all.low = std::min(all.low, s.low), all.high = std::max(all.high, s.high);
+    Classes classes;
+    classes.low = all.low;
+    classes.scale = all.high > all.low ? (kClasses - 1) / (double{all.high} - all.low) : 0;
+    ForRows(in, workers, [&](int, const float* row, int worker) {
+      std::vector<int64_t>& count = seen[static_cast<size_t>(worker)].count;
+      count.resize(kClasses);
+      ForCounted(in, channel, row, [&](float v, ptrdiff_t) { ++count[classes.Of(v)]; });
+    });
+    all.count.resize(kClasses);
     int64_t total = 0;
-    ForEach(in, channel, out, [&](float v, float&) { ++count[static_cast<size_t>(class_of(v))], ++total; });
-    std::vector<float> share(kClasses);
+    for (const Seen& s : seen) {
+      for (size_t i = 0; i < s.count.size(); ++i) all.count[i] += s.count[i], total += s.count[i];
+    }
+    classes.share.resize(kClasses);
     int64_t below = 0;
     for (size_t i = 0; i < kClasses && total > 0; ++i) {
-      share[i] = static_cast<float>((static_cast<double>(below) + 0.5 * static_cast<double>(count[i])) /
-                                    static_cast<double>(total));
-      below += count[i];
+      const int64_t own = all.count[i];
+      classes.share[i] = static_cast<float>((static_cast<double>(below) + 0.5 * static_cast<double>(own)) /
+                                            static_cast<double>(total));
+      below += own;
     }
-    ForEach(in, channel, out, [&](float v, float& to) { to = share[static_cast<size_t>(class_of(v))]; });
+    return classes;
   }
 
   int alpha_;

@@ -1,7 +1,10 @@
 // Levels by the picture's own darkest and brightest samples.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,15 +22,23 @@ namespace {
 struct Ends {
   double low = 0, high = 1;
 };
-Ends EndsOf(std::vector<float>& samples, const AutoLevelsParams& p) {
-  if (samples.empty()) return {};
-  const auto last = static_cast<double>(samples.size() - 1);
-  const auto ranked = [&](double place) {
-    const auto at = samples.begin() + static_cast<ptrdiff_t>(place);
-    std::nth_element(samples.begin(), at, samples.end());
-    return double{*at};
-  };
-  return {ranked(std::floor(p.low * last)), ranked(last - std::floor(p.high * last))};
+
+// Floats in the order of their values, as integers; both zeros are one.
+uint32_t OrderOf(float v) {
+  const auto bits = std::bit_cast<uint32_t>(v + 0.0f);
+  return (bits >> 31) != 0 ? ~bits : bits | 0x80000000u;
+}
+float FloatOf(uint32_t order) {
+  return std::bit_cast<float>((order >> 31) != 0 ? order & 0x7fffffffu : ~order);
+}
+
+// How many samples have each of 65,536 halves of an order.
+using Counts = std::vector<int64_t>;
+// The one that the sample of a rank among them has; the rank becomes that within it.
+uint32_t HalfOf(const Counts& counts, int64_t& rank) {
+  size_t half = 0;
+  while (rank >= counts[half]) rank -= counts[half++];
+  return static_cast<uint32_t>(half);
 }
 
 class AutoLevelsStage final : public graph::WholeStage {
@@ -39,31 +50,17 @@ class AutoLevelsStage final : public graph::WholeStage {
     const Roi& roi = out.roi;
     if (roi.empty()) return;
     const int n = in[0].channels;
-    const auto row = [&](int y) { return reinterpret_cast<const float*>(in[0].At(roi.x0, y)); };
-    const auto sampled = [&](std::span<const int> channels) {
-      std::vector<float> samples;
-      samples.reserve(static_cast<size_t>(roi.pixels()) * channels.size());
-      for (int y = roi.y0; y < roi.y1; ++y) {
-        for (const float* p = row(y); p != row(y) + ptrdiff_t{roi.width()} * n; p += n) {
-          for (const int c : channels) {
-            if (std::isfinite(p[c])) samples.push_back(p[c]);
-          }
-        }
-      }
-      return EndsOf(samples, params_);
-    };
     std::vector<Ends> ends(channels_.size());
     if (params_.apart) {
-      workers.For(static_cast<int64_t>(ends.size()), [&](int64_t k, int) {
-        ends[static_cast<size_t>(k)] = sampled(std::span(channels_).subspan(static_cast<size_t>(k), 1));
-      });
+      for (size_t k = 0; k < ends.size(); ++k)
+        ends[k] = EndsOf(in[0], std::span(channels_).subspan(k, 1), workers);
     } else {
-      std::fill(ends.begin(), ends.end(), sampled(channels_));
+      std::fill(ends.begin(), ends.end(), EndsOf(in[0], channels_, workers));
     }
     workers.For(roi.height(), [&](int64_t line, int) {
       const int y = roi.y0 + static_cast<int>(line);
       auto* const to = reinterpret_cast<float*>(out.At(roi.x0, y));
-      std::copy_n(row(y), ptrdiff_t{roi.width()} * n, to);
+      std::copy_n(reinterpret_cast<const float*>(in[0].At(roi.x0, y)), ptrdiff_t{roi.width()} * n, to);
       for (size_t k = 0; k < channels_.size(); ++k) {
         const Ends& e = ends[k];
         if (!(e.low < e.high)) continue;
@@ -73,6 +70,47 @@ class AutoLevelsStage final : public graph::WholeStage {
         }
       }
     });
+  }
+
+ private:
+  // Of the finite samples of these channels, those whose order passes `counted`, by 16 of its bits.
+  template <class Counted>
+  static Counts CountsOf(const ConstImageView& in, std::span<const int> channels, int shift,
+                         const graph::Workers& workers, const Counted& counted) {
+    std::vector<Counts> own(static_cast<size_t>(workers.count()));
+    workers.For(in.roi.height(), [&](int64_t line, int worker) {
+      Counts& counts = own[static_cast<size_t>(worker)];
+      counts.resize(1 << 16);
+      const auto* const row =
+          reinterpret_cast<const float*>(in.At(in.roi.x0, in.roi.y0 + static_cast<int>(line)));
+      for (const float* p = row; p != row + ptrdiff_t{in.roi.width()} * in.channels; p += in.channels) {
+        for (const int c : channels) {
+          const uint32_t order = OrderOf(p[c]);
+          if (std::isfinite(p[c]) && counted(order)) ++counts[order >> shift & 0xffff];
+        }
+      }
+    });
+    Counts all(1 << 16);
+    for (const Counts& counts : own) {
+      for (size_t i = 0; i < counts.size(); ++i) all[i] += counts[i];
+    }
+    return all;
+  }
+  // Exact ranks by counting: first the upper halves of the samples' orders, then the lower ones where the
+  // upper is known.
+  Ends EndsOf(const ConstImageView& in, std::span<const int> channels, const graph::Workers& workers) const {
+    const Counts uppers = CountsOf(in, channels, 16, workers, [](uint32_t) { return true; });
+    const int64_t total = std::accumulate(uppers.begin(), uppers.end(), int64_t{0});
+    if (total == 0) return {};
+    const auto ranked = [&](double place) {
+      auto rank = static_cast<int64_t>(place);
+      const uint32_t upper = HalfOf(uppers, rank);
+      const Counts lowers =
+          CountsOf(in, channels, 0, workers, [&](uint32_t order) { return order >> 16 == upper; });
+      return double{FloatOf(upper << 16 | HalfOf(lowers, rank))};
+    };
+    const auto last = static_cast<double>(total - 1);
+    return {ranked(std::floor(params_.low * last)), ranked(last - std::floor(params_.high * last))};
   }
 
  private:

@@ -1,0 +1,2 @@
+// What the precompiled headers are compiled with.
+#include "file_headers.h"  // IWYU pragma: keep
