@@ -5,7 +5,8 @@
 //   V operator()(V a, V b, V alpha_a, V alpha_b, Mask<D> is_alpha)   channel by channel; lanes are samples of
 //   any Pixels operator()(const Pixels& a, const Pixels& b)
 // and may have, for 8-bit pixels, `static Bytes Codes(Bytes a, Bytes b)` on interleaved RGBA, which has to
-// give what the float form and correct rounding give;
+// give what the float form and correct rounding give, or, where its operator is costly and simple for alphas,
+// `V Alpha(V alpha_a, V alpha_b)`, which has to give what the operator gives of alphas that are codes;
 // and `static constexpr bool kSamplesAlike = true` where alpha is a channel like the others.
 #if defined(TESSERA_SIMD_PAIR_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SIMD_PAIR_INL_H_
@@ -62,6 +63,27 @@ HWY_INLINE Pixels ApplyPair(const F& f, const Pixels& a, const Pixels& b) {
   }
 }
 
+// Of 8-bit pixels, from and to codes in the order of the pixels, as MapRgba8 has them.
+template <class F>
+HWY_INLINE void PairRgba8(const F& f, const uint8_t* from_a, const uint8_t* from_b, uint8_t* to,
+                          bool stream) {
+  const auto values = [](const uint8_t* from) HWY_ATTR {
+    return ValuesOf<PixelType::kUint8>(UnpackRgba8(hn::LoadU(DU(), reinterpret_cast<const uint32_t*>(from))));
+  };
+  const Pixels a = values(from_a), b = values(from_b);
+  Pixels q;
+  if constexpr (requires { f.Alpha(a.a, b.a); }) {
+    const auto color = hn::Lt(hn::Zero(D()), hn::Zero(D()));
+    q = {f(a.r, b.r, a.a, b.a, color), f(a.g, b.g, a.a, b.a, color), f(a.b, b.b, a.a, b.a, color),
+         f.Alpha(a.a, b.a)};
+  } else {
+    q = ApplyPair(f, a, b);
+  }
+  const VU packed =
+      PackRgba8(ToUnormBits<256>(q.r), ToUnormBits<256>(q.g), ToUnormBits<256>(q.b), ToUnormBits<256>(q.a));
+  StoreOrStream(packed, DU(), reinterpret_cast<uint32_t*>(to), stream);
+}
+
 template <class F>
 class PairStage final : public graph::PointStage {
  public:
@@ -97,6 +119,12 @@ class PairStage final : public graph::PointStage {
       const DBytes d;
       for (int i = 0; i < count; i += 4 * kLanes) {
         StoreBytes(F::Codes(hn::LoadU(d, a + i), hn::LoadU(d, b + i)), to + i, stream);
+      }
+      return;
+    }
+    if constexpr (type == PixelType::kUint8 && kLaneWise<F>) {
+      for (int i = 0; i < count; i += 4 * kLanes) {
+        PairRgba8(f, a + i, b + i, to + i, stream);
       }
       return;
     }

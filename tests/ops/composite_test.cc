@@ -158,6 +158,34 @@ TEST(PorterDuffTest, BytesAreRoundedOnce) {
   });
 }
 
+TEST(BlendTest, BytesOfAllAlphasAgreeWithPlanes) {
+  // Colours of any size, each pair of alphas.
+  const Image s = PremultipliedBytes(256, 256, 3), d = PremultipliedBytes(256, 256, 4);
+  std::mt19937 random(6);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 0; x < 256; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        s.at<uint8_t>(x, y, c) = static_cast<uint8_t>(random());
+        d.at<uint8_t>(x, y, c) = static_cast<uint8_t>(random());
+      }
+      s.at<uint8_t>(x, y, 3) = static_cast<uint8_t>(x);
+      d.at<uint8_t>(x, y, 3) = static_cast<uint8_t>(y);
+    }
+  }
+  const auto five = [](const Image& image) { return SelectChannels(FromImage(image), "R,G,B,A,x=0.5"); };
+  OnEveryTarget([&] {
+    for (size_t mode = 0; mode < BlendModeNames().size(); ++mode) {
+      const auto m = static_cast<BlendMode>(mode);
+      if (m >= BlendMode::kHue && m <= BlendMode::kLuminosity) continue;
+      const Node planes = SelectChannels(Mode(five(s), five(d), m), "R,G,B,A");
+      EXPECT_EQ(LargestDifference(Render(Mode(FromImage(s), FromImage(d), m), PixelType::kUint8),
+                                  Render(planes, PixelType::kUint8)),
+                0)
+          << BlendModeNames()[mode];
+    }
+  });
+}
+
 TEST(PorterDuffTest, DirectPixelsAndPlanesAgree) {
   // The same numbers from RGBA pixels of every type and size of tail, and with a fifth channel, which takes
   // planes.

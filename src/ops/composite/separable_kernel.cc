@@ -20,11 +20,16 @@ using M = hn::Mask<s::D>;
 HWY_INLINE V Constant(float v) { return hn::Set(s::D(), v); }
 
 template <class B>
+inline constexpr bool kDivides = requires {
+  B::kDivides;
+};
+template <class B>
 inline constexpr bool kSums = requires(Words v) {
   B::Sum(v, v, v, v, v);
 };
 
 // B gives T for positive alphas: term(s, d, as, ad, as ad). kAlphaApart: B does not make 1 of two ones.
+// kDivides: it does, exactly, and by divisions that alpha can do without.
 //
 // Of codes the result is a sum of products by 255. B may give that sum, of codes and alphas of any kind and
 // limited to 2^16 - 1, from it without T.
@@ -37,6 +42,11 @@ struct Separable {
     if constexpr (kAlphaApart) term = hn::IfThenElse(is_alpha, both, term);
     term = hn::IfThenElseZero(hn::And(hn::Gt(alpha_a, zero), hn::Gt(alpha_b, zero)), term);
     return hn::MulAdd(hn::Sub(one, alpha_a), b, hn::MulAdd(hn::Sub(one, alpha_b), a, term));
+  }
+
+  HWY_INLINE V Alpha(V alpha_a, V alpha_b) const requires kDivides<B> {
+    const V one = Constant(1), both = hn::Mul(alpha_a, alpha_b);
+    return hn::MulAdd(hn::Sub(one, alpha_a), alpha_b, hn::MulAdd(hn::Sub(one, alpha_b), alpha_a, both));
   }
 
   static HWY_INLINE s::Bytes Codes(s::Bytes a, s::Bytes b) requires kSums<B> {
@@ -87,6 +97,7 @@ struct LightenTerm {
   }
 };
 struct DodgeTerm {
+  static constexpr bool kDivides = true;
   static HWY_INLINE V Term(V a, V b, V alpha_a, V, V both) {
     const V zero = hn::Zero(s::D());
     const V quotient = hn::Mul(hn::Mul(b, alpha_a), hn::Div(alpha_a, hn::Sub(alpha_a, a)));
@@ -95,6 +106,7 @@ struct DodgeTerm {
   }
 };
 struct BurnTerm {
+  static constexpr bool kDivides = true;
   static HWY_INLINE V Term(V a, V b, V alpha_a, V alpha_b, V both) {
     const V zero = hn::Zero(s::D());
     const V quotient = hn::Mul(hn::Mul(hn::Sub(alpha_b, b), alpha_a), hn::Div(alpha_a, a));
@@ -111,6 +123,7 @@ struct HardLightTerm {
   }
 };
 struct SoftLightTerm {
+  static constexpr bool kDivides = true;
   static HWY_INLINE V Term(V a, V b, V alpha_a, V alpha_b, V) {
     const V m = hn::Div(b, alpha_b), twice = hn::Add(a, a), base = hn::Mul(b, alpha_a);
     const V dark = hn::NegMulAdd(hn::Mul(hn::Sub(alpha_a, twice), b), hn::Sub(Constant(1), m), base);
