@@ -105,6 +105,8 @@ std::vector<Operation> Operations() {
          return Convolve(a, {3, 3, 1, 1, 1, {0, -1, 0, -1, 4, -1, 0, -1, 0}});
        },
        nullptr},
+      {"5x5 Gaussian", 1, [](auto& a, auto&) { return Convolve(a, NamedKernel("gaussian", 5, 5)); }, nullptr},
+      {"7x7 Gaussian", 1, [](auto& a, auto&) { return Convolve(a, NamedKernel("gaussian", 7, 7)); }, nullptr},
       {"15x15 Gaussian", 1, [](auto& a, auto&) { return Convolve(a, NamedKernel("gaussian", 15, 15)); },
        nullptr},
       {"box 21x21", 1, [](auto& a, auto&) { return BoxBlur(a, {.width = 21, .height = 21}); }, nullptr},
@@ -163,12 +165,14 @@ std::vector<Operation> Operations() {
   set("3x3 zero sum", [](auto& a, auto&, Mat& d) {
     cv::filter2D(a, d, -1, Mat(cv::Matx33f(0, -1, 0, -1, 4, -1, 0, -1, 0)), {-1, -1}, 0, kBorder);
   });
-  set(
-      "15x15 Gaussian",
-      [](auto& a, auto&, Mat& d) {
-        cv::GaussianBlur(a, d, {15, 15}, 3.75, 3.75, kBorder);
-      },
-      Shares::kBytes);
+  for (const int side : {5, 7, 15}) {
+    set(
+        std::to_string(side) + "x" + std::to_string(side) + " Gaussian",
+        [side](auto& a, auto&, Mat& d) {
+          cv::GaussianBlur(a, d, {side, side}, side / 4.0, side / 4.0, kBorder);
+        },
+        Shares::kBytes);
+  }
   set("box 21x21", [](auto& a, auto&, Mat& d) { cv::blur(a, d, {21, 21}, {-1, -1}, kBorder); });
   set(
       "median 3x3", [](auto& a, auto&, Mat& d) { cv::medianBlur(a, d, 3); }, Shares::kNot, 1);
