@@ -123,18 +123,21 @@ void CompositeRow(const Sheared& s, int row, float* line) {
     const int to = std::min(s.width, static_cast<int>(std::floor(pixel_of(columns - 0.5))) + 1);
     for (int x = from; x < to; x += kLanes) {
       const int count = std::min(kLanes, to - x);
-      const double at = place + slice.scale * x;
+      // Places are counted from every sixteenth pixel, whatever a vector holds, so that all have the same.
+      const int block = from + (x - from) / 16 * 16, into = x - block;
+      const double at = place + slice.scale * block;
       const int whole = Floor(at);
-      if (empty(whole, Floor(at + slice.scale * (count - 1)))) continue;
+      if (empty(Floor(at + slice.scale * into), Floor(at + slice.scale * (into + count - 1)))) continue;
       const V alpha = hn::LoadU(d, planes[3] + x);
       const M active = hn::And(hn::Lt(alpha, opaque), hn::Lt(lane, Set(static_cast<float>(count))));
       if (hn::AllFalse(d, active)) continue;
       V a, b, c, e, fx = Set(static_cast<float>(at - whole));
       if (dense) {
-        const T* const p = rows + whole;
+        const T* const p = rows + whole + into;
         a = Codes(p), b = Codes(p + 1), c = Codes(p + down), e = Codes(p + down + 1);
       } else {
-        const V places = hn::MulAdd(lane, Set(static_cast<float>(slice.scale)), fx);
+        const V pixel = hn::Add(lane, Set(static_cast<float>(into)));
+        const V places = hn::MulAdd(pixel, Set(static_cast<float>(slice.scale)), fx);
         const V floor = hn::Floor(places);
         fx = hn::Sub(places, floor);
         // Lanes beyond the last pixel stay with it.
