@@ -52,7 +52,7 @@ struct AxisTaps {
   int First(int i) const { return first[static_cast<size_t>(i - begin)]; }
   int Count(int i) const { return count[static_cast<size_t>(i - begin)]; }
   const double* Weights(int i) const {
-    return &weights[static_cast<size_t>(offset[static_cast<size_t>(i - begin)])];
+    return weights.data() + offset[static_cast<size_t>(i - begin)];  // where no index has any, none
   }
   // Source indices that results [i0, i1) read.
   void Range(int i0, int i1, int* s0, int* s1) const;

@@ -64,7 +64,7 @@ HWY_INLINE void SumsOfRows(const Rows& rows, int r0, ptrdiff_t stride, ptrdiff_t
   }
   const int begin = kTogether == 1 ? rows.first[r0] : 0;
   const int end = kTogether == 1 ? begin + rows.count[r0] : rows.sources;
-  const float* p = rows.source + begin * stride + x;
+  const float* p = rows.sources == 0 ? nullptr : rows.source + begin * stride + x;
   for (int k = begin; k < end; ++k, p += stride) {
     D8 value[kPairs];
     for (int i = 0; i < kPairs; ++i) value[i] = D8::Load(p + 8 * i);
