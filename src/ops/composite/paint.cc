@@ -60,26 +60,35 @@ BrushPlanes PlanesOf(const ImageSpec& base, const ImageSpec& brush, const std::v
 
 // Means of 2^l x 2^l pixels of the brush; beyond its edge is nothing.
 struct Level {
-  int width = 0, height = 0;
-  std::vector<double> samples;  // planes of a pixel side by side
+  int width, height;
+  std::unique_ptr<double[]>
+      samples;  // planes of a pixel side by side; not cleared, as rows are written by all threads
+  Level(int w, int h, size_t planes)
+      : width(w),
+        height(h),
+        samples(std::make_unique_for_overwrite<double[]>(static_cast<size_t>(w) * static_cast<size_t>(h) *
+                                                         planes)) {}
 };
 
 class BrushStage final : public graph::TileStage {
  public:
-  BrushStage(const std::vector<Stamp>& stamps, const BrushPlanes& planes, const ConstImageView& brush)
+  BrushStage(const std::vector<Stamp>& stamps, const BrushPlanes& planes, const ConstImageView& brush,
+             const graph::Workers& workers)
       : planes_(planes.from.size()), alpha_plane_(planes_ - 1) {
-    Level level;
-    level.width = brush.roi.width(), level.height = brush.roi.height();
-    level.samples.reserve(static_cast<size_t>(brush.roi.pixels()) * planes_);
-    for (int y = brush.roi.y0; y < brush.roi.y1; ++y) {
-      for (int x = brush.roi.x0; x < brush.roi.x1; ++x) {
-        const auto* pixel = reinterpret_cast<const float*>(brush.At(x, y));
+    const Roi& roi = brush.roi;
+    Level level(roi.width(), roi.height(), planes_);
+    workers.For(roi.height(), [&](int64_t row, int) {
+      double* to =
+          level.samples.get() + static_cast<size_t>(row) * static_cast<size_t>(roi.width()) * planes_;
+      for (int x = roi.x0; x < roi.x1; ++x) {
+        const auto* pixel = reinterpret_cast<const float*>(brush.At(x, roi.y0 + static_cast<int>(row)));
         for (size_t p = 0; p < planes_; ++p)
-          level.samples.push_back(planes.factor[p] * (planes.from[p] < 0 ? 1.0 : pixel[planes.from[p]]));
+          *to++ = planes.factor[p] * (planes.from[p] < 0 ? 1.0 : pixel[planes.from[p]]);
       }
-    }
+    });
     levels_.push_back(std::move(level));
-    while (std::max(levels_.back().width, levels_.back().height) > 1) levels_.push_back(Half(levels_.back()));
+    while (std::max(levels_.back().width, levels_.back().height) > 1)
+      levels_.push_back(Half(levels_.back(), workers));
     for (const Stamp& s : stamps) prints_.push_back(PrintOf(s));
   }
   Roi InputRoi(int, const Roi& out) const override { return out; }
@@ -120,17 +129,21 @@ class BrushStage final : public graph::TileStage {
     size_t level;  // and the next one by `part`
   };
 
-  Level Half(const Level& from) const {
-    Level to;
-    to.width = (from.width + 1) / 2, to.height = (from.height + 1) / 2;
-    to.samples.assign(static_cast<size_t>(to.width) * to.height * planes_, 0);
-    for (int y = 0; y < from.height; ++y) {
-      for (int x = 0; x < from.width; ++x) {
-        const double* const a = &from.samples[(static_cast<size_t>(y) * from.width + x) * planes_];
-        double* const b = &to.samples[(static_cast<size_t>(y / 2) * to.width + x / 2) * planes_];
-        for (size_t p = 0; p < planes_; ++p) b[p] += a[p] / 4;
+  Level Half(const Level& from, const graph::Workers& workers) const {
+    Level to((from.width + 1) / 2, (from.height + 1) / 2, planes_);
+    const auto stride = static_cast<size_t>(to.width) * planes_;
+    workers.For(to.height, [&](int64_t row, int) {
+      double* const sums = to.samples.get() + static_cast<size_t>(row) * stride;
+      std::fill_n(sums, stride, 0.0);
+      const int first = 2 * static_cast<int>(row);
+      for (int y = first; y < std::min(first + 2, from.height); ++y) {
+        for (int x = 0; x < from.width; ++x) {
+          const double* const a = &from.samples[(static_cast<size_t>(y) * from.width + x) * planes_];
+          double* const b = sums + static_cast<size_t>(x / 2) * planes_;
+          for (size_t p = 0; p < planes_; ++p) b[p] += a[p] / 4;
+        }
       }
-    }
+    });
     return to;
   }
 
@@ -207,8 +220,9 @@ class BrushOp final : public graph::OpWith<std::pair<std::vector<Stamp>, std::ve
     return k == 0 ? result : std::vector<bool>(in.channels.size(), true);
   }
   std::unique_ptr<graph::TileStage> MakeTileStage(const graph::StageContext& context) const override {
-    return std::make_unique<BrushStage>(
-        params().first, PlanesOf(context.inputs[0], context.inputs[1], params().second), context.whole[1]);
+    return std::make_unique<BrushStage>(params().first,
+                                        PlanesOf(context.inputs[0], context.inputs[1], params().second),
+                                        context.whole[1], context.workers);
   }
 };
 
