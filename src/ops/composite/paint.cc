@@ -58,11 +58,11 @@ BrushPlanes PlanesOf(const ImageSpec& base, const ImageSpec& brush, const std::v
   return planes;
 }
 
-// Means of 2^l x 2^l pixels of the brush; beyond its edge is nothing.
+// Means of 2^l x 2^l pixels of the brush; beyond its edge is nothing. Not cleared: all threads write its
+// rows.
 struct Level {
   int width, height;
-  std::unique_ptr<double[]>
-      samples;  // planes of a pixel side by side; not cleared, as rows are written by all threads
+  std::unique_ptr<double[]> samples;  // planes of a pixel side by side
   Level(int w, int h, size_t planes)
       : width(w),
         height(h),

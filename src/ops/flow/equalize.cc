@@ -31,8 +31,8 @@ class EqualizeStage final : public graph::WholeStage {
       auto* const to = reinterpret_cast<float*>(out.At(out.roi.x0, y));
       std::copy_n(from, ptrdiff_t{in[0].roi.width()} * n, to);
       for (int c = 0; c < n; ++c) {
-        const Classes& of = classes[static_cast<size_t>(c)];
         if (c == alpha_) continue;
+        const Classes& of = classes[static_cast<size_t>(c)];
         ForCounted(in[0], c, from, [&](float v, ptrdiff_t at) { to[at] = of.share[of.Of(v)]; });
       }
     });

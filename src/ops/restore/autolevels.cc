@@ -113,7 +113,6 @@ class AutoLevelsStage final : public graph::WholeStage {
     return {ranked(std::floor(params_.low * last)), ranked(last - std::floor(params_.high * last))};
   }
 
- private:
   AutoLevelsParams params_;
   std::vector<int> channels_;
 };
