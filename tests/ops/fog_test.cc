@@ -7,11 +7,16 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "ops/registry.h"
 #include "support/noise_values.h"
+#include "support/pictures.h"
 #include "tessera/error.h"
 #include "tessera/ops/shade.h"
+#include "tessera/render.h"
 #include "tessera/targets.h"
 
 namespace tessera {
@@ -299,6 +304,38 @@ TEST_P(FogTest, TablesConvergeToTheExactForm) {
   EXPECT_GT(eight, 1e-3);
   EXPECT_LT(eight, 2e-2);
   EXPECT_LT(twelve, eight / 6);
+}
+
+// Distances from the eye are places along the camera's rays, whichever command they are for.
+TEST(FogCommandsTest, DistancesAreAsGoodAsPlanarDepths) {
+  const std::string camera = " camera=1.5,0,0,0,0,2,0.25,0,0,0,-1,-2,0,0,-1,0";
+  const auto make = [](const char* name, const std::vector<Node>& in, const std::string& words) {
+    const ops::OpInfo& op = *ops::FindOp(name);
+    return op.make(in, ops::ParseExample(op, words), nullptr);
+  };
+  ImageSpec spec(40, 30, 1, PixelType::kFloat);
+  Image depths(spec);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x)
+      *reinterpret_cast<float*>(depths.view().At(x, y)) = 1 + 0.1f * static_cast<float>((7 * x + 3 * y) % 50);
+  }
+  const Node planar = FromImage(depths);
+  const Node distance = make("depth", {planar}, "from=planar to=euclidean" + camera);
+  const Node color = FromImage(testing::Picture({0, 0, 40, 30}, 4, PixelType::kFloat, 3));
+  for (const auto& [name, words] : {std::pair{"layerfog", "layers=-1,0.1,0,0.9,0.5,0"},
+                                    std::pair{"fog", "density=0.3 color=height ramp=-1,1,0,0,2,0,0.5,1"}}) {
+    const Image a = Render(make(name, {color, planar}, words + camera + " depth=planar"));
+    const Image b = Render(make(name, {color, distance}, words + camera + " depth=euclidean"));
+    for (int y = 0; y < 30; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        for (int c = 0; c < 4; ++c) ASSERT_NEAR(a.at<float>(x, y, c), b.at<float>(x, y, c), 2e-5) << name;
+      }
+    }
+  }
+  const auto refused = [&] {
+    return make("fog", {color, color}, "mode=transmittance color=height ramp=-1,1,0,0,2,0,0.5,1");
+  };
+  EXPECT_THROW(refused(), Error);
 }
 
 }  // namespace

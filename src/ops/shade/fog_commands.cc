@@ -41,13 +41,13 @@ bool HasColorImage(const Arguments& a) { return a.Text("color") == "image" || a.
 int FogOperands(const Arguments& a) { return 2 + (HasColorImage(a) ? 1 : 0) + (a.Flag("mask") ? 1 : 0); }
 
 // Fog's colour by height: a table between the ramp's ends, fine enough for its steps.
-Node RampImage(const Node& position, const std::vector<double>& ramp) {
+Node RampImage(const std::string& op, const Node& position, const std::vector<double>& ramp) {
   constexpr int kSize = 4096;
   const size_t stops = ramp.size() / 4;
   for (size_t k = 1; k < stops; ++k) {
     if (ramp[4 * k] > ramp[4 * k - 4]) continue;
-    throw Error("fog:ramp", "found height " + base::NumberText(ramp[4 * k]) + " after " +
-                                base::NumberText(ramp[4 * k - 4]) + ", expected increasing heights");
+    throw Error(op + ":ramp", "found height " + base::NumberText(ramp[4 * k]) + " after " +
+                                  base::NumberText(ramp[4 * k - 4]) + ", expected increasing heights");
   }
   const double low = ramp[0], high = ramp[4 * (stops - 1)];
   std::vector<float> samples;
@@ -66,14 +66,17 @@ Node RampImage(const Node& position, const std::vector<double>& ramp) {
   return Lookup(TransformPoints(position, axis), table);
 }
 
+bool NeedsPositions(const Arguments& a) { return a.Text("color") == "height" || a.Text("color") == "map"; }
+
 // What color= asks for, per pixel; empty for a constant.
-Node FogColor(std::span<const Node> in, const Node& position, const Vector3& eye, const Arguments& a) {
+Node FogColor(const std::string& op, std::span<const Node> in, const Node& position, const Vector3& eye,
+              const Arguments& a) {
   const std::string& text = a.Text("color");
   if (text == "image") return in[2];
   if (text == "height") {
     if (!a.Given("ramp"))
-      throw Error("fog:color", "found height without ramp=, expected ramp=y0,r,g,b,y1,r,g,b,…");
-    return RampImage(position, a.Numbers("ramp"));
+      throw Error(op + ":color", "found height without ramp=, expected ramp=y0,r,g,b,y1,r,g,b,…");
+    return RampImage(op, position, a.Numbers("ramp"));
   }
   if (text == "map") {
     TransformParams from_eye;
@@ -90,7 +93,7 @@ std::array<double, 3> ConstantColor(const Arguments& a) {
 }
 Node MaskOf(std::span<const Node> in, const Arguments& a) { return a.Flag("mask") ? in.back() : Node(); }
 
-// The second operand as positions, or as distances where it is a depth image.
+// The second operand as positions, or, where they are enough, as distances.
 struct FogPlace {
   Node place;
   bool distance = false;
@@ -102,7 +105,8 @@ FogPlace FogPlaceOf(const std::string& op, std::span<const Node> in, const Argum
   const bool is_depth = kind != "auto" || (position.empty() && (!depth.empty() || spec.channel_count() < 3));
   if (!is_depth) return {PositionsOf(in[1]), false};
   const auto camera = CameraOf(a, "camera", in.subspan(1, 1));
-  if (kind == "euclidean" || (kind == "auto" && !camera && op == "fog")) {
+  const bool is_enough = op == "fog" && !NeedsPositions(a);
+  if (is_enough && (kind == "euclidean" || (kind == "auto" && !camera))) {
     return {SelectChannels(in[1], {{depth.empty() ? 0 : depth[0], 0, "Z"}}), true};
   }
   DepthParams p;
@@ -174,7 +178,12 @@ OpInfo FogInfo() {
     FogPlace place{in[1], true};
     if (p.mode != FogMode::kTransmittance) place = FogPlaceOf("fog", in, a);
     p.distance = place.distance;
-    return Fog(in[0], place.place, p, FogColor(in, place.place, p.eye, a), MaskOf(in, a));
+    if (p.mode == FogMode::kTransmittance && NeedsPositions(a)) {
+      throw Error("fog:color", "found " + a.Text("color") +
+                                   " with mode=transmittance, whose second image has no positions, expected "
+                                   "image or r,g,b");
+    }
+    return Fog(in[0], place.place, p, FogColor("fog", in, place.place, p.eye, a), MaskOf(in, a));
   };
   info.examples = {
       "density=0.7 color=0.5,0.6,0.7 eye=0.1,-0.2,0.3", "density=0.9 mode=exp2 mask=1",
@@ -252,7 +261,7 @@ OpInfo LayerFogInfo() {
       t.bits = a.Integer("bits");
       return LayerFogByTable(in[0], place, p, t);
     }
-    return LayerFog(in[0], place, p, FogColor(in, place, p.eye, a), MaskOf(in, a));
+    return LayerFog(in[0], place, p, FogColor("layerfog", in, place, p.eye, a), MaskOf(in, a));
   };
   info.examples = {"layers=-0.5,0.2,0.1,0.9,0.6,0.3,1.2,0.05 eye=0.1,0.35,-0.2 color=0.5,0.6,0.7",
                    "profile=exp layers=0,0.5,0.4,-1,0.2,3 eye=0,2,0 mask=1",
