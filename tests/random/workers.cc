@@ -15,6 +15,7 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <thread>
 
 #include "random/shrink.h"
 #include "tessera/error.h"
@@ -23,6 +24,13 @@ namespace tessera::random {
 namespace {
 
 constexpr double kHang = 120;  // seconds in one case
+// ThreadSanitizer cannot follow a process that has threads, libraries' own, into its child: a thread works
+// there, and whatever ends it ends the run.
+#ifdef __SANITIZE_THREAD__
+constexpr bool kForks = false;
+#else
+constexpr bool kForks = true;
+#endif
 
 double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -33,6 +41,7 @@ struct Place {
   std::atomic<uint64_t> index{0};
   std::atomic<double> since{0};
   std::atomic<bool> shrinking{false};
+  std::atomic<bool> stop{false};
 };
 
 // Records: a letter, a tab, text without line breaks (they are written as \v), a line break.
@@ -71,8 +80,8 @@ std::string Described(const Case& c, const Finding& finding, bool shrink, const 
   return text + InWords(shortest);
 }
 
-[[noreturn]] void Work(const Run& run, int worker, uint64_t first, double deadline, const std::string& folder,
-                       int fd, Place& place) {
+void Work(const Run& run, int worker, uint64_t first, double deadline, const std::string& folder, int fd,
+          Place& place) {
   Tally tally;
   Generator generator(run.rows, folder, tally);
   Comparer comparer(folder, tally);
@@ -81,6 +90,7 @@ std::string Described(const Case& c, const Finding& finding, bool shrink, const 
   double reported = Now();
   for (uint64_t i = first;; i += static_cast<uint64_t>(run.workers)) {
     if (run.count >= 0 ? i >= run.from + static_cast<uint64_t>(run.count) : Now() >= deadline) break;
+    if (place.stop) break;
     const double begin = Now();
     place.index = i, place.since = begin;
     const Case c = generator.Make(run.seed, i, run.only);
@@ -105,13 +115,12 @@ std::string Described(const Case& c, const Finding& finding, bool shrink, const 
     for (const auto& [name, count] : names) Send(fd, 'T', kind + "\t" + name + "\t" + std::to_string(count));
   }
   Send(fd, 'E', std::to_string(worker));
-  // No destructors: threads of libraries may still be there.
-  _exit(0);
 }
 
 // The parent's side of a worker.
 struct Worker {
   pid_t pid = -1;
+  std::thread thread;
   int fd = -1;
   std::string folder, unread;
   Place* place = nullptr;
@@ -133,7 +142,9 @@ class Parent {
     for (int k = 0; k < run.workers; ++k) Start(k, run.from + static_cast<uint64_t>(k));
   }
   ~Parent() {
-    for (const Worker& w : workers_) {
+    for (Worker& w : workers_) {
+      w.place->stop = true;
+      if (w.thread.joinable()) w.thread.join();
       if (w.pid > 0) kill(w.pid, SIGKILL), waitpid(w.pid, nullptr, 0);
       std::filesystem::remove_all(w.folder);
     }
@@ -148,7 +159,8 @@ class Parent {
         Worker& w = workers_[static_cast<size_t>(k)];
         if (w.fd < 0) continue;
         if ((fds[static_cast<size_t>(k)].revents & (POLLIN | POLLHUP)) != 0) Read(k);
-        if (w.fd >= 0 && !w.place->shrinking && w.place->since > 0 && Now() - w.place->since > kHang)
+        if (w.fd >= 0 && w.pid > 0 && !w.place->shrinking && w.place->since > 0 &&
+            Now() - w.place->since > kHang)
           kill(w.pid, SIGKILL);
       }
       if (run_.progress) {
@@ -169,14 +181,23 @@ class Parent {
     if (pipe(ends) != 0) throw Error("random pipelines", "no pipe");
     std::fflush(nullptr);
     w.place->since = 0.0;
+    w.fd = ends[0];
+    w.unread.clear();
+    if (!kForks) {
+      w.thread = std::thread([this, k, first, &w, fd = ends[1]] {
+        Work(run_, k, first, deadline_, w.folder, fd, *w.place);
+        close(fd);
+      });
+      return;
+    }
     w.pid = fork();
     if (w.pid == 0) {
       close(ends[0]);
       Work(run_, k, first, deadline_, w.folder, ends[1], *w.place);
+      // No destructors: threads of libraries may still be there.
+      _exit(0);
     }
     close(ends[1]);
-    w.fd = ends[0];
-    w.unread.clear();
   }
 
   void Read(int k) {
@@ -191,8 +212,9 @@ class Parent {
     }
     close(w.fd);
     w.fd = -1;
+    if (w.thread.joinable()) w.thread.join();
     int status = 0;
-    waitpid(w.pid, &status, 0);
+    if (w.pid > 0) waitpid(w.pid, &status, 0);
     w.pid = -1;
     if (w.ended) return;
     const uint64_t index = w.place->index;
@@ -292,6 +314,10 @@ class Parent {
 
 }  // namespace
 
-Report RunCases(const Run& run) { return Parent(run).Run(); }
+Report RunCases(const Run& run) {
+  Run own = run;
+  if (!kForks) own.workers = 1;  // what runs are compared with is one's own: the target, say
+  return Parent(own).Run();
+}
 
 }  // namespace tessera::random
