@@ -13,6 +13,7 @@
 
 #include "ops/registry.h"
 #include "support/pictures.h"
+#include "support/run_command.h"
 #include "tessera/render.h"
 #include "tessera/verify.h"
 
@@ -68,7 +69,7 @@ const Exception kExceptions[] = {
     {"ociolook", "", "of a configuration's looks: tests/ocio"},
     {"softshadow", "depth=planar", "of lights with planes: tests/ops/shadow_test.cc"},
     {"softshadow", "depth=euclidean", "of lights with planes: tests/ops/shadow_test.cc"},
-    {"envmap", "camera=metadata", "of files"},
+    {"envmap", "camera=metadata", "of pictures that know their camera"},
     {"volume", "bigendian=0", "of raw files: below"},
     {"volume", "bigendian=1", "of raw files: below"},
     {"volume", "signed=0", "of raw files: below"},
@@ -203,7 +204,7 @@ struct Line {
   Roi window = kWindow;
 };
 
-// What words need that no example of the row has.
+// The row's examples, and what is wanted besides.
 std::vector<Line> LinesOf(const OpInfo& op) {
   std::vector<Line> lines;
   for (const std::string& example : op.examples) lines.push_back({example});
@@ -269,7 +270,7 @@ TEST_P(VerifyChoices, AreRight) {
 
 // The same numbers in either order of bytes, with a sign and moved up to have none, are the same picture.
 TEST(RawVolumes, OfAnyOrderAndSignAreTheSame) {
-  const std::string folder = ::testing::TempDir();
+  const testing::TemporaryDirectory directory;
   const auto picture = [&](const std::string& name, int moved, bool swapped, const std::string& words) {
     std::string bytes;
     for (int i = 0; i < 512; ++i) {
@@ -278,10 +279,10 @@ TEST(RawVolumes, OfAnyOrderAndSignAreTheSame) {
       const char low = static_cast<char>(code & 255), high = static_cast<char>(code >> 8);
       bytes.push_back(swapped ? high : low), bytes.push_back(swapped ? low : high);
     }
-    std::ofstream(folder + name, std::ios::binary) << bytes;
+    std::ofstream((directory.path() / name).string(), std::ios::binary) << bytes;
     const OpInfo& op = *ops::FindOp("volume");
     Words all = ops::SplitExample(op, "dims=8 type=uint16 size=20x16 " + words);
-    Set(all, "file", folder + name);
+    Set(all, "file", (directory.path() / name).string());
     return Render(Made(op, all, "file", kWindow));
   };
   const Image want = picture("little.raw", 32768, false, "bigendian=0");
