@@ -126,6 +126,9 @@ class PendingOutput {
   StoredPixels ReadBack(int part = 0) const;
 
  private:
+  /// Of no file yet. The others begin with it, so that the temporary file goes, whatever they throw.
+  PendingOutput(const std::string& file, bool sync);
+
   std::function<StoredPixels(int)> read_back_;
   std::string temporary_, file_;  ///< temporary_ is empty when committed or moved from
   bool sync_ = true;
@@ -139,6 +142,10 @@ PixelType StoredType(const Node& node, const std::string& file, const WriteOptio
 
 /// Whether that file's format holds several images.
 bool HoldsParts(const std::string& file);
+
+/// OpenEXR, which has threads of its own beside those of evaluations, takes so many, and none for 1; 0: one
+/// per core, as when the process began. Of the whole process, for files that are opened from then on.
+void LimitCodecThreads(int threads);
 
 /// Removes the temporary files of every unfinished output of this process; async-signal-safe, for SIGINT
 /// handlers.

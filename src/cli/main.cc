@@ -61,6 +61,7 @@ class ProcessSettings {
       : simd_(options.simd),
         budget_(options.render.memory_budget != RenderOptions().memory_budget),
         limits_(options) {
+    LimitCodecThreads(options.render.threads);
     if (!simd_.empty()) ChooseTarget(simd_);
     if (!budget_) return;
     const size_t budget = options.render.memory_budget;
@@ -71,6 +72,7 @@ class ProcessSettings {
         {std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8), whole});
   }
   ~ProcessSettings() {
+    LimitCodecThreads(0);
     if (!simd_.empty()) ChooseTarget("auto");
     if (budget_) Context::Default().Limit(ContextLimits());
   }

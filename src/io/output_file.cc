@@ -80,7 +80,8 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
   const std::string stem = path.stem().string().substr(0, 100);
   base::SweepBeside(target);
   for (;;) {
-    const std::string name =
+    // Not const: what is returned is moved, and a copy for which there is no memory would leave the file.
+    std::string name =
         (directory / ("." + stem + base::TemporaryMark() + std::to_string(::getpid()) + "-" +
                       std::to_string(Unfinished().Next()) + path.extension().string()))
             .string();

@@ -1,4 +1,6 @@
 // Images in files as lazy sources: rows are read when the engine asks.
+#include <OpenImageIO/imageio.h>
+
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -10,6 +12,7 @@
 #include "io/image_file.h"
 #include "io/open_input.h"
 #include "io/spec.h"
+#include "sched/scheduler.h"
 #include "tessera/context.h"
 #include "tessera/io.h"
 
@@ -84,6 +87,12 @@ Node Read(const std::string& file, const ReadOptions& options) {
 std::vector<std::string> Subimages(const std::string& file, Formats formats) {
   return io::IsReadApart(file, formats) ? io::PartNamesApart(file, formats)
                                         : io::PartNamesHere(file, formats);
+}
+
+void LimitCodecThreads(int threads) {
+  const int count = sched::ThreadCount(threads);
+  // Of OpenEXR's pool: -1 for none, where the caller does all. OpenImageIO's own pool is not asked for here.
+  OIIO::attribute("exr_threads", count == 1 ? -1 : count);
 }
 
 }  // namespace tessera

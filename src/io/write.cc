@@ -67,33 +67,30 @@ class FileTimes {
 
 }  // namespace
 
+PendingOutput::PendingOutput(const std::string& file, bool sync) : file_(file), sync_(sync) {}
+
 PendingOutput::PendingOutput(const Node& node, const std::string& file, const WriteOptions& options)
-    : file_(file), sync_(options.sync) {
+    : PendingOutput(file, options.sync) {
   FileTimes times(options.stats, options.render.threads);
   const ImageSpec& spec = node.spec();
   const std::string target = io::ResolveTarget(file);
   io::FileSink sink(file, spec, options.type.value_or(spec.type), options.attributes);
   temporary_ = io::CreateTemporary(target, file);
-  try {
-    sink.Open(temporary_, options.codec, sched::ThreadCount(options.render.threads));
-    type_ = sink.type();
-    graph::RenderToSink(node, type_, sink, options.render, options.stats);
-    times.Evaluated();
-    sink.Finish();
-    times.Closed();
-    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + sink.encoder());
-    read_back_ = [node, render = options.render, spec = sink.Layout()](int) {
-      return io::ReadBack(spec, node, render);
-    };
-  } catch (...) {
-    io::RemoveTemporary(temporary_);
-    throw;
-  }
+  sink.Open(temporary_, options.codec, sched::ThreadCount(options.render.threads));
+  type_ = sink.type();
+  graph::RenderToSink(node, type_, sink, options.render, options.stats);
+  times.Evaluated();
+  sink.Finish();
+  times.Closed();
+  if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + sink.encoder());
+  read_back_ = [node, render = options.render, spec = sink.Layout()](int) {
+    return io::ReadBack(spec, node, render);
+  };
 }
 
 PendingOutput::PendingOutput(const std::vector<Part>& parts, const std::string& file,
                              const WriteOptions& options)
-    : file_(file), sync_(options.sync) {
+    : PendingOutput(file, options.sync) {
   FileTimes times(options.stats, options.render.threads);
   const std::string target = io::ResolveTarget(file);
   std::vector<std::unique_ptr<io::FileSink>> sinks;
@@ -109,40 +106,34 @@ PendingOutput::PendingOutput(const std::vector<Part>& parts, const std::string& 
                               (all.empty() ? "a file" : all[0]->Format()));
   }
   temporary_ = io::CreateTemporary(target, file);
-  try {
-    for (size_t i = 0; i < all.size(); ++i) {
-      if (i == 0) {
-        all[i]->OpenFirst(temporary_, all);
-      } else {
-        all[i]->OpenBehind(*all[i - 1]);
-      }
-      graph::RenderToSink(parts[i].node, all[i]->type(), *all[i], options.render, options.stats);
-      times.Evaluated();
-      all[i]->Finish();
-      times.Closed();
+  for (size_t i = 0; i < all.size(); ++i) {
+    if (i == 0) {
+      all[i]->OpenFirst(temporary_, all);
+    } else {
+      all[i]->OpenBehind(*all[i - 1]);
     }
-    type_ = all[0]->type();
-    if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + all[0]->encoder());
-    std::vector<io::FileLayout> layouts;
-    for (const io::FileSink* sink : all) layouts.push_back(sink->Layout());
-    read_back_ = [parts, layouts, render = options.render](int part) {
-      const auto at = static_cast<size_t>(part);
-      return io::ReadBack(layouts.at(at), parts.at(at).node, render);
-    };
-  } catch (...) {
-    io::RemoveTemporary(temporary_);
-    throw;
+    graph::RenderToSink(parts[i].node, all[i]->type(), *all[i], options.render, options.stats);
+    times.Evaluated();
+    all[i]->Finish();
+    times.Closed();
   }
+  type_ = all[0]->type();
+  if (options.stats != nullptr) options.stats->files.push_back(file + " encoded by " + all[0]->encoder());
+  std::vector<io::FileLayout> layouts;
+  for (const io::FileSink* sink : all) layouts.push_back(sink->Layout());
+  read_back_ = [parts, layouts, render = options.render](int part) {
+    const auto at = static_cast<size_t>(part);
+    return io::ReadBack(layouts.at(at), parts.at(at).node, render);
+  };
 }
 
 PendingOutput::PendingOutput(const std::string& file, const std::vector<std::byte>& bytes, bool sync)
-    : file_(file), sync_(sync) {
+    : PendingOutput(file, sync) {
   temporary_ = io::CreateTemporary(io::ResolveTarget(file), file);
   io::CheckedFile stream(temporary_);
   stream.write(bytes.data(), bytes.size());
   stream.close();
   if (stream.failure() == 0) return;
-  io::RemoveTemporary(temporary_);
   throw SystemError(
       file, "cannot be written: " + std::error_code(stream.failure(), std::generic_category()).message());
 }
