@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
@@ -112,7 +113,8 @@ void RequireFilesOf(const Config& named) {
 
 Config LoadConfig(const OcioParams& params) {
   Config c;
-  const char* const variable = lib::GetEnvVariable("OCIO");
+  // Not OpenColorIO's GetEnvVariable: it answers in one string that all threads share.
+  const char* const variable = std::getenv("OCIO");
   c.name = !params.config.empty()                  ? params.config
            : variable != nullptr && *variable != 0 ? variable
                                                    : kBuiltInConfig;

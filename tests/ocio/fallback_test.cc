@@ -20,9 +20,9 @@
 namespace tessera {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 // The reference of testing::SlowAffine; with `kLie` it differs in one sample of a hundred.
 template <bool kLie>
@@ -60,8 +60,7 @@ TEST_F(FallbackTest, HonestPipelinesPassAndTellWhatTheyWereComparedWith) {
     EXPECT_TRUE(report.within_bound) << report.Summary();
     EXPECT_GT(report.largest_bound, 0x1p-21);
     EXPECT_LT(report.largest_bound, 1e-4);
-    ASSERT_THAT(report.remarks, SizeIs(1));
-    EXPECT_THAT(report.Summary(), HasSubstr("OpenColorIO"));
+    EXPECT_THAT(report.remarks, Contains(HasSubstr("OpenColorIO")));
   }
   const VerifyReport inverse = Verify(ColorConvert(image_, "inverse_curve", "lin", params_));
   EXPECT_TRUE(inverse.within_bound) << inverse.Summary();
@@ -69,7 +68,7 @@ TEST_F(FallbackTest, HonestPipelinesPassAndTellWhatTheyWereComparedWith) {
                                 {.config = kBuiltInConfig});
   const VerifyReport display = Verify(aces);
   EXPECT_TRUE(display.within_bound) << display.Summary();
-  EXPECT_THAT(display.remarks, SizeIs(1));
+  EXPECT_THAT(display.remarks, Contains(HasSubstr("OpenColorIO")));
   // What has nodes of its own has a reference of its own.
   EXPECT_THAT(Verify(ColorConvert(image_, "lin", "logc", params_)).remarks, IsEmpty());
 }
