@@ -113,7 +113,7 @@ void RequireFilesOf(const Config& named) {
 
 Config LoadConfig(const OcioParams& params) {
   Config c;
-  // Not OpenColorIO's GetEnvVariable: it answers in one string that all threads share.
+  // OpenColorIO's GetEnvVariable answers in one string that all threads share.
   const char* const variable = std::getenv("OCIO");
   c.name = !params.config.empty()                  ? params.config
            : variable != nullptr && *variable != 0 ? variable

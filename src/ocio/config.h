@@ -5,6 +5,7 @@
 #include <OpenColorIO/OpenColorIO.h>
 
 #include <exception>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -35,10 +36,17 @@ std::string OwnName(const Config& config, const std::string& name);
 void RequireOneOf(const Config& config, const std::string& kind, const std::string& name,
                   const std::vector<std::string>& known);
 
-// `action()`, with OpenColorIO's exceptions as one line about `subject`.
+// OpenColorIO's preparations ask for variables of the environment, and get them in one string that all
+// threads share (its header warns of it): one thread at a time. An action within another's is the same
+// thread's.
+inline std::recursive_mutex preparing;
+
+// `action()`, with OpenColorIO's exceptions as one line about `subject`. Actions prepare: they compute no
+// pixels and start no tasks.
 std::string OneLine(const std::string& text);
 template <class F>
 auto Guarded(const std::string& subject, const F& action) -> decltype(action()) {
+  const std::lock_guard lock(preparing);
   try {
     return action();
   } catch (const lib::Exception& e) {
