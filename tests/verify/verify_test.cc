@@ -228,7 +228,7 @@ class UndecidedTest : public VerifyTest {
 };
 
 TEST_F(UndecidedTest, ValuesWithinTheirErrorOfADecisionAreNeitherRightNorWrong) {
-  const VerifyReport report = Verify(stepped_, PixelType::kFloat, {.samples = 100});
+  const VerifyReport report = Verify(stepped_, PixelType::kFloat, {.samples = 100, .seconds = 600});
   EXPECT_TRUE(report.within_bound) << report.Summary();
   EXPECT_EQ(report.samples, 200 * 150 * 4);
   EXPECT_EQ(report.undecided, 200 * 150 * 4 / 10);
@@ -253,7 +253,7 @@ TEST_F(UndecidedTest, DecisionsOfExactInputsAreClear) {
 
 TEST_F(UndecidedTest, WhatComesFromAnUndecidedValueIsUndecidedToo) {
   const VerifyReport scaled =
-      Verify(SlowAffineOf(stepped_, {0.5f, 0.1f}), PixelType::kFloat, {.samples = 100});
+      Verify(SlowAffineOf(stepped_, {0.5f, 0.1f}), PixelType::kFloat, {.samples = 100, .seconds = 600});
   EXPECT_TRUE(scaled.within_bound) << scaled.Summary();
   EXPECT_EQ(scaled.undecided, 200 * 150 * 4 / 10);
   // Nothing of it is left where it takes no part.
