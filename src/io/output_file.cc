@@ -81,10 +81,9 @@ std::string CreateTemporary(const std::string& target, const std::string& shown)
   base::SweepBeside(target);
   for (;;) {
     // Not const: what is returned is moved, and a copy for which there is no memory would leave the file.
-    std::string name =
-        (directory / ("." + stem + base::TemporaryMark() + std::to_string(::getpid()) + "-" +
-                      std::to_string(Unfinished().Next()) + path.extension().string()))
-            .string();
+    std::string name = (directory / ("." + stem + base::TemporaryMark() + std::to_string(::getpid()) + "-" +
+                                     std::to_string(Unfinished().Next()) + path.extension().string()))
+                           .string();
     const base::FileNames::Step step(Unfinished());
     Unfinished().Remember(name);
     const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
