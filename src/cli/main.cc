@@ -72,7 +72,6 @@ class ProcessSettings {
         {std::min(limits.memory, budget / 8), std::min(limits.cache, budget / 8), whole});
   }
   ~ProcessSettings() {
-    LimitCodecThreads(0);
     if (!simd_.empty()) ChooseTarget("auto");
     if (budget_) Context::Default().Limit(ContextLimits());
   }
