@@ -1,11 +1,11 @@
 // Memory that is refused while a file is made of bytes, every allocation of this thread in its turn: the file
 // or std::bad_alloc, and never a file that was not there before. Images have encoders with threads, and
 // libraries that end the process now and then; allocation_failures_test gives each a process.
-#include <cstdlib>
 #include <functional>
 #include <new>
 
 #include "files.h"
+#include "support/watched_new.h"
 
 namespace {
 
@@ -13,29 +13,13 @@ namespace {
 thread_local int64_t granted = -1;
 thread_local bool refused = false;
 
-void* Take(size_t bytes, size_t alignment) {
-  if (granted >= 0 && granted-- == 0) {
-    refused = true;
-    throw std::bad_alloc();
-  }
-  const size_t whole = (std::max<size_t>(bytes, 1) + alignment - 1) / alignment * alignment;
-  void* const memory = std::aligned_alloc(alignment, whole);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
 }  // namespace
 
-// Not inlined: the compiler would see memory of one function given to another.
-#define TESSERA_APART __attribute__((noinline))
-TESSERA_APART void* operator new(size_t bytes) { return Take(bytes, alignof(std::max_align_t)); }
-TESSERA_APART void* operator new(size_t bytes, std::align_val_t alignment) {
-  return Take(bytes, static_cast<size_t>(alignment));
+static void WatchAllocation() {
+  if (granted < 0 || granted-- > 0) return;
+  refused = true;
+  throw std::bad_alloc();
 }
-TESSERA_APART void operator delete(void* memory) noexcept { std::free(memory); }
-TESSERA_APART void operator delete(void* memory, size_t) noexcept { std::free(memory); }
-TESSERA_APART void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-TESSERA_APART void operator delete(void* memory, size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace tessera {
 namespace {

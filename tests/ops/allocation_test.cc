@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <new>
 #include <string>
 #include <utility>
@@ -19,6 +18,7 @@
 #include "ops/registry.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"
+#include "support/watched_new.h"
 #include "tessera/context.h"
 #include "tessera/render.h"
 #include "tessera/targets.h"
@@ -31,27 +31,12 @@ thread_local int64_t allocations = 0;
 // Of all threads, since the program began.
 std::atomic<int64_t> all_allocations{0};
 
-void* Take(size_t bytes, size_t alignment) {
-  if (counting) ++allocations;
-  all_allocations.fetch_add(1, std::memory_order_relaxed);
-  const size_t whole = (std::max<size_t>(bytes, 1) + alignment - 1) / alignment * alignment;
-  void* const memory = std::aligned_alloc(alignment, whole);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
 }  // namespace
 
-// Not inlined: the compiler would see memory of one function given to another.
-#define TESSERA_APART __attribute__((noinline))
-TESSERA_APART void* operator new(size_t bytes) { return Take(bytes, alignof(std::max_align_t)); }
-TESSERA_APART void* operator new(size_t bytes, std::align_val_t alignment) {
-  return Take(bytes, static_cast<size_t>(alignment));
+static void WatchAllocation() {
+  if (counting) ++allocations;
+  all_allocations.fetch_add(1, std::memory_order_relaxed);
 }
-TESSERA_APART void operator delete(void* memory) noexcept { std::free(memory); }
-TESSERA_APART void operator delete(void* memory, size_t) noexcept { std::free(memory); }
-TESSERA_APART void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-TESSERA_APART void operator delete(void* memory, size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace tessera {
 namespace {
