@@ -14,17 +14,15 @@
 #include "graph/render.h"
 #include "graph/source.h"
 #include "ops/registry.h"
+#include "support/sanitized.h"
 #include "tessera/render.h"
 
 namespace tessera {
 namespace {
 
+using testing::kSanitized;
+
 constexpr int kWidth = 100000;
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 // Rows of one row of noise, each moved by as much as its number says.
 class Rows {

@@ -18,6 +18,7 @@
 #include "graph/op.h"
 #include "ops/registry.h"
 #include "support/pictures.h"
+#include "support/sanitized.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 #include "tessera/render.h"
@@ -79,12 +80,6 @@ class MemoryLimit {
  private:
   rlimit before_;
 };
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // their own maps are larger than any limit
-#else
-constexpr bool kSanitized = false;
-#endif
 
 double BoundOf(const std::string& name) {
   const ops::OpInfo* const op = ops::FindOp(name);
@@ -205,7 +200,7 @@ class SizesTest : public ::testing::Test {
 };
 
 TEST_F(SizesTest, EveryOperationThatStreamsIsRightBeyondTwoToThe32) {
-  if (kSanitized) GTEST_SKIP() << "sanitizers keep maps larger than the limit";
+  if (testing::kSanitized) GTEST_SKIP() << "sanitizers keep maps larger than the limit";
   const MemoryLimit limit;
   std::map<std::string, int> skipped;
   int referenced = 0, cornered = 0;

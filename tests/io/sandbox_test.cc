@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <thread>
 
@@ -68,7 +69,7 @@ class Hook final : public OIIO::ImageInput {
       case 'x':
         ::_exit(0);
       case 'h':
-        for (volatile int i = 0;; i = i + 1) continue;
+        for (std::atomic<unsigned> turns = 0;;) ++turns;
       case 'm':
         for (;;) std::memset(::operator new (size_t{1} << 24), 1, size_t{1} << 24);
       case 'v':  // memory that is shared and has no file

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "model/volume_data.h"
+#include "support/sanitized.h"
 #include "support/test_ops.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -314,9 +315,7 @@ TEST_F(PagedFiles, WhatIsTooShortOrHasNoRoomIsRefused) {
 // 134 MB of samples within 16 MB: what the process takes at most grows by that, bounds of blocks, and what a
 // few rays read.
 TEST_F(PagedFiles, WhatIsResidentStaysWithinTheBudget) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers' shadows are resident too";
-#endif
+  if (testing::kSanitized) GTEST_SKIP() << "sanitizers' shadows are resident too";
   constexpr int kSide = 512;
   {
     std::ofstream stream(Name("a.raw"), std::ios::binary);

@@ -15,6 +15,7 @@
 #include "random/shrink.h"
 #include "random/workers.h"
 #include "support/pictures.h"
+#include "support/sanitized.h"
 #include "tessera/targets.h"
 
 namespace tessera::random {
@@ -50,9 +51,7 @@ TEST_F(RandomPipelines, WorkersReportAndCount) {
 
 // A worker that dies is a finding with its case, and the others go on.
 TEST_F(RandomPipelines, ACrashIsAFinding) {
-#ifdef __SANITIZE_THREAD__
-  GTEST_SKIP() << "what crashes there is this process";
-#endif
+  if (testing::kThreadSanitized) GTEST_SKIP() << "what crashes there is this process";
   ops::OpInfo crash = Faultless();
   crash.name = "crash";
   crash.make = [](std::span<const Node> in, const ops::Arguments&, const ImageSpec*) -> Node {

@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "random/shrink.h"
+#include "support/sanitized.h"
 #include "tessera/error.h"
 
 namespace tessera::random {
@@ -26,11 +27,7 @@ namespace {
 constexpr double kHang = 120;  // seconds in one case
 // ThreadSanitizer cannot follow a process that has threads, libraries' own, into its child: a thread works
 // there, and whatever ends it ends the run.
-#ifdef __SANITIZE_THREAD__
-constexpr bool kForks = false;
-#else
-constexpr bool kForks = true;
-#endif
+constexpr bool kForks = !testing::kThreadSanitized;
 
 double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

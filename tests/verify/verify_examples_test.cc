@@ -10,6 +10,7 @@
 
 #include "ops/registry.h"
 #include "support/pictures.h"
+#include "support/sanitized.h"
 #include "tessera/render.h"
 #include "tessera/verify.h"
 
@@ -24,7 +25,7 @@ const Roi kWindow{-5, 3, 91, 67};  // 96 x 64, off the origin
 constexpr double kLimit = 100;
 // What is looked at: the same on a machine that is busy, but for rows whose reference takes very long.
 constexpr int kTiles = 8, kTileSize = 16;
-constexpr double kSeconds = 10;
+constexpr double kSeconds = testing::kSanitized ? 1000 : 10, kFirstSeconds = 60 + kSeconds;
 
 // Rows with another limit, and why. A name stands for all of an operation's examples.
 struct OtherLimit {
@@ -92,8 +93,9 @@ Row Examine(const ops::OpInfo& op, const std::string& example, bool computed) {
   const double start = Now();
   const Image result = Render(node);
   row.run = Now() - start;
-  row.report =
-      VerifyStored(node, result.view(), {.samples = kTiles, .tile_size = kTileSize, .seconds = kSeconds});
+  row.report = VerifyStored(
+      node, result.view(),
+      {.samples = kTiles, .tile_size = kTileSize, .seconds = kSeconds, .first_seconds = kFirstSeconds});
   row.seconds = Now() - start - row.run;
   // How many times its error the bound is where it comes closest. A result cannot be checked more sharply
   // than its own last bit.
