@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "random/faults.h"
 #include "random/samples.h"
@@ -78,7 +79,12 @@ INSTANTIATE_TEST_SUITE_P(RandomPipelines, FaultIs, ::testing::Range(size_t{0}, F
 
 TEST_P(FaultIs, FoundAndShrunk) {
   const Fault& fault = Faults()[GetParam()];
-  if (fault.op.name == "target" && SimdTargets().size() < 2) GTEST_SKIP() << "there is no other target";
+  if (fault.op.name == "target") {
+    // Bits of AVX2 and AVX-512 are compared; that fault is in the former alone.
+    const std::vector<std::string> targets = SimdTargets();
+    if (targets.front() == "AVX2" || std::find(targets.begin(), targets.end(), "AVX2") == targets.end())
+      GTEST_SKIP() << "there is no other target";
+  }
   Generator generator(RowsWith(fault.op), folder_, tally_);
   Comparer comparer(folder_, tally_);
   constexpr int kMostCases = 2000;
