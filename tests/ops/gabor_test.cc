@@ -85,10 +85,7 @@ TEST(Gabor, EveryOptionIsWithinItsBound) {
 }
 
 TEST(Gabor, TargetsWithFusedMultiplyAddAgreeInEveryBit) {
-  const std::vector<std::string> targets = SimdTargets();
-  for (const char* const target : {"AVX2", "AVX3"}) {
-    if (std::count(targets.begin(), targets.end(), target) == 0) GTEST_SKIP() << "there is no " << target;
-  }
+  if (!testing::HasBothFusedTargets()) GTEST_SKIP() << "there are not both AVX2 and AVX-512";
   RenderOptions tiles;
   tiles.threads = 3, tiles.tile_width = 17, tiles.tile_height = 13;
   ForEveryCase([&](const Node& node) {

@@ -15,6 +15,7 @@
 #include "graph/topology.h"
 #include "ops/registry.h"
 #include "support/cases.h"
+#include "support/every_target.h"
 #include "support/pictures.h"
 #include "support/test_ops.h"
 #include "tessera/context.h"
@@ -331,11 +332,7 @@ TEST(LawsTest, NansOfAnySignAreAlike) {
 }
 
 TEST_P(Laws, TargetsWithFusedMultiplyAddAgreeInEveryBit) {
-  const std::vector<std::string> targets = SimdTargets();
-  const auto has = [&](const char* t) {
-    return std::find(targets.begin(), targets.end(), t) != targets.end();
-  };
-  if (!has("AVX2") || !has("AVX3")) GTEST_SKIP() << "this machine has not both AVX2 and AVX-512";
+  if (!testing::HasBothFusedTargets()) GTEST_SKIP() << "there are not both AVX2 and AVX-512";
   const AutoTarget restore;
   for (const PixelType type : {PixelType::kUint8, PixelType::kHalf, PixelType::kFloat}) {
     const Node node = GetParam().Make(kWindow, 4, type, Content::kSpecial);

@@ -9,15 +9,14 @@
 #include <filesystem>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "random/faults.h"
 #include "random/samples.h"
 #include "random/shrink.h"
 #include "random/workers.h"
+#include "support/every_target.h"
 #include "support/pictures.h"
 #include "support/sanitized.h"
-#include "tessera/targets.h"
 
 namespace tessera::random {
 namespace {
@@ -79,12 +78,9 @@ INSTANTIATE_TEST_SUITE_P(RandomPipelines, FaultIs, ::testing::Range(size_t{0}, F
 
 TEST_P(FaultIs, FoundAndShrunk) {
   const Fault& fault = Faults()[GetParam()];
-  if (fault.op.name == "target") {
-    // Bits of AVX2 and AVX-512 are compared; that fault is in the former alone.
-    const std::vector<std::string> targets = SimdTargets();
-    if (targets.front() == "AVX2" || std::find(targets.begin(), targets.end(), "AVX2") == targets.end())
-      GTEST_SKIP() << "there is no other target";
-  }
+  // Their bits are compared; that fault is in the former alone.
+  if (fault.op.name == "target" && !testing::HasBothFusedTargets())
+    GTEST_SKIP() << "there are not both AVX2 and AVX-512";
   Generator generator(RowsWith(fault.op), folder_, tally_);
   Comparer comparer(folder_, tally_);
   constexpr int kMostCases = 2000;

@@ -4,11 +4,20 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "tessera/targets.h"
 
 namespace tessera::testing {
+
+// Whether there is this one: presets of sanitizers compile fewer.
+inline bool HasTarget(const std::string& name) {
+  const std::vector<std::string> all = SimdTargets();
+  return std::find(all.begin(), all.end(), name) != all.end();
+}
+inline bool HasBothFusedTargets() { return HasTarget("AVX2") && HasTarget("AVX3"); }
 
 template <class F>
 void OnEveryTarget(F check) {
