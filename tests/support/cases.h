@@ -10,15 +10,10 @@
 #include <vector>
 
 #include "ops/registry.h"
+#include "support/every_target.h"
 #include "support/pictures.h"
-#include "tessera/targets.h"
 
 namespace tessera::testing {
-
-// Restores the best instruction set when a test leaves.
-struct AutoTarget {
-  ~AutoTarget() { SetSimdTarget("auto"); }
-};
 
 // One row with one of its examples, applied to pictures.
 struct Case {
@@ -71,17 +66,6 @@ inline std::string RowName(const ::testing::TestParamInfo<const ops::OpInfo*>& i
 }
 
 inline const Roi kWindow{-5, 3, 48, 22};  // 53 x 19, off the origin
-
-// Runs a law on every target that this machine has.
-template <class F>
-void OnEveryTarget(F law) {
-  const AutoTarget restore;
-  for (const std::string& target : SimdTargets()) {
-    SCOPED_TRACE(target);
-    SetSimdTarget(target);
-    law();
-  }
-}
 
 }  // namespace tessera::testing
 

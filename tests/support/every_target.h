@@ -12,6 +12,11 @@
 
 namespace tessera::testing {
 
+// Restores the best instruction set when a test leaves.
+struct AutoTarget {
+  ~AutoTarget() { SetSimdTarget("auto"); }
+};
+
 // Whether there is this one: presets of sanitizers compile fewer.
 inline bool HasTarget(const std::string& name) {
   const std::vector<std::string> all = SimdTargets();
@@ -21,12 +26,12 @@ inline bool HasBothFusedTargets() { return HasTarget("AVX2") && HasTarget("AVX3"
 
 template <class F>
 void OnEveryTarget(F check) {
+  const AutoTarget restore;
   for (const std::string& target : SimdTargets()) {
     SCOPED_TRACE(target);
     SetSimdTarget(target);
     check();
   }
-  SetSimdTarget("auto");
 }
 
 }  // namespace tessera::testing
