@@ -24,6 +24,12 @@ TESSERA_APART void* operator new(size_t bytes) { return TakeWatched(bytes, align
 TESSERA_APART void* operator new(size_t bytes, std::align_val_t alignment) {
   return TakeWatched(bytes, static_cast<size_t>(alignment));
 }
+// Of the library it would call the first one; sanitizers have one of their own.
+TESSERA_APART void* operator new(size_t bytes, const std::nothrow_t&) noexcept try {
+  return TakeWatched(bytes, alignof(std::max_align_t));
+} catch (const std::bad_alloc&) {
+  return nullptr;
+}
 TESSERA_APART void operator delete(void* memory) noexcept { std::free(memory); }
 TESSERA_APART void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 TESSERA_APART void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
