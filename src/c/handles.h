@@ -30,6 +30,9 @@ struct Tagged {
 struct Borrowed {
   void (*release)(void* user) = nullptr;
   void* user = nullptr;
+  Borrowed() = default;
+  Borrowed(const Borrowed&) = delete;  // they would be given back twice
+  Borrowed& operator=(const Borrowed&) = delete;
   ~Borrowed() {
     if (release != nullptr) release(user);
   }

@@ -128,7 +128,7 @@ tessera_status tessera_image_borrow(const tessera_pixels* pixels, const tessera_
     std::unique_ptr<tessera_image> made(NewImage(tessera::FromView(view, SpecOf(view, options)), nullptr, 0));
     if (release != nullptr) {
       made->borrowed.push_back(std::make_shared<tessera::c::Borrowed>());
-      *made->borrowed[0] = {release, user};  // nothing can fail from here on
+      made->borrowed[0]->release = release, made->borrowed[0]->user = user;  // nothing can fail from here on
     }
     result = made.release();
   });
