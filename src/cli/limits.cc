@@ -11,7 +11,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <mutex>
 
 #include "cli/arguments.h"
 #include "cli/messages.h"
@@ -28,8 +30,21 @@ using Clock = std::chrono::steady_clock;
 constexpr double kGrace = 2;
 
 std::optional<Clock::time_point> g_end;
-std::string g_over, g_memory;                 // what messages say, of the latest line
-std::atomic<const char*> g_at_hand = "line";  // never freed: a handler may be reading it
+std::string g_over, g_memory;  // what messages say, of the latest line
+// What is being done, null: the line. A handler, which may come at any time, takes it away; threads replace
+// and read it one after the other.
+std::atomic<char*> g_at_hand{nullptr};
+std::mutex g_at_hand_mutex;
+
+void SetAtHand(char* words) {
+  const std::lock_guard lock(g_at_hand_mutex);
+  std::free(g_at_hand.exchange(words));
+}
+std::string AtHand() {
+  const std::lock_guard lock(g_at_hand_mutex);
+  const char* const words = g_at_hand.load();
+  return words != nullptr ? words : "line";
+}
 
 bool InTime() { return !g_end || Clock::now() < *g_end; }
 
@@ -37,7 +52,9 @@ extern "C" void OnAlarm(int signal) {
   if (!MayEnd(signal)) return;
   EndOutputs();
   const int messages = MessagesDescriptor();
-  const char* const parts[] = {"tessera: error: ", g_at_hand.load(), ": ", g_over.c_str(), "\n"};
+  const char* const at_hand = g_at_hand.exchange(nullptr);
+  const char* const parts[] = {"tessera: error: ", at_hand != nullptr ? at_hand : "line", ": ",
+                               g_over.c_str(), "\n"};
   for (const char* const part : parts) {
     if (write(messages, part, std::strlen(part)) < 0) break;
   }
@@ -110,7 +127,7 @@ void Limit(Options& options) {
 
 ProcessLimits::ProcessLimits(const Options& options) {
   g_memory.clear();
-  g_at_hand.store("line");  // not what the last job of --batch was at
+  SetAtHand(nullptr);  // not what the last job of --batch was at
   const Limits& l = options.limits;
   Policy policy = options.safe ? SafePolicy() : Policy{};
   if (l.pixels) policy.pixels = static_cast<int64_t>(*l.pixels);
@@ -162,9 +179,9 @@ ProcessLimits::~ProcessLimits() {
 void RequireTime(const std::string& words) {
   if (!g_end) return;
   if (!words.empty()) {
-    if (char* const copy = strdup(Printable(words).c_str())) g_at_hand.store(copy);
+    if (char* const copy = strdup(Printable(words).c_str())) SetAtHand(copy);
   }
-  if (!InTime()) throw SystemError(g_at_hand.load(), g_over);
+  if (!InTime()) throw SystemError(AtHand(), g_over);
   // What is left is left to readers, too.
   Policy policy = Context::Default().policy();
   policy.reader_seconds = std::chrono::duration<double>(*g_end - Clock::now()).count();
