@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(RandomPipelines, FaultIs, ::testing::Range(size_t{0}, F
 
 TEST_P(FaultIs, FoundAndShrunk) {
   const Fault& fault = Faults()[GetParam()];
-  // Their bits are compared; that fault is in the former alone.
+  // Bits of AVX2 and AVX-512 are compared; that fault is in the former alone.
   if (fault.op.name == "target" && !testing::HasBothFusedTargets())
     GTEST_SKIP() << "there are not both AVX2 and AVX-512";
   Generator generator(RowsWith(fault.op), folder_, tally_);
