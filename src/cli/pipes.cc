@@ -13,9 +13,8 @@
 #include <memory>
 #include <system_error>
 
-#include "base/file_names.h"
 #include "base/input_file.h"
-#include "base/stale_files.h"
+#include "base/spool.h"
 #include "cli/batch_job.h"
 #include "cli/signals.h"
 #include "tessera/context.h"
@@ -25,45 +24,6 @@ namespace tessera::cli {
 namespace {
 
 constexpr char kInput[] = "standard input", kOutput[] = "standard output";
-
-// A file of its own in a folder of its own, both of which go with it, or with the process.
-class Spool {
- public:
-  explicit Spool(const std::string& extension) {
-    folder_ = (std::filesystem::temp_directory_path() /
-               (".pipe" + base::TemporaryMark() + std::to_string(::getpid()) + "-XXXXXX"))
-                  .string();
-    base::SweepBeside(folder_);
-    base::FileNames& names = Context::Default().files();
-    const base::FileNames::Step step(names);
-    if (::mkdtemp(folder_.data()) == nullptr) {
-      throw SystemError(folder_,
-                        "cannot be made: " + std::error_code(errno, std::generic_category()).message());
-    }
-    try {
-      file_ = folder_ + "/pipe" + extension;
-      names.Remember(folder_);
-      names.Remember(file_);
-    } catch (...) {
-      Remove();
-      throw;
-    }
-  }
-  ~Spool() { Remove(); }
-  Spool(const Spool&) = delete;
-  Spool& operator=(const Spool&) = delete;
-  const std::string& file() const { return file_; }
-
- private:
-  void Remove() noexcept {
-    std::error_code code;
-    std::filesystem::remove_all(folder_, code);
-    Context::Default().files().Forget(file_);
-    Context::Default().files().Forget(folder_);
-  }
-
-  std::string folder_, file_;
-};
 
 // All of standard input in a file that has no name any more, so that nothing is left behind.
 int KeepInput() {
@@ -112,7 +72,7 @@ std::string InPlaceOfStandardOutput(const std::string& file, Session& session) {
     extension = std::filesystem::path(session.inputs.front()).extension().string();
   if (extension.empty())
     throw UsageError("-o " + file, "found no format, expected one before the -, such as png:-");
-  const auto spool = std::make_shared<Spool>(extension);
+  const auto spool = std::make_shared<base::Spool>(Context::Default().files(), "pipe", extension);
   session.WhenInPlace([spool] {
     std::ifstream from(spool->file(), std::ios::binary);
     std::cout << from.rdbuf() << std::flush;

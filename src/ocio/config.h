@@ -5,10 +5,12 @@
 #include <OpenColorIO/OpenColorIO.h>
 
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
+#include "base/spool.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 #include "tessera/ocio.h"
@@ -78,7 +80,7 @@ class CheckedLutFile {
 
  private:
   std::string path_;
-  bool temporary_ = false;
+  std::unique_ptr<base::Spool> copy_;
 };
 
 // A processor as nodes on top of `image`; `filter` serves its tables, null: each has its own.

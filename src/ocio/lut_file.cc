@@ -1,24 +1,22 @@
 // What is checked of a LUT file before OpenColorIO reads it: sizes, domains, numbers that are none, entries
 // given twice.
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "base/input_file.h"
 #include "base/number_text.h"
+#include "base/spool.h"
 #include "ocio/config.h"
 #include "tessera/context.h"
 #include "tessera/error_kind.h"
@@ -279,22 +277,17 @@ void RequireNoReferences(const std::string& file, std::istream& stream) {
   }
 }
 
-// A copy without the first `skip` bytes, under a name of its own with the same extension.
-std::string CopyWithout(const std::string& file, std::istream& stream, std::streamoff skip) {
-  const std::string extension = fs::path(file).extension().string();
-  std::string name = (fs::temp_directory_path() / ("tessera_lut_XXXXXX" + extension)).string();
-  const int descriptor = mkstemps(name.data(), static_cast<int>(extension.size()));
-  if (descriptor < 0) throw SystemError(file, "cannot write a temporary copy without its byte-order mark");
-  close(descriptor);
+// What the stream holds from `skip` on, in a file of its own with the same extension.
+std::unique_ptr<base::Spool> CopyWithout(const std::string& file, std::istream& stream, std::streamoff skip) {
+  auto spool =
+      std::make_unique<base::Spool>(Context::Default().files(), "lut", fs::path(file).extension().string());
   stream.clear();
   stream.seekg(skip);
-  std::ofstream copy(name, std::ios::binary);
+  std::ofstream copy(spool->file(), std::ios::binary);
   copy << stream.rdbuf();
   copy.close();
-  if (copy) return name;
-  std::error_code ignored;
-  fs::remove(name, ignored);
-  throw SystemError(file, "cannot write a temporary copy without its byte-order mark");
+  if (!copy) throw SystemError(file, "cannot write a temporary copy without its byte-order mark");
+  return spool;
 }
 
 }  // namespace
@@ -335,16 +328,13 @@ CheckedLutFile::CheckedLutFile(const std::string& file) : path_(file) {
   stream.seekg(0);
   stream.read(start, 3);
   if (std::string(start) == kByteOrderMark && extension != ".icc" && extension != ".icm") {
-    path_ = CopyWithout(file, stream, 3);
-    temporary_ = true;
+    copy_ = CopyWithout(file, stream, 3);
+    path_ = copy_->file();
   }
 }
 
 CheckedLutFile::~CheckedLutFile() {
-  std::error_code ignored;
-  if (!temporary_) return;
-  fs::remove(path_, ignored);
-  lib::ClearAllCaches();  // nobody asks for it again
+  if (copy_ != nullptr) lib::ClearAllCaches();  // nobody asks for it again
 }
 
 }  // namespace tessera::ocio

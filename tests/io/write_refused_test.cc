@@ -1,9 +1,12 @@
 // Memory that is refused while a file is made of bytes, every allocation of this thread in its turn: the file
 // or std::bad_alloc, and never a file that was not there before. Images have encoders with threads, and
 // libraries that end the process now and then; allocation_failures_test gives each a process.
+#include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <new>
 
+#include "base/spool.h"
 #include "files.h"
 #include "support/watched_new.h"
 
@@ -67,6 +70,28 @@ TEST_F(WriteRefusedTest, OutputsThatAreDroppedLeaveNothing) {
     for (PendingOutput& output : outputs) all.push_back(&output);
     PendingOutput::CommitTogether(all);
   });
+}
+
+// Copies for libraries that read files by their names: in a folder of their own, which is not there before.
+TEST_F(WriteRefusedTest, SpoolsLeaveNothing) {
+  const char* const was = std::getenv("TMPDIR");
+  const std::string before = was == nullptr ? "" : was;
+  setenv("TMPDIR", Path("").c_str(), 1);
+  bool gone = true;
+  const int allocations = RefuseEach([&] {
+    base::FileNames names;
+    {
+      const base::Spool spool(names, "lut", ".cube");
+      std::ofstream(spool.file()) << "LUT_1D_SIZE 2\n";
+      // What a writer leaves beside it goes too.
+      if (granted < 0) std::ofstream(spool.file() + "~") << "x";
+      gone = gone && Names().size() == 1;
+    }
+    gone = gone && Names().empty();
+  });
+  was == nullptr ? unsetenv("TMPDIR") : setenv("TMPDIR", before.c_str(), 1);
+  EXPECT_TRUE(gone);
+  EXPECT_GT(allocations, 3);
 }
 
 }  // namespace
