@@ -113,18 +113,19 @@ TEST_F(HardPlacesTest, ShortOfMemory) {
   Works("a.exr --blur:sigma=20 -d half -o right.exr");
   int refused = 0;
   for (int kilobytes = 150000; kilobytes < 1000000; kilobytes += kilobytes / 6) {
+    const std::string limited = "ulimit -v " + std::to_string(kilobytes) + "; exec " + Program();
+    // With less, libraries' own beginnings end the process before anything of ours runs.
+    if (Shell(limited + "--version").exit_code != 0) continue;
     std::ofstream(Path("o.exr")) << "old";
     const auto before = directory_.Names();
-    const testing::CommandResult result = Shell("ulimit -v " + std::to_string(kilobytes) + "; exec " +
-                                                Program() + "a.exr --blur:sigma=20 -d half -o o.exr");
+    const testing::CommandResult result = Shell(limited + "a.exr --blur:sigma=20 -d half -o o.exr");
     EXPECT_EQ(directory_.Names(), before);
     if (result.exit_code == 0) {
       EXPECT_EQ(Oiiotool("--fail 0 o.exr right.exr --diff").exit_code, 0);
       continue;
     }
     ++refused;
-    EXPECT_TRUE(result.exit_code == 1 || result.exit_code == 127)
-        << kilobytes << ": " << result.exit_code << result.err;
+    EXPECT_EQ(result.exit_code, 1) << kilobytes << ": " << result.err;
     EXPECT_FALSE(result.err.empty());
     EXPECT_EQ(testing::FileText(Path("o.exr")), "old");
   }

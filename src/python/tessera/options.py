@@ -1,7 +1,6 @@
 """How images are evaluated, for all that is computed inside a `with` block."""
 import contextlib
 import contextvars
-import os
 
 from . import _core
 from .errors import UsageError
@@ -109,8 +108,3 @@ def options(*, threads=None, memory=None, target=None, progress=None, optimize=N
 def current():
     """The options that hold here, for the compiled half."""
     return _current.get()
-
-
-def default_threads():
-    """How many threads compute where none are named."""
-    return current().get("threads") or os.cpu_count()
