@@ -14,9 +14,9 @@
 namespace tessera::base {
 
 Spool::Spool(FileNames& names, const std::string& stem, const std::string& extension) : names_(names) {
-  folder_ = (std::filesystem::temp_directory_path() /
-             ("." + stem + TemporaryMark() + std::to_string(::getpid()) + "-XXXXXX"))
-                .string();
+  // Not put together as a path: gcc 12's end the process where they get no memory.
+  folder_ = std::filesystem::temp_directory_path().string() + "/." + stem + TemporaryMark() +
+            std::to_string(::getpid()) + "-XXXXXX";
   SweepBeside(folder_);
   const FileNames::Step step(names_);
   if (::mkdtemp(folder_.data()) == nullptr) {

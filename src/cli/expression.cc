@@ -46,6 +46,13 @@ std::string WithoutEnd(std::string text) {
   return text;
 }
 
+std::string WithoutIndents(const std::string& text) {
+  std::vector<std::string> lines;
+  OIIO::Strutil::split(text, lines, "\n");
+  for (std::string& line : lines) line.erase(0, line.find_first_not_of(' '));
+  return OIIO::Strutil::join(lines, "\n");
+}
+
 std::optional<double> NumberIn(const std::string& text) {
   double value = 0;
   const std::string plain = OIIO::Strutil::strip(text);
@@ -305,7 +312,7 @@ class Reader {
     if (name.ends_with("COLOR") || name == "STATS") {
       if (session_.options().dry_run) return "0";
       const RenderOptions& render = session_.options().render;
-      if (name == "STATS") return WithoutEnd(StatsText(entry.node, render));
+      if (name == "STATS") return WithoutIndents(WithoutEnd(StatsText(entry.node, render)));
       const ColorExtremes colors = ExtremesOf(entry, render);
       if (name == "MINCOLOR") return ColorText(colors.min);
       if (name == "MAXCOLOR") return ColorText(colors.max);

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <string_view>
 
 #include "cli/frame_names.h"
@@ -101,23 +102,21 @@ int AnimatedFrames(const Line& line) {
 
 constexpr std::string_view kFrameNumber = "FRAME_NUMBER";
 
-// The number that an expression of numbers, FRAME_NUMBER, + - * / and parentheses stands for.
+// The number that an expression of numbers, FRAME_NUMBER, + - * / and parentheses stands for: in full, where
+// those that are evaluated as commands are reached have six digits, as oiiotool's.
 class FrameExpression {
  public:
   FrameExpression(std::string_view text, int frame) : whole_(text), rest_(text), frame_(frame) {}
 
-  double Value() {
+  // None for an expression of other things too.
+  std::optional<double> Value() {
     const double value = Sum();
-    if (!rest_.empty() || !std::isfinite(value)) Refuse();
+    if (other_ || !rest_.empty()) return std::nullopt;
+    if (!std::isfinite(value)) throw UsageError("{" + std::string(whole_) + "}", "found no finite number");
     return value;
   }
 
  private:
-  [[noreturn]] void Refuse() const {
-    throw UsageError("{" + std::string(whole_) + "}",
-                     "found no finite number, expected an expression of numbers, FRAME_NUMBER, + - * / and "
-                     "parentheses, as FRAME_NUMBER/24");
-  }
   bool Take(std::string_view word) {
     rest_.remove_prefix(std::min(rest_.find_first_not_of(' '), rest_.size()));
     if (!rest_.starts_with(word)) return false;
@@ -150,27 +149,48 @@ class FrameExpression {
     }
   }
   double Factor() {
-    if (++depth_ > 100) Refuse();
     double value = 0;
+    if (other_ || ++depth_ > 100) return Other();
     if (Take("-")) {
       value = -Factor();
     } else if (Take("(")) {
       value = Sum();
-      if (!Take(")")) Refuse();
+      if (!Take(")")) return Other();
     } else if (Take(kFrameNumber)) {
       value = frame_;
     } else {
       const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
-      if (error != std::errc()) Refuse();
+      if (error != std::errc()) return Other();
       rest_.remove_prefix(static_cast<size_t>(end - rest_.data()));
     }
     --depth_;
     return value;
   }
 
+  double Other() {
+    other_ = true;
+    return 0;
+  }
+
   std::string_view whole_, rest_;
   int frame_, depth_ = 0;
+  bool other_ = false;
 };
+
+// What stands in the braces that open here, where that names the frame; else nothing.
+std::string FrameBraces(const std::string& word, size_t open) {
+  const size_t close = word.find('}', open);
+  if (close == std::string::npos) return "";
+  std::string inner = word.substr(open + 1, close - open - 1);
+  return inner.find(kFrameNumber) == std::string::npos ? "" : inner;
+}
+
+bool NamesFrame(const std::string& word) {
+  for (size_t open = word.find('{'); open != std::string::npos; open = word.find('{', open + 1)) {
+    if (!FrameBraces(word, open).empty()) return true;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -207,13 +227,13 @@ std::vector<std::string> SequenceFiles(const std::string& pattern, const std::ve
 std::vector<std::string> WithFrame(std::vector<std::string> words, int frame) {
   for (std::string& word : words) {
     for (size_t open = word.find('{'); open != std::string::npos; open = word.find('{', open + 1)) {
-      const size_t close = word.find('}', open);
-      if (close == std::string::npos) break;
-      const std::string inner = word.substr(open + 1, close - open - 1);
-      if (inner.find(kFrameNumber) == std::string::npos) continue;
+      const std::string inner = FrameBraces(word, open);
+      if (inner.empty()) continue;
+      const std::optional<double> value = FrameExpression(inner, frame).Value();
+      if (!value) continue;
       char number[64];
-      const auto end = std::to_chars(number, number + sizeof number, FrameExpression(inner, frame).Value());
-      word.replace(open, close + 1 - open, number, static_cast<size_t>(end.ptr - number));
+      const auto end = std::to_chars(number, number + sizeof number, *value);
+      word.replace(open, inner.size() + 2, number, static_cast<size_t>(end.ptr - number));
     }
   }
   return words;
@@ -237,7 +257,7 @@ std::vector<FrameLine> ExpandFrames(const std::vector<std::string>& words, const
                           ? "found # or %04d in no name but that of --motionblur, expected it in the output's"
                           : "found no file name with # or %04d, expected at least one");
     }
-    if (WithFrame(words, 1) != words)
+    if (std::any_of(words.begin(), words.end(), NamesFrame))
       throw UsageError("{FRAME_NUMBER}", "found no frames, expected a file name with # or %04d");
     return {{0, words}};
   }

@@ -103,7 +103,7 @@ std::string Told(const std::string& file, const std::vector<Part>& parts, size_t
     } else if (!file.empty()) {
       lines[0] = file + std::string(file.size() < 20 ? 20 - file.size() : 0, ' ') + " : " + plain;
     }
-    lines[0] += " " + part.format;
+    if (!part.format.empty()) lines[0] += " " + part.format;
     if (!options.verbose && parts.size() > 1)
       lines[0] += sprintf(" (%d subimages)", static_cast<int>(parts.size()));
     if (parts.size() > 1 && at == 0 && options.all) second(" subimage  0: " + plain + " " + part.format);

@@ -148,9 +148,37 @@ TEST_F(CommandLineTest, TablesOfTextAndBordersOfOneNumber) {
   const CommandResult wide = Tessera("--pattern ramp 9x8 3 --table wide.txt -o kept.png");
   EXPECT_EQ(wide.exit_code, 1);
   EXPECT_NE(wide.err.find("wide.txt: line 1: found more than 4 numbers"), std::string::npos) << wide.err;
+  std::ofstream(Path("uneven.txt")) << "0 0 0\n1 1\n";
+  const CommandResult uneven = Tessera("--pattern ramp 9x8 3 --table uneven.txt -o kept.png");
+  EXPECT_EQ(uneven.exit_code, 1);
+  EXPECT_NE(uneven.err.find("uneven.txt: found an entry of 2 numbers, expected 3"), std::string::npos)
+      << uneven.err;
   const std::string look_up =
       "--pattern constant:color=2,2 4x4 2 --pattern constant:color=1,1,1 4x4 3 --lookup:dims=2:wrap=border:border=";
   Works(look_up + "0.5 " + look_up + "0.5,0.5,0.5 --diff");
+}
+
+TEST_F(CommandLineTest, FilesOfNumbersAreListsOfThem) {
+  std::ofstream(Path("lights.txt")) << "# x y z r g b size\n20 12 2 1 .8 .4 9\n30.3, 18.6, 5, .2, .5, 1, 6\n";
+  std::ofstream(Path("smoke.txt")) << "0 1 .5 .2 0\n1 .2 .4 1 .5 # value, colour, opacity\n";
+  std::ofstream(Path("steps.txt")) << "0 0\n.5 1\n1 .2\n";
+  const std::string lights = "--pattern lightpoints:",
+                    solid = "--volume:solid=sphere(0,0,0,.6):dims=24:size=24x20:";
+  const std::string smoke = solid + "mode=over:transfer=", dmf = solid + "mode=hyper:soft=.3:dmf=table(";
+  for (const auto& [listed, filed] :
+       {std::pair(lights + "points=20,12,2,1,0.8,0.4,9,30.3,18.6,5,0.2,0.5,1,6 40x30 4",
+                  lights + "file=lights.txt 40x30 4"),
+        std::pair(smoke + "0,1,.5,.2,0,1,.2,.4,1,.5", smoke + "smoke.txt"),
+        std::pair(dmf + "0,0,.5,1,1,.2)", dmf + "steps.txt)")}) {
+    Works(listed + " " + filed + " --diff");
+    Works(listed + " -o x.exr");
+    EXPECT_GT(Oiiotool("x.exr --echo {TOP.MAXCOLOR}").out, "0.0") << listed;
+    std::string gone = filed;
+    gone.replace(gone.find(".txt"), 4, "");
+    const CommandResult refused = Tessera(gone + " -o kept.png");
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_NE(refused.err.find("no such file, expected lines of"), std::string::npos) << refused.err;
+  }
 }
 
 TEST_F(CommandLineTest, BadInputsAndOutputsLeaveNothing) {

@@ -1,6 +1,10 @@
 // Verbs of metadata, files of several images, reports, expressions and drawing give what oiiotool gives: the
 // same items, the same images, the same words on standard output.
+#include <OpenImageIO/strutil.h>
+#include <gmock/gmock.h>
+
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <string>
@@ -274,7 +278,14 @@ TEST_F(OiiotoolFilesTest, TheSameIsPrinted) {
         "--echo one --echo:newline=2 two --echo:newline=0 three",
         "a.exr --echo `tab\\there`",
         "a.exr --evaloff --echo {TOP.width} --evalon --echo {TOP.width}",
-        "a.exr --label x p.exr --echo {IMG[x].nchannels}"}) {
+        "a.exr --label x p.exr --echo {IMG[x].nchannels}",
+        "a.exr --echo {TOP.MINCOLOR}|{TOP.MAXCOLOR}|{TOP.AVGCOLOR}",
+        "b.tif p.exr --echo {IMG[1].AVGCOLOR}|{IMG[0].MAXCOLOR}",
+        "a.exr --mulc 0.5 --echo {TOP.STATS}",
+        "a.exr --echo {getattribute(version)}|{getattribute('exr_threads')}",
+        "a.exr --frames 3-5 --echo {FRAME_NUMBER} -o x.#.exr",
+        "a.exr --frames 3-5 --framepadding 6 --echo {FRAME_NUMBER_PAD} -o x.#.exr",
+        "a.exr --frames 3-5 --if `{FRAME_NUMBER > 3}` --echo {FRAME_NUMBER*2} --endif -o x.#.exr"}) {
     SCOPED_TRACE(line);
     const CommandResult ours = Tessera(Quoted(line)), theirs = Oiiotool(Quoted(line));
     ASSERT_EQ(theirs.exit_code, 0) << theirs.err;
@@ -292,6 +303,52 @@ TEST_F(OiiotoolFilesTest, TheSameIsPrinted) {
     std::string theirs = Oiiotool(Quoted(line)).out;
     if (theirs.starts_with("// ")) theirs.erase(0, 3);
     EXPECT_EQ(Works(line), theirs);
+  }
+}
+
+// Theirs says float for the half of its buffers, and also names the format that the file had.
+TEST_F(OiiotoolFilesTest, MetadataInExpressions) {
+  const auto lines = [&](const std::string& text) {
+    std::vector<std::string> all;
+    OIIO::Strutil::split(text, all, "\n");
+    return all;
+  };
+  const std::string brief = Works("a.exr --echo {TOP.METABRIEF}");
+  EXPECT_THAT(Oiiotool("a.exr --echo {TOP.METABRIEF}").out, ::testing::StartsWith(brief.substr(0, 24)));
+  EXPECT_FALSE(brief.ends_with(" \n"));
+  const std::vector<std::string> ours = lines(Works("a.exr --echo {TOP.META}")),
+                                 theirs = lines(Oiiotool("a.exr --echo {TOP.META}").out);
+  ASSERT_EQ(ours.size(), theirs.size());
+  for (size_t i = 1; i < ours.size(); ++i) EXPECT_EQ(ours[i], theirs[i]);
+  const CommandResult unknown = Tessera("a.exr --echo {getattribute(nothing)}");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, ::testing::HasSubstr("no such attribute"));
+}
+
+TEST_F(OiiotoolFilesTest, OutputsAreAsOldAsTheirMetadataSay) {
+  const std::vector<std::string> line =
+      Quoted("a.exr --attrib DateTime `2020:02:03 04:05:06` --adjust-time -o ours.exr");
+  EXPECT_EQ(Tessera(line).exit_code, 0);
+  std::vector<std::string> other = line;
+  other.back() = "theirs.exr";
+  EXPECT_EQ(Oiiotool(other).exit_code, 0);
+  EXPECT_EQ(std::filesystem::last_write_time(Path("ours.exr")),
+            std::filesystem::last_write_time(Path("theirs.exr")));
+  const CommandResult never = Tessera("a.exr --attrib DateTime never --adjust-time -o never.exr");
+  EXPECT_EQ(never.exit_code, 1);
+  EXPECT_THAT(never.err, ::testing::HasSubstr("found the DateTime \"never\""));
+  EXPECT_FALSE(std::filesystem::exists(Path("never.exr")));
+}
+
+TEST_F(OiiotoolFilesTest, TilesOfOneOutput) {
+  Works("a.exr -o:tile=32x16 tiles.exr -o lines.exr");
+  EXPECT_EQ(Load("tiles.exr").nativespec().tile_width, 32);
+  EXPECT_EQ(Load("tiles.exr").nativespec().tile_height, 16);
+  EXPECT_EQ(Load("lines.exr").nativespec().tile_width, 0);
+  for (const char* const wrong : {"16", "0x16", "16x16x1", "16x-1"}) {
+    const CommandResult refused = Tessera("a.exr -o:tile=" + std::string(wrong) + " x.exr");
+    EXPECT_EQ(refused.exit_code, 2) << wrong;
+    EXPECT_THAT(refused.err, ::testing::HasSubstr("expected WxH")) << wrong;
   }
 }
 

@@ -210,7 +210,7 @@ const std::vector<Fault>& Faults() {
         Row<Wrong::kOrder>("order", {Check::kTiles, Check::kShuffle, Check::kTypes, Check::kThreads}),
         Row<Wrong::kTarget>("target", {Check::kTargets}),
         Row<Wrong::kReference>("reference", {Check::kReference, Check::kPlain, Check::kVerify}),
-        Row<Wrong::kInPlace>("in-place", {Check::kRules, Check::kEachRule, Check::kInPlace}),
+        Row<Wrong::kInPlace>("in-place", {Check::kRules, Check::kEachRule, Check::kInPlace, Check::kStream}),
         Row<Wrong::kTileCorner>("tile-corner", ways),
         Row<Wrong::kTileHalo>("tile-halo", ways),
         Row<Wrong::kTileBytes>("tile-bytes", {Check::kRules}),

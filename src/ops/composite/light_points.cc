@@ -3,12 +3,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <sstream>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "base/input_file.h"
+#include "base/number_lines.h"
 #include "base/number_text.h"
 #include "ops/composite/composite_ops.h"
 #include "ops/composite/paint_rows.h"
@@ -99,25 +99,10 @@ std::vector<LightSource> Lights(const std::vector<double>& n, const std::string&
 
 // The lights of a file, a line for each.
 std::vector<LightSource> LightsOf(const std::string& file) {
-  constexpr char kExpected[] = "lines of x y z r g b size";
-  base::InputFile stream(file, kExpected, base::kMostText);
   std::vector<double> numbers;
-  int line_number = 0;
-  for (std::string line; base::GetLine(stream, line, file, line_number + 1);) {
-    ++line_number;
-    line = line.substr(0, line.find('#'));
-    std::ranges::replace(line, ',', ' ');
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    std::istringstream words(line);
-    double number[kNumbers];
-    std::string rest;
-    for (double& n : number) words >> n;
-    if (!words || (words >> rest)) {
-      throw DataError(file, "line " + std::to_string(line_number) + ": found \"" + line.substr(0, 40) +
-                                "\", expected x y z r g b size");
-    }
-    numbers.insert(numbers.end(), number, number + kNumbers);
-  }
+  base::ReadNumberLines(
+      file, "lines of x y z r g b size", {"x y z r g b size", kNumbers, kNumbers},
+      [&](std::span<const double> line) { numbers.insert(numbers.end(), line.begin(), line.end()); });
   return Lights(numbers, file);
 }
 

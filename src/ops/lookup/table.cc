@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "base/input_file.h"
+#include "base/number_lines.h"
 #include "graph/op.h"
 #include "model/lookup_settings.h"
 #include "ops/lookup/lookup_ops.h"
@@ -101,48 +101,22 @@ class Tables1DOp final : public graph::OpWith<Tables1DSettings> {
 constexpr size_t kMostColumns = 4;
 constexpr size_t kMostEntries = size_t{1} << 22;
 
-// Numbers separated by blanks or commas, '#' begins a comment; each line is an entry. Columns become tables.
+// Each line is an entry; columns become tables.
 std::vector<std::vector<float>> ReadColumns(const std::string& file) {
-  base::InputFile in(file, "numbers (a list such as 0,0.25,1) or a text file of them", base::kMostText);
   std::vector<std::vector<float>> columns;
-  int line_number = 0;
-  for (std::string line; base::GetLine(in, line, file, line_number + 1);) {
-    ++line_number;
-    if (constexpr std::string_view kMark = "\xEF\xBB\xBF"; line_number == 1 && line.starts_with(kMark))
-      line.erase(0, kMark.size());  // some editors begin UTF-8 with it
-    line.resize(std::min(line.find('#'), line.size()));
-    std::vector<float> row;
-    const char* at = line.data();
-    const char* const end = at + line.size();
-    while (true) {
-      while (at != end && (*at == ' ' || *at == '\t' || *at == ',' || *at == '\r')) ++at;
-      if (at == end) break;
-      double value = 0;
-      const auto [next, error] = std::from_chars(at, end, value);
-      if (row.size() == kMostColumns) {
-        throw DataError(file, "line " + std::to_string(line_number) + ": found more than " +
-                                  std::to_string(kMostColumns) +
-                                  " numbers, expected at most one per channel");
-      }
-      if (error != std::errc() || !std::isfinite(static_cast<float>(value))) {
-        throw DataError(file, "line " + std::to_string(line_number) + ": found \"" +
-                                  std::string(at, std::min<size_t>(static_cast<size_t>(end - at), 20)) +
-                                  "\", expected 1 to 4 finite numbers");
-      }
-      row.push_back(static_cast<float>(value));
-      at = next;
-    }
-    if (row.empty()) continue;
-    if (columns.empty()) columns.resize(row.size());
-    if (row.size() != columns.size()) {
-      throw DataError(file, "line " + std::to_string(line_number) + ": found " + std::to_string(row.size()) +
-                                " numbers, expected " + std::to_string(columns.size()) +
-                                " as in the first line");
-    }
-    for (size_t c = 0; c < row.size(); ++c) columns[c].push_back(row[c]);
-    if (columns[0].size() > kMostEntries)
-      throw DataError(file, "found more than 2^22 entries, expected fewer");
-  }
+  base::ReadNumberLines(file, "numbers (a list such as 0,0.25,1) or a text file of them",
+                        {"1 to 4 finite numbers", 1, kMostColumns}, [&](std::span<const double> entry) {
+                          if (columns.empty()) columns.resize(entry.size());
+                          if (entry.size() != columns.size()) {
+                            throw DataError(file, "found an entry of " + std::to_string(entry.size()) +
+                                                      " numbers, expected " + std::to_string(columns.size()) +
+                                                      " as in the first line");
+                          }
+                          for (size_t c = 0; c < entry.size(); ++c)
+                            columns[c].push_back(static_cast<float>(entry[c]));
+                          if (columns[0].size() > kMostEntries)
+                            throw DataError(file, "found more than 2^22 entries, expected fewer");
+                        });
   if (columns.empty()) throw DataError(file, "found no numbers, expected a table with one entry per line");
   return columns;
 }

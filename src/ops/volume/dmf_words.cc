@@ -4,11 +4,11 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <sstream>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "base/input_file.h"
+#include "base/number_lines.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
 #include "tessera/ops/hypertexture.h"
@@ -136,22 +136,11 @@ class Term {
     return Split(text_.substr(open_ + 1, text_.size() - open_ - 2), ',');
   }
   static Pairs ReadPairs(const std::string& file) {
-    base::InputFile stream(file, "lines of two numbers", base::kMostText);
     Pairs pairs;
-    int number = 0;
-    for (std::string line; base::GetLine(stream, line, file, number + 1);) {
-      ++number;
-      line = line.substr(0, line.find('#'));
-      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-      std::istringstream words(line);
-      std::array<double, 2> pair;
-      std::string rest;
-      if (!(words >> pair[0] >> pair[1]) || (words >> rest)) {
-        throw DataError(file, "line " + std::to_string(number) + ": found \"" + line.substr(0, 40) +
-                                  "\", expected two numbers");
-      }
-      pairs.push_back(pair);
-    }
+    base::ReadNumberLines(file, "lines of two numbers", {"two numbers", 2, 2},
+                          [&](std::span<const double> line) {
+                            pairs.push_back({line[0], line[1]});
+                          });
     return pairs;
   }
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
+#include <span>
 #include <string>
 
-#include "base/input_file.h"
+#include "base/number_lines.h"
 #include "base/number_text.h"
 #include "model/black_body.h"
 #include "model/volume_settings.h"
@@ -356,22 +356,11 @@ void ExactOctaves(ExactOctave (&octaves)[kTurbulenceOctaves]) {
 namespace tessera {
 
 VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file) {
-  base::InputFile stream(file, "lines of value red green blue opacity", base::kMostText);
   VolumeTransferFunction t;
-  int number = 0;
-  for (std::string line; base::GetLine(stream, line, file, number + 1);) {
-    ++number;
-    line = line.substr(0, line.find('#'));
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    std::istringstream words(line);
-    TransferPoint p;
-    std::string rest;
-    if (!(words >> p.value >> p.color[0] >> p.color[1] >> p.color[2] >> p.opacity) || (words >> rest)) {
-      throw DataError(file, "line " + std::to_string(number) + ": found \"" + line.substr(0, 40) +
-                                "\", expected value red green blue opacity");
-    }
-    t.points.push_back(p);
-  }
+  base::ReadNumberLines(file, "lines of value red green blue opacity", {"value red green blue opacity", 5, 5},
+                        [&](std::span<const double> n) {
+                          t.points.push_back({n[0], {n[1], n[2], n[3]}, n[4]});
+                        });
   if (t.points.empty())
     throw DataError(file, "found no points, expected lines of value red green blue opacity");
   return t;
