@@ -18,8 +18,9 @@ std::vector<int> ParseFrameRange(const std::string& subject, const std::string& 
 std::vector<std::string> SequenceFiles(const std::string& pattern, const std::vector<int>& frames,
                                        int padding);
 
-// Expressions in braces of numbers, FRAME_NUMBER, + - * / and parentheses, such as {FRAME_NUMBER/24}, replaced
-// by their value; others stay for when their command is reached. Throws UsageError for one that is not finite.
+// Expressions in braces of numbers, FRAME_NUMBER, + - * / and parentheses, such as {FRAME_NUMBER/24},
+// replaced by their value; others stay for when their command is reached. Throws UsageError for one that is
+// not finite.
 std::vector<std::string> WithFrame(std::vector<std::string> words, int frame);
 
 // The words of the line for each frame, its number in names and expressions: just `words` when there is
