@@ -79,6 +79,70 @@ TEST(FramebufferTest, StencilCountsAndSaturates) {
   EXPECT_EQ(f.stencil().at<uint8_t>(12, 2), 0xFF);  // depth failed: low bits inverted
 }
 
+TEST(FramebufferTest, EveryComparisonIsIncomingAgainstStored) {
+  // Less, equal, greater: whether a test passes.
+  const std::array<std::array<bool, 3>, 8> passes = {{{false, false, false},
+                                                      {true, false, false},
+                                                      {false, true, false},
+                                                      {true, true, false},
+                                                      {false, false, true},
+                                                      {true, false, true},
+                                                      {false, true, true},
+                                                      {true, true, true}}};
+  const std::array<Comparison, 8> tests = {
+      Comparison::kNever,   Comparison::kLess,     Comparison::kEqual,          Comparison::kLessOrEqual,
+      Comparison::kGreater, Comparison::kNotEqual, Comparison::kGreaterOrEqual, Comparison::kAlways};
+  const std::array<float, 3> incoming = {0.25f, 0.5f, 0.75f};
+  for (size_t t = 0; t < tests.size(); ++t) {
+    for (size_t i = 0; i < incoming.size(); ++i) {
+      Framebuffer f(kWindow);
+      f.ClearDepth(0.5f);
+      f.ClearStencil(2);
+      const int64_t all = passes[t][i] ? kWindow.pixels() : 0;
+      const Fragments fragments = Paint({1, 1, 1, incoming[i]}, incoming[i]);
+      EXPECT_EQ(f.Draw(fragments, {.depth_test = true, .depth_function = tests[t], .depth_write = false}),
+                all);
+      EXPECT_EQ(f.Draw(fragments, {.alpha_test = {tests[t], 0.5f}}), all);
+      DrawState stencil{.stencil_test = true};
+      stencil.stencil.test = tests[t], stencil.stencil.reference = static_cast<int>(i) + 1;
+      EXPECT_EQ(f.Draw(fragments, stencil), all) << t << " " << i;
+    }
+  }
+}
+
+TEST(FramebufferTest, EveryActionOnAStencil) {
+  struct Expected {
+    StencilAction action;
+    std::array<int, 3> after;  // of 0, 100, 255
+  };
+  for (const auto& [action, after] : {Expected{StencilAction::kKeep, {0, 100, 255}},
+                                      {StencilAction::kZero, {0, 0, 0}},
+                                      {StencilAction::kReplace, {7, 7, 7}},
+                                      {StencilAction::kIncrement, {1, 101, 255}},
+                                      {StencilAction::kDecrement, {0, 99, 254}},
+                                      {StencilAction::kInvert, {255, 155, 0}},
+                                      {StencilAction::kIncrementWrap, {1, 101, 0}},
+                                      {StencilAction::kDecrementWrap, {255, 99, 254}}}) {
+    for (size_t i = 0; i < 3; ++i) {
+      Framebuffer f(kWindow);
+      f.ClearStencil(std::array<uint8_t, 3>{0, 100, 255}[i]);
+      DrawState state{.stencil_test = true};
+      state.stencil = {Comparison::kAlways, 7, 255, 255, StencilAction::kKeep, action};
+      f.Draw(Paint({1, 1, 1, 1}), state);
+      EXPECT_EQ(f.stencil().at<uint8_t>(5, 5), after[i]) << static_cast<int>(action);
+    }
+  }
+}
+
+TEST(FramebufferTest, DepthsAreScaledAndThenMoved) {
+  Framebuffer f(kWindow);
+  Fragments fragments = Paint({1, 1, 1, 1}, 0.5f);
+  fragments.depth_scale = 0.5f, fragments.depth_bias = 0.125f;
+  EXPECT_EQ(f.Draw(fragments, {.depth_test = true}), kWindow.pixels());
+  EXPECT_EQ(f.depth().at<float>(3, 3), 0.375f);
+  EXPECT_EQ(f.Draw(Paint({0, 0, 0, 1}, 0.375f), {.depth_test = true}), 0);
+}
+
 TEST(FramebufferTest, StippleDrawsTheOnes) {
   Framebuffer f(kWindow);
   std::array<uint32_t, 32> rows{};

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/half.h"
 #include "support/refusal.h"
 #include "tessera/error.h"
 
@@ -49,6 +50,39 @@ TEST(TableTest, StorageRoundsAndReadsBack) {
               HasSubstr("found 8 samples, expected 6"));
   EXPECT_THAT(Refusal([&] { Table({1}, 8, samples, TableAlign::kEnds); }),
               HasSubstr("found 8 result channels"));
+}
+
+TEST(TableTest, SlicesAreStackedAsTheyCome) {
+  for (const PixelType type : {PixelType::kUint8, PixelType::kUint16, PixelType::kHalf, PixelType::kFloat}) {
+    std::vector<Image> slices;
+    for (int k = 0; k < 4; ++k) {
+      ImageSpec spec(3, 2, 2);
+      spec.type = type;
+      slices.emplace_back(spec);
+      for (int i = 0; i < 12; ++i) {
+        const int x = i / 2 % 3, y = i / 6, c = i % 2, v = k * 12 + i;
+        if (type == PixelType::kUint8) slices[k].at<uint8_t>(x, y, c) = static_cast<uint8_t>(v);
+        if (type == PixelType::kUint16) slices[k].at<uint16_t>(x, y, c) = static_cast<uint16_t>(v);
+        if (type == PixelType::kHalf) slices[k].at<uint16_t>(x, y, c) = base::HalfFromFloat(v / 64.0f);
+        if (type == PixelType::kFloat) slices[k].at<float>(x, y, c) = v / 64.0f;
+      }
+    }
+    const Table table = TableFromSlices(slices, TableAlign::kEnds);
+    EXPECT_THAT(table.sizes(), ElementsAre(3, 2, 4));
+    EXPECT_EQ(table.channels(), 2);
+    EXPECT_EQ(table.align(), TableAlign::kEnds);
+    const float step = type == PixelType::kUint8    ? 1 / 255.0f
+                       : type == PixelType::kUint16 ? 1 / 65535.0f
+                                                    : 1 / 64.0f;
+    const Samples samples = table.Samples();
+    ASSERT_EQ(samples.size(), 48u);
+    for (size_t i = 0; i < samples.size(); ++i) EXPECT_FLOAT_EQ(samples[i], static_cast<float>(i) * step);
+    slices.emplace_back(ImageSpec(2, 2, 2));
+    EXPECT_THAT(
+        Refusal([&] { TableFromSlices(slices); }),
+        HasSubstr("found slices of 3x2 with 2 channels and 2x2 with 2 channels, expected equal ones"));
+  }
+  EXPECT_THAT(Refusal([] { TableFromSlices({}); }), HasSubstr("found no slices"));
 }
 
 TEST(TableTest, FunctionTablesReportTheirError) {

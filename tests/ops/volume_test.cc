@@ -1,4 +1,4 @@
-// Volumes, solids and distance fields: samples, bounds, exactness of the transform, words, files.
+// Volumes and distance fields: samples, bounds, exactness of the transform, words, files.
 #include "tessera/volume.h"
 
 #include <gmock/gmock.h>
@@ -250,57 +250,6 @@ TEST(Volume, PaceBoundsTheSlope) {
     largest = std::max(largest, change * pace / way);
   }
   EXPECT_GT(largest, 0.7) << "the bound is of no use";
-}
-
-TEST(Solid, DistancesAreDistances) {
-  const Solid solids[] = {
-      Solid::Sphere({0.1, 0, 0}, 0.5),
-      Solid::Box({0, 0.1, 0}, {0.4, 0.3, 0.2}),
-      Solid::Box({0, 0, 0}, {0.4, 0.3, 0.2}, 0.1),
-      Solid::Torus({0, 0, 0}, 0.5, 0.2),
-      Solid::Capsule({-0.3, 0, 0}, {0.3, 0.2, 0}, 0.2),
-      Solid::Cone({0, -0.4, 0}, {0, 0.4, 0}, 0.3, 0.1),
-      Solid::Plane({0, 1, 0}, 0.2),
-      Solid::Ellipsoid({0, 0, 0}, {0.5, 0.3, 0.4}),
-      Solid::Parse("body"),
-      Solid::Parse("knot"),
-      Solid::Sphere({0, 0, 0}, 0.3).Translated({0.2, 0, 0}).Rotated({0, 0, 1}, 30).Scaled(1.5)};
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> place(-1, 1);
-  for (size_t s = 0; s < std::size(solids); ++s) {
-    SCOPED_TRACE(s);
-    for (int n = 0; n < 3000; ++n) {
-      const Vector3 p = {place(random), place(random), place(random)},
-                    q = {place(random), place(random), place(random)};
-      const double way = Length({p[0] - q[0], p[1] - q[1], p[2] - q[2]});
-      // No steeper than 1: what leaping and the blocks of DistanceField rest on.
-      ASSERT_LE(std::fabs(solids[s].Distance(p) - solids[s].Distance(q)),
-                way * (s == 7 || s == 8 ? 1.75 : 1 + 1e-9));
-    }
-  }
-  EXPECT_NEAR(solids[0].Distance({0.1, 0.7, 0}), 0.2, 1e-12);
-  EXPECT_NEAR(solids[1].Distance({0.5, 0.5, 0.2}), std::hypot(0.1, 0.1), 1e-12);
-  EXPECT_NEAR(solids[3].Distance({0.9, 0, 0}), 0.2, 1e-12);
-}
-
-TEST(Solid, WordsAndTheirErrors) {
-  const Solid s = Solid::Parse("(sphere(0,0,0,.5) |.1 box(.5,0,0,.2,.2,.2)) - plane(0,1,0,-.2)");
-  EXPECT_GT(s.Distance({0, -0.4, 0}), 0);
-  EXPECT_LT(s.Distance({0, 0.2, 0}), 0);
-  const auto message = [](const char* words) {
-    try {
-      Solid::Parse(words);
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
-  };
-  EXPECT_THAT(message("spere(0,0,0,1)"), HasSubstr("expected one of"));
-  EXPECT_THAT(message("sphere(0,0,0)"), HasSubstr("expected 4"));
-  EXPECT_THAT(message("sphere(0,0,0,1) +"), HasSubstr("operator"));
-  EXPECT_THAT(message("(sphere(0,0,0,1)"), HasSubstr("parenthesis"));
-  EXPECT_THAT(message("sphere(0,0,0,-1)"), HasSubstr("positive"));
-  EXPECT_THAT(message(""), HasSubstr("expected"));
 }
 
 TEST(DistanceField, OfSolidsHoldsTheirDistances) {
