@@ -22,5 +22,6 @@ case "$preset" in asan*)
   export ASAN_OPTIONS="fast_unwind_on_malloc=0 malloc_context_size=16 ${ASAN_OPTIONS:-}"
   export UBSAN_OPTIONS="halt_on_error=1 print_stacktrace=1 ${UBSAN_OPTIONS:-}"  # else findings pass unseen
 esac
-export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp ${TSAN_OPTIONS:-}"
+# Readers in a sandbox are forked from a program with threads and have threads of their own.
+export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp die_after_fork=0 ${TSAN_OPTIONS:-}"
 exec ctest --test-dir "build/$preset" --output-on-failure -j "$(nproc)" "$@"
