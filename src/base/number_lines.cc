@@ -13,7 +13,7 @@
 namespace tessera::base {
 
 void ReadNumberLines(const std::string& file, const std::string& what, const NumberLine& line,
-                     const std::function<void(std::span<const double>)>& take) {
+                     const std::function<void(std::span<const double>, int)>& take) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF", kBetween = " \t\r,";
   InputFile stream(file, what, kMostText);
   int number = 0;
@@ -43,7 +43,7 @@ void ReadNumberLines(const std::string& file, const std::string& what, const Num
     }
     if (numbers.empty()) continue;
     if (numbers.size() < line.least) refuse(std::to_string(numbers.size()) + " numbers");
-    take(numbers);
+    take(numbers, number);
   }
 }
 

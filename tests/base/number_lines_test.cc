@@ -24,7 +24,7 @@ class NumberLinesTest : public ::testing::Test {
     std::ofstream(file_, std::ios::binary) << text;
     std::vector<std::vector<double>> lines;
     base::ReadNumberLines(file_, "lines of numbers", {"one to three numbers", 1, 3},
-                          [&](std::span<const double> n) { lines.emplace_back(n.begin(), n.end()); });
+                          [&](std::span<const double> n, int) { lines.emplace_back(n.begin(), n.end()); });
     return lines;
   }
   std::string Refusal(const std::string& text) {

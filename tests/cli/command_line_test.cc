@@ -151,7 +151,8 @@ TEST_F(CommandLineTest, TablesOfTextAndBordersOfOneNumber) {
   std::ofstream(Path("uneven.txt")) << "0 0 0\n1 1\n";
   const CommandResult uneven = Tessera("--pattern ramp 9x8 3 --table uneven.txt -o kept.png");
   EXPECT_EQ(uneven.exit_code, 1);
-  EXPECT_NE(uneven.err.find("uneven.txt: found an entry of 2 numbers, expected 3"), std::string::npos)
+  EXPECT_NE(uneven.err.find("uneven.txt: line 2: found 2 numbers, expected 3 as in the first line"),
+            std::string::npos)
       << uneven.err;
   const std::string look_up =
       "--pattern constant:color=2,2 4x4 2 --pattern constant:color=1,1,1 4x4 3 --lookup:dims=2:wrap=border:border=";

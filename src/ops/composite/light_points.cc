@@ -102,7 +102,7 @@ std::vector<LightSource> LightsOf(const std::string& file) {
   std::vector<double> numbers;
   base::ReadNumberLines(
       file, "lines of x y z r g b size", {"x y z r g b size", kNumbers, kNumbers},
-      [&](std::span<const double> line) { numbers.insert(numbers.end(), line.begin(), line.end()); });
+      [&](std::span<const double> line, int) { numbers.insert(numbers.end(), line.begin(), line.end()); });
   return Lights(numbers, file);
 }
 

@@ -104,19 +104,19 @@ constexpr size_t kMostEntries = size_t{1} << 22;
 // Each line is an entry; columns become tables.
 std::vector<std::vector<float>> ReadColumns(const std::string& file) {
   std::vector<std::vector<float>> columns;
+  const auto add = [&](std::span<const double> entry, int line) {
+    if (columns.empty()) columns.resize(entry.size());
+    if (entry.size() != columns.size()) {
+      throw DataError(file, "line " + std::to_string(line) + ": found " + std::to_string(entry.size()) +
+                                " numbers, expected " + std::to_string(columns.size()) +
+                                " as in the first line");
+    }
+    for (size_t c = 0; c < entry.size(); ++c) columns[c].push_back(static_cast<float>(entry[c]));
+    if (columns[0].size() > kMostEntries)
+      throw DataError(file, "found more than 2^22 entries, expected fewer");
+  };
   base::ReadNumberLines(file, "numbers (a list such as 0,0.25,1) or a text file of them",
-                        {"1 to 4 finite numbers", 1, kMostColumns}, [&](std::span<const double> entry) {
-                          if (columns.empty()) columns.resize(entry.size());
-                          if (entry.size() != columns.size()) {
-                            throw DataError(file, "found an entry of " + std::to_string(entry.size()) +
-                                                      " numbers, expected " + std::to_string(columns.size()) +
-                                                      " as in the first line");
-                          }
-                          for (size_t c = 0; c < entry.size(); ++c)
-                            columns[c].push_back(static_cast<float>(entry[c]));
-                          if (columns[0].size() > kMostEntries)
-                            throw DataError(file, "found more than 2^22 entries, expected fewer");
-                        });
+                        {"1 to 4 finite numbers", 1, kMostColumns}, add);
   if (columns.empty()) throw DataError(file, "found no numbers, expected a table with one entry per line");
   return columns;
 }

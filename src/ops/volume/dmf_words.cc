@@ -138,7 +138,7 @@ class Term {
   static Pairs ReadPairs(const std::string& file) {
     Pairs pairs;
     base::ReadNumberLines(file, "lines of two numbers", {"two numbers", 2, 2},
-                          [&](std::span<const double> line) {
+                          [&](std::span<const double> line, int) {
                             pairs.push_back({line[0], line[1]});
                           });
     return pairs;

@@ -358,7 +358,7 @@ namespace tessera {
 VolumeTransferFunction ReadVolumeTransferFunction(const std::string& file) {
   VolumeTransferFunction t;
   base::ReadNumberLines(file, "lines of value red green blue opacity", {"value red green blue opacity", 5, 5},
-                        [&](std::span<const double> n) {
+                        [&](std::span<const double> n, int) {
                           t.points.push_back({n[0], {n[1], n[2], n[3]}, n[4]});
                         });
   if (t.points.empty())
