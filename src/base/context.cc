@@ -36,10 +36,10 @@ void FileNames::Remember(const std::string& name) {
 }
 
 void FileNames::Forget(const std::string& name) noexcept {
+  const std::lock_guard lock(forgetting_);  // other threads' names are read, which they would free
   for (auto& slot : slots_) {
     char* held = slot.load();
-    // Only the owner of a temporary name removes it, so `held` can vanish only through a handler, which never
-    // frees.
+    // `held` can vanish through a handler all the same, which never frees.
     if (held != nullptr && name == held && slot.compare_exchange_strong(held, nullptr)) {
       std::free(held);
       return;

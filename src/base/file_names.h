@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <string>
 
 #include "tessera/export.h"
@@ -65,6 +66,7 @@ class FileNames {
   static_assert(std::atomic<uint32_t>::is_always_lock_free);
   std::atomic<void (*)(int)> on_kept_ = nullptr;
 
+  std::mutex forgetting_;
   std::array<std::atomic<char*>, 1024> slots_ = {}, taken_ = {};
   static_assert(std::atomic<char*>::is_always_lock_free);
   std::atomic<int64_t> count_ = 0;

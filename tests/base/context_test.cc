@@ -28,6 +28,27 @@ std::shared_ptr<const int> Number(Context& context, const std::string& key, size
   });
 }
 
+// What each thread frees the others look at; under sanitizers that was seen.
+TEST(FileNamesTest, ThreadsRememberAndForgetTheirOwn) {
+  base::FileNames names;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&names, t] {
+      for (int i = 0; i < 2000; ++i) {
+        const std::string first = std::to_string(t) + "/" + std::to_string(i), second = first + "+";
+        names.Remember(first), names.Remember(second);
+        names.Forget(first);
+        if (i % 1000 != 0) names.Forget(second);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  std::vector<std::string> left;
+  names.TakeEach([&](const char* name) { left.emplace_back(name); });
+  EXPECT_THAT(left, ::testing::UnorderedElementsAre("0/0+", "0/1000+", "1/0+", "1/1000+", "2/0+", "2/1000+",
+                                                    "3/0+", "3/1000+"));
+}
+
 TEST(ContextTest, AThingIsMadeOnceForItsKeyAndItsType) {
   Context context;
   int made = 0;

@@ -68,6 +68,25 @@ TEST_F(ColorManagementTest, AgreesWithOiiotool) {
   }
 }
 
+// OpenImageIO 2.4's oiiotool takes no notice of looks= here.
+TEST_F(ColorManagementTest, LooksInPlaceOfTheViewsOwn) {
+  const std::string config = "--colorconfig config.ocio p.exr ";
+  Works(config + "--ociolook:from=lin:to=video warm -o warm.exr");
+  Works(config + "--ociolook:from=lin:to=video -warm -o cold.exr");
+  for (const std::string view : {"plain", "film"}) {
+    const std::string display = "--ociodisplay:from=lin:looks=", monitor = " monitor " + view + " ";
+    Works(config + display + "warm" + monitor + "-o a.exr " + config + display + "-warm" + monitor +
+          "-o b.exr");
+    EXPECT_EQ(Oiiotool("--fail 1e-5 a.exr warm.exr --diff").exit_code, 0);
+    EXPECT_EQ(Oiiotool("--fail 1e-5 b.exr cold.exr --diff").exit_code, 0);
+    Works(config + display + "warm" + monitor + display + "warm:inverse=1" + monitor + "-o c.exr");
+    EXPECT_EQ(Oiiotool("--fail 1e-3 c.exr p.exr --diff").exit_code, 0);
+  }
+  const CommandResult unknown = Tessera(config + "--ociodisplay:from=lin:looks=cool monitor plain -o x.exr");
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.err, HasSubstr("cool"));
+}
+
 TEST_F(ColorManagementTest, OneAndTwoChannels) {
   MakePicture("grey.exr", 57, 31, 1, OIIO::TypeFloat);
   Works("p.exr --ch R,G -o two.exr");

@@ -241,6 +241,7 @@ TEST_F(OiiotoolFilesTest, TheSameIsPrinted) {
         "--info -a parts.exr",
         "--info -a pages.tif",
         "--info -v --metamatch compression|Pixel a.exr",
+        "--info -v -a --metamatch compression|Pixel parts.exr",
         "--hash b.tif",
         "--hash p.exr",
         "--info --hash a.exr",
