@@ -17,16 +17,9 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/directory.h"
+
 namespace tessera::base {
-namespace {
-
-std::string DirectoryOf(const std::string& file) {
-  const size_t slash = file.rfind('/');
-  return slash == std::string::npos ? "." : slash == 0 ? "/" : file.substr(0, slash);
-}
-
-}  // namespace
-
 const std::string& TemporaryMark() {
   // A process's number is its own among those of a host and of a container.
   static const std::string mark = [] {

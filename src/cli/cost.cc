@@ -3,7 +3,6 @@
 
 #include <OpenImageIO/strutil.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,8 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/spool.h"
 #include "cli/json_report.h"
 #include "cli/messages.h"
+#include "tessera/context.h"
 #include "tessera/cost.h"
 
 namespace tessera::cli {
@@ -51,26 +52,19 @@ CostEstimate::Part Encoding(const CostEstimate& cost, const Node& node, const st
   const int rows = band.spec().height(), half = rows / 2, all = node.spec().height();
   if (rows < 1) return part;
   write.stats = nullptr;
-  const auto folder = std::filesystem::temp_directory_path() / ("tessera-cost-" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  const std::string name = (folder / ("rows" + std::filesystem::path(file).extension().string())).string();
-  try {
-    Written most = WriteRows(band, rows, name, write);
-    const Written again = WriteRows(band, rows, name, write);
-    most = {(most.elapsed + again.elapsed) / 2, (most.busy + again.busy) / 2};
-    const Written few = half > 0 ? WriteRows(band, half, name, write) : Written{};
-    // Opening and closing do not grow with the rows.
-    const auto of_all = [&](double m, double f) {
-      const double slope = std::max((m - f) / std::max(1, rows - half), 0.5 * m / rows);
-      return m + slope * (all - rows);
-    };
-    part.elapsed = of_all(most.elapsed, few.elapsed);
-    part.busy = std::min(of_all(most.busy, few.busy), part.elapsed * cost.threads);
-  } catch (...) {
-    std::filesystem::remove_all(folder);
-    throw;
-  }
-  std::filesystem::remove_all(folder);
+  const base::Spool spool(Context::Default().files(), "rows",
+                          std::filesystem::path(file).extension().string());
+  Written most = WriteRows(band, rows, spool.file(), write);
+  const Written again = WriteRows(band, rows, spool.file(), write);
+  most = {(most.elapsed + again.elapsed) / 2, (most.busy + again.busy) / 2};
+  const Written few = half > 0 ? WriteRows(band, half, spool.file(), write) : Written{};
+  // Opening and closing do not grow with the rows.
+  const auto of_all = [&](double m, double f) {
+    const double slope = std::max((m - f) / std::max(1, rows - half), 0.5 * m / rows);
+    return m + slope * (all - rows);
+  };
+  part.elapsed = of_all(most.elapsed, few.elapsed);
+  part.busy = std::min(of_all(most.busy, few.busy), part.elapsed * cost.threads);
   return part;
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/directory.h"
 #include "cli/arguments.h"
 
 namespace tessera::cli {
@@ -91,17 +92,13 @@ std::string FrameName::At(int frame) const {
 }
 
 std::vector<int> FrameName::Present() const {
-  namespace fs = std::filesystem;
   const size_t slash = before.rfind('/');
   const std::string directory = slash == std::string::npos ? "" : before.substr(0, slash + 1);
   // The number may be a directory's.
   const size_t end = std::min(behind.find('/'), behind.size());
   const std::string first = before.substr(directory.size()), last = behind.substr(0, end);
   std::vector<int> frames;
-  std::error_code code;
-  for (fs::directory_iterator it(directory.empty() ? "." : directory, code), none; !code && it != none;
-       it.increment(code)) {
-    const std::string name = it->path().filename().string();
+  for (const std::string& name : base::NamesIn(directory.empty() ? "." : directory)) {
     if (name.size() <= first.size() + last.size() || !name.starts_with(first) || !name.ends_with(last))
       continue;
     const char* number = name.data() + first.size();
@@ -112,7 +109,8 @@ std::vector<int> FrameName::Present() const {
     if (error != std::errc() || read != stop || frame < 0) continue;
     const std::string whole = At(frame);
     if (whole.compare(directory.size(), name.size(), name) != 0) continue;
-    if (end == behind.size() || fs::exists(whole, code)) frames.push_back(frame);
+    std::error_code code;
+    if (end == behind.size() || std::filesystem::exists(whole, code)) frames.push_back(frame);
   }
   std::sort(frames.begin(), frames.end());
   return frames;

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/directory.h"
 #include "base/input_file.h"
 #include "cli/frame_files.h"
 #include "cli/frame_names.h"
@@ -106,16 +107,11 @@ std::vector<FileState> InputsNamed(const std::vector<std::string>& words, const 
 }
 
 FrameRecords::FrameRecords(const std::string& output, int padding, const FramePart& part) {
-  namespace fs = std::filesystem;
   const std::string name = NameOf(output, padding);
   file_ = name + part.Name() + kSuffix;
-  const fs::path path(name);
-  const std::string start = path.filename().string();
-  const fs::path folder = path.parent_path().empty() ? "." : path.parent_path();
-  std::error_code code;
-  for (fs::directory_iterator it(folder, code), none; !code && it != none; it.increment(code)) {
-    const std::string found = it->path().filename().string();
-    if (found.starts_with(start) && found.ends_with(kSuffix)) ReadAll(it->path().string());
+  const std::string start = std::filesystem::path(name).filename().string(), folder = base::DirectoryOf(name);
+  for (const std::string& found : base::NamesIn(folder)) {
+    if (found.starts_with(start) && found.ends_with(kSuffix)) ReadAll(folder + "/" + found);
   }
 }
 

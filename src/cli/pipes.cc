@@ -27,7 +27,7 @@ constexpr char kInput[] = "standard input", kOutput[] = "standard output";
 
 // All of standard input in a file that has no name any more, so that nothing is left behind.
 int KeepInput() {
-  std::string name = (std::filesystem::temp_directory_path() / "tessera-XXXXXX").string();
+  std::string name = std::filesystem::temp_directory_path().string() + "/tessera-XXXXXX";
   const auto fail = [](const std::string& what) {
     throw SystemError(kInput, what + std::error_code(errno, std::generic_category()).message());
   };

@@ -12,6 +12,7 @@
 #include <new>
 #include <vector>
 
+#include "base/directory.h"
 #include "base/input_file.h"
 #include "base/policy.h"
 #include "io/image_file.h"
@@ -38,24 +39,21 @@ PixelType TypeOf(const OIIO::TypeDesc& type) {
 // The files of a numbered sequence in the order of their numbers, or the file itself. `#`s or %d, %03d stand
 // for any digits.
 std::vector<std::string> SlicesOf(const std::string& pattern) {
-  const fs::path path(pattern);
-  const std::string name = path.filename().string();
+  const std::string name = fs::path(pattern).filename().string();
   const size_t first = name.find_first_of("#%");
   if (first == std::string::npos || fs::exists(pattern)) return {pattern};
   const size_t behind = name[first] == '#' ? name.find_first_not_of('#', first) : name.find('d', first) + 1;
   const std::string prefix = name.substr(0, first), suffix = behind > name.size() ? "" : name.substr(behind);
   std::map<long, std::string> slices;
-  std::error_code missing;
-  for (const auto& entry :
-       fs::directory_iterator(path.has_parent_path() ? path.parent_path() : fs::path("."), missing)) {
-    const std::string found = entry.path().filename().string();
+  const std::string directory = base::DirectoryOf(pattern);
+  for (const std::string& found : base::NamesIn(directory)) {
     if (found.size() <= prefix.size() + suffix.size() || found.compare(0, prefix.size(), prefix) != 0 ||
         found.compare(found.size() - suffix.size(), suffix.size(), suffix) != 0) {
       continue;
     }
     const std::string digits = found.substr(prefix.size(), found.size() - prefix.size() - suffix.size());
     if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos) continue;
-    slices[std::stol(digits)] = entry.path().string();
+    slices[std::stol(digits)] = directory + "/" + found;
   }
   if (slices.empty()) throw DataError(pattern, "no such files, expected slices numbered in their names");
   std::vector<std::string> names;

@@ -64,6 +64,7 @@ inline constexpr const char* kLines[] = {
     "in/b.png --normalmap in/b.png --paste +9+7 -o $/o.png",
     "--set k 2 --for i 0,{k} in/b.png --addc {i/8} -o $/o{i}.tif --pop --endfor",
     "in/a.exr --aov:channels=0 depth -o $/o.exr",
+    "--explain:cost=1 in/b.png --blur 3x3 -o $/o.png",
 };
 
 class FailureLinesTest : public testing::CliTest {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Ends runs of the program at random moments, by signals that cannot be caught and by those that can: every output is as
-it was or as it is to be, byte for byte; nothing else is in the folder once another run has written there; no process
-is left.
+it was or as it is to be, byte for byte; nothing else is in the folder, nor in that of temporary files, once another run
+has written there; no process is left.
 
   kills.py PROGRAM [--count N] [--seed S]
 
@@ -33,15 +33,26 @@ LINES = [
     ("-i:thumbnail=99x99 a.jpg --resize 99x99 -o o.jpg", ["o.jpg"]),
     ("--max-memory 8 a.exr --blur:sigma=3 -d float -o o.exr", ["o.exr"]),
     ("a.exr --cut 300x200+9+9 -o o.tif -o p.tif -o q.tif -o r.tif", ["o.tif", "p.tif", "q.tif", "r.tif"]),
+    # A LUT with a byte-order mark is copied; the cost is tried in a file.
+    ("a.exr --lut marked.cube -d uint8 -o o.png", ["o.png"]),
+    ("--explain:cost=1 a.exr --blur 5x5 -o o.webp", []),
 ]
+SCRATCH = "scratch"
 
 
 class Folder:
     def __init__(self, program, path):
         self.program, self.path = program, path
+        os.mkdir(os.path.join(path, SCRATCH))
+        self.environment = dict(os.environ, TMPDIR=os.path.join(path, SCRATCH))
 
     def run(self, line):
-        return subprocess.run([self.program] + line.split(), cwd=self.path, capture_output=True, text=True)
+        return subprocess.run([self.program] + line.split(), cwd=self.path, env=self.environment, capture_output=True,
+                              text=True)
+
+    def start(self, line):
+        return subprocess.Popen([self.program] + line.split(), cwd=self.path, env=self.environment,
+                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def must(self, line):
         result = self.run(line)
@@ -65,8 +76,13 @@ class Folder:
         with open(os.path.join(self.path, name), "wb") as f:
             f.write(content)
 
+    def remove(self, name):
+        whole = os.path.join(self.path, name)
+        shutil.rmtree(whole) if os.path.isdir(whole) else os.remove(whole)
+
     def names(self):
-        return set(os.listdir(self.path))
+        scratch = os.listdir(os.path.join(self.path, SCRATCH))
+        return set(os.listdir(self.path)) | {os.path.join(SCRATCH, name) for name in scratch}
 
     def processes(self):
         """Numbers of those that run in the folder."""
@@ -83,6 +99,11 @@ class Folder:
 
 
 def prepare(folder):
+    size = 32
+    with open(os.path.join(folder.path, "marked.cube"), "w", encoding="utf-8-sig") as lut:
+        lut.write(f"LUT_3D_SIZE {size}\n")
+        for k in range(size**3):
+            lut.write(" ".join(f"{(k // size**c % size / (size - 1)) ** 2:.5f}" for c in range(3)) + "\n")
     folder.must("--pattern fractalnoise:basefreq=.01 700x500 3 -d half -o a.exr")
     for name in ("a.png", "a.tif", "a.jpg"):
         folder.must(f"a.exr -d uint8 -o {name}")
@@ -111,6 +132,8 @@ def main():
     parser.add_argument("--count", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    for caught in CAUGHT:  # whoever started this may have it ignored, which runs would inherit
+        signal.signal(caught, signal.SIG_DFL)
     draw = random.Random(options.seed)
     path = os.path.realpath(tempfile.mkdtemp(prefix="tessera-kills-"))
     folder = Folder(os.path.abspath(options.program), path)
@@ -130,8 +153,7 @@ def main():
                 folder.put(name, content)
             # Half of them while outputs are written and get their names.
             share = draw.uniform(0.6, 1.05) if draw.random() < 0.5 else draw.uniform(0, 1)
-            process = subprocess.Popen([folder.program] + line.split(), cwd=path, stdout=subprocess.DEVNULL,
-                                       stderr=subprocess.DEVNULL)
+            process = folder.start(line)
             time.sleep(share * seconds)
             process.send_signal(how)
             code = process.wait()
@@ -155,14 +177,14 @@ def main():
                 if how != signal.SIGKILL:
                     tally["left"] += 1
                     bad.append(f"run {k}: {line}: {how.name}: left {sorted(temporaries)}")
-                folder.must("--pattern checker 8x8 3 -o swept.ppm")
+                folder.must("--pattern checker 8x8 3 --lut marked.cube -o swept.ppm")
                 folder.put("swept.ppm", None)
                 rest = folder.names() - inputs - set(outputs)
                 if rest:
                     tally["left"] += 1
                     bad.append(f"run {k}: {line}: {how.name}: not swept {sorted(rest)}")
                     for name in rest:
-                        folder.put(name, None)
+                        folder.remove(name)
             for name in outputs:
                 folder.put(name, None)
             until = time.monotonic() + 5
