@@ -305,7 +305,7 @@ TEST(Engine, UntouchedPixelsKeepTheirBits) {
 TEST(Engine, LongChainsNeitherRecurseNorSlowDown) {
   const Image in = RandomImage({0, 0, 4, 4}, 4, 12);
   Node node = FromImage(in);
-  constexpr int kSteps = kThreadSanitized ? 5000 : 50000;
+  constexpr int kSteps = testing::kThreadSanitized ? 5000 : 50000;
   for (int i = 0; i < kSteps; ++i) node = SlowAffineOf(node, {1.0f, 1.0f});
   EXPECT_NEAR(Render(node).at<float>(1, 1, 1), kSteps, 3.0f);
 }
@@ -328,7 +328,7 @@ TEST(Engine, PicturesInKeptMemoryAreBlack) {
 
 // No more of it than pictures of 4096x2160 need.
 TEST(Engine, LittleMemoryIsKept) {
-  if (kSanitized) GTEST_SKIP() << "what is freed is kept for a while";
+  if (testing::kSanitized) GTEST_SKIP() << "what is freed is kept for a while";
   const auto resident = [] {
     long pages = 0;
     std::ifstream("/proc/self/statm") >> pages >> pages;

@@ -16,8 +16,9 @@ namespace {
 
 constexpr char kUsage[] =
     "random_pipelines [--seconds N | --count N] [--seed S] [--from I] [--only OP] [--workers N]\n"
-    "                 [--failures N] [--no-shrink] [--coverage] [--require-coverage]\n"
+    "                 [--failures N] [--no-shrink] [--shake] [--coverage] [--require-coverage]\n"
     "Draws graphs from the registry and compares all ways of evaluating them; 60 seconds by default.\n"
+    "--shake holds up threads at random moments, thousands of times a second.\n"
     "Case I of seed S alone: --seed S --from I --count 1.\n";
 
 struct Options {
@@ -32,6 +33,8 @@ bool Parse(int argc, char** argv, Options& o) {
       o.coverage = true;
     } else if (word == "--require-coverage") {
       o.require_coverage = true;
+    } else if (word == "--shake") {
+      o.run.shake = true;
     } else if (word == "--no-shrink") {
       o.run.shrink = false;
     } else if (i + 1 == argc) {

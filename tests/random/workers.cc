@@ -15,10 +15,12 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "random/shrink.h"
 #include "support/sanitized.h"
+#include "support/shaker.h"
 #include "tessera/error.h"
 
 namespace tessera::random {
@@ -79,6 +81,8 @@ std::string Described(const Case& c, const Finding& finding, bool shrink, const 
 
 void Work(const Run& run, int worker, uint64_t first, double deadline, const std::string& folder, int fd,
           Place& place) {
+  std::optional<testing::Shaker> shaker;
+  if (run.shake) shaker.emplace(run.seed + static_cast<uint64_t>(worker));
   Tally tally;
   Generator generator(run.rows, folder, tally);
   Comparer comparer(folder, tally);

@@ -19,6 +19,7 @@ struct Run {
   std::vector<const ops::OpInfo*> rows;
   const ops::OpInfo* only = nullptr;
   bool progress = false, shrink = true;
+  bool shake = false;  // threads are held up at random moments
 };
 
 struct Report {

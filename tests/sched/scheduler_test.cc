@@ -6,10 +6,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
+
+#include "support/shaker.h"
 
 namespace tessera::sched {
 namespace {
@@ -136,6 +140,45 @@ std::vector<int64_t> RunItems(int threads, int tokens, const char* failing, int*
   EXPECT_EQ(alive, 0) << "something is left behind";
   *most_alive = most;
   return written;
+}
+
+// Two stores in the wrong order, five microseconds apart, and whoever looks at them twenty later: it sees the
+// first alone when the system takes the processor away just there, if ever.
+TEST(Shaker, FindsARaceThatHidesBehindTheUsualOrder) {
+  const testing::Shaker shaker(1);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto spin = [](std::chrono::microseconds time) {
+    const auto until = std::chrono::steady_clock::now() + time;
+    while (std::chrono::steady_clock::now() < until) {
+    }
+  };
+  std::atomic<int> asked = 0, ready = 0, written = 0;
+  std::thread other([&] {
+    for (int round = 1; round > 0; ++round) {
+      while (asked < round && asked >= 0) {
+      }
+      if (asked < 0) return;
+      ready = round;
+      spin(std::chrono::microseconds(5));
+      written = round;
+    }
+  });
+  bool found = false;
+  for (int round = 1; (!found || testing::Shaker::Pauses() < 100) &&
+                      std::chrono::steady_clock::now() - begin < std::chrono::seconds(60);
+       ++round) {
+    asked = round;
+    while (ready < round) {
+    }
+    spin(std::chrono::microseconds(20));
+    found = found || written < round;
+    while (written < round) {
+    }
+  }
+  asked = -1;
+  other.join();
+  EXPECT_TRUE(found);
+  EXPECT_GE(testing::Shaker::Pauses(), 100u);
 }
 
 TEST(Pipeline, WritesInOrderAndKeepsFewAlive) {
