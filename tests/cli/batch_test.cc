@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "cli/cli_test.h"
+#include "support/sanitized.h"
 
 namespace tessera::testing {
 namespace {
@@ -278,6 +279,8 @@ TEST_F(BatchTest, SignalsEndTheJobUnderWay) {
     EXPECT_EQ(batch.Wait(), 128 + signal);
     EXPECT_EQ(directory_.Names(), std::set<std::string>{"a.tif"});
   }
+  // ThreadSanitizer of gcc 12 keeps a signal back until a read has come to its end.
+  if (testing::kThreadSanitized) return;
   Batch idle(directory_.path());
   EXPECT_EQ(idle.Ask("--pattern constant 2x2 3 -o a.tif")["ok"], true);
   idle.Signal(SIGTERM);
