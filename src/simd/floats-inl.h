@@ -77,6 +77,21 @@ struct Floats {
     }
     return r;
   }
+  // NaN stays where `x` was ever infinite or NaN: begins with zeros, ends with Unmarked.
+  HWY_INLINE void MarkUnlessFinite(const Floats& x) {
+    for (int i = 0; i < kVectors; ++i) v[i] = hn::Or(v[i], hn::Sub(x.v[i], x.v[i]));
+  }
+  HWY_INLINE bool Unmarked() const {
+    auto all = v[0];
+    for (int i = 1; i < kVectors; ++i) all = hn::Or(all, v[i]);
+    return hn::AllTrue(Tag(), hn::Eq(all, all));
+  }
+  // Those of `other` in place of infinities and NaN.
+  HWY_INLINE Floats FiniteOr(const Floats& other) const {
+    Floats r;
+    for (int i = 0; i < kVectors; ++i) r.v[i] = hn::IfThenElse(hn::IsFinite(v[i]), v[i], other.v[i]);
+    return r;
+  }
   HWY_INLINE void Store(float* p) const {
     for (int i = 0; i < kVectors; ++i) hn::StoreU(v[i], Tag(), p + i * kLanesOf);
   }

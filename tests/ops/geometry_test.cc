@@ -124,6 +124,24 @@ TEST(GeometryTest, WeightsSumToOneAndConstantsStay) {
   });
 }
 
+// A depth map's background is often the largest float.
+TEST(GeometryTest, HalvesOfTheLargestDoNotOverflow) {
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  for (int channels = 1; channels <= 5; ++channels) {
+    const Image image = Filled(50, 6, channels, [](int x, int, int c) {
+      return x >= 40 ? kInf : x >= 20 ? 0x1p-149f : c % 2 != 0 ? -kLargest : kLargest;
+    });
+    OnEveryTarget([&] {
+      const Image half = Render(Resize(FromImage(image), {25, 3, 0, 0, "box"}));
+      for (int x = 0; x < 25; ++x) {
+        for (int c = 0; c < channels; ++c)
+          ASSERT_EQ(half.at<float>(x, 2, c), image.at<float>(2 * x, 4, c))
+              << channels << " " << x << " " << c;
+      }
+    });
+  }
+}
+
 TEST(GeometryTest, NaNSpreadsOnlyWhereItHasWeight) {
   const Image image = Filled(32, 24, 4, [](int x, int y, int) { return x == 16 && y == 12 ? kNaN : 0.5f; });
   const Node node = FromImage(image);

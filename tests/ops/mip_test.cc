@@ -32,15 +32,6 @@ Image AllLevels(const Image& image, FilterMethod method, int threads = 1) {
   return Render(Mip(FromImage(image), {"box", Wrap::kClamp, -1, method}), image.spec().type, options);
 }
 
-// Halves by themselves are sums of floats, which overflow where sums in double do not.
-void WithoutLargest(const Image& image) {
-  const auto samples = image.spec().data_window.pixels() * image.spec().channel_count();
-  auto* const v = reinterpret_cast<float*>(image.view().data);
-  for (int64_t i = 0; i < samples; ++i) {
-    if (std::isfinite(v[i]) && std::fabs(v[i]) > 1e30f) v[i] = std::copysign(1e30f, v[i]);
-  }
-}
-
 // The sides that matter: about strips of 256 columns and bands of 64 rows, even and odd after any number of
 // halvings.
 int Side(std::mt19937& random) {
@@ -62,7 +53,6 @@ TEST(MipTest, OnePassEqualsEachLevelByItself) {
       SCOPED_TRACE(std::to_string(window.width()) + "x" + std::to_string(window.height()) + "x" +
                    std::to_string(channels) + " type " + std::to_string(static_cast<int>(type)));
       const Image image = Picture(window, channels, type, static_cast<uint32_t>(trial), content);
-      if (type == PixelType::kFloat) WithoutLargest(image);
       const Image one = AllLevels(image, FilterMethod::kAuto), many = AllLevels(image, FilterMethod::kDirect);
       ASSERT_EQ(one.spec().data_window, many.spec().data_window);
       const Roi& roi = one.spec().data_window;
@@ -78,7 +68,7 @@ TEST(MipTest, OnePassEqualsEachLevelByItself) {
                                 : type == PixelType::kHalf  ? std::fabs(b) * 0x1p-10 + 0x1p-22
                                 : type == PixelType::kUint8 ? 1.001 / 255
                                                             : 1.001 / 65535;
-            const double cancelled = content == Content::kSpecial && type == PixelType::kFloat ? 1e24 : 0;
+            const double cancelled = content == Content::kSpecial && type == PixelType::kFloat ? 1e32 : 0;
             if (!(a == b || std::fabs(a - b) <= step + cancelled)) ++wrong;
           }
         }

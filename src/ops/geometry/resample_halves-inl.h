@@ -9,6 +9,8 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <cmath>
+#include <type_traits>
 
 #include "ops/geometry/resample_kernel.h"
 #include "ops/geometry/resample_sums-inl.h"
@@ -55,6 +57,25 @@ HWY_INLINE s::Floats<N> Settled(s::Floats<N> mean, int largest) {
   return mean;
 }
 
+// A quarter of what `sum` makes of the samples that it loads by its argument, marked where it is not finite.
+// Such rows are taken again, carefully: there it is the sum of the samples' quarters, which overflows only
+// where the mean does, but is not exact for the smallest samples.
+template <bool kCareful, class F, class Sum>
+HWY_INLINE F MeanOfFour(const Sum& sum, F& marks) {
+  const F mean = sum([](const float* p) HWY_ATTR { return F::Load(p); }) * 0.25f;
+  if constexpr (kCareful)
+    return mean.FiniteOr(sum([](const float* p) HWY_ATTR { return F::Scaled(p, 0.25f); })).OneNaN();
+  marks.MarkUnlessFinite(mean);
+  return mean.OneNaN();
+}
+
+// The same of four samples.
+inline float MeanOfFour(float a, float b, float c, float d) {
+  const float sum = (a + b) + (c + d);
+  if (std::isfinite(sum)) return sum * 0.25f;
+  return (a * 0.25f + b * 0.25f) + (c * 0.25f + d * 0.25f);
+}
+
 // The sums of pixels side by side, of eight.
 HWY_INLINE F16 PairSums(const F16& first, const F16& second) {
   if constexpr (F16::kVectors == 1) {
@@ -67,89 +88,112 @@ HWY_INLINE F16 PairSums(const F16& first, const F16& second) {
   return even + odd;
 }
 
-// The mean of two by two RGBA pixels: bandwidth is all there is to it. In floats; three roundings.
-inline void HalveRgba(const ResampleJob& job) {
-  const Roi roi = job.out.roi;
-  const int width = roi.width(), largest = job.largest;
-  using F8 = s::Floats<8>;
-  for (int y = roi.y0; y < roi.y1; ++y) {
-    const auto* const a =
-        reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
-    const float* const b = a + job.in.row_stride / 4;
-    auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
-    const auto mean = [=](int x) HWY_ATTR {
-      const F16 first = F16::Load(a + 8 * x) + F16::Load(b + 8 * x);
-      const F16 second = F16::Load(a + 8 * x + 16) + F16::Load(b + 8 * x + 16);
-      return (PairSums(first, second) * 0.25f).OneNaN();
+// The mean of two by two RGBA pixels. In floats; three roundings. Whether all of a row of them, that
+// of the rows at a and b, are finite.
+template <bool kCareful>
+HWY_INLINE bool HalveRgbaRow(const ResampleJob& job, const float* a, const float* b, float* out) {
+  const int width = job.out.roi.width(), largest = job.largest;
+  F16 marks = F16::Zero();
+  const auto mean = [&](int x) HWY_ATTR {
+    const auto sum = [=](const auto& load) HWY_ATTR {
+      const F16 first = load(a + 8 * x) + load(b + 8 * x);
+      const F16 second = load(a + 8 * x + 16) + load(b + 8 * x + 16);
+      return PairSums(first, second);
     };
-    int x = 0;
-    if (largest == 0 && job.stream && reinterpret_cast<uintptr_t>(out) % 64 == 0) {
-      for (; x + 4 <= width; x += 4) mean(x).Stream(out + ptrdiff_t{4} * x);
-    } else {
-      for (; x + 4 <= width; x += 4) {
-        StoreSixteen(Settled(mean(x), largest), out + ptrdiff_t{4} * x, job.stream);
-      }
-    }
-    for (; x < width; ++x) {
-      const F8 sum = F8::Load(a + 8 * x) + F8::Load(b + 8 * x);
-      float pair[8];
-      sum.Store(pair);
-      for (int c = 0; c < 4; ++c) pair[c] = (pair[c] + pair[c + 4]) * 0.25f;
-      Settled(s::Floats<4>::Load(pair).OneNaN(), largest).Store(out + ptrdiff_t{4} * x);
-    }
+    return MeanOfFour<kCareful>(sum, marks);
+  };
+  int x = 0;
+  if (largest == 0 && job.stream && reinterpret_cast<uintptr_t>(out) % 64 == 0) {
+    for (; x + 4 <= width; x += 4) mean(x).Stream(out + ptrdiff_t{4} * x);
+  } else {
+    for (; x + 4 <= width; x += 4)
+      StoreSixteen(Settled(mean(x), largest), out + ptrdiff_t{4} * x, job.stream);
   }
+  for (; x < width; ++x) {
+    const float *const p = a + 8 * x, *const q = b + 8 * x;
+    float rest[4];
+    for (int c = 0; c < 4; ++c) rest[c] = MeanOfFour(p[c], q[c], p[c + 4], q[c + 4]);
+    Settled(s::Floats<4>::Load(rest).OneNaN(), largest).Store(out + ptrdiff_t{4} * x);
+  }
+  return marks.Unmarked();
 }
 
 // The same of one channel.
-inline void HalveGrey(const ResampleJob& job) {
-  const Roi& roi = job.out.roi;
-  for (int y = roi.y0; y < roi.y1; ++y) {
-    const auto* const a =
-        reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
-    const float* const b = a + job.in.row_stride / 4;
-    auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
-    int x = 0;
-    for (; x + 16 <= roi.width(); x += 16) {
-      F16 first = F16::Load(a + 2 * x) + F16::Load(b + 2 * x);
-      F16 second = F16::Load(a + 2 * x + 16) + F16::Load(b + 2 * x + 16);
+template <bool kCareful>
+HWY_INLINE bool HalveGreyRow(const ResampleJob& job, const float* a, const float* b, float* out) {
+  const int width = job.out.roi.width();
+  F16 marks = F16::Zero();
+  int x = 0;
+  for (; x + 16 <= width; x += 16) {
+    const auto sum = [=](const auto& load) HWY_ATTR {
+      F16 first = load(a + 2 * x) + load(b + 2 * x), second = load(a + 2 * x + 16) + load(b + 2 * x + 16);
       PairSamples(first, second);
-      StoreSixteen(Settled(((first + second) * 0.25f).OneNaN(), job.largest), out + x, job.stream);
-    }
-    for (; x < roi.width(); ++x) {
-      const float sum[4] = {((a[2 * x] + b[2 * x]) + (a[2 * x + 1] + b[2 * x + 1])) * 0.25f};
-      float mean[4];
-      Settled(s::Floats<4>::Load(sum).OneNaN(), job.largest).Store(mean);
-      out[x] = mean[0];
-    }
+      return first + second;
+    };
+    StoreSixteen(Settled(MeanOfFour<kCareful>(sum, marks), job.largest), out + x, job.stream);
   }
+  for (; x < width; ++x) {
+    const float sum[4] = {MeanOfFour(a[2 * x], b[2 * x], a[2 * x + 1], b[2 * x + 1])};
+    float mean[4];
+    Settled(s::Floats<4>::Load(sum).OneNaN(), job.largest).Store(mean);
+    out[x] = mean[0];
+  }
+  return marks.Unmarked();
 }
 
 // The same of any number of channels: four lanes at a time, of which the next pixel overwrites what is too
 // much.
-inline void HalveAny(const ResampleJob& job) {
-  const Roi& roi = job.out.roi;
-  const int channels = job.out.channels;
+template <bool kCareful>
+HWY_INLINE bool HalveAnyRow(const ResampleJob& job, const float* a, const float* b, float* out, float* line,
+                            int pixels) {
+  const int width = job.out.roi.width(), channels = job.out.channels;
   using F4 = s::Floats<4>;
-  constexpr int kPixels = 64;
-  float* const line = job.scratch.Allocate<float>(static_cast<size_t>(kPixels) * channels + 4);
+  F4 marks = F4::Zero();
+  for (int x = 0; x < width; x += pixels) {
+    const int count = channels * std::min(pixels, width - x);
+    for (int i = 0; i < count; i += channels) {
+      const ptrdiff_t from = 2 * (ptrdiff_t{x} * channels + i);
+      for (int c = 0; c < channels; c += 4) {
+        const float *const p = a + from + c, *const q = b + from + c;
+        const auto sum = [=](const auto& load) HWY_ATTR {
+          return (load(p) + load(q)) + (load(p + channels) + load(q + channels));
+        };
+        Settled(MeanOfFour<kCareful>(sum, marks), job.largest).Store(line + i + c);
+      }
+    }
+    StoreLine(line, count, out + ptrdiff_t{x} * channels, job.stream);
+  }
+  return marks.Unmarked();
+}
+
+// Every row of the result by row(careful, a, b, out), from the two of the source.
+template <class Row>
+HWY_INLINE void HalveRows(const ResampleJob& job, const Row& row) {
+  const Roi& roi = job.out.roi;
   for (int y = roi.y0; y < roi.y1; ++y) {
     const auto* const a =
         reinterpret_cast<const float*>(job.in.At(2 * roi.x0 + job.x.shift, 2 * y + job.y.shift));
     const float* const b = a + job.in.row_stride / 4;
     auto* const out = reinterpret_cast<float*>(job.out.At(roi.x0, y));
-    for (int x = 0; x < roi.width(); x += kPixels) {
-      const int count = channels * std::min(kPixels, roi.width() - x);
-      for (int i = 0; i < count; i += channels) {
-        const ptrdiff_t from = 2 * (ptrdiff_t{x} * channels + i);
-        for (int c = 0; c < channels; c += 4) {
-          const F4 first = F4::Load(a + from + c) + F4::Load(b + from + c);
-          const F4 second = F4::Load(a + from + channels + c) + F4::Load(b + from + channels + c);
-          Settled(((first + second) * 0.25f).OneNaN(), job.largest).Store(line + i + c);
-        }
-      }
-      StoreLine(line, count, out + ptrdiff_t{x} * channels, job.stream);
-    }
+    if (!row(std::false_type(), a, b, out)) row(std::true_type(), a, b, out);
   }
+}
+
+inline void HalveRgba(const ResampleJob& job) {
+  HalveRows(job, [&](auto careful, const float* a, const float* b, float* out)
+                     HWY_ATTR { return HalveRgbaRow<careful()>(job, a, b, out); });
+}
+
+inline void HalveGrey(const ResampleJob& job) {
+  HalveRows(job, [&](auto careful, const float* a, const float* b, float* out)
+                     HWY_ATTR { return HalveGreyRow<careful()>(job, a, b, out); });
+}
+
+inline void HalveAny(const ResampleJob& job) {
+  constexpr int kPixels = 64;
+  float* const line = job.scratch.Allocate<float>(static_cast<size_t>(kPixels) * job.out.channels + 4);
+  HalveRows(job, [&](auto careful, const float* a, const float* b, float* out)
+                     HWY_ATTR { return HalveAnyRow<careful()>(job, a, b, out, line, kPixels); });
 }
 
 }  // namespace tessera::ops::HWY_NAMESPACE
