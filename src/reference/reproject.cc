@@ -110,18 +110,25 @@ class Scene {
   }
   double Color(const Seen& seen, int channel, double* largest) const {
     const double left = std::floor(seen.u - 0.5), upper = std::floor(seen.v - 0.5);
+    // Beside the middle of a pixel roundings say which neighbour has next to no weight, and the other none.
+    constexpr double kNext = 1 + 1e-9;
     double sum = 0;
-    for (const int j : {0, 1}) {
-      for (const int i : {0, 1}) {
-        const double weight =
-            (1 - std::fabs(left + i - (seen.u - 0.5))) * (1 - std::fabs(upper + j - (seen.v - 0.5)));
-        if (!(weight > 0)) continue;
+    for (const int j : {-1, 0, 1, 2}) {
+      for (const int i : {-1, 0, 1, 2}) {
+        const double across = std::fabs(left + i - (seen.u - 0.5)),
+                     down = std::fabs(upper + j - (seen.v - 0.5));
+        if (across > kNext || down > kNext) continue;
+        const double weight = across < 1 && down < 1 ? (1 - across) * (1 - down) : 0;
         int x = static_cast<int>(left) + i, y = static_cast<int>(upper) + j;
         const bool own = x == seen.piece->x && y == seen.piece->y;
         if (!own && !Joined(seen.piece->x, seen.piece->y, x, y)) x = seen.piece->x, y = seen.piece->y;
         const double value = call_.in[0].at(x, y, channel);
-        sum += weight * value;
-        if (!(std::fabs(value) <= *largest)) *largest = std::fabs(value);
+        if (weight > 0) sum += weight * value;
+        if (weight < 1e-9 && !std::isfinite(value)) {
+          doubtful_ = true;
+        } else if (!(std::fabs(value) <= *largest)) {
+          *largest = std::fabs(value);
+        }
       }
     }
     return sum;
