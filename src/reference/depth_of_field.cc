@@ -183,6 +183,7 @@ class Layers {
       call_.Check();
       for (int x = region_.x0; x < region_.x1; ++x) hidden_.push_back(Beneath(x, y));
     }
+    if (call.scale != nullptr) around_ = Around();
   }
 
   void Evaluate(int x, int y) {
@@ -215,12 +216,15 @@ class Layers {
       left = std::max(0.0, left - coverage), taken += share * coverage;
     }
     const bool own = At(x, y).level < 0 || !(taken > 1e-9);
-    const double around = call_.scale != nullptr ? std::ldexp(Around(x, y), -18) : 0;
+    // What is left of large values in the block of a pixel, which have been added and taken away again.
+    const Roi& out = call_.out.roi;
+    const auto place =
+        static_cast<size_t>(y - out.y0) * static_cast<size_t>(out.width()) + static_cast<size_t>(x - out.x0);
+    const double around = call_.scale != nullptr ? std::ldexp(around_[place], -18) : 0;
     for (size_t c = 0; c < n; ++c) {
       const double value = call_.in[0].at(x, y, static_cast<int>(c));
       call_.out.at(x, y, static_cast<int>(c)) = own ? value : sums[c] / taken;
       if (call_.scale == nullptr) continue;
-      // What is left of large values in the block of a pixel, which have been added and taken away again.
       call_.scale->at(x, y, static_cast<int>(c)) =
           std::max({largest, std::fabs(value), around, kSmallestScale});
     }
@@ -306,19 +310,39 @@ class Layers {
     return first <= 0 ? first : std::min(first, std::max(0.0, 4 * median));
   }
 
-  // The largest magnitude that may have been in the same sums.
-  double Around(int x, int y) const {
-    double largest = 0;
-    for (int j = y - reach_; j <= y + reach_; ++j) {
-      for (int i = x - reach_ - 64; i <= x + reach_; ++i) {
-        if (!call_.in[0].roi.Contains({i, j, i + 1, j + 1})) continue;
-        for (int c = 0; c < call_.in[0].channels; ++c) {
-          const double v = std::fabs(call_.in[0].at(i, j, c));
-          if (std::isfinite(v)) largest = std::max(largest, v);
+  // The largest magnitudes that may have been in the same sums as each result's, which begin up to 64 columns
+  // to the left; what is beneath a pixel is found as far from it as it is spread. Along rows, then along
+  // columns.
+  std::vector<double> Around() const {
+    const Roi& out = call_.out.roi;
+    const ImageD& in = call_.in[0];
+    const int far = 2 * reach_, rows = out.height() + 2 * far;
+    const auto width = static_cast<size_t>(out.width());
+    std::vector<double> along(width * static_cast<size_t>(rows)),
+        around(width * static_cast<size_t>(out.height()));
+    const auto at = [&](std::vector<double>& all, int x, int row) -> double& {
+      return all[static_cast<size_t>(row) * width + static_cast<size_t>(x - out.x0)];
+    };
+    for (int row = 0; row < rows; ++row) {
+      const int y = out.y0 - far + row;
+      if (y < in.roi.y0 || y >= in.roi.y1) continue;
+      for (int x = out.x0; x < out.x1; ++x) {
+        double& largest = at(along, x, row);
+        for (int i = std::max(x - far - 64, in.roi.x0); i <= std::min(x + far, in.roi.x1 - 1); ++i) {
+          for (int c = 0; c < in.channels; ++c) {
+            const double v = std::fabs(in.at(i, y, c));
+            if (std::isfinite(v)) largest = std::max(largest, v);
+          }
         }
       }
     }
-    return largest;
+    for (int row = 0; row < out.height(); ++row) {
+      for (int x = out.x0; x < out.x1; ++x) {
+        for (int k = 0; k <= 2 * far; ++k)
+          at(around, x, row) = std::max(at(around, x, row), at(along, x, row + k));
+      }
+    }
+    return around;
   }
 
   const Call& call_;
@@ -328,6 +352,7 @@ class Layers {
   const Roi region_, known_;  // what may give light; what may be found from there
   std::vector<Defocus> defocus_;
   std::vector<Hidden> hidden_;
+  std::vector<double> around_;
   std::map<int, Shape> shapes_;
 };
 

@@ -283,7 +283,7 @@ TEST_F(OiiotoolFilesTest, TheSameIsPrinted) {
         "a.exr --echo {TOP.MINCOLOR}|{TOP.MAXCOLOR}|{TOP.AVGCOLOR}",
         "b.tif p.exr --echo {IMG[1].AVGCOLOR}|{IMG[0].MAXCOLOR}",
         "a.exr --mulc 0.5 --echo {TOP.STATS}",
-        "a.exr --echo {getattribute(version)}|{getattribute('exr_threads')}",
+        "a.exr --echo {getattribute(version)}|{getattribute('tiff:half')}",
         "a.exr --frames 3-5 --echo {FRAME_NUMBER} -o x.#.exr",
         "a.exr --frames 3-5 --framepadding 6 --echo {FRAME_NUMBER_PAD} -o x.#.exr",
         "a.exr --frames 3-5 --if `{FRAME_NUMBER > 3}` --echo {FRAME_NUMBER*2} --endif -o x.#.exr"}) {
