@@ -291,6 +291,8 @@ void FileSink::OpenFirst(const std::string& temporary, const std::vector<FileSin
     all[i]->part_ = static_cast<int>(i);
     all[i]->closes_ = i + 1 == all.size();
   }
+  for (FileSink* const sink : all) sink->several_ = all.size() > 1;
+  if (several_) all.back()->parts_.assign(all.begin(), all.end());
 }
 
 void FileSink::OpenBehind(FileSink& before) {
@@ -347,6 +349,7 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
     Fail("rows " + std::to_string(y0) + " to " + std::to_string(y1 - 1) + " arrived, expected row " +
          std::to_string(next_));
   }
+  Note(y1 - y0, data, row_stride);
   if (file_spec_.tile_height > 0) {
     PutTiles(y0, y1, data, row_stride);
     return;
@@ -362,7 +365,6 @@ void FileSink::Put(int y0, int y1, const std::byte* data, ptrdiff_t row_stride) 
     next_ = y1;
     return;
   }
-  Note(y1 - y0, data, row_stride);
   // This writer reads behind the last row, as far as its own are aligned.
   if (std::string_view(output_->format_name()) == "heif") {
     constexpr size_t kBehind = 4096;
@@ -443,7 +445,7 @@ FileLayout FileSink::Layout() const {
   return {temporary_, shown_, output_->format_name(), file_spec_, window_, data_, kept_, type_, part_};
 }
 
-void FileSink::Fail(const std::string& message) {
+void FileSink::Fail(const std::string& message) const {
   const int code = stream_ ? stream_->failure() : 0;
   if (code != 0)
     throw SystemError(shown_,

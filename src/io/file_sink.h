@@ -64,15 +64,19 @@ class FileSink final : public graph::RowSink {
   void PutTiles(int y0, int y1, const std::byte* data, ptrdiff_t row_stride);
   void Mend();
   void CheckReadable();
-  [[noreturn]] void Fail(const std::string& message);
+  bool KeepsBits() const;
+  void CheckPart() const;
+  [[noreturn]] void Fail(const std::string& message) const;
 
   std::string shown_, temporary_;
   std::shared_ptr<CheckedFile> stream_;  // null for formats that open files themselves; outlives output_
   std::shared_ptr<OIIO::ImageOutput> output_;
-  int part_ = 0;                      // of the file's images
-  bool closes_ = true;                // as no other image follows
-  std::unique_ptr<Encoder> encoder_;  // in place of output_, which is not opened then
-  base::Digest digest_{};             // of what was written, where that is compared
+  int part_ = 0;                        // of the file's images
+  bool several_ = false;                // as there are others
+  std::vector<const FileSink*> parts_;  // all of several, for the last
+  bool closes_ = true;                  // as no other image follows
+  std::unique_ptr<Encoder> encoder_;    // in place of output_, which is not opened then
+  base::Digest digest_{};               // of what was written, where that is compared
   std::vector<std::byte> last_column_;
   std::string encoder_text_;
   OIIO::ImageSpec file_spec_;

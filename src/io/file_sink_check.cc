@@ -38,13 +38,18 @@ constexpr std::string_view kOverlookFailures[] = {"fits", "ico", "rla", "sgi"};
 
 }  // namespace
 
-// Fewer bits than the type has keep a part of it. Of several images the last alone would be known here.
-bool FileSink::Compares() const {
+// Fewer bits than the type has keep a part of it, and colours may be divided by alpha.
+bool FileSink::KeepsBits() const {
   const int bits = file_spec_.get_int_attribute("oiio:BitsPerSample");
-  return !stream_ && part_ == 0 && closes_ &&
-         (bits == 0 || bits == static_cast<int>(8 * PixelBytes(type_))) &&
-         std::find(std::begin(kOverlookFailures), std::end(kOverlookFailures), output_->format_name()) !=
-             std::end(kOverlookFailures);
+  return (bits == 0 || bits == static_cast<int>(8 * PixelBytes(type_))) &&
+         file_spec_.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+}
+
+// OpenImageIO's TIFF writer overlooks what it could not write of any image but the first.
+bool FileSink::Compares() const {
+  if (stream_ || !KeepsBits()) return false;
+  return several_ || std::find(std::begin(kOverlookFailures), std::end(kOverlookFailures),
+                               output_->format_name()) != std::end(kOverlookFailures);
 }
 
 void FileSink::Note(int rows, const std::byte* data, ptrdiff_t row_stride) {
@@ -68,11 +73,21 @@ void FileSink::Mend() {
     Fail("its last column cannot be mended");
 }
 
+// Of a file of several images, which is closed.
+void FileSink::CheckPart() const {
+  if (const auto found = StoredDigest(Layout()); found && Compares() && *found != digest_)
+    Fail("the file that was written holds other pixels when it is read back");
+}
+
 // Formats that open files themselves may lose bytes without a word.
 void FileSink::CheckReadable() {
   if (const int code = GrowthFailure(temporary_); code != 0) {
     throw SystemError(shown_,
                       "cannot be written: " + std::error_code(code, std::generic_category()).message());
+  }
+  if (several_) {
+    for (const FileSink* const part : parts_) part->CheckPart();
+    return;
   }
   if (std::string_view(output_->format_name()) == "ico") {
     if (Compares() &&

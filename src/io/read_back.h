@@ -4,9 +4,11 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/digest.h"
 #include "tessera/node.h"
 #include "tessera/render.h"
 #include "tessera/stored.h"
@@ -26,6 +28,10 @@ struct FileLayout {
 // The file's pixels. Where the format does not keep what it is given, the node's, evaluated again. Throws
 // Error where the file cannot be opened again or is another than was written.
 StoredPixels ReadBack(const FileLayout& layout, const Node& node, const RenderOptions& render);
+
+// Of the rows that the file holds, as base::AddToDigest is given them one by one; none where the format does
+// not keep what it is given, though there too all rows must be readable. Throws Error as ReadBack.
+std::optional<base::Digest> StoredDigest(const FileLayout& layout);
 
 }  // namespace tessera::io
 

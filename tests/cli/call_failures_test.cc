@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <string>
@@ -63,11 +64,16 @@ class CallFailuresTest : public FailureLinesTest {
     OIIO::ImageCache* const cache = OIIO::ImageCache::create(/*shared=*/true);
     cache->invalidate(OIIO::ustring(file.string()), /*force=*/true);
     OIIO::ImageCache::destroy(cache);
-    OIIO::ImageBuf image(file.string());
-    if (!image.read(0, 0, true, OIIO::TypeFloat)) return {};
-    std::vector<float> pixels(image.spec().image_pixels() * static_cast<size_t>(image.nchannels()));
-    image.get_pixels(image.roi(), OIIO::TypeFloat, pixels.data());
-    return pixels;
+    std::vector<float> all;
+    for (int part = 0, parts = 1; part < parts; ++part) {
+      OIIO::ImageBuf image(file.string(), part, 0);
+      if (!image.read(part, 0, true, OIIO::TypeFloat)) return {};
+      parts = image.nsubimages();
+      std::vector<float> pixels(image.spec().image_pixels() * static_cast<size_t>(image.nchannels()));
+      image.get_pixels(image.roi(), OIIO::TypeFloat, pixels.data());
+      all.insert(all.end(), pixels.begin(), pixels.end());
+    }
+    return all;
   }
   // The same files, or other packings of the same pixels.
   bool Same(const fs::path& directory, const Files& right) {
@@ -83,9 +89,11 @@ class CallFailuresTest : public FailureLinesTest {
     }
     return true;
   }
-  // Of the line, or one that its files name.
+  // Of the line, or one that its files name, or of its temporary files; or the command that finds no font.
   static bool NamesAFile(const std::string& message, const std::string& own) {
-    return message.find("in/") != std::string::npos || message.find(own + "/") != std::string::npos;
+    const std::string names[] = {"in/", own + "/", own + ".scratch/", "--text"};
+    return std::any_of(std::begin(names), std::end(names),
+                       [&](const std::string& name) { return message.find(name) != std::string::npos; });
   }
 
   // Outputs are in the directory `own`, temporary files of the program in one of its own.
@@ -215,6 +223,28 @@ TEST_F(CallFailuresTest, LostRowsAreNoticed) {
     }
     EXPECT_GE(refused, 2) << format;
   }
+}
+
+// Nor rows of images behind the first.
+TEST_F(CallFailuresTest, LostRowsOfSeveralImagesAreNoticed) {
+  if (With("", "COUNT_CALLS", Path("counts"), "--version").exit_code == 77) GTEST_SKIP() << "no seccomp here";
+  MakeInputs();
+  fs::create_directory(Path("out"));
+  fs::create_directory(Path("right"));
+  Works("-a in/parts.exr --mulc .5 -o right/o.tif");
+  const std::string line = "-a in/parts.exr --mulc .5 -o out/o.tif";
+  EXPECT_EQ(With("", "COUNT_CALLS", Path("counts"), line).exit_code, 0);
+  std::map<std::string, int> count;
+  std::ifstream stream(Path("counts"));
+  for (std::string kind; stream >> kind;) stream >> count[kind];
+  int refused = 0;
+  for (int k = count["write"]; k >= 1; k -= std::max(count["write"] / 20, 1)) {
+    const testing::CommandResult result = With("", "FAIL_CALL", "write:" + std::to_string(k) + ":5", line);
+    refused += result.exit_code == 1;
+    EXPECT_TRUE(result.exit_code == 1 || Pixels(Path("out/o.tif")) == Pixels(Path("right/o.tif")))
+        << k << ": " << result.exit_code << " " << result.err;
+  }
+  EXPECT_GE(refused, 2);
 }
 
 // A library that waits for a disk asks nobody for the time.
