@@ -66,6 +66,18 @@ std::string Joined(const std::vector<std::string>& names) {
   return list + (names.size() > 8 ? ",..." : "");
 }
 
+// Whether a format has the extension, dot included: one that has it and cannot be begun lacks memory or
+// threads.
+bool IsExtension(std::string extension) {
+  if (extension.size() < 2) return false;
+  extension[0] = ',';
+  OIIO::Strutil::to_lower(extension);
+  std::string list = "," + std::string(OIIO::get_string_attribute("extension_list")) + ",";
+  std::replace_if(
+      list.begin(), list.end(), [](char c) { return c == ':' || c == ';'; }, ',');
+  return list.find(extension + ",") != std::string::npos;
+}
+
 // FITS' writer takes the digits of a whole time from where they would be, whatever the text's length.
 void CompleteTime(OIIO::ImageSpec& spec) {
   constexpr std::string_view kWhole = "0000:01:01 00:00:00";
@@ -83,8 +95,12 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
   DeclareNumPy();
   output_ = OIIO::ImageOutput::create(shown);
   if (!output_) {
-    OIIO::geterror();
-    const std::string extension = std::filesystem::path(shown).extension().string();
+    const std::string why = OIIO::geterror(), extension = std::filesystem::path(shown).extension().string();
+    if (IsExtension(extension)) {
+      throw SystemError(
+          shown, "cannot be written: " +
+                     (why.empty() ? "its writer is refused memory or a thread" : OneLine(why, shown, shown)));
+    }
     throw Error(
         shown, (extension.empty() ? "found no file extension" : "found the extension \"" + extension + "\"") +
                    ", expected that of a format that can be written: " +
