@@ -2,6 +2,8 @@
 // arrived.
 #include "io/file_sink.h"
 
+#include <OpenImageIO/strutil.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -66,16 +68,19 @@ std::string Joined(const std::vector<std::string>& names) {
   return list + (names.size() > 8 ? ",..." : "");
 }
 
-// Whether a format has the extension, dot included: one that has it and cannot be begun lacks memory or
-// threads.
-bool IsExtension(std::string extension) {
-  if (extension.size() < 2) return false;
-  extension[0] = ',';
-  OIIO::Strutil::to_lower(extension);
-  std::string list = "," + std::string(OIIO::get_string_attribute("extension_list")) + ",";
-  std::replace_if(
-      list.begin(), list.end(), [](char c) { return c == ':' || c == ';'; }, ',');
-  return list.find(extension + ",") != std::string::npos;
+// Whether a format that can be written has the extension, dot included: one that has it and cannot be begun
+// lacks memory or threads.
+bool IsWritten(const std::string& extension) {
+  using OIIO::Strutil::splits;
+  const auto written = splits(OIIO::get_string_attribute("output_format_list"), ",");
+  for (const std::string& format : splits(OIIO::get_string_attribute("extension_list"), ";")) {
+    const size_t colon = std::min(format.find(':'), format.size() - 1);
+    if (std::find(written.begin(), written.end(), format.substr(0, colon)) == written.end()) continue;
+    for (const std::string& known : splits(format.substr(colon + 1), ",")) {
+      if (OIIO::Strutil::iequals("." + known, extension)) return true;
+    }
+  }
+  return false;
 }
 
 // FITS' writer takes the digits of a whole time from where they would be, whatever the text's length.
@@ -96,7 +101,7 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
   output_ = OIIO::ImageOutput::create(shown);
   if (!output_) {
     const std::string why = OIIO::geterror(), extension = std::filesystem::path(shown).extension().string();
-    if (IsExtension(extension)) {
+    if (IsWritten(extension)) {
       throw SystemError(
           shown, "cannot be written: " +
                      (why.empty() ? "its writer is refused memory or a thread" : OneLine(why, shown, shown)));

@@ -182,7 +182,7 @@ std::string OneLine(std::string_view message, const std::string& temporary, cons
   }
   while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
   if (!temporary.empty()) {
-    for (size_t at; (at = line.find(temporary)) != std::string::npos;)
+    for (size_t at = 0; (at = line.find(temporary, at)) != std::string::npos; at += shown.size())
       line.replace(at, temporary.size(), shown);
   }
   constexpr size_t kMost = 400;  // a library may have as much to say of each row

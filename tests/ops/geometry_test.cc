@@ -126,10 +126,9 @@ TEST(GeometryTest, WeightsSumToOneAndConstantsStay) {
 
 // A depth map's background is often the largest float.
 TEST(GeometryTest, HalvesOfTheLargestDoNotOverflow) {
-  constexpr float kLargest = std::numeric_limits<float>::max();
   for (int channels = 1; channels <= 5; ++channels) {
     const Image image = Filled(50, 6, channels, [](int x, int, int c) {
-      return x >= 40 ? kInf : x >= 20 ? 0x1p-149f : c % 2 != 0 ? -kLargest : kLargest;
+      return x >= 40 ? kInf : x >= 20 ? 0x1p-149f : c % 2 != 0 ? -FLT_MAX : FLT_MAX;
     });
     OnEveryTarget([&] {
       const Image half = Render(Resize(FromImage(image), {25, 3, 0, 0, "box"}));

@@ -363,6 +363,15 @@ TEST(VolumeShadow, WhatHasNoUseForItIsRefused) {
               p.scatter.lights = {{{0, 1, 0}, false, {-1, 0, 0}}};
             }).find("colour of -1"),
             std::string::npos);
+  // A way towards such a light would have no end.
+  EXPECT_NE(message([](VolumeParams& p) {
+              p.material.light = {0, 0, 0};
+            }).find("direction 0,0,0"),
+            std::string::npos);
+  EXPECT_NE(message([](VolumeParams& p) {
+              p.scatter.lights = {{{-0.0, 0, 0}, false, {1, 1, 1}}};
+            }).find("direction 0,0,0"),
+            std::string::npos);
   // Words.
   const auto refused = [](const char* words) -> std::string {
     try {

@@ -110,6 +110,13 @@ VolumeDraw Complete(const ImageSpec& spec, const Volume& volume, const VolumePar
     for (double c : light.light) RequireRange(kName, "a further light at ", c, -1e6, 1e6);
     for (double c : light.color) RequireRange(kName, "a further light's colour of ", c, 0, 1e6);
   }
+  // A way towards no light has no end.
+  const auto require_direction = [&](const Vector3& light, bool point) {
+    if (scatter.shadow > 0 && !point && light == Vector3{})
+      throw Error(kName, "found a light in the direction 0,0,0, expected one of some length beside shadow=");
+  };
+  require_direction(p.material.light, p.material.point);
+  for (const VolumeLight& light : scatter.lights) require_direction(light.light, light.point);
   scatter.lit = scatter.lit || scatter.shadow > 0 || scatter.phase != 0 || !scatter.lights.empty();
   if (scatter.step == 0) scatter.step = p.step;
   const double side =
