@@ -194,6 +194,18 @@ void EvaluateTangentNormals(const Call& call) {
     const Vector3 t = framed ? Unit(flat) : Vector3{}, b = p.left_handed ? Cross(t, n) : Cross(n, t);
     const double length = std::sqrt(Dot(a, a));
     const auto k = static_cast<size_t>(c);
+    // Directions of vectors that may as well be none.
+    const auto off = [&](int in) {
+      return call.Tolerance(in, x, y, 0) + call.Tolerance(in, x, y, 1) + call.Tolerance(in, x, y, 2);
+    };
+    const Vector3 raw = At(call.in[1], x, y);
+    const double raw_length = std::sqrt(Dot(raw, raw)), normal_off = off(1),
+                 flat_off =
+                     off(2) + (normal_off > 0 ? std::sqrt(Dot(along, along)) * normal_off / raw_length : 0);
+    if ((normal_off > 0 && !(raw_length > 2 * normal_off)) ||
+        ((!p.inverse || c < 2) && flat_off > 0 && !(std::sqrt(Dot(flat, flat)) > 2 * flat_off))) {
+      call.Undecided(x, y, c, p.inverse ? 2 * (length + off(0)) : 2);
+    }
     if (p.inverse) return std::pair{c == 0 ? Dot(a, t) : c == 1 ? Dot(a, b) : Dot(a, n), length};
     const Vector3 sum = {a[0] * t[0] + a[1] * b[0] + a[2] * n[0], a[0] * t[1] + a[1] * b[1] + a[2] * n[1],
                          a[0] * t[2] + a[1] * b[2] + a[2] * n[2]};
