@@ -104,7 +104,7 @@ FileSink::FileSink(const std::string& shown, const ImageSpec& spec, PixelType ty
     if (IsWritten(extension)) {
       throw SystemError(
           shown, "cannot be written: " +
-                     (why.empty() ? "its writer is refused memory or a thread" : OneLine(why, shown, shown)));
+                     (why.empty() ? "its writer is refused memory or a thread" : OneLine(why, "", shown)));
     }
     throw Error(
         shown, (extension.empty() ? "found no file extension" : "found the extension \"" + extension + "\"") +

@@ -38,18 +38,19 @@ constexpr std::string_view kOverlookFailures[] = {"fits", "ico", "rla", "sgi"};
 
 }  // namespace
 
-// Fewer bits than the type has keep a part of it, and colours may be divided by alpha.
+// Fewer bits than the type has keep a part of it.
 bool FileSink::KeepsBits() const {
   const int bits = file_spec_.get_int_attribute("oiio:BitsPerSample");
-  return (bits == 0 || bits == static_cast<int>(8 * PixelBytes(type_))) &&
-         file_spec_.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+  return bits == 0 || bits == static_cast<int>(8 * PixelBytes(type_));
 }
 
-// OpenImageIO's TIFF writer overlooks what it could not write of any image but the first.
+// OpenImageIO's TIFF writer overlooks what it could not write of any image but the first; it may divide
+// colours by alpha.
 bool FileSink::Compares() const {
   if (stream_ || !KeepsBits()) return false;
-  return several_ || std::find(std::begin(kOverlookFailures), std::end(kOverlookFailures),
-                               output_->format_name()) != std::end(kOverlookFailures);
+  if (several_) return file_spec_.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+  return std::find(std::begin(kOverlookFailures), std::end(kOverlookFailures), output_->format_name()) !=
+         std::end(kOverlookFailures);
 }
 
 void FileSink::Note(int rows, const std::byte* data, ptrdiff_t row_stride) {

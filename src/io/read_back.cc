@@ -43,7 +43,8 @@ std::string WhyLossy(const FileLayout& layout) {
 
 class BackReader {
  public:
-  explicit BackReader(const FileLayout& layout) : layout_(layout) {
+  // `keeps`: that the format keeps what it is given, its type too.
+  explicit BackReader(const FileLayout& layout, bool keeps = true) : layout_(layout) {
     // Codes as they are: nothing multiplied or converted by the reader.
     OIIO::ImageSpec hints;
     hints.attribute("oiio:UnassociatedAlpha", 1);
@@ -54,7 +55,7 @@ class BackReader {
     spec_ = input_->spec();
     if (spec_.width != layout.spec.width || spec_.height != layout.spec.height || spec_.x != layout.spec.x ||
         spec_.y != layout.spec.y || spec_.nchannels != layout.spec.nchannels ||
-        PixelTypeOf(spec_.format) != layout.type) {
+        (keeps && PixelTypeOf(spec_.format) != layout.type)) {
       Fail("found " + std::to_string(spec_.width) + " x " + std::to_string(spec_.height) + " pixels of " +
            std::to_string(spec_.nchannels) + " channels of " + spec_.format.c_str() + ", expected " +
            std::to_string(layout.spec.width) + " x " + std::to_string(layout.spec.height) + " of " +
@@ -134,31 +135,11 @@ StoredPixels Handed(const FileLayout& layout, const Node& node, const RenderOpti
   return stored;
 }
 
-// Whether all rows are there, whatever they hold.
-void ReadAll(const FileLayout& layout) {
-  const auto fail = [&](const std::string& message) {
-    throw SystemError(layout.shown, "the file that was written cannot be read back: " +
-                                        OneLine(message, layout.file, layout.shown));
-  };
-  const auto input = OIIO::ImageInput::open(layout.file);
-  if (!input) return fail(OIIO::geterror());
-  if (!input->seek_subimage(layout.part, 0)) fail(input->geterror());
-  const OIIO::ImageSpec spec = input->spec();
-  if (spec.width != layout.spec.width || spec.height != layout.spec.height)
-    fail("found " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels");
-  std::vector<float> pixels(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
-  if (!input->read_image(layout.part, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data()))
-    fail(input->geterror());
-}
-
 }  // namespace
 
 std::optional<base::Digest> StoredDigest(const FileLayout& layout) {
-  if (!WhyLossy(layout).empty()) {
-    ReadAll(layout);
-    return std::nullopt;
-  }
-  BackReader reader(layout);
+  const bool keeps = WhyLossy(layout).empty();
+  BackReader reader(layout, keeps);
   ImageSpec spec(layout.window.width(), 1, static_cast<int>(layout.channels.size()), layout.type);
   base::Digest digest{};
   for (int y = layout.window.y0; y < layout.window.y1; y += kRowsAtOnce) {
@@ -170,7 +151,7 @@ std::optional<base::Digest> StoredDigest(const FileLayout& layout) {
     for (int k = y; k < spec.data_window.y1; ++k)
       base::AddToDigest(digest, {rows.view().At(spec.data_window.x0, k), row});
   }
-  return digest;
+  return keeps ? std::optional(digest) : std::nullopt;
 }
 
 StoredPixels ReadBack(const FileLayout& layout, const Node& node, const RenderOptions& render) {

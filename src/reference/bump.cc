@@ -160,6 +160,12 @@ void EvaluateBump(const Call& call) {
 Vector3 At(const ImageD& image, int x, int y) {
   return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
 }
+// How far it may be off.
+double VectorOff(const Call& call, int in, int x, int y) {
+  double off = 0;
+  for (int c = 0; c < 3; ++c) off += call.Tolerance(in, x, y, c);
+  return off;
+}
 bool Usable(const Vector3& v) { return Dot(v, v) > 0 && Dot(v, v) < std::numeric_limits<double>::infinity(); }
 Vector3 Unit(const Vector3& v) { return Usable(v) ? Normalized(v) : Vector3{}; }
 Vector3 Sum(const Vector3& a, const Vector3& b, double times = 1) {
@@ -188,23 +194,19 @@ void EvaluateTangentNormals(const Call& call) {
     if (c > 2) return std::pair{own, std::fabs(own)};
     Vector3 a = At(call.in[0], x, y);
     for (double& v : a) v = p.packed ? 2 * v - 1 : v;
-    const Vector3 n = Unit(At(call.in[1], x, y));
-    const Vector3 along = At(call.in[2], x, y), flat = Flattened(along, At(call.in[1], x, y));
+    const Vector3 raw = At(call.in[1], x, y), n = Unit(raw);
+    const Vector3 along = At(call.in[2], x, y), flat = Flattened(along, raw);
     const bool framed = Dot(flat, flat) > 1e-24 * Dot(along, along);
     const Vector3 t = framed ? Unit(flat) : Vector3{}, b = p.left_handed ? Cross(t, n) : Cross(n, t);
     const double length = std::sqrt(Dot(a, a));
     const auto k = static_cast<size_t>(c);
     // Directions of vectors that may as well be none.
-    const auto off = [&](int in) {
-      return call.Tolerance(in, x, y, 0) + call.Tolerance(in, x, y, 1) + call.Tolerance(in, x, y, 2);
-    };
-    const Vector3 raw = At(call.in[1], x, y);
-    const double raw_length = std::sqrt(Dot(raw, raw)), normal_off = off(1),
-                 flat_off =
-                     off(2) + (normal_off > 0 ? std::sqrt(Dot(along, along)) * normal_off / raw_length : 0);
+    const double raw_length = std::sqrt(Dot(raw, raw)), normal_off = VectorOff(call, 1, x, y),
+                 flat_off = VectorOff(call, 2, x, y) +
+                            (normal_off > 0 ? std::sqrt(Dot(along, along)) * normal_off / raw_length : 0);
     if ((normal_off > 0 && !(raw_length > 2 * normal_off)) ||
         ((!p.inverse || c < 2) && flat_off > 0 && !(std::sqrt(Dot(flat, flat)) > 2 * flat_off))) {
-      call.Undecided(x, y, c, p.inverse ? 2 * (length + off(0)) : 2);
+      call.Undecided(x, y, c, p.inverse ? 2 * (length + VectorOff(call, 0, x, y)) : 2);
     }
     if (p.inverse) return std::pair{c == 0 ? Dot(a, t) : c == 1 ? Dot(a, b) : Dot(a, n), length};
     const Vector3 sum = {a[0] * t[0] + a[1] * b[0] + a[2] * n[0], a[0] * t[1] + a[1] * b[1] + a[2] * n[1],
@@ -259,12 +261,9 @@ void EvaluateCombineNormals(const Call& call) {
     const bool usable = Usable(v) && Usable(sum) && Dot(sum, sum) >= 1e-12;
     // How far the directions may be off, and with them their sum, which may be none.
     const auto turned = [&](int k) {
-      double square = 0, off = 0;
-      for (int i = 0; i < 3; ++i) {
-        square += std::pow(call.in[static_cast<size_t>(k)].at(x, y, i), 2);
-        off += call.Tolerance(k, x, y, i);
-      }
-      return off == 0 ? 0 : std::min(2.0, off / std::sqrt(square));
+      const Vector3 v = At(call.in[static_cast<size_t>(k)], x, y);
+      const double off = VectorOff(call, k, x, y);
+      return off == 0 ? 0 : std::min(2.0, off / std::sqrt(Dot(v, v)));
     };
     const double off = (p.method == CombineMethod::kSum ? std::fabs(p.k) : 1) * turned(0) +
                        (p.method == CombineMethod::kSum ? 1 : std::fabs(p.k)) * turned(1);

@@ -52,6 +52,14 @@ class CallFailuresTest : public FailureLinesTest {
     return testing::RunCommand(words, directory_.path());
   }
 
+  // How many calls there were of each kind.
+  static std::map<std::string, long> Counts(const std::string& file) {
+    std::map<std::string, long> count;
+    std::ifstream stream(file);
+    for (std::string kind; stream >> kind;) stream >> count[kind];
+    return count;
+  }
+
   // What a directory holds: of each file, its bytes.
   using Files = std::map<std::string, std::string>;
   static Files Held(const fs::path& directory) {
@@ -110,9 +118,7 @@ class CallFailuresTest : public FailureLinesTest {
     const Files right = Held(outputs);
     Files old;
     for (const auto& [name, bytes] : right) old[name] = "old";
-    std::map<std::string, long> count;
-    std::ifstream stream(counts);
-    for (std::string kind; stream >> kind;) stream >> count[kind];
+    std::map<std::string, long> count = Counts(counts);
     for (const Fault& fault : kFaults) {
       const long all = count[fault.kind], step = every ? 1 : std::max<long>(all / 2, 1);
       Outcomes outcomes;
@@ -210,11 +216,9 @@ TEST_F(CallFailuresTest, LostRowsAreNoticed) {
     const std::string line = "a.png -o o." + format;
     EXPECT_EQ(With("", "COUNT_CALLS", Path("counts"), line).exit_code, 0) << format;
     const std::string right = testing::FileText(Path("o." + format));
-    std::map<std::string, int> count;
-    std::ifstream stream(Path("counts"));
-    for (std::string kind; stream >> kind;) stream >> count[kind];
+    std::map<std::string, long> count = Counts(Path("counts"));
     int refused = 0;
-    for (int k = count["write"]; k >= 1; k -= std::max(count["write"] / 8, 1)) {
+    for (long k = count["write"]; k >= 1; k -= std::max(count["write"] / 8, 1L)) {
       const testing::CommandResult result = With("", "FAIL_CALL", "write:" + std::to_string(k) + ":5", line);
       refused += result.exit_code == 1;
       // A write that is tried again, or whose bytes were there, is none that was lost.
@@ -234,11 +238,9 @@ TEST_F(CallFailuresTest, LostRowsOfSeveralImagesAreNoticed) {
   Works("-a in/parts.exr --mulc .5 -o right/o.tif");
   const std::string line = "-a in/parts.exr --mulc .5 -o out/o.tif";
   EXPECT_EQ(With("", "COUNT_CALLS", Path("counts"), line).exit_code, 0);
-  std::map<std::string, int> count;
-  std::ifstream stream(Path("counts"));
-  for (std::string kind; stream >> kind;) stream >> count[kind];
+  std::map<std::string, long> count = Counts(Path("counts"));
   int refused = 0;
-  for (int k = count["write"]; k >= 1; k -= std::max(count["write"] / 20, 1)) {
+  for (long k = count["write"]; k >= 1; k -= std::max(count["write"] / 20, 1L)) {
     const testing::CommandResult result = With("", "FAIL_CALL", "write:" + std::to_string(k) + ":5", line);
     refused += result.exit_code == 1;
     EXPECT_TRUE(result.exit_code == 1 || Pixels(Path("out/o.tif")) == Pixels(Path("right/o.tif")))

@@ -2,7 +2,6 @@
 #ifndef TESSERA_TESTS_SUPPORT_SHAKER_H_
 #define TESSERA_TESTS_SUPPORT_SHAKER_H_
 
-#include <dirent.h>
 #include <signal.h>
 #include <sys/syscall.h>
 #include <time.h>
@@ -11,10 +10,12 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
-#include <cstdlib>
 #include <random>
+#include <string>
 #include <thread>
 #include <vector>
+
+#include "base/directory.h"
 
 namespace tessera::testing {
 
@@ -51,28 +52,19 @@ class Shaker {
     errno = error;
   }
 
-  static void Threads(std::vector<pid_t>& threads, pid_t but) {
-    threads.clear();
-    DIR* const tasks = ::opendir("/proc/self/task");
-    if (tasks == nullptr) return;
-    while (const dirent* const entry = ::readdir(tasks)) {
-      const pid_t thread = std::atoi(entry->d_name);
-      if (thread > 0 && thread != but) threads.push_back(thread);
-    }
-    ::closedir(tasks);
-  }
-
   void Shake(uint64_t seed) {
     std::mt19937_64 draw(seed);
-    std::vector<pid_t> threads;
-    const auto self = static_cast<pid_t>(::syscall(SYS_gettid));
+    std::vector<std::string> threads;
+    const auto self = std::to_string(::syscall(SYS_gettid));
     constexpr int kRounds = 16;  // before the threads are listed anew
     constexpr uint64_t kLongest = 500000, kBetween = 100000;
     for (int round = 0; !stop_; ++round) {
-      if (round % kRounds == 0) Threads(threads, self);
+      if (round % kRounds == 0) threads = base::NamesIn("/proc/self/task");
+      const std::string* const thread = threads.empty() ? nullptr : &threads[draw() % threads.size()];
       // Most of them short: a few instructions of another thread are what races need.
       pause_.store(draw() % 4 == 0 ? draw() % kLongest : draw() % 1000, std::memory_order_relaxed);
-      if (!threads.empty()) ::syscall(SYS_tgkill, ::getpid(), threads[draw() % threads.size()], kSignal);
+      if (thread != nullptr && *thread != self)
+        ::syscall(SYS_tgkill, ::getpid(), std::stoi(*thread), kSignal);
       const timespec between = {0, static_cast<long>(draw() % kBetween)};
       ::nanosleep(&between, nullptr);
     }

@@ -88,8 +88,8 @@ HWY_INLINE F16 PairSums(const F16& first, const F16& second) {
   return even + odd;
 }
 
-// The mean of two by two RGBA pixels. In floats; three roundings. Whether all of a row of them, that
-// of the rows at a and b, are finite.
+// The means of two by two RGBA pixels, of the rows at a and b, in floats: three roundings. Whether all are
+// finite.
 template <bool kCareful>
 HWY_INLINE bool HalveRgbaRow(const ResampleJob& job, const float* a, const float* b, float* out) {
   const int width = job.out.roi.width(), largest = job.largest;
