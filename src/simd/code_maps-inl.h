@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "base/prefetch.h"
 #include "simd/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -114,15 +115,20 @@ class CodeMaps {
     const CodeMap maps[4] = {CodeMap(map_[0]), CodeMap(map_[1]), CodeMap(map_[2]), CodeMap(map_[3])};
     const auto store = [&](__m512i v)
                            HWY_ATTR { StoreOrStream(hn::Vec<DCodes>{v}, DCodes(), to + i, stream); };
+    const auto next = [&]() HWY_ATTR {
+      base::PrefetchAhead(from + i, 64);
+      return _mm512_loadu_si512(from + i);
+    };
     if (one_map_) {
-      for (; i + 64 <= 4 * count; i += 64) store(MapPixels<true>(maps, _mm512_loadu_si512(from + i)));
+      for (; i + 64 <= 4 * count; i += 64) store(MapPixels<true>(maps, next()));
     } else {
-      for (; i + 64 <= 4 * count; i += 64) store(MapPixels<false>(maps, _mm512_loadu_si512(from + i)));
+      for (; i + 64 <= 4 * count; i += 64) store(MapPixels<false>(maps, next()));
     }
 #else
     const DCodes d;
     constexpr int kBytes = static_cast<int>(hn::MaxLanes(d));
     for (; i + 4 * kBytes <= 4 * count; i += 4 * kBytes) {
+      base::PrefetchAhead(from + i, 4 * kBytes);
       Codes v[4];
       for (int k = 0; k < 4; ++k) v[k] = hn::LoadU(d, from + i + k * kBytes);
       if (!one_map_) SplitChannels(v);

@@ -7,7 +7,6 @@
 #define TESSERA_SIMD_FUSED_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -16,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/prefetch.h"
 #include "simd/pixels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -36,12 +36,6 @@ HWY_INLINE void WithType(PixelType type, const F& f) {
   }
 }
 
-// Asks for the cache line of samples that a loop over blocks will need.
-template <class T>
-HWY_INLINE void PrefetchVectors(const T* p, int samples) {
-  for (int k = 0; k < samples; k += static_cast<int>(64 / sizeof(T))) hwy::Prefetch(p + k);
-}
-
 // Pixels [first, first + count) of input 0 as values into planes (64-byte aligned, at index 0), in plane
 // order; count is a multiple of kLanes.
 HWY_INLINE void LoadChunk(const graph::PointArgs& args, int first, int count, float* const plane[4]) {
@@ -57,10 +51,7 @@ HWY_INLINE void LoadChunk(const graph::PointArgs& args, int first, int count, fl
   WithType(args.source.type, [&](auto tag) HWY_ATTR {
     constexpr PixelType type = decltype(tag)::value;
     const auto* const from = reinterpret_cast<const typename Samples<type>::T*>(args.source.read) + 4 * first;
-    // While a chunk is worked on the processor's own prefetching sleeps: asking four chunks ahead saves a
-    // quarter.
-    for (int i = 0; i < 4 * count; i += static_cast<int>(64 / sizeof(*from)))
-      hwy::Prefetch(from + 16 * count + i);
+    base::PrefetchAhead(from, 4 * count);
     for (int i = 0; i < count; i += kLanes) store(ValuesOf<type>(LoadRgbaCodes<type>(from + 4 * i)), i);
   });
 }
@@ -130,6 +121,7 @@ struct Fusing {
       // samples share a vector does not matter.
       for (int i = 0; i < count; i += 4 * kLanes) {
         const auto read = [i](const T* p) HWY_ATTR {
+          base::PrefetchAhead(p + i, 4 * kLanes);
           return ValuesOf<type>(UnpackRgba8(hn::LoadU(DU(), reinterpret_cast<const uint32_t*>(p + i))));
         };
         const Pixels q = Apply(OfType<type>{f}, read(from[k])...);
@@ -139,10 +131,12 @@ struct Fusing {
       }
     } else if constexpr (kSamples) {
       for (int i = 0; i < count; i += kLanes) {
+        (base::PrefetchAhead(from[k] + i, kLanes), ...);
         S::StoreValues(OfType<type>{f}(S::Value(S::LoadCodes(from[k] + i))...), to + i, stream);
       }
     } else {
       for (int i = 0; i < count; i += 4 * kLanes) {
+        (base::PrefetchAhead(from[k] + i, 4 * kLanes), ...);
         StoreRgba<type, true>(f(ValuesOf<type>(LoadRgbaCodes<type>(from[k] + i))...), to + i, stream);
       }
     }

@@ -1,11 +1,10 @@
 // Bytes moved between rows of pixels. Bound by memory: one shuffle of 16 bytes moves as many pixels as fit,
 // if they do not fill them through a buffer in the first cache.
-#include <hwy/cache_control.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 
+#include "base/prefetch.h"
 #include "simd/pixels.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -83,6 +82,7 @@ HWY_INLINE void MoveChunk(const Moves& m, const std::byte* const* from, int firs
              pick2 = pick(kInputs > 2 ? 2 : 0), pick3 = pick(kInputs > 3 ? 3 : 0);
   const auto taken = [&](int k, auto places) HWY_ATTR {
     const std::byte* const p = from[k] + ptrdiff_t{i} * m.input_bytes[k];
+    base::PrefetchAhead(p, 1);
     return hn::TableLookupBytesOr0(hn::LoadU(d, reinterpret_cast<const uint8_t*>(p)), places);
   };
   const auto run = [&](const auto& store) HWY_ATTR {

@@ -119,6 +119,7 @@ class CallFailuresTest : public FailureLinesTest {
     Files old;
     for (const auto& [name, bytes] : right) old[name] = "old";
     std::map<std::string, long> count = Counts(counts);
+    Outcomes of_line;
     for (const Fault& fault : kFaults) {
       const long all = count[fault.kind], step = every ? 1 : std::max<long>(all / 2, 1);
       Outcomes outcomes;
@@ -160,7 +161,16 @@ class CallFailuresTest : public FailureLinesTest {
                                                       : "EAGAIN");
       Outcomes& sum = table_[row];
       sum.reasons += outcomes.reasons, sum.right += outcomes.right, sum.bad += outcomes.bad;
+      of_line.reasons += outcomes.reasons, of_line.right += outcomes.right, of_line.bad += outcomes.bad;
     }
+    // Hours may pass before the sums are printed.
+    if (every) Print(line, of_line);
+  }
+
+  static void Print(const std::string& what, const Outcomes& sum) {
+    std::printf("%6d with a reason %6d with the right files %4d bad: %s\n", sum.reasons, sum.right, sum.bad,
+                what.c_str());
+    std::fflush(stdout);
   }
 
   std::map<std::string, Outcomes> table_;
@@ -183,8 +193,7 @@ TEST_F(CallFailuresTest, EndARunCleanly) {
   int failed = 0;
   for (const auto& [row, sum] : table_) {
     failed += sum.reasons;
-    std::printf("%-16s %6d with a reason %6d with the right files %4d bad\n", row.c_str(), sum.reasons,
-                sum.right, sum.bad);
+    Print(row, sum);
   }
   if (!every) {
     EXPECT_GT(failed, 50);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "base/prefetch.h"
 #include "base/stage.h"
 #include "ops/color/affine.h"
 
@@ -270,6 +271,7 @@ class AffineStage final : public graph::PointStage {
     using T = typename s::Samples<type>::T;
     const T* const from = reinterpret_cast<const T*>(args.source.read);
     const int count = args.count;
+    const auto ahead = [from](int i) HWY_ATTR { base::PrefetchAhead(from + 4 * i, 4 * s::kLanes); };
     const Kernel on_values(values_);
     constexpr bool kInteger = type == PixelType::kUint8 || type == PixelType::kUint16;
     if (args.sink.write != nullptr && args.sink.type == type && (!kInteger || args.codes)) {
@@ -279,22 +281,29 @@ class AffineStage final : public graph::PointStage {
       if constexpr (type == PixelType::kUint8) {
         if (on_codes.form() == LimitForm::kNone && bounded8_) {
           const auto unlimited = [&on_codes](const Pixels& p) HWY_ATTR { return on_codes.Unlimited(p); };
-          for (int i = 0; i < count; i += s::kLanes)
+          for (int i = 0; i < count; i += s::kLanes) {
+            ahead(i);
             s::MapBoundedRgba8(from + 4 * i, to + 4 * i, stream, unlimited);
+          }
           return;
         }
         if (on_codes.form() != LimitForm::kSome) {
           const auto limited = [&on_codes](const Pixels& p) HWY_ATTR { return on_codes.Limited(p); };
-          for (int i = 0; i < count; i += s::kLanes) s::MapRgba8(from + 4 * i, to + 4 * i, stream, limited);
+          for (int i = 0; i < count; i += s::kLanes) {
+            ahead(i);
+            s::MapRgba8(from + 4 * i, to + 4 * i, stream, limited);
+          }
           return;
         }
       }
       for (int i = 0; i < count; i += s::kLanes) {
+        ahead(i);
         s::StoreRgba<type, false>(on_codes(s::LoadRgbaCodes<type>(from + 4 * i)), to + 4 * i, stream);
       }
       return;
     }
     const auto result = [&](int i) HWY_ATTR {
+      ahead(i);
       return on_values(s::ValuesOf<type>(s::LoadRgbaCodes<type>(from + 4 * i)));
     };
     if (args.sink.write == nullptr) {

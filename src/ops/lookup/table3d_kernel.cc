@@ -5,6 +5,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "base/prefetch.h"
 #include "ops/lookup/point_stages.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -116,7 +117,7 @@ class Table3DStage final : public graph::PointStage {
         const int at = 4 * i + j * s::kLanes;
         // Look-ups keep the processor from prefetching the source by itself; asked for at once, its lines
         // would stand in the way of the table's.
-        if constexpr (j * s::kLanes % 16 == 0) hwy::Prefetch(from + kAhead + at);
+        if constexpr (j * s::kLanes % 16 == 0) base::PrefetchAhead(from + at, s::kLanes);
         s::StoreOrStream(WithAlpha(v, hn::LoadU(d, from + at)), d, to + at, stream);
       };
       LookupColors<kSimplex, kExact>(*grid_, cells, std::min(kChunk, args.count - first), load, store);
@@ -140,7 +141,7 @@ class Table3DStage final : public graph::PointStage {
       const auto store = [&](int i, auto j, V v) HWY_ATTR {
         codes[j] = s::ToUnormBits<256>(v);
         if constexpr (j == 3) {
-          if (i % 16 == 0) hwy::Prefetch(from + kAhead / 4 + i);
+          if (i % 16 == 0) base::PrefetchAhead(from + i, s::kLanes);
           const s::VU colors = ColorsOfBytes(s::PackRgba8(codes[0], codes[1], codes[2], codes[3]));
           const s::VU pixels = hn::OrAnd(colors, hn::LoadU(du, from + i), hn::Set(du, 0xFF000000u));
           s::StoreOrStream(pixels, du, to + i, stream);
@@ -180,7 +181,6 @@ class Table3DStage final : public graph::PointStage {
   }
 
   using Loop = void (Table3DStage::*)(const graph::PointArgs&) const;
-  static constexpr int kAhead = 16 * kChunk;  // floats
 
   std::shared_ptr<const Grid> grid_;
   LookupFunction lookup_;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "base/prefetch.h"
 #include "ops/lookup/point_stages.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -165,8 +166,7 @@ class Tables1DStage final : public graph::PointStage {
                            : s::LoadPlanes(copied, i);
       };
       const auto store = [&](int i, const s::Pixels& q) HWY_ATTR {
-        for (int k = 0; from_floats && k < 4 * s::kLanes; k += 16)
-          hwy::Prefetch(from + 4 * i + 16 * kChunk + k);
+        if (from_floats) base::PrefetchAhead(from + 4 * i, 4 * s::kLanes);
         if (to_floats) {
           s::StoreRgba<PixelType::kFloat, true>(q, to + 4 * i, stream);
         } else if (to_planes) {

@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include "base/prefetch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/shade/fog_kernel.cc"
 #include <hwy/foreach_target.h>
@@ -241,7 +243,7 @@ HWY_NOINLINE void MixBlock(const FogPlan& plan, const graph::PointArgs& args, co
     Mix<kDirect, false>(
         plan, args, block,
         [&](int i) HWY_ATTR {
-          s::PrefetchVectors(from + 4 * (i + kBlockPixels), 4 * s::kLanes);
+          base::PrefetchAhead(from + 4 * i, 4 * s::kLanes);
           return s::ValuesOf<type>(s::LoadRgbaCodes<type>(from + 4 * i));
         },
         [&](const s::Pixels& p, int i) HWY_ATTR { s::StoreRgba<type, true>(p, to + 4 * i, stream); });
