@@ -40,7 +40,11 @@ class CallFailuresTest : public FailureLinesTest {
 
   testing::CommandResult With(const std::string& own, const std::string& variable, const std::string& value,
                               const std::string& line) {
-    std::vector<std::string> words = {"env",
+    // What waits without end is told by its exit code.
+    std::vector<std::string> words = {"timeout",
+                                      "--foreground",
+                                      "300",
+                                      "env",
                                       "TMPDIR=" + Path(own + ".scratch"),
                                       "LD_PRELOAD=" TESSERA_FAIL_CALL,
                                       variable + "=" + value,

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <thread>
 
 #include "random/faults.h"
 #include "random/samples.h"
@@ -81,6 +82,8 @@ TEST_P(FaultIs, FoundAndShrunk) {
   // Bits of AVX2 and AVX-512 are compared; that fault is in the former alone.
   if (fault.op.name == "target" && !testing::HasBothFusedTargets())
     GTEST_SKIP() << "there are not both AVX2 and AVX-512";
+  if (fault.op.name == "threads" && std::thread::hardware_concurrency() < 2)
+    GTEST_SKIP() << "there is one processor, and all work is one thread's";
   Generator generator(RowsWith(fault.op), folder_, tally_);
   Comparer comparer(folder_, tally_);
   constexpr int kMostCases = 2000;
