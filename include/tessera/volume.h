@@ -48,8 +48,9 @@ struct VolumeSpec {
 };
 
 namespace model {
+class SolidNode;
 struct VolumeData;
-}
+}  // namespace model
 
 /// An immutable scalar field, cheap to copy (samples are shared). Rows of x lie one after the other, then
 /// slices; the outermost voxels are repeated around it (one before, two behind), which costs 3 voxels an
@@ -143,7 +144,7 @@ class Solid {
                     double to_radius);                       ///< rounded ends
   static Solid Plane(const Vector3& normal, double offset);  ///< inside: normal . p < offset
 
-  /// Any function with |grad| <= 1.
+  /// Any function with |grad| <= 1, on which DistanceField counts.
   static Solid Function(std::function<double(const Vector3&)> distance);
 
   /// At a world position; negative inside.
@@ -176,13 +177,15 @@ class Solid {
   static Solid Parse(const std::string& words);
 
  private:
-  explicit Solid(std::function<double(const Vector3&)> f) : distance_(std::move(f)) {}
-  std::function<double(const Vector3&)> distance_;
+  friend Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range);
+  explicit Solid(std::shared_ptr<const model::SolidNode> node) : node_(std::move(node)) {}
+  std::shared_ptr<const model::SolidNode> node_;
 };
 
 /// Distances at voxels. Integer types hold distances within +-`range` world units (default: an eighth of the
-/// longest side), clamped; float and half hold them as they are. Cost: far from the surface of clamped fields
-/// whole blocks of voxels are filled at once.
+/// longest side), clamped; float and half hold them as they are. Cost: each block of 8^3 voxels asks only the
+/// parts of the solid that matter there, 10 to 20 ns a voxel; blocks beyond the range of clamped fields are
+/// filled at once.
 Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range = 0);
 /// How Drawn draws a field out.
 struct DrawnParams {

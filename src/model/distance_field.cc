@@ -1,5 +1,6 @@
 // Distance fields of solids and of volumes.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -8,6 +9,7 @@
 
 #include "base/number_text.h"
 #include "model/distance_transform.h"
+#include "model/solid_node.h"
 #include "model/volume_data.h"
 #include "tessera/error.h"
 #include "tessera/error_kind.h"
@@ -57,32 +59,91 @@ double DistanceToDisc(const Feature& f, const Vector3& p, double radius) {
 
 }  // namespace
 
-Volume DistanceField(const Solid& solid, const VolumeSpec& wanted, double range) {
-  const VolumeSpec spec = DistanceSpec(wanted, range);
-  Volume volume(spec);
-  model::VolumeData& data = *volume.data();
-  constexpr int kEdge = 8;
-  const Vector3& s = spec.spacing;
-  const double radius = 0.5 * (kEdge - 1) * std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
-  const double limit = IsInteger(spec.type) ? -spec.bias + radius : std::numeric_limits<double>::infinity();
-  for (int k0 = 0; k0 < spec.size[2]; k0 += kEdge) {
-    for (int j0 = 0; j0 < spec.size[1]; j0 += kEdge) {
-      data.Trim();
-      for (int i0 = 0; i0 < spec.size[0]; i0 += kEdge) {
-        constexpr double kMiddle = 0.5 * (kEdge - 1);
-        const double middle = solid.Distance(spec.Position(i0 + kMiddle, j0 + kMiddle, k0 + kMiddle));
-        const bool far = std::fabs(middle) > limit;  // distances change by no more than the way gone
-        for (int k = k0; k < std::min(k0 + kEdge, spec.size[2]); ++k) {
-          for (int j = j0; j < std::min(j0 + kEdge, spec.size[1]); ++j) {
-            for (int i = i0; i < std::min(i0 + kEdge, spec.size[0]); ++i) {
-              const double d = far ? middle : solid.Distance(spec.Position(i, j, k));
-              data.SetCode(i, j, k, (d - data.code_bias) / data.code_scale);
-            }
-          }
+namespace {
+
+// The distances of a solid in a box of voxels: its halves are given what of the solid matters there, down to
+// blocks whose voxels are measured.
+class SolidField {
+ public:
+  explicit SolidField(model::VolumeData& data) : data_(data), spec_(data.spec) {
+    if (IsInteger(spec_.type)) range_ = -spec_.bias;
+  }
+  void Fill(const model::SolidNode& solid) {
+    int edge = kLeast;
+    while (edge < std::max({spec_.size[0], spec_.size[1], spec_.size[2]})) edge *= 2;
+    Fill(solid, {0, 0, 0}, edge);
+  }
+
+ private:
+  static constexpr int kLeast = model::kSolidRow;
+
+  void Fill(const model::SolidNode& solid, const std::array<int, 3>& from, int edge) {
+    std::array<int, 3> to;
+    for (size_t a = 0; a < 3; ++a) to[a] = std::min(from[a] + edge, spec_.size[a]);
+    const model::SolidWithin within = solid.Within(BallAround(from, to));
+    const model::SolidNode& part = within.part != nullptr ? *within.part : solid;
+    if (within.low > range_ || within.high < -range_) {
+      FillWith(within.low > 0 ? range_ : -range_, from, to);
+    } else if (edge == kLeast) {
+      Measure(part, from, to);
+    } else {
+      const int half = edge / 2;
+      for (int k = from[2]; k < to[2]; k += half) {
+        for (int j = from[1]; j < to[1]; j += half) {
+          for (int i = from[0]; i < to[0]; i += half) Fill(part, {i, j, k}, half);
         }
       }
     }
+    if (edge == model::kBrickEdge) data_.Trim();
   }
+
+  model::Ball BallAround(const std::array<int, 3>& from, const std::array<int, 3>& to) const {
+    double middle[3], square = 0;
+    for (size_t a = 0; a < 3; ++a) {
+      middle[a] = 0.5 * (from[a] + to[a] - 1);
+      const double half = 0.5 * (to[a] - 1 - from[a]) * spec_.spacing[a];
+      square += half * half;
+    }
+    return {spec_.Position(middle[0], middle[1], middle[2]), std::sqrt(square)};
+  }
+
+  double CodeOf(double distance) const { return (distance - data_.code_bias) / data_.code_scale; }
+
+  void Measure(const model::SolidNode& solid, const std::array<int, 3>& from, const std::array<int, 3>& to) {
+    model::SolidRow row;
+    row.count = to[0] - from[0];
+    for (int i = 0; i < row.count; ++i) row.x[i] = spec_.Position(from[0] + i, 0, 0)[0];
+    for (int k = from[2]; k < to[2]; ++k) {
+      for (int j = from[1]; j < to[1]; ++j) {
+        const Vector3 p = spec_.Position(0, j, k);
+        std::fill_n(row.y, kLeast, p[1]);
+        std::fill_n(row.z, kLeast, p[2]);
+        double codes[kLeast];
+        solid.Measure(row, codes);
+        for (int i = 0; i < row.count; ++i) codes[i] = CodeOf(codes[i]);
+        data_.SetCodes(from[0], row.count, j, k, codes);
+      }
+    }
+  }
+
+  void FillWith(double distance, const std::array<int, 3>& from, const std::array<int, 3>& to) {
+    const std::vector<double> codes(static_cast<size_t>(to[0] - from[0]), CodeOf(distance));
+    for (int k = from[2]; k < to[2]; ++k) {
+      for (int j = from[1]; j < to[1]; ++j) data_.SetCodes(from[0], to[0] - from[0], j, k, codes.data());
+    }
+  }
+
+  model::VolumeData& data_;
+  const VolumeSpec& spec_;
+  double range_ = std::numeric_limits<double>::infinity();  // that codes can hold
+};
+
+}  // namespace
+
+Volume DistanceField(const Solid& solid, const VolumeSpec& wanted, double range) {
+  Volume volume(DistanceSpec(wanted, range));
+  model::VolumeData& data = *volume.data();
+  SolidField(data).Fill(*solid.node_);
   data.FillBorder();
   return volume;
 }

@@ -1,21 +1,28 @@
-// Solids as signed distances, their combinations, and their words.
+// Solids as signed distances, and their combinations.
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
-#include <map>
-#include <string_view>
+#include <string>
+#include <utility>
 
 #include "base/number_text.h"
 #include "base/turn.h"
+#include "model/solid_node.h"
 #include "tessera/error.h"
 #include "tessera/volume.h"
 
 namespace tessera {
 namespace {
 
+using model::Ball;
+using model::kSolidRow;
+using model::SolidNode;
+using model::SolidPart;
+using model::SolidRow;
+using model::SolidWithin;
+
 Vector3 Minus(const Vector3& a, const Vector3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double Length(const Vector3& v) { return std::sqrt(Dot(v, v)); }
+inline double Square(double x, double y, double z) { return x * x + y * y + z * z; }
+double Length(const Vector3& v) { return std::sqrt(Square(v[0], v[1], v[2])); }
 
 void Require(bool valid, const char* what, double found) {
   if (!valid) {
@@ -24,51 +31,277 @@ void Require(bool valid, const char* what, double found) {
   }
 }
 
+// Bounds are widened by this times the lengths that they come from. Far above what rounding takes: the square
+// root of a cancelled difference (Cone) may be off by 1e-8.
+constexpr double kRounding = 1e-7;
+
+// One whose distance changes by no more than the way gone; `size`: of the lengths that it is made of.
+class Shape : public SolidNode {
+ public:
+  explicit Shape(double size) : size_(size) {}
+  SolidWithin Within(const Ball& ball) const override {
+    const double middle = At(ball.centre);
+    const double way =
+        ball.radius + kRounding * (std::fabs(middle) + ball.radius + Length(ball.centre) + size_);
+    return {nullptr, middle - way, middle + way};
+  }
+
+ private:
+  double At(const Vector3& p) const {
+    const SolidRow row = {1, {p[0]}, {p[1]}, {p[2]}};
+    double d[kSolidRow];
+    Measure(row, d);
+    return d[0];
+  }
+  double size_;
+};
+
+// f(x, y, z) -> distance.
+template <typename F>
+class ShapeOf final : public Shape {
+ public:
+  ShapeOf(double size, F f) : Shape(size), f_(std::move(f)) {}
+  void Measure(const SolidRow& row, double* d) const override {
+    for (int i = 0; i < row.count; ++i) d[i] = f_(row.x[i], row.y[i], row.z[i]);
+  }
+
+ private:
+  F f_;
+};
+template <typename F>
+SolidPart MakeShape(double size, F f) {
+  return std::make_shared<ShapeOf<F>>(size, std::move(f));
+}
+
+double Largest(const Vector3& v) { return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])}); }
+
+class EllipsoidNode final : public SolidNode {
+ public:
+  EllipsoidNode(const Vector3& centre, const Vector3& radii)
+      : centre_(centre),
+        radii_(radii),
+        least_(*std::min_element(radii.begin(), radii.end())),
+        most_(*std::max_element(radii.begin(), radii.end())) {}
+  void Measure(const SolidRow& row, double* d) const override {
+    for (int i = 0; i < row.count; ++i) {
+      const double x = row.x[i] - centre_[0], y = row.y[i] - centre_[1], z = row.z[i] - centre_[2];
+      const double sx = x / radii_[0], sy = y / radii_[1], sz = z / radii_[2];
+      const double k = std::sqrt(Square(sx, sy, sz));
+      const double slope = std::sqrt(Square(sx / radii_[0], sy / radii_[1], sz / radii_[2]));
+      // Near the surface (k - 1) k / |grad|; never more than the smallest radius' scale allows.
+      const double near = (k - 1) * k / slope, length = std::sqrt(Square(x, y, z));
+      const double inside = std::max(near, (k - 1) * most_),
+                   outside = std::max((k - 1) * least_, std::min(near, length));
+      d[i] = slope == 0 ? -least_ : k < 1 ? inside : outside;
+    }
+  }
+  // Towards its centre this is no distance: k / |grad| is between the radii, whichever way one looks.
+  SolidWithin Within(const Ball& ball) const override {
+    const Vector3 q = Minus(ball.centre, centre_);
+    const double k = Length({q[0] / radii_[0], q[1] / radii_[1], q[2] / radii_[2]});
+    const double way = ball.radius / least_;
+    const double low = std::max(k - way, 0.0) - 1, high = k + way - 1;
+    const double rounding = kRounding * (k + way + 1) * most_;
+    return {nullptr, low * (low < 0 ? most_ : least_) - rounding,
+            high * (high < 0 ? least_ : most_) + rounding};
+  }
+
+ private:
+  Vector3 centre_, radii_;
+  double least_, most_;
+};
+
+// A solid seen otherwise: Place makes the solid's own places of a row's, Change its distances.
+template <typename Way>
+class Changed final : public SolidNode {
+ public:
+  Changed(SolidPart solid, const Way& way) : solid_(std::move(solid)), way_(way) {}
+  void Measure(const SolidRow& row, double* d) const override {
+    if constexpr (requires { way_.Place(0.0, 0.0, 0.0); }) {
+      SolidRow own;
+      own.count = row.count;
+      for (int i = 0; i < row.count; ++i) {
+        const Vector3 p = way_.Place(row.x[i], row.y[i], row.z[i]);
+        own.x[i] = p[0], own.y[i] = p[1], own.z[i] = p[2];
+      }
+      solid_->Measure(own, d);
+    } else {
+      solid_->Measure(row, d);
+    }
+    if constexpr (requires { way_.Change(0.0); }) {
+      for (int i = 0; i < row.count; ++i) d[i] = way_.Change(d[i]);
+    }
+  }
+  SolidWithin Within(const Ball& ball) const override {
+    Ball own = ball;
+    if constexpr (requires { way_.Place(0.0, 0.0, 0.0); }) {
+      own.centre = way_.Place(ball.centre[0], ball.centre[1], ball.centre[2]);
+      if constexpr (requires { way_.scale; }) own.radius /= way_.scale;
+      own.radius += kRounding * (own.radius + Length(own.centre));
+    }
+    SolidWithin found = solid_->Within(own);
+    if (found.part != nullptr) found.part = std::make_shared<Changed>(found.part, way_);
+    if constexpr (requires { way_.Change(0.0); }) {
+      const double low = found.low, high = found.high;
+      found.low = std::min(way_.Change(low), way_.Change(high));
+      found.high = std::max(way_.Change(low), way_.Change(high));
+      if constexpr (requires { way_.Least(); }) {
+        if (low < 0 && high > 0) found.low = way_.Least();
+      }
+      const double rounding = kRounding * (std::fabs(found.low) + std::fabs(found.high));
+      found.low -= rounding, found.high += rounding;
+    }
+    return found;
+  }
+
+ private:
+  SolidPart solid_;
+  Way way_;
+};
+template <typename Way>
+SolidPart Change(const SolidPart& solid, const Way& way) {
+  return std::make_shared<Changed<Way>>(solid, way);
+}
+
+struct Translation {
+  Vector3 by;
+  Vector3 Place(double x, double y, double z) const { return {x - by[0], y - by[1], z - by[2]}; }
+};
+struct Rotation {
+  Vector3 axis;
+  double cosine, sine;
+  Vector3 Place(double x, double y, double z) const {
+    const Vector3& n = axis;
+    const double along = (n[0] * x + n[1] * y + n[2] * z) * (1 - cosine);
+    return {x * cosine + (n[1] * z - n[2] * y) * sine + n[0] * along,
+            y * cosine + (n[2] * x - n[0] * z) * sine + n[1] * along,
+            z * cosine + (n[0] * y - n[1] * x) * sine + n[2] * along};
+  }
+};
+struct Scaling {
+  double scale;
+  Vector3 Place(double x, double y, double z) const { return {x / scale, y / scale, z / scale}; }
+  double Change(double d) const { return scale * d; }
+};
+struct Growth {
+  double by;
+  double Change(double d) const { return d - by; }
+};
+struct Shelling {
+  double half;
+  double Change(double d) const { return std::fabs(d) - half; }
+  double Least() const { return -half; }
+};
+struct Complement {
+  double Change(double d) const { return -d; }
+};
+
 // Polynomial blend: how much lower than the smaller of two distances the blended one is.
-double Blend(double a, double b, double radius) {
+inline double Blend(double a, double b, double radius) {
   const double h = std::max(radius - std::fabs(a - b), 0.0);
-  return radius > 0 ? h * h / (4 * radius) : 0;
+  return h * h / (4 * radius);
+}
+
+enum class Join { kUnion, kIntersection, kDifference };
+
+class Joined final : public SolidNode {
+ public:
+  Joined(Join join, SolidPart a, SolidPart b, double radius)
+      : join_(join), a_(std::move(a)), b_(std::move(b)), radius_(radius > 0 ? radius : 0) {}
+  void Measure(const SolidRow& row, double* d) const override {
+    double other[kSolidRow];
+    a_->Measure(row, d);
+    b_->Measure(row, other);
+    const int n = row.count;
+    switch (join_) {
+      case Join::kUnion:
+        if (radius_ > 0) {
+          for (int i = 0; i < n; ++i) d[i] = std::min(d[i], other[i]) - Blend(d[i], other[i], radius_);
+        } else {
+          for (int i = 0; i < n; ++i) d[i] = std::min(d[i], other[i]);
+        }
+        return;
+      case Join::kIntersection:
+        if (radius_ > 0) {
+          for (int i = 0; i < n; ++i) d[i] = std::max(d[i], other[i]) + Blend(d[i], other[i], radius_);
+        } else {
+          for (int i = 0; i < n; ++i) d[i] = std::max(d[i], other[i]);
+        }
+        return;
+      case Join::kDifference:
+        for (int i = 0; i < n; ++i) d[i] = std::max(d[i], -other[i]);
+    }
+  }
+  // Where one is the nearer by more than the blend's radius, the other does not matter.
+  SolidWithin Within(const Ball& ball) const override {
+    SolidWithin a = a_->Within(ball), b = b_->Within(ball);
+    const SolidPart of_a = a.part != nullptr ? a.part : a_, of_b = b.part != nullptr ? b.part : b_;
+    const double blend = radius_ / 4 * (1 + kRounding);
+    SolidWithin both;
+    if (join_ == Join::kUnion) {
+      if (a.low > b.high + radius_) return {of_b, b.low, b.high};
+      if (b.low > a.high + radius_) return {of_a, a.low, a.high};
+      both.low = std::min(a.low, b.low) - blend, both.high = std::min(a.high, b.high);
+    } else {
+      const bool negative = join_ == Join::kDifference;
+      const double low = negative ? -b.high : b.low, high = negative ? -b.low : b.high;
+      if (a.low > high + radius_) return {of_a, a.low, a.high};
+      if (low > a.high + radius_) return {negative ? Change(of_b, Complement{}) : of_b, low, high};
+      both.low = std::max(a.low, low), both.high = std::max(a.high, high) + blend;
+    }
+    if (a.part != nullptr || b.part != nullptr)
+      both.part = std::make_shared<Joined>(join_, of_a, of_b, radius_);
+    return both;
+  }
+
+ private:
+  Join join_;
+  SolidPart a_, b_;
+  double radius_;
+};
+SolidPart MakeJoined(Join join, const SolidPart& a, const SolidPart& b, double radius = 0) {
+  return std::make_shared<Joined>(join, a, b, radius);
 }
 
 }  // namespace
 
-double Solid::Distance(const Vector3& p) const { return distance_(p); }
-Solid Solid::Function(std::function<double(const Vector3&)> distance) { return Solid(std::move(distance)); }
+double Solid::Distance(const Vector3& p) const {
+  const SolidRow row = {1, {p[0]}, {p[1]}, {p[2]}};
+  double d[kSolidRow];
+  node_->Measure(row, d);
+  return d[0];
+}
+Solid Solid::Function(std::function<double(const Vector3&)> distance) {
+  return Solid(MakeShape(0, [f = std::move(distance)](double x, double y, double z) {
+    return f({x, y, z});
+  }));
+}
 
 Solid Solid::Sphere(const Vector3& centre, double radius) {
   Require(radius > 0, "a radius", radius);
-  return Solid([=](const Vector3& p) { return Length(Minus(p, centre)) - radius; });
+  return Solid(MakeShape(Largest(centre) + radius, [=](double x, double y, double z) {
+    return std::sqrt(Square(x - centre[0], y - centre[1], z - centre[2])) - radius;
+  }));
 }
 Solid Solid::Ellipsoid(const Vector3& centre, const Vector3& radii) {
   for (double r : radii) Require(r > 0, "a radius", r);
-  const double smallest = *std::min_element(radii.begin(), radii.end());
-  return Solid([=](const Vector3& p) {
-    const Vector3 q = Minus(p, centre);
-    const Vector3 s = {q[0] / radii[0], q[1] / radii[1], q[2] / radii[2]};
-    const Vector3 t = {s[0] / radii[0], s[1] / radii[1], s[2] / radii[2]};
-    const double k = Length(s), slope = Length(t);
-    // Near the surface (k - 1) k / |grad|; never more than the smallest radius' scale allows.
-    if (slope == 0) return -smallest;
-    const double near = (k - 1) * k / slope;
-    return k < 1 ? std::max(near, (k - 1) * *std::max_element(radii.begin(), radii.end()))
-                 : std::max((k - 1) * smallest, std::min(near, Length(q)));
-  });
+  return Solid(std::make_shared<EllipsoidNode>(centre, radii));
 }
 Solid Solid::Box(const Vector3& centre, const Vector3& half_size, double rounding) {
   for (double h : half_size) Require(h > rounding, "a half size less its rounding", h);
-  return Solid([=](const Vector3& p) {
-    Vector3 q;
-    for (size_t a = 0; a < 3; ++a) q[a] = std::fabs(p[a] - centre[a]) - (half_size[a] - rounding);
-    const Vector3 out = {std::max(q[0], 0.0), std::max(q[1], 0.0), std::max(q[2], 0.0)};
-    return Length(out) + std::min(std::max({q[0], q[1], q[2]}), 0.0) - rounding;
-  });
+  return Solid(MakeShape(Largest(centre) + Largest(half_size), [=](double x, double y, double z) {
+    const double qx = std::fabs(x - centre[0]) - (half_size[0] - rounding),
+                 qy = std::fabs(y - centre[1]) - (half_size[1] - rounding),
+                 qz = std::fabs(z - centre[2]) - (half_size[2] - rounding);
+    return std::sqrt(Square(std::max(qx, 0.0), std::max(qy, 0.0), std::max(qz, 0.0))) +
+           std::min(std::max(std::max(qx, qy), qz), 0.0) - rounding;
+  }));
 }
 Solid Solid::Torus(const Vector3& centre, double radius, double tube) {
   Require(radius > 0 && tube > 0, "a radius", std::min(radius, tube));
-  return Solid([=](const Vector3& p) {
-    const Vector3 q = Minus(p, centre);
-    return std::hypot(std::hypot(q[0], q[2]) - radius, q[1]) - tube;
-  });
+  return Solid(MakeShape(Largest(centre) + radius + tube, [=](double x, double y, double z) {
+    return std::hypot(std::hypot(x - centre[0], z - centre[2]) - radius, y - centre[1]) - tube;
+  }));
 }
 Solid Solid::Capsule(const Vector3& from, const Vector3& to, double radius) {
   return Cone(from, to, radius, radius);
@@ -82,212 +315,50 @@ Solid Solid::Cone(const Vector3& from, const Vector3& to, double from_radius, do
     return from_radius >= to_radius ? Sphere(from, from_radius) : Sphere(to, to_radius);
   // The tangent line of both circles leans by this sine.
   const double sine = change / length, cosine = std::sqrt(1 - sine * sine);
-  return Solid([=](const Vector3& p) {
-    const Vector3 q = Minus(p, from);
-    const double along = Dot(q, axis) / length;
-    const double across = std::sqrt(std::max(Dot(q, q) - along * along, 0.0));
+  const double size = Largest(from) + Largest(to) + from_radius + to_radius;
+  return Solid(MakeShape(size, [=](double px, double py, double pz) {
+    const double x = px - from[0], y = py - from[1], z = pz - from[2];
+    const double along = (x * axis[0] + y * axis[1] + z * axis[2]) / length;
+    const double square = Square(x, y, z);
+    const double across = std::sqrt(std::max(square - along * along, 0.0));
     const double t = along - across * sine / cosine;  // where the normal of the side meets the axis
-    if (t <= 0) return Length(q) - from_radius;
-    if (t >= length) return Length(Minus(p, to)) - to_radius;
+    if (t <= 0) return std::sqrt(square) - from_radius;
+    if (t >= length) return std::sqrt(Square(px - to[0], py - to[1], pz - to[2])) - to_radius;
     return across * cosine + along * sine - from_radius;
-  });
+  }));
 }
 Solid Solid::Plane(const Vector3& normal, double offset) {
   const Vector3 n = Normalized(normal);
   Require(Dot(n, n) > 0, "a normal's length", 0);
-  return Solid([=](const Vector3& p) { return Dot(n, p) - offset; });
+  return Solid(MakeShape(std::fabs(offset), [=](double x, double y, double z) {
+    return n[0] * x + n[1] * y + n[2] * z - offset;
+  }));
 }
 
-Solid Solid::Translated(const Vector3& by) const {
-  return Solid([f = distance_, by](const Vector3& p) { return f(Minus(p, by)); });
-}
+Solid Solid::Translated(const Vector3& by) const { return Solid(Change(node_, Translation{by})); }
 Solid Solid::Rotated(const Vector3& axis, double degrees) const {
-  const Vector3 n = Normalized(axis);
-  const double c = base::TurnOf(degrees).cosine, s = -base::TurnOf(degrees).sine;
-  return Solid([f = distance_, n, c, s](const Vector3& p) {
-    const Vector3 side = Cross(n, p);
-    const double along = Dot(n, p) * (1 - c);
-    return f({p[0] * c + side[0] * s + n[0] * along, p[1] * c + side[1] * s + n[1] * along,
-              p[2] * c + side[2] * s + n[2] * along});
-  });
+  const base::Turn turn = base::TurnOf(degrees);
+  return Solid(Change(node_, Rotation{Normalized(axis), turn.cosine, -turn.sine}));
 }
 Solid Solid::Scaled(double by) const {
   Require(by > 0, "a scale", by);
-  return Solid([f = distance_, by](const Vector3& p) { return by * f({p[0] / by, p[1] / by, p[2] / by}); });
+  return Solid(Change(node_, Scaling{by}));
 }
-Solid Solid::Grown(double by) const {
-  return Solid([f = distance_, by](const Vector3& p) { return f(p) - by; });
-}
-Solid Solid::Shell(double thickness) const {
-  return Solid([f = distance_, half = thickness / 2](const Vector3& p) { return std::fabs(f(p)) - half; });
-}
+Solid Solid::Grown(double by) const { return Solid(Change(node_, Growth{by})); }
+Solid Solid::Shell(double thickness) const { return Solid(Change(node_, Shelling{thickness / 2})); }
 
-Solid Union(const Solid& a, const Solid& b) {
-  return Solid([f = a.distance_, g = b.distance_](const Vector3& p) { return std::min(f(p), g(p)); });
-}
+Solid Union(const Solid& a, const Solid& b) { return Solid(MakeJoined(Join::kUnion, a.node_, b.node_)); }
 Solid Intersection(const Solid& a, const Solid& b) {
-  return Solid([f = a.distance_, g = b.distance_](const Vector3& p) { return std::max(f(p), g(p)); });
+  return Solid(MakeJoined(Join::kIntersection, a.node_, b.node_));
 }
 Solid Difference(const Solid& a, const Solid& b) {
-  return Solid([f = a.distance_, g = b.distance_](const Vector3& p) { return std::max(f(p), -g(p)); });
+  return Solid(MakeJoined(Join::kDifference, a.node_, b.node_));
 }
 Solid SmoothUnion(const Solid& a, const Solid& b, double radius) {
-  return Solid([f = a.distance_, g = b.distance_, radius](const Vector3& p) {
-    const double u = f(p), v = g(p);
-    return std::min(u, v) - Blend(u, v, radius);
-  });
+  return Solid(MakeJoined(Join::kUnion, a.node_, b.node_, radius));
 }
 Solid SmoothIntersection(const Solid& a, const Solid& b, double radius) {
-  return Solid([f = a.distance_, g = b.distance_, radius](const Vector3& p) {
-    const double u = f(p), v = g(p);
-    return std::max(u, v) + Blend(u, v, radius);
-  });
+  return Solid(MakeJoined(Join::kIntersection, a.node_, b.node_, radius));
 }
-
-namespace {
-
-// A seated figure: one connected body with round and thin parts, hollows and a hole, inside [-0.8, 0.8]^3.
-Solid Body() {
-  Solid s = Solid::Ellipsoid({0, -0.28, 0}, {0.34, 0.40, 0.30});   // trunk
-  s = SmoothUnion(s, Solid::Sphere({0, 0.34, 0.02}, 0.27), 0.16);  // head
-  for (const double side : {-1.0, 1.0}) {
-    s = SmoothUnion(s, Solid::Cone({side * 0.17, 0.52, 0}, {side * 0.27, 0.74, -0.02}, 0.085, 0.035),
-                    0.06);  // ears
-    s = SmoothUnion(s, Solid::Cone({side * 0.26, -0.10, 0.04}, {side * 0.50, -0.30, 0.24}, 0.115, 0.085),
-                    0.08);
-    s = SmoothUnion(s, Solid::Capsule({side * 0.50, -0.30, 0.24}, {side * 0.24, -0.42, 0.42}, 0.085), 0.05);
-    s = SmoothUnion(s, Solid::Cone({side * 0.22, -0.58, 0.04}, {side * 0.42, -0.66, 0.40}, 0.15, 0.10), 0.10);
-    s = SmoothUnion(s, Solid::Ellipsoid({side * 0.43, -0.62, 0.50}, {0.10, 0.13, 0.085}), 0.05);  // feet
-    s = Difference(s, Solid::Sphere({side * 0.105, 0.40, 0.265}, 0.055));                         // eyes
-  }
-  s = SmoothUnion(s, Solid::Ellipsoid({0, 0.27, 0.25}, {0.11, 0.085, 0.10}), 0.07);  // snout
-  const Solid tail = Solid::Torus({0, 0, 0}, 0.20, 0.055).Rotated({1, 0, 0}, 90).Rotated({0, 1, 0}, 90);
-  return SmoothUnion(s, tail.Translated({0, -0.42, -0.42}), 0.07);
-}
-
-// Words of a solid, read by descent.
-class SolidReader {
- public:
-  explicit SolidReader(const std::string& text) : text_(text) {}
-
-  Solid Read() {
-    Solid s = Expression();
-    Skip();
-    if (at_ < text_.size()) Refuse("an operator |, & or -");
-    return s;
-  }
-
- private:
-  [[noreturn]] void Refuse(const std::string& expected) const {
-    const std::string rest = text_.substr(at_, 24);
-    throw Error("solid",
-                "found " +
-                    (rest.empty() ? "the end of \"" + text_.substr(0, 60) + "\"" : "\"" + rest + "\"") +
-                    ", expected " + expected);
-  }
-  void Skip() {
-    while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
-  }
-  bool Take(char c) {
-    Skip();
-    if (at_ >= text_.size() || text_[at_] != c) return false;
-    ++at_;
-    return true;
-  }
-  double Number() {
-    Skip();
-    double v = 0;
-    const auto [end, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), v);
-    if (error != std::errc() || !std::isfinite(v)) Refuse("a number");
-    at_ = static_cast<size_t>(end - text_.data());
-    return v;
-  }
-  double Radius() {  // of a blend, right behind its operator
-    const bool digit =
-        at_ < text_.size() && (std::isdigit(static_cast<unsigned char>(text_[at_])) || text_[at_] == '.');
-    return digit ? Number() : 0;
-  }
-
-  Solid Expression() {
-    Solid s = Term();
-    for (;;) {
-      if (Take('|')) {
-        const double r = Radius();
-        const Solid t = Term();
-        s = r > 0 ? SmoothUnion(s, t, r) : Union(s, t);
-      } else if (Take('&')) {
-        const double r = Radius();
-        const Solid t = Term();
-        s = r > 0 ? SmoothIntersection(s, t, r) : Intersection(s, t);
-      } else if (Take('-')) {
-        s = Difference(s, Term());
-      } else {
-        return s;
-      }
-    }
-  }
-
-  Solid Term() {
-    if (Take('(')) {
-      Solid s = Expression();
-      if (!Take(')')) Refuse("a closing parenthesis");
-      return s;
-    }
-    Skip();
-    std::string name;
-    while (at_ < text_.size() && std::isalpha(static_cast<unsigned char>(text_[at_]))) name += text_[at_++];
-    std::vector<double> v;
-    if (Take('(')) {
-      do v.push_back(Number());
-      while (Take(','));
-      if (!Take(')')) Refuse("a closing parenthesis");
-    }
-    return Named(name, v);
-  }
-
-  Solid Named(const std::string& name, const std::vector<double>& v) {
-    static const std::map<std::string, std::pair<size_t, const char*>> kNumbers = {
-        {"sphere", {4, "x,y,z,radius"}},
-        {"ellipsoid", {6, "x,y,z,rx,ry,rz"}},
-        {"box", {6, "x,y,z,half width,half height,half depth"}},
-        {"roundbox", {7, "x,y,z,half width,half height,half depth,rounding"}},
-        {"torus", {5, "x,y,z,radius,tube"}},
-        {"capsule", {7, "x,y,z to x,y,z,radius"}},
-        {"cone", {8, "x,y,z to x,y,z,radius,radius"}},
-        {"plane", {4, "normal x,y,z,offset"}},
-        {"body", {0, "no numbers"}},
-        {"knot", {0, "no numbers"}}};
-    const auto known = kNumbers.find(name);
-    if (known == kNumbers.end()) {
-      std::string names;
-      for (const auto& [n, unused] : kNumbers) names += (names.empty() ? "" : ", ") + n;
-      throw Error("solid", "found \"" + name + "\", expected one of " + names);
-    }
-    if (v.size() != known->second.first) {
-      throw Error("solid", "found " + std::to_string(v.size()) + " numbers for " + name + ", expected " +
-                               std::to_string(known->second.first) + ": " + known->second.second);
-    }
-    const auto at = [&](size_t i) { return Vector3{v[i], v[i + 1], v[i + 2]}; };
-    if (name == "sphere") return Solid::Sphere(at(0), v[3]);
-    if (name == "ellipsoid") return Solid::Ellipsoid(at(0), at(3));
-    if (name == "box") return Solid::Box(at(0), at(3));
-    if (name == "roundbox") return Solid::Box(at(0), at(3), v[6]);
-    if (name == "torus") return Solid::Torus(at(0), v[3], v[4]);
-    if (name == "capsule") return Solid::Capsule(at(0), at(3), v[6]);
-    if (name == "cone") return Solid::Cone(at(0), at(3), v[6], v[7]);
-    if (name == "plane") return Solid::Plane(at(0), v[3]);
-    if (name == "body") return Body();
-    const Solid ring = Solid::Torus({0, 0, 0}, 0.46, 0.15);
-    const Solid crossed = ring.Rotated({1, 0, 0}, 90).Translated({0.22, 0, 0});
-    return SmoothUnion(ring.Translated({-0.22, 0, 0}), crossed, 0.08);
-  }
-
-  const std::string& text_;
-  size_t at_ = 0;
-};
-
-}  // namespace
-
-Solid Solid::Parse(const std::string& words) { return SolidReader(words).Read(); }
 
 }  // namespace tessera

@@ -126,6 +126,28 @@ void VolumeData::SetCode(int i, int j, int k, double code) {
   }
 }
 
+void VolumeData::SetCodes(int i0, int count, int j, int k, const double* codes) {
+  if (pages != nullptr || spec.type == PixelType::kHalf) {
+    for (int i = 0; i < count; ++i) SetCode(i0 + i, j, k, codes[i]);
+    return;
+  }
+  for (int i = 0; i < count; ++i) nan_samples += std::isnan(codes[i]) ? 1 : 0;
+  std::byte* const to = samples + IndexOf(i0, j, k) * static_cast<int64_t>(PixelBytes(spec.type));
+  const auto write = [&](auto type, const auto& round) {
+    using T = decltype(type);
+    T* const p = reinterpret_cast<T*>(to);
+    for (int i = 0; i < count; ++i) p[i] = static_cast<T>(round(std::isnan(codes[i]) ? 0 : codes[i]));
+  };
+  // rint, as it becomes an instruction, lrint a call.
+  if (spec.type == PixelType::kUint8) {
+    write(uint8_t{}, [](double c) { return static_cast<int>(std::rint(std::clamp(c, 0.0, 255.0))); });
+  } else if (spec.type == PixelType::kUint16) {
+    write(uint16_t{}, [](double c) { return static_cast<int>(std::rint(std::clamp(c, 0.0, 65535.0))); });
+  } else {
+    write(float{}, [](double c) { return c; });
+  }
+}
+
 void VolumeData::FillBorder() {
   if (pages != nullptr) return;
   const auto pixel = static_cast<int64_t>(PixelBytes(spec.type));

@@ -67,8 +67,9 @@ struct VolumeData {
 
   // Where the voxel's sample is, counted from `samples`; border included.
   int64_t IndexOf(int i, int j, int k) const;
-  double Code(int i, int j, int k) const;          // inside the border
-  void SetCode(int i, int j, int k, double code);  // rounded to the type
+  double Code(int i, int j, int k) const;                               // inside the border
+  void SetCode(int i, int j, int k, double code);                       // rounded to the type
+  void SetCodes(int i0, int count, int j, int k, const double* codes);  // from (i0, j, k) on, along x
   // The samples of a row; what is NaN is counted and set to 0.
   void SetRow(int j, int k, const std::byte* row);
   // Samples i0 to i1 - 1 of a row, border included, one behind the other.

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/prefetch.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ops/geometry/mip_boxes_kernel.cc"
 #include <hwy/foreach_target.h>
@@ -80,6 +82,8 @@ HWY_INLINE void SumSquares(const T* a, const T* b, int count, int channels, doub
     constexpr int kPixels = 16 / kChannels;
     for (; i + kPixels <= count; i += kPixels) {
       const ptrdiff_t from = ptrdiff_t{2} * kChannels * i;
+      if constexpr (sizeof(T) == sizeof(float))
+        base::PrefetchAhead(a + from, 32), base::PrefetchAhead(b + from, 32);
       D16 first = D16::Load(a + from), second = D16::Load(a + from + 16);
       first.AddScaled(b + from, 1);
       second.AddScaled(b + from + 16, 1);
