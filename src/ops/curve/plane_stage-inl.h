@@ -83,13 +83,16 @@ class PlaneStage final : public graph::PointStage {
   }
   void Run(const graph::PointArgs& args) const override {
     // Results may lie where other planes' samples do, so that all are read before any is written.
-    // Short chunks: reading and writing memory goes on beside the arithmetic.
+    // Short chunks: reading and writing memory goes on beside the arithmetic. Floats, whose lines are the
+    // most, in shorter ones.
     constexpr int kChunk = 64;
     static_assert(kBlockPixels % kChunk == 0);
+    const bool floats = args.source.read != nullptr && args.source.type == PixelType::kFloat;
+    const int chunk = floats ? kChunk / 2 : kChunk;
     alignas(64) float samples[4 * kChunk];
     const s::D d;
-    for (int first = 0; first < args.count; first += kChunk) {
-      const int count = std::min(kChunk, args.count - first);
+    for (int first = 0; first < args.count; first += chunk) {
+      const int count = std::min(chunk, args.count - first);
       float* const planes[4] = {samples, samples + count, samples + 2 * count, samples + 3 * count};
       s::LoadChunk(args, first, count, planes);
       // Planes with the same curve are one run: its tables are loaded once.
