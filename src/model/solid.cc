@@ -31,6 +31,15 @@ void Require(bool valid, const char* what, double found) {
   }
 }
 
+double MeasureOne(const SolidNode& solid, const Vector3& p) {
+  SolidRow row;
+  row.count = 1;
+  row.x[0] = p[0], row.y[0] = p[1], row.z[0] = p[2];
+  double d[kSolidRow];
+  solid.Measure(row, d);
+  return d[0];
+}
+
 // Bounds are widened by this times the lengths that they come from. Far above what rounding takes: the square
 // root of a cancelled difference (Cone) may be off by 1e-8.
 constexpr double kRounding = 1e-7;
@@ -47,12 +56,7 @@ class Shape : public SolidNode {
   }
 
  private:
-  double At(const Vector3& p) const {
-    const SolidRow row = {1, {p[0]}, {p[1]}, {p[2]}};
-    double d[kSolidRow];
-    Measure(row, d);
-    return d[0];
-  }
+  double At(const Vector3& p) const { return MeasureOne(*this, p); }
   double size_;
 };
 
@@ -265,12 +269,7 @@ SolidPart MakeJoined(Join join, const SolidPart& a, const SolidPart& b, double r
 
 }  // namespace
 
-double Solid::Distance(const Vector3& p) const {
-  const SolidRow row = {1, {p[0]}, {p[1]}, {p[2]}};
-  double d[kSolidRow];
-  node_->Measure(row, d);
-  return d[0];
-}
+double Solid::Distance(const Vector3& p) const { return MeasureOne(*node_, p); }
 Solid Solid::Function(std::function<double(const Vector3&)> distance) {
   return Solid(MakeShape(0, [f = std::move(distance)](double x, double y, double z) {
     return f({x, y, z});

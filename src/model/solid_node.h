@@ -12,7 +12,7 @@ namespace tessera::model {
 inline constexpr int kSolidRow = 8;  // positions that are measured at once
 struct SolidRow {
   int count = 0;
-  double x[kSolidRow] = {}, y[kSolidRow] = {}, z[kSolidRow] = {};
+  double x[kSolidRow], y[kSolidRow], z[kSolidRow];
   Vector3 At(int i) const { return {x[i], y[i], z[i]}; }
 };
 
