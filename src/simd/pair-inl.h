@@ -116,20 +116,17 @@ class PairStage final : public graph::PointStage {
     const int count = 4 * args.count;
     // In place the line is in the cache already.
     const bool stream = args.sink.stream && CanStream(to) && to != a && to != b;
-    const auto ahead = [a, b](int i, int samples) HWY_ATTR {
-      base::PrefetchAhead(a + i, samples), base::PrefetchAhead(b + i, samples);
-    };
     if constexpr (type == PixelType::kUint8 && requires(Bytes v) { F::Codes(v, v); }) {
       const DBytes d;
       for (int i = 0; i < count; i += 4 * kLanes) {
-        ahead(i, 4 * kLanes);
+        Ahead(a + i, b + i, 4 * kLanes);
         StoreBytes(F::Codes(hn::LoadU(d, a + i), hn::LoadU(d, b + i)), to + i, stream);
       }
       return;
     }
     if constexpr (type == PixelType::kUint8 && kLaneWise<F>) {
       for (int i = 0; i < count; i += 4 * kLanes) {
-        ahead(i, 4 * kLanes);
+        Ahead(a + i, b + i, 4 * kLanes);
         PairRgba8(f, a + i, b + i, to + i, stream);
       }
       return;
@@ -140,18 +137,22 @@ class PairStage final : public graph::PointStage {
       alignas(16) static constexpr uint32_t kAlphaLane[4] = {0, 0, 0, 1};
       const auto is_alpha = hn::RebindMask(D(), hn::Ne(hn::LoadDup128(DU(), kAlphaLane), hn::Zero(DU())));
       for (int i = 0; i < count; i += kLanes) {
-        ahead(i, kLanes);
+        Ahead(a + i, b + i, kLanes);
         const V va = S::Value(S::LoadCodes(a + i)), vb = S::Value(S::LoadCodes(b + i));
         S::StoreValues(f(va, vb, hn::Broadcast<3>(va), hn::Broadcast<3>(vb), is_alpha), to + i, stream);
       }
       return;
     }
     for (int i = 0; i < count; i += 4 * kLanes) {
-      ahead(i, 4 * kLanes);
+      Ahead(a + i, b + i, 4 * kLanes);
       const Pixels pa = ValuesOf<type>(LoadRgbaCodes<type>(a + i)),
                    pb = ValuesOf<type>(LoadRgbaCodes<type>(b + i));
       StoreRgba<type, true>(ApplyPair(f, pa, pb), to + i, stream);
     }
+  }
+  template <class T>
+  static HWY_INLINE void Ahead(const T* a, const T* b, int samples) {
+    base::PrefetchAhead(a, samples), base::PrefetchAhead(b, samples);
   }
   static HWY_INLINE void StoreBytes(Bytes v, uint8_t* to, bool stream) {
     if (stream) {
