@@ -184,7 +184,7 @@ class Solid {
 
 /// Distances at voxels. Integer types hold distances within +-`range` world units (default: an eighth of the
 /// longest side), clamped; float and half hold them as they are. Cost: each block of 8^3 voxels asks only the
-/// parts of the solid that matter there, 10 to 20 ns a voxel; blocks beyond the range of clamped fields are
+/// parts of the solid that matter there, 10 to 40 ns a voxel; blocks beyond the range of clamped fields are
 /// filled at once.
 Volume DistanceField(const Solid& solid, const VolumeSpec& spec, double range = 0);
 /// How Drawn draws a field out.
