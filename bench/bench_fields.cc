@@ -11,8 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "base/half.h"
-#include "model/volume_data.h"
 #include "tessera/volume.h"
 
 namespace tessera::bench {
@@ -31,43 +29,20 @@ double Seconds(int turns, const std::function<void()>& work) {
   return times[static_cast<size_t>(turns / 2)];
 }
 
-// Distances as the field's codes.
-double CodeOf(const model::VolumeData& field, double distance) {
-  const double code = (distance - field.code_bias) / field.code_scale;
-  switch (field.spec.type) {
-    case PixelType::kUint8:
-      return std::nearbyint(std::clamp(code, 0.0, 255.0));
-    case PixelType::kUint16:
-      return std::nearbyint(std::clamp(code, 0.0, 65535.0));
-    case PixelType::kHalf:
-      return base::FloatFromHalf(base::HalfFromFloat(static_cast<float>(code)));
-    default:
-      return static_cast<float>(code);
-  }
-}
-
 void MeasureSolid(const std::string& words, PixelType type, int side) {
   const Solid solid = Solid::Parse(words);
   const VolumeSpec spec = VolumeSpec::Centred({side, side, side}, type);
   Volume field;
   const double blocks = Seconds(5, [&] { field = DistanceField(solid, spec, kRange); });
-  const model::VolumeData& data = *field.data();
-  std::vector<float> codes(static_cast<size_t>(side) * side * side);
-  const auto for_voxels = [side](const auto& f) {
-    size_t at = 0;
-    for (int k = 0; k < side; ++k) {
-      for (int j = 0; j < side; ++j) {
-        for (int i = 0; i < side; ++i, ++at) f(i, j, k, at);
-      }
-    }
-  };
-  const double plain = Seconds(1, [&] {
-    for_voxels([&](int i, int j, int k, size_t at) {
-      codes[at] = static_cast<float>(CodeOf(data, solid.Distance(spec.Position(i, j, k))));
-    });
-  });
+  Volume whole;
+  const double plain =
+      Seconds(1, [&] { whole = Volume(field.spec(), [&](const Vector3& p) { return solid.Distance(p); }); });
   int64_t other = 0;
-  for_voxels([&](int i, int j, int k, size_t at) { other += data.Code(i, j, k) != codes[at]; });
+  for (int k = 0; k < side; ++k) {
+    for (int j = 0; j < side; ++j) {
+      for (int i = 0; i < side; ++i) other += field.At(i, j, k) != whole.At(i, j, k);
+    }
+  }
   const double voxels = std::pow(side, 3);
   std::printf("%-10s %-7s %10.2f %16.1f %10.1f %14lld\n", words.c_str(), PixelTypeName(type),
               1e9 * blocks / voxels, 1e9 * plain / voxels, plain / blocks, static_cast<long long>(other));

@@ -49,14 +49,13 @@ class Shape : public SolidNode {
  public:
   explicit Shape(double size) : size_(size) {}
   SolidWithin Within(const Ball& ball) const override {
-    const double middle = At(ball.centre);
+    const double middle = MeasureOne(*this, ball.centre);
     const double way =
         ball.radius + kRounding * (std::fabs(middle) + ball.radius + Length(ball.centre) + size_);
     return {nullptr, middle - way, middle + way};
   }
 
  private:
-  double At(const Vector3& p) const { return MeasureOne(*this, p); }
   double size_;
 };
 
