@@ -8,11 +8,13 @@
 /// frees; on success that is NULL. Results behind pointers are NULL after a failure. No C++ exception leaves
 /// a function; NULL, unknown values and handles of another kind are answered with TESSERA_USAGE.
 ///
-/// Handles (tessera_image, tessera_parameters, tessera_error) are the caller's, who gives each back once, to
-/// its function with _free in the name, which accepts NULL. Images keep whatever they are made from alive.
+/// Handles (tessera_image, tessera_parameters, tessera_context, tessera_prepared, tessera_error) are the
+/// caller's, who gives each back once, to its function with _free in the name, which accepts NULL. Images and
+/// prepared graphs keep whatever they are made from alive.
 ///
 /// Threads: every function may be called from any thread at any time. An image is immutable and may be used
-/// by many threads; a tessera_parameters must not be changed while another thread uses it.
+/// by many threads, and so may a context and a prepared graph; a tessera_parameters must not be changed while
+/// another thread uses it.
 ///
 /// Text is UTF-8, ends with 0, and belongs to the library: that of the registry lives as long as the library
 /// is loaded, that of a handle as long as the handle. File names are what the system's open takes.
@@ -257,6 +259,41 @@ TESSERA_API tessera_status tessera_generate(const tessera_parameters* parameters
 /// else goes on. Must neither throw nor jump.
 typedef int32_t (*tessera_progress)(double share, void* user);
 
+/// What evaluations keep for the next ones: memory of pictures given back, and things that were prepared, as
+/// tables. Several contexts live side by side and share nothing: one for each document of a host, say.
+/// Results never depend on one.
+typedef struct tessera_context tessera_context;
+/// How much a context keeps.
+typedef struct tessera_context_limits {
+  size_t struct_size;  ///< sizeof(tessera_context_limits)
+  uint64_t memory;     ///< bytes of pictures given back, for the next ones of their size; 0: 320 MiB
+  uint64_t cache;      ///< bytes of prepared things; 0: 256 MiB
+  uint64_t whole;      ///< bytes of one thing held whole; what is larger lies in a nameless file; 0: no limit
+} tessera_context_limits;
+/// How much it holds at a moment.
+typedef struct tessera_context_use {
+  size_t struct_size;  ///< sizeof(tessera_context_use)
+  uint64_t memory;     ///< bytes kept for the next pictures
+  uint64_t cache;      ///< bytes of prepared things
+  uint64_t entries;    ///< how many prepared things
+} tessera_context_use;
+/// A context that keeps no more than that. `limits` may be NULL.
+TESSERA_API tessera_status tessera_context_new(const tessera_context_limits* limits,
+                                               tessera_context** context, tessera_error** error);
+/// Frees the handle and gives back what is kept; evaluations in it must have ended. Prepared graphs in it,
+/// and images, live on. NULL is fine.
+TESSERA_API void tessera_context_free(tessera_context* context);
+/// Keeps no more than that from here on. `context` may be NULL: the one that is used where none is named.
+/// `limits` may be NULL.
+TESSERA_API tessera_status tessera_context_limit(tessera_context* context,
+                                                 const tessera_context_limits* limits, tessera_error** error);
+/// What is kept now. `context` may be NULL: the one that is used where none is named.
+TESSERA_API tessera_status tessera_context_get_use(const tessera_context* context, tessera_context_use* use,
+                                                   tessera_error** error);
+/// Gives back all that is kept and that nobody uses. `context` may be NULL: the one that is used where none
+/// is named.
+TESSERA_API tessera_status tessera_context_release(tessera_context* context, tessera_error** error);
+
 /// How an image is evaluated. Bits of the result never depend on it.
 typedef struct tessera_render_options {
   size_t struct_size;         ///< sizeof(tessera_render_options)
@@ -264,12 +301,27 @@ typedef struct tessera_render_options {
   uint64_t memory;            ///< bytes that buffers may take together; 0: 512 MiB
   tessera_progress progress;  ///< NULL: none
   void* user;                 ///< handed to progress
+  tessera_context* context;   ///< who keeps memory and what is prepared; NULL: one that all share
 } tessera_render_options;
 /// Evaluates the pixels of `out->window`, which must lie within the image's, into the caller's memory: all
 /// channels of the image, any type and strides. `options` may be NULL. After a failure the pixels may be
 /// partly written.
 TESSERA_API tessera_status tessera_render(const tessera_image* image, const tessera_pixels* out,
                                           const tessera_render_options* options, tessera_error** error);
+
+/// An image made ready to be asked for regions again and again, as by a viewer: what it needs to know of
+/// whole images is computed once and kept, and so is the plan for every layout of results.
+typedef struct tessera_prepared tessera_prepared;
+/// Computes what regions will need beforehand; `options->progress` is for that alone. `options` may be NULL.
+TESSERA_API tessera_status tessera_prepare(const tessera_image* image, const tessera_render_options* options,
+                                           tessera_prepared** prepared, tessera_error** error);
+/// As tessera_render of the image with the options that it was prepared with, with the same bits. `progress`
+/// may be NULL, and is handed `user`.
+TESSERA_API tessera_status tessera_prepared_render(const tessera_prepared* prepared,
+                                                   const tessera_pixels* out, tessera_progress progress,
+                                                   void* user, tessera_error** error);
+/// Frees the handle; no thread may be rendering it. NULL is fine.
+TESSERA_API void tessera_prepared_free(tessera_prepared* prepared);
 
 /// What is read of a file.
 typedef struct tessera_read_options {
@@ -289,6 +341,7 @@ typedef struct tessera_write_options {
   uint64_t memory;     ///< bytes that buffers may take together; 0: 512 MiB
   tessera_progress progress;  ///< NULL: none
   void* user;                 ///< handed to progress
+  tessera_context* context;   ///< who keeps memory and what is prepared; NULL: one that all share
 } tessera_write_options;
 /// Evaluates and writes, in bands; the file appears whole or not at all. `options` may be NULL.
 TESSERA_API tessera_status tessera_write(const tessera_image* image, const char* file,

@@ -1,9 +1,13 @@
 // Operations on images, rendering and files, through the C interface.
+#include <functional>
+#include <memory>
 #include <utility>
 
 #include "c/handles.h"
 #include "ops/apply.h"
+#include "tessera/context.h"
 #include "tessera/io.h"
+#include "tessera/prepared_graph.h"
 #include "tessera/render.h"
 
 namespace tessera::c {
@@ -11,15 +15,35 @@ namespace {
 
 constexpr int32_t kMostThreads = 4096;
 
-RenderOptions OptionsOf(int32_t threads, uint64_t memory, tessera_progress progress, void* user) {
+std::function<bool(double)> ProgressOf(tessera_progress progress, void* user) {
+  if (progress == nullptr) return {};
+  return [progress, user](double share) { return progress(share, user) != 0; };
+}
+
+// Of options to render or to write.
+template <class Options>
+RenderOptions RenderOptionsOf(const Options& given) {
   RenderOptions options;
-  if (threads < 0 || threads > kMostThreads)
-    throw Misuse("threads", "found " + std::to_string(threads) + ", expected 0 to 4096");
-  options.threads = threads;
-  if (memory > 0) options.memory_budget = static_cast<size_t>(memory);
-  if (progress != nullptr)
-    options.progress = [progress, user](double share) { return progress(share, user) != 0; };
+  if (given.threads < 0 || given.threads > kMostThreads)
+    throw Misuse("threads", "found " + std::to_string(given.threads) + ", expected 0 to 4096");
+  options.threads = given.threads;
+  if (given.memory > 0) options.memory_budget = static_cast<size_t>(given.memory);
+  options.progress = ProgressOf(given.progress, given.user);
+  if (given.context != nullptr) options.context = Checked(given.context, "context").context.get();
   return options;
+}
+
+// Where the image's pixels go, or an empty view.
+ImageView OutOf(const tessera_pixels* out, const ImageSpec& spec) {
+  const ConstImageView view = ViewOf(out, "out");
+  if (view.channels != spec.channel_count()) {
+    throw Misuse("out", "found " + std::to_string(view.channels) + " channels, expected the image's " +
+                            std::to_string(spec.channel_count()));
+  }
+  if (!spec.data_window.Contains(view.roi))
+    throw Misuse("out", "found a window beyond the image's, expected one within it");
+  return ImageView(const_cast<std::byte*>(view.data), view.roi, view.channels, view.type, view.channel_stride,
+                   view.pixel_stride, view.row_stride);
 }
 
 }  // namespace
@@ -68,20 +92,37 @@ tessera_status tessera_render(const tessera_image* image, const tessera_pixels* 
                               const tessera_render_options* given, tessera_error** error) {
   return Guarded(error, [&] {
     const tessera::Node& node = Checked(image, "image").node;
-    const tessera_render_options options = Taken(given, "options");
-    const tessera::ConstImageView view = ViewOf(out, "out");
-    const tessera::ImageSpec& spec = node.spec();
-    if (view.channels != spec.channel_count()) {
-      throw Misuse("out", "found " + std::to_string(view.channels) + " channels, expected the image's " +
-                              std::to_string(spec.channel_count()));
-    }
-    if (!spec.data_window.Contains(view.roi))
-      throw Misuse("out", "found a window beyond the image's, expected one within it");
-    if (view.roi.empty()) return;
-    const tessera::ImageView writable(const_cast<std::byte*>(view.data), view.roi, view.channels, view.type,
-                                      view.channel_stride, view.pixel_stride, view.row_stride);
-    RenderInto(node, writable, OptionsOf(options.threads, options.memory, options.progress, options.user));
+    const tessera::RenderOptions options = RenderOptionsOf(Taken(given, "options"));
+    const tessera::ImageView view = OutOf(out, node.spec());
+    if (!view.roi.empty()) RenderInto(node, view, options);
   });
+}
+
+tessera_status tessera_prepare(const tessera_image* image, const tessera_render_options* given,
+                               tessera_prepared** prepared, tessera_error** error) {
+  return Guarded(error, [&] {
+    tessera_prepared*& result = Result(prepared, "prepared");
+    const tessera_image& from = Checked(image, "image");
+    const tessera_render_options options = Taken(given, "options");
+    auto made = std::make_unique<tessera_prepared>();
+    made->borrowed = from.borrowed;
+    if (options.context != nullptr) made->context = Checked(options.context, "context").context;
+    made->graph = std::make_unique<tessera::PreparedGraph>(from.node, RenderOptionsOf(options));
+    result = made.release();
+  });
+}
+
+tessera_status tessera_prepared_render(const tessera_prepared* prepared, const tessera_pixels* out,
+                                       tessera_progress progress, void* user, tessera_error** error) {
+  return Guarded(error, [&] {
+    const tessera::PreparedGraph& graph = *Checked(prepared, "prepared").graph;
+    const tessera::ImageView view = OutOf(out, graph.spec());
+    if (!view.roi.empty()) graph.RenderInto(view, ProgressOf(progress, user));
+  });
+}
+
+void tessera_prepared_free(tessera_prepared* prepared) {
+  if (prepared != nullptr && prepared->tag == Tag::kPrepared) delete prepared;
 }
 
 tessera_status tessera_read(const char* file, const tessera_read_options* given, tessera_image** image,
@@ -104,7 +145,7 @@ tessera_status tessera_write(const tessera_image* image, const char* file, const
     const tessera_write_options options = Taken(given, "options");
     tessera::WriteOptions write;
     if (options.type != TESSERA_TYPE_DEFAULT) write.type = TypeOf(options.type, "type");
-    write.render = OptionsOf(options.threads, options.memory, options.progress, options.user);
+    write.render = RenderOptionsOf(options);
     tessera::Write(from.node, Text(file, "file"), write);
   });
 }

@@ -12,13 +12,15 @@
 
 #include "ops/registry.h"
 #include "tessera/c.h"
+#include "tessera/context.h"
 #include "tessera/error.h"
 #include "tessera/node.h"
+#include "tessera/prepared_graph.h"
 
 namespace tessera::c {
 
 // The first word of every handle, so that one of another kind, or a freed one, is recognised.
-enum class Tag : uint32_t { kFreed = 0, kImage = 0x7e55e241, kParameters, kError };
+enum class Tag : uint32_t { kFreed = 0, kImage = 0x7e55e241, kParameters, kError, kContext, kPrepared };
 
 template <Tag kTag>
 struct Tagged {
@@ -48,6 +50,17 @@ struct tessera_image : tessera::c::Tagged<tessera::c::Tag::kImage> {
 struct tessera_parameters : tessera::c::Tagged<tessera::c::Tag::kParameters> {
   const tessera::ops::OpInfo* op = nullptr;
   std::map<std::string, std::string> values;  // as text, checked
+};
+
+// Prepared graphs in it keep it.
+struct tessera_context : tessera::c::Tagged<tessera::c::Tag::kContext> {
+  std::shared_ptr<tessera::Context> context;
+};
+
+struct tessera_prepared : tessera::c::Tagged<tessera::c::Tag::kPrepared> {
+  std::vector<std::shared_ptr<tessera::c::Borrowed>> borrowed;
+  std::shared_ptr<tessera::Context> context;  // null: the default one
+  std::unique_ptr<const tessera::PreparedGraph> graph;
 };
 
 struct tessera_error : tessera::c::Tagged<tessera::c::Tag::kError> {

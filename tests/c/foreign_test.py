@@ -55,7 +55,11 @@ class ParameterInfo(Sized):
 
 class RenderOptions(Sized):
     _fields_ = [("struct_size", c.c_size_t), ("threads", c.c_int32), ("memory", c.c_uint64), ("progress", PROGRESS),
-                ("user", c.c_void_p)]
+                ("user", c.c_void_p), ("context", c.c_void_p)]
+
+
+class ContextUse(Sized):
+    _fields_ = [("struct_size", c.c_size_t)] + [(name, c.c_uint64) for name in ("memory", "cache", "entries")]
 
 
 for function in ("tessera_version", "tessera_error_subject", "tessera_error_reason", "tessera_operation_example",
@@ -232,6 +236,23 @@ def progress_is_told_and_cancels():
     assert equal == [True] * 3
 
 
+def regions_are_those_of_the_whole():
+    context = Handle("tessera_context_free", "tessera_context_new", None)
+    soft = applied(parameters(b"blur", b"sigma=2"), [applied(parameters(b"curve", b"srgb"), [picture(4)])])
+    options = RenderOptions(context=context.value)
+    prepared = Handle("tessera_prepared_free", "tessera_prepare", soft.value, c.byref(options))
+    row = (c.c_float * (WIDTH * CHANNELS))()
+    whole, parts = rendered(soft, options), b""
+    for y in range(HEIGHT):
+        pixels = Pixels(data=c.addressof(row), window=Window(0, y, WIDTH, y + 1), channels=CHANNELS, type=FLOAT)
+        call("tessera_prepared_render", prepared.value, c.byref(pixels), None, None)
+        parts += bytes(row)
+    assert parts == whole == rendered(soft)
+    use = ContextUse()
+    call("tessera_context_get_use", context.value, c.byref(use))
+    assert use.entries > 0, use.entries
+
+
 def files_come_back():
     file = os.path.join(FOLDER, "foreign_test.tif").encode()
     first = picture(2)
@@ -271,6 +292,6 @@ def graphs_are_data():
 
 print("tessera", tessera.tessera_version().decode(), "C interface", tessera.tessera_c_version())
 for test in (everything_is_enumerated, every_row_is_what_cpp_computes, errors_are_values,
-             graphs_are_data, progress_is_told_and_cancels, files_come_back):
+             graphs_are_data, progress_is_told_and_cancels, regions_are_those_of_the_whole, files_come_back):
     test()
     print("ok", test.__name__)

@@ -18,8 +18,11 @@ struct Machine {
   std::array<tessera_image*, kHandles> images = {};
   std::array<tessera_parameters*, kHandles> parameters = {};
   std::vector<char> memory = std::vector<char>(kBytes);
+  tessera_context* context = nullptr;
 
+  Machine() { tessera_context_new(nullptr, &context, nullptr); }
   ~Machine() {
+    tessera_context_free(context);
     for (tessera_image* i : images) tessera_image_free(i);
     for (tessera_parameters* p : parameters) tessera_parameters_free(p);
   }
@@ -27,7 +30,7 @@ struct Machine {
 
 // What every answer has to be.
 template <typename Call>
-void Check(const Call& call) {
+tessera_status Check(const Call& call) {
   tessera_error* error = nullptr;
   const tessera_status status = call(&error);
   fuzz::Require(status >= TESSERA_OK && status <= TESSERA_SYSTEM, "a fault of the library, or no status");
@@ -36,6 +39,7 @@ void Check(const Call& call) {
   fuzz::Require(tessera_error_status(error) == status, "an error of another status");
   fuzz::Require(error == nullptr || *tessera_error_reason(error) != 0, "an error without a reason");
   tessera_error_free(error);
+  return status;
 }
 
 // Pixels within the memory; what else there may be in the structure is anything.
@@ -59,6 +63,28 @@ double NumberOf(fuzz::Input& in) {
   return kind == 0   ? in.Take<double>()
          : kind == 1 ? in.Take<float>()
                      : in.Take<int8_t>() / (kind == 2 ? 1.0 : 16.0);
+}
+
+// The same answer, and the same bits, in a context of its own, from an image that was prepared and freed.
+void RenderPrepared(Machine& m, tessera_image*& image, tessera_pixels out, tessera_render_options options,
+                    tessera_status status, const std::vector<char>& want) {
+  Check([&](tessera_error** error) { return tessera_context_release(m.context, error); });
+  options.context = m.context;
+  tessera_prepared* prepared = nullptr;
+  tessera_status again =
+      Check([&](tessera_error** error) { return tessera_prepare(image, &options, &prepared, error); });
+  tessera_image_free(image);
+  image = nullptr;
+  std::vector<char> room(kBytes);
+  if (out.data != nullptr) out.data = room.data();
+  if (again == TESSERA_OK) {
+    again = Check([&](tessera_error** error) {
+      return tessera_prepared_render(prepared, &out, nullptr, nullptr, error);
+    });
+  }
+  tessera_prepared_free(prepared);
+  fuzz::Require(again == status, "a prepared graph that ends otherwise");
+  fuzz::Require(status != TESSERA_OK || room == want, "a prepared graph with other bits");
 }
 
 void Call(fuzz::Input& in, Machine& m) {
@@ -165,7 +191,9 @@ void Call(fuzz::Input& in, Machine& m) {
       if (out.data != nullptr) out.data = room.data();
       tessera_render_options options = TESSERA_INIT(tessera_render_options);
       options.threads = 1;
-      Check([&](tessera_error** error) { return tessera_render(image, &out, &options, error); });
+      const tessera_status status =
+          Check([&](tessera_error** error) { return tessera_render(image, &out, &options, error); });
+      if (in.Below(2) == 0) RenderPrepared(m, image, out, options, status, room);
       break;
     }
     case 10: {
