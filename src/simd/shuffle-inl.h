@@ -93,6 +93,20 @@ HWY_INLINE V OfBoth(V a, V b, const int32_t* lane) {
 #endif
 }
 
+// Lanes 1 and on of a, then lane 0 of b: neighbours on the right. Of 512 bits in one instruction, for which
+// Highway's verbs take three.
+HWY_INLINE V OneOn(V a, V b) {
+  const D d;
+  if constexpr (kLanes == 16) {
+    alignas(64) static constexpr int32_t kNext[16] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
+    return OfBoth(a, b, kNext);
+  } else if constexpr (kLanes == 8) {
+    return hn::CombineShiftRightBytes<4>(d, hn::ConcatLowerUpper(d, b, a), a);
+  } else {
+    return hn::CombineShiftRightBytes<4>(d, b, a);
+  }
+}
+
 // table[index % kLanes]: where the instruction looks at those bits alone, nothing has to be cut off.
 HWY_INLINE V OneOfLanes(V table, VU index) {
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3

@@ -84,6 +84,8 @@ HWY_ATTR std::vector<std::string> WrongShuffles() {
   expect("OfBoth", OfBoth(a, b, lane),
          [&](int i) { return lane[i] < kLanes ? lane[i] : 100 + lane[i] - kLanes; });
 
+  expect("OneOn", OneOn(a, b), [](int i) { return i + 1 < kLanes ? i + 1 : 100; });
+
   alignas(64) uint32_t index[kLanes];
   for (int i = 0; i < kLanes; ++i) index[i] = 0x9e3779b9u * static_cast<uint32_t>(i + 1);  // upper bits too
   const VU indices = hn::Load(DU(), index);

@@ -16,8 +16,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ops/noise/edge-inl.h"
 #include "ops/noise/shaped-inl.h"
+#include "simd/edges-inl.h"
 #include "simd/lattice-inl.h"
 #include "simd/pixels-inl.h"
 #include "simd/shuffle-inl.h"
@@ -57,80 +57,24 @@ HWY_INLINE Corner At(VU hash, float fz, float fw) {
   }
 }
 
-#if HWY_TARGET == HWY_AVX2
-// Gradients of two lattice planes, blended, times kEdgeUnit.
-class BlendedEdges {
- public:
-  explicit HWY_INLINE BlendedEdges(const GridPlace& z) : fraction_(z.fraction), fade_(z.fade) {}
-  // Of mixed hashes of the same point in both planes.
-  HWY_INLINE Corner operator()(VU lower, VU upper) const {
-    return Blend(At(lower, fraction_), At(upper, fraction_ - 1), fade_);
-  }
-
- private:
-  static HWY_INLINE Corner At(VU hash, float fz) {
-    const s::D d;
-    const VU edge = EdgeBytes(hash);
-    return {EdgeCoordinate<0>(edge), EdgeCoordinate<1>(edge),
-            hn::MulAdd(EdgeCoordinate<2>(edge), hn::Set(d, fz), hn::Zero(d))};
-  }
-  const float fraction_, fade_;
-};
-#elif HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-// Gradients of two lattice planes blended by table: of each coordinate there are three a plane, so nine
-// pairs.
-class BlendedEdges {
- public:
-  explicit BlendedEdges(const GridPlace& z) {
-    alignas(64) static constexpr float kLower[16] = {0, 1, -1, 0, 1, -1, 0, 1, -1};
-    alignas(64) static constexpr float kUpper[16] = {0, 0, 0, 1, 1, 1, -1, -1, -1};
-    const s::D d;
-    const V lower = hn::Load(d, kLower), upper = hn::Load(d, kUpper), zero = hn::Zero(d);
-    const Corner low = {lower, lower, hn::MulAdd(lower, hn::Set(d, z.fraction), zero)};
-    const Corner high = {upper, upper, hn::MulAdd(upper, hn::Set(d, z.fraction - 1), zero)};
-    const Corner pair = Blend(low, high, z.fade);
-    across_ = pair.gx;
-    along_ = pair.rest;
-  }
-  // Of mixed hashes of the same point in both planes.
-  HWY_INLINE Corner operator()(VU lower, VU upper) const {
-    // Which of 0, 1, -1 (as 0, 1, 2) the coordinates of the 12 edges are, four bits each; thrice that. They
-    // are looked up by the edges where these are, in the upper words.
-    alignas(64) static constexpr uint16_t kLower[32] = {0x110, 0x120, 0x210, 0x220, 0x101, 0x102,
-                                                        0x201, 0x202, 0x011, 0x012, 0x021, 0x022};
-    alignas(64) static constexpr uint16_t kUpper[32] = {0x330, 0x360, 0x630, 0x660, 0x303, 0x306,
-                                                        0x603, 0x606, 0x033, 0x036, 0x063, 0x066};
-    const auto code = [](const uint16_t* table, VU h)
-                          HWY_ATTR { return s::LookUpWords(table, s::UpperLatticeEdge(h)); };
-    const VU pair = hn::Add(code(kLower, lower), code(kUpper, upper));
-    return {s::OneOfLanes(across_, hn::ShiftRight<16>(pair)),
-            s::OneOfLanes(across_, hn::ShiftRight<20>(pair)),
-            s::OneOfLanes(along_, hn::ShiftRight<24>(pair))};
-  }
-
- private:
-  V across_, along_;
-};
-#endif
-
-#if HWY_TARGET <= HWY_AVX2 && HWY_ARCH_X86
+// Three dimensions, by edges: times kEdgeUnit.
 void FillSlice(const GridFill& a) {
   const s::D d;
   const s::DU du;
-  const BlendedEdges blended(a.z);
+  const s::BlendedEdges blended(a.z.fraction, a.z.fade);
   const VU lower = hn::Set(du, a.row_hash ^ a.z.hash[0]), upper = hn::Set(du, a.row_hash ^ a.z.hash[1]);
   const uint32_t* const column_hash = a.column_hash;
   const GridLatticeRow out = a.out;
   const int count = a.count;
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
     const VU column = hn::LoadU(du, column_hash + i);
-    const Corner c = blended(s::LatticeMix(hn::Xor(column, lower)), s::LatticeMix(hn::Xor(column, upper)));
+    const s::BlendedEdge c =
+        blended(s::LatticeMix(hn::Xor(column, lower)), s::LatticeMix(hn::Xor(column, upper)));
     hn::StoreU(c.gx, d, out.gx + i);
     hn::StoreU(c.gy, d, out.gy + i);
     hn::StoreU(c.rest, d, out.rest + i);
   }
 }
-#endif
 
 template <int kDims, bool kGradient>
 void FillRow(const GridFill& fill) {
@@ -166,11 +110,7 @@ void Fill(const GridFill& a) {
     case 6:
       return FillRow<3, false>(a);
     case 7:
-#if HWY_TARGET <= HWY_AVX2 && HWY_ARCH_X86
       return FillSlice(a);
-#else
-      return FillRow<3, true>(a);
-#endif
     case 8:
       return FillRow<4, false>(a);
     default:
@@ -178,12 +118,7 @@ void Fill(const GridFill& a) {
   }
 }
 
-float FillUnit([[maybe_unused]] int dims, [[maybe_unused]] bool gradient) {
-#if HWY_TARGET == HWY_AVX2
-  if (dims == 3 && gradient) return kEdgeUnit;
-#endif
-  return 1;
-}
+float FillUnit(int dims, bool gradient) { return dims == 3 && gradient ? s::kEdgeUnit : 1; }
 
 struct Coefficients {
   V c0, c1, c2, c3;
@@ -199,41 +134,17 @@ HWY_INLINE void Collapse(const GridRow& a, int used, const Store& store, const L
   const V scale = hn::Set(d, a.scale);
   struct Column {
     V constant, slope;
-#if HWY_TARGET != HWY_AVX2
-    V turned_constant, turned_slope;
-#endif
   };
-#if HWY_TARGET == HWY_AVX2
-  const auto shifted = [&](V low, V high) HWY_ATTR {
-    return hn::CombineShiftRightBytes<4>(d, hn::ConcatLowerUpper(d, high, low), low);
-  };
-#else
-  const s::DI di;
-  const auto inner = hn::FirstN(d, static_cast<size_t>(lanes) - 1);
-  const auto turn = hn::IndicesFromVec(
-      d, hn::IfThenElse(hn::FirstN(di, static_cast<size_t>(lanes) - 1), hn::Iota(di, 1), hn::Zero(di)));
-#endif
   // Copies, which no store can change.
   const GridLatticeRow lower = a.lower, upper = a.upper;
   const auto column = [&](int i) HWY_ATTR {
     const V low = hn::MulAdd(hn::LoadU(d, lower.gy + i), fy, hn::LoadU(d, lower.rest + i));
     const V high = hn::MulAdd(hn::LoadU(d, upper.gy + i), fy1, hn::LoadU(d, upper.rest + i));
-    Column c;
-    c.constant = hn::Mul(Lerp(low, high, v), scale);
-    c.slope = hn::Mul(Lerp(hn::LoadU(d, lower.gx + i), hn::LoadU(d, upper.gx + i), v), scale);
-#if HWY_TARGET != HWY_AVX2
-    c.turned_constant = hn::TableLookupLanes(c.constant, turn);
-    c.turned_slope = hn::TableLookupLanes(c.slope, turn);
-#endif
-    return c;
+    const V slope = Lerp(hn::LoadU(d, lower.gx + i), hn::LoadU(d, upper.gx + i), v);
+    return Column{hn::Mul(Lerp(low, high, v), scale), hn::Mul(slope, scale)};
   };
   const auto between = [&](const Column& here, const Column& next) HWY_ATTR {
-#if HWY_TARGET == HWY_AVX2
-    const V right = shifted(here.constant, next.constant), right_slope = shifted(here.slope, next.slope);
-#else
-    const V right = hn::IfThenElse(inner, here.turned_constant, next.turned_constant);
-    const V right_slope = hn::IfThenElse(inner, here.turned_slope, next.turned_slope);
-#endif
+    const V right = s::OneOn(here.constant, next.constant), right_slope = s::OneOn(here.slope, next.slope);
     return Coefficients{here.constant, here.slope, hn::Sub(hn::Sub(right, right_slope), here.constant),
                         hn::Sub(right_slope, here.slope)};
   };

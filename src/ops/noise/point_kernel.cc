@@ -17,9 +17,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ops/noise/edge-inl.h"
 #include "ops/noise/place-inl.h"
 #include "ops/noise/shaped-inl.h"
+#include "simd/edges-inl.h"
 #include "simd/lattice-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -96,8 +96,6 @@ HWY_INLINE V ShapedBy(NoiseSum sum, V n) {
   return Shaped<NoiseSum::kRidged>(n);
 }
 
-#if HWY_TARGET == HWY_AVX2 || (HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86)
-#define TESSERA_POINT_BLOCKS 1
 // Vectors of a block, all of which stays in L1, and how few are not worth one.
 constexpr int kBlockVectors = 24, kFewVectors = 4;
 
@@ -108,9 +106,8 @@ struct Block {
   HWY_ALIGN uint32_t side[kBlockVectors][kDims][kLanes];
   HWY_ALIGN float fraction[kBlockVectors][kDims][kLanes];
   HWY_ALIGN uint32_t corner[kBlockVectors][1 << kDims][kLanes];
-#if HWY_TARGET == HWY_AVX2
-  HWY_ALIGN float pair[kBlockVectors][1 << (kDims - 1)][kLanes];  // corners blended along x
-#endif
+  // Corners blended along x, where there are too few registers for all in one step.
+  HWY_ALIGN float pair[s::kManyRegisters ? 1 : kBlockVectors][1 << (kDims - 1)][kLanes];
   // Positions of the first octave, where more than one octave reads them.
   HWY_ALIGN float base_whole[kBlockVectors][kDims][kLanes], base_fraction[kBlockVectors][kDims][kLanes];
 };
@@ -164,7 +161,7 @@ HWY_INLINE void BlockCorners(const PointOctave& o, int vectors, const Ahead& nex
 #pragma GCC unroll 16
       for (int k = 0; k < kDims; ++k) axis[k] = side[k][c >> k & 1];
       VU h = s::LatticeMix(Joined<kDims>(axis));
-      if constexpr (kDims == 3) h = TopEdge(h);
+      if constexpr (kDims == 3) h = s::TopEdge(h);
       hn::Store(h, du, b.corner[i][c]);
     }
   }
@@ -176,8 +173,7 @@ HWY_INLINE V SumBefore(const PointRow& a, bool first, const float* out) {
   return first ? hn::Set(d, a.bias) : hn::LoadU(d, out);
 }
 
-#if HWY_TARGET == HWY_AVX2
-// The third: gradients times offsets, blended along x.
+// The third, of 16 registers: gradients times offsets, blended along x.
 template <int kDims>
 HWY_INLINE void BlockPairs(int fade, int vectors, Block<kDims>& b) {
   const s::D d;
@@ -202,7 +198,7 @@ HWY_INLINE void BlockPairs(int fade, int vectors, Block<kDims>& b) {
         for (int k = 1; k < kDims; ++k) from[k] = offset[k][c >> k & 1];
         const VU h = hn::Load(du, b.corner[i][c + j]);
         if constexpr (kDims == 3) {
-          n[j] = EdgeProjection(h, from);
+          n[j] = s::EdgeProjection(h, from);
         } else {
           n[j] = s::LatticeProjection<kDims>(h, from);
         }
@@ -212,7 +208,7 @@ HWY_INLINE void BlockPairs(int fade, int vectors, Block<kDims>& b) {
   }
 }
 
-// The last: the other axes' blends, and the sum of octaves, which `out` holds but for the first one.
+// The fourth: the other axes' blends, and the sum of octaves, which `out` holds but for the first one.
 template <int kDims, bool kPlain>
 HWY_INLINE void BlockSums(const PointRow& a, const PointOctave& o, bool first, int vectors,
                           const Block<kDims>& b, float* out) {
@@ -236,8 +232,7 @@ HWY_INLINE void BlockSums(const PointRow& a, const PointOctave& o, bool first, i
                out + i * lanes);
   }
 }
-#else
-// The third and last: gradients times offsets, blended, and the sum of octaves.
+// Or both in one, of 32 registers.
 template <int kDims, bool kPlain>
 HWY_INLINE void BlockValues(const PointRow& a, const PointOctave& o, bool first, int vectors,
                             const Block<kDims>& b, float* HWY_RESTRICT out) {
@@ -259,7 +254,7 @@ HWY_INLINE void BlockValues(const PointRow& a, const PointOctave& o, bool first,
       for (int k = 0; k < kDims; ++k) from[k] = offset[k][c >> k & 1];
       const VU h = hn::Load(du, b.corner[i][c]);
       if constexpr (kDims == 3) {
-        corner[c] = EdgeProjection(h, from);
+        corner[c] = s::EdgeProjection(h, from);
       } else {
         corner[c] = s::LatticeProjection<kDims>(h, from);
       }
@@ -278,7 +273,6 @@ HWY_INLINE void BlockValues(const PointRow& a, const PointOctave& o, bool first,
     hn::StoreU(hn::MulAdd(kPlain ? value : ShapedBy(a.sum, value), weight, sum), d, out + i * lanes);
   }
 }
-#endif
 
 // Whether all cells of a block were in range; else `out` is of no use. The row has `ahead` more positions.
 template <int kDims, bool kPlain>
@@ -302,12 +296,12 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
                              HWY_ATTR { wrong = hn::Or(wrong, BlockPlaces<kDims>(o, vectors, b, place_at)); };
   const auto sum_of = [&](const PointOctave& o, bool first) HWY_ATTR {
     BlockCorners<kDims>(o, vectors, first ? next : Ahead{}, b);
-#if HWY_TARGET == HWY_AVX2
-    BlockPairs<kDims>(kPlain ? 0 : a.fade, vectors, b);
-    BlockSums<kDims, kPlain>(a, o, first, vectors, b, out);
-#else
-    BlockValues<kDims, kPlain>(a, o, first, vectors, b, out);
-#endif
+    if constexpr (s::kManyRegisters) {
+      BlockValues<kDims, kPlain>(a, o, first, vectors, b, out);
+    } else {
+      BlockPairs<kDims>(kPlain ? 0 : a.fade, vectors, b);
+      BlockSums<kDims, kPlain>(a, o, first, vectors, b, out);
+    }
   };
   if constexpr (kPlain) {
     if (a.channels == kDims && AreCells<kDims>(a)) {
@@ -343,7 +337,6 @@ HWY_INLINE bool BlockOf(const PointRow& a, const float* in, int vectors, int ahe
   }
   return hn::AllTrue(du, hn::Eq(hn::And(wrong, hn::Set(du, 0xff800000u)), hn::Zero(du)));
 }
-#endif
 
 // One vector of positions; bits above the 22nd of the result's lanes are set where cells are out of range.
 template <int kDims, bool kPlain>
@@ -386,7 +379,6 @@ HWY_INLINE bool Rows(const PointRow& row) {
     complete = false;
   };
   int x = 0;
-#if defined(TESSERA_POINT_BLOCKS)
   Block<kDims> block;
   while (a.octave_count > 0) {
     const int vectors = std::min((a.count - x) / lanes, kBlockVectors), pixels = vectors * lanes;
@@ -400,7 +392,6 @@ HWY_INLINE bool Rows(const PointRow& row) {
     }
     x += pixels;
   }
-#endif
   for (; x + lanes <= a.count; x += lanes) {
     note(Vector<kDims, kPlain>(a, a.in + static_cast<ptrdiff_t>(x) * a.channels, a.out + x), x, lanes);
   }
@@ -422,7 +413,6 @@ bool Points(const PointRow& a) {
 }
 
 NoisePoints FindPoints(int dims) { return dims == 2 ? Points<2> : Points<3>; }
-#undef TESSERA_POINT_BLOCKS
 
 }  // namespace tessera::ops::noise::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
