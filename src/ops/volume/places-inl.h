@@ -63,15 +63,22 @@ HWY_INLINE void PrefetchPlaces(const void* base, const Places& places, ptrdiff_t
 // bits of a register hold lanes four apart, so that shuffles within blocks leave them in order.
 template <class Index>
 HWY_INLINE V RowOfWords(const char* base, ptrdiff_t stride, const Index* at) {
-  return s::LoadQuads(
-      [&](int lane) HWY_ATTR { return reinterpret_cast<const float*>(base + stride * at[lane]); }, 0);
+  const auto one = [&](int lane) __attribute__((always_inline)) {
+    return hn::LoadU(D4(), reinterpret_cast<const float*>(base + stride * at[lane]));
+  };
+  return s::VectorOfQuads(one, 0);
 }
 // 8 bytes for every second lane, as pairs of words.
 template <class Index>
 HWY_INLINE V RowOfWordPairs(const char* base, ptrdiff_t stride, const Index* at) {
-  const auto one = [&](int lane)
-                       HWY_ATTR { return reinterpret_cast<const float*>(base + stride * at[lane]); };
-  return s::VectorOfQuads([&](int lane) HWY_ATTR { return s::JoinPairs(one(lane), one(lane + 2)); }, 0);
+  const auto two = [&](int lane) __attribute__((always_inline)) {
+    const hn::FixedTag<float, 2> d2;
+    const auto one = [&](int l) __attribute__((always_inline)) {
+      return hn::LoadU(d2, reinterpret_cast<const float*>(base + stride * at[l]));
+    };
+    return hn::Combine(D4(), one(lane + 2), one(lane));
+  };
+  return s::VectorOfQuads(two, 0);
 }
 template <class P>
 HWY_INLINE WordPair WordPairAt(const void* base, const P& places, ptrdiff_t stride) {
