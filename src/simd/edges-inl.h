@@ -21,20 +21,19 @@ namespace tessera::simd::HWY_NAMESPACE {
 // 32 vector registers, not 16: enough for all corners of a cell.
 constexpr bool kManyRegisters = HWY_ARCH_ARM_A64 || (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3);
 
-// TopEdge() is a lattice point's edge in whatever form EdgeProjection() wants it, which is as
-// LatticeProjection<3>.
-//
-// BlendedEdges are the gradients of two lattice planes, blended from one to the other by `fade`, times
-// kEdgeUnit: of mixed hashes of the same point in both planes, the first two coordinates, and the third times
-// the offsets `fraction` and `fraction` - 1.
-struct BlendedEdge {
+// A lattice point's gradient where its third and fourth axis have met their offsets, `rest`.
+struct LatticeCorner {
   V gx, gy, rest;
 };
-HWY_INLINE BlendedEdge BlendEdges(const BlendedEdge& a, const BlendedEdge& b, float fade) {
+HWY_INLINE LatticeCorner BlendCorners(const LatticeCorner& a, const LatticeCorner& b, float fade) {
   const V weight = hn::Set(D(), fade);
   const auto lerp = [&](V p, V q) HWY_ATTR { return hn::MulAdd(weight, hn::Sub(q, p), p); };
   return {lerp(a.gx, b.gx), lerp(a.gy, b.gy), lerp(a.rest, b.rest)};
 }
+
+// Below: TopEdge() is a lattice point's edge in whatever form EdgeProjection() wants it, which is as
+// LatticeProjection<3>. BlendedEdges make corners of mixed hashes of the same point in two lattice planes,
+// blended from one to the other by `fade`, times kEdgeUnit; `fraction` and `fraction` - 1 are the offsets.
 
 #if HWY_TARGET == HWY_AVX2
 // 256-bit vectors choose one of four floats by a lane's lower two bits. The edge, 0 to 11, is in the upper
@@ -60,42 +59,27 @@ HWY_INLINE V EdgeProjection(VU top_edge, const V* from) {
 
 // Of 2, 0 and -2 only the upper bytes differ, so a look-up of bytes makes a coordinate.
 inline constexpr float kEdgeUnit = 2;
-class BlendedEdges {
- public:
-  HWY_INLINE BlendedEdges(float fraction, float fade) : fraction_(fraction), fade_(fade) {}
-  HWY_INLINE BlendedEdge operator()(VU lower, VU upper) const {
-    return BlendEdges(At(lower, fraction_), At(upper, fraction_ - 1), fade_);
-  }
-
- private:
-  // The edge in the upper byte; the others look up zeros.
-  static HWY_INLINE VU EdgeBytes(VU h) {
-    const DU du;
-    const hn::Repartition<uint16_t, DU> du16;
-    const VU edge =
-        hn::BitCast(du, hn::MulHigh(hn::BitCast(du16, h), hn::BitCast(du16, hn::Set(du, 12u << 24))));
-    return hn::Or(edge, hn::Set(du, 0x00808080u));
-  }
-  template <int axis>
-  static HWY_INLINE V Coordinate(VU edge_bytes) {
-    const D d;
-    const hn::Repartition<uint8_t, D> du8;
-    constexpr uint8_t kPlus = 0x40, kMinus = 0xc0;  // of 2 and -2
-    HWY_ALIGN static constexpr uint8_t kUpper[3][16] = {
-        {0, 0, 0, 0, kPlus, kMinus, kPlus, kMinus, kPlus, kMinus, kPlus, kMinus},
-        {kPlus, kMinus, kPlus, kMinus, 0, 0, 0, 0, kPlus, kPlus, kMinus, kMinus},
-        {kPlus, kPlus, kMinus, kMinus, kPlus, kPlus, kMinus, kMinus}};
-    const auto table = hn::LoadDup128(du8, kUpper[axis]);
-    return hn::BitCast(d, hn::TableLookupBytesOr0(table, hn::BitCast(du8, edge_bytes)));
-  }
-  static HWY_INLINE BlendedEdge At(VU hash, float fz) {
-    const D d;
-    const VU edge = EdgeBytes(hash);
-    return {Coordinate<0>(edge), Coordinate<1>(edge),
-            hn::MulAdd(Coordinate<2>(edge), hn::Set(d, fz), hn::Zero(d))};
-  }
-  const float fraction_, fade_;
-};
+// The edge in the upper byte; the others look up zeros.
+HWY_INLINE VU EdgeBytes(VU h) {
+  const DU du;
+  const hn::Repartition<uint16_t, DU> du16;
+  const VU edge =
+      hn::BitCast(du, hn::MulHigh(hn::BitCast(du16, h), hn::BitCast(du16, hn::Set(du, 12u << 24))));
+  return hn::Or(edge, hn::Set(du, 0x00808080u));
+}
+HWY_INLINE void ScaledEdge(VU h, V* g) {
+  const D d;
+  const hn::Repartition<uint8_t, D> du8;
+  constexpr uint8_t kPlus = 0x40, kMinus = 0xc0;  // of 2 and -2
+  HWY_ALIGN static constexpr uint8_t kUpper[3][16] = {
+      {0, 0, 0, 0, kPlus, kMinus, kPlus, kMinus, kPlus, kMinus, kPlus, kMinus},
+      {kPlus, kMinus, kPlus, kMinus, 0, 0, 0, 0, kPlus, kPlus, kMinus, kMinus},
+      {kPlus, kPlus, kMinus, kMinus, kPlus, kPlus, kMinus, kMinus}};
+  const auto edge = hn::BitCast(du8, EdgeBytes(h));
+#pragma GCC unroll 3
+  for (int axis = 0; axis < 3; ++axis)
+    g[axis] = hn::BitCast(d, hn::TableLookupBytesOr0(hn::LoadDup128(du8, kUpper[axis]), edge));
+}
 #elif HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
 // Gradients are looked up whole: the edge is in the upper sixteen bits.
 HWY_INLINE VU TopEdge(VU h) { return UpperLatticeEdge(h); }
@@ -114,13 +98,13 @@ class BlendedEdges {
     alignas(64) static constexpr float kUpper[16] = {0, 0, 0, 1, 1, 1, -1, -1, -1};
     const D d;
     const V lower = hn::Load(d, kLower), upper = hn::Load(d, kUpper), zero = hn::Zero(d);
-    const BlendedEdge low = {lower, lower, hn::MulAdd(lower, hn::Set(d, fraction), zero)};
-    const BlendedEdge high = {upper, upper, hn::MulAdd(upper, hn::Set(d, fraction - 1), zero)};
-    const BlendedEdge pair = BlendEdges(low, high, fade);
+    const LatticeCorner low = {lower, lower, hn::MulAdd(lower, hn::Set(d, fraction), zero)};
+    const LatticeCorner high = {upper, upper, hn::MulAdd(upper, hn::Set(d, fraction - 1), zero)};
+    const LatticeCorner pair = BlendCorners(low, high, fade);
     across_ = pair.gx;
     along_ = pair.rest;
   }
-  HWY_INLINE BlendedEdge operator()(VU lower, VU upper) const {
+  HWY_INLINE LatticeCorner operator()(VU lower, VU upper) const {
     // Which of 0, 1, -1 (as 0, 1, 2) the coordinates of the 12 edges are, four bits each; thrice that. They
     // are looked up by the edges where these are, in the upper words.
     alignas(64) static constexpr uint16_t kLower[32] = {0x110, 0x120, 0x210, 0x220, 0x101, 0x102,
@@ -143,18 +127,23 @@ HWY_INLINE VU TopEdge(VU h) { return h; }
 HWY_INLINE V EdgeProjection(VU h, const V* from) { return LatticeProjection<3>(h, from); }
 
 inline constexpr float kEdgeUnit = 1;
+HWY_INLINE void ScaledEdge(VU h, V* g) { LatticeGradient<3>(h, g); }
+#endif
+
+#if HWY_TARGET > HWY_AVX3 || !HWY_ARCH_X86
+// From ScaledEdge(), kEdgeUnit times the gradient, of both planes.
 class BlendedEdges {
  public:
   HWY_INLINE BlendedEdges(float fraction, float fade) : fraction_(fraction), fade_(fade) {}
-  HWY_INLINE BlendedEdge operator()(VU lower, VU upper) const {
-    return BlendEdges(At(lower, fraction_), At(upper, fraction_ - 1), fade_);
+  HWY_INLINE LatticeCorner operator()(VU lower, VU upper) const {
+    return BlendCorners(At(lower, fraction_), At(upper, fraction_ - 1), fade_);
   }
 
  private:
-  static HWY_INLINE BlendedEdge At(VU hash, float fz) {
+  static HWY_INLINE LatticeCorner At(VU h, float fz) {
     const D d;
     V g[3];
-    LatticeGradient<3>(hash, g);
+    ScaledEdge(h, g);
     return {g[0], g[1], hn::MulAdd(g[2], hn::Set(d, fz), hn::Zero(d))};
   }
   const float fraction_, fade_;

@@ -32,17 +32,11 @@ using s::VU;
 
 HWY_INLINE V Lerp(V a, V b, V t) { return hn::MulAdd(t, hn::Sub(b, a), a); }
 
-// gx, gy and rest of lattice points, before blending.
-struct Corner {
-  V gx, gy, rest;
-};
-HWY_INLINE Corner Blend(const Corner& a, const Corner& b, float t) {
-  const V weight = hn::Set(s::D(), t);
-  return {Lerp(a.gx, b.gx, weight), Lerp(a.gy, b.gy, weight), Lerp(a.rest, b.rest, weight)};
-}
+using s::BlendCorners;
+using s::LatticeCorner;
 
 template <int kDims, bool kGradient>
-HWY_INLINE Corner At(VU hash, float fz, float fw) {
+HWY_INLINE LatticeCorner At(VU hash, float fz, float fw) {
   const s::D d;
   const VU h = s::LatticeMix(hash);
   if constexpr (!kGradient) {
@@ -68,7 +62,7 @@ void FillSlice(const GridFill& a) {
   const int count = a.count;
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
     const VU column = hn::LoadU(du, column_hash + i);
-    const s::BlendedEdge c =
+    const LatticeCorner c =
         blended(s::LatticeMix(hn::Xor(column, lower)), s::LatticeMix(hn::Xor(column, upper)));
     hn::StoreU(c.gx, d, out.gx + i);
     hn::StoreU(c.gy, d, out.gy + i);
@@ -88,13 +82,14 @@ void FillRow(const GridFill& fill) {
         return At<kDims, kGradient>(hn::Xor(column, hn::Set(du, hash)), 0, 0);
       } else {
         const float f = a.z.fraction;
-        return Blend(At<kDims, kGradient>(hn::Xor(column, hn::Set(du, hash ^ a.z.hash[0])), f, fw),
-                     At<kDims, kGradient>(hn::Xor(column, hn::Set(du, hash ^ a.z.hash[1])), f - 1, fw),
-                     a.z.fade);
+        return BlendCorners(At<kDims, kGradient>(hn::Xor(column, hn::Set(du, hash ^ a.z.hash[0])), f, fw),
+                            At<kDims, kGradient>(hn::Xor(column, hn::Set(du, hash ^ a.z.hash[1])), f - 1, fw),
+                            a.z.fade);
       }
     };
-    Corner c = over_z(a.row_hash ^ a.w.hash[0], a.w.fraction);
-    if constexpr (kDims == 4) c = Blend(c, over_z(a.row_hash ^ a.w.hash[1], a.w.fraction - 1), a.w.fade);
+    LatticeCorner c = over_z(a.row_hash ^ a.w.hash[0], a.w.fraction);
+    if constexpr (kDims == 4)
+      c = BlendCorners(c, over_z(a.row_hash ^ a.w.hash[1], a.w.fraction - 1), a.w.fade);
     hn::StoreU(c.gx, d, a.out.gx + i);
     hn::StoreU(c.gy, d, a.out.gy + i);
     hn::StoreU(c.rest, d, a.out.rest + i);
